@@ -1,0 +1,1 @@
+"""What the paper says: valve, cylinder, chamber, reduced models and their parameters."""

@@ -1,0 +1,64 @@
+"""Air in a chamber: energy and mass balance, eqs (4), (5), (7) and (8), misprints mended.
+
+The equations use only + - * / **, so they take floats, NumPy arrays, quantities with units and
+symbols alike. Wall heat enters with the sign that opposes the temperature difference.
+"""
+
+from numba.extending import register_jitable
+
+
+@register_jitable
+def wall_heat(T, conductance, T_amb):
+    """Heat flow from the wall into the air, W: eqs (7), (11), (13) with T_amb - T as in the text."""
+    return conductance * (T_amb - T)
+
+
+@register_jitable
+def wall_conductance(k_0, area_ratio, PT_ratio, e_A, e_PT):
+    """Thermal conductance of the wall, W/K.
+
+    Parameters
+    ----------
+    k_0 : float
+        Conductance at equilibrium, lambda_0 A_q(x_0), W/K: eq (12).
+    area_ratio : float
+        A_q(x) / A_q(x_0).
+    PT_ratio : float
+        P T / (P_0 T_0).
+    e_A, e_PT : float
+        Exponents: (0, 0) is eq (13), (1, 0) is eq (11), (1, 1/2) is eqs (7) and (8).
+    """
+    return k_0 * area_ratio**e_A * PT_ratio**e_PT  # (8)
+
+
+@register_jitable
+def dP_dt(P, T, V, dV_dt, m_in, m_out, T_inlet, heat, n_V, n_in, n_out, R, gamma):
+    """Rate of pressure, Pa/s: eq (4) when all three indices are gamma, and M1-M10 otherwise.
+
+    Parameters
+    ----------
+    P, T, V, dV_dt : float
+        Pressure, Pa, temperature, K, volume, m^3, and its rate, m^3/s.
+    m_in, m_out : float
+        Mass flows, kg/s.
+    T_inlet : float
+        Temperature at which inflow enters the balance, K.
+    heat : float
+        Heat flow from the wall into the air, W.
+    n_V, n_in, n_out : float
+        Index on the volume, inflow and outflow term.
+    R, gamma : float
+        Gas constant, J/(kg K), and ratio of specific heats.
+    """
+    return (-n_V * P * dV_dt + R * (n_in * m_in * T_inlet - n_out * m_out * T) + (gamma - 1) * heat) / V  # (4)
+
+
+@register_jitable
+def dT_dt(P, T, V, dV_dt, m_in, m_out, T_in, heat, R, gamma):
+    """Rate of temperature, K/s: eq (5), with the factor T that its last term lacks in print."""
+    return (
+        T / V * dV_dt * (1 - gamma)
+        - m_out * R * T**2 / (V * P) * (gamma - 1)
+        + m_in * R * T / (V * P) * (gamma * T_in - T)
+        + (gamma - 1) * T / (P * V) * heat
+    )  # (5)

@@ -1,0 +1,151 @@
+"""The ten reduced-order models of section 3 as one table and one right-hand side.
+
+The models differ in six cells. Everything that needs a model (replays, Table 1, the property
+tests, exports) derives from `MODELS`; a new model is a new row.
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from pneumo.physics.chamber import dP_dt, wall_conductance, wall_heat
+
+Index = Literal["n", "gamma"] | float
+
+
+class Model(NamedTuple):
+    """One row of the table of models.
+
+    Attributes
+    ----------
+    name : str
+        Paper's name, M1 ... M10.
+    n_V, n_in, n_out : {"n", "gamma"} or float
+        Index on the volume, inflow and outflow term of eq (10).
+    temperature : {"constant", "polytropic"}
+        T = T_0 or eq (6).
+    mixing : bool
+        Whether inflow enters at T_in (mixing) or at the chamber's T.
+    wall : {"none", "k_0", "lambda_0 A_q", "lambda A_q"}
+        Explicit wall heat: none, eq (13), eq (11) or eq (7).
+    """
+
+    name: str
+    n_V: Index
+    n_in: Index
+    n_out: Index
+    temperature: Literal["constant", "polytropic"]
+    mixing: bool
+    wall: Literal["none", "k_0", "lambda_0 A_q", "lambda A_q"]
+
+    @property
+    def has_n(self) -> bool:
+        """Whether the polytropic index n plays a role in this model."""
+        return "n" in (self.n_V, self.n_in, self.n_out) or self.temperature == "polytropic"
+
+
+# fmt: off
+MODELS: dict[str, Model] = {row[0]: Model(*row) for row in (
+    # name  n_V      n_in     n_out    temperature   mixing  wall
+    ("M1",  1.0,     1.0,     1.0,     "constant",   False,  "none"),
+    ("M2",  "n",     "n",     "n",     "constant",   False,  "none"),
+    ("M3",  "gamma", "gamma", "gamma", "constant",   False,  "none"),
+    ("M4",  1.2,     1.4,     1.0,     "constant",   False,  "none"),
+    ("M5",  "n",     "n",     "n",     "polytropic", False,  "none"),
+    ("M6",  "n",     "n",     "n",     "polytropic", True,   "none"),
+    ("M7",  "gamma", "gamma", "gamma", "polytropic", False,  "k_0"),
+    ("M8",  "gamma", "gamma", "gamma", "polytropic", True,   "k_0"),
+    ("M9",  "gamma", "gamma", "gamma", "polytropic", True,   "lambda_0 A_q"),
+    ("M10", "gamma", "gamma", "gamma", "polytropic", True,   "lambda A_q"),
+)}
+# fmt: on
+
+# Wall law -> (explicit heat or not, exponent of A_q / A_q0, exponent of PT / (P_0 T_0)).
+WALL_LAWS = {
+    "none": (0.0, 0.0, 0.0),
+    "k_0": (1.0, 0.0, 0.0),  # (13)
+    "lambda_0 A_q": (1.0, 1.0, 0.0),  # (11)
+    "lambda A_q": (1.0, 1.0, 0.5),  # (7), (8)
+}
+
+
+class Lane(NamedTuple):
+    """A model with its indices filled in: one point of the models' common coefficient space.
+
+    Attributes
+    ----------
+    n_V, n_in, n_out : float
+        Index on the volume, inflow and outflow term.
+    a : float
+        Exponent of the temperature law, (n - 1)/n, or 0 for constant temperature.
+    mixing, explicit_heat : float
+        1 where the process is modelled, else 0.
+    e_A, e_PT : float
+        Exponents of the wall law.
+    """
+
+    n_V: float
+    n_in: float
+    n_out: float
+    a: float
+    mixing: float
+    explicit_heat: float
+    e_A: float
+    e_PT: float
+
+
+def lane(model: Model, n: float, gamma: float) -> Lane:
+    """Fill the indices of a model in.
+
+    Parameters
+    ----------
+    model : Model
+    n : float
+        Polytropic index; plays no role where ``not model.has_n``.
+    gamma : float
+        Ratio of specific heats.
+    """
+    value = {"n": n, "gamma": gamma}
+    n_V, n_in, n_out = (value.get(index, index) for index in (model.n_V, model.n_in, model.n_out))
+    a = (n - 1) / n if model.temperature == "polytropic" else 0.0
+    explicit_heat, e_A, e_PT = WALL_LAWS[model.wall]
+    return Lane(n_V, n_in, n_out, a, float(model.mixing), explicit_heat, e_A, e_PT)  # type: ignore[arg-type]
+
+
+@register_jitable
+def temperature(P, P_0, T_0, a):
+    """Temperature that a model assigns to a pressure, K: eq (6); constant where a = 0."""
+    return T_0 * (P / P_0) ** a  # (6)
+
+
+@register_jitable
+def model_dP_dt(P, T, V, dV_dt, m_in, m_out, area_ratio, k_0, P_0, T_0, T_in, T_amb, R, gamma, lane):
+    """Right-hand side of every reduced model, Pa/s.
+
+    Parameters
+    ----------
+    P, T, V, dV_dt : float, array or symbol
+        Pressure, Pa, the model's own `temperature`, K, volume, m^3, and its rate, m^3/s.
+    m_in, m_out : float, array or symbol
+        Mass flows, kg/s, with the model's T upstream of an outflow.
+    area_ratio : float, array or symbol
+        A_q(x) / A_q(x_0).
+    k_0 : float
+        Thermal conductance at equilibrium, W/K.
+    P_0, T_0, T_in, T_amb : float
+        Equilibrium pressure, Pa, and temperature, inlet and ambient temperature, K.
+    R, gamma : float
+        Gas constant, J/(kg K), and ratio of specific heats.
+    lane : Lane
+        Which model, at which n.
+    """
+    T_inlet = lane.mixing * T_in + (1 - lane.mixing) * T
+    conductance = wall_conductance(k_0, area_ratio, P * T / (P_0 * T_0), lane.e_A, lane.e_PT)
+    heat = lane.explicit_heat * wall_heat(T, conductance, T_amb)
+    return dP_dt(P, T, V, dV_dt, m_in, m_out, T_inlet, heat, lane.n_V, lane.n_in, lane.n_out, R, gamma)
+
+
+def lane_array(lanes: list[Lane]) -> np.ndarray:
+    """Stack lanes into a float array of shape (lane, coefficient) for the compiled kernels."""
+    return np.array(lanes, dtype=float).reshape(len(lanes), len(Lane._fields))

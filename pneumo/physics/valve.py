@@ -1,0 +1,154 @@
+"""Servo-valve: mass flow through a restriction, eqs (1) and (2).
+
+Every function works on floats, in plain Python and inside compiled kernels; `mass_flow` and
+`choked_flow` also take quantities with units.
+"""
+
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+
+class Gas(NamedTuple):
+    """A perfect gas and the two constants of eq (1) that follow from it.
+
+    Attributes
+    ----------
+    R : float
+        Gas constant, J/(kg K).
+    gamma : float
+        Ratio of specific heats.
+    sonic_coefficient : float
+        Choked mass flow is ``sonic_coefficient * P_u * A_t / sqrt(T_u)``, s K^0.5/m.
+    critical_ratio : float
+        Flow is sonic at and below this P_d / P_u.
+    """
+
+    R: float
+    gamma: float
+    sonic_coefficient: float
+    critical_ratio: float
+
+
+class Valve(NamedTuple):
+    """Servo-valve with matched and symmetric restrictions, section 2.1.
+
+    Attributes
+    ----------
+    k_xu : float
+        Area of an open restriction per volt of command, k_x k_u, m^2/V.
+    u_max : float
+        Limit of the command's magnitude, V.
+    """
+
+    k_xu: float
+    u_max: float
+
+
+@register_jitable
+def critical_ratio(gamma):
+    """Pressure ratio P_d / P_u at which the throat becomes sonic (0.5283 for air)."""
+    return (2 / (gamma + 1)) ** (gamma / (gamma - 1))
+
+
+@register_jitable
+def sonic_coefficient(R, gamma):
+    """Exact coefficient of the sonic branch of eq (1), s K^0.5/m (printed: 0.0404).
+
+    Eq (17) misprints it; this form makes the two branches of eq (1) meet.
+    """
+    return (2 / (gamma + 1)) ** (1 / (gamma - 1)) * (2 * gamma / ((gamma + 1) * R)) ** 0.5
+
+
+def exact_gas(R, gamma):
+    """Return the `Gas` whose two constants follow from R and gamma to full precision."""
+    return Gas(R, gamma, sonic_coefficient(R, gamma), critical_ratio(gamma))
+
+
+@register_jitable
+def choked_flow(A_t, P_u, T_u, gas):
+    """Sonic mass flow, kg/s: second branch of eq (1)."""
+    return gas.sonic_coefficient * P_u * A_t / T_u**0.5
+
+
+@register_jitable
+def mass_flow(A_t, P_u, P_d, T_u, gas):
+    """Mass flow through a restriction, kg/s: eq (1).
+
+    Parameters
+    ----------
+    A_t : float
+        Throat area, m^2.
+    P_u, P_d : float
+        Absolute upstream and downstream pressure, Pa; ``P_u >= P_d > 0``.
+    T_u : float
+        Upstream temperature, K.
+    gas : Gas
+        The flowing gas.
+    """
+    ratio = P_d / P_u
+    if ratio <= gas.critical_ratio:
+        return choked_flow(A_t, P_u, T_u, gas)
+    g = gas.gamma
+    subsonic = ratio ** (2 / g) - ratio ** ((g + 1) / g)
+    return A_t * P_u * (2 * g / ((g - 1) * gas.R * T_u) * subsonic) ** 0.5  # (1)
+
+
+@register_jitable
+def limited(u, u_max):
+    """Command after the limiter, V."""
+    return min(max(u, -u_max), u_max)
+
+
+@register_jitable
+def chamber_flows(u, P, T, valve, gas, conditions):
+    """Mass flows into and out of one chamber, kg/s, through the restriction that eq (2) opens.
+
+    Air goes whichever way the pressures drive it: a chamber above supply pressure flows back into
+    the supply line, and one below atmospheric pressure draws air in through the exhaust.
+
+    Parameters
+    ----------
+    u : float
+        Limited command, V, positive where it connects this chamber to the supply
+        (the command itself for chamber A, its negative for chamber B).
+    P, T : float
+        Chamber pressure, Pa, and temperature, K.
+    valve : Valve
+    gas : Gas
+    conditions : Conditions
+        Supply and ambient state.
+
+    Returns
+    -------
+    m_in, m_out : float
+        Both non-negative, at most one of them positive.
+    """
+    A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
+    P_port = conditions.P_s if u >= 0 else conditions.P_atm
+    if P_port >= P:
+        return mass_flow(A_t, P_port, P, conditions.T_in, gas), 0.0
+    return 0.0, mass_flow(A_t, P, P_port, T, gas)
+
+
+class Conditions(NamedTuple):
+    """Supply, surroundings and the equilibrium from which runs start.
+
+    Attributes
+    ----------
+    P_s, P_atm : float
+        Absolute supply and atmospheric pressure, Pa.
+    T_in, T_amb : float
+        Temperature of incoming air and of the cylinder's walls, K.
+    P_0, T_0 : float
+        Equilibrium pressure, Pa, and temperature, K.
+    """
+
+    P_s: float
+    P_atm: float
+    T_in: float
+    T_amb: float
+    P_0: float
+    T_0: float
+
+

@@ -1,0 +1,49 @@
+"""SHA-256 of sources: which code made a result, and when compiled code or results are stale."""
+
+import ast
+import hashlib
+from pathlib import Path
+
+ROOT = Path(__file__).parent
+
+
+def _source(module: str) -> Path | None:
+    """File of a pneumo module or package, or None if there is no such module."""
+    path = ROOT.parent.joinpath(*module.split("."))
+    candidates = (path.with_suffix(".py"), path / "__init__.py")
+    return next((file for file in candidates if file.exists()), None)
+
+
+def _imports(file: Path) -> set[str]:
+    names = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+    return {name for name in names if name.split(".")[0] == "pneumo" and _source(name)}
+
+
+def modules_behind(*modules: str) -> list[str]:
+    """Pneumo modules that the given ones import, directly or not, with themselves, sorted."""
+    found: set[str] = set()
+    queue = list(modules)
+    while queue:
+        module = queue.pop()
+        file = _source(module)
+        if file is None:
+            raise ModuleNotFoundError(f"no pneumo module {module!r}")
+        if module not in found:
+            found.add(module)
+            queue += _imports(file)
+    return sorted(found)
+
+
+def code_hash(*modules: str) -> str:
+    """Return the SHA-256 of the named pneumo modules and of every pneumo module behind them."""
+    digest = hashlib.sha256()
+    for module in modules_behind(*modules):
+        source = _source(module)
+        assert source is not None
+        digest.update(module.encode() + b"\0" + source.read_bytes() + b"\0")
+    return digest.hexdigest()

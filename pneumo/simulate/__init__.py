@@ -1,0 +1,1 @@
+"""Running it: integrator, excitation, full-order runs, settling runs and replays."""

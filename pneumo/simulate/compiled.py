@@ -1,0 +1,33 @@
+"""Where functions get compiled.
+
+Numba's cache does not notice edits in imported functions, so the cache folder carries a hash of
+every source that can end up in compiled code: a stale kernel cannot be loaded.
+"""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+
+from pneumo.provenance import ROOT, code_hash
+
+
+def _cache_folder() -> Path:
+    home = os.environ.get("NUMBA_CACHE_DIR") or Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "pneumo")
+    names = [
+        f"pneumo.{room}.{file.stem}"
+        for room in ("physics", "simulate")
+        for file in sorted((ROOT / room).glob("*.py"))
+        if file.stem != "__init__"
+    ]
+    return Path(home).expanduser() / code_hash(*names)[:16]
+
+
+numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function that takes floats and arrays; its plain form stays at ``.py_func``."""
+    return numba.njit(cache=True, nogil=True, error_model="numpy")(function)

@@ -1,0 +1,127 @@
+"""The full-order system: one valve, one piston, two chambers with pressure and temperature.
+
+State of the sixth-order model: (x, v, P_A, T_A, P_B, T_B).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo.physics.cylinder import Cylinder, acceleration, heat_area, motion, stopped, volume
+from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited
+from pneumo.simulate.compiled import kernel
+from pneumo.simulate.excitation import Drive, command
+from pneumo.simulate.tableau import DORMAND_PRINCE
+
+A, B, C = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
+STAGES = len(B)
+STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
+
+
+class Plant(NamedTuple):
+    """Everything physical about one experiment, SI units.
+
+    Attributes
+    ----------
+    gas : Gas
+    valve : Valve
+    conditions : Conditions
+    cylinder : Cylinder
+    k_0 : float
+        Thermal conductance of each chamber at equilibrium, W/K.
+    """
+
+    gas: Gas
+    valve: Valve
+    conditions: Conditions
+    cylinder: Cylinder
+    k_0: float
+
+
+@register_jitable
+def chamber_rates(u, x, v, P, T, area, plant):
+    """Full-order rates of one chamber, (dP/dt, dT/dt), with u, x, v counted outward from it."""
+    gas, conditions = plant.gas, plant.conditions
+    V = volume(x, area, plant.cylinder)
+    dV_dt = area * v
+    m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, conditions)
+    area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
+    PT_ratio = P * T / (conditions.P_0 * conditions.T_0)
+    heat = wall_heat(T, wall_conductance(plant.k_0, area_ratio, PT_ratio, 1.0, 0.5), conditions.T_amb)  # (7)
+    g = gas.gamma
+    return (
+        dP_dt(P, T, V, dV_dt, m_in, m_out, conditions.T_in, heat, g, g, g, gas.R, g),
+        dT_dt(P, T, V, dV_dt, m_in, m_out, conditions.T_in, heat, gas.R, g),
+    )
+
+
+@register_jitable
+def rates(y, reference, force, drive, plant, dy):
+    """Write the rate of the six states into dy: eqs (3), (4), (5) for both chambers."""
+    x, v, P_A, T_A, P_B, T_B = y[0], y[1], y[2], y[3], y[4], y[5]
+    u = limited(command(reference, x, drive), plant.valve.u_max)
+    dy[0], dy[1] = motion(x, v, acceleration(v, P_A, P_B, force, plant.cylinder), plant.cylinder)
+    dy[2], dy[3] = chamber_rates(u, x, v, P_A, T_A, plant.cylinder.A_A, plant)
+    dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
+
+
+@register_jitable
+def stages(y, reference, force, drive, plant, h, Y, K):
+    """Write the six stage states of one step from y, and their rates, into Y and K."""
+    for i in range(STAGES):
+        for s in range(len(y)):
+            total = 0.0
+            for j in range(i):
+                total += A[i, j] * K[j, s]
+            Y[i, s] = y[s] + h * total
+        rates(Y[i], reference, force, drive, plant, K[i])
+
+
+@kernel
+def run(y_0, reference, force, drive, plant, h):
+    """Integrate the full-order system with a fixed step.
+
+    Parameters
+    ----------
+    y_0 : numpy.ndarray
+        Initial state, shape (6,): m, m/s, Pa, K, Pa, K.
+    reference : numpy.ndarray
+        Reference of every step, shape (steps + 1,): m in closed loop, V in open loop.
+    force : float
+        External force on the piston, N.
+    drive : Drive
+    plant : Plant
+    h : float
+        Step, s.
+
+    Returns
+    -------
+    numpy.ndarray
+        States at every step, shape (steps + 1, 6).
+    """
+    steps = len(reference) - 1
+    states = np.empty((steps + 1, 6))
+    states[0] = y_0
+    Y, K = np.empty((STAGES, 6)), np.empty((STAGES, 6))
+    for k in range(steps):
+        stages(states[k], reference[k], force, drive, plant, h, Y, K)
+        for s in range(6):
+            total = 0.0
+            for i in range(STAGES):
+                total += B[i] * K[i, s]
+            states[k + 1, s] = states[k, s] + h * total
+        states[k + 1, 0], states[k + 1, 1] = stopped(states[k + 1, 0], states[k + 1, 1], plant.cylinder)
+    return states
+
+
+def equilibrium(plant: Plant) -> np.ndarray:
+    """State from which every run starts: piston in the middle, both chambers at (P_0, T_0)."""
+    P_0, T_0 = plant.conditions.P_0, plant.conditions.T_0
+    return np.array([0.0, 0.0, P_0, T_0, P_0, T_0])
+
+
+def command_series(states: np.ndarray, reference: np.ndarray, drive: Drive) -> np.ndarray:
+    """Command before the limiter at every stored step, V, shape (steps + 1,)."""
+    return np.array([command(r, x, drive) for r, x in zip(reference, states[:, 0], strict=True)])

@@ -1,0 +1,229 @@
+"""Replays of the reduced models on recorded full-order runs, Fig. 6.
+
+This is the readable reference: one lane (a model at one n) and one chamber at a time.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from pneumo.physics.cylinder import heat_area, volume
+from pneumo.physics.models import Lane, model_dP_dt, temperature
+from pneumo.physics.valve import chamber_flows, limited
+from pneumo.simulate.compiled import kernel
+from pneumo.simulate.datum import STAGES, A, B, C, Plant, command_series, stages
+from pneumo.simulate.excitation import Drive, command
+
+PUBLISHED, EXACT = "published", "exact"
+OK, LEFT_RANGE = 0, 1
+STATUS = {OK: "ok", LEFT_RANGE: "pressure left the positive numbers"}
+
+
+class Recording(NamedTuple):
+    """A full-order run as the replays see it.
+
+    Attributes
+    ----------
+    states : numpy.ndarray
+        (x, v, P_A, T_A, P_B, T_B) at every step, shape (steps + 1, 6).
+    reference : numpy.ndarray
+        Reference in force from every step's start, shape (steps + 1,).
+    u : numpy.ndarray
+        Command before the limiter at every step, V, shape (steps + 1,).
+    """
+
+    states: np.ndarray
+    reference: np.ndarray
+    u: np.ndarray
+
+
+def record(states: np.ndarray, reference: np.ndarray, drive: Drive) -> Recording:
+    """Return the recording of a full-order run."""
+    return Recording(states, reference, command_series(states, reference, drive))
+
+
+class Replayed(NamedTuple):
+    """What the replays of one experiment give; every array starts with (lane, chamber).
+
+    Attributes
+    ----------
+    mean_error, mse : numpy.ndarray
+        Mean, Pa, and mean square, Pa^2, of full-order minus reduced pressure over every step.
+    variance : numpy.ndarray
+        Population variance of the same error, Pa^2.
+    status : numpy.ndarray
+        Key of `STATUS`; anything but 0 makes the statistics NaN.
+    failure_step : numpy.ndarray
+        Step at which a lane failed, or -1.
+    pressure : numpy.ndarray
+        Reduced pressure, Pa, shape (lane, chamber, stored steps).
+    """
+
+    mean_error: np.ndarray
+    variance: np.ndarray
+    mse: np.ndarray
+    status: np.ndarray
+    failure_step: np.ndarray
+    pressure: np.ndarray
+
+
+@register_jitable
+def lane_rate(u, x, v, P, area, plant, lane):
+    """Rate of a reduced model's pressure, Pa/s, with u, x, v counted outward from the chamber."""
+    conditions, gas = plant.conditions, plant.gas
+    T = temperature(P, conditions.P_0, conditions.T_0, lane.a)
+    m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, conditions)
+    return model_dP_dt(
+        P,
+        T,
+        volume(x, area, plant.cylinder),
+        area * v,
+        m_in,
+        m_out,
+        heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder),
+        plant.k_0,
+        conditions.P_0,
+        conditions.T_0,
+        conditions.T_in,
+        conditions.T_amb,
+        gas.R,
+        gas.gamma,
+        lane,
+    )
+
+
+@register_jitable
+def interpolated(series, position):
+    """Linear interpolation between samples; `position` counts steps and is held at both ends."""
+    if position <= 0:
+        return series[0]
+    k = min(int(position), len(series) - 2)
+    return series[k] + (position - k) * (series[k + 1] - series[k])
+
+
+@register_jitable
+def published_inputs(recording, k, lag_steps, u_max, inputs):
+    """Write (u, x, v) at the six stages of step k as the paper's replays read them.
+
+    The samples of 1 ms are interpolated linearly and the limiter acts on the interpolated command.
+    """
+    for i in range(STAGES):
+        position = k + C[i] - lag_steps
+        inputs[i, 0] = limited(interpolated(recording.u, position), u_max)
+        inputs[i, 1] = interpolated(recording.states[:, 0], position)
+        inputs[i, 2] = interpolated(recording.states[:, 1], position)
+
+
+@register_jitable
+def exact_inputs(recording, k, drive, plant, h, Y, K, inputs):
+    """Write (u, x, v) at the six stages of step k as the full-order run saw them.
+
+    A stored state determines the stages of its step, so they are computed again, never stored.
+    """
+    stages(recording.states[k], recording.reference[k], 0.0, drive, plant, h, Y, K)
+    for i in range(STAGES):
+        u = command(recording.reference[k], Y[i, 0], drive)
+        inputs[i, 0] = limited(u, plant.valve.u_max)
+        inputs[i, 1] = Y[i, 0]
+        inputs[i, 2] = Y[i, 1]
+
+
+@register_jitable
+def lane_step(P, inputs, sign, area, plant, lane, h, rate):
+    """Advance one lane by one Dormand-Prince step and return its new pressure."""
+    for i in range(STAGES):
+        total = 0.0
+        for j in range(i):
+            total += A[i, j] * rate[j]
+        u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
+        rate[i] = lane_rate(u, x, v, P + h * total, area, plant, lane)
+    total = 0.0
+    for i in range(STAGES):
+        total += B[i] * rate[i]
+    return P + h * total
+
+
+@kernel
+def _replay(recording, lanes, exact, lag_steps, stride, drive, plant, h):
+    steps = len(recording.states) - 1
+    count = len(lanes)
+    pressure = np.empty((count, 2, steps // stride + 1))
+    moments = np.zeros((count, 2, 2))  # running sums of e and e^2
+    failure = np.full((count, 2), -1)
+    P = np.full((count, 2), plant.conditions.P_0)
+    pressure[:, :, 0] = plant.conditions.P_0
+    inputs = np.empty((STAGES, 3))
+    Y, K, rate = np.empty((STAGES, 6)), np.empty((STAGES, 6)), np.empty(STAGES)
+    for k in range(steps):
+        if exact:
+            exact_inputs(recording, k, drive, plant, h, Y, K, inputs)
+        else:
+            published_inputs(recording, k, lag_steps, plant.valve.u_max, inputs)
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            area = plant.cylinder.A_A if side == 0 else plant.cylinder.A_B
+            P_full = recording.states[k + 1, 2 + 2 * side]
+            for i in range(count):
+                if failure[i, side] >= 0:
+                    continue
+                row = lanes[i]
+                lane = Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+                P_new = lane_step(P[i, side], inputs, sign, area, plant, lane, h, rate)
+                if not P_new > 0:
+                    failure[i, side] = k + 1
+                    P_new = np.nan
+                P[i, side] = P_new
+                error = P_full - P_new
+                moments[i, side, 0] += error
+                moments[i, side, 1] += error * error
+        if (k + 1) % stride == 0:
+            pressure[:, :, (k + 1) // stride] = P
+    return moments, failure, pressure
+
+
+def replay(
+    recording: Recording,
+    lanes: np.ndarray,
+    drive: Drive,
+    plant: Plant,
+    h: float,
+    *,
+    transport: str,
+    lag: float = 0.0,
+    stride: int = 1,
+) -> Replayed:
+    """Replay every lane in both chambers on one recording.
+
+    Parameters
+    ----------
+    recording : Recording
+    lanes : numpy.ndarray
+        From `pneumo.physics.models.lane_array`, shape (lane, 8).
+    drive, plant : Drive, Plant
+        Those of the recorded run.
+    h : float
+        Step, s.
+    transport : {"published", "exact"}
+        How recorded signals reach the replayed model.
+    lag : float
+        Delay of the recorded signals, s; `published` only.
+    stride : int
+        Steps between stored pressures.
+
+    Raises
+    ------
+    ValueError
+        If `transport` is neither of the two, or a lag is asked of `exact`.
+    """
+    if transport not in (PUBLISHED, EXACT):
+        raise ValueError(f"transport = {transport!r}: must be 'published' or 'exact'")
+    if transport == EXACT and lag:
+        raise ValueError(f"lag = {lag:g} s: the exact transport has none")
+    moments, failure, pressure = _replay(
+        recording, lanes, transport == EXACT, lag / h, stride, drive, plant, h
+    )
+    samples = len(recording.states)  # the error at t = 0 is zero by construction and counts
+    mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
+    status = np.where(failure >= 0, LEFT_RANGE, OK).astype(np.int8)
+    return Replayed(mean_error, mse - mean_error**2, mse, status, failure, pressure)
