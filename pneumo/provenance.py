@@ -14,7 +14,8 @@ def _source(module: str) -> Path | None:
     return next((file for file in candidates if file.exists()), None)
 
 
-def _imports(file: Path) -> set[str]:
+def imports_of(file: Path) -> set[str]:
+    """Pneumo modules that a Python file imports directly."""
     names = set()
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
@@ -35,7 +36,7 @@ def modules_behind(*modules: str) -> list[str]:
             raise ModuleNotFoundError(f"no pneumo module {module!r}")
         if module not in found:
             found.add(module)
-            queue += _imports(file)
+            queue += imports_of(file)
     return sorted(found)
 
 

@@ -50,7 +50,9 @@ def dP_dt(P, T, V, dV_dt, m_in, m_out, T_inlet, heat, n_V, n_in, n_out, R, gamma
     R, gamma : float
         Gas constant, J/(kg K), and ratio of specific heats.
     """
-    return (-n_V * P * dV_dt + R * (n_in * m_in * T_inlet - n_out * m_out * T) + (gamma - 1) * heat) / V  # (4)
+    return (
+        -n_V * P * dV_dt + R * (n_in * m_in * T_inlet - n_out * m_out * T) + (gamma - 1) * heat
+    ) / V  # (4)
 
 
 @register_jitable

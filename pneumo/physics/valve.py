@@ -150,5 +150,3 @@ class Conditions(NamedTuple):
     T_amb: float
     P_0: float
     T_0: float
-
-

@@ -9,35 +9,16 @@ import numpy as np
 from numba.extending import register_jitable
 
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Cylinder, acceleration, heat_area, motion, stopped, volume
-from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited
+from pneumo.physics.cylinder import acceleration, heat_area, motion, stopped, volume
+from pneumo.physics.experiment import Experiment, Plant
+from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulate.compiled import kernel
-from pneumo.simulate.excitation import Drive, command
+from pneumo.simulate.excitation import command, reference_series
 from pneumo.simulate.tableau import DORMAND_PRINCE
 
 A, B, C = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
 STAGES = len(B)
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
-
-
-class Plant(NamedTuple):
-    """Everything physical about one experiment, SI units.
-
-    Attributes
-    ----------
-    gas : Gas
-    valve : Valve
-    conditions : Conditions
-    cylinder : Cylinder
-    k_0 : float
-        Thermal conductance of each chamber at equilibrium, W/K.
-    """
-
-    gas: Gas
-    valve: Valve
-    conditions: Conditions
-    cylinder: Cylinder
-    k_0: float
 
 
 @register_jitable
@@ -122,6 +103,36 @@ def equilibrium(plant: Plant) -> np.ndarray:
     return np.array([0.0, 0.0, P_0, T_0, P_0, T_0])
 
 
-def command_series(states: np.ndarray, reference: np.ndarray, drive: Drive) -> np.ndarray:
-    """Command before the limiter at every stored step, V, shape (steps + 1,)."""
-    return np.array([command(r, x, drive) for r, x in zip(reference, states[:, 0], strict=True)])
+class Recording(NamedTuple):
+    """A full-order run as the replays see it.
+
+    Attributes
+    ----------
+    states : numpy.ndarray
+        (x, v, P_A, T_A, P_B, T_B) at every step, shape (steps + 1, 6).
+    reference : numpy.ndarray
+        Reference in force from every step's start, shape (steps + 1,).
+    u : numpy.ndarray
+        Command before the limiter at every step, V, shape (steps + 1,).
+    """
+
+    states: np.ndarray
+    reference: np.ndarray
+    u: np.ndarray
+
+
+@kernel
+def command_series(states, reference, drive):
+    """Command before the limiter at every step, V, shape (steps + 1,)."""
+    u = np.empty(len(reference))
+    for k in range(len(u)):
+        u[k] = command(reference[k], states[k, 0], drive)
+    return u
+
+
+def record(experiment: Experiment) -> Recording:
+    """Run an experiment's full-order system from equilibrium and record it."""
+    drive, plant = experiment.drive, experiment.plant
+    reference = reference_series(drive, experiment.excitation, experiment.steps)
+    states = run(equilibrium(plant), reference, 0.0, drive, plant, experiment.h)
+    return Recording(states, reference, command_series(states, reference, drive))

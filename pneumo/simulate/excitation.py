@@ -6,10 +6,11 @@ generates: a multiplicative congruential generator with the polar method, second
 
 from collections.abc import Iterator
 from math import log, sqrt
-from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
+
+from pneumo.physics.experiment import Drive, Excitation
 
 MULTIPLIER, MODULUS = 16807, 2**31 - 1
 SCALE = 4.656612875245797e-10  # 1 / MODULUS as the block has it
@@ -40,37 +41,13 @@ def normal_deviates(seed: int) -> Iterator[float]:
             yield sqrt(-2 * log(w) / w) * a
 
 
-class Drive(NamedTuple):
-    """How the command follows from the reference, Figs 4 and 5.
-
-    Attributes
-    ----------
-    closed_loop : bool
-        Proportional control of position, or the open-loop sequence with forced sign.
-    k_p : float
-        Proportional gain, V/m.
-    x_reverse : float
-        Distance from the centre at which the open-loop sign is forced back, m.
-    """
-
-    closed_loop: bool
-    k_p: float
-    x_reverse: float
-
-
-def reference_series(drive: Drive, seed: int, amplitude: float, every: int, steps: int) -> np.ndarray:
+def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.ndarray:
     """Reference of every step, held between draws; the first draw applies from t = 0.
 
     Parameters
     ----------
     drive : Drive
-    seed : int
-        Seed of the Random Number block.
-    amplitude : float
-        Standard deviation of the position reference, m, in closed loop; magnitude of the
-        two-valued command, V, in open loop.
-    every : int
-        Steps between draws.
+    excitation : Excitation
     steps : int
         Number of steps.
 
@@ -79,10 +56,10 @@ def reference_series(drive: Drive, seed: int, amplitude: float, every: int, step
     numpy.ndarray
         Shape (steps + 1,): the value in force from each step's start (the last one at the end).
     """
-    deviates = normal_deviates(seed)
-    draws = np.array([next(deviates) for _ in range(steps // every + 1)])
-    levels = amplitude * (draws if drive.closed_loop else np.sign(draws))
-    return np.repeat(levels, every)[: steps + 1]
+    deviates = normal_deviates(excitation.seed)
+    draws = np.array([next(deviates) for _ in range(steps // excitation.every + 1)])
+    levels = excitation.amplitude * (draws if drive.closed_loop else np.sign(draws))
+    return np.repeat(levels, excitation.every)[: steps + 1]
 
 
 @register_jitable

@@ -9,38 +9,16 @@ import numpy as np
 from numba.extending import register_jitable
 
 from pneumo.physics.cylinder import heat_area, volume
+from pneumo.physics.experiment import Drive, Plant
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulate.compiled import kernel
-from pneumo.simulate.datum import STAGES, A, B, C, Plant, command_series, stages
-from pneumo.simulate.excitation import Drive, command
+from pneumo.simulate.datum import STAGES, A, B, C, Recording, stages
+from pneumo.simulate.excitation import command
 
 PUBLISHED, EXACT = "published", "exact"
 OK, LEFT_RANGE = 0, 1
 STATUS = {OK: "ok", LEFT_RANGE: "pressure left the positive numbers"}
-
-
-class Recording(NamedTuple):
-    """A full-order run as the replays see it.
-
-    Attributes
-    ----------
-    states : numpy.ndarray
-        (x, v, P_A, T_A, P_B, T_B) at every step, shape (steps + 1, 6).
-    reference : numpy.ndarray
-        Reference in force from every step's start, shape (steps + 1,).
-    u : numpy.ndarray
-        Command before the limiter at every step, V, shape (steps + 1,).
-    """
-
-    states: np.ndarray
-    reference: np.ndarray
-    u: np.ndarray
-
-
-def record(states: np.ndarray, reference: np.ndarray, drive: Drive) -> Recording:
-    """Return the recording of a full-order run."""
-    return Recording(states, reference, command_series(states, reference, drive))
 
 
 class Replayed(NamedTuple):

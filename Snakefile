@@ -1,0 +1,34 @@
+# The paper's study from configuration to figures: `snakemake -j2`.
+# Another study on top of it: `snakemake -j2 --configfile config/smoke.yaml`.
+from snakemake.utils import min_version
+
+from pneumo.workflow import checked_study, code_behind
+
+min_version("9.0")
+
+
+configfile: "config/paper.yaml"
+
+
+STUDY = checked_study(config, workflow.overwrite_configfiles)
+TRANSPORTS = ["published", "exact"]
+
+
+wildcard_constraints:
+    experiment="|".join(STUDY.experiments),
+    transport="|".join(TRANSPORTS),
+
+
+include: "workflow/rules/simulate.smk"
+include: "workflow/rules/assess.smk"
+include: "workflow/rules/publish.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        rules.settling_table.output,
+        expand(rules.statistics.output, transport=TRANSPORTS),
+        rules.schemes.output,
+        rules.figures.output,
+        rules.tables.output,

@@ -1,0 +1,1 @@
+"""Comparing: statistics, the published tables, the verdict."""

@@ -1,0 +1,354 @@
+"""Configuration: read, validated and converted to SI units once; nothing downstream reads it again.
+
+Units stand in the keys (bore_mm). The only errors are `ConfigurationError`s of one line.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from math import pi
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import yaml
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
+
+from pneumo.physics.cylinder import Cylinder
+from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.physics.experiment import Drive, Excitation, Experiment, Plant, Push, Study
+from pneumo.physics.valve import Conditions, Gas, Valve, critical_ratio, sonic_coefficient
+
+
+class ConfigurationError(ValueError):
+    """A configuration that cannot be used; its text is one line for the user."""
+
+
+def _number(value: Any) -> Any:
+    """Refuse what pydantic would quietly turn into a number."""
+    if isinstance(value, bool):
+        raise ValueError("must be a number")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
+Count = Annotated[int, BeforeValidator(_number)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class GasSection(_Section):
+    """Air as a perfect gas, and the two printed constants of eq (1)."""
+
+    R_J_per_kgK: Annotated[Number, Field(gt=0, le=5000, description="gas constant R")]
+    gamma: Annotated[Number, Field(ge=1.05, le=1.67, description="ratio of specific heats")]
+    sonic_coefficient: Annotated[
+        Literal["exact"] | Annotated[Number, Field(gt=0, lt=1)],
+        Field(description="factor of the sonic branch of eq (1), s K^0.5/m, or exact"),
+    ]
+    critical_ratio: Annotated[
+        Literal["exact"] | Annotated[Number, Field(gt=0, lt=1)],
+        Field(description="P_d/P_u at which flow becomes sonic, or exact"),
+    ]
+
+
+class SupplySection(_Section):
+    """Supply and surroundings."""
+
+    P_s_Pa: Annotated[Number, Field(gt=0, le=5e6, description="absolute supply pressure")]
+    P_atm_Pa: Annotated[Number, Field(gt=0, le=2e5, description="atmospheric pressure")]
+    T_amb_K: Annotated[Number, Field(ge=150, le=500, description="temperature of walls and surroundings")]
+    T_in_K: Annotated[Number, Field(ge=150, le=500, description="temperature of incoming air")]
+    P_0_per_P_s: Annotated[
+        Literal["half-bridge"] | Annotated[Number, Field(gt=0, lt=1)],
+        Field(description="equilibrium over supply pressure, or half-bridge to solve Appendix 2"),
+    ]
+
+    @model_validator(mode="after")
+    def _supply_above_atmosphere(self) -> Self:
+        if self.P_s_Pa <= self.P_atm_Pa:
+            raise ValueError(f"P_s_Pa = {self.P_s_Pa:g}: must exceed P_atm_Pa = {self.P_atm_Pa:g}")
+        return self
+
+
+class OpenLoopSection(_Section):
+    """Two-valued sequence of the open-loop runs."""
+
+    amplitude_V: Annotated[Number, Field(gt=0, le=1000, description="magnitude of the command")]
+    reverse_at: Annotated[
+        Number, Field(gt=0, le=1, description="fraction of the half-stroke at which the sign is forced back")
+    ]
+
+
+class ClosedLoopSection(_Section):
+    """Random position reference and proportional controller of the closed-loop runs."""
+
+    variance_m2: Annotated[Number, Field(gt=0, le=10, description="variance of the position reference")]
+    k_p_V_per_m: Annotated[Number, Field(gt=0, le=1e6, description="proportional gain")]
+
+
+class SettlingSection(_Section):
+    """Force and end stop of the settling-time runs."""
+
+    force_N: Annotated[
+        Number, Field(lt=0, ge=-1e6, description="external force (negative: towards the stop)")
+    ]
+    stop_mm: Annotated[Number, Field(lt=0, ge=-5000, description="position of the end stop")]
+
+
+class CylinderSection(_Section):
+    """A cylinder with its load, its valve and the signals that excite it."""
+
+    bore_mm: Annotated[Number, Field(gt=0, le=1000, description="diameter phi")]
+    stroke_mm: Annotated[Number, Field(gt=0, le=10000, description="stroke l")]
+    dead_volume_m3: Annotated[Number, Field(gt=0, le=1, description="dead volume V_d of each chamber")]
+    mass_kg: Annotated[Number, Field(gt=0, le=1e5, description="moving mass M with load")]
+    friction_Ns_per_m: Annotated[Number, Field(ge=0, le=1e6, description="viscous friction coefficient k_f")]
+    k_x_k_u_m2_per_V: Annotated[Number, Field(gt=0, le=1e-2, description="valve area per volt")]
+    u_max_V: Annotated[Number, Field(gt=0, le=1000, description="limit of the command")]
+    seed: Annotated[Count, Field(ge=0, lt=2**32, description="seed of the Random Number block")]
+    sample_time_s: Annotated[Number, Field(gt=0, le=1000, description="time between draws")]
+    open_loop: OpenLoopSection
+    closed_loop: ClosedLoopSection
+    settling: SettlingSection
+
+    @model_validator(mode="after")
+    def _stop_inside_stroke(self) -> Self:
+        if self.settling.stop_mm <= -self.stroke_mm / 2:
+            raise ValueError(
+                f"settling.stop_mm = {self.settling.stop_mm:g}: must lie inside the half-stroke,"
+                f" above {-self.stroke_mm / 2:g}"
+            )
+        return self
+
+
+class ExperimentSection(_Section):
+    """One experiment: which cylinder, which loop, how much wall heat, how long."""
+
+    cylinder: str
+    loop: Literal["open", "closed"]
+    k_0_W_per_K: Annotated[Number, Field(ge=0, le=1e4, description="thermal conductance at equilibrium")]
+    duration_s: Annotated[Number, Field(gt=0, le=1e5, description="length of the full-order run")]
+    pressure_stride: Annotated[Count, Field(ge=1, description="steps between stored pressures of replays")]
+
+
+class RunSection(_Section):
+    """Which experiments run, and a limit on their length for smoke runs."""
+
+    experiments: Annotated[Literal["all"] | list[str], Field(description="names of experiments, or all")]
+    duration_limit_s: Annotated[Number, Field(gt=0)] | None = None
+
+
+class Configuration(_Section):
+    """The whole configuration of a study."""
+
+    name: Annotated[str, Field(pattern=r"^[\w-]{1,40}$", description="name of the study")]
+    gas: GasSection
+    supply: SupplySection
+    cylinders: Annotated[dict[str, CylinderSection], Field(min_length=1)]
+    experiments: Annotated[
+        dict[Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")], ExperimentSection], Field(min_length=1)
+    ]
+    levels: Annotated[
+        dict[str, list[Number]], Field(description="conductances k_0 of each heat-transfer level, W/K")
+    ]
+    n: Annotated[
+        list[Annotated[Number, Field(gt=0, le=3)]],
+        Field(min_length=1, description="polytropic indices of the grid"),
+    ]
+    step_s: Annotated[Number, Field(gt=0, le=1, description="integration step")]
+    lag_s: Annotated[Number, Field(ge=0, le=1, description="delay of recorded signals, published transport")]
+    stationary_tolerance: Annotated[
+        Number,
+        Field(gt=0, lt=1, description="relative change over one thermal time constant that counts as none"),
+    ]
+    run: RunSection
+
+    @model_validator(mode="after")
+    def _names_exist(self) -> Self:
+        for name, experiment in self.experiments.items():
+            if experiment.cylinder not in self.cylinders:
+                raise ValueError(
+                    f"experiments.{name}.cylinder = {experiment.cylinder!r}:"
+                    f" must be one of {', '.join(self.cylinders)}"
+                )
+        for name in self.run.experiments if self.run.experiments != "all" else ():
+            if name not in self.experiments:
+                raise ValueError(
+                    f"run.experiments = {name!r}: no such experiment; there are {', '.join(self.experiments)}"
+                )
+        return self
+
+
+def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, Any]:
+    """Return base with the override's keys put in, section by section."""
+    result = dict(base)
+    for key, value in override.items():
+        inner = result.get(key)
+        both = isinstance(value, Mapping) and isinstance(inner, Mapping)
+        result[key] = merged(inner, value) if both else value  # type: ignore[arg-type]
+    return result
+
+
+def read_yaml(file: Path) -> dict[str, Any]:
+    """Read one configuration file.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file is missing, is not YAML, or does not hold a mapping.
+    """
+    try:
+        content = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{file}: cannot be read: {error}") from None
+    except yaml.YAMLError as error:
+        raise ConfigurationError(f"{file}: not valid YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(content, dict):
+        raise ConfigurationError(f"{file}: must hold sections (key: value), holds {type(content).__name__}")
+    return content
+
+
+def _source_of(path: tuple[Any, ...], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
+    """Name of the last source that sets the field at `path`, or of the first source if none does."""
+    for name, content in reversed(sources):
+        node: Any = content
+        for key in path:
+            if isinstance(node, Mapping) and key in node:
+                node = node[key]
+            elif not isinstance(node, list):
+                break
+        else:
+            return name
+    return sources[0][0] if sources else "configuration"
+
+
+def _sentence(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
+    """One line for a validation error: source, field, value, what is allowed."""
+    keys = tuple(
+        key for key in error["loc"] if not str(key).startswith(("literal[", "constrained-", "function-"))
+    )
+    keys = tuple(key for key in keys if key not in ("float", "int", "str", "list[str]", "[key]"))
+    field = ".".join(map(str, keys))
+    message = error["msg"].removeprefix("Value error, ").replace("Input should be ", "must be ")
+    if error["type"] == "extra_forbidden":
+        message = "unknown key; config/README.md lists the known ones"
+    if error["type"] == "missing":
+        return f"{_source_of((), sources)}: {field}: missing"
+    source = _source_of(keys, sources)
+    if isinstance(error["input"], Mapping) and error["type"] == "value_error":
+        return f"{source}: {field + ': ' if field else ''}{message}"
+    return f"{source}: {field} = {error['input']!r}: {message}"
+
+
+def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> Configuration:
+    """Validate a configuration.
+
+    Parameters
+    ----------
+    content : mapping
+        The merged configuration.
+    sources : sequence of (name, content)
+        Where it came from, later ones overriding earlier ones; for the error message only.
+
+    Raises
+    ------
+    ConfigurationError
+        With one line that names source, field, value and what is allowed.
+    """
+    try:
+        return Configuration.model_validate(content)
+    except ValidationError as error:
+        errors = error.errors(include_url=False)
+        # Of a union of a word and a number, the number's message is the one that gives the range.
+        text = _sentence(errors[-1] if len({e["loc"][:-1] for e in errors}) == 1 else errors[0], sources)
+        raise ConfigurationError(" ".join(text.split())) from None
+
+
+def load(*files: Path | str) -> Configuration:
+    """Read and validate a configuration from files, later ones overriding earlier ones."""
+    sources = [(str(file), read_yaml(Path(file))) for file in files]
+    content: dict[str, Any] = {}
+    for _, part in sources:
+        content = merged(content, part)
+    return validated(content, sources)
+
+
+def study(configuration: Configuration) -> Study:
+    """Convert a configuration to SI units: the experiments that run and the grid of models."""
+    c = configuration
+    chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
+    digest = hashlib.sha256(json.dumps(c.model_dump(), sort_keys=True).encode()).hexdigest()
+    experiments = {name: _experiment(c, name) for name in chosen}
+    levels = {name: tuple(values) for name, values in c.levels.items()}
+    return Study(c.name, experiments, tuple(c.n), levels, c.lag_s, digest)
+
+
+def _gas(section: GasSection) -> Gas:
+    R, gamma = section.R_J_per_kgK, section.gamma
+    sonic = sonic_coefficient(R, gamma) if section.sonic_coefficient == "exact" else section.sonic_coefficient
+    critical = critical_ratio(gamma) if section.critical_ratio == "exact" else section.critical_ratio
+    return Gas(R, gamma, sonic, critical)
+
+
+def _experiment(c: Configuration, name: str) -> Experiment:
+    e = c.experiments[name]
+    s = c.cylinders[e.cylinder]
+    gas = _gas(c.gas)
+    P_s, P_atm = c.supply.P_s_Pa, c.supply.P_atm_Pa
+    if c.supply.P_0_per_P_s == "half-bridge":
+        P_0 = equilibrium_pressure(P_s, P_atm, gas)
+    else:
+        P_0 = c.supply.P_0_per_P_s * P_s
+    conditions = Conditions(P_s, P_atm, c.supply.T_in_K, c.supply.T_amb_K, P_0, c.supply.T_amb_K)
+    bore, stroke = s.bore_mm * 1e-3, s.stroke_mm * 1e-3
+    area = pi * bore**2 / 4  # ASSUME: no rod, both areas pi phi^2/4 (Table 2's V_d and A_q say so)
+    cylinder = Cylinder(
+        bore, stroke, area, area, s.dead_volume_m3, s.mass_kg, s.friction_Ns_per_m, -stroke / 2, stroke / 2
+    )
+    plant = Plant(gas, Valve(s.k_x_k_u_m2_per_V, s.u_max_V), conditions, cylinder, e.k_0_W_per_K)
+    closed = e.loop == "closed"
+    drive = Drive(closed, s.closed_loop.k_p_V_per_m, s.open_loop.reverse_at * stroke / 2)
+    amplitude = s.closed_loop.variance_m2**0.5 if closed else s.open_loop.amplitude_V
+    excitation = Excitation(s.seed, amplitude, max(1, round(s.sample_time_s / c.step_s)))
+    push = Push(s.settling.force_N, s.settling.stop_mm * 1e-3, c.stationary_tolerance)
+    duration = min(e.duration_s, c.run.duration_limit_s or e.duration_s)
+    return Experiment(
+        name,
+        e.cylinder,
+        plant,
+        drive,
+        excitation,
+        push,
+        c.step_s,
+        max(1, round(duration / c.step_s)),
+        e.pressure_stride,
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Named tuples as mappings, so that the file reads by field name."""
+    if hasattr(value, "_asdict"):
+        return {key: _plain(inner) for key, inner in value._asdict().items()}
+    if isinstance(value, Mapping):
+        return {key: _plain(inner) for key, inner in value.items()}
+    return list(value) if isinstance(value, tuple) else value
+
+
+def to_json(value: Study) -> str:
+    """Write a study as JSON text."""
+    return json.dumps(_plain(value), indent=1) + "\n"
+
+
+def from_json(text: str) -> Study:
+    """Read what `to_json` wrote; every float comes back exactly."""
+    return TypeAdapter(Study).validate_json(text)

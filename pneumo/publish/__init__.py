@@ -1,0 +1,1 @@
+"""Showing: results become pictures and pages, and nothing is computed here."""

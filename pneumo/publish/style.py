@@ -1,0 +1,217 @@
+"""The common look of all figures: fonts, widths, the look of each model, byte-identical files."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+Layout = Literal["constrained", "compressed", "tight"] | None
+
+SINGLE_MM = 84.0  # width of one column
+DOUBLE_MM = 174.0  # width of the page
+MM_PER_INCH = 25.4
+
+INK = "#1a1a1a"
+GREY = "#7f7f7f"
+PALE = "#e6e6e6"
+ACCENT = "#1f5fa8"  # the only hue in the schemes; L* = 40, so it prints as a dark grey
+
+PAPER_RC: dict[Any, Any] = {
+    # STIX travels with matplotlib, has the whole mathematical alphabet and matches a Times text.
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 8.5,
+    "axes.labelsize": 8.5,
+    "axes.titlesize": 8.5,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "figure.dpi": 200.0,
+    "savefig.dpi": 200.0,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "figure.constrained_layout.h_pad": 0.03,
+    "figure.constrained_layout.w_pad": 0.03,
+    "text.color": INK,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-3, 4),
+    "grid.color": PALE,
+    "grid.linewidth": 0.5,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "xtick.minor.size": 1.6,
+    "ytick.minor.size": 1.6,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 4.0,
+    "lines.markeredgewidth": 0.8,
+    "patch.linewidth": 0.7,
+    "hatch.linewidth": 0.5,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "legend.borderaxespad": 0.2,
+    # Glyphs as outlines: a browser without STIX would set the text in another font, and labels would
+    # run into lines. Each glyph is stored once per file, so that a figure stays at tens of kilobytes.
+    "svg.fonttype": "path",
+    # Identifiers inside an SVG are hashes of content and salt; a random salt would change every file.
+    "svg.hashsalt": "pneumo",
+}
+
+
+@contextmanager
+def paper_style() -> Iterator[None]:
+    """Apply the common style, whatever the reader's own matplotlibrc says.
+
+    Draw the figure inside this context; `save` enters it by itself.
+    """
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(PAPER_RC)
+        yield
+
+
+def new_figure(
+    width_mm: float = SINGLE_MM, height_mm: float = 60.0, layout: Layout = "constrained"
+) -> Figure:
+    """Make an empty figure of a printed size, without touching pyplot's global list.
+
+    Parameters
+    ----------
+    width_mm, height_mm : float
+        Printed size; `SINGLE_MM` and `DOUBLE_MM` are the two widths in use.
+    layout : {"constrained", "compressed", "tight"} or None
+        Layout engine of matplotlib; None leaves axes where they are put.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    fig = Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout=layout)
+    FigureCanvasAgg(fig)
+    return fig
+
+
+def axis_label(quantity: str, unit: str = "") -> str:
+    """Write an axis label as the paper does, quantity and unit in brackets.
+
+    Parameters
+    ----------
+    quantity : str
+        Words, or a symbol between dollar signs.
+    unit : str
+        Unit in plain or math text; empty for a number.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> axis_label("$P_A$", "Pa")
+    '$P_A$ (Pa)'
+    """
+    return f"{quantity} ({unit})" if unit else quantity
+
+
+def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:
+    """Write `stem.svg` and `stem.png`, whole or not at all, with the same bytes on every run.
+
+    Parameters
+    ----------
+    fig : matplotlib.figure.Figure
+        The figure to write; its printed size is kept.
+    stem : str or pathlib.Path
+        Path without extension; missing folders are made.
+
+    Returns
+    -------
+    tuple of pathlib.Path
+        The SVG and the PNG file.
+    """
+    stem = Path(stem)
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    # No date, and no version of the plotting library, inside the files.
+    metadata = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
+    svg, png = (stem.with_name(f"{stem.name}.{kind}") for kind in metadata)
+    with paper_style():
+        for path, kind in ((svg, "svg"), (png, "png")):
+            part = path.with_name(path.name + ".part")
+            try:
+                fig.savefig(part, format=kind, metadata=metadata[kind])
+                os.replace(part, path)
+            finally:
+                part.unlink(missing_ok=True)
+    return svg, png
+
+
+class Look(NamedTuple):
+    """How one model is drawn; no two models share both line style and marker."""
+
+    color: str
+    linestyle: str | tuple[int, tuple[float, ...]]
+    marker: str
+
+    def line(self) -> dict[str, Any]:
+        """Keywords for `Axes.plot`: the curve without markers."""
+        return {"color": self.color, "linestyle": self.linestyle}
+
+    def points(self) -> dict[str, Any]:
+        """Keywords for `Axes.plot`: the curve with open markers."""
+        return self.line() | {
+            "marker": self.marker,
+            "markerfacecolor": "white",
+            "markeredgecolor": self.color,
+        }
+
+
+_DASH = (0, (5.0, 1.6))
+_DOT = (0, (1.2, 1.2))
+_DASH_DOT = (0, (5.0, 1.4, 1.2, 1.4))
+_LONG = (0, (9.0, 2.0))
+_SHORT = (0, (2.4, 1.2))
+_DASH_DOT_DOT = (0, (5.0, 1.4, 1.2, 1.4, 1.2, 1.4))
+
+# One hue per error level of Fig. 9 (blue: constant T; orange: polytropic T; bluish green: explicit heat
+# transfer; grey: M4), and within a hue a ladder of lightness, so that the order survives a grey printer.
+MODEL_STYLE: dict[str, Look] = {
+    "M1": Look("#04194a", "-", "o"),
+    "M2": Look("#2f74b5", _DASH, "s"),
+    "M3": Look("#7fb3dc", _DASH_DOT, "^"),
+    "M4": Look("#6b6b6b", _DOT, "X"),
+    "M5": Look("#b8480b", "-", "D"),
+    "M6": Look("#f0922f", _DASH, "v"),
+    "M7": Look("#00503f", "-", "P"),
+    "M8": Look("#007a62", _LONG, "<"),
+    "M9": Look("#24a884", _SHORT, ">"),
+    "M10": Look("#7ccfb3", _DASH_DOT_DOT, "h"),
+}
+
+# Published is open and hatched, reproduced is filled: the difference needs no colour at all.
+SOURCE_BAR: dict[str, dict[str, Any]] = {
+    "published": {"facecolor": "white", "edgecolor": INK, "hatch": "//////", "linewidth": 0.7},
+    "reproduced": {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.7},
+}
+SOURCE_MARKER: dict[str, dict[str, Any]] = {
+    "published": {"linestyle": "none", "marker": "o", "markersize": 5.5, "markerfacecolor": "none"}
+    | {"markeredgecolor": INK, "markeredgewidth": 0.9},
+    "reproduced": {"linestyle": "none", "marker": "D", "markersize": 3.2, "markerfacecolor": ACCENT}
+    | {"markeredgecolor": ACCENT, "markeredgewidth": 0.9},
+}

@@ -1,0 +1,60 @@
+"""The grid of cells: which lanes it needs, and the dataset that holds every cell of an experiment."""
+
+import numpy as np
+import xarray as xr
+
+from pneumo.physics.experiment import Experiment
+from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.simulate.replay import STATUS, Replayed
+from pneumo.simulate.results import CHAMBERS, labels
+
+
+def grid_lanes(n: tuple[float, ...], gamma: float) -> tuple[np.ndarray, np.ndarray]:
+    """Lanes of the whole grid and where each cell finds its lane.
+
+    Returns
+    -------
+    lanes : numpy.ndarray
+        Shape (lane, 8): one row per model without n, one per n otherwise.
+    index : numpy.ndarray
+        Shape (model, n): row of `lanes`. A model without n has the same lane at every n.
+    """
+    lanes, index = [], np.empty((len(MODELS), len(n)), dtype=int)
+    for i, model in enumerate(MODELS.values()):
+        if model.has_n:
+            index[i] = len(lanes) + np.arange(len(n))
+            lanes += [lane(model, value, gamma) for value in n]
+        else:
+            index[i] = len(lanes)
+            lanes.append(lane(model, 1.0, gamma))
+    return lane_array(lanes), index
+
+
+def replay_dataset(
+    experiment: Experiment, n: tuple[float, ...], index: np.ndarray, cells: Replayed
+) -> xr.Dataset:
+    """Every grid cell of one experiment."""
+    dims = ("model", "n", "chamber")
+    failed = cells.status != 0
+
+    def cell(values: np.ndarray) -> np.ndarray:
+        return np.where(failed, np.nan, values)[index]
+
+    failure_time = np.where(failed, cells.failure_step * experiment.h, np.nan)[index]
+    status = {
+        "long_name": "what became of the cell",
+        "flag_values": np.array(list(STATUS), dtype=np.int8),
+        "flag_meanings": " ".join(text.replace(" ", "_") for text in STATUS.values()),
+    }
+    t = np.arange(cells.pressure.shape[-1]) * experiment.pressure_stride * experiment.h
+    return xr.Dataset(
+        {
+            "mean_error": (dims, cell(cells.mean_error)),
+            "variance": (dims, cell(cells.variance)),
+            "mse": (dims, cell(cells.mse)),
+            "status": (dims, cells.status[index], status),
+            "failure_time": (dims, failure_time),
+            "pressure": ((*dims, "t"), cells.pressure.astype(np.float32)[index]),
+        },
+        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": t} | labels(experiment),
+    )

@@ -1,0 +1,108 @@
+"""Settling times, Fig. 7 and Table 5: push the piston onto a stop, hold, release, watch.
+
+The excitation is zero throughout: in open loop the valve stays shut, in closed loop the
+controller pulls the piston back to the centre.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.physics.cylinder import volume
+from pneumo.physics.experiment import Experiment, Plant
+from pneumo.simulate.datum import STATE, equilibrium, run
+
+QUANTITIES = ("P_A", "P_B", "T_A", "T_B")  # rows of Table 5, in printed order
+CRITERION = 0.01  # section 4: 1 per cent
+SHORTEST_WINDOW = 0.5  # s; filling a chamber takes this long where wall heat is faster
+FREE_RUN_PER_SETTLING = 4.0  # the final value must be that of a run well beyond the settling time
+LONGEST_RUN = 1e5  # s
+
+
+class Settling(NamedTuple):
+    """A settling run.
+
+    Attributes
+    ----------
+    times : numpy.ndarray
+        Settling times of P_A, P_B, T_A, T_B from the release, s, shape (4,).
+    states : numpy.ndarray
+        (x, v, P_A, T_A, P_B, T_B) at every step from the start of the push, shape (steps + 1, 6).
+    release_step : int
+        Step at which the force is released.
+    """
+
+    times: np.ndarray
+    states: np.ndarray
+    release_step: int
+
+
+def thermal_time_constant(plant: Plant) -> float:
+    """Time constant of air at equilibrium against the wall, m c_v / k_0, s (infinite for k_0 = 0)."""
+    conditions, gas = plant.conditions, plant.gas
+    V = volume(0.0, plant.cylinder.A_A, plant.cylinder)
+    c = conditions.P_0 * V / (conditions.T_0 * (gas.gamma - 1))
+    return c / plant.k_0 if plant.k_0 else np.inf
+
+
+def settling_time(series: np.ndarray, reference_change: float, h: float) -> float:
+    """Time after which a series stays within 1 per cent of `reference_change` of its last value, s."""
+    outside = np.nonzero(np.abs(series - series[-1]) > CRITERION * abs(reference_change))[0]
+    return (outside[-1] + 1) * h if len(outside) else 0.0
+
+
+def settling_times(free: np.ndarray, h: float) -> np.ndarray:
+    """Settling times of P_A, P_B, T_A, T_B after the release, s.
+
+    ASSUME: delta P is the change from release to end. The temperatures start and end near T_amb, so
+    delta T is their largest excursion from the end value.
+    """
+    times = []
+    for quantity in QUANTITIES:
+        series = free[:, STATE.index(quantity)]
+        deviation = series - series[-1]
+        change = deviation[0] if quantity.startswith("P") else np.abs(deviation).max()
+        times.append(settling_time(series, change, h))
+    return np.array(times)
+
+
+def settle(experiment: Experiment) -> Settling:
+    """Run one settling-time estimation.
+
+    Raises
+    ------
+    ArithmeticError
+        If the held piston's air does not come to rest, or the free run does not settle, within 1e5 s.
+    """
+    h, drive, push = experiment.h, experiment.drive, experiment.push
+    stopped = experiment.plant._replace(cylinder=experiment.plant.cylinder._replace(x_min=push.x_stop))
+    window = max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
+    if not window < LONGEST_RUN / 10:
+        raise ArithmeticError(
+            f"{experiment.name}: k_0 = {experiment.plant.k_0:g} W/K gives a thermal time constant of"
+            f" {window:g} s; a settling run needs one below {LONGEST_RUN / 10:g} s"
+        )
+    zeros = np.zeros(round(window / h) + 1)
+
+    pieces = [equilibrium(experiment.plant)[np.newaxis]]
+    while True:
+        piece = run(pieces[-1][-1], zeros, push.force, drive, stopped, h)
+        pieces.append(piece[1:])
+        change = np.abs(piece[-1, 2:] - piece[0, 2:]) / equilibrium(experiment.plant)[2:]
+        if change.max() < push.tolerance:
+            break
+        if len(pieces) * window > LONGEST_RUN:
+            raise ArithmeticError(
+                f"{experiment.name}: air behind the stop not at rest after {LONGEST_RUN:g} s"
+            )
+    hold = np.concatenate(pieces)
+
+    length = 20 * window
+    while True:
+        free = run(hold[-1], np.zeros(round(length / h) + 1), 0.0, drive, experiment.plant, h)
+        times = settling_times(free, h)
+        if times.max() * FREE_RUN_PER_SETTLING <= length:
+            return Settling(times, np.concatenate([hold, free[1:]]), len(hold) - 1)
+        length *= 2
+        if length > LONGEST_RUN:
+            raise ArithmeticError(f"{experiment.name}: not settled {LONGEST_RUN / 2:g} s after release")

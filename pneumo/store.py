@@ -1,0 +1,140 @@
+"""Results on disk: NetCDF files that describe themselves, appear whole or not at all, and never change.
+
+A rewrite of the same result gives the same bytes, so there are no times or host names inside.
+"""
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from pneumo.physics.symbols import SYMBOLS
+
+DOI = "https://doi.org/10.1243/09596518JSCE203"
+COMMON = {
+    "Conventions": "CF-1.11, ACDD-1.3",
+    "institution": "pneumo developers",
+    "source": "pneumo: numerical simulation",
+    "references": DOI,
+    "license": "MIT",
+    "keywords": "servo-pneumatics, reduced-order models, thermodynamics",
+    "creator_name": "pneumo developers",
+}
+EXPERIMENT_LABELS = ("cylinder", "loop", "k_0")  # scalar coordinates of every per-experiment file
+
+
+class ResultError(ValueError):
+    """A results file that cannot be used; its text is one line for the user."""
+
+
+def part_of(path: Path) -> Path:
+    """Name under which a file is written before it takes its own."""
+    return path.with_name(path.name + ".part")
+
+
+def described(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the dataset with unit and long name on every variable that the notation list knows."""
+    dataset = dataset.copy()
+    for name, variable in dataset.variables.items():
+        symbol = SYMBOLS.get(str(name))
+        if symbol:
+            variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
+    return dataset
+
+
+def write(dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any]) -> None:
+    """Write a dataset as NetCDF-4, compressed, atomically.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Variables named as in `pneumo.physics.symbols` get units and long names from there.
+    path : path-like
+        Where to; its folder is made if need be.
+    attributes : mapping
+        Global attributes beside the common ones: at least title, summary, config_sha256, code_sha256.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    dataset = described(dataset).assign_attrs(COMMON | dict(attributes))
+    encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
+    for name, variable in dataset.data_vars.items():
+        numeric = variable.dtype.kind in "fiu" and variable.ndim
+        encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
+        if variable.dtype.kind != "f":
+            encoding[str(name)]["_FillValue"] = None
+    part = part_of(path)
+    dataset.to_netcdf(part, engine="netcdf4", encoding=encoding)
+    os.replace(part, path)
+
+
+def write_text(text: str, path: Path | str) -> None:
+    """Write a text file atomically."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = part_of(path)
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, path)
+
+
+def read(path: Path | str, *variables: str) -> xr.Dataset:
+    """Read a results file, or some of its variables, into memory.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, truncated or foreign, or lacks a variable.
+    """
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as dataset:
+            missing = [name for name in variables if name not in dataset]
+            if missing:
+                raise ResultError(
+                    f"{path}: has no variable {missing[0]!r}; it has {', '.join(map(str, dataset))}"
+                )
+            return dataset[list(variables)].load() if variables else dataset.load()
+    except FileNotFoundError:
+        raise ResultError(f"{path}: no such file; `snakemake -j2` makes the results") from None
+    except (OSError, RuntimeError, KeyError, UnicodeDecodeError) as error:
+        text = " ".join(str(error).split())
+        raise ResultError(f"{path}: not a readable NetCDF-4 file ({text}); delete it and rerun") from None
+
+
+def open_grid(folder: Path | str) -> xr.Dataset:
+    """Open every replayed cell of a transport as one dataset over (experiment, model, n, chamber).
+
+    Parameters
+    ----------
+    folder : path-like
+        For example ``results/exact``.
+
+    Returns
+    -------
+    xarray.Dataset
+        mean_error, variance, mse, status and failure_time, without the pressures. Cylinder, loop
+        and k_0 stand beside each experiment as coordinates.
+
+    Raises
+    ------
+    ResultError
+        If the folder holds no replays, or one of them cannot be read.
+    """
+    files = sorted(Path(folder, "replay").glob("*.nc"))
+    if not files:
+        raise ResultError(f"{folder}: holds no replay/*.nc; `snakemake -j2` makes them")
+    parts = [read(file).drop_vars(["t", "pressure"]) for file in files]
+    return xr.concat(parts, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals", combine_attrs="drop_conflicts")
+
+
+def attributes_of(value: Any) -> str:
+    """JSON text of nested named tuples, for an attribute that records what a file was made from."""
+
+    def plain(inner: Any) -> Any:
+        if hasattr(inner, "_asdict"):
+            return {key: plain(item) for key, item in inner._asdict().items()}
+        return inner
+
+    return json.dumps(plain(value))

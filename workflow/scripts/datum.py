@@ -1,0 +1,25 @@
+"""Run the full-order system of one experiment."""
+
+from pathlib import Path
+
+from pneumo.physics.parameters import from_json
+from pneumo.simulate.datum import record
+from pneumo.simulate.results import datum_dataset
+from pneumo.store import attributes_of, write
+
+
+def main(parameters: str, output: str, code: str) -> None:
+    study = from_json(Path(parameters).read_text())
+    experiment = study.experiments[Path(output).stem]
+    attributes = {
+        "title": f"Full-order run of {experiment.name}",
+        "summary": "Every step of the sixth-order model, eqs (3) to (8), against which models are judged",
+        "experiment_parameters": attributes_of(experiment),
+        "config_sha256": study.config_sha256,
+        "code_sha256": code,
+    }
+    write(datum_dataset(experiment, record(experiment)), output, attributes)
+
+
+if __name__ == "__main__":
+    main(snakemake.input[0], snakemake.output[0], snakemake.params.code)  # noqa: F821

@@ -1,0 +1,25 @@
+"""Estimate the settling times of one experiment."""
+
+from pathlib import Path
+
+from pneumo.physics.parameters import from_json
+from pneumo.simulate.results import settling_dataset
+from pneumo.simulate.settling import settle
+from pneumo.store import attributes_of, write
+
+
+def main(parameters: str, output: str, code: str) -> None:
+    study = from_json(Path(parameters).read_text())
+    experiment = study.experiments[Path(output).stem]
+    attributes = {
+        "title": f"Settling-time run of {experiment.name}",
+        "summary": "Piston pushed onto an end stop, held until still, released; Fig. 7 and Table 5",
+        "experiment_parameters": attributes_of(experiment),
+        "config_sha256": study.config_sha256,
+        "code_sha256": code,
+    }
+    write(settling_dataset(experiment, settle(experiment)), output, attributes)
+
+
+if __name__ == "__main__":
+    main(snakemake.input[0], snakemake.output[0], snakemake.params.code)  # noqa: F821

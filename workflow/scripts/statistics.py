@@ -1,0 +1,25 @@
+"""Average the cells of one transport over experiments."""
+
+from pathlib import Path
+
+from pneumo.assess.statistics import statistics
+from pneumo.physics.parameters import from_json
+from pneumo.store import open_grid, write
+
+
+def main(parameters: str, output: str, code: str) -> None:
+    study = from_json(Path(parameters).read_text())
+    transport = Path(output).parent
+    grid = open_grid(transport).sel(experiment=list(study.experiments))
+    attributes = {
+        "title": f"Performance of the reduced models, {transport.name} transport",
+        "summary": "Tables 7 (level overall), 8 (best_n) and 9 (other levels); eqs (14) to (16)",
+        "transport": transport.name,
+        "config_sha256": study.config_sha256,
+        "code_sha256": code,
+    }
+    write(statistics(grid, study.levels), output, attributes)
+
+
+if __name__ == "__main__":
+    main(snakemake.input.parameters, snakemake.output[0], snakemake.params.code)  # noqa: F821
