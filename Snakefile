@@ -1,16 +1,20 @@
 # The paper's study from configuration to figures: `snakemake -j2`.
 # Another study on top of it: `snakemake -j2 --configfile config/smoke.yaml`.
+import shlex
+import sys
+
 from snakemake.utils import min_version
 
 from pneumo.workflow import checked_study, code_behind
 
 min_version("9.0")
+sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
 
 
 configfile: "config/paper.yaml"
 
 
-STUDY = checked_study(config, workflow.overwrite_configfiles)
+STUDY = checked_study(config, workflow.config_settings.configfiles, workflow.config_settings.config)
 TRANSPORTS = ["published", "exact"]
 
 

@@ -126,7 +126,8 @@ def open_grid(folder: Path | str) -> xr.Dataset:
     if not files:
         raise ResultError(f"{folder}: holds no replay/*.nc; `snakemake -j2` makes them")
     parts = [read(file).drop_vars(["t", "pressure"]) for file in files]
-    return xr.concat(parts, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals", combine_attrs="drop_conflicts")
+    labels = list(EXPERIMENT_LABELS)
+    return xr.concat(parts, "experiment", coords=labels, compat="equals", combine_attrs="drop_conflicts")
 
 
 def attributes_of(value: Any) -> str:

@@ -1,28 +1,66 @@
 """What the Snakefile needs from the package: a checked configuration and hashes of code."""
 
+import os
 import sys
-from collections.abc import Mapping, Sequence
+import time
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from pneumo.physics.experiment import Study
 from pneumo.physics.parameters import ConfigurationError, read_yaml, study, validated
 from pneumo.provenance import code_hash, imports_of
+from pneumo.store import ResultError
 
 BASE = Path("config/paper.yaml")
 
 
-def checked_study(config: Mapping[str, Any], overrides: Sequence[Path | str]) -> Study:
+def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any]) -> Study:
     """Return the study that a merged Snakemake configuration describes.
 
     Ends the process with exit code 2 and one line on standard error if it describes none.
+
+    Parameters
+    ----------
+    config : mapping
+        The merged configuration.
+    files : sequence of pathlib.Path
+        Configuration files given on the command line.
+    options : mapping
+        Values given on the command line with ``--config``.
     """
     try:
-        sources = [(str(file), read_yaml(Path(file))) for file in (BASE, *overrides)]
-        return study(validated(config, [*sources, ("--config", config)]))
+        sources = [(os.path.relpath(file), read_yaml(file)) for file in (BASE, *files)]
+        return study(validated(config, [*sources, ("--config", options)]))
     except ConfigurationError as error:
         print(f"pneumo: {error}", file=sys.stderr)
         sys.exit(2)
+
+
+@contextmanager
+def logged(job: Any) -> Iterator[None]:
+    """Write to the job's log how long its work took, or what stopped it.
+
+    An error that the user can mend is also one line on standard error, and the exit code is 2.
+
+    Parameters
+    ----------
+    job : snakemake.script.Snakemake
+    """
+    start = time.perf_counter()
+    log = Path(job.log[0])
+    try:
+        yield
+    except (ConfigurationError, ResultError, ArithmeticError) as error:
+        log.write_text(f"{error}\n", encoding="utf-8")
+        print(f"pneumo: {error}", file=sys.stderr)
+        sys.exit(2)
+    except BaseException:
+        log.write_text(traceback.format_exc(), encoding="utf-8")
+        raise
+    log.write_text(f"{job.rule}: {time.perf_counter() - start:.2f} s\n", encoding="utf-8")
 
 
 def code_behind(script: str) -> str:

@@ -41,7 +41,8 @@ def over_experiments(cells: xr.Dataset) -> xr.Dataset:
     The variance of means in eq (16) is the sample variance (N - 1); percentiles are MATLAB's prctile.
     """
     mean_error, mse = cells["mean_error"], cells["mse"]
-    spread = mean_error.var("experiment", ddof=1, skipna=False)
+    alone = mean_error.sizes["experiment"] == 1
+    spread = np.nan if alone else mean_error.var("experiment", ddof=1, skipna=False)
     percentiles = mse.quantile([0.1, 0.9], "experiment", method="hazen", skipna=False)
     return xr.Dataset(
         {
@@ -70,9 +71,10 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
         `best_n` by (experiment, model): Table 8. `mean_error`, `std`, `mse`, `p10`, `p90` by
         (level, model): level "overall" is Table 7, the others Table 9. `constant_n` by
         (level, model): the n that Table 9's rows use, NaN for "overall". `experiments` by level:
-        how many it averages (with none all is NaN, with one `std` is). A model that failed throughout an experiment has NaN where that
-        experiment counts.
+        how many it averages (with none all is NaN, with one `std` is). A model that failed
+        throughout an experiment has NaN where that experiment counts.
     """
+    grid = grid.drop_attrs()  # or a percentile would keep the long name and unit of what it is one of
     cells = concatenated(grid)
     best = best_n(cells["mse"])
     tables = {OVERALL: over_experiments(at_n(cells, best))}
@@ -89,8 +91,10 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
     level = xr.Variable("level", list(tables))
     result = xr.concat(list(tables.values()), level, coords="minimal", compat="override", join="exact")
     result["constant_n"] = xr.concat(list(constant.values()), level, coords="minimal", compat="override")
+    result["constant_n"].attrs = {"units": "1", "long_name": "n of the lowest mean square error of the level"}
     result["best_n"] = best
-    result["experiments"] = ("level", np.array(list(count.values()), dtype=np.int32))
+    counted = {"units": "1", "long_name": "number of experiments that the level averages"}
+    result["experiments"] = ("level", np.array(list(count.values()), dtype=np.int32), counted)
     return result
 
 

@@ -1,6 +1,6 @@
 """Equilibrium pressure of a half-bridge of two leaking restrictions, Appendix 2."""
 
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from pneumo.physics.valve import Gas, mass_flow
 
@@ -34,4 +34,5 @@ def equilibrium_pressure(P_s: float, P_atm: float, gas: Gas, area_ratio: float =
         inflow = mass_flow(area_ratio, P_s, P, 1.0, gas)
         return inflow - mass_flow(1.0, P, P_atm, 1.0, gas)  # (17), for any regime of either throat
 
-    return brentq(surplus, P_atm, P_s, xtol=1e-9 * P_atm, rtol=1e-14)
+    bracket = (P_atm, P_s)
+    return float(root_scalar(surplus, bracket=bracket, method="brentq", xtol=1e-9 * P_atm, rtol=1e-14).root)

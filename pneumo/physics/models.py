@@ -46,18 +46,18 @@ class Model(NamedTuple):
 
 
 # fmt: off
-MODELS: dict[str, Model] = {row[0]: Model(*row) for row in (
-    # name  n_V      n_in     n_out    temperature   mixing  wall
-    ("M1",  1.0,     1.0,     1.0,     "constant",   False,  "none"),
-    ("M2",  "n",     "n",     "n",     "constant",   False,  "none"),
-    ("M3",  "gamma", "gamma", "gamma", "constant",   False,  "none"),
-    ("M4",  1.2,     1.4,     1.0,     "constant",   False,  "none"),
-    ("M5",  "n",     "n",     "n",     "polytropic", False,  "none"),
-    ("M6",  "n",     "n",     "n",     "polytropic", True,   "none"),
-    ("M7",  "gamma", "gamma", "gamma", "polytropic", False,  "k_0"),
-    ("M8",  "gamma", "gamma", "gamma", "polytropic", True,   "k_0"),
-    ("M9",  "gamma", "gamma", "gamma", "polytropic", True,   "lambda_0 A_q"),
-    ("M10", "gamma", "gamma", "gamma", "polytropic", True,   "lambda A_q"),
+MODELS: dict[str, Model] = {model.name: model for model in (
+    #     name   n_V      n_in     n_out    temperature   mixing  wall
+    Model("M1",  1.0,     1.0,     1.0,     "constant",   False,  "none"),
+    Model("M2",  "n",     "n",     "n",     "constant",   False,  "none"),
+    Model("M3",  "gamma", "gamma", "gamma", "constant",   False,  "none"),
+    Model("M4",  1.2,     1.4,     1.0,     "constant",   False,  "none"),
+    Model("M5",  "n",     "n",     "n",     "polytropic", False,  "none"),
+    Model("M6",  "n",     "n",     "n",     "polytropic", True,   "none"),
+    Model("M7",  "gamma", "gamma", "gamma", "polytropic", False,  "k_0"),
+    Model("M8",  "gamma", "gamma", "gamma", "polytropic", True,   "k_0"),
+    Model("M9",  "gamma", "gamma", "gamma", "polytropic", True,   "lambda_0 A_q"),
+    Model("M10", "gamma", "gamma", "gamma", "polytropic", True,   "lambda A_q"),
 )}
 # fmt: on
 
@@ -106,11 +106,14 @@ def lane(model: Model, n: float, gamma: float) -> Lane:
     gamma : float
         Ratio of specific heats.
     """
-    value = {"n": n, "gamma": gamma}
-    n_V, n_in, n_out = (value.get(index, index) for index in (model.n_V, model.n_in, model.n_out))
+
+    def value(index: Index) -> float:
+        return n if index == "n" else gamma if index == "gamma" else index
+
     a = (n - 1) / n if model.temperature == "polytropic" else 0.0
     explicit_heat, e_A, e_PT = WALL_LAWS[model.wall]
-    return Lane(n_V, n_in, n_out, a, float(model.mixing), explicit_heat, e_A, e_PT)  # type: ignore[arg-type]
+    n_V, n_in, n_out = value(model.n_V), value(model.n_in), value(model.n_out)
+    return Lane(n_V, n_in, n_out, a, float(model.mixing), explicit_heat, e_A, e_PT)
 
 
 @register_jitable

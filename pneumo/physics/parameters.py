@@ -5,6 +5,7 @@ Units stand in the keys (bore_mm). The only errors are `ConfigurationError`s of 
 
 import hashlib
 import json
+import reprlib
 from collections.abc import Mapping, Sequence
 from math import pi
 from pathlib import Path
@@ -20,6 +21,7 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
+from pydantic_core import PydanticCustomError
 
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
@@ -40,6 +42,12 @@ def _number(value: Any) -> Any:
 
 Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
 Count = Annotated[int, BeforeValidator(_number)]
+
+
+def _conflict(value: Any, condition: str, *fields: tuple[str, ...]) -> PydanticCustomError:
+    """Error of a value that disagrees with others; fields are paths, the first that of the value."""
+    context = {"value": value, "condition": condition, "fields": fields}
+    return PydanticCustomError("conflict", "{condition}", context)
 
 
 class _Section(BaseModel):
@@ -76,7 +84,8 @@ class SupplySection(_Section):
     @model_validator(mode="after")
     def _supply_above_atmosphere(self) -> Self:
         if self.P_s_Pa <= self.P_atm_Pa:
-            raise ValueError(f"P_s_Pa = {self.P_s_Pa:g}: must exceed P_atm_Pa = {self.P_atm_Pa:g}")
+            condition = f"must exceed P_atm_Pa = {self.P_atm_Pa:g}"
+            raise _conflict(self.P_s_Pa, condition, ("P_s_Pa",), ("P_atm_Pa",))
         return self
 
 
@@ -124,18 +133,18 @@ class CylinderSection(_Section):
     @model_validator(mode="after")
     def _stop_inside_stroke(self) -> Self:
         if self.settling.stop_mm <= -self.stroke_mm / 2:
-            raise ValueError(
-                f"settling.stop_mm = {self.settling.stop_mm:g}: must lie inside the half-stroke,"
-                f" above {-self.stroke_mm / 2:g}"
-            )
+            condition = f"must lie inside the half-stroke, above {-self.stroke_mm / 2:g},"
+            raise _conflict(self.settling.stop_mm, condition, ("settling", "stop_mm"), ("stroke_mm",))
         return self
 
 
 class ExperimentSection(_Section):
     """One experiment: which cylinder, which loop, how much wall heat, how long."""
 
-    cylinder: str
-    loop: Literal["open", "closed"]
+    cylinder: Annotated[str, Field(description="name of one of the cylinders")]
+    loop: Annotated[
+        Literal["open", "closed"], Field(description="open loop, or proportional position control")
+    ]
     k_0_W_per_K: Annotated[Number, Field(ge=0, le=1e4, description="thermal conductance at equilibrium")]
     duration_s: Annotated[Number, Field(gt=0, le=1e5, description="length of the full-order run")]
     pressure_stride: Annotated[Count, Field(ge=1, description="steps between stored pressures of replays")]
@@ -144,8 +153,13 @@ class ExperimentSection(_Section):
 class RunSection(_Section):
     """Which experiments run, and a limit on their length for smoke runs."""
 
-    experiments: Annotated[Literal["all"] | list[str], Field(description="names of experiments, or all")]
-    duration_limit_s: Annotated[Number, Field(gt=0)] | None = None
+    experiments: Annotated[
+        Literal["all"] | Annotated[list[str], Field(min_length=1)],
+        Field(description="names of experiments, or all"),
+    ]
+    duration_limit_s: Annotated[
+        Annotated[Number, Field(gt=0, le=1e5)] | None, Field(description="longest full-order run")
+    ] = None
 
 
 class Configuration(_Section):
@@ -154,18 +168,20 @@ class Configuration(_Section):
     name: Annotated[str, Field(pattern=r"^[\w-]{1,40}$", description="name of the study")]
     gas: GasSection
     supply: SupplySection
-    cylinders: Annotated[dict[str, CylinderSection], Field(min_length=1)]
+    cylinders: Annotated[dict[str, CylinderSection], Field(min_length=1, description="cylinders by name")]
     experiments: Annotated[
-        dict[Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")], ExperimentSection], Field(min_length=1)
+        dict[Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")], ExperimentSection],
+        Field(min_length=1, description="experiments by name"),
     ]
     levels: Annotated[
-        dict[str, list[Number]], Field(description="conductances k_0 of each heat-transfer level, W/K")
+        dict[str, list[Annotated[Number, Field(ge=0, le=1e4)]]],
+        Field(description="conductances k_0 of each heat-transfer level by name, W/K"),
     ]
     n: Annotated[
         list[Annotated[Number, Field(gt=0, le=3)]],
         Field(min_length=1, description="polytropic indices of the grid"),
     ]
-    step_s: Annotated[Number, Field(gt=0, le=1, description="integration step")]
+    step_s: Annotated[Number, Field(ge=1e-7, le=1, description="integration step")]
     lag_s: Annotated[Number, Field(ge=0, le=1, description="delay of recorded signals, published transport")]
     stationary_tolerance: Annotated[
         Number,
@@ -177,15 +193,12 @@ class Configuration(_Section):
     def _names_exist(self) -> Self:
         for name, experiment in self.experiments.items():
             if experiment.cylinder not in self.cylinders:
-                raise ValueError(
-                    f"experiments.{name}.cylinder = {experiment.cylinder!r}:"
-                    f" must be one of {', '.join(self.cylinders)}"
-                )
+                condition = f"must be one of {', '.join(self.cylinders)}"
+                raise _conflict(experiment.cylinder, condition, ("experiments", name, "cylinder"))
         for name in self.run.experiments if self.run.experiments != "all" else ():
             if name not in self.experiments:
-                raise ValueError(
-                    f"run.experiments = {name!r}: no such experiment; there are {', '.join(self.experiments)}"
-                )
+                condition = f"no such experiment; there are {', '.join(self.experiments)}"
+                raise _conflict(name, condition, ("run", "experiments"))
         return self
 
 
@@ -218,36 +231,92 @@ def read_yaml(file: Path) -> dict[str, Any]:
     return content
 
 
-def _source_of(path: tuple[Any, ...], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
-    """Name of the last source that sets the field at `path`, or of the first source if none does."""
-    for name, content in reversed(sources):
-        node: Any = content
-        for key in path:
-            if isinstance(node, Mapping) and key in node:
-                node = node[key]
-            elif not isinstance(node, list):
-                break
-        else:
-            return name
-    return sources[0][0] if sources else "configuration"
+SCHEMA = Configuration.model_json_schema()
+_BOUNDS = (
+    ("greater than", "gt", "exclusiveMinimum"),
+    ("at least", "ge", "minimum"),
+    ("less than", "lt", "exclusiveMaximum"),
+    ("at most", "le", "maximum"),
+)
+
+
+def resolved(node: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a node of the schema, or the section that it refers to."""
+    return SCHEMA["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node
+
+
+def named_sections(node: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Return the schema of a mapping's values where its keys are names that the user gives, else None."""
+    return next(iter(node.get("patternProperties", {}).values()), node.get("additionalProperties") or None)
+
+
+def allowed(node: Mapping[str, Any]) -> str:
+    """Say in words what a field may hold, from its schema."""
+    node = resolved(node)
+    if "anyOf" in node:
+        return " or ".join(allowed(option) for option in node["anyOf"] if option.get("type") != "null")
+    if "const" in node:
+        return node["const"]
+    if "enum" in node:
+        return " or ".join(node["enum"])
+    if node["type"] == "array":
+        return f"a list{' (not empty)' if node.get('minItems') else ''}, each {allowed(node['items'])}"
+    kind = {"number": "a number", "integer": "a whole number", "string": "text", "object": "a section"}
+    limits = [f"{words} {node[key]:.10g}" for words, *keys in _BOUNDS for key in keys if key in node]
+    pattern = f" matching `{node['pattern']}`" if "pattern" in node else ""
+    return f"{kind[node['type']]} {' and '.join(limits)}".rstrip() + pattern
+
+
+def _schema_at(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Mapping[str, Any]]:
+    """Return path and schema of the field at an error's location; of the section for an unknown key."""
+    node: Mapping[str, Any] = SCHEMA
+    path: list[Any] = []
+    for key in location:
+        if "anyOf" in node or key == "[key]":  # the rest names branches of a union, not fields
+            break
+        path.append(key)
+        inner = node.get("properties", {}).get(key) or named_sections(node) or node.get("items")
+        if inner is None:
+            break
+        node = resolved(inner)
+    return tuple(path), node
+
+
+def _sets(content: Mapping[str, Any], path: tuple[Any, ...]) -> bool:
+    """Whether a source sets the field at `path`, or the list that holds it."""
+    node: Any = content
+    for key in path:
+        if isinstance(node, list):
+            return True
+        if not isinstance(node, Mapping) or key not in node:
+            return False
+        node = node[key]
+    return True
 
 
 def _sentence(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
     """One line for a validation error: source, field, value, what is allowed."""
-    keys = tuple(
-        key for key in error["loc"] if not str(key).startswith(("literal[", "constrained-", "function-"))
-    )
-    keys = tuple(key for key in keys if key not in ("float", "int", "str", "list[str]", "[key]"))
-    field = ".".join(map(str, keys))
-    message = error["msg"].removeprefix("Value error, ").replace("Input should be ", "must be ")
-    if error["type"] == "extra_forbidden":
-        message = "unknown key; config/README.md lists the known ones"
+    path, node = _schema_at(error["loc"])
+    value, text = error["input"], f"must be {allowed(node)}"
+    paths = [path]
+    if error["type"] == "conflict":
+        value, text = error["ctx"]["value"], error["ctx"]["condition"]
+        paths = [path + field for field in error["ctx"]["fields"]]
+        if isinstance(value, float):
+            text += f" and be {allowed(_schema_at(paths[0])[1])}"
+    elif error["type"] in ("extra_forbidden", "invalid_key"):
+        text = f"unknown key; config/README.md lists the known ones: {', '.join(node['properties'])}"
+    elif error["loc"][-1:] == ("[key]",):
+        _, parent = _schema_at(error["loc"][:-2])
+        text = " ".join(
+            ["the name must be text", *(f"matching `{p}`" for p in parent.get("patternProperties", ()))]
+        )
+    field = ".".join(map(str, paths[0]))
     if error["type"] == "missing":
-        return f"{_source_of((), sources)}: {field}: missing"
-    source = _source_of(keys, sources)
-    if isinstance(error["input"], Mapping) and error["type"] == "value_error":
-        return f"{source}: {field + ': ' if field else ''}{message}"
-    return f"{source}: {field} = {error['input']!r}: {message}"
+        name = next((name for name, content in sources if _sets(content, path[:-1])), "configuration")
+        return f"{name}: {field}: missing; {text}"
+    setters = [name for name, content in sources if any(_sets(content, path) for path in paths)]
+    return f"{setters[-1] if setters else 'configuration'}: {field} = {reprlib.repr(value)}: {text}"
 
 
 def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> Configuration:
@@ -268,10 +337,9 @@ def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[s
     try:
         return Configuration.model_validate(content)
     except ValidationError as error:
-        errors = error.errors(include_url=False)
-        # Of a union of a word and a number, the number's message is the one that gives the range.
-        text = _sentence(errors[-1] if len({e["loc"][:-1] for e in errors}) == 1 else errors[0], sources)
-        raise ConfigurationError(" ".join(text.split())) from None
+        # A misspelt key is a missing one too: the line is about what was written.
+        first = min(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
+        raise ConfigurationError(" ".join(_sentence(first, sources).split())) from None
 
 
 def load(*files: Path | str) -> Configuration:

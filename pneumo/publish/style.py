@@ -204,14 +204,18 @@ MODEL_STYLE: dict[str, Look] = {
     "M10": Look("#7ccfb3", _DASH_DOT_DOT, "h"),
 }
 
-# Published is open and hatched, reproduced is filled: the difference needs no colour at all.
+# Published is open and hatched, reproduced is filled, exact transport is pale: the difference needs no
+# colour at all.
 SOURCE_BAR: dict[str, dict[str, Any]] = {
     "published": {"facecolor": "white", "edgecolor": INK, "hatch": "//////", "linewidth": 0.7},
     "reproduced": {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.7},
+    "exact": {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.7},
 }
 SOURCE_MARKER: dict[str, dict[str, Any]] = {
     "published": {"linestyle": "none", "marker": "o", "markersize": 5.5, "markerfacecolor": "none"}
     | {"markeredgecolor": INK, "markeredgewidth": 0.9},
     "reproduced": {"linestyle": "none", "marker": "D", "markersize": 3.2, "markerfacecolor": ACCENT}
     | {"markeredgecolor": ACCENT, "markeredgewidth": 0.9},
+    "exact": {"linestyle": "none", "marker": "s", "markersize": 3.4, "markerfacecolor": "#cfcfcf"}
+    | {"markeredgecolor": "#5a5a5a", "markeredgewidth": 0.9},
 }

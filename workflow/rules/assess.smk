@@ -9,6 +9,8 @@ rule statistics:
         "results/{transport}/statistics.nc",
     log:
         "results/logs/statistics-{transport}.log",
+    conda:
+        "pneumo"
     params:
         code=code_behind("statistics.py"),
     message:
@@ -25,6 +27,8 @@ rule settling_table:
         "results/settling.nc",
     log:
         "results/logs/settling_table.log",
+    conda:
+        "pneumo"
     params:
         code=code_behind("settling_table.py"),
     message:

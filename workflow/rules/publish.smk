@@ -3,9 +3,15 @@
 
 rule schemes:
     output:
-        expand("results/figures/fig{number}.{kind}", number=["01", "02", "03", "04", "05", "06", "12"], kind=["svg", "png"]),
+        expand(
+            "results/figures/fig{number}.{kind}",
+            number=["01", "02", "03", "04", "05", "06", "12"],
+            kind=["svg", "png"],
+        ),
     log:
         "results/logs/schemes.log",
+    conda:
+        "pneumo"
     params:
         code=code_behind("schemes.py"),
     message:
@@ -19,7 +25,9 @@ rule figures:
         parameters=rules.parameters.output,
         settling=expand(rules.settling.output, experiment=STUDY.experiments),
         datum=expand(rules.datum.output, experiment=STUDY.experiments),
-        cells=expand("results/{transport}/replay/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments),
+        cells=expand(
+            "results/{transport}/replay/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments
+        ),
         statistics=expand(rules.statistics.output, transport=TRANSPORTS),
     output:
         expand(
@@ -29,6 +37,8 @@ rule figures:
         ),
     log:
         "results/logs/figures.log",
+    conda:
+        "pneumo"
     params:
         code=code_behind("figures.py"),
     message:
@@ -44,6 +54,8 @@ rule tables:
         "results/table7.md",
     log:
         "results/logs/tables.log",
+    conda:
+        "pneumo"
     params:
         code=code_behind("tables.py"),
     message:

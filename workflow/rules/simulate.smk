@@ -6,6 +6,8 @@ rule parameters:
         "results/parameters.json",
     log:
         "results/logs/parameters.log",
+    conda:
+        "pneumo"
     params:
         study=STUDY,
         code=code_behind("parameters.py"),
@@ -22,6 +24,8 @@ rule settling:
         "results/settling/{experiment}.nc",
     log:
         "results/logs/settling/{experiment}.log",
+    conda:
+        "pneumo"
     params:
         code=code_behind("settling.py"),
     message:
@@ -37,6 +41,8 @@ rule datum:
         "results/datum/{experiment}.nc",
     log:
         "results/logs/datum/{experiment}.log",
+    conda:
+        "pneumo"
     params:
         code=code_behind("datum.py"),
     message:
@@ -53,6 +59,8 @@ rule replay:
         expand("results/{transport}/replay/{{experiment}}.nc", transport=TRANSPORTS),
     log:
         "results/logs/replay/{experiment}.log",
+    conda:
+        "pneumo"
     params:
         code=code_behind("replay.py"),
     message:

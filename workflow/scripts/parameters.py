@@ -2,6 +2,8 @@
 
 from pneumo.physics.parameters import to_json
 from pneumo.store import write_text
+from pneumo.workflow import logged
 
-if __name__ == "__main__":
-    write_text(to_json(snakemake.params.study), snakemake.output[0])  # noqa: F821
+if job := globals().get("snakemake"):
+    with logged(job):
+        write_text(to_json(job.params.study), job.output[0])

@@ -7,6 +7,7 @@ from pneumo.simulate.cells import grid_lanes, replay_dataset
 from pneumo.simulate.replay import PUBLISHED, replay
 from pneumo.simulate.results import recording_from
 from pneumo.store import attributes_of, read, write
+from pneumo.workflow import logged
 
 
 def main(parameters: str, datum: str, outputs: list[str], code: str) -> None:
@@ -39,6 +40,7 @@ def main(parameters: str, datum: str, outputs: list[str], code: str) -> None:
         write(replay_dataset(experiment, study.n, index, cells), output, attributes)
 
 
-if __name__ == "__main__":
-    files, code = snakemake.input, snakemake.params.code  # noqa: F821
-    main(files.parameters, files.datum, list(snakemake.output), code)  # noqa: F821
+if job := globals().get("snakemake"):
+    with logged(job):
+        files, code = job.input, job.params.code
+        main(files.parameters, files.datum, list(job.output), code)

@@ -6,6 +6,7 @@ from pneumo.physics.parameters import from_json
 from pneumo.simulate.results import settling_dataset
 from pneumo.simulate.settling import settle
 from pneumo.store import attributes_of, write
+from pneumo.workflow import logged
 
 
 def main(parameters: str, output: str, code: str) -> None:
@@ -21,5 +22,6 @@ def main(parameters: str, output: str, code: str) -> None:
     write(settling_dataset(experiment, settle(experiment)), output, attributes)
 
 
-if __name__ == "__main__":
-    main(snakemake.input[0], snakemake.output[0], snakemake.params.code)  # noqa: F821
+if job := globals().get("snakemake"):
+    with logged(job):
+        main(job.input[0], job.output[0], job.params.code)

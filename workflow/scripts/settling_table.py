@@ -5,6 +5,7 @@ from pathlib import Path
 from pneumo.assess.statistics import settling_table
 from pneumo.physics.parameters import from_json
 from pneumo.store import read, write
+from pneumo.workflow import logged
 
 
 def main(parameters: str, runs: list[str], output: str, code: str) -> None:
@@ -20,6 +21,7 @@ def main(parameters: str, runs: list[str], output: str, code: str) -> None:
     write(settling_table(parts, durations), output, attributes)
 
 
-if __name__ == "__main__":
-    files, code = snakemake.input, snakemake.params.code  # noqa: F821
-    main(files.parameters, list(files.runs), snakemake.output[0], code)  # noqa: F821
+if job := globals().get("snakemake"):
+    with logged(job):
+        files, code = job.input, job.params.code
+        main(files.parameters, list(files.runs), job.output[0], code)

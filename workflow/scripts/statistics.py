@@ -5,6 +5,7 @@ from pathlib import Path
 from pneumo.assess.statistics import statistics
 from pneumo.physics.parameters import from_json
 from pneumo.store import open_grid, write
+from pneumo.workflow import logged
 
 
 def main(parameters: str, output: str, code: str) -> None:
@@ -21,5 +22,6 @@ def main(parameters: str, output: str, code: str) -> None:
     write(statistics(grid, study.levels), output, attributes)
 
 
-if __name__ == "__main__":
-    main(snakemake.input.parameters, snakemake.output[0], snakemake.params.code)  # noqa: F821
+if job := globals().get("snakemake"):
+    with logged(job):
+        main(job.input.parameters, job.output[0], job.params.code)

@@ -1,0 +1,60 @@
+"""The command line: what it prints, and one line with exit code 2 for what the user can mend."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def pneumo(*arguments: str, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
+    code = "from pneumo.cli import main; main()"
+    return subprocess.run([sys.executable, "-c", code, *arguments], cwd=cwd, capture_output=True, text=True)
+
+
+def test_check_lists_the_papers_experiments():
+    done = pneumo("check", "config/paper.yaml")
+    assert done.returncode == 0, done.stderr
+    assert "paper: 16 experiments" in done.stdout
+    assert "E03  cylinder E  open   loop  k_0 = 0.02 W/K  1800 s, step 1 ms" in done.stdout
+
+
+def test_models_prints_every_model():
+    done = pneumo("models")
+    assert done.returncode == 0
+    assert all(f"M{i} " in done.stdout for i in range(1, 11))
+
+
+def test_help_names_every_command():
+    done = pneumo("--help")
+    assert done.returncode == 0
+    assert all(command in done.stdout for command in ("check", "models", "cell"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check", "config/none.yaml"], ["config/none.yaml", "cannot be read"]),
+        (["check", "README.md"], ["README.md", "YAML"]),
+        (["check", "config/smoke.yaml"], ["config/smoke.yaml", "gas: missing"]),
+        (
+            ["cell", "E99", "M8", "1.35", "--results", "nowhere"],
+            ["nowhere/published/replay/E99.nc", "no such file"],
+        ),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(arguments, words):
+    done = pneumo(*arguments)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith("pneumo: ")
+    assert all(word in done.stderr for word in words), done.stderr
+
+
+def test_usage_errors_exit_2_without_traceback():
+    done = pneumo("cell", "E07")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr

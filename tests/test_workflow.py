@@ -1,0 +1,148 @@
+"""The workflow on the smoke configuration: two experiments of three seconds, not the study."""
+
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SMOKE = ("--configfile", "config/smoke.yaml")
+
+pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
+
+
+def checkout(folder: Path) -> Path:
+    """Copy what the workflow needs, without results."""
+    folder.mkdir(parents=True)
+    for name in ("pneumo", "workflow", "config", "paper"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "Snakefile", folder)
+    return folder
+
+
+def snakemake(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"PYTHONPATH": str(folder)}  # the copy's pneumo, not the installed one
+    command = [sys.executable, "-m", "snakemake", *arguments]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+
+
+def hashes(folder: Path) -> dict[str, str]:
+    files = [file for file in folder.rglob("*") if file.is_file() and "logs" not in file.parts]
+    return {str(file.relative_to(folder)): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+
+
+def planned(folder: Path) -> dict[str, int]:
+    """Jobs that a dry run would start, by rule."""
+    done = snakemake(folder, "-n", "-q", "rules", *SMOKE)
+    text = snakemake(folder, "-n", *SMOKE).stdout + done.stdout
+    if "Nothing to be done" in text:
+        return {}
+    table = re.search(r"^job\s+count\n-+\s+-+\n(.*?)\n\n", text, re.MULTILINE | re.DOTALL)
+    assert table, text
+    jobs = dict(row.rsplit(maxsplit=1) for row in table.group(1).splitlines())
+    return {rule: int(count) for rule, count in jobs.items() if rule not in ("all", "total")}
+
+
+@pytest.fixture(scope="module")
+def smoke(tmp_path_factory) -> Path:
+    """Smoke study run with -j2 from a path with a space in it."""
+    folder = checkout(tmp_path_factory.mktemp("smoke") / "a path" / "pneumo")
+    done = snakemake(folder, "-j2", *SMOKE)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_every_planned_file_is_there(smoke):
+    made = set(hashes(smoke / "results"))
+    for experiment in ("E06", "E12"):
+        assert {f"settling/{experiment}.nc", f"datum/{experiment}.nc"} <= made
+        assert {f"{transport}/replay/{experiment}.nc" for transport in ("published", "exact")} <= made
+    assert {"published/statistics.nc", "exact/statistics.nc", "settling.nc", "table7.md"} <= made
+    assert {f"figures/fig{number:02}.{kind}" for number in range(1, 13) for kind in ("svg", "png")} <= made
+    assert not [name for name in made if name.endswith(".part")]
+
+
+def test_second_call_does_nothing(smoke):
+    assert planned(smoke) == {}
+
+
+def test_one_core_gives_the_same_bytes(smoke, tmp_path):
+    folder = checkout(tmp_path / "one")
+    done = snakemake(folder, "-j1", *SMOKE)
+    assert done.returncode == 0, done.stderr
+    assert hashes(folder / "results") == hashes(smoke / "results")
+
+
+def test_editing_a_model_reruns_replays_and_what_follows_only(smoke):
+    models = smoke / "pneumo/physics/models.py"
+    original = models.read_text()
+    edited = original.replace('("M4",  1.2,', '("M4",  1.25,')
+    assert edited != original
+    models.write_text(edited)
+    try:
+        jobs = planned(smoke)
+    finally:
+        models.write_text(original)
+    assert jobs["replay"] == 2
+    assert jobs["statistics"] == 2
+    assert not {"parameters", "settling", "datum", "schemes"} & set(jobs)
+
+
+def test_editing_a_figure_reruns_figures_only(smoke):
+    figures = smoke / "pneumo/publish/figures.py"
+    original = figures.read_text()
+    figures.write_text(original + "\n# edited\n")
+    try:
+        assert planned(smoke) == {"figures": 1}
+    finally:
+        figures.write_text(original)
+
+
+def test_editing_the_configuration_reruns_everything_that_depends_on_it(smoke):
+    config = smoke / "config/smoke.yaml"
+    original = config.read_text()
+    config.write_text(original.replace("duration_limit_s: 3.0", "duration_limit_s: 2.0"))
+    try:
+        jobs = planned(smoke)
+    finally:
+        config.write_text(original)
+    assert {"parameters", "datum", "replay", "statistics"} <= set(jobs)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("cylinders: {D: {bore_mm: -20}}", ["bad.yaml", "cylinders.D.bore_mm", "-20", "greater than 0"]),
+        ("cylinders: {D: {bore_cm: 2}}", ["bad.yaml", "cylinders.D.bore_cm", "unknown key"]),
+        ("run: {experiments: [E17]}", ["bad.yaml", "run.experiments", "E17", "E16"]),
+    ],
+)
+def test_bad_configuration_is_one_line_exit_2_and_nothing_written(tmp_path, text, words):
+    folder = checkout(tmp_path / "bad")
+    (folder / "bad.yaml").write_text(text)
+    done = snakemake(folder, "-j1", "--configfile", "bad.yaml")
+    lines = [line for line in done.stderr.splitlines() if line.startswith("pneumo: ")]
+    assert done.returncode == 2
+    assert len(lines) == 1
+    assert "Traceback" not in done.stderr
+    assert all(word in lines[0] for word in words), lines[0]
+    assert not (folder / "results").exists()
+
+
+def test_truncated_datum_is_named_and_not_used(smoke, tmp_path):
+    folder = tmp_path / "truncated"
+    shutil.copytree(smoke, folder)
+    datum = folder / "results/datum/E06.nc"
+    datum.write_bytes(datum.read_bytes()[:1000])
+    replay = folder / "results/exact/replay/E06.nc"
+    replay.unlink()
+    done = snakemake(folder, "-j1", "--rerun-triggers", "mtime", *SMOKE)
+    assert done.returncode != 0
+    assert not replay.exists()
+    report = done.stderr + "".join(file.read_text() for file in (folder / "results/logs").rglob("*.log"))
+    assert "results/datum/E06.nc: not a readable NetCDF-4 file" in report
