@@ -4,7 +4,13 @@ Ranges are those of industrial servo-pneumatics with a wide margin. Quantities t
 zero or a number of physical size.
 """
 
+import math
+
 from hypothesis import strategies as st
+
+from pneumo.physics.cylinder import Cylinder
+from pneumo.physics.experiment import Plant
+from pneumo.physics.valve import Conditions, Valve, exact_gas
 
 
 def _between(low, high):
@@ -135,3 +141,48 @@ def model_arguments():
             "A_q0": wall_areas(),
         }
     )
+
+
+def area_ratios():
+    """Heat transfer area over that at mid-stroke, or one leak's area over the other's."""
+    return _between(0.05, 20.0)
+
+
+def gases():
+    """Gases whose sonic coefficient and critical ratio follow from R and gamma."""
+    return st.builds(exact_gas, gas_constants(), gammas())
+
+
+def conditions():
+    """Supply above atmosphere, with any inlet, wall and equilibrium state."""
+    return st.builds(
+        lambda P_atm, ratio, T_in, T_amb, P_0, T_0: Conditions(ratio * P_atm, P_atm, T_in, T_amb, P_0, T_0),
+        _between(0.5e5, 2e5),
+        _between(1.1, 15.0),
+        temperatures(),
+        temperatures(),
+        pressures(),
+        temperatures(),
+    )
+
+
+def cylinders():
+    """Cylinders of industrial size without a rod, with end stops at the ends of the stroke."""
+
+    def build(bore, stroke, fraction, M, k_f):
+        area = math.pi * bore**2 / 4
+        dead_volume = fraction * area * stroke / 2
+        return Cylinder(bore, stroke, area, area, dead_volume, M, k_f, -stroke / 2, stroke / 2)
+
+    friction = _zero_or_between(1.0, 1e4)
+    return st.builds(build, bores(), strokes(), dead_volume_fractions(), masses(), friction)
+
+
+def plants():
+    """Everything physical about an experiment, with T_0 = T_amb as at equilibrium."""
+
+    def build(gas, valve, conditions, cylinder, k_0):
+        return Plant(gas, valve, conditions._replace(T_0=conditions.T_amb), cylinder, k_0)
+
+    valves = st.builds(Valve, _between(1e-9, 1e-5), _between(1.0, 20.0))
+    return st.builds(build, gases(), valves, conditions(), cylinders(), conductances())

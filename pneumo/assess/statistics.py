@@ -5,6 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from pneumo.store import EXPERIMENT_LABELS
+
 OVERALL = "overall"  # the pseudo-level of Table 7: all experiments, each model at its best n in each
 
 
@@ -108,9 +110,8 @@ def settling_table(parts: Mapping[str, xr.Dataset], durations: Mapping[str, floa
     durations : mapping of str to float
         Length of each full-order run, s.
     """
-    times = xr.concat(
-        [part["settling_time"] for part in parts.values()], "experiment", coords="different", compat="equals"
-    )
+    runs = [part["settling_time"] for part in parts.values()]
+    times = xr.concat(runs, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
     duration = xr.DataArray(list(durations.values()), {"experiment": list(durations)}, name="duration")
     table = times.to_dataset()
     table["duration"] = duration.reindex(experiment=times["experiment"]).assign_attrs(

@@ -72,7 +72,7 @@ class GasSection(_Section):
 class SupplySection(_Section):
     """Supply and surroundings."""
 
-    P_s_Pa: Annotated[Number, Field(gt=0, le=5e6, description="absolute supply pressure")]
+    P_s_Pa: Annotated[Number, Field(gt=0, le=5e6, description="absolute supply pressure, above P_atm_Pa")]
     P_atm_Pa: Annotated[Number, Field(gt=0, le=2e5, description="atmospheric pressure")]
     T_amb_K: Annotated[Number, Field(ge=150, le=500, description="temperature of walls and surroundings")]
     T_in_K: Annotated[Number, Field(ge=150, le=500, description="temperature of incoming air")]
@@ -111,7 +111,9 @@ class SettlingSection(_Section):
     force_N: Annotated[
         Number, Field(lt=0, ge=-1e6, description="external force (negative: towards the stop)")
     ]
-    stop_mm: Annotated[Number, Field(lt=0, ge=-5000, description="position of the end stop")]
+    stop_mm: Annotated[
+        Number, Field(lt=0, ge=-5000, description="position of the end stop, inside the half-stroke")
+    ]
 
 
 class CylinderSection(_Section):

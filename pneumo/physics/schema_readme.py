@@ -9,10 +9,12 @@ from pneumo.physics.parameters import SCHEMA, allowed, named_sections, resolved
 HEAD = """\
 # Configuration
 
-`paper.yaml` is the paper's study; `smoke.yaml` is an override of it, to be used on top. Any file may override
-any key: `snakemake -j2 --configfile mine.yaml`. Units stand in the keys and nowhere else; inside the program
-everything is SI. A key that is not listed here, a wrong unit suffix or a value outside its range is refused in
-one line before anything runs. Made from the schema in `pneumo/physics/parameters.py`; don't edit.
+`paper.yaml` is the paper's study; `smoke.yaml` is an override, used on top of it. Any file may override any
+key: `snakemake -j2 --configfile mine.yaml`. Units stand in the keys and nowhere else; inside the program
+everything is SI. A key that is not listed here, a wrong unit suffix or a value outside its range is refused
+in one line before anything runs.
+
+Made from the schema by `python -m pneumo.physics.schema_readme`; don't edit.
 """
 
 UNITS = {

@@ -16,15 +16,15 @@ class Features(NamedTuple):
         Explicit heat transfer through the walls; heat transfer by mixing.
     temperature : {"Constant", "Polytropic"}
         Temperature evolution.
-    index : str
-        Pressure index, or the several indices in rising order.
+    pressure_index : str
+        The index, or the several indices in rising order.
     """
 
     model: str
     wall_heat: bool
     mixing: bool
     temperature: str
-    index: str
+    pressure_index: str
 
 
 def _pressure_index(model: Model) -> str:

@@ -1,7 +1,7 @@
 """Figures 7 to 11, and two that the paper lacks: datasets in, pictures out.
 
-Every number drawn comes from a results file or a printed table; sources are called ``published`` (the
-paper's tables), ``reproduced`` (published transport) and ``exact`` (exact transport).
+Every number comes from a results file or a printed table. Sources are ``published`` (printed in the paper),
+``reproduced`` (replays with the published transport) and ``exact`` (replays with the exact one).
 """
 
 import json
@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
 from pneumo.assess.statistics import OVERALL, concatenated
+from pneumo.physics.models import MODELS
 from pneumo.publish.style import (
     DOUBLE_MM,
     GREY,
     INK,
     MODEL_STYLE,
-    PALE,
     SINGLE_MM,
     SOURCE_BAR,
     SOURCE_MARKER,
@@ -27,6 +27,7 @@ from pneumo.publish.style import (
     new_figure,
     paper_style,
 )
+from pneumo.simulate.settling import CRITERION
 
 SOURCE_OF = {"published": "reproduced", "exact": "exact"}  # transport -> source
 SOURCE_NAME = {
@@ -39,10 +40,10 @@ TRANSPORT_NAME = {"published": "transport as published", "exact": "exact transpo
 NINE = [model for model in MODEL_STYLE if model != "M4"]
 SIX = ["M5", "M6", "M7", "M8", "M9", "M10"]
 TRACED = ["M1", "M5", "M7", "M8"]
+WITHOUT_N = [name for name, model in MODELS.items() if not model.has_n]
 
 MSE = axis_label("MSE", "Pa$^2$")
 KILO = 1e3
-CRITERION = 0.01  # of settling times; the band drawn in Fig. 7
 
 
 def symbol(name: str) -> str:
@@ -84,7 +85,7 @@ def fig07(settling: xr.Dataset) -> Figure:
     force.plot([0, release, release, end], [push["force"], push["force"], 0, 0], color=INK)
     force.set_ylabel(axis_label("Force", "N"))
     force.annotate("release", (release, 0.5), (4, 0), ("data", "axes fraction"), "offset points", va="center")
-    position.plot(shown["t"], shown["x"] * KILO, color=INK)
+    position.plot(shown["t"], shown["x"] * KILO, color=INK, lw=0.8)
     position.set_ylabel(axis_label("$x$", "mm"))
     for row, chamber in enumerate(settling["chamber"].values, start=1):
         for ax, quantity, unit, scale in zip(axes[row], "PT", ("kPa", "K"), (KILO, 1.0), strict=True):
@@ -109,7 +110,7 @@ def _settling_panel(
     free = series.sel(t=slice(release, None))
     final = free[-1].item()
     # As in `pneumo.simulate.settling`: delta P from the release, delta T from the largest excursion.
-    extreme = free[0] if quantity == "P" else free[np.abs(free - final).argmax().item()]
+    extreme = free[0] if quantity == "P" else free[np.abs(free.values - final).argmax()]
     start, t_start, t_s = extreme.item(), extreme["t"].item(), settling_time.item()
     band = CRITERION * abs(start - final)
 
@@ -118,13 +119,15 @@ def _settling_panel(
     room = (high - low) or 1.0
     ax.set_ylim(low - 0.08 * room, high + 0.34 * room)  # the strip above the data carries the settling time
     ax.axhspan(final - band, final + band, color="#b5b5b5", lw=0, zorder=0.5)
-    ax.plot(shown["t"], shown, color=INK)
+    ax.plot(shown["t"], shown, color=INK, lw=0.8)
 
     both = {"arrowstyle": "<|-|>", "color": INK, "lw": 0.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
     x = t_start - 0.03 * end if quantity == "P" else t_start
     ax.annotate("", (x, start), (x, final), arrowprops=both)
     ax.plot([x - 0.02 * end, release], [final, final], color=GREY, lw=0.5)
-    ax.text(x - 0.015 * end, (start + final) / 2, rf"$\Delta {quantity}$", ha="right", va="center")
+    ax.text(
+        min(x, release) - 0.015 * end, (start + final) / 2, rf"$\Delta {quantity}$", ha="right", va="center"
+    )
     top = high + 0.1 * room
     ax.plot([release + t_s] * 2, [final, top], color=GREY, lw=0.6, ls=(0, (1.2, 1.2)))
     ax.annotate("", (release, top), (release + t_s, top), arrowprops=both)
@@ -154,7 +157,10 @@ def fig08(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     fig = new_figure(DOUBLE_MM, 68)
     ax = fig.subplots()
     ax.set_yscale("log")
-    _bars(ax, list(MODEL_STYLE), _averages(statistics, OVERALL, table7))
+    averages = _averages(statistics, OVERALL, table7)
+    _bars(ax, list(MODEL_STYLE), averages)
+    lowest = min(average.min().item() for average in averages.values())
+    ax.set_ylim(bottom=10 ** np.floor(np.log10(lowest / 1.5)))  # even the lowest bar is seen
     _log_decades(ax)
     _legend_above(fig, ax)
     return fig
@@ -200,7 +206,7 @@ def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
     matplotlib.figure.Figure
         One panel per level; a level without experiments says so.
     """
-    levels = _levels(statistics)
+    levels = [level for level in statistics["published"]["level"].values if level != OVERALL]
     fig = new_figure(DOUBLE_MM, 76)
     axes = fig.subplots(1, len(levels), sharey=True, squeeze=False)[0]
     for ax, level in zip(axes, levels, strict=True):
@@ -213,11 +219,6 @@ def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
     return fig
 
 
-def _levels(statistics: Mapping[str, xr.Dataset]) -> list[str]:
-    first = next(iter(statistics.values()))
-    return [level for level in first["level"].values.tolist() if level != OVERALL]
-
-
 def _averages(
     statistics: Mapping[str, xr.Dataset], level: str, published: xr.Dataset | None
 ) -> dict[str, xr.DataArray]:
@@ -228,16 +229,13 @@ def _averages(
 
 def _slots(models: Sequence[str], sources: Sequence[str], width: float) -> dict[str, np.ndarray]:
     """Where the marks of each source stand, one group per model, the group `width` wide."""
-    step = width / len(sources)
-    return {
-        source: np.arange(len(models)) + (i - (len(sources) - 1) / 2) * step
-        for i, source in enumerate(sources)
-    }
+    offsets = (np.arange(len(sources)) - (len(sources) - 1) / 2) * width / len(sources)
+    return {source: np.arange(len(models)) + offset for source, offset in zip(sources, offsets, strict=True)}
 
 
 def _model_axis(ax: Axes, models: Sequence[str]) -> None:
     ax.set_xticks(np.arange(len(models)), [symbol(model) for model in models])
-    ax.tick_params(axis="x", length=0)
+    ax.tick_params(axis="x", which="both", length=0)
     ax.set_xlim(-0.6, len(models) - 0.4)
     ax.set_ylabel(MSE)
     ax.grid(axis="y")
@@ -245,7 +243,7 @@ def _model_axis(ax: Axes, models: Sequence[str]) -> None:
 
 def _bars(ax: Axes, models: Sequence[str], averages: Mapping[str, xr.DataArray]) -> None:
     for source, x in _slots(models, list(averages), width=0.78).items():
-        height = averages[source].reindex(model=models)
+        height = averages[source].sel(model=models)
         ax.bar(x, height, 0.78 / len(averages), label=SOURCE_NAME[source], **SOURCE_BAR[source])
     _model_axis(ax, models)
 
@@ -257,29 +255,29 @@ def _ranges(
     level: str,
     published: xr.Dataset | None,
 ) -> None:
-    """Draw average and percentiles of one level, a log axis, a group per model."""
+    """Draw average and percentiles of one level, a group per model."""
     averages = _averages(statistics, level, published)
-    slots = _slots(models, list(averages), width=0.66)
+    slots = _slots(models, list(averages), width=0.72)
     spread = {SOURCE_OF[key]: data.sel(level=level) for key, data in statistics.items()}
     ax.set_yscale("log")
     for source, x in slots.items():
         if source in spread:
-            low, high = (spread[source][name].reindex(model=models) for name in ("p10", "p90"))
+            low, high = (spread[source][name].sel(model=models) for name in ("p10", "p90"))
             color = SOURCE_MARKER[source]["markeredgecolor"]
             ax.vlines(x, low, high, color=color, lw=1.0)
             for ends in (low, high):
                 ax.plot(x, ends, ls="none", marker="_", markersize=4, color=color, markeredgewidth=1.0)
-        ax.plot(x, averages[source].reindex(model=models), label=SOURCE_NAME[source], **SOURCE_MARKER[source])
-    for x in np.arange(len(models) - 1) + 0.5:
-        ax.axvline(x, color=PALE, lw=0.5, zorder=0)
+        ax.plot(x, averages[source].sel(model=models), label=SOURCE_NAME[source], **SOURCE_MARKER[source])
+    ax.set_xticks(np.arange(len(models) - 1) + 0.5, minor=True)
+    ax.grid(axis="x", which="minor")
     _model_axis(ax, models)
     _log_decades(ax)
-    if all(data["mse"].reindex(model=models).isnull().all() for data in spread.values()):
+    if all(data["mse"].sel(model=models).isnull().all() for data in spread.values()):
         ax.text(0.5, 0.04, "not reproduced: no experiment", ha="center", transform=ax.transAxes)
 
 
 def _log_decades(ax: Axes) -> None:
-    """Put ticks at decades and unlabelled ones between; floor the axis at a decade."""
+    """Put ticks at decades and unlabelled ones between."""
     ax.yaxis.set_major_locator(LogLocator(10.0))
     ax.yaxis.set_minor_locator(LogLocator(10.0, subs="auto"))
     ax.yaxis.set_minor_formatter(NullFormatter())
@@ -298,7 +296,7 @@ def traces(
     replays: Mapping[str, xr.Dataset],
     statistics: Mapping[str, xr.Dataset],
     start: float = 20.0,
-    length: float = 2.5,
+    length: float = 2.0,
 ) -> Figure:
     """Pressure of chamber A against time: datum and four models, with their residuals below.
 
@@ -323,32 +321,39 @@ def traces(
     window = slice(max(0.0, stop - length), stop)
     full = (datum["P"].sel(chamber="A", t=window) / KILO).load()
 
-    fig = new_figure(DOUBLE_MM, 118)
+    fig = new_figure(DOUBLE_MM, 120)
     axes = fig.subplots(3, len(replays), sharex=True, sharey="row", squeeze=False, height_ratios=[1.4, 1, 1])
     for column, (transport, replay) in zip(axes.T, replays.items(), strict=True):
         pressure = replay["pressure"].sel(chamber="A", t=window) / KILO
         column[0].plot(full["t"], full, color="#b5b5b5", lw=2.4, label="full order")
-        for model in TRACED:
-            best = statistics[transport]["best_n"].sel(experiment=name, model=model).item()
-            if np.isnan(best):
-                continue
-            trace = pressure.sel(model=model, n=best)
-            no_n = model in ("M1", "M3", "M4")
-            text = symbol(model) if no_n else f"{symbol(model)}, $n$ = {best:.2f}"
-            column[0].plot(trace["t"], trace, label=text, **MODEL_STYLE[model].line())
-            residual = full.sel(t=trace["t"], method="nearest").values - trace.values
-            below = column[1] if model in ("M1", "M5") else column[2]
-            below.plot(trace["t"], residual, **MODEL_STYLE[model].line())
-        column[0].set_title(TRANSPORT_NAME[transport])
-        for ax in column[1:]:
+        best = statistics[transport]["best_n"].sel(experiment=name)
+        for ax, models in ((column[1], TRACED[:2]), (column[2], TRACED[2:])):
             ax.axhline(0, color=GREY, lw=0.5, zorder=0)
+            ax.set_title("    ".join(_with_n(model, best) for model in models), loc="left", fontsize=8.0)
+            for model in models:
+                if best.sel(model=model).isnull():
+                    continue  # failed at every n
+                trace = pressure.sel(model=model, n=best.sel(model=model))
+                residual = full.sel(t=trace["t"], method="nearest").values - trace
+                look = MODEL_STYLE[model].line() | {"lw": 1.0}
+                column[0].plot(trace["t"], trace, label=symbol(model), **look)
+                ax.plot(trace["t"], residual, **look)
+        column[0].set_title(TRANSPORT_NAME[transport])
         column[-1].set_xlabel(axis_label("$t$", "s"))
         column[-1].set_xlim(window.start, window.stop)
+        column[-1].xaxis.set_major_locator(MaxNLocator(5))
     axes[0, 0].set_ylabel(axis_label("$P_A$", "kPa"))
     for ax in axes[1:, 0]:
         ax.set_ylabel(axis_label("Residual", "kPa"))
     fig.align_ylabels()
+    _legend_above(fig, axes[0, 0], columns=5)
+    fig.set_layout_engine("constrained", w_pad=0.06)  # tick labels of neighbouring columns stay apart
     return fig
+
+
+def _with_n(model: str, best: xr.DataArray) -> str:
+    n = best.sel(model=model).item()
+    return symbol(model) if model in WITHOUT_N or np.isnan(n) else f"{symbol(model)}, $n$ = {n:.2f}"
 
 
 @paper_style()
@@ -371,21 +376,21 @@ def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[fl
     axes = fig.subplots(len(grids), len(levels), sharex=True, sharey=True, squeeze=False)
     for row, (transport, grid) in zip(axes, grids.items(), strict=True):
         mse = concatenated(grid)["mse"]
-        for ax, (level, conductances) in zip(row, levels.items(), strict=True):
+        for ax, conductances in zip(row, levels.values(), strict=True):
             ax.set_yscale("log")
-            part = mse.sel(experiment=np.isin(grid["k_0"], conductances))
-            mean = part.mean("experiment", skipna=False)
+            inside = np.isin(mse["k_0"], conductances)
+            none = xr.full_like(mse.isel(experiment=0), np.nan)
+            mean = mse.sel(experiment=inside).mean("experiment", skipna=False) if inside.any() else none
             for model, look in MODEL_STYLE.items():
-                without_n = model in ("M1", "M3", "M4")
-                keywords = look.line() if without_n else look.points() | {"markersize": 3.4}
+                keywords = look.line() if model in WITHOUT_N else look.points() | {"markersize": 3.4}
                 ax.plot(mean["n"], mean.sel(model=model), label=symbol(model), **keywords)
             ax.grid(axis="y")
-            ax.set_title(f"{level}, {TRANSPORT_NAME[transport]}")
-            ax.xaxis.set_major_locator(MaxNLocator(4))
+            ax.xaxis.set_major_locator(FixedLocator(mean["n"].values[::2].tolist()))
             ax.xaxis.set_minor_locator(FixedLocator(mean["n"].values.tolist()))
             _log_decades(ax)
-    for ax in axes[:, 0]:
-        ax.set_ylabel(MSE)
+        row[0].set_ylabel(f"{TRANSPORT_NAME[transport]}\n{MSE}")
+    for ax, level in zip(axes[0], levels, strict=True):
+        ax.set_title(level)
     for ax in axes[-1]:
         ax.set_xlabel("$n$")
     _legend_above(fig, axes[0, 0], columns=10)

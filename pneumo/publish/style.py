@@ -137,7 +137,7 @@ def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:
     Parameters
     ----------
     fig : matplotlib.figure.Figure
-        The figure to write; its printed size is kept.
+        The figure to write; its printed size is kept, and its layout is fixed from here on.
     stem : str or pathlib.Path
         Path without extension; missing folders are made.
 
@@ -159,6 +159,9 @@ def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:
                 os.replace(part, path)
             finally:
                 part.unlink(missing_ok=True)
+            fig.set_layout_engine(
+                "none"
+            )  # the second file has the layout of the first, and takes half the time
     return svg, png
 
 

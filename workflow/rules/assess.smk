@@ -3,14 +3,12 @@
 
 rule statistics:
     input:
-        parameters=rules.parameters.output,
+        parameters=rules.parameters.output[0],
         cells=expand("results/{{transport}}/replay/{experiment}.nc", experiment=STUDY.experiments),
     output:
         "results/{transport}/statistics.nc",
     log:
         "results/logs/statistics-{transport}.log",
-    conda:
-        "pneumo"
     params:
         code=code_behind("statistics.py"),
     message:
@@ -21,14 +19,12 @@ rule statistics:
 
 rule settling_table:
     input:
-        parameters=rules.parameters.output,
+        parameters=rules.parameters.output[0],
         runs=expand(rules.settling.output, experiment=STUDY.experiments),
     output:
         "results/settling.nc",
     log:
         "results/logs/settling_table.log",
-    conda:
-        "pneumo"
     params:
         code=code_behind("settling_table.py"),
     message:

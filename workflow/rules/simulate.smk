@@ -6,8 +6,6 @@ rule parameters:
         "results/parameters.json",
     log:
         "results/logs/parameters.log",
-    conda:
-        "pneumo"
     params:
         study=STUDY,
         code=code_behind("parameters.py"),
@@ -24,8 +22,6 @@ rule settling:
         "results/settling/{experiment}.nc",
     log:
         "results/logs/settling/{experiment}.log",
-    conda:
-        "pneumo"
     params:
         code=code_behind("settling.py"),
     message:
@@ -41,8 +37,6 @@ rule datum:
         "results/datum/{experiment}.nc",
     log:
         "results/logs/datum/{experiment}.log",
-    conda:
-        "pneumo"
     params:
         code=code_behind("datum.py"),
     message:
@@ -53,14 +47,12 @@ rule datum:
 
 rule replay:
     input:
-        parameters=rules.parameters.output,
-        datum=rules.datum.output,
+        parameters=rules.parameters.output[0],
+        datum=rules.datum.output[0],
     output:
         expand("results/{transport}/replay/{{experiment}}.nc", transport=TRANSPORTS),
     log:
         "results/logs/replay/{experiment}.log",
-    conda:
-        "pneumo"
     params:
         code=code_behind("replay.py"),
     message:

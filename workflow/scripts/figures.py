@@ -1,0 +1,33 @@
+"""Draw Figures 7 to 11, the time traces and the error over n."""
+
+from pathlib import Path
+
+from pneumo.assess.published import table7, table9
+from pneumo.physics.parameters import from_json
+from pneumo.publish import figures
+from pneumo.publish.style import save
+from pneumo.store import open_grid, read
+from pneumo.workflow import logged
+
+
+def main(parameters: str, settling: str, datum: str, statistics: list[str], folder: Path) -> None:
+    study = from_json(Path(parameters).read_text())
+    transports = {Path(file).parent.name: Path(file).parent for file in statistics}
+    averages = {name: read(path / "statistics.nc") for name, path in transports.items()}
+    replays = {name: read(path / "replay" / Path(datum).name) for name, path in transports.items()}
+    grids = {
+        name: open_grid(path).sel(experiment=list(study.experiments)) for name, path in transports.items()
+    }
+    save(figures.fig07(read(settling)), folder / "fig07")
+    save(figures.fig08(averages, table7()), folder / "fig08")
+    save(figures.fig09(averages, table7()), folder / "fig09")
+    save(figures.fig10(averages, table7()), folder / "fig10")
+    save(figures.fig11(averages, table9()), folder / "fig11")
+    save(figures.traces(read(datum), replays, averages), folder / "traces")
+    save(figures.mse_over_n(grids, study.levels), folder / "mse_over_n")
+
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        files, folder = job.input, Path(job.output[0]).parent
+        main(files.parameters, files.settling, files.datum, list(files.statistics), folder)

@@ -1,0 +1,441 @@
+"""Configuration: what paper.yaml says, conversion to SI, and one line for whatever is wrong."""
+
+import copy
+import json
+import math
+from pathlib import Path
+
+import pint
+import pytest
+import strategies as some
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pneumo.physics import schema_readme
+from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.physics.parameters import (
+    SCHEMA,
+    ConfigurationError,
+    allowed,
+    from_json,
+    load,
+    merged,
+    named_sections,
+    read_yaml,
+    resolved,
+    study,
+    to_json,
+    validated,
+)
+from pneumo.physics.valve import Gas, Valve, exact_gas
+
+CONFIG = Path(__file__).resolve().parents[1] / "config"
+PAPER = CONFIG / "paper.yaml"
+BASE = read_yaml(PAPER)
+
+
+def with_value(path, value):
+    """An override that sets one field."""
+    keys = path.split(".")
+    content = value
+    for key in reversed(keys):
+        content = {key: content}
+    return content
+
+
+def complaint(path, value):
+    """The line that an override of one field in a second file gets."""
+    override = with_value(path, value)
+    with pytest.raises(ConfigurationError) as error:
+        validated(merged(BASE, override), [("config/paper.yaml", BASE), ("mine.yaml", override)])
+    return str(error.value)
+
+
+def fields(node=SCHEMA, path=()):
+    """Every field of the schema that holds a value, as (path, schema); names that the user gives are NAME."""
+    for key, field in node["properties"].items():
+        inner, here = resolved(field), (*path, key)
+        if values := named_sections(inner):
+            inner, here = resolved(values), (*here, "NAME")
+        if "properties" in inner:
+            yield from fields(inner, here)
+        else:
+            yield here, inner
+
+
+# What paper.yaml says
+
+
+def test_the_papers_study():
+    s = study(load(PAPER))
+    assert list(s.experiments) == [f"E{j:02d}" for j in range(1, 17)]
+    assert s.n == (1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4)
+    assert s.levels == {"adiabatic": (0.02, 0.1), "typical": (0.1, 0.5), "isothermal": (0.5, 2.5)}
+    for j, e in enumerate(s.experiments.values()):  # Table 5's coding
+        assert e.plant.k_0 == [0.02, 0.1, 0.5, 2.5][j // 4]
+        assert e.cylinder == "DDEE"[j % 4]
+        assert e.drive.closed_loop == bool(j % 2)
+        assert e.h == 0.001
+    durations = [e.steps * e.h for e in s.experiments.values()]  # Table 6
+    printed = [300, 300, 1800, 1200, 60, 60, 360, 600, 60, 60, 120, 120, 60, 60, 60, 60]
+    assert durations == pytest.approx(printed, rel=1e-15)  # a product with 0.001
+
+
+def test_experiment_in_SI_units():
+    e = study(load(PAPER)).experiments["E14"]
+    c = e.plant.cylinder
+    # A key in mm is a product with 1e-3, good to an ulp.
+    assert (c.bore, c.stroke, c.x_max, e.push.x_stop) == pytest.approx((0.02, 0.1, 0.05, -0.015), rel=3e-16)
+    assert c.x_min == -c.x_max
+    assert c.A_A == c.A_B == math.pi * c.bore**2 / 4
+    assert (c.V_d, c.M, c.k_f) == (1.571e-6, 1.5, 100.0)
+    assert e.plant.gas == Gas(287.0, 1.4, 0.0404, 0.5283)
+    assert e.plant.valve == Valve(1e-7, 10.0)
+    assert e.plant.conditions == (7e5, 1e5, 293.0, 293.0, 0.8077 * 7e5, 293.0)
+    assert e.drive.k_p == 1000.0
+    assert e.excitation == (666, math.sqrt(0.0003), 50)
+    assert e.push.force == -300.0
+    assert (e.steps, e.pressure_stride) == (60_000, 10)
+
+
+def test_amplitude_is_that_of_the_loop():
+    experiments = study(load(PAPER)).experiments
+    assert experiments["E15"].excitation == (777, 0.5477225575051661, 50)  # V
+    assert experiments["E16"].excitation == (777, math.sqrt(0.0021), 50)  # m
+    assert experiments["E15"].drive.x_reverse == pytest.approx(0.96 * 0.1375, rel=3e-16)
+
+
+def test_words_in_place_of_numbers_mean_the_exact_values():
+    words = {
+        "gas": {"sonic_coefficient": "exact", "critical_ratio": "exact"},
+        "supply": {"P_0_per_P_s": "half-bridge"},
+    }
+    plant = study(validated(merged(BASE, words), [])).experiments["E01"].plant
+    assert plant.gas == exact_gas(287.0, 1.4)
+    assert equilibrium_pressure(7e5, 1e5, plant.gas) == plant.conditions.P_0
+
+
+def test_numbers_as_YAML_1_1_reads_them():
+    # YAML 1.1 takes 1e-7, which has no dot, for text: it must count as the number it is.
+    override = yaml.safe_load("cylinders: {D: {k_x_k_u_m2_per_V: 1e-7}}")
+    assert override["cylinders"]["D"]["k_x_k_u_m2_per_V"] == "1e-7"
+    assert study(validated(merged(BASE, override), [])).experiments["E01"].plant.valve.k_xu == 1e-7
+
+
+# Overrides
+
+
+def test_an_override_changes_what_it_names_and_nothing_else(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("cylinders: {E: {mass_kg: 7.5}}\nn: [1.2]\n")
+    ours, theirs = load(PAPER, file).model_dump(), load(PAPER).model_dump()
+    assert ours["cylinders"]["E"].pop("mass_kg") == 7.5
+    assert ours.pop("n") == [1.2]
+    theirs["cylinders"]["E"].pop("mass_kg"), theirs.pop("n")
+    assert ours == theirs
+
+
+def test_smoke_is_two_short_experiments_of_the_paper():
+    whole, smoke = study(load(PAPER)), study(load(PAPER, CONFIG / "smoke.yaml"))
+    assert list(smoke.experiments) == ["E06", "E12"]
+    for name, e in smoke.experiments.items():
+        assert e == whole.experiments[name]._replace(steps=3000)
+
+
+def test_a_new_experiment_and_a_new_cylinder():
+    override = {
+        "cylinders": {"mine": BASE["cylinders"]["E"] | {"bore_mm": 63.0}},
+        "experiments": {"X1": BASE["experiments"]["E16"] | {"cylinder": "mine"}},
+        "run": {"experiments": ["X1"]},
+    }
+    s = study(validated(merged(BASE, override), []))
+    assert list(s.experiments) == ["X1"]
+    assert s.experiments["X1"].plant.cylinder.bore == 63e-3
+
+
+def test_hash_follows_the_content():
+    one = study(load(PAPER)).config_sha256
+    assert one == study(load(PAPER)).config_sha256
+    other = study(validated(merged(BASE, {"supply": {"T_in_K": 293.5}}), [])).config_sha256
+    assert other != one
+
+
+# JSON
+
+
+@settings(deadline=None)
+@given(some.bores(), some.masses(), some.temperatures(), st.lists(some.polytropic_indices(), min_size=1))
+def test_json_round_trip_is_exact(bore, mass, T_in, n):
+    override = {
+        "cylinders": {"D": {"bore_mm": bore * 1e3, "mass_kg": mass}},
+        "supply": {"T_in_K": T_in},
+        "n": n,
+        "run": {"experiments": ["E01", "E02", "E16"]},
+    }
+    s = study(validated(merged(BASE, override), []))
+    again = from_json(to_json(s))
+    assert again == s
+    assert type(again.experiments["E01"].plant.cylinder) is type(s.experiments["E01"].plant.cylinder)
+    assert to_json(again) == to_json(s)
+    json.loads(to_json(s), parse_constant=pytest.fail)  # no NaN or Infinity: any JSON reader takes it
+
+
+# Bad input: one line with source, field, value and what is allowed
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "line"),
+    [
+        ("cylinders.D.bore_mm", -20.0, "-20.0: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", True, "True: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", math.nan, "nan: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", math.inf, "inf: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", "20 mm", "'20 mm': must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", None, "None: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", [20], "[20]: must be a number greater than 0 and at most 1000"),
+        ("cylinders.E.dead_volume_m3", 0, "0: must be a number greater than 0 and at most 1"),
+        ("cylinders.E.seed", 1.5, "1.5: must be a whole number at least 0 and less than 4294967296"),
+        ("cylinders.E.seed", False, "False: must be a whole number at least 0 and less than 4294967296"),
+        ("cylinders.E.settling.force_N", 300, "300: must be a number at least -1000000 and less than 0"),
+        ("experiments.E01.k_0_W_per_K", -1, "-1: must be a number at least 0 and at most 10000"),
+        ("experiments.E01.loop", "half", "'half': must be open or closed"),
+        ("experiments.E01.cylinder", 3, "3: must be text"),
+        ("experiments.E01.cylinder", "F", "'F': must be one of D, E"),
+        ("experiments.E01", "E02", "'E02': must be a section"),
+        ("run.experiments", [], "[]: must be all or a list (not empty), each text"),
+        ("run.experiments", "E01", "'E01': must be all or a list (not empty), each text"),
+        ("run.duration_limit_s", -3, "-3: must be a number greater than 0 and at most 100000"),
+        ("levels.typical", 0.1, "0.1: must be a list, each a number at least 0 and at most 10000"),
+        ("n", 1.2, "1.2: must be a list (not empty), each a number greater than 0 and at most 3"),
+        ("n", [], "[]: must be a list (not empty), each a number greater than 0 and at most 3"),
+        ("name", "my study", r"'my study': must be text matching `^[\w-]{1,40}$`"),
+        ("gas.critical_ratio", 1.5, "1.5: must be exact or a number greater than 0 and less than 1"),
+        (
+            "supply.P_0_per_P_s",
+            "half",
+            "'half': must be half-bridge or a number greater than 0 and less than 1",
+        ),
+        (
+            "supply.P_s_Pa",
+            0.9e5,
+            "90000.0: must exceed P_atm_Pa = 100000 and be a number greater than 0 and at most 5000000",
+        ),
+        (
+            "cylinders.D.settling.stop_mm",
+            -50.0,
+            "-50.0: must lie inside the half-stroke, above -50,"
+            " and be a number at least -5000 and less than 0",
+        ),
+    ],
+)
+def test_bad_value(path, value, line):
+    assert complaint(path, value) == f"mine.yaml: {path} = {line}"
+
+
+def test_bad_value_in_a_list_is_named_by_its_place():
+    line = "mine.yaml: n.1 = 0: must be a number greater than 0 and at most 3"
+    assert complaint("n", [1.2, 0]) == line
+
+
+def test_unknown_experiment_lists_those_there_are():
+    names = ", ".join(f"E{j:02d}" for j in range(1, 17))
+    line = f"mine.yaml: run.experiments = 'E99': no such experiment; there are {names}"
+    assert complaint("run.experiments", ["E01", "E99"]) == line
+
+
+@pytest.mark.parametrize("path", ["cylinders.D.bore_cm", "colour", "experiments.E01.wall.k_0"])
+def test_unknown_key(path):
+    text = complaint(path, 2)
+    head, _, known = text.partition(": unknown key; config/README.md lists the known ones: ")
+    section = path.split(".")[: {"colour": 0}.get(path, 2)]
+    assert head.startswith(f"mine.yaml: {'.'.join(path.split('.')[: len(section) + 1])} = ")
+    node = BASE
+    for key in section:
+        node = node[key]
+    assert set(node) == set(known.split(", "))
+
+
+def test_wrong_unit_suffix_is_reported_before_the_key_that_is_missing_for_it():
+    content = copy.deepcopy(BASE)
+    content["cylinders"]["D"]["bore_cm"] = content["cylinders"]["D"].pop("bore_mm")
+    with pytest.raises(
+        ConfigurationError, match=r"^p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key; .*bore_mm"
+    ):
+        validated(content, [("p.yaml", content)])
+
+
+@pytest.mark.parametrize("name", ["E 1", "1E", "", "a" * 41])
+def test_names_of_experiments(name):
+    text = complaint(f"experiments.{name}", BASE["experiments"]["E01"])
+    assert text.endswith(r": the name must be text matching `^[A-Za-z][\w-]{0,39}$`")
+
+
+def test_names_that_are_not_text():
+    override = {"experiments": {17: BASE["experiments"]["E01"]}}
+    with pytest.raises(ConfigurationError, match=r"mine: experiments\.17 = 17: the name must be text"):
+        validated(merged(BASE, override), [("mine", override)])
+    with pytest.raises(ConfigurationError, match="mine: 17 = 17: unknown key"):
+        validated(BASE | {17: 1}, [("mine", {17: 1})])
+
+
+def without(path):
+    content = copy.deepcopy(BASE)
+    *section, key = path.split(".")
+    node = content
+    for name in section:
+        node = node[name]
+    del node[key]
+    return content
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        ("cylinders.D.dead_volume_m3", "must be a number greater than 0 and at most 1"),
+        ("supply", "must be a section"),
+        ("experiments.E16.loop", "must be open or closed"),
+    ],
+)
+def test_missing_field(path, line):
+    content = without(path)
+    with pytest.raises(ConfigurationError) as error:
+        validated(content, [("config/paper.yaml", content), ("mine.yaml", {"name": "mine"})])
+    assert str(error.value) == f"config/paper.yaml: {path}: missing; {line}"
+
+
+def test_field_missing_from_a_section_that_an_override_adds():
+    line = "mine.yaml: experiments.X.cylinder: missing; must be text"
+    assert complaint("experiments.X", {"loop": "open"}) == line
+
+
+def test_a_conflict_names_the_file_that_made_it():
+    # The value that gets the blame stands in an earlier file; the override moved its limit.
+    text = complaint("cylinders.D.stroke_mm", 20.0)
+    assert text.startswith(
+        "mine.yaml: cylinders.D.settling.stop_mm = -15.0: must lie inside the half-stroke, above -10,"
+    )
+    low, high = {"supply": {"P_s_Pa": 1.5e5}}, {"supply": {"P_atm_Pa": 2e5}}
+    with pytest.raises(
+        ConfigurationError, match=r"^high: supply\.P_s_Pa = 150000\.0: must exceed P_atm_Pa = 200000"
+    ):
+        validated(
+            merged(merged(BASE, low), high), [("base", BASE), ("low", low), ("high", high), ("n", {"n": [1]})]
+        )
+
+
+def test_the_last_file_that_sets_the_field_is_named(tmp_path):
+    for name, text in {"one": "step_s: -1\n", "two": "step_s: -2\n", "three": "name: three\n"}.items():
+        (tmp_path / f"{name}.yaml").write_text(text)
+    with pytest.raises(ConfigurationError) as error:
+        load(PAPER, *(tmp_path / f"{name}.yaml" for name in ("one", "two", "three")))
+    line = "step_s = -2: must be a number at least 1e-07 and at most 1"
+    assert str(error.value) == f"{tmp_path / 'two.yaml'}: {line}"
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"n: [1.0\n", "not valid YAML: "),
+        (b"\xff\xfe", "cannot be read: "),
+        (b"- 1\n", "must hold sections (key: value), holds list"),
+        (b"", "must hold sections (key: value), holds NoneType"),
+        (None, "cannot be read: "),
+    ],
+)
+def test_unreadable_file(tmp_path, content, says):
+    file = tmp_path / "mine.yaml"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(ConfigurationError) as error:
+        load(PAPER, file)
+    assert str(error.value).startswith(f"{file}: {says}")
+    assert "\n" not in str(error.value)
+
+
+BAD = (
+    st.none()
+    | st.booleans()
+    | st.just({})
+    | st.just([[]])
+    | st.sampled_from([-1e300, -1.0, math.nan, math.inf, -math.inf, 1e300])
+    | st.text(max_size=50).filter(lambda s: not s.strip().isdigit())
+)
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.sampled_from(list(fields())), st.sampled_from(["D", "E"]), BAD)
+def test_any_bad_value_gets_one_line_with_source_field_and_range(field, cylinder, value):
+    path, node = field
+    name = cylinder if "cylinders" in path else "E07"
+    path = tuple(name if key == "NAME" else key for key in path)
+    override = with_value(".".join(path), value)
+    try:
+        validated(merged(BASE, override), [("config/paper.yaml", BASE), ("mine.yaml", override)])
+    except ConfigurationError as error:
+        line = str(error)
+    else:  # a number that this field allows, a free name, or an optional field left out
+        assert node.get("type") in ("number", "string") or value is None or value == {}
+        return
+    assert "\n" not in line
+    assert line.startswith(f"mine.yaml: {'.'.join(path[:3])}")
+    wanted = allowed(node["items"] if node.get("type") == "array" and isinstance(value, list) else node)
+    conflict = path[-1] == "cylinder" and isinstance(value, str)
+    assert wanted in line or conflict
+
+
+# The schema and its description
+
+
+def test_every_number_has_both_limits():
+    for path, node in fields():
+        for option in node.get("anyOf", [node]):
+            leaf = option.get("items", option)
+            if leaf.get("type") == "number":
+                limits = allowed(leaf)
+                assert " and " in limits, path
+                assert "greater than" in limits or "at least" in limits, path
+                assert "less than" in limits or "at most" in limits, path
+
+
+def test_readme_of_the_configuration_is_that_of_the_schema():
+    assert (CONFIG / "README.md").read_text(encoding="utf-8") == schema_readme.readme(), (
+        "run: python -m pneumo.physics.schema_readme > config/README.md"
+    )
+
+
+def test_readme_names_every_key_of_the_papers_configuration():
+    readme = schema_readme.readme()
+
+    def keys(node):
+        for key, value in node.items():
+            yield key
+            if isinstance(value, dict):
+                yield from keys(value)
+
+    names = {*BASE["cylinders"], *BASE["experiments"], *BASE["levels"]}
+    assert [key for key in keys(BASE) if key not in names and f"| `{key}` |" not in readme] == []
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("bore_mm", "mm"),
+        ("dead_volume_m3", "m³"),
+        ("variance_m2", "m²"),
+        ("friction_Ns_per_m", "N s/m"),
+        ("k_x_k_u_m2_per_V", "m²/V"),
+        ("k_p_V_per_m", "V/m"),
+        ("R_J_per_kgK", "J/(kg K)"),
+        ("k_0_W_per_K", "W/K"),
+        ("P_s_Pa", "Pa"),
+        ("duration_limit_s", "s"),
+        ("P_0_per_P_s", ""),
+        ("critical_ratio", ""),
+        ("n", ""),
+    ],
+)
+def test_unit_of_a_key(key, unit):
+    assert schema_readme.unit(key) == unit
+    if unit:
+        pint.UnitRegistry().Unit(unit.replace("kg K", "kg*K").replace("N s", "N*s"))

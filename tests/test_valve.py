@@ -1,0 +1,272 @@
+"""Flow through the servo-valve, eqs (1), (2) and (17)."""
+
+import math
+
+import numpy as np
+import paper_equations as paper
+import pytest
+import strategies as some
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from pneumo.physics.valve import (
+    Conditions,
+    Gas,
+    Valve,
+    chamber_flows,
+    choked_flow,
+    critical_ratio,
+    exact_gas,
+    limited,
+    mass_flow,
+    sonic_coefficient,
+)
+
+EPS = np.finfo(float).eps
+AIR = exact_gas(287.0, 1.4)
+PRINTED = Gas(287.0, 1.4, 0.0404, 0.5283)
+
+
+def subsonic_scale(A_t, P_u, T_u, gas):
+    """Flow if the bracket of eq (1) were 1: the flow is this times the root of a difference of powers."""
+    g = gas.gamma
+    return A_t * P_u * (2 * g / ((g - 1) * gas.R * T_u)) ** 0.5
+
+
+def net_flow(u, P, T, valve, gas, conditions):
+    m_in, m_out = chamber_flows(u, P, T, valve, gas, conditions)
+    return m_in - m_out
+
+
+# Constants of eq (1)
+
+
+def test_constants_of_air_are_the_printed_ones():
+    assert f"{critical_ratio(1.4):.4f}" == "0.5283"
+    assert f"{sonic_coefficient(287.0, 1.4):.4f}" == "0.0404"
+
+
+def test_printed_factor_of_eq_17_is_a_misprint():
+    R, g = 287.0, 1.4
+    printed = 2 / (g + 1) * (2 * g / ((g - 1) * R)) ** 0.5
+    assert f"{printed:.3f}" == "0.130"
+    mended = (2 / (g + 1)) ** (1 / (g - 1)) * (2 * g / ((g + 1) * R)) ** 0.5
+    assert f"{mended:.4f}" == "0.0404"
+
+
+@settings(deadline=None)
+@given(some.gas_constants(), some.gammas())
+def test_sonic_coefficient_is_the_flow_at_the_critical_ratio(R, gamma):
+    r = critical_ratio(gamma)
+    at_critical = math.sqrt(2 * gamma / ((gamma - 1) * R) * (r ** (2 / gamma) - r ** ((gamma + 1) / gamma)))
+    # The difference of powers loses (gamma + 1)/(gamma - 1), at most 41; powers up to 21 lose as much again.
+    assert sonic_coefficient(R, gamma) == pytest.approx(at_critical, rel=16 * EPS * (gamma + 1) / (gamma - 1))
+
+
+# One restriction
+
+
+@settings(deadline=None)
+@given(some.pressures(), st.floats(0.01, 1.0), some.temperatures(), some.throat_areas())
+def test_flow_is_that_of_the_literal_equation(P_u, ratio, T_u, A_t):
+    # The same constants and two orders of writing: a few roundings of at most half an ulp each, and the
+    # square root of a difference of powers, good to 2 ulp of 1.
+    ours, literal = (
+        mass_flow(A_t, P_u, ratio * P_u, T_u, PRINTED),
+        paper.mass_flow(A_t, P_u, ratio * P_u, T_u, 1.4, 287.0),
+    )
+    scale = subsonic_scale(A_t, P_u, T_u, PRINTED)
+    assert ours**2 == pytest.approx(literal**2, rel=16 * EPS, abs=4 * EPS * scale**2)
+
+
+@settings(deadline=None)
+@given(some.gases(), some.pressures(), some.pressure_ratios(), some.pressure_ratios(), some.temperatures())
+def test_flow_does_not_rise_with_downstream_pressure(gas, P_u, one, other, T_u):
+    low, high = sorted((one * P_u, other * P_u))
+    scale = subsonic_scale(1e-6, P_u, T_u, gas)
+    # The bracket of eq (1) is a difference of powers up to 1: good to 4 ulp of 1, whatever its own size; the
+    # sonic branch has powers up to 21 in its coefficient.
+    lost = (4 * scale**2 + 64 * mass_flow(1e-6, P_u, low, T_u, gas) ** 2) * EPS
+    assert mass_flow(1e-6, P_u, high, T_u, gas) ** 2 <= mass_flow(1e-6, P_u, low, T_u, gas) ** 2 + lost
+
+
+@settings(deadline=None)
+@given(some.gases(), some.pressures(), some.pressures(), some.pressure_ratios(), some.temperatures())
+def test_flow_rises_with_upstream_pressure(gas, one, other, ratio, T_u):
+    low, high = sorted((one, other))
+    P_d = ratio * low
+    scale = subsonic_scale(1e-6, high, T_u, gas)
+    below, above = (mass_flow(1e-6, P_u, P_d, T_u, gas) for P_u in (low, high))
+    assert above**2 >= below**2 - (4 * scale**2 + 64 * below**2) * EPS  # as above
+    if high > low * (1 + 1e-6):  # far more than those losses
+        assert above > below
+
+
+@settings(deadline=None)
+@given(some.gases(), some.pressures(), some.temperatures())
+def test_branches_meet_at_the_critical_ratio(gas, P_u, T_u):
+    sonic = mass_flow(1e-6, P_u, 0.9999999 * gas.critical_ratio * P_u, T_u, gas)
+    subsonic = mass_flow(1e-6, P_u, 1.0000001 * gas.critical_ratio * P_u, T_u, gas)
+    # The maximum is flat: 1e-7 away the flow differs by about its square. The rest as for the coefficient.
+    assert subsonic == pytest.approx(sonic, rel=1e-13 + 16 * EPS * (gas.gamma + 1) / (gas.gamma - 1))
+
+
+def test_printed_constants_drop_at_the_critical_ratio_and_nowhere_else():
+    # Downwards in P_d flow must not drop. With 0.0404 it does, by 0.05 %, where the sonic branch begins.
+    P_d = np.linspace(1.0, 0.0, 20001) * 7e5  # in steps that hit 0.5283 P_u
+    flow = np.array([mass_flow(1e-6, 7e5, P, 293.0, PRINTED) for P in P_d])
+    drops = np.flatnonzero(np.diff(flow) < 0)
+    assert len(drops) == 1
+    (k,) = drops
+    assert P_d[k + 1] / 7e5 <= 0.5283 < P_d[k] / 7e5
+    assert f"{100 * (1 - flow[k + 1] / flow[k]):.2f}" == "0.05"
+    exact = np.array([mass_flow(1e-6, 7e5, P, 293.0, AIR) for P in P_d])
+    assert (np.diff(exact) >= -4 * EPS * exact[1:]).all()  # flat to rounding where it is sonic or nearly so
+
+
+@settings(deadline=None)
+@given(some.pressures(), st.floats(0.0, 0.5283), st.floats(0.0, 0.5283), some.temperatures())
+def test_printed_constants_are_monotone_on_either_side(P_u, one, other, T_u):
+    # 0.5283 on a scale from 0 to 1 in each branch; 1e-12 keeps P_d / P_u on its side of the critical ratio.
+    for branch in (lambda s: (1 - 1e-12) * s, lambda s: 0.5283 + 1e-12 + s / 0.5283 * (1 - 0.5283 - 1e-12)):
+        low, high = sorted((branch(one) * P_u, branch(other) * P_u))
+        scale = subsonic_scale(1e-6, P_u, T_u, PRINTED)
+        above, below = (mass_flow(1e-6, P_u, P_d, T_u, PRINTED) for P_d in (low, high))
+        assert below**2 <= above**2 + 4 * EPS * scale**2  # the bracket is good to 4 ulp of 1
+
+
+@settings(deadline=None)
+@given(some.pressures(), some.temperatures(), some.throat_areas().filter(bool))
+def test_size_of_the_drop_depends_on_nothing(P_u, T_u, A_t):
+    sonic, subsonic = (mass_flow(A_t, P_u, (0.5283 + s) * P_u, T_u, PRINTED) for s in (-1e-9, 1e-9))
+    # 1e-8: the slope of the flow law just above the printed critical ratio times 1e-9, with a wide margin
+    assert 1 - sonic / subsonic == pytest.approx(1 - 0.0404 / AIR.sonic_coefficient, abs=1e-8)
+
+
+@settings(deadline=None)
+@given(
+    some.gases(), some.pressures(), some.temperatures(), st.floats(0, 1), st.floats(0, 1), some.throat_areas()
+)
+def test_choked_flow_does_not_know_what_is_downstream(gas, P_u, T_u, one, other, A_t):
+    # 0.999999: the division P_d / P_u may round up by an ulp
+    flows = {
+        mass_flow(A_t, P_u, 0.999999 * fraction * gas.critical_ratio * P_u, T_u, gas)
+        for fraction in (one, other)
+    }
+    assert flows == {choked_flow(A_t, P_u, T_u, gas)}
+
+
+@settings(deadline=None)
+@given(some.gases(), some.pressures(), some.temperatures(), some.throat_areas())
+def test_no_flow_at_equal_pressures(gas, P, T, A_t):
+    assert mass_flow(A_t, P, P, T, gas) == 0
+
+
+@settings(deadline=None)
+@given(some.gases(), some.pressures(), some.temperatures(), st.integers(0, 100))
+@example(exact_gas(287.0, 4 / 3), 1e5, 293.0, 1)  # (1 - eps)^(2/gamma) is half-way between two floats
+def test_flow_is_real_and_forward_however_near_the_pressures(gas, P, T, ulps):
+    # A negative bracket would give a complex number in Python and NaN in compiled code.
+    flow = mass_flow(1e-6, P, P * (1 - ulps * EPS / 2), T, gas)
+    assert isinstance(flow, float)
+    assert flow >= 0
+
+
+@settings(deadline=None)
+@given(some.gases(), some.pressures(), some.pressure_ratios(), some.temperatures(), some.throat_areas())
+def test_flow_is_proportional_to_area_and_falls_with_the_root_of_temperature(gas, P_u, ratio, T_u, A_t):
+    flow = mass_flow(A_t, P_u, ratio * P_u, T_u, gas)
+    assert mass_flow(2 * A_t, P_u, ratio * P_u, T_u, gas) == 2 * flow  # powers of two are exact
+    assert mass_flow(A_t, P_u, ratio * P_u, 4 * T_u, gas) == pytest.approx(flow / 2, rel=4 * EPS)  # two roots
+
+
+# The whole valve
+
+
+@settings(deadline=None)
+@given(some.voltages(1000.0), st.floats(0.1, 100.0))
+def test_limiter(u, u_max):
+    out = limited(u, u_max)
+    assert abs(out) <= u_max
+    assert out == u if abs(u) <= u_max else out == math.copysign(u_max, u)
+
+
+@settings(deadline=None)
+@given(some.plants(), some.voltages(), some.temperatures(), some.pressures())
+def test_areas_are_symmetric_in_the_sign_of_the_command(plant, u, T, P):
+    # With the same pressure and temperature at either port, the sign of u must not matter: eq (2), mended.
+    same = plant.conditions._replace(P_atm=plant.conditions.P_s)
+    assert chamber_flows(u, P, T, plant.valve, plant.gas, same) == chamber_flows(
+        -u, P, T, plant.valve, plant.gas, same
+    )
+    m_in, m_out = chamber_flows(abs(u), P, T, plant.valve, plant.gas, same)
+    assert min(m_in, m_out) == 0
+    assert max(m_in, m_out) >= 0
+
+
+@settings(deadline=None)
+@given(some.plants(), some.voltages(), some.pressures(), some.pressures(), some.temperatures())
+def test_flow_is_antisymmetric_at_equal_temperatures(plant, u, P_1, P_2, T):
+    there = Conditions(P_1, P_1, T, T, P_1, T)
+    back = Conditions(P_2, P_2, T, T, P_2, T)
+    forward = net_flow(u, P_2, T, plant.valve, plant.gas, there)
+    assert forward == -net_flow(u, P_1, T, plant.valve, plant.gas, back)  # the same arithmetic: exact
+    assert math.copysign(1, forward) == math.copysign(1, P_1 - P_2) or forward == 0
+
+
+@settings(deadline=None)
+@given(some.plants(), some.voltages(), some.temperatures())
+def test_no_flow_where_chamber_and_port_are_equal(plant, u, T):
+    P = plant.conditions.P_s if u >= 0 else plant.conditions.P_atm
+    assert chamber_flows(u, P, T, plant.valve, plant.gas, plant.conditions) == (0, 0)
+
+
+@settings(deadline=None)
+@given(some.plants(), some.pressures(), some.temperatures())
+def test_closed_valve_passes_nothing(plant, P, T):
+    assert chamber_flows(0.0, P, T, plant.valve, plant.gas, plant.conditions) == (0, 0)
+
+
+@settings(deadline=None)
+@given(some.plants(), st.floats(1e-6, 10.0), st.floats(1e-3, 2.0), some.temperatures())
+def test_filling_and_back_flow_through_the_supply_port(plant, u, excess, T):
+    c, gas = plant.conditions, plant.gas
+    A_t = plant.valve.k_xu * u
+    P_high, P_low = c.P_s * (1 + excess), c.P_s / (1 + excess)
+    # Above supply pressure the chamber's own air flows back, so at the chamber's temperature.
+    assert chamber_flows(u, P_high, T, plant.valve, gas, c) == (0, mass_flow(A_t, P_high, c.P_s, T, gas))
+    assert chamber_flows(u, P_low, T, plant.valve, gas, c) == (mass_flow(A_t, c.P_s, P_low, c.T_in, gas), 0)
+    assert sum(chamber_flows(u, P_high, T, plant.valve, gas, c)) > 0
+
+
+@settings(deadline=None)
+@given(some.plants(), st.floats(1e-6, 10.0), st.floats(1e-3, 2.0), some.temperatures())
+def test_emptying_and_drawing_in_through_the_exhaust_port(plant, u, excess, T):
+    c, gas = plant.conditions, plant.gas
+    A_t = plant.valve.k_xu * u
+    P_high, P_low = c.P_atm * (1 + excess), c.P_atm / (1 + excess)
+    assert chamber_flows(-u, P_high, T, plant.valve, gas, c) == (0, mass_flow(A_t, P_high, c.P_atm, T, gas))
+    # Below atmospheric pressure air is drawn in, at the inlet temperature.
+    assert chamber_flows(-u, P_low, T, plant.valve, gas, c) == (
+        mass_flow(A_t, c.P_atm, P_low, c.T_in, gas),
+        0,
+    )
+    assert sum(chamber_flows(-u, P_low, T, plant.valve, gas, c)) > 0
+
+
+@settings(deadline=None)
+@given(some.plants(), some.voltages(), some.pressures(), some.temperatures())
+def test_chamber_flows_against_the_literal_equation(plant, u, P, T):
+    gas = Gas(287.0, 1.4, 0.0404, 0.5283)
+    c = plant.conditions
+    P_port = c.P_s if u >= 0 else c.P_atm
+    A_t = plant.valve.k_xu * abs(u)
+    into = P_port >= P
+    P_u, P_d, T_u = (P_port, P, c.T_in) if into else (P, P_port, T)
+    m_in, m_out = chamber_flows(u, P, T, Valve(plant.valve.k_xu, 10.0), gas, c)
+    literal = paper.mass_flow(A_t, P_u, P_d, T_u, 1.4, 287.0)
+    assert (m_out if into else m_in) == 0
+    scale = subsonic_scale(A_t, P_u, T_u, gas)
+    assert max(m_in, m_out) ** 2 == pytest.approx(
+        literal**2, rel=16 * EPS, abs=4 * EPS * scale**2
+    )  # as above
