@@ -11,6 +11,7 @@ from typing import Any
 
 import xarray as xr
 
+from pneumo.physics.exchange import plain
 from pneumo.physics.symbols import SYMBOLS
 
 DOI = "https://doi.org/10.1243/09596518JSCE203"
@@ -132,10 +133,4 @@ def open_grid(folder: Path | str) -> xr.Dataset:
 
 def attributes_of(value: Any) -> str:
     """JSON text of nested named tuples, for an attribute that records what a file was made from."""
-
-    def plain(inner: Any) -> Any:
-        if hasattr(inner, "_asdict"):
-            return {key: plain(item) for key, item in inner._asdict().items()}
-        return inner
-
     return json.dumps(plain(value))

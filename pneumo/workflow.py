@@ -2,17 +2,13 @@
 
 import os
 import sys
-import time
-import traceback
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pneumo.physics.experiment import Study
 from pneumo.physics.parameters import ConfigurationError, read_yaml, study, validated
 from pneumo.provenance import code_hash, imports_of
-from pneumo.store import ResultError
 
 BASE = Path("config/paper.yaml")
 
@@ -37,30 +33,6 @@ def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Map
     except ConfigurationError as error:
         print(f"pneumo: {error}", file=sys.stderr)
         sys.exit(2)
-
-
-@contextmanager
-def logged(job: Any) -> Iterator[None]:
-    """Write to the job's log how long its work took, or what stopped it.
-
-    An error that the user can mend is also one line on standard error, and the exit code is 2.
-
-    Parameters
-    ----------
-    job : snakemake.script.Snakemake
-    """
-    start = time.perf_counter()
-    log = Path(job.log[0])
-    try:
-        yield
-    except (ConfigurationError, ResultError, ArithmeticError) as error:
-        log.write_text(f"{error}\n", encoding="utf-8")
-        print(f"pneumo: {error}", file=sys.stderr)
-        sys.exit(2)
-    except BaseException:
-        log.write_text(traceback.format_exc(), encoding="utf-8")
-        raise
-    log.write_text(f"{job.rule}: {time.perf_counter() - start:.2f} s\n", encoding="utf-8")
 
 
 def code_behind(script: str) -> str:

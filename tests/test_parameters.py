@@ -14,18 +14,17 @@ from hypothesis import strategies as st
 
 from pneumo.physics import schema_readme
 from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.physics.exchange import from_json, to_json
 from pneumo.physics.parameters import (
     SCHEMA,
     ConfigurationError,
     allowed,
-    from_json,
     load,
     merged,
     named_sections,
     read_yaml,
     resolved,
     study,
-    to_json,
     validated,
 )
 from pneumo.physics.valve import Gas, Valve, exact_gas

@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+import warnings
 from pathlib import Path
 
 import netCDF4
@@ -15,7 +16,8 @@ from hypothesis import strategies as st
 
 import pneumo
 from pneumo.assess.statistics import settling_table, statistics
-from pneumo.physics.parameters import load, study, to_json
+from pneumo.physics.exchange import to_json
+from pneumo.physics.parameters import load, study
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.simulate.cells import grid_lanes, replay_dataset
 from pneumo.simulate.datum import record
@@ -298,7 +300,8 @@ def test_files_hold_nothing_of_the_machine_or_the_moment(results, kind):
 @pytest.fixture(scope="module")
 def suite():
     suite = CheckSuite()
-    suite.load_all_available_checkers()
+    with warnings.catch_warnings(action="ignore", category=DeprecationWarning):  # of checkers not used here
+        suite.load_all_available_checkers()
     return suite
 
 

@@ -17,7 +17,6 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    TypeAdapter,
     ValidationError,
     model_validator,
 )
@@ -403,22 +402,3 @@ def _experiment(c: Configuration, name: str) -> Experiment:
         max(1, round(duration / c.step_s)),
         e.pressure_stride,
     )
-
-
-def _plain(value: Any) -> Any:
-    """Named tuples as mappings, so that the file reads by field name."""
-    if hasattr(value, "_asdict"):
-        return {key: _plain(inner) for key, inner in value._asdict().items()}
-    if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
-    return list(value) if isinstance(value, tuple) else value
-
-
-def to_json(value: Study) -> str:
-    """Write a study as JSON text."""
-    return json.dumps(_plain(value), indent=1) + "\n"
-
-
-def from_json(text: str) -> Study:
-    """Read what `to_json` wrote; every float comes back exactly."""
-    return TypeAdapter(Study).validate_json(text)

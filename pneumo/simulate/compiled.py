@@ -5,7 +5,7 @@ every source that can end up in compiled code: a stale kernel cannot be loaded.
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,15 @@ def _cache_folder() -> Path:
 numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
 
 
-def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function that takes floats and arrays; its plain form stays at ``.py_func``."""
-    return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = frozenset()) -> Any:
+    """Compile a function that takes floats and arrays; its plain form stays at ``.py_func``.
+
+    Parameters
+    ----------
+    function : callable, optional
+        Left out where the decorator takes options.
+    fastmath : set of str
+        Liberties the compiler may take with floats, by LLVM's names.
+    """
+    compiled = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=set(fastmath))
+    return compiled if function is None else compiled(function)

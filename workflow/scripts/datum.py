@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from pneumo.physics.parameters import from_json
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
 from pneumo.simulate.datum import record
 from pneumo.simulate.results import datum_dataset
 from pneumo.store import attributes_of, write
-from pneumo.workflow import logged
 
 
 def main(parameters: str, output: str, code: str) -> None:

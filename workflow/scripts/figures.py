@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from pneumo.assess.published import table7, table9
-from pneumo.physics.parameters import from_json
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
 from pneumo.publish import figures
 from pneumo.publish.style import save
 from pneumo.store import open_grid, read
-from pneumo.workflow import logged
 
 
 def main(parameters: str, settling: str, datum: str, statistics: list[str], folder: Path) -> None:

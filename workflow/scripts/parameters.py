@@ -1,8 +1,8 @@
 """Write the checked study in SI units."""
 
-from pneumo.physics.parameters import to_json
+from pneumo.job import logged
+from pneumo.physics.exchange import to_json
 from pneumo.store import write_text
-from pneumo.workflow import logged
 
 if job := globals().get("snakemake"):
     with logged(job):

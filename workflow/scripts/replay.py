@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from pneumo.physics.parameters import from_json
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
 from pneumo.simulate.cells import grid_lanes, replay_dataset
 from pneumo.simulate.replay import PUBLISHED, replay
 from pneumo.simulate.results import recording_from
 from pneumo.store import attributes_of, read, write
-from pneumo.workflow import logged
 
 
 def main(parameters: str, datum: str, outputs: list[str], code: str) -> None:

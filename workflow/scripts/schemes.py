@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from pneumo.job import logged
 from pneumo.publish.schemes import SCHEMES
 from pneumo.publish.style import save
-from pneumo.workflow import logged
 
 
 def main(folder: Path) -> None:

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from pneumo.physics.parameters import from_json
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
 from pneumo.simulate.results import settling_dataset
 from pneumo.simulate.settling import settle
 from pneumo.store import attributes_of, write
-from pneumo.workflow import logged
 
 
 def main(parameters: str, output: str, code: str) -> None:

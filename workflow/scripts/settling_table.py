@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from pneumo.assess.statistics import settling_table
-from pneumo.physics.parameters import from_json
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
 from pneumo.store import read, write
-from pneumo.workflow import logged
 
 
 def main(parameters: str, runs: list[str], output: str, code: str) -> None:

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from pneumo.assess.statistics import statistics
-from pneumo.physics.parameters import from_json
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
 from pneumo.store import open_grid, write
-from pneumo.workflow import logged
 
 
 def main(parameters: str, output: str, code: str) -> None:

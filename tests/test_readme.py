@@ -1,0 +1,75 @@
+"""What the README says, checked: commands, folders, table, numbers, picture, code."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def between(marker: str) -> str:
+    """Text of the README between <!-- marker... --> and its closing comment."""
+    name = marker.split(":")[0]
+    found = re.search(rf"<!-- {re.escape(marker)}[^>]*-->(.*?)<!-- /{name} -->", README, re.DOTALL)
+    assert found, f"README has no {marker}"
+    return found.group(1).strip()
+
+
+def test_make_targets_exist():
+    targets = re.findall(r"^make (\w+)", README, re.MULTILINE)
+    assert targets == ["reproduce", "test"]
+    makefile = (ROOT / "Makefile").read_text()
+    assert all(f"\n{target}:" in makefile for target in targets)
+
+
+def test_named_files_and_folders_exist():
+    names = {name for name in re.findall(r"`([\w./]+/[\w./]*)`", README) if not name.startswith("results/")}
+    assert len(names) >= 9
+    assert [name for name in sorted(names) if not (ROOT / name).exists()] == []
+
+
+def test_links_and_pictures_exist():
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", README):
+        assert (ROOT / target).exists(), target
+
+
+@pytest.mark.results
+def test_table_7_is_the_workflows(results):
+    assert between("table7: generated") == (results / "table7.md").read_text(encoding="utf-8").strip()
+
+
+@pytest.mark.results
+@pytest.mark.parametrize("level", ["adiabatic", "typical"])
+def test_ratio_of_M8_to_M7(results, level):
+    with xr.open_dataset(results / "exact/statistics.nc") as statistics:
+        mse = statistics["mse"].sel(level=level)
+        assert between(f"ratio: {level}") == f"{(mse.sel(model='M8') / mse.sel(model='M7')).item():.2f}"
+
+
+@pytest.mark.results
+def test_picture_is_the_workflows(results):
+    assert (ROOT / "paper/readme/traces.png").read_bytes() == (results / "figures/traces.png").read_bytes()
+
+
+@pytest.mark.results
+def test_code_runs(results):
+    code = re.search(r"```python\n(.*?)```", README, re.DOTALL)
+    assert code
+    done = subprocess.run([sys.executable, "-c", code.group(1)], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.strip("[] \n").split()) == 2
+
+
+@pytest.mark.results
+def test_named_command_prints_the_cell(results):
+    assert "`pneumo cell E07 M8 1.35`" in README
+    code = "from pneumo.cli import main; main()"
+    command = [sys.executable, "-c", code, "cell", "E07", "M8", "1.35"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("E07 M8 n = 1.35") == 4
