@@ -65,7 +65,8 @@ clean:  ## remove results and caches, keep .venv
 	echo "== set-up 2/3: packages pinned in requirements.lock (15 s to 2 min, 1.1 GB on disk)"
 	sed -n '/^uv==/,/[^\]$$/p' requirements.lock > .venv/uv.lock
 	pip -r .venv/uv.lock
-	uv() { .venv/bin/uv pip install --quiet --python .venv/bin/python "$$@"; }
+	# Compiled here and not at first use: where PYTHONDONTWRITEBYTECODE is set every job would compile all it imports.
+	uv() { .venv/bin/uv pip install --quiet --compile-bytecode --python .venv/bin/python "$$@"; }
 	uv --require-hashes --build-constraints requirements.lock -r requirements.lock || pip -r requirements.lock
 	echo "== set-up 3/3: pneumo itself, editable"
 	uv --no-deps --no-build-isolation --editable .

@@ -54,21 +54,61 @@ def cell(
     results: Annotated[Path, typer.Option(help="folder of results")] = Path("results"),
 ):
     """Print one grid cell: error of a model against the full-order run, both transports."""
-    from pneumo.store import ResultError, read
+    from pneumo.publish.explain import cell_story
 
-    for transport in ("published", "exact"):
-        file = results / transport / "replay" / f"{experiment}.nc"
-        grid = read(file, "mean_error", "variance", "mse", "status")
-        if model not in grid["model"]:
-            raise ResultError(f"{file}: model = {model!r}: must be one of {', '.join(grid['model'].values)}")
-        if n not in grid["n"]:
-            raise ResultError(f"{file}: n = {n:g}: must be one of {', '.join(map(str, grid['n'].values))}")
-        for chamber, values in grid.sel(model=model, n=n).groupby("chamber"):
-            typer.echo(
-                f"{experiment} {model} n = {n:g}  {transport:9}  chamber {chamber}:"
-                f"  MSE {values['mse'].item():.4g} Pa^2  mean {values['mean_error'].item():.4g} Pa"
-                f"  sigma {values['variance'].item() ** 0.5:.4g} Pa"
-            )
+    typer.echo(cell_story(results, experiment, model, n))
+
+
+@app.command()
+def explain(
+    what: Annotated[
+        list[str],
+        typer.Argument(help="an item of the verdict (T7.M8.mse), or a cell of the grid (E07 M8 1.35)"),
+    ],
+    results: Annotated[Path, typer.Option(help="folder of results")] = Path("results"),
+):
+    """Tell one item of the verdict, or one grid cell: claimed, found, and where the evidence is."""
+    from pneumo.assess.verdict import Court, read_statuses
+    from pneumo.publish.explain import cell_story, item_story
+    from pneumo.store import ResultError
+
+    if len(what) == 3:
+        try:
+            n = float(what[2])
+        except ValueError:
+            raise ResultError(f"n = {what[2]!r}: must be a number, such as 1.35") from None
+        return typer.echo(cell_story(results, what[0], what[1], n))
+    if len(what) != 1:
+        raise ResultError("name one item, such as T7.M8.mse, or one cell, such as E07 M8 1.35")
+    court = Court(results)
+    if what[0] not in court.claims.items:
+        near = [name for name in court.claims.items if name.startswith(what[0].split(".")[0] + ".")]
+        raise ResultError(
+            f"{what[0]}: no such item; there are {', '.join(near[:6] or list(court.claims.items)[::60])} ..."
+        )
+    errata = {name: erratum._asdict() for name, erratum in court.errata.items()}
+    item = court.judge(court.claims.items[what[0]])
+    typer.echo(item_story(item, errata, read_statuses().get(what[0])))
+
+
+@app.command()
+def verdict(
+    results: Annotated[Path, typer.Option(help="folder of results")] = Path("results"),
+    record: Annotated[bool, typer.Option("--record", help="write paper/statuses.csv anew")] = False,
+):
+    """Judge every claim: counts, and what is missed or contradicted; `--record` accepts the statuses."""
+    from pneumo.assess.claims import FOLDER
+    from pneumo.assess.verdict import statuses_text
+    from pneumo.assess.verdict import verdict as judged
+    from pneumo.store import write_text
+
+    found = judged(results)
+    for item in found["items"]:
+        if item["status"] in ("missed", "contradicted"):
+            typer.echo(f"{item['status']:12}  {item['id']:24}  {item['printed']:>10}  {item['reason']}")
+    typer.echo(", ".join(f"{number} {name}" for name, number in found["counts"].items()))
+    if record:
+        write_text(statuses_text(found["items"]), FOLDER / "statuses.csv")
 
 
 def main() -> None:

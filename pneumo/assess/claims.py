@@ -15,6 +15,8 @@ from pneumo.assess.published import STATISTICS, half_unit, read_table
 
 FOLDER = Path(__file__).resolve().parents[2] / "paper"
 
+UNITS = {"Pa2": "Pa²", "m2": "m²", "m3": "m³", "W m-2 K-1": "W/(m² K)", "1": ""}  # UDUNITS -> as read
+
 Kind = Literal["exact", "rounded", "ratio", "ranking", "qualitative"]
 Sense = Literal["equal", "at_most", "at_least"]
 Measure = Literal["absolute", "relative", "sigma", "swing", "truth", "log10"]
@@ -189,7 +191,8 @@ def _cells(rule: Mapping[str, Any], folder: Path) -> list[Claim]:
         cells = cells[cells["column"].isin(rule["columns"])]
     used = rule.get("used_in_identification", [])
     claims = []
-    for cell in cells.to_dict("records"):
+    for line in cells.itertuples(index=False):
+        cell: dict[str, str] = dict(zip(cells.columns, line, strict=True))
         row, column, level = cell["row"], cell["column"], cell.get("level", "")
         names = cell | {"variable": STATISTICS.get(column, ("",))[0]}
 

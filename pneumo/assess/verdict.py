@@ -14,7 +14,7 @@ import xarray as xr
 import yaml
 
 from pneumo.assess import arithmetic, computations  # noqa: F401 - they register their computations
-from pneumo.assess.claims import FOLDER, Claim, ToleranceClass, read_claims
+from pneumo.assess.claims import FOLDER, UNITS, Claim, ToleranceClass, read_claims
 from pneumo.assess.errata import Erratum, read_errata
 from pneumo.assess.evidence import COMPUTATIONS, Absent, Finding, Printed, Results
 from pneumo.assess.highlights import highlights
@@ -141,7 +141,8 @@ class Court:
 
     def stands(self, claim: Claim, source: str) -> tuple[bool | None, str]:
         """Whether a claim about models stands on another source, and what was found there."""
-        if not claim.models or claim.unreadable:
+        own_cell = source == "printed" and claim.table is not None  # it would be compared with itself
+        if not claim.models or claim.unreadable or own_cell:
             return None, ""
         try:
             finding = self.finding(claim, source)
@@ -155,7 +156,8 @@ class Court:
         if finding.value is None or claim.tolerance == "decade":
             return finding.shown
         text = as_printed(finding.value, claim, judgement.agreement == "exact")
-        text = f"{text} {claim.unit}" if claim.unit and claim.scale in (1.0, 0.01) else text
+        if claim.scale in (1.0, 0.01):
+            text = f"{text} {UNITS.get(claim.unit, claim.unit)}".rstrip()
         return f"{text} ({finding.shown})" if finding.shown else text
 
     def explanation(self, claim: Claim, finding: Finding) -> str:
@@ -213,7 +215,7 @@ class Court:
             "stands_exact": stands_exact,
             "shown_exact": exact_words,
             "stands_printed": stands_printed,
-            "shown_printed": printed_words if claim.table is None else "",
+            "shown_printed": printed_words,
             "used_in_identification": claim.used_in_identification,
             "reason": reason,
             "erratum": claim.erratum or claim.see,
@@ -292,8 +294,8 @@ def verdict(results: Path, paper: Path = FOLDER) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``study``, ``counts`` by status, ``items``, ``highlights``, ``classes``, ``errata`` and
-        ``assumptions``; ready for JSON.
+        ``study``, ``counts`` by status, ``items``, ``highlights``, ``classes``, ``errata``,
+        ``assumptions`` and whether these were toggled; ready for JSON.
     """
     court = Court(results, paper)
     items = [court.judge(claim) for claim in court.claims.items.values()]
@@ -306,6 +308,7 @@ def verdict(results: Path, paper: Path = FOLDER) -> dict[str, Any]:
         "classes": {name: tolerance.model_dump() for name, tolerance in court.claims.classes.items()},
         "errata": [_plain(erratum) for erratum in court.errata.values()],
         "assumptions": read_assumptions(paper),
+        "assumptions_run": court.toggled is not None,
     }
 
 
@@ -319,7 +322,9 @@ def read_assumptions(paper: Path = FOLDER) -> dict[str, Any]:
 
 
 def read_statuses(paper: Path = FOLDER) -> dict[str, str]:
-    """Read the recorded status of every item: ``paper/statuses.csv``."""
+    """Read the recorded status of every item: ``paper/statuses.csv``, empty if there is none."""
+    if not (paper / "statuses.csv").exists():
+        return {}
     with (paper / "statuses.csv").open(encoding="utf-8", newline="") as file:
         return {row["id"]: row["status"] for row in csv.DictReader(file)}
 

@@ -31,3 +31,29 @@ rule settling_table:
         "Settling times and the ten-times rule"
     script:
         "../scripts/settling_table.py"
+
+
+rule verdict:
+    input:
+        parameters=rules.parameters.output[0],
+        settling_table=rules.settling_table.output[0],
+        settling=expand(rules.settling.output, experiment=STUDY.experiments),
+        datum=expand(rules.datum.output, experiment=STUDY.experiments),
+        cells=expand(
+            "results/{transport}/replay/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments
+        ),
+        statistics=expand(rules.statistics.output, transport=TRANSPORTS),
+        claims="paper/claims.yaml",
+        errata="paper/errata.yaml",
+        assumptions="paper/assumptions.yaml",
+        published=expand("paper/published/table{number}.csv", number=range(1, 10)),
+    output:
+        "results/verdict.json",
+    log:
+        "results/logs/verdict.log",
+    params:
+        code=code_behind("verdict.py"),
+    message:
+        "Verdict: every published number and claim"
+    script:
+        "../scripts/verdict.py"

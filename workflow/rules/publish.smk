@@ -63,3 +63,19 @@ rule tables:
         "Table 7, reproduced beside published"
     script:
         "../scripts/tables.py"
+
+
+rule verdict_page:
+    input:
+        verdict=rules.verdict.output[0],
+        templates=expand("pneumo/publish/templates/verdict.{kind}", kind=["html.j2", "css", "js"]),
+    output:
+        "results/verdict.html",
+    log:
+        "results/logs/verdict_page.log",
+    params:
+        code=code_behind("verdict_page.py"),
+    message:
+        "Verdict as a page"
+    script:
+        "../scripts/verdict_page.py"

@@ -5,7 +5,8 @@ from pathlib import Path
 from pneumo.job import logged
 from pneumo.physics.exchange import from_json
 from pneumo.simulate.cells import grid_lanes, replay_dataset
-from pneumo.simulate.replay import PUBLISHED, replay
+from pneumo.simulate.lanes import replay
+from pneumo.simulate.replay import PUBLISHED
 from pneumo.simulate.results import recording_from
 from pneumo.store import attributes_of, read, write
 

@@ -1,0 +1,100 @@
+"""One item of the verdict, or one cell of the grid, as text for a terminal."""
+
+import textwrap
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pneumo.store import ResultError, read
+
+WIDTH = 100
+
+
+def item_story(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str | None) -> str:
+    """Tell what was claimed, found and concluded.
+
+    Parameters
+    ----------
+    item : mapping
+        From `pneumo.assess.verdict.Court.judge`.
+    errata : mapping
+        Errata by name, with ``printed``, ``meant``, ``passes`` and ``evidence``.
+    recorded : str or None
+        Status recorded for the item.
+    """
+    tolerance = item["tolerance"]
+    sense = {"equal": "", "at_most": ", at most", "at_least": ", at least"}[tolerance["sense"]]
+    status = item["status"] + ("" if recorded in (None, item["status"]) else f" (recorded: {recorded})")
+    lines = [("where", item["where"]), ("claim", item["statement"])]
+    scale = "" if item["scale"] in (1, 0.01) else f" x {item['scale']:g}"
+    lines += [
+        ("printed", f"{item['printed']}{scale} {item['unit']}".strip()),
+        ("reproduced", item["shown"] or "nothing"),
+        ("status", status),
+        ("reason", item["reason"]),
+        ("tolerance", f"class {tolerance['class']}{sense}: {tolerance['limit']:g}, {tolerance['measure']}"),
+        ("kind", item["kind"]),
+    ]
+    for key, label in (("exact", "with exact transport"), ("printed", "on the paper's own tables")):
+        stands = item[f"stands_{key}"]
+        if stands is not None:
+            found = item[f"shown_{key}"]
+            lines.append(
+                (label, f"{'stands' if stands else 'does not stand'}{': ' + found if found else ''}")
+            )
+    if item["used_in_identification"]:
+        lines.append(("note", "constants that the paper leaves open were found from this table"))
+    if item["erratum"]:
+        erratum = errata[item["erratum"]]
+        proof = "true" if erratum["passes"] else "false"
+        lines.append(("erratum", f"{item['erratum']}: {erratum['printed']} -> {erratum['meant']}"))
+        lines.append(("proof", f"{proof}: {erratum['evidence']}"))
+    if item["assumption"]:
+        lines.append(("assumption", item["assumption"]))
+    evidence = item["evidence"]
+    lines.append(("evidence", f"{evidence['path']}: {evidence['select']} ({evidence['compute']})"))
+    return "\n".join([item["id"], *(_line(label, text) for label, text in lines if text)])
+
+
+def _line(label: str, text: str) -> str:
+    indent = " " * 28
+    return textwrap.fill(f"  {label:26}{text}", WIDTH, subsequent_indent=indent, break_long_words=False)
+
+
+def cell_story(results: Path, experiment: str, model: str, n: float) -> str:
+    """Tell the errors of a model at one n in one experiment, for both transports and chambers.
+
+    Parameters
+    ----------
+    results : pathlib.Path
+        Folder of results.
+    experiment, model : str
+        Such as E07 and M8.
+    n : float
+        Polytropic index of the grid.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, or holds no such model or n.
+    """
+    lines = []
+    for transport in ("published", "exact"):
+        file = results / transport / "replay" / f"{experiment}.nc"
+        grid = read(file, "mean_error", "variance", "mse", "status")
+        if model not in grid["model"]:
+            raise ResultError(f"{file}: model = {model!r}: must be one of {', '.join(grid['model'].values)}")
+        if n not in grid["n"]:
+            raise ResultError(f"{file}: n = {n:g}: must be one of {', '.join(map(str, grid['n'].values))}")
+        for chamber, values in grid.sel(model=model, n=n).groupby("chamber"):
+            lines.append(
+                f"{experiment} {model} n = {n:g}  {transport:9}  chamber {chamber}:"
+                f"  MSE {values['mse'].item():.4g} Pa^2  mean {values['mean_error'].item():.4g} Pa"
+                f"  sigma {values['variance'].item() ** 0.5:.4g} Pa"
+            )
+        mse = grid["mse"].sel(model=model).mean("chamber")
+        lines.append(
+            f"{experiment} {model} best n = {mse.idxmin('n').item():g}  {transport:9}  both chambers:"
+            f"  MSE {mse.min().item():.4g} Pa^2, at n = {n:g} {mse.sel(n=n).item():.4g} Pa^2"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,78 @@
+"use strict";
+const items = [...document.querySelectorAll(".item")];
+const groups = [...document.querySelectorAll(".group")];
+const grids = [...document.querySelectorAll(".grid")];
+const boxes = [...document.querySelectorAll("input[name=status]")];
+const tiles = [...document.querySelectorAll(".tile")];
+const part = document.getElementById("part");
+const search = document.getElementById("search");
+const falls = document.getElementById("falls");
+const words = new Map(items.map((item) => [item, item.textContent.toLowerCase().replace(/\s+/g, " ")]));
+const initially = new Map(groups.map((group) => [group, group.open]));
+
+function filter() {
+  const statuses = new Set(boxes.filter((box) => box.checked).map((box) => box.value));
+  const wanted = search.value.trim().toLowerCase().split(/\s+/).filter(Boolean);
+  const everything = statuses.size === boxes.length && !wanted.length && !part.value && !falls.checked;
+  const shown = new Set();
+  for (const item of items) {
+    const fits = statuses.has(item.dataset.status)
+      && (!part.value || item.parentElement.dataset.part === part.value)
+      && (!falls.checked || item.dataset.falls === "1")
+      && wanted.every((word) => words.get(item).includes(word));
+    item.hidden = !fits;
+    if (fits) shown.add(item.id);
+  }
+  for (const group of groups) {
+    const any = [...group.querySelectorAll(".item")].some((item) => !item.hidden);
+    group.hidden = !any;
+    group.open = everything ? initially.get(group) : any;
+  }
+  for (const grid of grids) {
+    const cells = [...grid.querySelectorAll("td[data-id]")];
+    for (const cell of cells) cell.classList.toggle("off", !shown.has(cell.dataset.id));
+    grid.hidden = !cells.some((cell) => shown.has(cell.dataset.id));
+  }
+  for (const tile of tiles) {
+    tile.setAttribute("aria-pressed", String(statuses.size === 1 && statuses.has(tile.dataset.status)));
+  }
+  document.getElementById("shown").textContent = `${shown.size} of ${items.length} items`;
+  document.getElementById("none").hidden = shown.size > 0;
+}
+
+function reset() {
+  for (const box of boxes) box.checked = true;
+  part.value = search.value = "";
+  falls.checked = false;
+  filter();
+}
+
+// A link to an item opens it, even where a filter hid it.
+function visit() {
+  const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  if (!target) return;
+  if (target.closest("[hidden]")) reset();
+  for (let node = target; node; node = node.parentElement) if (node.tagName === "DETAILS") node.open = true;
+  target.scrollIntoView({ block: "start" });
+  if (target.classList.contains("item")) target.querySelector("summary").focus({ preventScroll: true });
+}
+
+for (const tile of tiles) {
+  tile.addEventListener("click", () => {
+    const only = tile.getAttribute("aria-pressed") !== "true";
+    for (const box of boxes) box.checked = !only || box.value === tile.dataset.status;
+    filter();
+  });
+}
+for (const box of boxes) box.addEventListener("change", filter);
+part.addEventListener("change", filter);
+falls.addEventListener("change", filter);
+search.addEventListener("input", filter);
+document.getElementById("reset").addEventListener("click", reset);
+window.addEventListener("hashchange", visit);
+document.addEventListener("click", (event) => {
+  const link = event.target.closest("a[href^='#']");
+  if (link && link.hash === location.hash) visit();
+});
+filter(); // a browser may have kept the form's values over a reload
+visit();

@@ -1,0 +1,237 @@
+"""The verdict as one self-contained HTML page; it was judged elsewhere, nothing is computed here."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from pneumo.assess.claims import UNITS
+from pneumo.assess.published import read_table
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+STATUSES = {  # status -> symbol, which tells it in grey, and what it means
+    "exact": ("=", "equal at the printed digits, or true as stated"),
+    "close": ("≈", "inside the tolerance class that was set before the results"),
+    "explained": (
+        "†",
+        "differs; one named erratum, or one alternative assumption for the whole study, accounts for it",
+    ),
+    "contradicted": ("≠", "false: the paper's own formulas or tables refute it as well"),
+    "missed": ("!", "differs, and nothing explains it"),
+    "unreadable": ("?", "the scan does not show it"),
+}
+LEVELS = {"adiabatic": "0.02, 0.1", "typical": "0.1, 0.5", "isothermal": "0.5, 2.5"}
+QUANTITIES = {
+    "mu": "μ",
+    "sigma": "σ",
+    "mse": "MSE",
+    "P_A": "P_A",
+    "V_d": "V_d",
+    "A_q0": "A_q",
+    "wall_heat": "wall heat",
+    "mixing": "mixing",
+    "temperature": "temperature",
+    "index": "index",
+}
+CAPTIONS = {
+    1: "Features of the reduced models",
+    2: "Cylinders: derived quantities (bores and strokes are inputs)",
+    4: "Heat transfer coefficients λ₀, W/(m² K)",
+    5: "Settling times, s",
+    6: "Simulation times, s: at least ten settling times?",
+    7: "Average error over all experiments, each at its best n: μ, σ in Pa, MSE in Pa²",
+    8: "Best n",
+    9: "Average error with the best constant n of each level: μ in 10² Pa, σ in 10³ Pa, MSE in 10⁶ Pa²",
+}
+CLOSED = {"open": "open loop", "closed": "closed loop"}
+CHART = {"left": 150.0, "width": 560.0, "row": 17.0, "lowest": 0.05, "highest": 4.0}  # of M8/M7, in px
+
+
+class Grid(NamedTuple):
+    """A table of the paper, as it is laid out on the page.
+
+    Attributes
+    ----------
+    table : int
+        Its number.
+    caption : str
+    heads : sequence of sequence of (str, int)
+        Rows of column headings with the columns that each spans, after the corner.
+    rows : sequence of (str, sequence of str or None)
+        Row heading and the claims of its cells.
+    """
+
+    table: int
+    caption: str
+    heads: Sequence[Sequence[tuple[str, int]]]
+    rows: Sequence[tuple[str, Sequence[str | None]]]
+
+
+def render(verdict: Mapping[str, Any]) -> str:
+    """Write the page.
+
+    Parameters
+    ----------
+    verdict : mapping
+        From `pneumo.assess.verdict.verdict`, or what its JSON file holds.
+
+    Returns
+    -------
+    str
+        HTML with its style and script inside; the same text for the same verdict.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters |= {
+        "unit": lambda unit: UNITS.get(unit, unit),
+        "short": _short,
+        "percent": _percent,
+        "math": _math,
+    }
+    items = {item["id"]: item for item in verdict["items"]}
+    grids = [_grid(table, verdict["items"]) for table in CAPTIONS]
+    return environment.get_template("verdict.html.j2").render(
+        verdict=verdict,
+        items=items,
+        statuses=STATUSES,
+        grids=grids,
+        groups=_groups(verdict["items"]),
+        chart=_chart(verdict["highlights"]["by_experiment"]),
+        errata={erratum["id"]: erratum for erratum in verdict["errata"]},
+    )
+
+
+def _short(item: Mapping[str, Any]) -> str:
+    """Reproduced value without its comment, for a cell of a table."""
+    return str(item["shown"] if isinstance(item["reproduced"], str) else item["shown"].split(" ", 1)[0])
+
+
+def _math(text: str) -> Markup:
+    """Escape a text and set its indices, such as that of k_0, low."""
+    return Markup(re.sub(r"\b([A-Za-z]|λ)_([A-Za-z0-9]+)", r"\1<sub>\2</sub>", str(escape(text))))
+
+
+def _percent(value: float, digits: int = 0) -> str:
+    return f"{100 * value:.{digits}f} %"
+
+
+def _groups(items: Sequence[Mapping[str, Any]]) -> list[tuple[str, str, list[Mapping[str, Any]]]]:
+    """Items by table, or by section of the text, with an anchor and a heading."""
+    groups: dict[str, tuple[str, str, list[Mapping[str, Any]]]] = {}
+    for item in items:
+        if item["table"]:
+            key, title = f"table-{item['table']}", f"Table {item['table']}"
+        else:
+            part = item["id"].split(".")[0]
+            key, title = f"text-{part}", TITLES[part]
+        groups.setdefault(key, (key, title, []))[2].append(item)
+    return sorted(groups.values(), key=lambda group: not group[0].startswith("text"))
+
+
+TITLES = {
+    "ABS": "Abstract",
+    "S1": "Section 1, introduction",
+    "S2": "Section 2, the full-order model",
+    "S3": "Section 3, the reduced models",
+    "S4": "Section 4, the comparison",
+    "S5": "Section 5, conclusions",
+    "A1": "Appendix 1, notation",
+    "A2": "Appendix 2, equilibrium pressure",
+}
+
+
+def _grid(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
+    found = [item for item in items if item["table"] == table]
+    if table in (5, 6):
+        return _by_conductance(table, found)
+    if table == 4:
+        cells = {(item["row"], item["id"].split("=")[1]): item["id"] for item in found}
+        columns = list(dict.fromkeys(key[1] for key in cells))
+        heads = [[("k₀ = " + k_0 + " W/K", 1) for k_0 in columns]]
+        rows = [(f"cylinder {row}", [cells[row, k_0] for k_0 in columns]) for row in "DE"]
+        return Grid(table, CAPTIONS[table], heads, rows)
+    columns = list(dict.fromkeys((item["level"], item["column"]) for item in found))
+    cells = {(item["row"], item["level"], item["column"]): item["id"] for item in found}
+    rows = [
+        (name, [cells.get((name, *column)) for column in columns])
+        for name in dict.fromkeys(item["row"] for item in found)
+    ]
+    heads = [[(QUANTITIES.get(column, str(column)), 1) for _, column in columns]]
+    if table == 9:
+        heads.insert(0, [(f"{level}, k₀ = {k_0} W/K", 3) for level, k_0 in LEVELS.items()])
+    return Grid(table, CAPTIONS[table], heads, rows)
+
+
+def _by_conductance(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
+    """Tables 5 and 6 as printed: cylinders below each other, loops and conductances beside each other."""
+    lines = read_table(table).drop_duplicates("row").set_index("row")
+    places = {
+        (
+            lines.loc[item["row"], "cylinder"],
+            item["column"],
+            lines.loc[item["row"], "type"],
+            lines.loc[item["row"], "k_0"],
+        ): item["id"]
+        for item in items
+    }
+    columns = list(dict.fromkeys((kind, k_0) for _, _, kind, k_0 in places))
+    columns.sort(key=lambda column: (column[0] != "open", float(column[1])))
+    names = list(dict.fromkeys((cylinder, column) for cylinder, column, _, _ in places))
+    names.sort(key=lambda name: name[0])
+    heads = [
+        [(CLOSED[kind], 4) for kind in CLOSED],
+        [(f"k₀ = {k_0}", 1) for _, k_0 in columns],
+    ]
+    rows = [
+        (
+            f"{cylinder}, {column}" if table == 5 else f"cylinder {cylinder}",
+            [places.get((cylinder, column, *place)) for place in columns],
+        )
+        for cylinder, column in names
+    ]
+    return Grid(table, CAPTIONS[table], heads, rows)
+
+
+def _chart(by_experiment: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """Coordinates of M8/M7 by experiment on a logarithmic axis, in pixels."""
+    if not by_experiment:
+        return None
+
+    def x(value: float) -> float:
+        share = math.log(value / CHART["lowest"]) / math.log(CHART["highest"] / CHART["lowest"])
+        return round(CHART["left"] + CHART["width"] * min(max(share, 0.0), 1.0), 1)
+
+    rows = list(
+        zip(by_experiment["experiments"], by_experiment["published"], by_experiment["exact"], strict=True)
+    )
+    rows.append(
+        (
+            "geometric mean",
+            by_experiment["published_geometric_mean"],
+            by_experiment["exact_geometric_mean"],
+        )
+    )
+    return {
+        "rows": [
+            {
+                "name": name,
+                "y": 34 + CHART["row"] * i,
+                "published": (published, x(published)),
+                "exact": (exact, x(exact)),
+            }
+            for i, (name, published, exact) in enumerate(rows)
+        ],
+        "ticks": [(value, x(value)) for value in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0)],
+        "height": round(34 + CHART["row"] * len(rows) + 16),
+    }

@@ -1,0 +1,18 @@
+"""Judge every published number and claim."""
+
+import json
+from pathlib import Path
+
+from pneumo.assess.verdict import verdict
+from pneumo.job import logged
+from pneumo.store import write_text
+
+
+def main(results: Path, paper: Path, output: str) -> None:
+    found = verdict(results, paper)
+    write_text(json.dumps(found, ensure_ascii=False, indent=1, allow_nan=False) + "\n", output)
+
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        main(Path(job.input.parameters).parent, Path(job.input.claims).parent, job.output[0])
