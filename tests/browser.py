@@ -2,6 +2,7 @@
 
 import json
 import os
+import select
 import shutil
 import subprocess
 import tempfile
@@ -10,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+PATIENCE = 60  # s
 
 
 class Browser:
@@ -64,9 +67,10 @@ class Browser:
 
     def _receive(self) -> dict[str, Any]:
         while b"\0" not in self.buffer:
-            part = os.read(self.reading, 1 << 16)
+            ready, _, _ = select.select([self.reading], [], [], PATIENCE)
+            part = os.read(self.reading, 1 << 16) if ready else b""
             if not part:
-                raise RuntimeError("Chromium went away")
+                raise RuntimeError("Chromium went away" if ready else f"Chromium silent for {PATIENCE} s")
             self.buffer += part
         message, self.buffer = self.buffer.split(b"\0", 1)
         event = json.loads(message)
@@ -97,10 +101,10 @@ class Browser:
             self.events.append(answer.get("method"))
 
     def open(self, file: Path, anchor: str = "") -> None:
-        """Load a file and wait until it is there."""
+        """Load a file and wait until it is there; where it is already, only go to the anchor."""
         self.events.clear()
-        self.send("Page.navigate", url=file.as_uri() + anchor)
-        while "Page.loadEventFired" not in self.events:
+        loads = "loaderId" in self.send("Page.navigate", url=file.as_uri() + anchor)
+        while loads and "Page.loadEventFired" not in self.events:
             self.events.append(self._receive().get("method"))
 
     def run(self, script: str) -> Any:

@@ -13,6 +13,7 @@ from pneumo.publish.verdict_page import STATUSES, render
 from pneumo.store import ResultError
 
 TAB, ENTER = 9, 13
+SHORTLY = "new Promise(done => setTimeout(done, 300))"
 
 in_chromium = [
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"),
@@ -146,7 +147,7 @@ class TestInBrowser:
         browser.run("console.error('x')")
         assert len(browser.console) == 1
         browser.run("void fetch('http://localhost:9/').catch(() => 0)")
-        browser.run("new Promise(done => setTimeout(done, 300))")
+        browser.run(SHORTLY)
         assert len(browser.console) > 1  # the page's own policy forbids it
 
     def test_filters(self, browser, judged):
@@ -177,19 +178,21 @@ class TestInBrowser:
         browser.run("document.getElementById('falls').click()")
         assert self.shown(browser) == 1
 
-    def test_a_permanent_link_opens_its_item(self, browser, file):
-        browser.open(file, "#T8.E07.M7")
-        assert browser.run("document.getElementById('T8.E07.M7').open")
-        assert browser.run("document.getElementById('table-8').open")
-        assert browser.run("document.activeElement.closest('.item').id") == "T8.E07.M7"
-        top = browser.run("document.getElementById('T8.E07.M7').getBoundingClientRect().top")
-        bar = browser.run("document.querySelector('.filters').getBoundingClientRect().bottom")
-        assert bar - 1 <= top < browser.run("innerHeight")
+    def test_a_permanent_link_opens_its_item(self, file):
+        with Browser() as browser:
+            browser.open(file, "#T8.E07.M7")
+            browser.run(SHORTLY)
+            assert browser.run("document.getElementById('T8.E07.M7').open")
+            assert browser.run("document.getElementById('table-8').open")
+            assert browser.run("document.activeElement.parentElement.id") == "T8.E07.M7"
+            top = browser.run("document.getElementById('T8.E07.M7').getBoundingClientRect().top")
+            bar = browser.run("document.querySelector('.filters').getBoundingClientRect().bottom")
+            assert bar - 1 <= top < browser.run("innerHeight")
 
     def test_a_link_opens_an_item_that_a_filter_hides(self, browser, judged):
         browser.run("document.querySelector('.tile.missed').click()")
         browser.run("location.hash = '#S1.P_0'")
-        browser.run("new Promise(done => setTimeout(done, 100))")
+        browser.run(SHORTLY)
         assert self.shown(browser) == judged["counts"]["items"]
         assert browser.run("document.getElementById('S1.P_0').open")
 
@@ -208,8 +211,8 @@ class TestInBrowser:
         assert unreachable == 0
         browser.run("document.querySelector('td[data-id=\"T4.E.k_0=0.02\"] a').focus()")
         browser.press("Enter", ENTER, "\r")
-        browser.run("new Promise(done => setTimeout(done, 100))")
-        assert browser.run("document.activeElement.closest('.item').id") == "T4.E.k_0=0.02"
+        browser.run(SHORTLY)
+        assert browser.run("document.activeElement.parentElement.id") == "T4.E.k_0=0.02"
         browser.press("Enter", ENTER, "\r")
         assert not browser.run("document.getElementById('T4.E.k_0=0.02').open")
 

@@ -74,5 +74,5 @@ document.addEventListener("click", (event) => {
   const link = event.target.closest("a[href^='#']");
   if (link && link.hash === location.hash) visit();
 });
+window.addEventListener("load", () => setTimeout(visit)); // after the browser has gone to the anchor by itself
 filter(); // a browser may have kept the form's values over a reload
-visit();
