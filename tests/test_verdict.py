@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 import yaml
 from printed_study import write_printed_study
+from typer.testing import CliRunner
 
 from pneumo.assess.claims import Claim, ClaimsError, ToleranceClass, read_claims
 from pneumo.assess.errata import PROOFS, read_errata
@@ -24,7 +25,9 @@ from pneumo.assess.verdict import (
     statuses_text,
     verdict,
 )
+from pneumo.cli import app
 from pneumo.physics.exchange import from_json, to_json
+from pneumo.store import ResultError
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "paper"
@@ -290,9 +293,43 @@ def test_another_study_is_judged_without_the_papers_experiments(results):
     found = verdict(results)
     items = {item["id"]: item for item in found["items"]}
     assert found["study"] == "smoke"
+    assert found["highlights"]["transport"] is None
     assert items["T5.E14.P_A"]["status"] == "missed"
     assert "not to be judged: this study has no E14" in items["T5.E14.P_A"]["reason"]
     assert items["T5.E06.P_A"]["status"] == "exact"
+
+
+# The command line
+
+
+def test_explain_tells_an_item_and_a_cell(printed):
+    item = CliRunner().invoke(app, ["explain", "T7.M8.mse", "--results", str(printed)])
+    assert item.exit_code == 0
+    assert item.stdout.splitlines()[0] == "T7.M8.mse"
+    assert "1.16e7 Pa²" in item.stdout
+    cell = CliRunner().invoke(app, ["explain", "E07", "M8", "1.35", "--results", str(printed)])
+    assert cell.exit_code == 0
+    assert "E07 M8 n = 1.35  exact      chamber B:" in cell.stdout
+
+
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        (["T7.M11.mse"], "T7.M11.mse: no such item; there are T7.M1.mu"),
+        (["nonsense"], "nonsense: no such item"),
+        (["E07", "M8"], "name one item"),
+        (["E07", "M8", "x"], "n = 'x': must be a number"),
+    ],
+)
+def test_explain_says_what_is_wrong(printed, what, words):
+    with pytest.raises(ResultError, match=re.escape(words)):
+        CliRunner().invoke(app, ["explain", *what, "--results", str(printed)], catch_exceptions=False)
+
+
+def test_verdict_counts(printed, judged):
+    done = CliRunner().invoke(app, ["verdict", "--results", str(printed)])
+    assert done.stdout.splitlines()[-1].startswith(f"{len(judged['items'])} items, ")
+    assert "contradicted  S4.M7_40" in done.stdout
 
 
 # Comparison
