@@ -36,3 +36,5 @@ rule all:
         rules.schemes.output,
         rules.figures.output,
         rules.tables.output,
+        rules.verdict.output,
+        rules.verdict_page.output,

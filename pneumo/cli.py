@@ -47,19 +47,6 @@ def models():
 
 
 @app.command()
-def cell(
-    experiment: Annotated[str, typer.Argument(help="for example E07")],
-    model: Annotated[str, typer.Argument(help="M1 ... M10")],
-    n: Annotated[float, typer.Argument(help="polytropic index of the grid, for example 1.35")],
-    results: Annotated[Path, typer.Option(help="folder of results")] = Path("results"),
-):
-    """Print one grid cell: error of a model against the full-order run, both transports."""
-    from pneumo.publish.explain import cell_story
-
-    typer.echo(cell_story(results, experiment, model, n))
-
-
-@app.command()
 def explain(
     what: Annotated[
         list[str],

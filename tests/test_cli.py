@@ -30,7 +30,7 @@ def test_models_prints_every_model():
 def test_help_names_every_command():
     done = pneumo("--help")
     assert done.returncode == 0
-    assert all(command in done.stdout for command in ("check", "models", "cell"))
+    assert all(command in done.stdout for command in ("check", "models", "explain", "verdict"))
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def test_help_names_every_command():
         (["check", "README.md"], ["README.md", "YAML"]),
         (["check", "config/smoke.yaml"], ["config/smoke.yaml", "gas: missing"]),
         (
-            ["cell", "E99", "M8", "1.35", "--results", "nowhere"],
+            ["explain", "E99", "M8", "1.35", "--results", "nowhere"],
             ["nowhere/published/replay/E99.nc", "no such file"],
         ),
     ],
@@ -55,6 +55,6 @@ def test_bad_input_is_one_line_and_exit_2(arguments, words):
 
 
 def test_usage_errors_exit_2_without_traceback():
-    done = pneumo("cell", "E07")
+    done = pneumo("explain")
     assert done.returncode == 2
     assert "Traceback" not in done.stderr

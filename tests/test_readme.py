@@ -1,5 +1,6 @@
 """What the README says, checked: commands, folders, table, numbers, picture, code."""
 
+import json
 import re
 import subprocess
 import sys
@@ -66,10 +67,20 @@ def test_code_runs(results):
 
 
 @pytest.mark.results
-def test_named_command_prints_the_cell(results):
-    assert "`pneumo cell E07 M8 1.35`" in README
-    code = "from pneumo.cli import main; main()"
-    command = [sys.executable, "-c", code, "cell", "E07", "M8", "1.35"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.count("E07 M8 n = 1.35") == 4
+def test_named_commands_answer(results):
+    commands = re.findall(r"`pneumo (explain [^`]+)`", README)
+    assert len(commands) == 2
+    for command in commands:
+        code = "from pneumo.cli import main; main()"
+        arguments = [sys.executable, "-c", code, *command.split()]
+        done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert "M8" in done.stdout
+
+
+@pytest.mark.results
+def test_counts_of_the_verdict(results):
+    counts = json.loads((results / "verdict.json").read_text())["counts"]
+    for status, count in counts.items():
+        assert between(f"verdict: {status}") == str(count)
+    assert counts.pop("items") == sum(counts.values())
