@@ -24,6 +24,7 @@ COMMON = {
     "keywords": "servo-pneumatics, reduced-order models, thermodynamics",
     "creator_name": "pneumo developers",
 }
+CELLS = ("mean_error", "variance", "mse", "status", "failure_time")  # what replays hold beside pressures
 EXPERIMENT_LABELS = ("cylinder", "loop", "k_0")  # scalar coordinates of every per-experiment file
 
 
@@ -126,7 +127,7 @@ def open_grid(folder: Path | str) -> xr.Dataset:
     files = sorted(Path(folder, "replay").glob("*.nc"))
     if not files:
         raise ResultError(f"{folder}: holds no replay/*.nc; `snakemake -j2` makes them")
-    parts = [read(file).drop_vars(["t", "pressure"]) for file in files]
+    parts = [read(file, *CELLS) for file in files]
     labels = list(EXPERIMENT_LABELS)
     return xr.concat(parts, "experiment", coords=labels, compat="equals", combine_attrs="drop_conflicts")
 
