@@ -2,6 +2,7 @@
 
 import ast
 import hashlib
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent
@@ -16,13 +17,19 @@ def _source(module: str) -> Path | None:
 
 def imports_of(file: Path) -> set[str]:
     """Pneumo modules that a Python file imports directly."""
+    return {name for name in _imported(file.read_text(encoding="utf-8")) if _source(name)}
+
+
+@cache
+def _imported(text: str) -> frozenset[str]:
+    """Names under pneumo that a source imports: modules, and what is imported from them."""
     names = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-    return {name for name in names if name.split(".")[0] == "pneumo" and _source(name)}
+    return frozenset(name for name in names if name.split(".")[0] == "pneumo")
 
 
 def modules_behind(*modules: str) -> list[str]:

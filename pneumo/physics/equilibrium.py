@@ -1,7 +1,5 @@
 """Equilibrium pressure of a half-bridge of two leaking restrictions, Appendix 2."""
 
-from scipy.optimize import root_scalar
-
 from pneumo.physics.valve import Gas, mass_flow
 
 
@@ -27,6 +25,8 @@ def equilibrium_pressure(P_s: float, P_atm: float, gas: Gas, area_ratio: float =
     ValueError
         If P_s does not exceed P_atm.
     """
+    from scipy.optimize import root_scalar  # here, since few runs need it and it takes half a second
+
     if not 0 < P_atm < P_s:
         raise ValueError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
 
