@@ -18,11 +18,6 @@ STUDY = checked_study(config, workflow.config_settings.configfiles, workflow.con
 TRANSPORTS = ["published", "exact"]
 
 
-wildcard_constraints:
-    experiment="|".join(STUDY.experiments),
-    transport="|".join(TRANSPORTS),
-
-
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/assess.smk"
 include: "workflow/rules/publish.smk"
@@ -32,7 +27,7 @@ rule all:
     default_target: True
     input:
         rules.settling_table.output,
-        expand(rules.statistics.output, transport=TRANSPORTS),
+        rules.statistics.output,
         rules.schemes.output,
         rules.figures.output,
         rules.tables.output,

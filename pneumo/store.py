@@ -5,6 +5,7 @@ A rewrite of the same result gives the same bytes, so there are no times or host
 
 import json
 import os
+import threading
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -24,8 +25,10 @@ COMMON = {
     "keywords": "servo-pneumatics, reduced-order models, thermodynamics",
     "creator_name": "pneumo developers",
 }
-CELLS = ("mean_error", "variance", "mse", "status", "failure_time")  # what replays hold beside pressures
+LOCK = threading.Lock()  # HDF5 serves one thread at a time
 EXPERIMENT_LABELS = ("cylinder", "loop", "k_0")  # scalar coordinates of every per-experiment file
+
+GRID = ("mean_error", "variance", "mse", "status", "failure_time")  # of every cell of an experiment
 
 
 class ResultError(ValueError):
@@ -69,7 +72,8 @@ def write(dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any]) 
         if variable.dtype.kind != "f":
             encoding[str(name)]["_FillValue"] = None
     part = part_of(path)
-    dataset.to_netcdf(part, engine="netcdf4", encoding=encoding)
+    with LOCK:
+        dataset.to_netcdf(part, engine="netcdf4", encoding=encoding)
     os.replace(part, path)
 
 
@@ -91,7 +95,7 @@ def read(path: Path | str, *variables: str) -> xr.Dataset:
         If the file is missing, truncated or foreign, or lacks a variable.
     """
     try:
-        with xr.open_dataset(path, engine="netcdf4") as dataset:
+        with LOCK, xr.open_dataset(path, engine="netcdf4") as dataset:
             missing = [name for name in variables if name not in dataset]
             if missing:
                 raise ResultError(
@@ -127,7 +131,7 @@ def open_grid(folder: Path | str) -> xr.Dataset:
     files = sorted(Path(folder, "replay").glob("*.nc"))
     if not files:
         raise ResultError(f"{folder}: holds no replay/*.nc; `snakemake -j2` makes them")
-    parts = [read(file, *CELLS) for file in files]
+    parts = [read(file, *GRID).drop_vars("t", errors="ignore") for file in files]
     labels = list(EXPERIMENT_LABELS)
     return xr.concat(parts, "experiment", coords=labels, compat="equals", combine_attrs="drop_conflicts")
 

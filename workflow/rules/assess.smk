@@ -4,15 +4,15 @@
 rule statistics:
     input:
         parameters=rules.parameters.output[0],
-        cells=expand("results/{{transport}}/replay/{experiment}.nc", experiment=STUDY.experiments),
+        cells=rules.replay.output,
     output:
-        "results/{transport}/statistics.nc",
+        expand("results/{transport}/statistics.nc", transport=TRANSPORTS),
     log:
-        "results/logs/statistics-{transport}.log",
+        "results/logs/statistics.log",
     params:
         code=code_behind("statistics.py"),
     message:
-        "Statistics over experiments, {wildcards.transport} transport"
+        "Statistics over experiments, both transports"
     script:
         "../scripts/statistics.py"
 
@@ -20,7 +20,7 @@ rule statistics:
 rule settling_table:
     input:
         parameters=rules.parameters.output[0],
-        runs=expand(rules.settling.output, experiment=STUDY.experiments),
+        runs=rules.settling.output,
     output:
         "results/settling.nc",
     log:
@@ -37,12 +37,10 @@ rule verdict:
     input:
         parameters=rules.parameters.output[0],
         settling_table=rules.settling_table.output[0],
-        settling=expand(rules.settling.output, experiment=STUDY.experiments),
-        datum=expand(rules.datum.output, experiment=STUDY.experiments),
-        cells=expand(
-            "results/{transport}/replay/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments
-        ),
-        statistics=expand(rules.statistics.output, transport=TRANSPORTS),
+        settling=rules.settling.output,
+        datum=rules.datum.output,
+        cells=rules.replay.output,
+        statistics=rules.statistics.output,
         claims="paper/claims.yaml",
         errata="paper/errata.yaml",
         assumptions="paper/assumptions.yaml",

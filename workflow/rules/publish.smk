@@ -28,12 +28,10 @@ rule schemes:
 rule figures:
     input:
         parameters=rules.parameters.output[0],
-        settling=expand(rules.settling.output, experiment=SHOWN["fig07"])[0],
-        datum=expand(rules.datum.output, experiment=SHOWN["traces"])[0],
-        cells=expand(
-            "results/{transport}/replay/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments
-        ),
-        statistics=expand(rules.statistics.output, transport=TRANSPORTS),
+        settling=f"results/settling/{SHOWN['fig07']}.nc",
+        datum=f"results/datum/{SHOWN['traces']}.nc",
+        cells=rules.replay.output,
+        statistics=rules.statistics.output,
     output:
         expand(
             "results/figures/{name}.{kind}",
@@ -52,7 +50,7 @@ rule figures:
 
 rule tables:
     input:
-        expand(rules.statistics.output, transport="published"),
+        "results/published/statistics.nc",
     output:
         "results/table7.md",
     log:

@@ -19,13 +19,13 @@ rule settling:
     input:
         rules.parameters.output,
     output:
-        "results/settling/{experiment}.nc",
+        expand("results/settling/{experiment}.nc", experiment=STUDY.experiments),
     log:
-        "results/logs/settling/{experiment}.log",
+        "results/logs/settling.log",
     params:
         code=code_behind("settling.py"),
     message:
-        "{wildcards.experiment}: settling-time run"
+        "Settling-time runs"
     script:
         "../scripts/settling.py"
 
@@ -34,13 +34,14 @@ rule datum:
     input:
         rules.parameters.output,
     output:
-        "results/datum/{experiment}.nc",
+        expand("results/datum/{experiment}.nc", experiment=STUDY.experiments),
     log:
-        "results/logs/datum/{experiment}.log",
+        "results/logs/datum.log",
+    priority: 1  # the replays wait for it
     params:
         code=code_behind("datum.py"),
     message:
-        "{wildcards.experiment}: full-order run"
+        "Full-order runs"
     script:
         "../scripts/datum.py"
 
@@ -48,14 +49,17 @@ rule datum:
 rule replay:
     input:
         parameters=rules.parameters.output[0],
-        datum=rules.datum.output[0],
+        datum=rules.datum.output,
     output:
-        expand("results/{transport}/replay/{{experiment}}.nc", transport=TRANSPORTS),
+        expand(
+            "results/{transport}/replay/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments
+        ),
     log:
-        "results/logs/replay/{experiment}.log",
+        "results/logs/replay.log",
+    threads: workflow.cores
     params:
         code=code_behind("replay.py"),
     message:
-        "{wildcards.experiment}: replays of all models, both transports"
+        "Replays of all models, both transports"
     script:
         "../scripts/replay.py"

@@ -1,4 +1,4 @@
-"""Run the full-order system of one experiment."""
+"""Run the full-order system of every experiment."""
 
 from pathlib import Path
 
@@ -9,19 +9,21 @@ from pneumo.simulate.results import datum_dataset
 from pneumo.store import attributes_of, write
 
 
-def main(parameters: str, output: str, code: str) -> None:
+def main(parameters: str, outputs: list[str], code: str) -> None:
     study = from_json(Path(parameters).read_text())
-    experiment = study.experiments[Path(output).stem]
-    attributes = {
-        "title": f"Full-order run of {experiment.name}",
-        "summary": "Every step of the sixth-order model, eqs (3) to (8), against which models are judged",
-        "experiment_parameters": attributes_of(experiment),
-        "config_sha256": study.config_sha256,
-        "code_sha256": code,
-    }
-    write(datum_dataset(experiment, record(experiment)), output, attributes)
+    for output in outputs:
+        experiment = study.experiments[Path(output).stem]
+        attributes = {
+            "title": f"Full-order run of {experiment.name}",
+            "summary": "Every step of the sixth-order model, eqs (3) to (8), against which models are judged",
+            "experiment_parameters": attributes_of(experiment),
+            "config_sha256": study.config_sha256,
+            "code_sha256": code,
+        }
+        write(datum_dataset(experiment, record(experiment)), output, attributes)
+        print(f"{experiment.name}: full-order run, {experiment.steps * experiment.h:g} s, done", flush=True)
 
 
 if job := globals().get("snakemake"):
     with logged(job):
-        main(job.input[0], job.output[0], job.params.code)
+        main(job.input[0], list(job.output), job.params.code)

@@ -1,9 +1,11 @@
-"""Replay every model at every n on one recorded experiment, with both transports."""
+"""Replay every model at every n on every recorded experiment, with both transports."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from pneumo.job import logged
 from pneumo.physics.exchange import from_json
+from pneumo.physics.experiment import Experiment, Study
 from pneumo.simulate.cells import grid_lanes, replay_dataset
 from pneumo.simulate.lanes import replay
 from pneumo.simulate.replay import PUBLISHED
@@ -11,9 +13,7 @@ from pneumo.simulate.results import recording_from
 from pneumo.store import attributes_of, read, write
 
 
-def main(parameters: str, datum: str, outputs: list[str], code: str) -> None:
-    study = from_json(Path(parameters).read_text())
-    experiment = study.experiments[Path(datum).stem]
+def replay_one(study: Study, experiment: Experiment, datum: str, outputs: list[str], code: str) -> None:
     recording = recording_from(read(datum))
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     for output in outputs:
@@ -41,7 +41,21 @@ def main(parameters: str, datum: str, outputs: list[str], code: str) -> None:
         write(replay_dataset(experiment, study.n, index, cells), output, attributes)
 
 
+def main(parameters: str, datum: list[str], outputs: list[str], threads: int, code: str) -> None:
+    study = from_json(Path(parameters).read_text())
+    # Longest first, so that the threads end together. The kernels hold no lock while they run.
+    longest_first = sorted(datum, key=lambda file: -study.experiments[Path(file).stem].steps)
+
+    def one(file: str) -> None:
+        own = [output for output in outputs if Path(output).stem == Path(file).stem]
+        replay_one(study, study.experiments[Path(file).stem], file, own, code)
+        print(f"{Path(file).stem}: {len(own)} replays of the whole grid, done", flush=True)
+
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(one, longest_first))
+
+
 if job := globals().get("snakemake"):
     with logged(job):
         files, code = job.input, job.params.code
-        main(files.parameters, files.datum, list(job.output), code)
+        main(files.parameters, list(files.datum), list(job.output), job.threads, code)

@@ -1,4 +1,4 @@
-"""Estimate the settling times of one experiment."""
+"""Estimate the settling times of every experiment."""
 
 from pathlib import Path
 
@@ -9,19 +9,21 @@ from pneumo.simulate.settling import settle
 from pneumo.store import attributes_of, write
 
 
-def main(parameters: str, output: str, code: str) -> None:
+def main(parameters: str, outputs: list[str], code: str) -> None:
     study = from_json(Path(parameters).read_text())
-    experiment = study.experiments[Path(output).stem]
-    attributes = {
-        "title": f"Settling-time run of {experiment.name}",
-        "summary": "Piston pushed onto an end stop, held until still, released; Fig. 7 and Table 5",
-        "experiment_parameters": attributes_of(experiment),
-        "config_sha256": study.config_sha256,
-        "code_sha256": code,
-    }
-    write(settling_dataset(experiment, settle(experiment)), output, attributes)
+    for output in outputs:
+        experiment = study.experiments[Path(output).stem]
+        attributes = {
+            "title": f"Settling-time run of {experiment.name}",
+            "summary": "Piston pushed onto an end stop, held until still, released; Fig. 7 and Table 5",
+            "experiment_parameters": attributes_of(experiment),
+            "config_sha256": study.config_sha256,
+            "code_sha256": code,
+        }
+        write(settling_dataset(experiment, settle(experiment)), output, attributes)
+        print(f"{experiment.name}: settling-time run, done", flush=True)
 
 
 if job := globals().get("snakemake"):
     with logged(job):
-        main(job.input[0], job.output[0], job.params.code)
+        main(job.input[0], list(job.output), job.params.code)

@@ -1,4 +1,4 @@
-"""Average the cells of one transport over experiments."""
+"""Average the cells over experiments, for each transport."""
 
 from pathlib import Path
 
@@ -8,20 +8,21 @@ from pneumo.physics.exchange import from_json
 from pneumo.store import open_grid, write
 
 
-def main(parameters: str, output: str, code: str) -> None:
+def main(parameters: str, outputs: list[str], code: str) -> None:
     study = from_json(Path(parameters).read_text())
-    transport = Path(output).parent
-    grid = open_grid(transport).sel(experiment=list(study.experiments))
-    attributes = {
-        "title": f"Performance of the reduced models, {transport.name} transport",
-        "summary": "Tables 7 (level overall), 8 (best_n) and 9 (other levels); eqs (14) to (16)",
-        "transport": transport.name,
-        "config_sha256": study.config_sha256,
-        "code_sha256": code,
-    }
-    write(statistics(grid, study.levels), output, attributes)
+    for output in outputs:
+        transport = Path(output).parent
+        grid = open_grid(transport).sel(experiment=list(study.experiments))
+        attributes = {
+            "title": f"Performance of the reduced models, {transport.name} transport",
+            "summary": "Tables 7 (level overall), 8 (best_n) and 9 (other levels); eqs (14) to (16)",
+            "transport": transport.name,
+            "config_sha256": study.config_sha256,
+            "code_sha256": code,
+        }
+        write(statistics(grid, study.levels), output, attributes)
 
 
 if job := globals().get("snakemake"):
     with logged(job):
-        main(job.input.parameters, job.output[0], job.params.code)
+        main(job.input.parameters, list(job.output), job.params.code)
