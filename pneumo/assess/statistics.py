@@ -37,14 +37,14 @@ def at_n(cells: xr.Dataset, n: xr.DataArray) -> xr.Dataset:
     return cells.sel(n=n.fillna(cells["n"][0])).where(n.notnull()).drop_vars("n")
 
 
-def over_experiments(cells: xr.Dataset) -> xr.Dataset:
+def over_experiments(cells: xr.Dataset, ddof: int = 1) -> xr.Dataset:
     """Average over experiments: eqs (14), (15) and (16) and the percentiles, by model.
 
-    The variance of means in eq (16) is the sample variance (N - 1); percentiles are MATLAB's prctile.
+    The variance of means in eq (16) is the sample variance (N - ddof); percentiles are MATLAB's prctile.
     """
     mean_error, mse = cells["mean_error"], cells["mse"]
-    alone = mean_error.sizes["experiment"] == 1
-    spread = np.nan if alone else mean_error.var("experiment", ddof=1, skipna=False)
+    alone = mean_error.sizes["experiment"] <= ddof
+    spread = np.nan if alone else mean_error.var("experiment", ddof=ddof, skipna=False)
     percentiles = mse.quantile([0.1, 0.9], "experiment", method="hazen", skipna=False)
     return xr.Dataset(
         {
@@ -57,7 +57,7 @@ def over_experiments(cells: xr.Dataset) -> xr.Dataset:
     )
 
 
-def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.Dataset:
+def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]], ddof: int = 1) -> xr.Dataset:
     """Tables 7, 8 and 9 of a grid.
 
     Parameters
@@ -66,6 +66,8 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
         From `pneumo.open_grid`.
     levels : mapping of str to tuple of float
         Conductances k_0, W/K, of each heat-transfer level.
+    ddof : int
+        The variance of means in eq (16) is divided by N - ddof. ASSUME: 1, as Tables 7 and 9 say.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
     grid = grid.drop_attrs()  # or a percentile would keep the long name and unit of what it is one of
     cells = concatenated(grid)
     best = best_n(cells["mse"])
-    tables = {OVERALL: over_experiments(at_n(cells, best))}
+    tables = {OVERALL: over_experiments(at_n(cells, best), ddof)}
     constant = {OVERALL: xr.full_like(best.isel(experiment=0, drop=True), np.nan)}
     count = {OVERALL: grid.sizes["experiment"]}
     for level, conductances in levels.items():
@@ -89,7 +91,7 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
             tables[level], constant[level] = xr.full_like(tables[OVERALL], np.nan), constant[OVERALL]
             continue
         constant[level] = best_n(part["mse"].mean("experiment", skipna=False))
-        tables[level] = over_experiments(at_n(part, constant[level]))
+        tables[level] = over_experiments(at_n(part, constant[level]), ddof)
     level = xr.Variable("level", list(tables))
     result = xr.concat(list(tables.values()), level, coords="minimal", compat="override", join="exact")
     result["constant_n"] = xr.concat(list(constant.values()), level, coords="minimal", compat="override")

@@ -26,6 +26,8 @@ class Cylinder(NamedTuple):
         Viscous friction coefficient, N s/m.
     x_min, x_max : float
         End stops, m from the central position.
+    rests : bool
+        A piston that stands on a stop and is pushed onto it stays; if not, the stop only clips.
     """
 
     bore: float
@@ -37,6 +39,7 @@ class Cylinder(NamedTuple):
     k_f: float
     x_min: float
     x_max: float
+    rests: bool = True  # ASSUME: not printed
 
 
 @register_jitable
@@ -60,7 +63,8 @@ def acceleration(v, P_A, P_B, force, cylinder):
 @register_jitable
 def motion(x, v, a, cylinder):
     """Rates of position and velocity; a piston that rests on a stop and is pushed onto it stays."""
-    if (x == cylinder.x_min and v == 0 and a < 0) or (x == cylinder.x_max and v == 0 and a > 0):
+    pushed = (x == cylinder.x_min and a < 0) or (x == cylinder.x_max and a > 0)
+    if cylinder.rests and v == 0 and pushed:
         return 0.0, 0.0
     return v, a
 

@@ -130,9 +130,13 @@ def command_series(states, reference, drive):
     return u
 
 
-def record(experiment: Experiment) -> Recording:
-    """Run an experiment's full-order system from equilibrium and record it."""
+def recorded(experiment: Experiment, reference: np.ndarray) -> Recording:
+    """Run an experiment's full-order system from equilibrium on a reference and record it."""
     drive, plant = experiment.drive, experiment.plant
-    reference = reference_series(drive, experiment.excitation, experiment.steps)
     states = run(equilibrium(plant), reference, 0.0, drive, plant, experiment.h)
     return Recording(states, reference, command_series(states, reference, drive))
+
+
+def record(experiment: Experiment) -> Recording:
+    """Run an experiment's full-order system from equilibrium and record it."""
+    return recorded(experiment, reference_series(experiment.drive, experiment.excitation, experiment.steps))
