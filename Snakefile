@@ -2,6 +2,7 @@
 # Another study on top of it: `snakemake -j2 --configfile config/smoke.yaml`.
 import shlex
 import sys
+from pathlib import Path
 
 from snakemake.utils import min_version
 
@@ -21,6 +22,7 @@ TRANSPORTS = ["published", "exact"]
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/assess.smk"
 include: "workflow/rules/publish.smk"
+include: "workflow/rules/evidence.smk"
 
 
 rule all:

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import xarray as xr
-import yaml
 
 from pneumo.assess import arithmetic, computations  # noqa: F401 - they register their computations
 from pneumo.assess.claims import FOLDER, UNITS, Claim, ToleranceClass, read_claims
 from pneumo.assess.errata import Erratum, read_errata
 from pneumo.assess.evidence import COMPUTATIONS, Absent, Finding, Printed, Results
 from pneumo.assess.highlights import highlights
+from pneumo.assess.ledger import read_assumptions
 from pneumo.store import read
 
 STATUSES = ("exact", "close", "explained", "contradicted", "missed", "unreadable")
@@ -307,18 +307,13 @@ def verdict(results: Path, paper: Path = FOLDER) -> dict[str, Any]:
         "items": items,
         "classes": {name: tolerance.model_dump() for name, tolerance in court.claims.classes.items()},
         "errata": [_plain(erratum) for erratum in court.errata.values()],
-        "assumptions": read_assumptions(paper),
+        "assumptions": {name: entry.model_dump() for name, entry in read_assumptions(paper).items()},
         "assumptions_run": court.toggled is not None,
     }
 
 
 def _plain(erratum: Erratum) -> dict[str, Any]:
     return erratum._asdict() | {"values": dict(erratum.values)}
-
-
-def read_assumptions(paper: Path = FOLDER) -> dict[str, Any]:
-    """Read what the paper leaves open and what is taken: ``paper/assumptions.yaml``."""
-    return yaml.safe_load((paper / "assumptions.yaml").read_text(encoding="utf-8"))
 
 
 def read_statuses(paper: Path = FOLDER) -> dict[str, str]:

@@ -1,0 +1,23 @@
+"""Sum the effects of the toggled assumptions up: a table and a tornado plot."""
+
+from pathlib import Path
+
+from pneumo.assess.claims import read_claims
+from pneumo.assess.effects import effects
+from pneumo.job import logged
+from pneumo.publish.style import save
+from pneumo.publish.tables import assumptions
+from pneumo.publish.tornado import tornado
+from pneumo.store import read, write_text
+
+
+def main(toggled: str, paper: Path, table: str, figure: Path) -> None:
+    found = effects(read(toggled, "reproduced")["reproduced"], read_claims(paper))
+    write_text(assumptions(found), table)
+    save(tornado(found), figure)
+
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        files, made = job.input, job.output
+        main(files.assumptions, Path(files.claims).parent, made.table, Path(made.figure[0]).with_suffix(""))
