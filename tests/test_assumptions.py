@@ -181,9 +181,9 @@ def test_late_stages_read_the_samples_that_their_names_say():
         return inputs / [10, 1, 1]
 
     np.testing.assert_allclose(read_at(LATE["hold"]), 2)
-    late = read_at(LATE["command_one_sample_late"])
+    late = read_at(LATE["command_late"])
     np.testing.assert_allclose(late, 2 + np.array(C)[:, np.newaxis] - [1, 0, 0])
-    late = read_at(LATE["last_stage_one_sample_late"])
+    late = read_at(LATE["last_stage_late"])
     np.testing.assert_allclose(late[:-1], 2 + np.outer(C[:-1], np.ones(3)))
     np.testing.assert_allclose(late[-1], 2)
 

@@ -33,8 +33,8 @@ LONGEST_RUN = (
 
 LATE = {  # steps by which the replays' stages read (u, x, v) late, shape (6, 3)
     "hold": np.outer(C, np.ones(3)),
-    "command_one_sample_late": np.outer(np.ones(STAGES), [1.0, 0.0, 0.0]),
-    "last_stage_one_sample_late": np.outer(np.arange(STAGES) == STAGES - 1, np.ones(3)),
+    "command_late": np.outer(np.ones(STAGES), [1.0, 0.0, 0.0]),
+    "last_stage_late": np.outer(np.arange(STAGES) == STAGES - 1, np.ones(3)),
 }
 
 

@@ -6,12 +6,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, StrMethodFormatter
 
 from pneumo.assess.ledger import AS_TAKEN
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
 
 PANELS = {7: "Table 7, MSE", 9: "Table 9, MSE", 5: "Table 5, settling times"}
-LEAST = 5e-4  # an effect that is smaller in all panels gets no row
+LEAST = 1e-3  # an effect that is smaller in all panels gets no row
 LINEAR = 0.01  # changes up to this are drawn to scale, larger ones by their logarithm
 NEARER = {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.5}
 FARTHER = {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.5}
@@ -64,9 +65,15 @@ def tornado(effects: pd.DataFrame) -> Figure:
         ax.tick_params(axis="y", length=0)
         ax.spines["left"].set_visible(False)
     axes[0].set_xscale("symlog", linthresh=LINEAR, linscale=0.6)
-    axes[0].set_yticks(y, [words(str(name)) for name in shown.index])
+    axes[0].xaxis.set_major_locator(FixedLocator([-0.1, -0.01, 0, 0.01, 0.1, 1]))
+    axes[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    restless = effects.loc[shown.index, "no_number"] > effects.loc[AS_TAKEN, "no_number"]
+    names = [words(str(name)) + " *" * bool(restless[name]) for name in shown.index]
+    axes[0].set_yticks(y, names)
     axes[0].set_ylim(-0.7, max(len(shown), 1) - 0.3)
-    fig.supxlabel("Change of the root mean square of ln(reproduced / printed)", fontsize=8.5)
+    note = "; * some settling runs do not come to rest" * bool(restless.any())
+    fig.supxlabel("Change of the root mean square of ln(reproduced / printed)" + note, fontsize=8.5)
     patches = [Patch(label="nearer to the print", **NEARER), Patch(label="farther from it", **FARTHER)]
+    fig.set_layout_engine("constrained", w_pad=0.08)  # names of alternatives stay inside the page
     fig.legend(handles=patches, loc="outside upper center", ncols=2)
     return fig
