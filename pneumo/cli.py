@@ -98,6 +98,22 @@ def verdict(
         write_text(statuses_text(found["items"]), FOLDER / "statuses.csv")
 
 
+@app.command()
+def assumptions(
+    results: Annotated[Path, typer.Option(help="folder of results")] = Path("results"),
+):
+    """Print what each alternative assumption does to Tables 5, 7, 8 and 9."""
+    from pneumo.assess.claims import read_claims
+    from pneumo.assess.effects import effects
+    from pneumo.publish import tables
+    from pneumo.store import ResultError, read
+
+    file = results / "assumptions.nc"
+    if not file.exists():
+        raise ResultError(f"{file}: no such file; `snakemake -j2 evidence` makes it")
+    typer.echo(tables.assumptions(effects(read(file, "reproduced")["reproduced"], read_claims())), nl=False)
+
+
 def main() -> None:
     """Run the command line; an error that the user can mend is one line and exit code 2."""
     from pneumo.physics.parameters import ConfigurationError

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 import yaml
 from printed_study import write_printed_study
+from typer.testing import CliRunner
 
 from pneumo.assess import assumptions
 from pneumo.assess.assumptions import LATE, TABLES, VARIANTS, cases, reproduced
@@ -19,6 +20,7 @@ from pneumo.assess.evidence import Absent, Printed
 from pneumo.assess.ledger import AS_TAKEN, AssumptionsError, read_assumptions
 from pneumo.assess.statistics import settling_table, statistics
 from pneumo.assess.verdict import Court
+from pneumo.cli import app
 from pneumo.physics.cylinder import motion
 from pneumo.physics.exchange import to_json
 from pneumo.physics.parameters import load, study
@@ -32,7 +34,7 @@ from pneumo.simulate.replay import published_inputs
 from pneumo.simulate.results import settling_dataset
 from pneumo.simulate.settling import Settling, settle
 from pneumo.simulate.variants import first_draw_skipped, keeps_changed_sign, largest_excursions
-from pneumo.store import open_grid, read
+from pneumo.store import ResultError, open_grid, read
 
 ROOT = Path(__file__).parents[1]
 CONFIG = yaml.safe_load((ROOT / "config/paper.yaml").read_text(encoding="utf-8"))
@@ -277,6 +279,14 @@ def test_table_and_tornado(invented):
     assert figure.axes[0].patches[0].get_width() == pytest.approx(np.log(1.2))
     nothing = tornado(pd.DataFrame(found.loc[[AS_TAKEN]]))
     assert not nothing.axes[0].patches
+
+
+def test_command_line_prints_the_table(invented, tmp_path):
+    invented.to_dataset(name="reproduced").to_netcdf(tmp_path / "assumptions.nc")
+    done = CliRunner().invoke(app, ["assumptions", "--results", str(tmp_path)])
+    assert done.stdout == tables.assumptions(effects(invented, CLAIMS))
+    with pytest.raises(ResultError, match="`snakemake -j2 evidence` makes it"):
+        CliRunner().invoke(app, ["assumptions", "--results", str(tmp_path / "x")], catch_exceptions=False)
 
 
 @pytest.mark.results

@@ -114,6 +114,16 @@ def test_editing_the_configuration_reruns_everything_that_depends_on_it(smoke):
     assert {"parameters", "datum", "replay", "statistics"} <= set(jobs)
 
 
+def test_evidence_once_there_is_judged_anew(smoke):
+    evidence = smoke / "results/assumptions.nc"
+    assert not evidence.exists()  # it is no part of the study
+    evidence.touch()
+    try:
+        assert planned(smoke) == {"verdict": 1, "verdict_page": 1}
+    finally:
+        evidence.unlink()
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
