@@ -1,7 +1,7 @@
 """The full study against the paper, with the bounds that were set before it ran.
 
-The bounds are those of the reproduction's specification: they allow for the one thing that is
-known to differ (how recorded signals reached the paper's replays, see the README).
+The bounds are those of the reproduction's specification. Those of Tables 7 to 9 hold for the setup that was
+identified from these tables (paper/decisions/0004 and 0012).
 """
 
 import numpy as np
@@ -45,15 +45,15 @@ def test_mean_square_and_variance_agree_in_every_cell(results):
 
 def test_table_7_mse(published):
     ratio = published["mse"].sel(level="overall") / table7()["mse"]
-    assert float(ratio.min()) >= 0.85
-    assert float(ratio.max()) <= 1.18
-    assert rms(np.log(ratio)) <= 0.075
+    assert float(np.abs(ratio - 1).max()) <= 0.10
+    assert rms(np.log(ratio)) <= 0.035
 
 
 def test_table_9_mse(published):
     ratio = published["mse"] / table9()["mse"]
     assert ratio.size == 30
-    assert rms(np.log(ratio)) <= 0.08
+    assert float(np.abs(ratio - 1).max()) <= 0.10
+    assert rms(np.log(ratio)) <= 0.035
 
 
 def test_signs_of_mean_errors_above_1_kPa(published):
@@ -74,8 +74,8 @@ def test_table_8_best_n(published):
     steps = np.abs(published["best_n"].sel(model=printed["model"]) - printed) / 0.05
     steps = steps.round().astype(int)
     assert steps.size == 96
-    assert int((steps == 0).sum()) >= 74
-    assert int(steps.max()) <= 2
+    assert int((steps == 0).sum()) >= 84
+    assert int(steps.max()) <= 1
 
 
 def test_table_5_settling_times(results):
