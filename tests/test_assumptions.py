@@ -76,8 +76,11 @@ def test_every_alternative_runs_or_carries_a_reason():
     for name, entry in ledger.items():
         assert not set(entry.left_out) & set(entry.alternatives), name
         assert all(len(reason.split()) > 5 for reason in entry.left_out.values()), name
-    for name, case in found.items():
-        assert name == AS_TAKEN or case != found[AS_TAKEN], name
+    nameless = {
+        name: case._replace(study=case.study._replace(config_sha256="")) for name, case in found.items()
+    }
+    for name, case in nameless.items():
+        assert name == AS_TAKEN or case != nameless[AS_TAKEN], name
 
 
 @pytest.mark.parametrize(
