@@ -28,7 +28,7 @@ from pneumo.simulate.variants import first_draw_skipped, keeps_changed_sign, lar
 
 TABLES = (5, 7, 8, 9)
 LONGEST_RUN = (
-    3000.0  # s; a settling run of the study takes 1200 s, one that takes longer than this has no time
+    3000.0  # s; no settling run of the study takes half of it; one that takes longer has no time
 )
 
 LATE = {  # steps by which the replays' stages read (u, x, v) late, shape (6, 3)
