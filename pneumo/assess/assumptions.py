@@ -27,9 +27,7 @@ from pneumo.simulate.settling import QUANTITIES, Settling, settle
 from pneumo.simulate.variants import first_draw_skipped, keeps_changed_sign, largest_excursions
 
 TABLES = (5, 7, 8, 9)
-LONGEST_RUN = (
-    3000.0  # s; no settling run of the study takes half of it; one that takes longer has no time
-)
+LONGEST_RUN = 3000.0  # s; twice what a settling run of the study takes; one that takes longer has no time
 
 LATE = {  # steps by which the replays' stages read (u, x, v) late, shape (6, 3)
     "hold": np.outer(C, np.ones(3)),
