@@ -20,7 +20,15 @@ from pneumo.physics.valve import Gas
 from pneumo.simulate import replay as reference
 from pneumo.simulate.compiled import kernel
 from pneumo.simulate.datum import STAGES, A, B, Recording
-from pneumo.simulate.replay import EXACT, OK, PUBLISHED, Replayed, exact_inputs, published_inputs
+from pneumo.simulate.replay import (
+    EXACT,
+    OK,
+    PUBLISHED,
+    Replayed,
+    exact_inputs,
+    published_inputs,
+    steps_late,
+)
 
 WIDTH = 8  # lanes are padded to a multiple of this; a vector register holds 2, 4 or 8
 ROW = 104  # lanes at once; 13 cache lines, an odd number, so that rows do not compete for places in the cache
@@ -267,7 +275,7 @@ def replay(
     h: float,
     *,
     transport: str,
-    lag: float = 0.0,
+    lag: float | np.ndarray = 0.0,
     stride: int = 1,
 ) -> Replayed:
     """Replay every lane in both chambers on one recording.
@@ -276,7 +284,7 @@ def replay(
     which the kernel cannot follow: an unusual wall law, or a pressure too far from P_0.
     """
     options = {"transport": transport, "lag": lag, "stride": stride}
-    if transport not in (PUBLISHED, EXACT) or (transport == EXACT and lag):
+    if transport not in (PUBLISHED, EXACT) or (transport == EXACT and np.any(lag)):
         return reference.replay(recording, lanes, drive, plant, h, **options)  # it says what is wrong
     shape, samples = (len(lanes), 2), len(recording.states)
     result = Replayed(
@@ -287,13 +295,14 @@ def replay(
         failure_step=np.full(shape, -1),
         pressure=np.empty((*shape, (samples - 1) // stride + 1)),
     )
+    late = steps_late(lag, h)
     psi, error = flow_polynomial(plant.gas)
     order = np.argsort(needs(lanes), kind="stable")
     for first in range(0, len(lanes), ROW):
         block = order[first : first + ROW]
         W, starts = work_array(lanes[block], plant)
         pressure = np.full((result.pressure.shape[2], 2, int(starts[3])), plant.conditions.P_0)
-        _replay(recording, W, starts, transport == EXACT, lag / h, stride, drive, plant, h, psi, pressure)
+        _replay(recording, W, starts, transport == EXACT, late, stride, drive, plant, h, psi, pressure)
         rows = W.reshape(-1, ROW)[:, : len(block)]
         result.mean_error[block] = rows[[int(SUM_A) // ROW, int(SUM_B) // ROW]].T / samples
         result.mse[block] = rows[[int(SQUARES_A) // ROW, int(SQUARES_B) // ROW]].T / samples

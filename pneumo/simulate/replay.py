@@ -85,12 +85,13 @@ def published_inputs(recording, k, lag_steps, u_max, inputs):
     """Write (u, x, v) at the six stages of step k as the paper's replays read them.
 
     The samples of 1 ms are interpolated linearly and the limiter acts on the interpolated command.
+    `lag_steps` says by how many steps each stage reads each signal late, shape (6, 3).
     """
     for i in range(STAGES):
-        position = k + C[i] - lag_steps
-        inputs[i, 0] = limited(interpolated(recording.u, position), u_max)
-        inputs[i, 1] = interpolated(recording.states[:, 0], position)
-        inputs[i, 2] = interpolated(recording.states[:, 1], position)
+        at = k + C[i]
+        inputs[i, 0] = limited(interpolated(recording.u, at - lag_steps[i, 0]), u_max)
+        inputs[i, 1] = interpolated(recording.states[:, 0], at - lag_steps[i, 1])
+        inputs[i, 2] = interpolated(recording.states[:, 1], at - lag_steps[i, 2])
 
 
 @register_jitable
@@ -160,6 +161,11 @@ def _replay(recording, lanes, exact, lag_steps, stride, drive, plant, h):
     return moments, failure, pressure
 
 
+def steps_late(lag: float | np.ndarray, h: float) -> np.ndarray:
+    """Delays of `replay` in steps, one for each stage and signal, shape (6, 3)."""
+    return np.array(np.broadcast_to(np.asarray(lag) / h, (STAGES, 3)))
+
+
 def replay(
     recording: Recording,
     lanes: np.ndarray,
@@ -168,7 +174,7 @@ def replay(
     h: float,
     *,
     transport: str,
-    lag: float = 0.0,
+    lag: float | np.ndarray = 0.0,
     stride: int = 1,
 ) -> Replayed:
     """Replay every lane in both chambers on one recording.
@@ -184,8 +190,9 @@ def replay(
         Step, s.
     transport : {"published", "exact"}
         How recorded signals reach the replayed model.
-    lag : float
-        Delay of the recorded signals, s; `published` only.
+    lag : float or numpy.ndarray
+        Delay of the recorded signals, s; `published` only. An array, shape (6, 3), has one for each
+        stage of the integrator and each of u, x and v.
     stride : int
         Steps between stored pressures.
 
@@ -196,10 +203,10 @@ def replay(
     """
     if transport not in (PUBLISHED, EXACT):
         raise ValueError(f"transport = {transport!r}: must be 'published' or 'exact'")
-    if transport == EXACT and lag:
-        raise ValueError(f"lag = {lag:g} s: the exact transport has none")
+    if transport == EXACT and np.any(lag):
+        raise ValueError(f"lag = {np.max(lag):g} s: the exact transport has none")
     moments, failure, pressure = _replay(
-        recording, lanes, transport == EXACT, lag / h, stride, drive, plant, h
+        recording, lanes, transport == EXACT, steps_late(lag, h), stride, drive, plant, h
     )
     samples = len(recording.states)  # the error at t = 0 is zero by construction and counts
     mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples

@@ -66,21 +66,28 @@ def settling_times(free: np.ndarray, h: float) -> np.ndarray:
     return np.array(times)
 
 
-def settle(experiment: Experiment) -> Settling:
+def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     """Run one settling-time estimation.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    longest : float, optional
+        Longest run, s, instead of `LONGEST_RUN`.
 
     Raises
     ------
     ArithmeticError
-        If the held piston's air does not come to rest, or the free run does not settle, within 1e5 s.
+        If the held piston's air does not come to rest, or the free run does not settle, within that.
     """
+    longest = LONGEST_RUN if longest is None else longest
     h, drive, push = experiment.h, experiment.drive, experiment.push
     stopped = experiment.plant._replace(cylinder=experiment.plant.cylinder._replace(x_min=push.x_stop))
     window = max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
-    if not window < LONGEST_RUN / 10:
+    if not window < longest / 10:
         raise ArithmeticError(
             f"{experiment.name}: k_0 = {experiment.plant.k_0:g} W/K gives a thermal time constant of"
-            f" {window:g} s; a settling run needs one below {LONGEST_RUN / 10:g} s"
+            f" {window:g} s; a settling run needs one below {longest / 10:g} s"
         )
     zeros = np.zeros(round(window / h) + 1)
 
@@ -91,9 +98,9 @@ def settle(experiment: Experiment) -> Settling:
         change = np.abs(piece[-1, 2:] - piece[0, 2:]) / equilibrium(experiment.plant)[2:]
         if change.max() < push.tolerance:
             break
-        if len(pieces) * window > LONGEST_RUN:
+        if len(pieces) * window > longest:
             raise ArithmeticError(
-                f"{experiment.name}: air behind the stop not at rest after {LONGEST_RUN:g} s"
+                f"{experiment.name}: air behind the stop not at rest after {longest:g} s"
             )
     hold = np.concatenate(pieces)
 
@@ -104,5 +111,5 @@ def settle(experiment: Experiment) -> Settling:
         if times.max() * FREE_RUN_PER_SETTLING <= length:
             return Settling(times, np.concatenate([hold, free[1:]]), len(hold) - 1)
         length *= 2
-        if length > LONGEST_RUN:
-            raise ArithmeticError(f"{experiment.name}: not settled {LONGEST_RUN / 2:g} s after release")
+        if length > longest:
+            raise ArithmeticError(f"{experiment.name}: not settled {longest / 2:g} s after release")
