@@ -14,7 +14,8 @@ from scipy.optimize import differential_evolution, minimize, minimize_scalar
 
 from pneumo.assess.misfit import THRESHOLD, THRESHOLD_2, interval, noise, rms, scale
 from pneumo.physics.experiment import Experiment
-from pneumo.simulate.settling import QUANTITIES, settle
+from pneumo.simulate.settling import QUANTITIES, SHORTEST_WINDOW, settle, thermal_time_constant
+from pneumo.store import ResultError
 
 # E12's pressures are not understood, and below 0.5 W/K neither are the closed-loop rows.
 SETTLING = {"D": ("E09", "E10", "E13", "E14"), "E": ("E11", "E15", "E16")}
@@ -23,7 +24,7 @@ PARAMETERS = ("M", "k_f", "stop")
 UNITS = ("kg", "N s m-1", "1")
 BOUNDS = np.array([(0.1, 20.0), (1.0, 1000.0), (0.1, 0.9)])
 DISCREPANCY = 0.01
-LONGEST = 60.0  # s; a run that is not settled by then is no candidate
+LONGEST = 40.0  # thermal time constants; a run that is not settled by then is no candidate
 NOT_SETTLED = 3.0  # its ln(reproduced / printed)
 
 STEPS = np.array([0.0025, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.24, 0.32])
@@ -59,15 +60,15 @@ def cells(experiments: Mapping[str, Experiment], names: Sequence[str], table: xr
 
     Raises
     ------
-    ValueError
+    ResultError
         If an experiment does not run, or Table 5 has no legible row for it.
     """
     for name in names:
         if name not in experiments:
-            raise ValueError(f"{name}: not in this study; there are {', '.join(experiments)}")
+            raise ResultError(f"{name}: not in this study; there are {', '.join(experiments)}")
         row = table.sel(experiment=name) if name in table["experiment"].values else None
         if row is None or not bool(np.isfinite(row).all()):
-            raise ValueError(f"{name}: has no four legible settling times in Table 5")
+            raise ResultError(f"{name}: has no four legible settling times in Table 5")
     rows = table.sel(experiment=list(names), quantity=list(QUANTITIES))
     printed = rows.values
     sigma = noise(printed, rows["half_unit"].values, DISCREPANCY)
@@ -96,8 +97,9 @@ def log_ratios(data: Cells, theta: np.ndarray, force: float = 1.0) -> np.ndarray
     """ln(reproduced / printed) of every settling time, shape (experiment, 4)."""
     result = np.full(data.printed.shape, NOT_SETTLED)
     for i, experiment in enumerate(data.experiments):
+        longest = LONGEST * max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
         try:
-            times = settle(changed(experiment, theta, force), longest=LONGEST).times
+            times = settle(changed(experiment, theta, force), longest=longest).times
         except ArithmeticError:
             continue
         result[i] = np.log(np.maximum(times, experiment.h) / data.printed[i])
@@ -109,8 +111,11 @@ def deviance(theta: np.ndarray, data: Cells, force: float = 1.0) -> float:
     return float(np.sum((log_ratios(data, theta, force) / data.sigma)[:, IS_FITTED] ** 2))
 
 
-def search(data: Cells, seed: int, mapper: Mapper, population: int = 12, generations: int = 60) -> Any:
-    """Search all of the wide bounds, then polish: theta as ``x``, deviance as ``fun``, evaluations ``nfev``."""
+def search(data: Cells, seed: int, mapper: Mapper, population: int = 10, generations: int = 50) -> Any:
+    """Search all of the wide bounds, then polish.
+
+    Returns theta as ``x``, its deviance as ``fun`` and the number of evaluations as ``nfev``.
+    """
     found = differential_evolution(
         deviance,
         np.log(BOUNDS),
@@ -119,10 +124,9 @@ def search(data: Cells, seed: int, mapper: Mapper, population: int = 12, generat
         maxiter=generations,
         tol=0.05,
         rng=seed,
-        init="sobol",
         polish=False,
         updating="deferred",
-        workers=mapper,
+        workers=mapper,  # pyright: ignore[reportArgumentType]  # a map is allowed, says its documentation
     )
     evaluations = found.nfev
     for size in (NEAR, NEAR / 4):

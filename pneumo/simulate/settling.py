@@ -99,9 +99,7 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
         if change.max() < push.tolerance:
             break
         if len(pieces) * window > longest:
-            raise ArithmeticError(
-                f"{experiment.name}: air behind the stop not at rest after {longest:g} s"
-            )
+            raise ArithmeticError(f"{experiment.name}: air behind the stop not at rest after {longest:g} s")
     hold = np.concatenate(pieces)
 
     length = 20 * window
