@@ -93,7 +93,8 @@ def test_profile_is_lowest_at_the_truth_and_rises(monkeypatch):
         mechanics, "nearby", lambda f, start, size=0.0: OptimizeResult(x=start, fun=f(start), nfev=1)
     )
     best = OptimizeResult(x=TRUE, fun=0.0)
-    curves, evaluations = mechanics.profile(synthetic(), best, 1.0, map)
+    curves, lowest, evaluations = mechanics.profile(synthetic(), best, 1.0, map)
+    assert lowest is best
     assert curves.shape == (3, 5)
     assert (curves[:, 2] == 0).all()
     assert (curves[:, [1, 3]] > THRESHOLD).all()  # others held: far above what a profile would be

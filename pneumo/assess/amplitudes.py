@@ -21,8 +21,8 @@ from pneumo.simulate.lanes import replay
 from pneumo.simulate.replay import EXACT, PUBLISHED
 
 AMPLITUDE_BOUNDS = (0.05, 10.0)  # V
-COARSE = np.geomspace(*AMPLITUDE_BOUNDS, 17)
-FINE = (COARSE[1] / COARSE[0]) ** (np.arange(-3, 4) / 4)  # around the best of the coarse ones, over it
+COARSE = np.geomspace(*AMPLITUDE_BOUNDS, 13)
+FINE = (COARSE[1] / COARSE[0]) ** (np.arange(-2, 3) / 3)  # around the best of the coarse ones, over it
 DISCREPANCY = 0.03
 LAG = 0.13e-3  # s
 CYLINDERS = ("D", "E")

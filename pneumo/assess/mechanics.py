@@ -27,11 +27,12 @@ DISCREPANCY = 0.01
 LONGEST = 40.0  # thermal time constants; a run that is not settled by then is no candidate
 NOT_SETTLED = 3.0  # its ln(reproduced / printed)
 
-STEPS = np.array([0.0025, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.24, 0.32])
+STEPS = np.array([0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.32])
 OFFSETS = np.concatenate([-STEPS[::-1], [0.0], STEPS])  # of a profile, ln(value / estimate)
 FOLLOWED = 3.0  # a profile is followed to so many times the threshold
-REGION = 15  # points of the region of M and k_f along each side
-FORCES = np.array([0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0])  # over the configured force
+IMPROVED = 0.3  # a profile that meets a deviance lower by this starts again from there
+REGION = 11  # points of the region of M and k_f along each side
+FORCES = np.array([0.5, 0.7, 1.0, 1.4, 2.0, 3.0])  # over the configured force
 NEAR = 0.02  # size of the simplex with which a search starts near an optimum
 
 Mapper: TypeAlias = Callable[[Callable[..., Any], Iterable[Any]], Iterable[Any]]
@@ -111,7 +112,7 @@ def deviance(theta: np.ndarray, data: Cells, force: float = 1.0) -> float:
     return float(np.sum((log_ratios(data, theta, force) / data.sigma)[:, IS_FITTED] ** 2))
 
 
-def search(data: Cells, seed: int, mapper: Mapper, population: int = 10, generations: int = 50) -> Any:
+def search(data: Cells, seed: int, mapper: Mapper, population: int = 10, generations: int = 40) -> Any:
     """Search all of the wide bounds, then polish.
 
     Returns theta as ``x``, its deviance as ``fun`` and the number of evaluations as ``nfev``.
@@ -129,7 +130,7 @@ def search(data: Cells, seed: int, mapper: Mapper, population: int = 10, generat
         workers=mapper,  # pyright: ignore[reportArgumentType]  # a map is allowed, says its documentation
     )
     evaluations = found.nfev
-    for size in (NEAR, NEAR / 4):
+    for size in (4 * NEAR, NEAR, NEAR / 4):
         found = nearby(lambda theta: deviance(theta, data), found.x, size)
         evaluations += found.nfev
     found.nfev = evaluations
@@ -139,12 +140,12 @@ def search(data: Cells, seed: int, mapper: Mapper, population: int = 10, generat
 def nearby(function: Callable[[np.ndarray], float], start: np.ndarray, size: float = NEAR) -> Any:
     """Nelder and Mead's search from a simplex of a given size."""
     simplex = np.vstack([start, start + size * np.eye(len(start))])
-    options = {"initial_simplex": simplex, "xatol": 2e-4, "fatol": 0.01, "maxfev": 40 * len(start)}
+    options = {"initial_simplex": simplex, "xatol": 2e-4, "fatol": 0.02, "maxfev": 25 * len(start)}
     return minimize(function, start, method="Nelder-Mead", options=options)
 
 
-def profile(data: Cells, best: Any, widen: float, mapper: Mapper) -> tuple[np.ndarray, int]:
-    """Profile of each parameter: lowest deviance over the others, shape (parameter, offset).
+def profile(data: Cells, best: Any, widen: float, mapper: Mapper) -> tuple[np.ndarray, Any, int]:
+    """Profile of each parameter: lowest deviance over the others.
 
     Parameters
     ----------
@@ -155,30 +156,38 @@ def profile(data: Cells, best: Any, widen: float, mapper: Mapper) -> tuple[np.nd
         From `pneumo.assess.misfit.scale`: profiles are followed that much further.
     mapper
         ``map``, or that of a pool.
+
+    Returns
+    -------
+    curves : numpy.ndarray
+        Shape (parameter, offset); NaN where not followed.
+    lowest
+        The lowest point met, as from `search`.
+    evaluations : int
     """
     stop_at = best.fun + FOLLOWED * THRESHOLD * widen
 
-    def walk(task: tuple[int, int]) -> tuple[list[float], int]:
+    def walk(task: tuple[int, int]) -> list[Any]:
         fixed, sign = task
         free = np.delete(best.x, fixed)
-        values, evaluations = [], 0
+        steps = []
         for offset in sign * STEPS:
             at = best.x[fixed] + offset
             found = nearby(lambda rest, at=at: deviance(np.insert(rest, fixed, at), data), free)
-            free, evaluations = found.x, evaluations + found.nfev
-            values.append(found.fun)
+            free, found.x = found.x, np.insert(found.x, fixed, at)
+            steps.append(found)
             if found.fun > stop_at:
                 break
-        return values, evaluations
+        return steps
 
     tasks = [(fixed, sign) for fixed in range(len(PARAMETERS)) for sign in (-1, 1)]
     result = np.full((len(PARAMETERS), len(OFFSETS)), np.nan)
     result[:, len(STEPS)] = best.fun
-    total = 0
-    for (fixed, sign), (values, evaluations) in zip(tasks, mapper(walk, tasks), strict=True):
-        total += evaluations
-        result[fixed, len(STEPS) + sign * np.arange(1, len(values) + 1)] = values
-    return result, total
+    walks = list(mapper(walk, tasks))
+    for (fixed, sign), steps in zip(tasks, walks, strict=True):
+        result[fixed, len(STEPS) + sign * np.arange(1, len(steps) + 1)] = [found.fun for found in steps]
+    met = [found for steps in walks for found in steps]
+    return result, min([best, *met], key=lambda found: found.fun), sum(found.nfev for found in met)
 
 
 def region(
@@ -192,7 +201,7 @@ def region(
                 lambda stop, k_f=k_f: deviance(np.array([M, k_f, stop]), data),
                 bounds=stops,
                 method="bounded",
-                options={"xatol": 1e-3, "maxiter": 10},
+                options={"xatol": 1e-3, "maxiter": 8},
             )
             for k_f in ln_k_f
         ]
@@ -241,16 +250,22 @@ def identify_mechanics(
     best = search(data, seed, mapper, **effort)
     values = ", ".join(f"{n} = {v:.4g}" for n, v in zip(PARAMETERS, np.exp(best.x), strict=True))
     say(f"{cylinder}: searched the wide bounds, {best.nfev} evaluations: {values}")
-    widen = scale(best.fun, IS_FITTED.sum() * len(data.experiments), len(PARAMETERS))
 
-    profiles, followed = profile(data, best, widen, mapper)
+    count, followed, searched = int(IS_FITTED.sum()) * len(data.experiments), 0, best.nfev
+    while True:
+        widen = scale(best.fun, count, len(PARAMETERS))
+        profiles, better, evaluations = profile(data, best, widen, mapper)
+        followed += evaluations
+        if better.fun > best.fun - IMPROVED * widen:
+            break
+        best = better
     lowest = np.nanmin(profiles)
     profiles = (profiles - lowest) / widen
     ends = [interval(x + OFFSETS, curve) for x, curve in zip(best.x, profiles, strict=True)]
     say(f"{cylinder}: profiles, {followed} evaluations")
 
     # A region of two parameters reaches further than the interval of each.
-    reach = 1.5 * np.sqrt(THRESHOLD_2 / THRESHOLD)
+    reach = 1.25 * np.sqrt(THRESHOLD_2 / THRESHOLD)
     limits = np.clip(ends, best.x[:, None] + OFFSETS[0], best.x[:, None] + OFFSETS[-1])
     low, high = best.x + reach * (limits[:, 0] - best.x), best.x + reach * (limits[:, 1] - best.x)
     ln_M, ln_k_f = (np.linspace(low[i], high[i], REGION) for i in range(2))
@@ -280,8 +295,8 @@ def identify_mechanics(
             "widening": ((), widen),
             "fitted_rms": ((), rms(found[:, IS_FITTED])),
             "scored_rms": ((), rms(found[:, ~IS_FITTED])),
-            "evaluations": ((), best.nfev + followed + gridded + pushed),
-            "search_evaluations": ((), best.nfev),
+            "evaluations": ((), searched + followed + gridded + pushed),
+            "search_evaluations": ((), searched),
             "settling_printed": (each, data.printed),
             "settling_log_ratio": (each, found),
             "settling_sigma": (each, data.sigma),

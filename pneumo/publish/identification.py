@@ -117,7 +117,8 @@ def _amplitudes(ax: Axes, found: xr.Dataset) -> None:
     _threshold(ax)
     for cylinder in found["cylinder"].values:
         own = found.sel(cylinder=cylinder)
-        ax.plot(own["amplitude_value"], own["amplitude_deviance"], label=cylinder, **LINE[cylinder])
+        deviance = own["amplitude_deviance"].where(np.isfinite(own["amplitude_deviance"]))
+        ax.plot(own["amplitude_value"], deviance, label=cylinder, **LINE[cylinder])
     ax.set_xscale("log")
     ax.set_xlim(0.05, 10.0)
     ax.set_ylim(0, 3 * TOP)

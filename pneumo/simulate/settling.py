@@ -103,8 +103,10 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     hold = np.concatenate(pieces)
 
     length = 20 * window
+    free = hold[-1:]
     while True:
-        free = run(hold[-1], np.zeros(round(length / h) + 1), 0.0, drive, experiment.plant, h)
+        zeros = np.zeros(round(length / h) + 2 - len(free))
+        free = np.concatenate([free, run(free[-1], zeros, 0.0, drive, experiment.plant, h)[1:]])
         times = settling_times(free, h)
         if times.max() * FREE_RUN_PER_SETTLING <= length:
             return Settling(times, np.concatenate([hold, free[1:]]), len(hold) - 1)
