@@ -47,19 +47,21 @@ def identification(found: xr.Dataset) -> Figure:
         A row per cylinder: profiles of M, k_f and stop, region of M and k_f; below, what concerns both.
     """
     fig = new_figure(DOUBLE_MM, 158)
-    grid = fig.add_gridspec(3, 4)
+    own_rows, both = fig.subfigures(2, 1, height_ratios=[2, 1])
+    panels = own_rows.subplots(2, 4)
     for row, cylinder in enumerate(found["cylinder"].values):
         own = found.sel(cylinder=cylinder)
         for column, parameter in enumerate(found["parameter"].values):
-            ax = fig.add_subplot(grid[row, column])
+            ax = panels[row, column]
             _profile(ax, own.sel(parameter=parameter))
             if column == 0:
                 ax.set_ylabel(f"Cylinder {cylinder}: deviance")
-        _region(fig.add_subplot(grid[row, 3]), own)
-    _amplitudes(fig.add_subplot(grid[2, 0]), found)
-    _force(fig.add_subplot(grid[2, 1]), found)
-    _transports(fig.add_subplot(grid[2, 2:]), found)
-    for letter, ax in zip("abcdefghijk", fig.axes, strict=True):
+        _region(panels[row, 3], own)
+    amplitudes, force, transports = both.subplots(1, 3, width_ratios=[1, 1, 1.5])
+    _amplitudes(amplitudes, found)
+    _force(force, found)
+    _transports(transports, found)
+    for letter, ax in zip("abcdefghijk", [*own_rows.axes, *both.axes], strict=True):
         ax.set_title(f"({letter}) {ax.get_title(loc='left')}", loc="left", fontsize=8.0)
     return fig
 
@@ -75,6 +77,17 @@ def number(value: float) -> str:
     leading = f"{value:e}"[0]
     digits = 4 if leading == "1" else 3
     return f"{value:#.{digits}g}".rstrip(".")
+
+
+def ends(low: float, high: float) -> str:
+    """An interval; an end beyond what was searched is open.
+
+    Examples
+    --------
+    >>> ends(1.4662, 1.511), ends(0.0, 1.1514)
+    ('1.466 to 1.511', 'open to 1.151')
+    """
+    return " to ".join(number(end) if 0 < end < np.inf else "open" for end in (low, high))
 
 
 def _threshold(ax: Axes, value: float = THRESHOLD) -> None:
@@ -94,7 +107,7 @@ def _profile(ax: Axes, own: xr.Dataset) -> None:
         ax.set_xlim(low - room, high + room)
     ax.xaxis.set_major_locator(MaxNLocator(3))
     ax.set_xlabel(axis_label(SYMBOL[name], UNIT[name]))
-    ax.set_title(f"{number(estimate)} [{number(low)}, {number(high)}]", loc="left")
+    ax.set_title(f"{number(estimate)}, {ends(low, high)}", loc="left")
 
 
 def _region(ax: Axes, own: xr.Dataset) -> None:
@@ -121,7 +134,7 @@ def _amplitudes(ax: Axes, found: xr.Dataset) -> None:
         ax.plot(own["amplitude_value"], deviance, label=cylinder, **LINE[cylinder])
     ax.set_xscale("log")
     ax.set_xlim(0.05, 10.0)
-    ax.set_ylim(0, 3 * TOP)
+    ax.set_ylim(0, TOP)
     ax.xaxis.set_major_locator(FixedLocator([0.1, 1.0, 10.0]))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())
@@ -142,7 +155,7 @@ def _force(ax: Axes, found: xr.Dataset) -> None:
     ax.xaxis.set_major_locator(FixedLocator([200, 500, 1000, 2000]))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.set_ylim(0, 3 * TOP)
+    ax.set_ylim(0, TOP)
     ax.set_xlabel(axis_label("Push force", "N"))
     ax.legend(loc="upper right", handlelength=1.6)
     ax.set_title("settling runs", loc="left")
@@ -164,7 +177,7 @@ def _transports(ax: Axes, found: xr.Dataset) -> None:
     ax.set_yticks(y, found["transport"].values)
     ax.tick_params(axis="y", length=0)
     ax.set_xlabel("rms of ln(reproduced / published MSE)")
-    ax.legend(loc="lower right")
+    ax.legend(loc="upper right")
     ax.set_title("transport of the signals", loc="left")
 
 
@@ -179,7 +192,7 @@ def identification_tables(found: xr.Dataset) -> Iterator[Table]:
                 cylinder,
                 f"{parameter} ({unit})",
                 number(own["estimate"].item()),
-                f"{number(own['low'].item())} to {number(own['high'].item())}",
+                ends(own["low"].item(), own["high"].item()),
                 f"{own['bound_low'].item():g} to {own['bound_high'].item():g}",
             )
     yield table
@@ -195,8 +208,8 @@ def identification_tables(found: xr.Dataset) -> Iterator[Table]:
     table = Table("cylinder", "amplitude (V)", "95 % interval", title="Table 7, linear transport")
     for cylinder in found["cylinder"].values:
         own = found.sel(cylinder=cylinder)
-        ends = f"{number(own['amplitude_low'].item())} to {number(own['amplitude_high'].item())}"
-        table.add_row(cylinder, number(own["amplitude"].item()), ends)
+        both = ends(own["amplitude_low"].item(), own["amplitude_high"].item())
+        table.add_row(cylinder, number(own["amplitude"].item()), both)
     yield table
     table = Table("transport", "rms Table 7", "rms Table 9", "amplitudes D, E (V)")
     for transport in found["transport"].values:
