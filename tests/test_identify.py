@@ -83,7 +83,7 @@ def test_interval_takes_the_outermost_crossing():
 def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
     # Narrower than the real search, which takes a minute or two, and with a small population.
     monkeypatch.setattr(mechanics, "BOUNDS", np.array([(0.5, 8.0), (20.0, 400.0), (0.2, 0.8)]))
-    found = mechanics.search(synthetic(), seed=1, mapper=map, population=4, generations=8)
+    found = mechanics.search(synthetic(), seed=1, mapper=map, population=4, generations=4)
     np.testing.assert_allclose(np.exp(found.x), np.exp(TRUE), rtol=0.02)
     assert found.fun < 1.0  # eight cells; what is left is rounding
 
