@@ -122,7 +122,7 @@ def _region(ax: Axes, own: xr.Dataset) -> None:
     ax.yaxis.set_major_locator(MaxNLocator(5))
     ax.set_xlabel(axis_label("$M$", "kg"))
     ax.set_ylabel(axis_label("$k_f$", "N s/m"))
-    ax.set_title(f"within 95 %: dots; $r$ = {own['correlation'].item():.3f}", loc="left")
+    ax.set_title(f"95 %, $r$ = {own['correlation'].item():.3f}", loc="left")
 
 
 def _amplitudes(ax: Axes, found: xr.Dataset) -> None:
