@@ -1,6 +1,7 @@
 """Command line: ``pneumo ...``, one thin command per function."""
 
 import sys
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+
+class Cylinders(StrEnum):
+    """What `pneumo identify` works on."""
+
+    D = "D"
+    E = "E"
+    both = "both"
 
 
 @app.command()
@@ -112,6 +121,40 @@ def assumptions(
     if not file.exists():
         raise ResultError(f"{file}: no such file; `snakemake -j2 evidence` makes it")
     typer.echo(tables.assumptions(effects(read(file, "reproduced")["reproduced"], read_claims())), nl=False)
+
+
+@app.command()
+def identify(
+    files: Annotated[list[Path] | None, typer.Argument(help="configuration [config/paper.yaml]")] = None,
+    cylinder: Annotated[Cylinders, typer.Option(help="amplitudes and transport need both")] = Cylinders.both,
+    seed: Annotated[int, typer.Option(min=0, help="of the search's random numbers")] = 0,
+    threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
+    output: Annotated[Path, typer.Option("--output", "-o", help="NetCDF file to write")] = Path(
+        "results/identification.nc"
+    ),
+):
+    """Find M, k_f, stop, amplitudes and transport from Tables 5, 7 and 9, without a starting hint."""
+    import time
+
+    from rich.console import Console
+
+    from pneumo.assess.identify import identify as identified
+    from pneumo.assess.identify import save_identification
+    from pneumo.physics.parameters import load, study
+    from pneumo.publish.identification import identification_tables
+
+    start = time.perf_counter()
+
+    def say(text: str) -> None:
+        typer.echo(f"{time.perf_counter() - start:6.0f} s  {text}")
+
+    result = study(load(*(files or [Path("config/paper.yaml")])))
+    names = ["D", "E"] if cylinder is Cylinders.both else [cylinder.value]
+    found = identified(result, names, seed, threads, say)
+    save_identification(found, result, seed, output)
+    for table in identification_tables(found):
+        Console().print(table)
+    say(f"written to {output}")
 
 
 def main() -> None:

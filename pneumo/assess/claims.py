@@ -189,7 +189,7 @@ def _cells(rule: Mapping[str, Any], folder: Path) -> list[Claim]:
     cells = read_table(number, folder)
     if "columns" in rule:
         cells = cells[cells["column"].isin(rule["columns"])]
-    used = rule.get("used_in_identification", [])
+    used = rule.get("used_in_identification", {})
     claims = []
     for line in cells.itertuples(index=False):
         cell: dict[str, str] = dict(zip(cells.columns, line, strict=True))
@@ -218,7 +218,7 @@ def _cells(rule: Mapping[str, Any], folder: Path) -> list[Claim]:
                 evidence=Evidence(**{key: filled(text) for key, text in rule["evidence"].items()}),
                 models=rule.get("models", False),
                 arithmetic=rule.get("arithmetic", False),
-                used_in_identification=column in used,
+                used_in_identification=column in used.get("columns", []) and row in used.get("rows", [row]),
                 erratum=rule.get("errata", {}).get(name),
                 assumption=rule.get("assumptions", {}).get(name),
                 sigma=_sigma(cells, cell) if tolerance == "mu" else None,

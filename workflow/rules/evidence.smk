@@ -1,4 +1,4 @@
-# What supports the assumptions; not part of the study: `snakemake -j2 evidence`, then `snakemake -j2` for the verdict.
+# What the study rests on; not part of it: `snakemake -j2 evidence`, then `snakemake -j2` for the verdict.
 
 
 rule assumptions:
@@ -37,6 +37,39 @@ rule assumptions_effects:
         "../scripts/assumptions_effects.py"
 
 
+rule identification:
+    input:
+        parameters=rules.parameters.output[0],
+        published=expand("paper/published/table{number}.csv", number=[5, 7, 9]),
+    output:
+        "results/identification.nc",
+    log:
+        "results/logs/identification.log",
+    threads: workflow.cores
+    params:
+        code=code_behind("identification.py"),
+    message:
+        "Identification of M, k_f, stop, amplitudes and transport from Tables 5, 7 and 9"
+    script:
+        "../scripts/identification.py"
+
+
+rule identification_figure:
+    input:
+        rules.identification.output,
+    output:
+        expand("results/figures/identification.{kind}", kind=["svg", "png"]),
+    log:
+        "results/logs/identification_figure.log",
+    params:
+        code=code_behind("identification_figure.py"),
+    message:
+        "Figure of the identification"
+    script:
+        "../scripts/identification_figure.py"
+
+
 rule evidence:
     input:
         rules.assumptions_effects.output,
+        rules.identification_figure.output,

@@ -1,0 +1,17 @@
+"""Draw what was identified."""
+
+from pathlib import Path
+
+from pneumo.job import logged
+from pneumo.publish.identification import identification
+from pneumo.publish.style import save
+from pneumo.store import read
+
+
+def main(found: str, figure: str) -> None:
+    save(identification(read(found)), Path(figure).with_suffix(""))
+
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        main(job.input[0], job.output[0])
