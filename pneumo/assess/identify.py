@@ -37,7 +37,7 @@ LONG_NAMES = {  # name -> (long name, unit); a parameter's own unit stands in pa
     "profile_deviance": ("lowest deviance over the other parameters", "1"),
     "offset": ("ln(value held fixed / estimate)", "1"),
     "region_M": ("moving mass, held fixed", "kg"),
-    "region_k_f": ("viscous friction coefficient, held fixed", "N s m-1"),
+    "region_ratio": ("viscous friction coefficient over moving mass, held fixed", "s-1"),
     "region_deviance": ("lowest deviance over the stop", "1"),
     "correlation": ("correlation of ln(M) and ln(k_f)", "1"),
     "force_ratio": ("push force over the configured one", "1"),

@@ -31,7 +31,9 @@ STEPS = np.array([0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.32])
 OFFSETS = np.concatenate([-STEPS[::-1], [0.0], STEPS])  # of a profile, ln(value / estimate)
 FOLLOWED = 3.0  # a profile is followed to so many times the threshold
 IMPROVED = 0.3  # a profile that meets a deviance lower by this starts again from there
-REGION = 11  # points of the region of M and k_f along each side
+REGION = 11  # values of M in the region of M and k_f
+# ln(k_f / M) in that region, over the estimate's: the valley runs along a constant ratio and is this narrow
+RATIO_OFFSETS = np.linspace(-0.007, 0.007, 15)
 FORCES = np.array([0.5, 0.7, 1.0, 1.4, 2.0, 3.0])  # over the configured force
 NEAR = 0.02  # size of the simplex with which a search starts near an optimum
 
@@ -191,19 +193,19 @@ def profile(data: Cells, best: Any, widen: float, mapper: Mapper) -> tuple[np.nd
 
 
 def region(
-    data: Cells, ln_M: np.ndarray, ln_k_f: np.ndarray, stops: tuple[float, float], mapper: Mapper
+    data: Cells, ln_M: np.ndarray, ln_ratio: np.ndarray, stops: tuple[float, float], mapper: Mapper
 ) -> tuple[np.ndarray, int]:
-    """Lowest deviance over ln(stop) between `stops` on a grid of ln(M) and ln(k_f)."""
+    """Lowest deviance over ln(stop) between `stops` on a grid of ln(M) and ln(k_f / M)."""
 
     def row(M: float) -> tuple[list[float], int]:
         found = [
             minimize_scalar(
-                lambda stop, k_f=k_f: deviance(np.array([M, k_f, stop]), data),
+                lambda stop, ratio=ratio: deviance(np.array([M, M + ratio, stop]), data),
                 bounds=stops,
                 method="bounded",
                 options={"xatol": 1e-3, "maxiter": 8},
             )
-            for k_f in ln_k_f
+            for ratio in ln_ratio
         ]
         return [one.fun for one in found], sum(one.nfev for one in found)
 
@@ -221,11 +223,11 @@ def force_profile(data: Cells, best: Any, mapper: Mapper) -> tuple[np.ndarray, i
     return np.array([one.fun for one in found]), sum(one.nfev for one in found)
 
 
-def correlation(ln_M: np.ndarray, ln_k_f: np.ndarray, deviances: np.ndarray) -> float:
+def correlation(ln_M: np.ndarray, ln_ratio: np.ndarray, deviances: np.ndarray) -> float:
     """Correlation of ln(M) and ln(k_f) where likelihood is exp(-deviance / 2)."""
     weights = np.exp(-(deviances - deviances.min()) / 2)
-    x, y = np.meshgrid(ln_M, ln_k_f, indexing="ij")
-    cov = np.cov(np.stack([x.ravel(), y.ravel()]), aweights=weights.ravel())
+    x, ratio = np.meshgrid(ln_M, ln_ratio, indexing="ij")
+    cov = np.cov(np.stack([x.ravel(), (x + ratio).ravel()]), aweights=weights.ravel())
     return float(cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]))
 
 
@@ -268,8 +270,9 @@ def identify_mechanics(
     reach = 1.25 * np.sqrt(THRESHOLD_2 / THRESHOLD)
     limits = np.clip(ends, best.x[:, None] + OFFSETS[0], best.x[:, None] + OFFSETS[-1])
     low, high = best.x + reach * (limits[:, 0] - best.x), best.x + reach * (limits[:, 1] - best.x)
-    ln_M, ln_k_f = (np.linspace(low[i], high[i], REGION) for i in range(2))
-    deviances, gridded = region(data, ln_M, ln_k_f, (low[2], high[2]), mapper)
+    ln_M = np.linspace(low[0], high[0], REGION)
+    ln_ratio = best.x[1] - best.x[0] + RATIO_OFFSETS
+    deviances, gridded = region(data, ln_M, ln_ratio, (low[2], high[2]), mapper)
     deviances = (deviances - lowest) / widen
     say(f"{cylinder}: region of M and k_f, {gridded} evaluations")
 
@@ -287,9 +290,9 @@ def identify_mechanics(
             "profile_value": (("parameter", "offset"), np.exp(best.x[:, None] + OFFSETS)),
             "profile_deviance": (("parameter", "offset"), profiles),
             "region_M": ("M_point", np.exp(ln_M)),
-            "region_k_f": ("k_f_point", np.exp(ln_k_f)),
-            "region_deviance": (("M_point", "k_f_point"), deviances),
-            "correlation": ((), correlation(ln_M, ln_k_f, deviances)),
+            "region_ratio": ("ratio_point", np.exp(ln_ratio)),
+            "region_deviance": (("M_point", "ratio_point"), deviances),
+            "correlation": ((), correlation(ln_M, ln_ratio, deviances)),
             "force_deviance": ("force_ratio", (forces - lowest) / widen),
             "push_force": ((), data.experiments[0].push.force),
             "widening": ((), widen),

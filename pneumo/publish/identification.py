@@ -111,18 +111,18 @@ def _profile(ax: Axes, own: xr.Dataset) -> None:
 
 
 def _region(ax: Axes, own: xr.Dataset) -> None:
-    """Draw the points of the grid of M and k_f; the valley is narrower than the grid, so no outline."""
-    x, y = np.meshgrid(own["region_M"], own["region_k_f"], indexing="ij")
-    inside = own["region_deviance"].values <= THRESHOLD_2
-    ax.plot(x[~inside], y[~inside], ls="none", marker=".", color="#d0d0d0", markersize=1.5)
-    ax.plot(x[inside], y[inside], ls="none", marker="o", color=ACCENT, markersize=3.5)
+    """Draw the region of M and k_f / M, the direction in which the settling times tell most."""
+    x, y = own["region_M"].values, own["region_ratio"].values
+    deviance = own["region_deviance"].values.T
+    ax.contourf(x, y, deviance, levels=[-1.0, THRESHOLD_2], colors=[BAND])
+    ax.contour(x, y, deviance, levels=[THRESHOLD_2], colors=[ACCENT], linewidths=0.9)
     M, k_f = own["estimate"].sel(parameter=["M", "k_f"]).values
-    ax.plot(M, k_f, ls="none", marker="+", color=INK, markersize=6)
+    ax.plot(M, k_f / M, ls="none", marker="+", color=INK, markersize=6)
     ax.xaxis.set_major_locator(MaxNLocator(3))
     ax.yaxis.set_major_locator(MaxNLocator(5))
     ax.set_xlabel(axis_label("$M$", "kg"))
-    ax.set_ylabel(axis_label("$k_f$", "N s/m"))
-    ax.set_title(f"95 %, $r$ = {own['correlation'].item():.3f}", loc="left")
+    ax.set_ylabel(axis_label("$k_f / M$", "1/s"))
+    ax.set_title(f"95 %, $r(M, k_f)$ = {own['correlation'].item():.3f}", loc="left")
 
 
 def _amplitudes(ax: Axes, found: xr.Dataset) -> None:
