@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from benchmarks.contenders import CONTENDERS
@@ -49,7 +50,7 @@ def show(found: dict[str, Any]) -> None:
     """Print the table."""
     table = Table("what", "measured", "beside", title=f"Bench on {found['cpu']}")
     for row in rows(found):
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     Console().print(table)
 
 
