@@ -9,7 +9,7 @@ JOBS ?= 2
 
 activate := . .venv/bin/activate
 
-.PHONY: help reproduce test lint lock clean
+.PHONY: help reproduce test lint bench lock clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -37,6 +37,11 @@ lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	# Of snakemake --lint all is heeded but "an environment per rule": see paper/decisions/0003.
 	snakemake --dry-run --quiet all > /dev/null
 	if snakemake --lint 2>&1 | grep '^ *\* ' | grep -v 'Specify a conda environment or container'; then exit 1; fi
+
+bench: .venv/.installed  ## measure speed against other means, and the whole study's time, into results/bench.json
+	@echo "== bench: benchmarks/bench.py (some 5 minutes; leave the machine alone meanwhile)"
+	$(activate)
+	python -m benchmarks.bench
 
 lock: .venv/.installed  ## write requirements.lock again from pyproject.toml (UPGRADE=1: newest versions)
 	@echo "== lock: requirements.lock"

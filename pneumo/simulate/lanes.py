@@ -39,10 +39,12 @@ ROW = 104  # lanes at once; 13 cache lines, an odd number, so that rows do not c
 (
     N_V, A_HALF, IN, IN_T, OUT, WALL, WALL_A, WALL_APT,  # what a lane is
     P_A, P_B, SUM_A, _, SQUARES_A, _, SUM_B, _, SQUARES_B, _,  # pressures; sums, each before its carry
-    P, EXPONENT, Z, LP, ROOT_T, HEAT, ERROR, K_0, K_1, K_2, K_3, K_4, K_5, END,  # within one step
-) = (np.uint64(ROW * row) for row in range(32))
+    P, EXPONENT, Z, LP, ROOT_T, HEAT, ERROR,  # within one stage; error of one step
+    K_0, K_1, K_2, K_3, K_4, K_5, _, _, _, _, _, _, END,  # rates within one step, chamber A's and B's
+) = (np.uint64(ROW * row) for row in range(38))
 # fmt: on
 CARRY = np.uint64(ROW)
+RATES_B = np.uint64(STAGES * ROW)  # from chamber A's rates to chamber B's
 
 
 def coefficients(function, low, high, degree):
@@ -129,18 +131,19 @@ def flow_polynomial(gas: Gas) -> tuple[tuple[float, ...], float]:
 @register_jitable
 def shared_terms(u, x, v, area, plant):
     """What all lanes of a chamber share at one stage, with u, x, v counted outward from the chamber."""
-    conditions = plant.conditions
-    V = volume(x, area, plant.cylinder)
-    throat = plant.gas.R * plant.valve.k_xu * abs(u) / V  # (2)
-    p_port = (conditions.P_s if u >= 0 else conditions.P_atm) / conditions.P_0
+    c, inverse_V = plant.conditions, 1 / volume(x, area, plant.cylinder)
+    throat = plant.gas.R * plant.valve.k_xu * abs(u) * inverse_V  # (2)
+    # Both logarithms, of constants, are found once; one of the choice would be found at every stage.
+    l_s, l_atm = log(c.P_s / c.P_0), log(c.P_atm / c.P_0)
+    p_port, l_port = (c.P_s / c.P_0, l_s) if u >= 0 else (c.P_atm / c.P_0, l_atm)
     return (
         p_port,
-        log(p_port),
-        throat * p_port / sqrt(conditions.T_in),
+        l_port,
+        throat * (p_port * (1 / sqrt(c.T_in))),
         -throat,
-        -area * v / V,
-        (plant.gas.gamma - 1) * plant.k_0 / (V * conditions.P_0),
-        heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder),
+        -area * v * inverse_V,
+        (plant.gas.gamma - 1) * plant.k_0 / c.P_0 * inverse_V,
+        heat_area(x, plant.cylinder) * (1 / heat_area(0.0, plant.cylinder)),
     )
 
 
@@ -193,22 +196,27 @@ def _replay(recording, W, starts, exact, lag_steps, stride, drive, plant, h, psi
             exact_inputs(recording, k, drive, plant, h, Y, K, inputs)
         else:
             published_inputs(recording, k, lag_steps, plant.valve.u_max, inputs)
-        for side in range(2):
-            sign = 1.0 - 2.0 * side
-            area = plant.cylinder.A_A if side == 0 else plant.cylinder.A_B
-            now, errors, squares = (P_A, SUM_A, SQUARES_A) if side == 0 else (P_B, SUM_B, SQUARES_B)
-            for j in range(STAGES):
-                a_0, a_1, a_2, a_3, a_4 = h * A[j, 0], h * A[j, 1], h * A[j, 2], h * A[j, 3], h * A[j, 4]
+        # One chamber's stage does not wait for the other's, so the processor works on both.
+        for j in range(STAGES):
+            a_0, a_1, a_2, a_3, a_4 = h * A[j, 0], h * A[j, 1], h * A[j, 2], h * A[j, 3], h * A[j, 4]
+            for side in range(2):
+                sign = 1.0 - 2.0 * side
+                area = plant.cylinder.A_A if side == 0 else plant.cylinder.A_B
+                now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
                 for i in range(count):
-                    early = a_0 * W[K_0 + i] + a_1 * W[K_1 + i] + a_2 * W[K_2 + i]
-                    W[P + i] = W[now + i] + (early + a_3 * W[K_3 + i] + a_4 * W[K_4 + i])
+                    early = a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i] + a_2 * W[K_2 + r + i]
+                    W[P + i] = W[now + i] + (early + a_3 * W[K_3 + r + i] + a_4 * W[K_4 + r + i])
                 u, x, v = sign * inputs[j, 0], sign * inputs[j, 1], sign * inputs[j, 2]
                 shared = shared_terms(u, x, v, area, plant)
-                write_rates(W, K_0 + np.uint64(ROW * j), starts, shared, plant, psi, s_sonic)
+                write_rates(W, K_0 + r + np.uint64(ROW * j), starts, shared, plant, psi, s_sonic)
+        for side in range(2):
+            now, errors, squares = (P_A, SUM_A, SQUARES_A) if side == 0 else (P_B, SUM_B, SQUARES_B)
+            r = np.uint64(0) if side == 0 else RATES_B
             P_full = recording.states[k + 1, 2 + 2 * side]
             for i in range(count):
-                early = B[0] * W[K_0 + i] + B[1] * W[K_1 + i] + B[2] * W[K_2 + i]
-                p = W[now + i] + h * (early + B[3] * W[K_3 + i] + B[4] * W[K_4 + i] + B[5] * W[K_5 + i])
+                early = B[0] * W[K_0 + r + i] + B[1] * W[K_1 + r + i] + B[2] * W[K_2 + r + i]
+                late = B[3] * W[K_3 + r + i] + B[4] * W[K_4 + r + i] + B[5] * W[K_5 + r + i]
+                p = W[now + i] + h * (early + late)
                 p = p if p > 0 else np.nan
                 W[now + i] = p
                 W[ERROR + i] = P_full - P_0 * p

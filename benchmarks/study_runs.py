@@ -1,0 +1,99 @@
+"""The whole study, run as a user runs it, in a copy of this folder: cold, warm, and with nothing to do."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from benchmarks.timing import ROOT
+
+ARGUMENTS = ("-m", "snakemake", "-j2")
+STARTED = re.compile(r"^Job (\d+): ")
+FINISHED = re.compile(r"^Finished jobid: (\d+) \(Rule: (\w+)\)")
+
+
+def copy_of_project(folder: Path) -> Path:
+    """Copy what git knows, and what is new, without results."""
+    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    names = subprocess.run(listed, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    for name in filter(None, names.split("\0")):
+        if (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
+    return folder
+
+
+def snakemake(folder: Path, cache: Path, *arguments: str) -> dict[str, Any]:
+    """Run the workflow.
+
+    Returns
+    -------
+    dict
+        ``wall_s``; ``stages_s``, from the start of each job to its end; ``peak_memory_gib`` of the
+        biggest process.
+    """
+    environment = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(cache)}
+    begin = time.perf_counter()
+    process = subprocess.Popen(
+        [sys.executable, *ARGUMENTS, *arguments],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    started, stages, lines = {}, {}, []
+    for line in process.stderr:
+        now = time.perf_counter() - begin
+        lines.append(line)
+        if found := STARTED.match(line):
+            started[found.group(1)] = now
+        elif (found := FINISHED.match(line)) and found.group(1) in started:  # rule all has no job
+            stages[found.group(2)] = now - started[found.group(1)]
+    _, status, usage = os.wait4(process.pid, 0)
+    wall = time.perf_counter() - begin
+    if status:
+        raise RuntimeError(f"snakemake stopped with an error:\n{''.join(lines[-30:])}")
+    return {"wall_s": wall, "stages_s": stages, "peak_memory_gib": usage.ru_maxrss / 2**20}
+
+
+def work_of_jobs(folder: Path) -> dict[str, float]:
+    """What the jobs' logs say of the time of their work, s, without their start."""
+    logs = (log.read_text() for log in (folder / "results/logs").glob("*.log"))
+    return {
+        rule: float(seconds) for rule, seconds in (re.findall(r"^(\w+): ([\d.]+) s$", log)[0] for log in logs)
+    }
+
+
+def run_study(*arguments: str) -> dict[str, Any]:
+    """Run the study in a temporary folder three times: compiling, compiled, and with nothing to do.
+
+    Parameters
+    ----------
+    *arguments : str
+        More for snakemake: another configuration.
+    """
+    with tempfile.TemporaryDirectory(prefix="pneumo-bench-") as temporary:
+        folder, cache = copy_of_project(Path(temporary, "pneumo")), Path(temporary, "numba")
+        runs = {"cold": snakemake(folder, cache, *arguments)}
+        shutil.rmtree(folder / "results")
+        shutil.rmtree(folder / ".snakemake")
+        runs["warm"] = snakemake(folder, cache, *arguments)
+        runs["noop"] = snakemake(folder, cache, *arguments)
+        work, stages = work_of_jobs(folder), runs["warm"]["stages_s"]
+        size = sum(file.stat().st_size for file in (folder / "results").rglob("*") if file.is_file())
+    return {
+        "wall_s": {name: run["wall_s"] for name, run in runs.items()},
+        "stages_s": {name: runs[name]["stages_s"] for name in ("cold", "warm")},
+        "work_s": work,
+        "job_overhead": 1 - sum(work[rule] for rule in stages) / sum(stages.values()),
+        "replay_wall_s": stages["replay"] + stages["statistics"],
+        "peak_memory_gib": max(run["peak_memory_gib"] for run in runs.values()),
+        "results_mb": size / 1e6,
+    }

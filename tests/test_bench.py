@@ -1,0 +1,62 @@
+"""The bench: every contender on a tiny slice, the bound's count, and what is written. No timing is judged."""
+
+import json
+
+import numpy as np
+import pytest
+
+from benchmarks import bench, probe, report, timing
+from benchmarks.contenders import CONTENDERS, Outcome, installed
+
+HERE = {name: contender for name, contender in CONTENDERS.items() if installed(contender)}
+TINY = {name: contender._replace(seconds=0.02) for name, contender in HERE.items()}
+STUDY = {
+    "wall_s": {"cold": 40.0, "warm": 30.0, "noop": 2.0},
+    "replay_wall_s": 10.0,
+    "job_overhead": 0.3,
+    "peak_memory_gib": 1.0,
+    "results_mb": 300.0,
+    "cpu": "a processor",
+}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return timing.compare(TINY, repeats=2)
+
+
+def test_all_contenders_agree_and_are_timed(found):
+    assert set(found["ns_per_lane_evaluation"]) == set(found["checks"]) == set(HERE)
+    assert {"kernel", "scalar", "numpy", "solve_ivp"} <= set(HERE)
+    assert all(value > 0 for value in found["ns_per_lane_evaluation"].values())
+    assert found["fraction_of_bound"] == found["bound_ns"] / found["ns_per_lane_evaluation"]["kernel"]
+
+
+def test_a_contender_with_other_numbers_stops_the_bench():
+    def prepare(case):
+        outcome = CONTENDERS["kernel"].prepare(case)()
+        return lambda: Outcome(outcome.mse * 1.001, outcome.calls)
+
+    wrong = TINY["kernel"]._replace(prepare=prepare)
+    with pytest.raises(timing.DisagreementError, match=r"fast kernel: MSE differs .* by 1\.0e-03"):
+        timing.compare({"kernel": wrong}, repeats=1)
+
+
+def test_count_of_operations_follows_the_needs_of_the_lanes():
+    lanes = timing.case_of("E14", 1).lanes
+    constant = lanes[probe.needs(lanes) == 0]
+    assert probe.operations(constant).roots == 1
+    assert probe.operations(constant).fused < probe.operations(lanes).fused
+    costs = {"fused": 1.0, "divisions": 2.0, "roots": 3.0, "cycle": 1.0}
+    assert probe.bound(costs, lanes).cycles_per_8_lanes == probe.MOST_CYCLES * 8 / probe.vector_width()
+
+
+def test_table_and_chart(found, tmp_path):
+    everything = {**found, **STUDY, "instruction_sets": {"AVX2": found}}
+    text = report.markdown(everything)
+    assert all(contender.label in text for contender in CONTENDERS.values())
+    assert (report.NOT_INSTALLED in text) == (len(HERE) < len(CONTENDERS))
+    report.chart(everything, tmp_path / "bench")
+    assert {file.suffix for file in tmp_path.iterdir()} == {".svg", ".png"}
+    assert np.isfinite(json.loads(json.dumps(everything))["bound_ns"])
+    assert bench.cpu()
