@@ -121,11 +121,11 @@ def test_settling_runs_can_be_capped():
 
 
 def test_correlation_of_a_known_normal():
-    x = np.linspace(-4, 4, 41)
-    grid_x, grid_y = np.meshgrid(x, x, indexing="ij")
-    r = 0.6
-    deviance = (grid_x**2 - 2 * r * grid_x * grid_y + grid_y**2) / (1 - r**2)
-    assert mechanics.correlation(x, x, deviance) == pytest.approx(r, abs=0.01)
+    x, ratio = np.linspace(-4, 4, 41), np.linspace(-5, 5, 51)
+    ln_M, ln_ratio = np.meshgrid(x, ratio, indexing="ij")
+    ln_k_f, r = ln_M + ln_ratio, 0.6
+    deviance = (ln_M**2 - 2 * r * ln_M * ln_k_f + ln_k_f**2) / (1 - r**2)
+    assert mechanics.correlation(x, ratio, deviance) == pytest.approx(r, abs=0.01)
 
 
 @pytest.mark.parametrize(

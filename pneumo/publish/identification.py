@@ -47,7 +47,7 @@ def identification(found: xr.Dataset) -> Figure:
         A row per cylinder: profiles of M, k_f and stop, region of M and k_f; below, what concerns both.
     """
     fig = new_figure(DOUBLE_MM, 158)
-    own_rows, both = fig.subfigures(2, 1, height_ratios=[2, 1])
+    own_rows, both = fig.subfigures(2, 1, height_ratios=[2, 1])  # pyright: ignore[reportGeneralTypeIssues]
     panels = own_rows.subplots(2, 4)
     for row, cylinder in enumerate(found["cylinder"].values):
         own = found.sel(cylinder=cylinder)
