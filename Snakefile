@@ -21,6 +21,7 @@ TRANSPORTS = ["published", "exact"]
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/assess.smk"
 include: "workflow/rules/publish.smk"
+include: "workflow/rules/evidence.smk"
 
 
 rule all:
