@@ -302,9 +302,8 @@ def summary(cells: xr.Dataset, levels: Mapping[str, Sequence[float]]) -> xr.Data
     averages, constant = [], []
     for conductances in levels.values():
         inside = np.isin(cells["k_0"], conductances)
-        average = joined.sel(experiment=inside).mean("experiment", skipna=False)
-        if not inside.any():
-            average = xr.full_like(joined.isel(experiment=0, drop=True), np.nan)
+        none = xr.full_like(joined.isel(experiment=0, drop=True), np.nan)
+        average = joined.sel(experiment=inside).mean("experiment", skipna=False) if inside.any() else none
         constant.append(best_n(average["total"]))
         averages.append(at_n(average, constant[-1]))
     level = xr.Variable("level", list(levels))
