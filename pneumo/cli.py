@@ -8,7 +8,6 @@ import typer
 
 app = typer.Typer(
     help="Reduced-order thermodynamic models of servo-pneumatic chambers. The study runs with: snakemake -j2",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -71,7 +70,7 @@ def explain(
     if what[0] not in court.claims.items:
         near = [name for name in court.claims.items if name.startswith(what[0].split(".")[0] + ".")]
         raise ResultError(
-            f"{what[0]}: no such item; there are {', '.join(near[:6] or list(court.claims.items)[::60])} ..."
+            f"{what[0]!r}: no such item; there are {', '.join(near[:6] or list(court.claims.items)[::60])} ..."
         )
     errata = {name: erratum._asdict() for name, erratum in court.errata.items()}
     item = court.judge(court.claims.items[what[0]])
@@ -100,11 +99,16 @@ def verdict(
 
 def main() -> None:
     """Run the command line; an error that the user can mend is one line and exit code 2."""
-    from pneumo.physics.parameters import ConfigurationError
+    from pneumo.physics.plain_yaml import ConfigurationError, printable
     from pneumo.store import ResultError
 
     try:
-        app()
+        sys.exit(app(standalone_mode=False))
     except (ConfigurationError, ResultError) as error:
-        print(f"pneumo: {error}", file=sys.stderr)
-        sys.exit(2)
+        message = str(error)
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # typer's errors of usage
+            raise
+        message = f"{error.format_message().rstrip('.')}; `pneumo --help` lists commands"  # type: ignore[attr-defined]
+    print(f"pneumo: {printable(' '.join(message.split()), 2000)}", file=sys.stderr)
+    sys.exit(2)

@@ -80,6 +80,8 @@ class Results:
             return from_json(file.read_text(encoding="utf-8"))
         except FileNotFoundError:
             raise ResultError(f"{file}: no such file; `snakemake -j2` makes the results") from None
+        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+            raise ResultError(f"{file}: does not hold a study; delete it and rerun") from None
 
     @cached_property
     def statistics(self) -> xr.Dataset:
@@ -95,6 +97,9 @@ class Results:
     def cells(self) -> xr.Dataset:
         """Both chambers' errors joined, by (experiment, model, n)."""
         grid = open_grid(self.folder / self.transport)
+        missing = set(self.study.experiments) - set(grid["experiment"].values.tolist())
+        if missing:
+            raise ResultError(f"{self.folder / self.transport}: no replays of {', '.join(sorted(missing))}")
         return concatenated(grid.sel(experiment=list(self.study.experiments)))
 
     def settling(self, experiment: str) -> xr.Dataset:

@@ -1,5 +1,6 @@
 """One item of the verdict, or one cell of the grid, as text for a terminal."""
 
+import re
 import textwrap
 from collections.abc import Mapping
 from pathlib import Path
@@ -78,6 +79,8 @@ def cell_story(results: Path, experiment: str, model: str, n: float) -> str:
     ResultError
         If the file is missing, or holds no such model or n.
     """
+    if not re.fullmatch(r"[A-Za-z][\w-]{0,39}", experiment):
+        raise ResultError(f"experiment = {experiment!r}: must be a name, such as E07")
     lines = []
     for transport in ("published", "exact"):
         file = results / transport / "replay" / f"{experiment}.nc"
