@@ -9,7 +9,7 @@ JOBS ?= 2
 
 activate := . .venv/bin/activate
 
-.PHONY: help reproduce test lint lock clean
+.PHONY: help reproduce test fuzz lint lock clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -25,6 +25,11 @@ test: .venv/.installed  ## run the tests (those of results are skipped where res
 	@echo "== test: pytest -n $(JOBS)"
 	$(activate)
 	pytest -n $(JOBS)
+
+fuzz: .venv/.installed  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
+	@echo "== fuzz: pytest tests/test_fuzz.py"
+	$(activate)
+	FUZZ=10000 pytest -q -s tests/test_fuzz.py
 
 lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"

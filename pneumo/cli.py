@@ -62,7 +62,7 @@ def explain(
         try:
             n = float(what[2])
         except ValueError:
-            raise ResultError(f"n = {what[2]!r}: must be a number, such as 1.35") from None
+            raise ResultError(f"n = {what[2][:50]!r}: must be a number, such as 1.35") from None
         return typer.echo(cell_story(results, what[0], what[1], n))
     if len(what) != 1:
         raise ResultError("name one item, such as T7.M8.mse, or one cell, such as E07 M8 1.35")
@@ -70,7 +70,7 @@ def explain(
     if what[0] not in court.claims.items:
         near = [name for name in court.claims.items if name.startswith(what[0].split(".")[0] + ".")]
         raise ResultError(
-            f"{what[0]!r}: no such item; there are {', '.join(near[:6] or list(court.claims.items)[::60])} ..."
+            f"{what[0][:50]!r}: no such item; there are {', '.join(near[:6] or list(court.claims.items)[::60])} ..."
         )
     errata = {name: erratum._asdict() for name, erratum in court.errata.items()}
     item = court.judge(court.claims.items[what[0]])
@@ -110,5 +110,5 @@ def main() -> None:
         if not hasattr(error, "format_message"):  # typer's errors of usage
             raise
         message = f"{error.format_message().rstrip('.')}; `pneumo --help` lists commands"  # type: ignore[attr-defined]
-    print(f"pneumo: {printable(' '.join(message.split()), 2000)}", file=sys.stderr)
+    print(f"pneumo: {printable(' '.join(message.split()), 1000)}", file=sys.stderr)
     sys.exit(2)

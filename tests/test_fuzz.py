@@ -89,7 +89,7 @@ def assert_one_line(code, out, err, *words):
     assert (code, out) == (2, ""), err
     assert err.startswith("pneumo: ") and err.endswith("\n")
     line = err[:-1]
-    assert line.isprintable() and len(line) <= LONGEST_LINE, line
+    assert line.isprintable() and len(line) <= LONGEST_LINE, line[:3000]
     assert all(word in line for word in words), (words, line)
 
 
@@ -115,7 +115,7 @@ def work_there(folder, monkeypatch):
     monkeypatch.chdir(folder)
 
 
-@trying(0.85)
+@trying(0.95)
 @given(mistake=bad_input.mistakes())
 def test_configuration(folder, mistake):
     (folder / "mine.yaml").write_bytes(mistake.content)
@@ -127,7 +127,7 @@ def test_configuration(folder, mistake):
     assert_one_line(code, out, err, "mine.yaml: ", *mistake.words)
 
 
-@trying(0.2)
+@trying(0.15)
 @given(arguments=bad_input.command_lines())
 def test_command_line(folder, arguments):
     code, out, err = run(*arguments)
@@ -191,7 +191,7 @@ def test_names_do_not_leave_the_results_folder(study, name):
     assert_one_line(*run("explain", "--results", str(study), "--", name, "M8", "1.35"), "must be a name")
 
 
-@pytest.mark.parametrize("text", [bad_input.LAUGHS, bad_input.MERGES, "x: " + "[" * 400_000])
+@pytest.mark.parametrize("text", [bad_input.LAUGHS, bad_input.MERGES, "x: " + "[" * 3_000])
 def test_small_files_do_not_become_large(folder, text):
     (folder / "mine.yaml").write_text(text)
     tracemalloc.start()

@@ -1,7 +1,7 @@
 """Reading configuration files: plain YAML of a sane size, or one line that says what is wrong.
 
-Tags, anchors, aliases and keys given twice are refused: a configuration needs none of them, and they are what can
-make objects, blow up memory or hide a value.
+Tags, anchors, aliases, merges, keys given twice and keys that are not text are refused: a configuration needs none of
+them, and they are what can make objects, blow up memory or hide a value.
 """
 
 import reprlib
@@ -43,13 +43,20 @@ class _PlainLoader(yaml.SafeLoader):
             raise yaml.composer.ComposerError(None, None, f"no place for the {refused}", event.start_mark)
         return super().compose_node(parent, index)
 
+    def construct_scalar(self, node: Any) -> Any:
+        value = super().construct_scalar(node)
+        value.encode()  # a lone surrogate, of an escape such as "\\ud800", is no text: ValueError
+        return value
+
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
         names = set()
         for key, _ in node.value:
-            if key.value in names if isinstance(key, yaml.ScalarNode) else False:
-                problem = f"key {shown(key.value)} is there twice"
+            name = key.value if key.tag == "tag:yaml.org,2002:str" else None
+            if name is None or name in names:
+                text = shown(key.value) if isinstance(key, yaml.ScalarNode) else "that is a section"
+                problem = f"key {text} is {'not text' if name is None else 'there twice'}"
                 raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
-            names.add(key.value if isinstance(key, yaml.ScalarNode) else None)
+            names.add(name)
         return super().construct_mapping(node, deep)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pneumo.physics.plain_yaml import shown
 from pneumo.store import ResultError, read
 
 WIDTH = 100
@@ -80,7 +81,7 @@ def cell_story(results: Path, experiment: str, model: str, n: float) -> str:
         If the file is missing, or holds no such model or n.
     """
     if not re.fullmatch(r"[A-Za-z][\w-]{0,39}", experiment):
-        raise ResultError(f"experiment = {experiment!r}: must be a name, such as E07")
+        raise ResultError(f"experiment = {shown(experiment)}: must be a name, such as E07")
     lines = []
     for transport in ("published", "exact"):
         file = results / transport / "replay" / f"{experiment}.nc"
