@@ -16,6 +16,7 @@ from pneumo.assess.published import STATISTICS, table5, table7, table8, table9
 from pneumo.assess.statistics import OVERALL, concatenated
 from pneumo.physics.exchange import from_json
 from pneumo.physics.experiment import Experiment, Study
+from pneumo.simulate.results import story
 from pneumo.store import ResultError, open_grid, read
 
 
@@ -101,6 +102,12 @@ class Results:
         if missing:
             raise ResultError(f"{self.folder / self.transport}: no replays of {', '.join(sorted(missing))}")
         return concatenated(grid.sel(experiment=list(self.study.experiments)))
+
+    @cached_property
+    def failures(self) -> dict[str, str]:
+        """What happened to the experiments that failed."""
+        time = self.statistics["failure_time"]
+        return {name: story(self.datum(name)) for name in time["experiment"].values[time.notnull()].tolist()}
 
     def settling(self, experiment: str) -> xr.Dataset:
         """Settling run of one experiment."""

@@ -73,17 +73,21 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
         `best_n` by (experiment, model): Table 8. `mean_error`, `std`, `mse`, `p10`, `p90` by
         (level, model): level "overall" is Table 7, the others Table 9. `constant_n` by
         (level, model): the n that Table 9's rows use, NaN for "overall". `experiments` by level:
-        how many it averages (with none all is NaN, with one `std` is). A model that failed
-        throughout an experiment has NaN where that experiment counts.
+        how many it averages (with none all is NaN, with one `std` is). An experiment in which every
+        cell failed is left out and has a `failure_time`, s; a model that failed throughout another
+        has NaN where that one counts.
     """
+    ran = grid["mse"].notnull().any(("model", "n", "chamber"))
+    failure_time = grid["failure_time"].max(("model", "n", "chamber")).where(~ran)
     grid = grid.drop_attrs()  # or a percentile would keep the long name and unit of what it is one of
     cells = concatenated(grid)
     best = best_n(cells["mse"])
-    tables = {OVERALL: over_experiments(at_n(cells, best))}
+    cells, k_0 = cells.sel(experiment=ran), grid["k_0"][ran]
+    tables = {OVERALL: over_experiments(at_n(cells, best.sel(experiment=ran)))}
     constant = {OVERALL: xr.full_like(best.isel(experiment=0, drop=True), np.nan)}
-    count = {OVERALL: grid.sizes["experiment"]}
+    count = {OVERALL: cells.sizes["experiment"]}
     for level, conductances in levels.items():
-        part = cells.sel(experiment=np.isin(grid["k_0"], conductances))
+        part = cells.sel(experiment=np.isin(k_0, conductances))
         count[level] = part.sizes["experiment"]
         if not count[level]:
             tables[level], constant[level] = xr.full_like(tables[OVERALL], np.nan), constant[OVERALL]
@@ -97,6 +101,8 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
     result["best_n"] = best
     counted = {"units": "1", "long_name": "number of experiments that the level averages"}
     result["experiments"] = ("level", np.array(list(count.values()), dtype=np.int32), counted)
+    result["failure_time"] = failure_time
+    result["failure_time"].attrs["long_name"] = "time at which an experiment failed, NaN where it did not"
     return result
 
 
