@@ -70,7 +70,7 @@ def explain(
     if what[0] not in court.claims.items:
         near = [name for name in court.claims.items if name.startswith(what[0].split(".")[0] + ".")]
         raise ResultError(
-            f"{what[0][:50]!r}: no such item; there are {', '.join(near[:6] or list(court.claims.items)[::60])} ..."
+            f"{what[0][:50]}: no such item; there are {', '.join(near[:6] or list(court.claims.items)[::60])} ..."
         )
     errata = {name: erratum._asdict() for name, erratum in court.errata.items()}
     item = court.judge(court.claims.items[what[0]])

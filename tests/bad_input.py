@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from pneumo.physics.parameters import SCHEMA, named_sections, read_yaml, resolved
 
-
 PAPER = Path(__file__).parents[1] / "config" / "paper.yaml"
 BASE, BASE_TEXT = read_yaml(PAPER), PAPER.read_text(encoding="utf-8")
 
@@ -67,7 +66,19 @@ def limits(node):
         yield limit + sign * 1e300
 
 
-ODD_TEXTS = ["", " ", "\n", "\0", "\x1b[31m", "\u202e", "Ä" * 30, "x" * 100_000, "../../etc/passwd", "/", "<b>"]
+ODD_TEXTS = [
+    "",
+    " ",
+    "\n",
+    "\0",
+    "\x1b[31m",
+    "\u202e",
+    "Ä" * 30,
+    "x" * 100_000,
+    "../../etc/passwd",
+    "/",
+    "<b>",
+]
 ODD_TEXTS += ["null", "{{7*7}}", "$(id)", "%s%n", "\ufeff", "__class__", "E 1", "0.1.2", "1e", "१"]
 NO_NUMBER = [math.nan, math.inf, -math.inf, 10**400, -(10**400), 1e308 * 10]
 NO_LEAF = [{}, [], [[]], {"a": 1}, {"": {}}, [None], [[[[[[1]]]]]], [0] * 2000]
@@ -166,7 +177,23 @@ def unknown_key(draw):
 def wrong_name(draw):
     """Names of experiments, cylinders and levels that are none."""
     section = draw(st.sampled_from(["experiments", "cylinders", "levels"]))
-    name = draw(st.sampled_from([*(text for text in ODD_TEXTS if text != "null"), "../E01", "a/b", "..", ".", "-x", "a" * 41, 17, None, True, 1.5]))
+    name = draw(
+        st.sampled_from(
+            [
+                *(text for text in ODD_TEXTS if text != "null"),
+                "../E01",
+                "a/b",
+                "..",
+                ".",
+                "-x",
+                "a" * 41,
+                17,
+                None,
+                True,
+                1.5,
+            ]
+        )
+    )
 
     def change(holder, key):
         holder[key][name] = next(iter(holder[key].values()))
@@ -202,13 +229,60 @@ def conflict(draw):
     return Mistake("conflict", dumped(with_change(BASE, path, change)), (" = ", word))
 
 
-LAUGHS = "a0: &a0 [x, x]\n" + "".join(f"a{i + 1}: &a{i + 1} [{', '.join([f'*a{i}'] * 9)}]\n" for i in range(30))
-MERGES = "a0: &a0 {x: 1}\n" + "".join(f"a{i + 1}: &a{i + 1}\n  <<: [*a{i}, *a{i}, *a{i}]\n" for i in range(30))
-TAGS = ["!!python/object/apply:os.system ['touch oops']", "!!python/name:os.system", "!!python/module:os", "!x 1"]
-TAGS += ["!!binary aGVsbG8=", "!!set {a, b}", "!!int ''", "!!float x", "!!timestamp x", "!!bool maybe", "!!null x"]
-SYNTAX = ["x: [1", "x: {a", "\tx: 1", "x: 'a", 'x: "a', "a: b: c", "- a\nb: 1", "? {a: b}\n: 1", "%YAML 9.9\n---\nx: 1"]
-SYNTAX += ["--- 1\n--- 2", "x: \x01", "@x", "`x", "x: *nothing", "x: &", "[]", "", "#", "- 1", "1", "null", "=: ="]
-SYNTAX += ["x: 2001-99-99", "[" * 5000, "{a: " * 5000, "- " * 5000, "\n".join(" " * i + "a:" for i in range(2000))]
+LAUGHS = "a0: &a0 [x, x]\n" + "".join(
+    f"a{i + 1}: &a{i + 1} [{', '.join([f'*a{i}'] * 9)}]\n" for i in range(30)
+)
+MERGES = "a0: &a0 {x: 1}\n" + "".join(
+    f"a{i + 1}: &a{i + 1}\n  <<: [*a{i}, *a{i}, *a{i}]\n" for i in range(30)
+)
+TAGS = [
+    "!!python/object/apply:os.system ['touch oops']",
+    "!!python/name:os.system",
+    "!!python/module:os",
+    "!x 1",
+]
+TAGS += [
+    "!!binary aGVsbG8=",
+    "!!set {a, b}",
+    "!!int ''",
+    "!!float x",
+    "!!timestamp x",
+    "!!bool maybe",
+    "!!null x",
+]
+SYNTAX = [
+    "x: [1",
+    "x: {a",
+    "\tx: 1",
+    "x: 'a",
+    'x: "a',
+    "a: b: c",
+    "- a\nb: 1",
+    "? {a: b}\n: 1",
+    "%YAML 9.9\n---\nx: 1",
+]
+SYNTAX += [
+    "--- 1\n--- 2",
+    "x: \x01",
+    "@x",
+    "`x",
+    "x: *nothing",
+    "x: &",
+    "[]",
+    "",
+    "#",
+    "- 1",
+    "1",
+    "null",
+    "=: =",
+]
+SYNTAX += [
+    "x: 2001-99-99",
+    "[" * 5000,
+    "{a: " * 5000,
+    "- " * 5000,
+    "\n".join(" " * i + "a:" for i in range(2000)),
+]
 SYNTAX += [r"""x: "\ud800" """.strip(), "x: " + "9" * 5000, "x: 0x" + "f" * 5000, "? " * 3000]
 
 
@@ -245,9 +319,49 @@ def mistakes():
     )
 
 
-WORDS = ["check", "models", "explain", "verdict", "E07", "M8", "1.35", "T7.M8.mse", "config/paper.yaml", "--results"]
-ODD = ["--", "-", "", "..", "/", "../..", "nan", "inf", "-1", "1e999", "M11", "E99", "../E07", "a/b", "x" * 5000, "é"]
-ODD += ["\n", "\x1b[2J", "\ud800", "http://x/y", "file::x", "%00", "--help=1", "--record=1", "--no", "-h", "nowhere"]
+WORDS = [
+    "check",
+    "models",
+    "explain",
+    "verdict",
+    "E07",
+    "M8",
+    "1.35",
+    "T7.M8.mse",
+    "config/paper.yaml",
+    "--results",
+]
+ODD = [
+    "--",
+    "-",
+    "",
+    "..",
+    "/",
+    "../..",
+    "nan",
+    "inf",
+    "-1",
+    "1e999",
+    "M11",
+    "E99",
+    "../E07",
+    "a/b",
+    "x" * 5000,
+    "é",
+]
+ODD += [
+    "\n",
+    "\x1b[2J",
+    "\ud800",
+    "http://x/y",
+    "file::x",
+    "%00",
+    "--help=1",
+    "--record=1",
+    "--no",
+    "-h",
+    "nowhere",
+]
 
 
 def command_lines():

@@ -43,6 +43,9 @@ def over_experiments(cells: xr.Dataset) -> xr.Dataset:
     The variance of means in eq (16) is the sample variance (N - 1); percentiles are MATLAB's prctile.
     """
     mean_error, mse = cells["mean_error"], cells["mse"]
+    if not mse.sizes["experiment"]:
+        nothing = xr.DataArray(np.nan, {"model": mse["model"]}, ["model"])
+        return xr.Dataset(dict.fromkeys(("mean_error", "std", "mse", "p10", "p90"), nothing))
     alone = mean_error.sizes["experiment"] == 1
     spread = np.nan if alone else mean_error.var("experiment", ddof=1, skipna=False)
     percentiles = mse.quantile([0.1, 0.9], "experiment", method="hazen", skipna=False)
@@ -102,7 +105,6 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
     counted = {"units": "1", "long_name": "number of experiments that the level averages"}
     result["experiments"] = ("level", np.array(list(count.values()), dtype=np.int32), counted)
     result["failure_time"] = failure_time
-    result["failure_time"].attrs["long_name"] = "time at which an experiment failed, NaN where it did not"
     return result
 
 

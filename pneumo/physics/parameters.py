@@ -154,7 +154,9 @@ class ExperimentSection(_Section):
     ]
     k_0_W_per_K: Annotated[Number, Field(ge=0, le=1e4, description="thermal conductance at equilibrium")]
     duration_s: Annotated[Number, Field(gt=0, le=1e5, description="length of the full-order run")]
-    pressure_stride: Annotated[Count, Field(ge=1, le=10**6, description="steps between stored pressures of replays")]
+    pressure_stride: Annotated[
+        Count, Field(ge=1, le=10**6, description="steps between stored pressures of replays")
+    ]
 
 
 class RunSection(_Section):
@@ -211,7 +213,9 @@ class Configuration(_Section):
     @model_validator(mode="after")
     def _grid_and_runs_can_be_made(self) -> Self:
         if "overall" in self.levels:
-            raise _conflict("overall", "is the name of Table 7's average; take another", ("levels", "overall"))
+            raise _conflict(
+                "overall", "is the name of Table 7's average; take another", ("levels", "overall")
+            )
         for before, after in itertools.pairwise(self.n):
             if not before < after:
                 raise _conflict(self.n, f"must increase, and {after:g} follows {before:g}", ("n",))

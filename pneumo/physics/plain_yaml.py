@@ -76,7 +76,9 @@ def read_yaml(file: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"{name}: cannot be read: {printable(str(error), 300)}") from None
     if len(content) > LARGEST:
-        raise ConfigurationError(f"{name}: larger than {LARGEST} bytes, the most that a configuration may have")
+        raise ConfigurationError(
+            f"{name}: larger than {LARGEST} bytes, the most that a configuration may have"
+        )
     try:
         result = yaml.load(text, _PlainLoader)  # noqa: S506 - a SafeLoader that takes less
     except RecursionError:

@@ -66,17 +66,18 @@ def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
     status, step = failure(recording.states)
     dataset["status"] = ((), np.int8(status), flags(RUN_STATUS, "what became of the run"))
     dataset["failure_time"] = ((), step * experiment.h if status else np.nan)
-    dataset["failure_time"].attrs["long_name"] = "time at which the run failed, NaN where it did not"
-    before = recording.states[step - 1] if status else np.full(len(STATE), np.nan)
-    what = "last state before the run failed, in SI units"
-    dataset["failure_state"] = ("state", before, {"long_name": what})
-    return dataset.assign_coords(state=list(STATE)).assign_coords(labels(experiment))
+    if status:
+        dataset["status"].attrs["last_state"] = recording.states[step - 1]
+        dataset["status"].attrs["comment"] = (
+            f"last_state is {', '.join(STATE)} before the failure, in SI units"
+        )
+    return dataset.assign_coords(labels(experiment))
 
 
 def story(datum: xr.Dataset) -> str:
     """Tell when and where a full-order run failed."""
     meaning = datum["status"].attrs["flag_meanings"].split()[int(datum["status"])].replace("_", " ")
-    x, v, P_A, T_A, P_B, T_B = datum["failure_state"].values.tolist()
+    x, v, P_A, T_A, P_B, T_B = datum["status"].attrs["last_state"].tolist()
     return (
         f"full-order run failed at t = {datum['failure_time'].item():g} s: {meaning}, after x = {x:.4g} m,"
         f" v = {v:.4g} m/s, P = {P_A:.4g} and {P_B:.4g} Pa, T = {T_A:.4g} and {T_B:.4g} K"
