@@ -69,9 +69,8 @@ def explain(
     court = Court(results)
     if what[0] not in court.claims.items:
         near = [name for name in court.claims.items if name.startswith(what[0].split(".")[0] + ".")]
-        raise ResultError(
-            f"{what[0][:50]}: no such item; there are {', '.join(near[:6] or list(court.claims.items)[::60])} ..."
-        )
+        there = ", ".join(near[:6] or list(court.claims.items)[::60])
+        raise ResultError(f"{what[0][:50]}: no such item; there are {there} ...")
     errata = {name: erratum._asdict() for name, erratum in court.errata.items()}
     item = court.judge(court.claims.items[what[0]])
     typer.echo(item_story(item, errata, read_statuses().get(what[0])))

@@ -1,4 +1,4 @@
-"""Bad input by the schema: one mistake at any place of a configuration, and command lines that mean nothing."""
+"""Bad input by the schema: one mistake anywhere in a configuration, and odd command lines."""
 
 import copy
 import math
@@ -48,7 +48,7 @@ def with_change(content, path, change):
 
 
 def bounds(node):
-    """Every limit of a field, as (limit, direction of what is refused, whether it is refused itself, type)."""
+    """Every limit of a field, as (limit, side of what is refused, whether it is refused itself, type)."""
     node = resolved(node)
     keys = {"ge": -1, "minimum": -1, "gt": -1, "exclusiveMinimum": -1}
     keys |= {"le": 1, "maximum": 1, "lt": 1, "exclusiveMaximum": 1}

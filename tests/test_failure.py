@@ -11,6 +11,7 @@ from pneumo.assess.statistics import statistics
 from pneumo.assess.verdict import verdict
 from pneumo.physics.models import MODELS
 from pneumo.physics.parameters import load, study
+from pneumo.publish.explain import cell_story
 from pneumo.publish.figures import fig07, traces
 from pneumo.publish.tables import table_7
 from pneumo.publish.verdict_page import render
@@ -103,6 +104,12 @@ def test_no_replays_of_a_run_that_failed(folder):
     assert cells["status"].attrs["flag_meanings"].split()[NO_RUN] == "no_full-order_run"
     assert bool((cells["failure_time"] == E06.h).all())
     assert bool(cells[["mse", "mean_error", "variance"]].isnull().all().to_array().all())
+
+
+def test_the_story_of_a_cell_tells(folder):
+    story_of_E06 = cell_story(folder, "E06", "M8", 1.35)
+    assert story_of_E06.count("failed at t = 0.001 s: no full-order run") == 4
+    assert "best n" not in story_of_E06
 
 
 def test_averages_leave_it_out_and_count(folder):

@@ -1,7 +1,7 @@
 """Bad input of every kind ends in one line and exit code 2, and writes nothing.
 
-`make fuzz` tries 10 000 inputs and records them in results/evidence/fuzz.json; `make test` tries 500, always the
-same.
+`make fuzz` tries 10 000 inputs and records them in results/evidence/fuzz.json; `make test` tries 500,
+always the same.
 """
 
 import contextlib
@@ -217,6 +217,11 @@ def test_small_files_do_not_become_large(folder, text):
         assert tracemalloc.get_traced_memory()[1] < 50e6
     finally:
         tracemalloc.stop()
+
+
+def test_a_key_given_twice_is_refused(folder):
+    (folder / "mine.yaml").write_text("name: one\nname: two\n")
+    assert_one_line(*run("check", "mine.yaml"), "key 'name' is there twice")
 
 
 def test_an_endless_file_is_not_read_to_its_end():

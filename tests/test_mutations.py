@@ -1,4 +1,4 @@
-"""The list of mistakes fits the sources: each can be made, in every module that holds code, and at one place."""
+"""The list of mistakes fits the sources: each can be made, at one place, in every module with code."""
 
 import ast
 

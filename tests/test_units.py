@@ -120,7 +120,10 @@ def test_stored_units_are_those_of_the_equations():
 
 
 def test_units_of_what_is_stored_follow_from_each_other():
-    one = {name: pint.Unit(symbol.unit.replace("Pa2", "Pa**2")) for name, symbol in SYMBOLS.items()}
+    one = {
+        name: pint.Unit(re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", symbol.unit).replace(" ", "*"))
+        for name, symbol in SYMBOLS.items()
+    }
     assert one["v"] == one["x"] / one["t"]
     assert one["variance"] == one["mse"] == one["p10"] == one["p90"] == one["std"] ** 2
     assert one["mean_error"] == one["P"] == one["pressure"] == one["std"]

@@ -300,8 +300,8 @@ def verdict(results: Path, paper: Path = FOLDER) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``study``, ``counts`` by status, ``failures`` by experiment, ``items``, ``highlights``, ``classes``, ``errata``,
-        ``assumptions`` and whether these were toggled; ready for JSON.
+        ``study``, ``counts`` by status, ``failures`` by experiment, ``items``, ``highlights``, ``classes``,
+        ``errata``, ``assumptions`` and whether these were toggled; ready for JSON.
     """
     court = Court(results, paper)
     items = [court.judge(claim) for claim in court.claims.items.values()]

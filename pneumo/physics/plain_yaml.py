@@ -1,7 +1,7 @@
 """Reading configuration files: plain YAML of a sane size, or one line that says what is wrong.
 
-Tags, anchors, aliases, merges, keys given twice and keys that are not text are refused: a configuration needs none of
-them, and they are what can make objects, blow up memory or hide a value.
+Tags, anchors, aliases, merges, keys given twice and keys that are not text are refused: a configuration
+needs none of them, and they are what can make objects, blow up memory or hide a value.
 """
 
 import reprlib
@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from yaml.composer import ComposerError
+from yaml.constructor import ConstructorError
 
 LARGEST = 1_000_000  # bytes; the paper's configuration has 3 500
 REPR = reprlib.Repr()
@@ -40,7 +42,7 @@ class _PlainLoader(yaml.SafeLoader):
         tag = getattr(event, "tag", None)
         refused = f"tag {tag}" if tag else "anchor or alias" if getattr(event, "anchor", None) else None
         if refused:
-            raise yaml.composer.ComposerError(None, None, f"no place for the {refused}", event.start_mark)
+            raise ComposerError(None, None, f"no place for the {refused}", event.start_mark)
         return super().compose_node(parent, index)
 
     def construct_scalar(self, node: Any) -> Any:
@@ -55,7 +57,7 @@ class _PlainLoader(yaml.SafeLoader):
             if name is None or name in names:
                 text = shown(key.value) if isinstance(key, yaml.ScalarNode) else "that is a section"
                 problem = f"key {text} is {'not text' if name is None else 'there twice'}"
-                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+                raise ConstructorError(None, None, problem, key.start_mark)
             names.add(name)
         return super().construct_mapping(node, deep)
 
