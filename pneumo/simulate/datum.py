@@ -111,7 +111,7 @@ def equilibrium(plant: Plant) -> np.ndarray:
 
 def failure(states: np.ndarray) -> tuple[int, int]:
     """Say what became of a full-order run: key of `RUN_STATUS`, and the step at which it failed, or -1."""
-    finite, positive = np.isfinite(states).all(axis=1), np.all(states[:, 2:] > 0, axis=1)
+    finite, positive = np.all(np.isfinite(states), axis=1), np.all(states[:, 2:] > 0, axis=1)
     failed = ~(finite & positive)
     if not failed.any():
         return RAN, -1
