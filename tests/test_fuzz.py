@@ -213,7 +213,7 @@ def test_small_files_do_not_become_large(folder, text):
     (folder / "mine.yaml").write_text(text)
     tracemalloc.start()
     try:
-        assert_one_line(*run("check", "mine.yaml"))
+        assert_one_line(*run("check", "mine.yaml"), "nested" if "[[" in text else "anchor or alias")
         assert tracemalloc.get_traced_memory()[1] < 50e6
     finally:
         tracemalloc.stop()
