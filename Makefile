@@ -9,7 +9,7 @@ JOBS ?= 2
 
 activate := . .venv/bin/activate
 
-.PHONY: help reproduce test lint bench crosscheck lock clean
+.PHONY: help reproduce test lint bench crosscheck fuzz mutations lock clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -30,6 +30,16 @@ crosscheck: .venv/.installed  ## run the equations once more in GNU Octave, wher
 	@echo "== crosscheck: octave-cli crosscheck/crosscheck.m"
 	$(activate)
 	python crosscheck/compare.py
+
+fuzz: .venv/.installed  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
+	@echo "== fuzz: pytest tests/test_fuzz.py"
+	$(activate)
+	FUZZ=10000 pytest -q -s tests/test_fuzz.py
+
+mutations: .venv/.installed  ## make three mistakes in every module and see whether the tests notice
+	@echo "== mutations: tests/mutations.py"
+	$(activate)
+	python tests/mutations.py
 
 lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"

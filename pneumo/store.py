@@ -95,7 +95,10 @@ def read(path: Path | str, *variables: str) -> xr.Dataset:
         If the file is missing, truncated or foreign, or lacks a variable.
     """
     try:
-        with LOCK, xr.open_dataset(path, engine="netcdf4") as dataset:
+        # A relative name might look like an address on the network.
+        with LOCK, xr.open_dataset(Path(path).absolute(), engine="netcdf4") as dataset:
+            if dataset.attrs.get("source") != COMMON["source"]:
+                raise ResultError(f"{path}: not a result of pneumo; delete it and rerun")
             missing = [name for name in variables if name not in dataset]
             if missing:
                 raise ResultError(
@@ -104,7 +107,9 @@ def read(path: Path | str, *variables: str) -> xr.Dataset:
             return dataset[list(variables)].load() if variables else dataset.load()
     except FileNotFoundError:
         raise ResultError(f"{path}: no such file; `snakemake -j2` makes the results") from None
-    except (OSError, RuntimeError, KeyError, UnicodeDecodeError) as error:
+    except ResultError:
+        raise
+    except (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError) as error:
         text = " ".join(str(error).split())
         raise ResultError(f"{path}: not a readable NetCDF-4 file ({text}); delete it and rerun") from None
 

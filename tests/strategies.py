@@ -85,6 +85,11 @@ def polytropic_indices(low=1.0, high=1.4):
     return _between(low, high)
 
 
+def grids():
+    """Indices n of a study: some, increasing."""
+    return st.lists(polytropic_indices(), min_size=1, max_size=20, unique=True).map(sorted)
+
+
 def gammas():
     """Ratio of specific heats, from large molecules to a monatomic gas."""
     return _between(1.05, 5 / 3)

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from pneumo.cli import main
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -57,4 +59,21 @@ def test_bad_input_is_one_line_and_exit_2(arguments, words):
 def test_usage_errors_exit_2_without_traceback():
     done = pneumo("explain")
     assert done.returncode == 2
-    assert "Traceback" not in done.stderr
+    assert done.stderr == "pneumo: Missing argument 'what'; `pneumo --help` lists commands\n"
+
+
+def test_in_process_check(capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["pneumo", "check", str(ROOT / "config" / "paper.yaml")])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert not end.value.code
+    assert "paper: 16 experiments, n = 1.0, 1.05" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("arguments", [["chek"], [], ["check"], ["check", "nowhere.yaml"]])
+def test_in_process_errors(arguments, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["pneumo", *arguments])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1

@@ -27,7 +27,7 @@ from pneumo.assess.verdict import (
 )
 from pneumo.cli import app
 from pneumo.physics.exchange import from_json, to_json
-from pneumo.store import ResultError
+from pneumo.store import COMMON, ResultError
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "paper"
@@ -274,9 +274,9 @@ def test_an_alternative_assumption_explains_only_where_it_was_run_and_fits(resul
     assert status(results, "T5.E14.P_A", paper) == "missed"
     for value, expected in ((1.5, "missed"), (1.290, "explained")):
         labels = {"alternative": ["hold.hold_longer"], "item": ["T5.E14.P_A"]}
-        xr.Dataset({"reproduced": (tuple(labels), [[value]])}, coords=labels).to_netcdf(
-            results / "assumptions.nc"
-        )
+        xr.Dataset(
+            {"reproduced": (tuple(labels), [[value]])}, labels, {"source": COMMON["source"]}
+        ).to_netcdf(results / "assumptions.nc")
         assert status(results, "T5.E14.P_A", paper) == expected
 
 
