@@ -16,7 +16,7 @@ from pneumo.assess.published import STATISTICS, table5, table7, table8, table9
 from pneumo.assess.statistics import OVERALL, concatenated
 from pneumo.physics.exchange import from_json
 from pneumo.physics.experiment import Experiment, Study
-from pneumo.store import ResultError, open_grid, read
+from pneumo.store import open_grid, read, read_json
 
 
 class Absent(LookupError):
@@ -75,11 +75,7 @@ class Results:
     @cached_property
     def study(self) -> Study:
         """The study that the results belong to."""
-        file = self.folder / "parameters.json"
-        try:
-            return from_json(file.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise ResultError(f"{file}: no such file; `snakemake -j2` makes the results") from None
+        return from_json(read_json(self.folder / "parameters.json"))
 
     @cached_property
     def statistics(self) -> xr.Dataset:
