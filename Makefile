@@ -9,7 +9,7 @@ JOBS ?= 2
 
 activate := . .venv/bin/activate
 
-.PHONY: help reproduce test lint lock clean
+.PHONY: help reproduce test torture determinism lint lock clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -25,6 +25,16 @@ test: .venv/.installed  ## run the tests (those of results are skipped where res
 	@echo "== test: pytest -n $(JOBS)"
 	$(activate)
 	pytest -n $(JOBS)
+
+torture: .venv/.installed  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
+	@echo "== torture: results/evidence/torture.json"
+	$(activate)
+	python -m torture.faults --config "$(CONFIG)"
+
+determinism: .venv/.installed  ## compare runs with other jobs, threads and processors
+	@echo "== determinism: results/evidence/determinism.json"
+	$(activate)
+	python -m torture.determinism --config "$(CONFIG)"
 
 lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 NOT_COMPARED = {"logs", "evidence", "run.json", "bench.json", "README.md"}  # times, hosts, measurements
+TWO_JOBS = ("-j2",)
 
 
 class Done(NamedTuple):
@@ -38,35 +39,28 @@ class Study:
         Configuration on top of the paper's, or nothing.
     cache : pathlib.Path
         Folder of compiled code.
-    jobs : int
-        Number of parallel jobs.
     environment : mapping
         Variables on top of those of this process.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        config: str,
-        cache: Path,
-        jobs: int = 2,
-        environment: Mapping[str, str] | None = None,
-    ):
+    def __init__(self, folder: Path, config: str, cache: Path, environment: Mapping[str, str] | None = None):
         self.folder, self.results = folder, folder / "results"
         listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout
         for name in filter(None, listed.decode().split("\0")):
             target = folder / name
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, target)
-        self.command = [sys.executable, "-m", "snakemake", f"-j{jobs}", "--rerun-incomplete"]
+        self.command = [sys.executable, "-m", "snakemake", "--rerun-incomplete"]
         self.command += ["--configfile", config] if config else []
         own = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(cache)}
         self.environment = os.environ | own | dict(environment or {})
 
-    def start(self, before: tuple[str, ...] = (), output: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
-        """Start a run in a process group of its own."""
+    def start(
+        self, *arguments: str, before: tuple[str, ...] = (), output: int = subprocess.DEVNULL
+    ) -> subprocess.Popen[str]:
+        """Start a run, with two jobs unless told otherwise, in a process group of its own."""
         return subprocess.Popen(
-            [*before, *self.command],
+            [*before, *self.command, *(arguments or TWO_JOBS)],
             cwd=self.folder,
             env=self.environment,
             stdout=output,
@@ -75,9 +69,9 @@ class Study:
             start_new_session=True,
         )
 
-    def run(self) -> Done:
+    def run(self, *arguments: str) -> Done:
         """Run to the end."""
-        run = self.start(output=subprocess.PIPE)
+        run = self.start(*arguments, output=subprocess.PIPE)
         output, _ = run.communicate()
         return Done(run.returncode, output)
 
