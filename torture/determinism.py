@@ -1,7 +1,8 @@
 """Run the study with other numbers of jobs and threads, and with code for other processors; compare.
 
-Jobs and threads must not change a byte. Code for another processor rounds elsewhere: no number of a NetCDF file
-may move by more than `BOUND` of the largest of its variable, no status of a cell or of the verdict may change.
+Jobs and threads must not change a byte. Code for another processor rounds elsewhere: no number of a NetCDF
+file may move by more than `BOUND` of the largest of its variable, no status of a cell or of the verdict may
+change.
 """
 
 import argparse
@@ -97,7 +98,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="determinism ") as scratch:
 
         def study(name: str, variant: Variant) -> Study:
-            made = Study(Path(scratch, name), options.config, Path(scratch, "compiled"), variant.environment)
+            made = Study(Path(scratch, name), options.config, variant.environment)
             done = made.run(*variant.arguments)
             if done.code:
                 raise SystemExit(f"{name}: {done.output}")

@@ -227,7 +227,7 @@ def main() -> int:
     options = parser.parse_args()
     print(f"seed {options.seed}", flush=True)
     with tempfile.TemporaryDirectory(prefix="torture ") as scratch:
-        study = Study(Path(scratch, "a checkout"), options.config, Path(scratch, "compiled"))
+        study = Study(Path(scratch, "a checkout"), options.config, {"NUMBA_CACHE_DIR": f"{scratch}/compiled"})
         study.run()  # compiles
         study.clear()
         start = time.perf_counter()

@@ -37,13 +37,11 @@ class Study:
         Where to; it must not exist.
     config : str
         Configuration on top of the paper's, or nothing.
-    cache : pathlib.Path
-        Folder of compiled code.
     environment : mapping
         Variables on top of those of this process.
     """
 
-    def __init__(self, folder: Path, config: str, cache: Path, environment: Mapping[str, str] | None = None):
+    def __init__(self, folder: Path, config: str, environment: Mapping[str, str] | None = None):
         self.folder, self.results = folder, folder / "results"
         listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout
         for name in filter(None, listed.decode().split("\0")):
@@ -52,8 +50,7 @@ class Study:
             shutil.copy(ROOT / name, target)
         self.command = [sys.executable, "-m", "snakemake", "--rerun-incomplete"]
         self.command += ["--configfile", config] if config else []
-        own = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(cache)}
-        self.environment = os.environ | own | dict(environment or {})
+        self.environment = os.environ | {"PYTHONPATH": str(folder)} | dict(environment or {})
 
     def start(
         self, *arguments: str, before: tuple[str, ...] = (), output: int = subprocess.DEVNULL
