@@ -9,10 +9,10 @@ JOBS ?= 2
 
 activate := . .venv/bin/activate
 
-.PHONY: help reproduce test torture determinism lint lock clean
+.PHONY: help reproduce test torture determinism slurm-test lint lock clean
 
 help:  ## say what there is
-	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 20
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
 	@echo "Each makes .venv from requirements.lock when it is missing or out of date."
 	@echo "PYTHON=... names the interpreter (3.11 or later), JOBS=... the number of parallel jobs."
 
@@ -35,6 +35,12 @@ determinism: .venv/.installed  ## compare runs with other jobs, threads and proc
 	@echo "== determinism: results/evidence/determinism.json"
 	$(activate)
 	python -m torture.determinism --config "$(CONFIG)"
+
+slurm-test: .venv/.installed  ## run the smoke study on a Slurm of one node made for it (root; slurm-wlm, munge)
+	@echo "== slurm-test: workflow/profiles/slurm"
+	$(activate)
+	uv pip install --quiet --no-deps --target .snakemake/slurm snakemake-executor-plugin-slurm snakemake-executor-plugin-slurm-jobstep
+	PYTHONPATH=.snakemake/slurm python -m torture.slurm
 
 lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"

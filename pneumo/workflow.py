@@ -15,14 +15,20 @@ from pneumo.physics.parameters import ConfigurationError, read_yaml, study, vali
 from pneumo.provenance import code_hash, imports_of
 
 BASE = Path("config/paper.yaml")
+RESULTS = Path("results")
 DATED = ("results", "paper", "pneumo", "workflow")  # folders of files whose times Snakemake compares
 
 
 def sole_run() -> None:
     """Make this the one run in this folder for as long as its process lives, and let killed runs' jobs end.
 
-    Ends the process with exit code 2 and one line on standard error if another run is at work.
+    Ends the process with exit code 2 and one line on standard error if another run is at work, or if
+    results cannot be written.
     """
+    RESULTS.mkdir(exist_ok=True)
+    if not os.access(RESULTS, os.W_OK):
+        print(f"pneumo: {RESULTS}: cannot be written; is it mounted read-only?", file=sys.stderr)
+        sys.exit(2)
     RUN_LOCK.parent.mkdir(exist_ok=True)
     lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a number, which nothing closes before the process ends
     try:

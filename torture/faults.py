@@ -98,7 +98,7 @@ def disk_full(bench: Bench) -> Iterator[tuple[bool, str]]:
         with mounted(bench.study.results, "-t", "tmpfs", "-o", f"size={room}", "tmpfs"):
             done = bench.study.run()
             mount("-o", f"remount,size={4 * bench.size}", str(bench.study.results))
-            yield bench.mended(f"stopped ({done.refusal or 'Snakemake alone says why'}), resumed with room")
+            yield bench.mended(f"{done.refusal or 'stopped by Snakemake'}; resumed with room")
 
 
 def read_only(bench: Bench) -> Iterator[tuple[bool, str]]:
@@ -109,8 +109,7 @@ def read_only(bench: Bench) -> Iterator[tuple[bool, str]]:
         with mounted(bench.study.results, "--bind", str(bench.study.results)):
             mount("-o", "remount,ro,bind", str(bench.study.results))
             done = bench.study.run()
-        words = "Read-only file system" if "Read-only file system" in done.output else done.output[-200:]
-        yield bench.mended(f"stopped ({words}), resumed" if done.code else "had nothing left to write")
+        yield bench.mended(f"{done.refusal or 'Snakemake had nothing to do'}; resumed")
 
 
 def clock_back(bench: Bench) -> Iterator[tuple[bool, str]]:

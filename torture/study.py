@@ -50,7 +50,8 @@ class Study:
             shutil.copy(ROOT / name, target)
         self.command = [sys.executable, "-m", "snakemake", "--rerun-incomplete"]
         self.command += ["--configfile", config] if config else []
-        self.environment = os.environ | {"PYTHONPATH": str(folder)} | dict(environment or {})
+        python_path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
+        self.environment = os.environ | {"PYTHONPATH": python_path} | dict(environment or {})
 
     def start(
         self, *arguments: str, before: tuple[str, ...] = (), output: int = subprocess.DEVNULL
@@ -66,9 +67,9 @@ class Study:
             start_new_session=True,
         )
 
-    def run(self, *arguments: str) -> Done:
+    def run(self, *arguments: str, before: tuple[str, ...] = ()) -> Done:
         """Run to the end."""
-        run = self.start(*arguments, output=subprocess.PIPE)
+        run = self.start(*arguments, before=before, output=subprocess.PIPE)
         output, _ = run.communicate()
         return Done(run.returncode, output)
 
