@@ -108,14 +108,16 @@ def verify(
     """Check every NetCDF and JSON file against the SHA-256 at its end."""
     from pneumo.store import ResultError, damaged, sealed_files
 
-    found = damaged(results)
+    files, found = sealed_files(results), damaged(results)
+    if not files:
+        raise ResultError(f"{results}: holds no results; `snakemake -j2` makes them")
     for error in found:
         typer.echo(f"{error}{'; removed' if remove else ''}")
         if remove:
             error.path.unlink()
     if found and not remove:
         raise ResultError(f"{len(found)} damaged; `pneumo verify --remove`, then `snakemake -j2`, mends them")
-    typer.echo(f"{results}: {len(sealed_files(results))} files as they were written")
+    typer.echo(f"{results}: {len(files) - len(found)} files as they were written")
 
 
 def main() -> None:
