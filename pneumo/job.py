@@ -1,5 +1,6 @@
 """What every workflow script does around its work."""
 
+import errno
 import fcntl
 import os
 import sys
@@ -16,6 +17,7 @@ from pneumo.seal import DamagedError, ResultError
 # the second with the others. The kernel lets go of both when a process ends, however it ends.
 RUN_LOCK, JOBS_LOCK = Path(".snakemake/pneumo.run"), Path(".snakemake/pneumo.jobs")
 RUN = "PNEUMO_RUN"  # name of the run in the environment of its jobs
+DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)  # full, or not to be written
 
 
 @contextmanager
@@ -44,16 +46,16 @@ def logged(job: Any) -> Iterator[None]:
     try:
         with of_this_run():
             yield
-    except (ResultError, ArithmeticError, OSError) as error:
+    except BaseException as error:
+        mendable = isinstance(error, ResultError | ArithmeticError) or getattr(error, "errno", 0) in DISK
         text = " ".join(str(error).split())
         if isinstance(error, DamagedError):
             error.path.unlink(missing_ok=True)
             text += "; removed, the next run makes it again"
-        print(f"pneumo: {text}", file=sys.stderr)
         with suppress(OSError):  # the disk may be full
-            log.write_text(f"{text}\n", encoding="utf-8")
+            log.write_text(f"{text}\n" if mendable else traceback.format_exc(), encoding="utf-8")
+        if not mendable:
+            raise
+        print(f"pneumo: {text}", file=sys.stderr)
         sys.exit(2)
-    except BaseException:
-        log.write_text(traceback.format_exc(), encoding="utf-8")
-        raise
     log.write_text(f"{job.rule}: {time.perf_counter() - start:.2f} s\n", encoding="utf-8")
