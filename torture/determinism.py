@@ -76,7 +76,7 @@ def compared(one: Study, other: Study) -> dict[str, Any]:
     for name in sorted(expected):
         if name.endswith(".nc") and found.get(name) != expected[name]:
             by, variable = moved(read(one.results / name), read(other.results / name))
-            if by >= largest:
+            if by > largest:
                 largest, where = by, f"{name}: {variable}"
     return {
         "files": len(expected),
