@@ -155,6 +155,28 @@ def identify(
     say(f"written to {output}")
 
 
+@app.command()
+def verify(
+    results: Annotated[Path, typer.Argument(help="folder of results")] = Path("results"),
+    remove: Annotated[
+        bool, typer.Option("--remove", help="remove what is damaged, so that the next run makes it again")
+    ] = False,
+):
+    """Check every NetCDF and JSON file against the SHA-256 at its end."""
+    from pneumo.store import ResultError, damaged, sealed_files
+
+    files, found = sealed_files(results), damaged(results)
+    if not files:
+        raise ResultError(f"{results}: holds no results; `snakemake -j2` makes them")
+    for error in found:
+        typer.echo(f"{error}{'; removed' if remove else ''}")
+        if remove:
+            error.path.unlink()
+    if found and not remove:
+        raise ResultError(f"{len(found)} damaged; `pneumo verify --remove`, then `snakemake -j2`, mends them")
+    typer.echo(f"{results}: {len(files) - len(found)} files as they were written")
+
+
 def main() -> None:
     """Run the command line; an error that the user can mend is one line and exit code 2."""
     from pneumo.physics.plain_yaml import ConfigurationError, printable

@@ -14,21 +14,21 @@ from pneumo.assess.published import table5
 from pneumo.physics.exchange import to_json
 from pneumo.physics.models import MODELS, lane
 from pneumo.physics.parameters import load, study
-from pneumo.store import COMMON
+from pneumo.store import write, write_json
 
 CONFIG = Path(__file__).parents[1] / "config" / "paper.yaml"
 CHAMBERS = ["A", "B"]
 
 
 def save(dataset: xr.Dataset, file: Path) -> None:
-    dataset.assign_attrs(source=COMMON["source"]).to_netcdf(file)
+    write(dataset, file, {})
 
 
 def write_printed_study(folder: Path) -> Path:
     """Write the folder and return it."""
     folder.mkdir(parents=True, exist_ok=True)
     paper = study(load(CONFIG))
-    (folder / "parameters.json").write_text(to_json(paper))
+    write_json(to_json(paper), folder / "parameters.json")
     statistics = Printed(folder).statistics
     statistics["experiments"] = ("level", [16, 8, 8, 8])
     statistics["failure_time"] = ("experiment", [np.nan] * 16)

@@ -17,7 +17,7 @@ from pneumo.assess.statistics import OVERALL, concatenated
 from pneumo.physics.exchange import from_json
 from pneumo.physics.experiment import Experiment, Study
 from pneumo.simulate.results import story
-from pneumo.store import ResultError, open_grid, read
+from pneumo.store import ResultError, open_grid, read, read_json
 
 
 class Absent(LookupError):
@@ -78,10 +78,10 @@ class Results:
         """The study that the results belong to."""
         file = self.folder / "parameters.json"
         try:
-            return from_json(file.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise ResultError(f"{file}: no such file; `snakemake -j2` makes the results") from None
-        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+            return from_json(read_json(file))
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+            if isinstance(error, ResultError):
+                raise
             raise ResultError(f"{file}: does not hold a study; delete it and rerun") from None
 
     @cached_property

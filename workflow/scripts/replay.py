@@ -11,7 +11,7 @@ from pneumo.simulate.datum import RAN, failure
 from pneumo.simulate.lanes import replay
 from pneumo.simulate.replay import PUBLISHED, no_replay
 from pneumo.simulate.results import recording_from
-from pneumo.store import attributes_of, read, write
+from pneumo.store import attributes_of, read, read_json, write
 
 
 def replay_one(study: Study, experiment: Experiment, datum: str, outputs: list[str], code: str) -> None:
@@ -47,7 +47,7 @@ def replay_one(study: Study, experiment: Experiment, datum: str, outputs: list[s
 
 
 def main(parameters: str, datum: list[str], outputs: list[str], threads: int, code: str) -> None:
-    study = from_json(Path(parameters).read_text())
+    study = from_json(read_json(parameters))
     # Longest first, so that the threads end together. The kernels hold no lock while they run.
     longest_first = sorted(datum, key=lambda file: -study.experiments[Path(file).stem].steps)
 
