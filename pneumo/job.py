@@ -47,7 +47,11 @@ def logged(job: Any) -> Iterator[None]:
         with of_this_run():
             yield
     except BaseException as error:
-        mendable = isinstance(error, ResultError | ArithmeticError) or getattr(error, "errno", 0) in DISK
+        mendable = (
+            isinstance(error, ResultError)
+            or type(error) is ArithmeticError
+            or getattr(error, "errno", 0) in DISK
+        )
         text = " ".join(str(error).split())
         if isinstance(error, DamagedError):
             error.path.unlink(missing_ok=True)

@@ -190,7 +190,7 @@ def test_tables_of_the_grid_are_those_of_the_statistics():
     dims = ("experiment", "model", "n", "chamber")
     both = np.repeat(mse[..., np.newaxis], 2, axis=-1)
     grid = xr.Dataset(
-        {"mse": (dims, both), "mean_error": (dims, 0 * both)},
+        {"mse": (dims, both), "mean_error": (dims, 0 * both), "failure_time": (dims, np.nan * both)},
         coords={"experiment": names, "model": models, "n": list(STUDY.n), "k_0": ("experiment", k_0)},
     )
     expected = statistics(grid, STUDY.levels)["mse"]

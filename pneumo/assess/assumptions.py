@@ -190,7 +190,7 @@ def run_experiment(name: str, alternatives: Mapping[str, Case]) -> dict[str, Run
 def _cells(
     study: Study, experiment: Experiment, recording: Recording, transport: str, lag: float
 ) -> xr.Dataset:
-    """Mean error and mean square error of every cell; no pressures."""
+    """Mean error, mean square error and failure time of every cell; no pressures."""
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     replayed = replay(
         recording,
@@ -202,7 +202,7 @@ def _cells(
         lag=LATE[transport] * experiment.h if transport in LATE else lag,
         stride=experiment.steps,
     )
-    return replay_dataset(experiment, study.n, index, replayed)[["mean_error", "mse"]]
+    return replay_dataset(experiment, study.n, index, replayed)[["mean_error", "mse", "failure_time"]]
 
 
 def _settled(experiment: Experiment) -> Settling | None:
