@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
+from pneumo import testing as some
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp

@@ -1,7 +1,7 @@
 """Equilibrium pressure of Appendix 2: the half-bridge of two leaking restrictions."""
 
 import pytest
-import strategies as some
+from pneumo import testing as some
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

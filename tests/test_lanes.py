@@ -6,7 +6,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
-import strategies as some
+from pneumo import testing as some
 from hypothesis import example, given, settings, target
 from hypothesis import strategies as st
 

@@ -3,7 +3,7 @@
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
+from pneumo import testing as some
 import sympy
 from hypothesis import given, settings, target
 from hypothesis import strategies as st

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pint
 import pytest
-import strategies as some
+from pneumo import testing as some
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
+from pneumo import testing as some
 from hypothesis import given
 
 from pneumo.assess import published

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
+from pneumo import testing as some
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
