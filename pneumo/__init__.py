@@ -47,7 +47,7 @@ class _Simulate(ModuleType):
 
 
 class _Pneumo(ModuleType):
-    """This package. It makes its room `simulate` callable as soon as an import puts it here."""
+    """The package itself, which makes its room `simulate` callable as soon as an import puts it here."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name == "simulate":

@@ -1,1 +1,1 @@
-"""For the engineer with a cylinder: simulate, replay, linearise and export, all on the functions of physics."""
+"""For the engineer with a cylinder: simulate, replay, linearise, export, on the functions of physics."""

@@ -1,7 +1,7 @@
 """Functions written with ``if`` for floats, evaluated on symbols, arrays and complex numbers.
 
-The physics decides with ``if`` (sonic or not, filling or emptying). A symbol cannot answer. So the function is
-run once for every way its questions may be answered, and the results are put together again as a tree.
+The physics decides with ``if`` (sonic or not, filling or emptying). A symbol cannot answer. So the function
+is run once for every way its questions may be answered, and the results are put together again as a tree.
 """
 
 import operator

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneumo.apply.branching import at_point
-from pneumo.apply.rate import SIDES, ApplyError, chosen_lane
+from pneumo.apply.errors import ApplyError
+from pneumo.apply.rate import SIDES, chosen_lane
 from pneumo.physics.experiment import Plant
 from pneumo.physics.models import Model
 from pneumo.simulate.replay import lane_rate
@@ -99,7 +100,9 @@ def linearise(
         area = cylinder.A_A if side == "A" else cylinder.A_B
 
         def derivative(k: int, P: float = pressures[side], sign: float = sign, area: float = area) -> float:
-            u_, x_, v_, P_ = (complex(a, STEP * (j == k)) for j, a in enumerate((sign * u, sign * x, sign * v, P)))
+            u_, x_, v_, P_ = (
+                complex(a, STEP * (j == k)) for j, a in enumerate((sign * u, sign * x, sign * v, P))
+            )
             return at_point(lane_rate, u_, x_, v_, P_, area, plant, row).imag / STEP
 
         A[i, i] = derivative(3)

@@ -7,16 +7,13 @@ from typing import Any
 import numpy as np
 
 from pneumo.apply.branching import is_symbolic, joined, tree
+from pneumo.apply.errors import ApplyError
 from pneumo.physics.experiment import Plant
 from pneumo.physics.models import MODELS, Lane, Model, lane
 from pneumo.simulate.replay import lane_rate
 
 N_MAX = 3.0  # as in the configuration's schema
 SIDES = {"A": 1.0, "B": -1.0}  # of outward u, x, v
-
-
-class ApplyError(ValueError):
-    """What was asked for cannot be done; the text is one line for the user."""
 
 
 def chosen(model: Model | str, n: float | None) -> tuple[Model, float]:

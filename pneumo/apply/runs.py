@@ -4,7 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneumo.apply.rate import ApplyError, chosen_lane
+from pneumo.apply.errors import ApplyError
+from pneumo.apply.rate import chosen_lane
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.experiment import Drive, Plant
