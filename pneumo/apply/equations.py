@@ -106,13 +106,14 @@ def statements(model: Model) -> list[Statement]:
     The last statement assigns dP_dt. Symbols are named as in `constants` and `ARGUMENTS`.
     """
 
-    def real(name: str) -> sympy.Symbol:
+    def real(name: str) -> Any:
         return sympy.Symbol(name, real=True)
 
     u, x, v, P, area = (real(name) for name in ARGUMENTS)
     T, V, dV_dt, m_in, m_out, area_ratio = map(real, ("T", "V", "dV_dt", "m_in", "m_out", "area_ratio"))
+    u_max: Any = sympy.Symbol("u_max", positive=True)
     gas = Gas(*map(real, ("R", "gamma_", "sonic_coefficient", "critical_ratio")))
-    valve = Valve(real("k_xu"), sympy.Symbol("u_max", positive=True))
+    valve = Valve(real("k_xu"), u_max)
     c = Conditions(*(real(name) for name in Conditions._fields))
     cylinder = Cylinder(*(real(name) for name in Cylinder._fields))
     k_0, row = real("k_0"), lane(model, real("n"), gas.gamma)

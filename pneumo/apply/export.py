@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from sympy.codegen.ast import float32, real
 from sympy.printing.c import C99CodePrinter
+from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
@@ -32,6 +33,25 @@ def number(value: float) -> str:
     return text if set(".en") & set(text) else text + ".0"
 
 
+def printing(printer: CodePrinter) -> Callable[[Any], str]:
+    """Make a function from expression to text of one of SymPy's printers."""
+    return lambda expression: str(printer.doprint(expression))
+
+
+class Octave(OctaveCodePrinter):
+    """SymPy's printer, with every digit of a float."""
+
+    def _print_Float(self, expr: Any) -> str:
+        return number(float(expr))
+
+
+class Python(PythonCodePrinter):
+    """SymPy's printer, with every digit of a float."""
+
+    def _print_Float(self, expr: Any) -> str:
+        return number(float(expr))
+
+
 def heading(model: Model, plant: Plant, n: float) -> list[str]:
     """Say what the function is, in which units, and where it holds."""
     c, half = plant.conditions, plant.cylinder.stroke / 2
@@ -48,10 +68,10 @@ def heading(model: Model, plant: Plant, n: float) -> list[str]:
         "P_A, P_B          Pa    absolute pressures",
         "dP_A_dt, dP_B_dt  Pa/s  their rates",
         "",
-        f"Holds for P > 0 and |x| <= {half:g} m. The paper compares the models with the full-order one for",
-        f"pressures from atmosphere ({c.P_atm:g} Pa) to supply ({c.P_s:g} Pa), n from 1 to gamma and k_0 from",
-        "0.02 to 2.5 W/K. Slopes with respect to P are infinite where P equals the pressure of the open port,",
-        "and those with respect to u jump at u = 0.",
+        f"Holds for P > 0 and |x| <= {half:g} m. The paper compares the models with the full-order",
+        f"one for P from atmosphere ({c.P_atm:g} Pa) to supply ({c.P_s:g} Pa), n from 1 to gamma",
+        "and k_0 from 0.02 to 2.5 W/K. The slope with respect to P is infinite where P equals the",
+        "pressure of the open port, and that with respect to u jumps at u = 0.",
     ]
 
 
@@ -93,7 +113,7 @@ def c99(model: Model, plant: Plant, n: float, precision: str) -> str:
     """Print C99: a single file without allocation, to compile alone or to include."""
     single = precision == "float"
     settings: dict[str, Any] = {"math_macros": {}} | ({"type_aliases": {real: float32}} if single else {})
-    printed, suffix = C99CodePrinter(settings).doprint, "f" if single else ""
+    printed, suffix = printing(C99CodePrinter(settings)), "f" if single else ""
     body: list[str] = []
     for s in statements(model):
         if isinstance(s.value, Fork):
@@ -135,7 +155,7 @@ def c99(model: Model, plant: Plant, n: float, precision: str) -> str:
 
 def matlab(model: Model, plant: Plant, n: float) -> str:
     """Print a MATLAB function, to be saved as <model>_dP_dt.m; Octave runs it too."""
-    printed, name = OctaveCodePrinter({}).doprint, f"{model.name}_dP_dt"
+    printed, name = printing(Octave({})), f"{model.name}_dP_dt"
     body: list[str] = []
     for s in statements(model):
         body.append(f"% {', '.join(s.names)}: {s.comment}")
@@ -180,7 +200,7 @@ def nested(node: Any, i: int, printed: Callable[[Any], str]) -> list[str]:
 def casadi(model: Model, plant: Plant, n: float) -> str:
     """Print Python that makes a `casadi.Function` of scalars, named <model>_dP_dt."""
     settings = {"fully_qualified_modules": False, "user_functions": {"Abs": "fabs"}}
-    printed, name = PythonCodePrinter(settings).doprint, f"{model.name}_dP_dt"
+    printed, name = printing(Python(settings)), f"{model.name}_dP_dt"
     body: list[str] = []
     for s in statements(model):
         for i, assigned_name in enumerate(s.names):

@@ -100,10 +100,9 @@ def linearise(
         area = cylinder.A_A if side == "A" else cylinder.A_B
 
         def derivative(k: int, P: float = pressures[side], sign: float = sign, area: float = area) -> float:
-            u_, x_, v_, P_ = (
-                complex(a, STEP * (j == k)) for j, a in enumerate((sign * u, sign * x, sign * v, P))
-            )
-            return at_point(lane_rate, u_, x_, v_, P_, area, plant, row).imag / STEP
+            outward = (sign * u, sign * x, sign * v, P)
+            arguments = (complex(value, STEP * (j == k)) for j, value in enumerate(outward))
+            return at_point(lane_rate, *arguments, area, plant, row).imag / STEP
 
         A[i, i] = derivative(3)
         B[i] = [sign * derivative(k) for k in range(3)]
