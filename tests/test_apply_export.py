@@ -3,14 +3,16 @@
 import ctypes
 import shutil
 import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
-from test_cli import pneumo
 
 from pneumo import MODELS, Model
 from pneumo.apply.errors import ApplyError
 from pneumo.apply.export import TARGETS, exported
+from pneumo.cli import main
 from pneumo.physics.models import lane
 from pneumo.physics.valve import limited
 from pneumo.simulate.replay import lane_rate
@@ -155,7 +157,21 @@ def test_bad_exports_are_refused(arguments, words, plant):
 # The command
 
 
-GOOD = {"model": "M8", "--n": "1.35", "--cylinder": "D", "--k0": "0.5", "--to": "c"}
+PAPER = str(Path(__file__).parents[1] / "config/paper.yaml")
+GOOD = {"model": "M8", "--n": "1.35", "--cylinder": "D", "--k0": "0.5", "--to": "c", "--config": PAPER}
+
+
+@pytest.fixture
+def pneumo(monkeypatch, capsys):
+    """Run the command line in this process; returns exit code, output and error text."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["pneumo", *arguments])
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        return stopped.value.code, *capsys.readouterr()
+
+    return run
 
 
 def command(**changes):
@@ -164,18 +180,15 @@ def command(**changes):
     return ["export", model, *(word for pair in options.items() for word in pair)]
 
 
-def test_command_writes_the_source(plant, tmp_path):
+def test_command_writes_the_source(pneumo, plant, tmp_path):
     file = tmp_path / "m8.c"
-    done = pneumo(*command(output=str(file)))
-    assert done.returncode == 0, done.stderr
+    assert pneumo(*command(output=str(file))) == (0, "", "")
     assert file.read_text() == exported("M8", N, plant, "c")
     assert [path.name for path in tmp_path.iterdir()] == ["m8.c"]
 
 
-def test_command_prints_where_no_file_is_named(plant):
-    done = pneumo(*command(to="casadi"))
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == exported("M8", N, plant, "casadi")
+def test_command_prints_where_no_file_is_named(pneumo, plant):
+    assert pneumo(*command(to="casadi")) == (0, exported("M8", N, plant, "casadi"), "")
 
 
 @pytest.mark.parametrize(
@@ -189,20 +202,19 @@ def test_command_prints_where_no_file_is_named(plant):
         ({"config": "config/none.yaml"}, "config/none.yaml"),
     ],
 )
-def test_command_refuses_in_one_line(changes, words, tmp_path):
-    file = tmp_path / "out.c"
-    done = pneumo(*command(**changes, output=str(file)))
-    assert (done.returncode, done.stdout) == (2, "")
-    assert len(done.stderr.splitlines()) == 1
-    assert words in done.stderr
+def test_command_refuses_in_one_line(changes, words, pneumo, tmp_path):
+    code, out, error = pneumo(*command(**{"output": str(tmp_path / "out.c")} | changes))
+    assert (code, out) == (2, "")
+    assert error.startswith("pneumo: ")
+    assert len(error.splitlines()) == 1
+    assert words in error
     assert not list(tmp_path.iterdir())
 
 
-def test_command_says_where_it_cannot_write(tmp_path):
+def test_command_says_where_it_cannot_write(pneumo, tmp_path):
     (tmp_path / "file").write_text("")
     for place in (tmp_path, tmp_path / "file" / "out.c"):
-        done = pneumo(*command(output=str(place)))
-        assert (done.returncode, done.stdout) == (2, "")
-        assert len(done.stderr.splitlines()) == 1
-        assert str(place) in done.stderr
+        code, out, error = pneumo(*command(output=str(place)))
+        assert (code, out, len(error.splitlines())) == (2, "", 1)
+        assert str(place) in error
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

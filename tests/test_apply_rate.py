@@ -48,7 +48,7 @@ def size(model, n, plant, u, x, v, P, side):
 
 
 @pytest.mark.parametrize("side", ["A", "B"])
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=20)
 @given(case=cases(), model=st.sampled_from(EVERY))
 def test_arrays_equal_the_scalar_loop(side, case, model):
     plant, state, n = case
@@ -57,7 +57,7 @@ def test_arrays_equal_the_scalar_loop(side, case, model):
         row = tuple(float(value) for value in row)
         expected = plain(model, n, plant, *row, side)
         assert chamber_rate(model, n, plant, *row, side) == expected  # floats: the function itself
-        # A vector power differs by some ulp, which next to equal pressures becomes their root, 1e-8, in eq (1).
+        # A vector power differs by some ulp, in eq (1) next to equal pressures their root, 1e-8.
         tolerance = 1e-12 * size(model, n, plant, *row, side) + 1e-7 * sonic_rate(plant, row[0], row[3])
         assert whole[i] == pytest.approx(expected, abs=tolerance)
 
@@ -75,7 +75,7 @@ def test_sympy_gives_the_same_numbers(model, plant, random_states):
     sympy = pytest.importorskip("sympy")
     symbols = sympy.symbols("u x v P", real=True)
     function = sympy.lambdify(symbols, chamber_rate(model, 1.3, plant, *symbols, "B"), "math")
-    for u, x, v, P_A, _ in random_states[:200].tolist():
+    for u, x, v, P_A, _ in random_states[:100].tolist():
         state = (float(np.clip(u, -10, 10)), x, v, P_A)
         expected = plain(model, 1.3, plant, *state, "B")
         assert function(*state) == pytest.approx(expected, abs=1e-12 * size(model, 1.3, plant, *state, "B"))
@@ -87,7 +87,7 @@ def test_casadi_gives_the_same_numbers_and_derivatives(kind, plant, random_state
     symbols = [getattr(casadi, kind).sym(name) for name in "uxvP"]
     rate = chamber_rate("M10", 1.3, plant, *symbols)
     function = casadi.Function("f", symbols, [rate, casadi.jacobian(rate, casadi.vertcat(*symbols))])
-    for u, x, v, P_A, P_B in random_states[:100].tolist():
+    for u, x, v, P_A, P_B in random_states[:30].tolist():
         u = float(np.clip(u, -9.9, 9.9))
         value, slope = function(u, x, v, P_A)
         scale = size(MODELS["M10"], 1.3, plant, u, x, v, P_A, "A")
