@@ -74,8 +74,8 @@ def run_octave(models, plant, states, folder):
             "end",
             f"f = fopen('{model.name}.bin', 'w'); fwrite(f, r', 'double'); fclose(f);",
         ]
-    (folder / "all.m").write_text("\n".join(lines))
-    subprocess.run(["octave-cli", "--norc", "--quiet", "all.m"], cwd=folder, check=True)
+    (folder / "compare.m").write_text("\n".join(lines))
+    subprocess.run(["octave-cli", "--norc", "--quiet", "compare.m"], cwd=folder, check=True)
     return [np.fromfile(folder / f"{model.name}.bin").reshape(-1, 2) for model in models]
 
 
