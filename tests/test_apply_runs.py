@@ -5,9 +5,12 @@ import sys
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pneumo
 from pneumo import Cylinder, Model, recorded, replay, simulate
+from pneumo import testing as some
 from pneumo.apply.errors import ApplyError
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulate import datum
@@ -65,6 +68,18 @@ def test_measured_signals_are_interpolated(mine, run):
     silent = replay("M8", 1.35, recorded(mine, H, u=run.u, x=run.x, v=run.v))
     assert np.array_equal(silent.P_A, found.P_A)
     assert np.isnan(silent.mse).all()
+
+
+@settings(deadline=None, max_examples=10)
+@given(data=st.data())
+def test_signals_of_the_strategies_run(mine, data):
+    command = data.draw(some.commands(100, every=10, high=3.0))
+    reference = data.draw(some.references(100, CYLINDER, every=10))
+    assert len(command) == len(reference) == 101
+    assert np.all(np.abs(reference) <= 0.9 * CYLINDER.stroke / 2)
+    for run in (simulate(mine, H, command=command), simulate(mine, H, reference=reference, k_p=20.0)):
+        assert np.all((CYLINDER.x_min <= run.x) & (run.x <= CYLINDER.x_max))
+        assert replay("M10", 1.2, run).status == ("ok", "ok")
 
 
 def test_own_row_takes_part(run):

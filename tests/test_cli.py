@@ -30,7 +30,8 @@ def test_models_prints_every_model():
 def test_help_names_every_command():
     done = pneumo("--help")
     assert done.returncode == 0
-    assert all(command in done.stdout for command in ("check", "models", "explain", "verdict", "identify"))
+    commands = ("check", "models", "explain", "verdict", "identify", "export")
+    assert all(command in done.stdout for command in commands)
 
 
 @pytest.mark.parametrize(
