@@ -161,6 +161,7 @@ def test_linear_model_is_a_state_space_where_control_is_installed(plant):
         ({"P_A": 7e5}, "equal pressures"),
         ({"P_B": 1e5}, "equal pressures"),
         ({"P_B": -1.0}, "positive"),
+        ({"v": float("nan")}, "finite"),
         ({"n": 0.0}, "n = 0"),
         ({"n": None}, "needs"),
         ({"n": float("nan")}, "n = nan"),

@@ -4,6 +4,7 @@ Each target is one function of (u, x, v, P_A, P_B) that gives the rates of both 
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.metadata import version
 from math import isfinite
 from pathlib import Path
@@ -300,4 +301,6 @@ def write_source(text: str, path: Path) -> None:
     try:
         write_text(text, path)
     except OSError as error:
-        raise ApplyError(f"{part_of(path)}: cannot be written: {error.strerror}") from None
+        with suppress(OSError):
+            part_of(path).unlink()
+        raise ApplyError(f"{path}: cannot be written: {error.strerror}") from None

@@ -36,8 +36,10 @@ class Linear(NamedTuple):
     D: np.ndarray
 
 
-def _checked(plant: Plant, u: float, x: float, P: dict[str, float]) -> None:
+def _checked(plant: Plant, u: float, x: float, v: float, P: dict[str, float]) -> None:
     c = plant.conditions
+    if not np.isfinite([u, x, v, *P.values()]).all():
+        raise ApplyError(f"u = {u:g}, x = {x:g}, v = {v:g}, P = {tuple(P.values())}: must be finite numbers")
     if u == 0:
         raise ApplyError("u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6")
     if abs(u) > plant.valve.u_max:
@@ -93,7 +95,7 @@ def linearise(
         If model or n is bad, or the right-hand side has no derivative at the point.
     """
     pressures = {"A": P_A, "B": P_B}
-    _checked(plant, u, x, pressures)
+    _checked(plant, u, x, v, pressures)
     row, cylinder = chosen_lane(model, n, plant), plant.cylinder
     A, B = np.zeros((2, 2)), np.zeros((2, 3))
     for i, (side, sign) in enumerate(SIDES.items()):
