@@ -9,7 +9,7 @@ JOBS ?= 2
 
 activate := . .venv/bin/activate
 
-.PHONY: help reproduce test lint bench lock clean
+.PHONY: help reproduce test lint bench crosscheck lock clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -25,6 +25,11 @@ test: .venv/.installed  ## run the tests (those of results are skipped where res
 	@echo "== test: pytest -n $(JOBS)"
 	$(activate)
 	pytest -n $(JOBS)
+
+crosscheck: .venv/.installed  ## run the equations once more in GNU Octave, where it is installed, and compare
+	@echo "== crosscheck: octave-cli crosscheck/crosscheck.m"
+	$(activate)
+	python crosscheck/compare.py
 
 lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"

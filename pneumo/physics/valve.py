@@ -39,10 +39,13 @@ class Valve(NamedTuple):
         Area of an open restriction per volt of command, k_x k_u, m^2/V.
     u_max : float
         Limit of the command's magnitude, V.
+    laminar : float
+        1 - P_d / P_u below which flow is proportional to it; 0 is eq (1) as printed.
     """
 
     k_xu: float
     u_max: float
+    laminar: float = 0.0
 
 
 @register_jitable
@@ -95,6 +98,17 @@ def mass_flow(A_t, P_u, P_d, T_u, gas):
 
 
 @register_jitable
+def laminar_share(P_u, P_d, laminar):
+    """Fraction of eq (1) that flows where pressures are nearly equal.
+
+    Eq (1) goes there with the root of 1 - P_d / P_u, at an infinite slope that no step can follow; times this
+    share it is proportional to the difference below `laminar`, and as printed above.
+    """
+    difference = 1 - P_d / P_u
+    return (difference / laminar) ** 0.5 if difference < laminar else 1.0
+
+
+@register_jitable
 def limited(u, u_max):
     """Command after the limiter, V."""
     return min(max(u, -u_max), u_max)
@@ -127,8 +141,8 @@ def chamber_flows(u, P, T, valve, gas, conditions):
     A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
     P_port = conditions.P_s if u >= 0 else conditions.P_atm
     if P_port >= P:
-        return mass_flow(A_t, P_port, P, conditions.T_in, gas), 0.0
-    return 0.0, mass_flow(A_t, P, P_port, T, gas)
+        return laminar_share(P_port, P, valve.laminar) * mass_flow(A_t, P_port, P, conditions.T_in, gas), 0.0
+    return 0.0, laminar_share(P, P_port, valve.laminar) * mass_flow(A_t, P, P_port, T, gas)
 
 
 class Conditions(NamedTuple):

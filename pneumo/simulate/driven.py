@@ -1,0 +1,90 @@
+"""Reduced models on inputs given as data, and together with the full-order system as one set of equations.
+
+What the study of numerical errors needs beyond the two transports: any other transport is an array of the
+inputs at every Runge-Kutta stage, and an adaptive solver sees full-order and reduced models as one system.
+"""
+
+from math import log
+
+import numpy as np
+
+from pneumo.physics.experiment import Plant
+from pneumo.physics.models import Lane
+from pneumo.physics.valve import limited
+from pneumo.simulate.compiled import kernel
+from pneumo.simulate.datum import rates
+from pneumo.simulate.excitation import command
+from pneumo.simulate.lanes import P_A, P_B, ROW, advance, flow_polynomial, needs, work_array
+from pneumo.simulate.replay import lane_rate
+
+
+@kernel(fastmath={"contract"})
+def _driven(inputs, W, starts, stride, plant, h, psi, pressure):
+    P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), starts[3]
+    for k in range(len(inputs)):
+        advance(W, inputs[k], starts, plant, h, psi, s_sonic)
+        if (k + 1) % stride == 0:
+            for side in range(2):
+                now = P_A if side == 0 else P_B
+                for i in range(count):
+                    pressure[(k + 1) // stride, side, i] = P_0 * W[now + i]
+
+
+def driven(inputs: np.ndarray, lanes: np.ndarray, plant: Plant, h: float, stride: int) -> np.ndarray:
+    """Run reduced models on given inputs.
+
+    Parameters
+    ----------
+    inputs : numpy.ndarray
+        Limited command, V, position, m, and velocity, m/s, at every stage: shape (steps, 6, 3).
+    lanes : numpy.ndarray
+        From `pneumo.physics.models.lane_array`, shape (lane, 8), at most `lanes.ROW` of them.
+    plant : Plant
+        With eq (1) as printed: its flow is a polynomial here.
+    h : float
+        Step, s.
+    stride : int
+        Steps between stored pressures.
+
+    Returns
+    -------
+    numpy.ndarray
+        Pressure, Pa, shape (lane, chamber, stored steps); NaN from where a lane left the positive numbers.
+    """
+    if len(lanes) > ROW or plant.valve.laminar:
+        raise ValueError(f"{len(lanes)} lanes, laminar = {plant.valve.laminar:g}: at most {ROW} lanes, and 0")
+    order = np.argsort(needs(lanes), kind="stable")
+    W, starts = work_array(lanes[order], plant)
+    pressure = np.full((len(inputs) // stride + 1, 2, int(starts[3])), plant.conditions.P_0)
+    psi, _ = flow_polynomial(plant.gas)
+    _driven(inputs, W, starts, stride, plant, h, psi, pressure)
+    result = np.empty((len(lanes), 2, len(pressure)))
+    result[order] = pressure[:, :, : len(lanes)].transpose(2, 1, 0)
+    return result
+
+
+@kernel
+def joint_rates(y, reference, lanes, drive, plant):
+    """Rates of the six full-order states and of every lane's two pressures, all in one vector.
+
+    Parameters
+    ----------
+    y : numpy.ndarray
+        (x, v, P_A, T_A, P_B, T_B), then P_A and P_B of each lane: shape (6 + 2 lanes,).
+    reference : float
+        Reference in force: m in closed loop, V in open loop.
+    lanes : numpy.ndarray
+        Shape (lane, 8).
+    drive : Drive
+    plant : Plant
+    """
+    dy = np.empty_like(y)
+    rates(y, reference, 0.0, drive, plant, dy)
+    x, v = y[0], y[1]
+    u = limited(command(reference, x, drive), plant.valve.u_max)
+    for i in range(len(lanes)):
+        row = lanes[i]
+        lane = Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+        dy[6 + 2 * i] = lane_rate(u, x, v, y[6 + 2 * i], plant.cylinder.A_A, plant, lane)
+        dy[7 + 2 * i] = lane_rate(-u, -x, -v, y[7 + 2 * i], plant.cylinder.A_B, plant, lane)
+    return dy

@@ -1,0 +1,40 @@
+"""Split every cell's error into the model's, the signal transport's and the step's."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import xarray as xr
+
+from pneumo.assess.budget import REFERENCE_SLICE, SLICE, budget, described, summary
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
+from pneumo.physics.experiment import Experiment
+from pneumo.store import EXPERIMENT_LABELS, write
+
+
+def main(parameters: str, output: str, threads: int, code: str) -> None:
+    study = from_json(Path(parameters).read_text())
+
+    def one(experiment: Experiment) -> xr.Dataset:
+        part = budget(experiment, study.n, study.lag)
+        print(f"{experiment.name}: error budget, done", flush=True)
+        return part
+
+    with ThreadPoolExecutor(threads) as pool:
+        parts = list(pool.map(one, study.experiments.values()))
+    cells = xr.concat(parts, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
+    attributes = {
+        "title": "Error budget of the reduced models",
+        "summary": "Model, signal-transport and discretisation error of every cell, from t = 0",
+        "slice_s": SLICE,
+        "reference_slice_s": REFERENCE_SLICE,
+        "lag_s": study.lag,
+        "config_sha256": study.config_sha256,
+        "code_sha256": code,
+    }
+    write(described(cells.merge(summary(cells, study.levels))), output, attributes)
+
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        main(job.input[0], job.output[0], job.threads, job.params.code)

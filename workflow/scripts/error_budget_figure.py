@@ -1,0 +1,12 @@
+"""Draw the error budget."""
+
+from pathlib import Path
+
+from pneumo.job import logged
+from pneumo.publish.budget import error_budget
+from pneumo.publish.style import save
+from pneumo.store import read
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        save(error_budget(read(job.input[0])), Path(job.output[0]).with_suffix(""))
