@@ -100,6 +100,13 @@ def test_c_in_single_precision(plant, random_states, tmp_path):
     assert "double" not in (tmp_path / "model.c").read_text()
 
 
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+def test_c_with_laminar_flow_at_equal_pressures(plant, random_states, tmp_path):
+    plant = plant._replace(valve=plant.valve._replace(laminar=0.05))
+    found = run_c(MODELS["M8"], plant, random_states, tmp_path)
+    assert difference(found, MODELS["M8"], plant, random_states) < 1e-12
+
+
 @pytest.mark.skipif(shutil.which("octave-cli") is None, reason="GNU Octave is not installed")
 def test_matlab(plant, random_states, tmp_path):
     models = [MODELS["M4"], MODELS["M10"]]

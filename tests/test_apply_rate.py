@@ -111,6 +111,12 @@ def test_tree_asks_every_question_once():
     assert isinstance(node, Fork)
 
 
+def test_ways_that_divide_by_zero_are_left_out():
+    assert tree(lambda x: x / 0.0 if x > 0 else 3, np.array([1.0, 2.0])) == 3
+    with pytest.raises(ZeroDivisionError):
+        tree(lambda x: x / 0 if x > 0 else 3 / (0.0 * 1), np.array([1.0, 2.0]))
+
+
 def test_traced_functions_beyond_the_models(plant):
     # The full-order chamber is evaluated in the same way.
     P = np.array([2e5, 5e5, 7.5e5])

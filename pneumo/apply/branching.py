@@ -6,6 +6,7 @@ is run once for every way its questions may be answered, and the results are put
 
 import operator
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 
@@ -46,6 +47,8 @@ def bare(value: Any) -> Any:
 def _arithmetic(function: Callable[..., Any], mirrored: bool = False) -> Callable[..., Traced]:
     def method(self: Traced, other: Any) -> Traced:
         pair = (bare(other), self.value) if mirrored else (self.value, bare(other))
+        if function is operator.truediv and isinstance(pair[1], int | float) and pair[1] == 0:
+            raise ZeroDivisionError  # as floats do; symbols and arrays would go on with infinity
         return self._with(function(*pair))
 
     return method
@@ -89,7 +92,13 @@ def tree(function: Callable[..., Any], *arguments: Any, asked: tuple[bool, ...] 
 
     Returns
     -------
-    Fork, or what the function returns where it asks no further question.
+    Fork, or what the function returns where it asks no further question. Ways that end in a division by
+    the number zero are left out.
+
+    Raises
+    ------
+    ZeroDivisionError
+        If every way ends so.
     """
     answers, found = list(asked), []
 
@@ -103,11 +112,19 @@ def tree(function: Callable[..., Any], *arguments: Any, asked: tuple[bool, ...] 
         return True
 
     traced = [Traced(a, decide) if is_symbolic(a) else a for a in arguments]
-    result = bare(function(*traced))
+    with suppress(ZeroDivisionError):
+        result = bare(function(*traced))
+        if not found:
+            return result
     if not found:
-        return result
-    yes = tree(function, *arguments, asked=(*asked, True))
-    return Fork(found[0], yes, tree(function, *arguments, asked=(*asked, False)))
+        raise ZeroDivisionError("no way through the function's questions ends in a number")
+    ways = {}
+    for answer in (True, False):
+        with suppress(ZeroDivisionError):  # floats would fail there, so they never go there
+            ways[answer] = tree(function, *arguments, asked=(*asked, answer))
+    if not ways:
+        raise ZeroDivisionError("no way through the function's questions ends in a number")
+    return Fork(found[0], ways[True], ways[False]) if len(ways) == 2 else next(iter(ways.values()))
 
 
 def is_symbolic(value: Any) -> bool:

@@ -64,6 +64,7 @@ def constants(plant: Plant, n: float) -> list[Constant]:
         Constant("sonic_coefficient", gas.sonic_coefficient, "s K^0.5/m, eq (1)"),
         Constant("critical_ratio", gas.critical_ratio, "P_d/P_u at which flow becomes sonic, eq (1)"),
         Constant("k_xu", valve.k_xu, "m^2/V, valve area per volt, eq (2)"),
+        Constant("laminar", valve.laminar, "1 - P_d/P_u below which flow is proportional to it"),
         Constant("u_max", valve.u_max, "V, limit of the command"),
         Constant("P_s", c.P_s, "Pa, supply"),
         Constant("P_atm", c.P_atm, "Pa, atmosphere"),
@@ -100,8 +101,8 @@ def names_in(value: Any) -> set[str]:
     return {symbol.name for symbol in value.free_symbols}
 
 
-def statements(model: Model) -> list[Statement]:
-    """Pressure rate of one chamber by a model, step by step; only what the model needs.
+def statements(model: Model, plant: Plant) -> list[Statement]:
+    """Pressure rate of one chamber by a model, step by step; only what model and valve need.
 
     The last statement assigns dP_dt. Symbols are named as in `constants` and `ARGUMENTS`.
     """
@@ -113,7 +114,7 @@ def statements(model: Model) -> list[Statement]:
     T, V, dV_dt, m_in, m_out, area_ratio = map(real, ("T", "V", "dV_dt", "m_in", "m_out", "area_ratio"))
     u_max: Any = sympy.Symbol("u_max", positive=True)
     gas = Gas(*map(real, ("R", "gamma_", "sonic_coefficient", "critical_ratio")))
-    valve = Valve(real("k_xu"), u_max)
+    valve = Valve(real("k_xu"), u_max, real("laminar") if plant.valve.laminar else 0.0)
     c = Conditions(*(real(name) for name in Conditions._fields))
     cylinder = Cylinder(*(real(name) for name in Cylinder._fields))
     k_0, row = real("k_0"), lane(model, real("n"), gas.gamma)
@@ -142,5 +143,5 @@ def statements(model: Model) -> list[Statement]:
 
 def used(model: Model, plant: Plant, n: float) -> list[Constant]:
     """List the constants that a model's statements need, and both piston areas."""
-    needed = names_in(tuple(statement.value for statement in statements(model))) | set(LOOSE)
+    needed = names_in(tuple(statement.value for statement in statements(model, plant))) | set(LOOSE)
     return [constant for constant in constants(plant, n) if constant.name in needed]

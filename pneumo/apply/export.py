@@ -116,7 +116,7 @@ def c99(model: Model, plant: Plant, n: float, precision: str) -> str:
     settings: dict[str, Any] = {"math_macros": {}} | ({"type_aliases": {real: float32}} if single else {})
     printed, suffix = printing(C99CodePrinter(settings)), "f" if single else ""
     body: list[str] = []
-    for s in statements(model):
+    for s in statements(model, plant):
         if isinstance(s.value, Fork):
             body.append(f"{precision} {', '.join(s.names)}; /* {s.comment} */")
             words = Words("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
@@ -158,7 +158,7 @@ def matlab(model: Model, plant: Plant, n: float) -> str:
     """Print a MATLAB function, to be saved as <model>_dP_dt.m; Octave runs it too."""
     printed, name = printing(Octave({})), f"{model.name}_dP_dt"
     body: list[str] = []
-    for s in statements(model):
+    for s in statements(model, plant):
         body.append(f"% {', '.join(s.names)}: {s.comment}")
         words = Words("if {}", "elseif {}", "else", "end")
         body += branches(s.value, lambda leaf, s=s: assigned(s, leaf, "{} = {};", printed), printed, words)
@@ -203,7 +203,7 @@ def casadi(model: Model, plant: Plant, n: float) -> str:
     settings = {"fully_qualified_modules": False, "user_functions": {"Abs": "fabs"}}
     printed, name = printing(Python(settings)), f"{model.name}_dP_dt"
     body: list[str] = []
-    for s in statements(model):
+    for s in statements(model, plant):
         for i, assigned_name in enumerate(s.names):
             lines = nested(s.value, i, printed)
             lines[0] = f"{assigned_name} = {lines[0]}"

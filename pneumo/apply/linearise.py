@@ -50,7 +50,7 @@ def _checked(plant: Plant, u: float, x: float, v: float, P: dict[str, float]) ->
         if not pressure > 0:
             raise ApplyError(f"P_{side} = {pressure:g} Pa: must be positive (absolute)")
         if pressure == (c.P_s if SIDES[side] * u > 0 else c.P_atm):
-            raise ApplyError(f"P_{side} = {pressure:g} Pa: eq (1) is infinitely steep at equal pressures")
+            raise ApplyError(f"P_{side} = {pressure:g} Pa: eq (1) has no derivative at equal pressures")
 
 
 def linearise(
