@@ -9,10 +9,10 @@ JOBS ?= 2
 
 activate := . .venv/bin/activate
 
-.PHONY: help reproduce test lint bench crosscheck lock clean
+.PHONY: help reproduce test lint bench crosscheck fuzz mutations torture determinism slurm-test lock clean
 
 help:  ## say what there is
-	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 20
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
 	@echo "Each makes .venv from requirements.lock when it is missing or out of date."
 	@echo "PYTHON=... names the interpreter (3.11 or later), JOBS=... the number of parallel jobs."
 
@@ -30,6 +30,32 @@ crosscheck: .venv/.installed  ## run the equations once more in GNU Octave, wher
 	@echo "== crosscheck: octave-cli crosscheck/crosscheck.m"
 	$(activate)
 	python crosscheck/compare.py
+
+fuzz: .venv/.installed  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
+	@echo "== fuzz: pytest tests/test_fuzz.py"
+	$(activate)
+	FUZZ=10000 pytest -q -s tests/test_fuzz.py
+
+mutations: .venv/.installed  ## make three mistakes in every module and see whether the tests notice
+	@echo "== mutations: tests/mutations.py"
+	$(activate)
+	python tests/mutations.py
+
+torture: .venv/.installed  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
+	@echo "== torture: results/evidence/torture.json"
+	$(activate)
+	python -m torture.faults --config "$(CONFIG)"
+
+determinism: .venv/.installed  ## compare runs with other jobs, threads and processors
+	@echo "== determinism: results/evidence/determinism.json"
+	$(activate)
+	python -m torture.determinism --config "$(CONFIG)"
+
+slurm-test: .venv/.installed  ## run the smoke study on a Slurm of one node made for it (root; slurm-wlm, munge)
+	@echo "== slurm-test: workflow/profiles/slurm"
+	$(activate)
+	uv pip install --quiet --no-deps --target .snakemake/slurm snakemake-executor-plugin-slurm snakemake-executor-plugin-slurm-jobstep
+	PYTHONPATH=.snakemake/slurm python -m torture.slurm
 
 lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"

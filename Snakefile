@@ -6,13 +6,18 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
-from pneumo.workflow import checked_study, code_behind
+from pneumo.workflow import checked_study, code_behind, sole_run
 
 min_version("9.0")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
 
 
 configfile: "config/paper.yaml"
+
+
+onstart:
+    if workflow.is_main_process:
+        sole_run()
 
 
 STUDY = checked_study(config, workflow.config_settings.configfiles, workflow.config_settings.config)
@@ -28,7 +33,11 @@ include: "workflow/rules/evidence.smk"
 rule all:
     default_target: True
     input:
+        rules.parameters.output,
+        rules.settling.output,
         rules.settling_table.output,
+        rules.datum.output,
+        rules.replay.output,
         rules.statistics.output,
         rules.schemes.output,
         rules.figures.output,

@@ -9,7 +9,6 @@ import typer
 
 app = typer.Typer(
     help="Reduced-order thermodynamic models of servo-pneumatic chambers. The study runs with: snakemake -j2",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -72,16 +71,15 @@ def explain(
         try:
             n = float(what[2])
         except ValueError:
-            raise ResultError(f"n = {what[2]!r}: must be a number, such as 1.35") from None
+            raise ResultError(f"n = {what[2][:50]!r}: must be a number, such as 1.35") from None
         return typer.echo(cell_story(results, what[0], what[1], n))
     if len(what) != 1:
         raise ResultError("name one item, such as T7.M8.mse, or one cell, such as E07 M8 1.35")
     court = Court(results)
     if what[0] not in court.claims.items:
         near = [name for name in court.claims.items if name.startswith(what[0].split(".")[0] + ".")]
-        raise ResultError(
-            f"{what[0]}: no such item; there are {', '.join(near[:6] or list(court.claims.items)[::60])} ..."
-        )
+        there = ", ".join(near[:6] or list(court.claims.items)[::60])
+        raise ResultError(f"{what[0][:50]}: no such item; there are {there} ...")
     errata = {name: erratum._asdict() for name, erratum in court.errata.items()}
     item = court.judge(court.claims.items[what[0]])
     typer.echo(item_story(item, errata, read_statuses().get(what[0])))
@@ -179,14 +177,41 @@ def export(
     write_source(source, output)
 
 
+@app.command()
+def verify(
+    results: Annotated[Path, typer.Argument(help="folder of results")] = Path("results"),
+    remove: Annotated[
+        bool, typer.Option("--remove", help="remove what is damaged, so that the next run makes it again")
+    ] = False,
+):
+    """Check every NetCDF and JSON file against the SHA-256 at its end."""
+    from pneumo.store import ResultError, damaged, sealed_files
+
+    files, found = sealed_files(results), damaged(results)
+    if not files:
+        raise ResultError(f"{results}: holds no results; `snakemake -j2` makes them")
+    for error in found:
+        typer.echo(f"{error}{'; removed' if remove else ''}")
+        if remove:
+            error.path.unlink()
+    if found and not remove:
+        raise ResultError(f"{len(found)} damaged; `pneumo verify --remove`, then `snakemake -j2`, mends them")
+    typer.echo(f"{results}: {len(files) - len(found)} files as they were written")
+
+
 def main() -> None:
     """Run the command line; an error that the user can mend is one line and exit code 2."""
     from pneumo.apply.errors import ApplyError
-    from pneumo.physics.parameters import ConfigurationError
+    from pneumo.physics.plain_yaml import ConfigurationError, printable
     from pneumo.store import ResultError
 
     try:
-        app()
+        sys.exit(app(standalone_mode=False))
     except (ApplyError, ConfigurationError, ResultError) as error:
-        print(f"pneumo: {error}", file=sys.stderr)
-        sys.exit(2)
+        message = str(error)
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # typer's errors of usage
+            raise
+        message = f"{error.format_message().rstrip('.')}; `pneumo --help` lists commands"  # type: ignore[attr-defined]
+    print(f"pneumo: {printable(' '.join(message.split()), 1000)}", file=sys.stderr)
+    sys.exit(2)

@@ -91,6 +91,11 @@ def polytropic_indices(low=1.0, high=1.4):
     return _between(low, high)
 
 
+def grids():
+    """Indices n of a study: some, increasing."""
+    return st.lists(polytropic_indices(), min_size=1, max_size=20, unique=True).map(sorted)
+
+
 def gammas():
     """Ratio of specific heats, from large molecules to a monatomic gas."""
     return _between(1.05, 5 / 3)
@@ -190,7 +195,8 @@ def plants():
     def build(gas, valve, conditions, cylinder, k_0):
         return Plant(gas, valve, conditions._replace(T_0=conditions.T_amb), cylinder, k_0)
 
-    valves = st.builds(Valve, _between(1e-9, 1e-5), _between(1.0, 20.0))
+    # Not Valve itself: Hypothesis would fill its optional field as well.
+    valves = st.builds(lambda k_xu, u_max: Valve(k_xu, u_max), _between(1e-9, 1e-5), _between(1.0, 20.0))
     return st.builds(build, gases(), valves, conditions(), cylinders(), conductances())
 
 

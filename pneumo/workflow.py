@@ -1,16 +1,64 @@
-"""What the Snakefile needs from the package: a checked configuration and hashes of code."""
+"""What the Snakefile needs from the package: a folder to itself, a checked configuration, hashes of code."""
 
+import fcntl
 import os
 import sys
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
+from pneumo.job import JOBS_LOCK, RUN, RUN_LOCK
 from pneumo.physics.experiment import Study
 from pneumo.physics.parameters import ConfigurationError, read_yaml, study, validated
 from pneumo.provenance import code_hash, imports_of
 
 BASE = Path("config/paper.yaml")
+RESULTS = Path("results")
+DATED = ("results", "paper", "pneumo", "workflow")  # folders of files whose times Snakemake compares
+
+
+def sole_run() -> None:
+    """Make this the one run in this folder for as long as its process lives, and let killed runs' jobs end.
+
+    Ends the process with exit code 2 and one line on standard error if another run is at work, or if
+    results cannot be written.
+    """
+    RESULTS.mkdir(exist_ok=True)
+    if not os.access(RESULTS, os.W_OK):
+        print(f"pneumo: {RESULTS}: cannot be written; is it mounted read-only?", file=sys.stderr)
+        sys.exit(2)
+    RUN_LOCK.parent.mkdir(exist_ok=True)
+    lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a number, which nothing closes before the process ends
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        print("pneumo: another run is at work in this folder; wait for it or stop it", file=sys.stderr)
+        sys.exit(2)
+    os.environ[RUN] = uuid4().hex
+    os.ftruncate(lock, 0)
+    os.pwrite(lock, os.environ[RUN].encode(), 0)
+    with JOBS_LOCK.open("a") as jobs:
+        try:
+            fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print("pneumo: waiting for a job of a killed run to end", file=sys.stderr)
+            fcntl.flock(jobs, fcntl.LOCK_EX)
+    date_back()
+
+
+def date_back() -> None:
+    """Date files from the future to now, in their order.
+
+    After the clock has jumped back, Snakemake would refuse every output that is older than its input.
+    """
+    now = time.time_ns()
+    files = [file for folder in DATED for file in Path(folder).rglob("*") if file.is_file()]
+    future = {file: date for file in files if (date := file.stat().st_mtime_ns) > now}
+    for age, date in enumerate(sorted(set(future.values()), reverse=True)):
+        for file in (file for file in future if future[file] == date):
+            os.utime(file, ns=(now - age * 1000, now - age * 1000))
 
 
 def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any]) -> Study:

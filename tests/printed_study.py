@@ -14,26 +14,32 @@ from pneumo.assess.published import table5
 from pneumo.physics.exchange import to_json
 from pneumo.physics.models import MODELS, lane
 from pneumo.physics.parameters import load, study
+from pneumo.store import write, write_json
 
 CONFIG = Path(__file__).parents[1] / "config" / "paper.yaml"
 CHAMBERS = ["A", "B"]
+
+
+def save(dataset: xr.Dataset, file: Path) -> None:
+    write(dataset, file, {})
 
 
 def write_printed_study(folder: Path) -> Path:
     """Write the folder and return it."""
     folder.mkdir(parents=True, exist_ok=True)
     paper = study(load(CONFIG))
-    (folder / "parameters.json").write_text(to_json(paper))
+    write_json(to_json(paper), folder / "parameters.json")
     statistics = Printed(folder).statistics
     statistics["experiments"] = ("level", [16, 8, 8, 8])
+    statistics["failure_time"] = ("experiment", [np.nan] * 16)
     statistics["constant_n"] = xr.full_like(statistics["mse"], 1.35)
-    table5().drop_vars(["printed", "half_unit"]).to_dataset(name="settling_time").to_netcdf(
-        folder / "settling.nc"
+    save(
+        table5().drop_vars(["printed", "half_unit"]).to_dataset(name="settling_time"), folder / "settling.nc"
     )
     for name in ("published/replay", "exact/replay", "settling", "datum"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     for transport in ("published", "exact"):
-        statistics.to_netcdf(folder / transport / "statistics.nc")
+        save(statistics, folder / transport / "statistics.nc")
     for name, experiment in paper.experiments.items():
         labels = {
             "experiment": name,
@@ -43,11 +49,10 @@ def write_printed_study(folder: Path) -> Path:
         }
         cells = _cells(paper.n, int(name[1:])).assign_coords(labels)
         for transport in ("published", "exact"):
-            cells.to_netcdf(folder / transport / "replay" / f"{name}.nc")
-        _settling_run().assign_coords(labels).to_netcdf(folder / "settling" / f"{name}.nc")
-        _datum(experiment.plant.cylinder.x_max).assign_coords(labels).to_netcdf(
-            folder / "datum" / f"{name}.nc"
-        )
+            save(cells, folder / transport / "replay" / f"{name}.nc")
+        save(_settling_run().assign_coords(labels), folder / "settling" / f"{name}.nc")
+        datum = _datum(experiment.plant.cylinder.x_max).assign_coords(labels)
+        save(datum, folder / "datum" / f"{name}.nc")
     return folder
 
 

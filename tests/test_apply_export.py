@@ -176,7 +176,7 @@ def pneumo(monkeypatch, capsys):
         monkeypatch.setattr(sys, "argv", ["pneumo", *arguments])
         with pytest.raises(SystemExit) as stopped:
             main()
-        return stopped.value.code, *capsys.readouterr()
+        return stopped.value.code or 0, *capsys.readouterr()
 
     return run
 

@@ -34,7 +34,7 @@ from pneumo.simulate.replay import published_inputs
 from pneumo.simulate.results import settling_dataset
 from pneumo.simulate.settling import Settling, settle
 from pneumo.simulate.variants import first_draw_skipped, keeps_changed_sign, largest_excursions
-from pneumo.store import ResultError, open_grid, read
+from pneumo.store import ResultError, open_grid, read, write, write_json
 
 ROOT = Path(__file__).parents[1]
 CONFIG = yaml.safe_load((ROOT / "config/paper.yaml").read_text(encoding="utf-8"))
@@ -113,14 +113,15 @@ def test_what_cannot_be_run_is_one_line(paper, old, new, words):
 def test_baseline_is_what_the_verdict_finds(tiny, tmp_path):
     two = cases(TINY)[AS_TAKEN].study
     (tmp_path / "published/replay").mkdir(parents=True)
-    (tmp_path / "parameters.json").write_text(to_json(two))
+    write_json(to_json(two), tmp_path / "parameters.json")
     for name, e in two.experiments.items():
         lanes, index = grid_lanes(two.n, e.plant.gas.gamma)
         cells = replay(record(e), lanes, e.drive, e.plant, e.h, transport="published", lag=two.lag)
-        replay_dataset(e, two.n, index, cells).to_netcdf(tmp_path / f"published/replay/{name}.nc")
-    statistics(open_grid(tmp_path / "published"), two.levels).to_netcdf(tmp_path / "published/statistics.nc")
+        write(replay_dataset(e, two.n, index, cells), tmp_path / f"published/replay/{name}.nc", {})
+    found = statistics(open_grid(tmp_path / "published"), two.levels)
+    write(found, tmp_path / "published/statistics.nc", {})
     parts = {name: settling_dataset(e, settle(e)) for name, e in two.experiments.items()}
-    settling_table(parts, dict.fromkeys(parts, 1.0)).to_netcdf(tmp_path / "settling.nc")
+    write(settling_table(parts, dict.fromkeys(parts, 1.0)), tmp_path / "settling.nc", {})
 
     court = Court(tmp_path)
     numbers = 0
@@ -284,7 +285,7 @@ def test_table_and_tornado(invented):
 
 
 def test_command_line_prints_the_table(invented, tmp_path):
-    invented.to_dataset(name="reproduced").to_netcdf(tmp_path / "assumptions.nc")
+    write(invented.to_dataset(name="reproduced"), tmp_path / "assumptions.nc", {})
     done = CliRunner().invoke(app, ["assumptions", "--results", str(tmp_path)])
     assert done.stdout == tables.assumptions(effects(invented, CLAIMS))
     with pytest.raises(ResultError, match="`snakemake -j2 evidence` makes it"):

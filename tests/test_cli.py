@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from pneumo.cli import main
+from pneumo.store import write_json
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -30,7 +33,7 @@ def test_models_prints_every_model():
 def test_help_names_every_command():
     done = pneumo("--help")
     assert done.returncode == 0
-    commands = ("check", "models", "explain", "verdict", "identify", "export")
+    commands = ("check", "models", "explain", "verdict", "assumptions", "identify", "verify", "export")
     assert all(command in done.stdout for command in commands)
 
 
@@ -55,7 +58,42 @@ def test_bad_input_is_one_line_and_exit_2(arguments, words):
     assert all(word in done.stderr for word in words), done.stderr
 
 
+def test_verify_names_damaged_files_and_removes_them_on_demand(tmp_path):
+    write_json('{\n "name": "test"\n}\n', tmp_path / "parameters.json")
+    done = pneumo("verify", str(tmp_path))
+    assert (done.returncode, done.stdout) == (0, f"{tmp_path}: 1 files as they were written\n")
+    (tmp_path / "settling.nc").write_text("foreign")
+    done = pneumo("verify", str(tmp_path))
+    assert done.returncode == 2 and f"{tmp_path}/settling.nc: does not end" in done.stdout
+    assert "pneumo verify --remove" in done.stderr
+    done = pneumo("verify", "--remove", str(tmp_path))
+    assert done.returncode == 0 and "; removed" in done.stdout
+    assert [file.name for file in tmp_path.iterdir()] == ["parameters.json"]
+
+
+def test_verify_of_nothing_is_an_error(tmp_path):
+    done = pneumo("verify", str(tmp_path))
+    assert done.returncode == 2 and "holds no results" in done.stderr
+
+
 def test_usage_errors_exit_2_without_traceback():
     done = pneumo("explain")
     assert done.returncode == 2
-    assert "Traceback" not in done.stderr
+    assert done.stderr == "pneumo: Missing argument 'what'; `pneumo --help` lists commands\n"
+
+
+def test_in_process_check(capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["pneumo", "check", str(ROOT / "config" / "paper.yaml")])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert not end.value.code
+    assert "paper: 16 experiments, n = 1.0, 1.05" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("arguments", [["chek"], [], ["check"], ["check", "nowhere.yaml"]])
+def test_in_process_errors(arguments, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["pneumo", *arguments])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1

@@ -28,7 +28,12 @@ def a_grid(factor: float) -> xr.Dataset:
     mse = factor * np.geomspace(5e8, 1e6, np.prod(shape)).reshape(shape)
     dims = ("experiment", "model", "n", "chamber")
     return xr.Dataset(
-        {"mean_error": (dims, 0.1 * np.sqrt(mse)), "variance": (dims, 0.99 * mse), "mse": (dims, mse)},
+        {
+            "mean_error": (dims, 0.1 * np.sqrt(mse)),
+            "variance": (dims, 0.99 * mse),
+            "mse": (dims, mse),
+            "failure_time": (dims, np.full(shape, np.nan)),
+        },
         coords={"experiment": EXPERIMENTS, "model": list(MODELS), "n": N, "chamber": ["A", "B"]}
         | {"k_0": ("experiment", [0.1, 0.5])},
     )
@@ -62,7 +67,8 @@ def a_datum(seconds: float) -> xr.Dataset:
     wave = 5e5 + 2e5 * np.sin(15 * t)
     pressure = np.stack([wave, 1e6 - wave], axis=1)
     return xr.Dataset(
-        {"P": (("t", "chamber"), pressure)}, coords={"t": t, "chamber": ["A", "B"], "experiment": "E06"}
+        {"P": (("t", "chamber"), pressure), "status": 0},
+        coords={"t": t, "chamber": ["A", "B"], "experiment": "E06"},
     )
 
 

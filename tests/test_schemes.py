@@ -10,6 +10,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from pneumo.publish import drawing
 from pneumo.publish.schemes import SCHEMES
 from pneumo.publish.style import (
     DOUBLE_MM,
@@ -103,6 +104,14 @@ def test_scheme_svg_is_well_formed_and_small(scheme, tmp_path):
 def test_scheme_shows_the_symbols_of_the_paper(name, symbols):
     labels = list(label_boxes(draw(name)))
     assert [s for s in symbols if not any(s in text for text in labels)] == []
+
+
+def test_drawing_places_sides_and_arrow_heads():
+    assert drawing.box(10.0, 20.0, 4.0, 6.0) == (10.0, 20.0, 8.0, 12.0, 17.0, 23.0)
+    _, ax = drawing.canvas(80.0, 40.0)
+    base = drawing.head(ax, (10.0, 5.0), (0.0, 5.0))
+    assert base == (10.0 - drawing.HEAD_LENGTH, 5.0)  # behind the tip
+    assert drawing.gain(ax, 30.0, 20.0, "gain", "k").x == 30.5
 
 
 def test_style_does_not_depend_on_the_readers_settings(tmp_path):

@@ -40,6 +40,7 @@ def grid_of(errors, n=None, k_0=None):
             "variance": (dims, errors.var(-1), {"units": "Pa2"}),
             "mse": (dims, (errors**2).mean(-1), {"units": "Pa2", "long_name": "mean square"}),
             "status": (dims, np.zeros(errors.shape[:-1], np.int8)),
+            "failure_time": (dims, np.full(errors.shape[:-1], np.nan)),
         },
         {
             "experiment": [f"E{j + 1:02d}" for j in range(experiments)],

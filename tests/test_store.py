@@ -1,7 +1,9 @@
 """Result files: what is written comes back, whole or not at all, and reads as CF says without the package."""
 
+import json
 import os
 import re
+import shutil
 import sys
 import warnings
 from pathlib import Path
@@ -24,7 +26,17 @@ from pneumo.simulate.datum import record
 from pneumo.simulate.replay import replay
 from pneumo.simulate.results import datum_dataset, recording_from, settling_dataset
 from pneumo.simulate.settling import settle
-from pneumo.store import ResultError, attributes_of, open_grid, part_of, read, write, write_text
+from pneumo.store import (
+    ResultError,
+    attributes_of,
+    damaged,
+    open_grid,
+    part_of,
+    read,
+    read_json,
+    write,
+    write_json,
+)
 
 STUDY = study(load(Path(__file__).parents[1] / "config" / "paper.yaml"))
 NAMES = ["E06", "E13", "E14"]  # short settling runs; both loops
@@ -65,7 +77,7 @@ def small():
         "P": (("t", "chamber"), np.arange(6.0).reshape(3, 2) * 1e5),
         "status": ("t", np.int8([0, 1, 0])),
     }
-    return xr.Dataset(values, {"t": [0.0, 0.001, 0.002], "chamber": ["A", "B"], "experiment": "E01"})
+    return xr.Dataset(values, {"t": [0.0, 0.001, 0.002], "chamber": ["A", "B"], "experiment": "a"})
 
 
 # Round trip
@@ -144,7 +156,12 @@ def test_a_missing_file_says_what_makes_it(tmp_path):
 @pytest.mark.parametrize("content", [b"", b"hello\nworld\n", b"\x89HDF\r\n\x1a\n" + bytes(100), b"CDF\x01"])
 def test_a_foreign_file_is_one_line(tmp_path, content):
     (tmp_path / "E01.nc").write_bytes(content)
-    assert "not a readable NetCDF-4 file" in one_line(tmp_path / "E01.nc")
+    assert "does not end with its SHA-256" in one_line(tmp_path / "E01.nc")
+
+
+def test_a_file_of_another_experiment_is_one_line(results, tmp_path):
+    shutil.copy(results / "datum/E06.nc", tmp_path / "E07.nc")
+    assert "foreign: it is about experiment E06" in one_line(tmp_path / "E07.nc")
 
 
 def test_a_folder_is_one_line(tmp_path):
@@ -156,17 +173,45 @@ def test_a_folder_is_one_line(tmp_path):
 def test_a_truncated_file_is_one_line_wherever_it_ends(results, tmp_path, fraction):
     content = (results / "exact/replay/E06.nc").read_bytes()
     (tmp_path / "cut.nc").write_bytes(content[: int(fraction * len(content))])
-    assert "not a readable NetCDF-4 file" in one_line(tmp_path / "cut.nc")
+    assert "does not end with its SHA-256" in one_line(tmp_path / "cut.nc")
 
 
-def test_a_damaged_block_is_one_line(tmp_path):
-    rng = np.random.default_rng(1)
-    write(xr.Dataset({"x": ("t", rng.normal(size=20_000))}), tmp_path / "a.nc", ATTRIBUTES)
-    content = bytearray((tmp_path / "a.nc").read_bytes())
-    middle = len(content) // 2
-    content[middle : middle + 2000] = bytes(2000)
-    (tmp_path / "a.nc").write_bytes(content)
-    assert "not a readable NetCDF-4 file" in one_line(tmp_path / "a.nc")
+@given(st.data())
+@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_flipped_bit_is_one_line_wherever_it_is(results, tmp_path, data):
+    content = bytearray((results / "exact/replay/E06.nc").read_bytes())
+    content[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    (tmp_path / "E06.nc").write_bytes(content)
+    assert "SHA-256" in one_line(tmp_path / "E06.nc")
+
+
+def test_json_is_sealed_as_well(tmp_path):
+    path = tmp_path / "parameters.json"
+    write_json(to_json(STUDY), path)
+    assert read_json(path) == to_json(STUDY)
+    assert json.loads(path.read_bytes()).keys() == json.loads(to_json(STUDY)).keys() | {"sha256"}
+    path.write_text(path.read_text().replace("287.0", "288.0"))
+    with pytest.raises(ResultError, match=r"parameters\.json: damaged"):
+        read_json(path)
+    path.unlink()
+    with pytest.raises(ResultError, match="no such file"):
+        read_json(path)
+
+
+def test_damaged_files_are_listed_by_name(results, tmp_path):
+    folder = tmp_path / "results"
+    shutil.copytree(results, folder)
+    for name in ("parameters.json", "verdict.json"):
+        write_json(to_json(STUDY), folder / name)
+    (folder / "table7.md").write_text("not sealed, not checked")
+    assert damaged(folder) == []
+    content = bytearray((folder / "settling.nc").read_bytes())
+    content[len(content) // 2] ^= 1
+    (folder / "settling.nc").write_bytes(content)
+    (folder / "parameters.json").write_text("{}\n")
+    shutil.copy(folder / "datum/E06.nc", folder / "datum/E13.nc")
+    found = [error.path.relative_to(folder) for error in damaged(folder)]
+    assert found == [Path("datum/E13.nc"), Path("parameters.json"), Path("settling.nc")]
 
 
 def test_a_missing_variable_is_named_with_those_there_are(results):
@@ -182,7 +227,7 @@ def test_a_grid_needs_replays(tmp_path, results):
     content = (results / "exact/replay/E06.nc").read_bytes()
     (replays / "E06.nc").write_bytes(content)
     (replays / "E07.nc").write_bytes(content[:5000])
-    with pytest.raises(ResultError, match=r"replay/E07\.nc: not a readable"):
+    with pytest.raises(ResultError, match=r"replay/E07\.nc: does not end"):
         open_grid(tmp_path)
 
 
@@ -206,7 +251,8 @@ def test_an_interrupted_write_leaves_what_was_there(tmp_path, monkeypatch, error
     with pytest.raises(type(error)):
         write(small(), path, ATTRIBUTES)
     assert (path.read_bytes() if path.exists() else None) == before
-    assert {file.name for file in tmp_path.iterdir()} <= {"a.nc", part_of(path).name}
+    assert {file.name for file in tmp_path.iterdir()} <= {"a.nc"}
+    part_of(path).write_text("of a process that was killed")
     monkeypatch.undo()
     write(small(), path, ATTRIBUTES)  # the remains are no obstacle
     assert [file.name for file in tmp_path.iterdir()] == ["a.nc"]
@@ -215,7 +261,7 @@ def test_an_interrupted_write_leaves_what_was_there(tmp_path, monkeypatch, error
 
 def test_text_appears_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "deep" / "parameters.json"
-    write_text(to_json(STUDY), path)
+    write_json(to_json(STUDY), path)
     content = path.read_bytes()
 
     def refuse(*_):
@@ -223,8 +269,9 @@ def test_text_appears_whole_or_not_at_all(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "replace", refuse)
     with pytest.raises(OSError, match="no space left"):
-        write_text("{}", path)
-    assert path.read_bytes() == content == to_json(STUDY).encode()
+        write_json("{}", path)
+    assert path.read_bytes() == content
+    assert not part_of(path).exists()
 
 
 # Without the package

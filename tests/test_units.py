@@ -117,3 +117,15 @@ def test_stored_units_are_those_of_the_equations():
     for name in ("P", "T", "k_0"):
         unit = SYMBOLS[name].unit.replace(" K-1", "/K")
         assert U.Quantity(1.0, ARGUMENTS[name][1]).to(unit).magnitude == 1
+
+
+def test_units_of_what_is_stored_follow_from_each_other():
+    one = {
+        name: pint.Unit(re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", symbol.unit).replace(" ", "*"))
+        for name, symbol in SYMBOLS.items()
+    }
+    assert one["v"] == one["x"] / one["t"]
+    assert one["variance"] == one["mse"] == one["p10"] == one["p90"] == one["std"] ** 2
+    assert one["mean_error"] == one["P"] == one["pressure"] == one["std"]
+    assert one["u"] == pint.Unit("V") and one["k_0"] == pint.Unit("W") / one["T"]
+    assert one["settling_time"] == one["failure_time"] == one["t"]

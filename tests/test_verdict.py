@@ -27,7 +27,7 @@ from pneumo.assess.verdict import (
 )
 from pneumo.cli import app
 from pneumo.physics.exchange import from_json, to_json
-from pneumo.store import ResultError
+from pneumo.store import ResultError, read_json, write, write_json
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "paper"
@@ -73,7 +73,7 @@ def edit_netcdf(file: Path, variable: str, factor: float, **labels: str) -> None
     with xr.open_dataset(file) as opened:
         dataset = opened.load()
     dataset[variable].loc[labels] *= factor
-    dataset.to_netcdf(file)
+    write(dataset, file, {})
 
 
 # Claims, classes and ledgers hold together
@@ -274,20 +274,19 @@ def test_an_alternative_assumption_explains_only_where_it_was_run_and_fits(resul
     assert status(results, "T5.E14.P_A", paper) == "missed"
     for value, expected in ((1.5, "missed"), (1.290, "explained")):
         labels = {"alternative": ["hold.hold_longer"], "item": ["T5.E14.P_A"]}
-        xr.Dataset({"reproduced": (tuple(labels), [[value]])}, coords=labels).to_netcdf(
-            results / "assumptions.nc"
-        )
+        toggled = xr.Dataset({"reproduced": (tuple(labels), [[value]])}, labels)
+        write(toggled, results / "assumptions.nc", {})
         assert status(results, "T5.E14.P_A", paper) == expected
 
 
 def test_another_study_is_judged_without_the_papers_experiments(results):
-    whole = from_json((results / "parameters.json").read_text())
+    whole = from_json(read_json(results / "parameters.json"))
     few = {name: whole.experiments[name] for name in ("E06", "E12")}
-    (results / "parameters.json").write_text(to_json(whole._replace(name="smoke", experiments=few)))
+    write_json(to_json(whole._replace(name="smoke", experiments=few)), results / "parameters.json")
     for file in ("settling.nc", "published/statistics.nc", "exact/statistics.nc"):
         with xr.open_dataset(results / file) as opened:
             dataset = opened.load()
-        dataset.sel(experiment=list(few)).to_netcdf(results / file)
+        write(dataset.sel(experiment=list(few)), results / file, {})
     found = verdict(results)
     items = {item["id"]: item for item in found["items"]}
     assert found["study"] == "smoke"

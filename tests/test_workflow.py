@@ -19,7 +19,7 @@ pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 def checkout(folder: Path) -> Path:
     """Copy what the workflow needs, without results."""
     folder.mkdir(parents=True)
-    for name in ("pneumo", "workflow", "config", "paper"):
+    for name in ("pneumo", "workflow", "config", "paper", "profiles"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", folder)
     return folder
@@ -155,4 +155,4 @@ def test_truncated_datum_is_named_and_not_used(smoke, tmp_path):
     assert done.returncode != 0
     assert not replay.exists()
     report = done.stderr + "".join(file.read_text() for file in (folder / "results/logs").rglob("*.log"))
-    assert "results/datum/E06.nc: not a readable NetCDF-4 file" in report
+    assert "results/datum/E06.nc: does not end with its SHA-256" in report

@@ -16,7 +16,8 @@ from pneumo.assess.published import STATISTICS, table5, table7, table8, table9
 from pneumo.assess.statistics import OVERALL, concatenated
 from pneumo.physics.exchange import from_json
 from pneumo.physics.experiment import Experiment, Study
-from pneumo.store import ResultError, open_grid, read
+from pneumo.simulate.results import story
+from pneumo.store import ResultError, open_grid, read, read_json
 
 
 class Absent(LookupError):
@@ -77,9 +78,11 @@ class Results:
         """The study that the results belong to."""
         file = self.folder / "parameters.json"
         try:
-            return from_json(file.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise ResultError(f"{file}: no such file; `snakemake -j2` makes the results") from None
+            return from_json(read_json(file))
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+            if isinstance(error, ResultError):
+                raise
+            raise ResultError(f"{file}: does not hold a study; delete it and rerun") from None
 
     @cached_property
     def statistics(self) -> xr.Dataset:
@@ -95,7 +98,16 @@ class Results:
     def cells(self) -> xr.Dataset:
         """Both chambers' errors joined, by (experiment, model, n)."""
         grid = open_grid(self.folder / self.transport)
+        missing = set(self.study.experiments) - set(grid["experiment"].values.tolist())
+        if missing:
+            raise ResultError(f"{self.folder / self.transport}: no replays of {', '.join(sorted(missing))}")
         return concatenated(grid.sel(experiment=list(self.study.experiments)))
+
+    @cached_property
+    def failures(self) -> dict[str, str]:
+        """What happened to the experiments that failed."""
+        time = self.statistics["failure_time"]
+        return {name: story(self.datum(name)) for name in time["experiment"].values[time.notnull()].tolist()}
 
     def settling(self, experiment: str) -> xr.Dataset:
         """Settling run of one experiment."""

@@ -37,10 +37,11 @@ def highlights(sources: Mapping[str, Results], items: Sequence[Mapping[str, Any]
     dict
         ``scores``; ``wrong_row``, the numbers of M7 and M8 at the typical level; ``transport``, quotients
         of mean square errors by level and transport; ``by_experiment``, the same by experiment. The
-        last three are None for a study that is not the paper's.
+        last three are None for a study that is not the paper's, or in which an experiment failed.
     """
     found: dict[str, Any] = {"scores": scores(items)}
-    whole = list(sources["published"].study.experiments) == _experiments()
+    published = sources["published"]
+    whole = list(published.study.experiments) == _experiments() and not published.failures
     for summary in (wrong_row, transport, by_experiment):
         found[summary.__name__] = summary(sources) if whole else None
     return found

@@ -105,7 +105,8 @@ def log_ratios(data: Cells, theta: np.ndarray, force: float = 1.0) -> np.ndarray
             times = settle(changed(experiment, theta, force), longest=longest).times
         except ArithmeticError:
             continue
-        result[i] = np.log(np.maximum(times, experiment.h) / data.printed[i])
+        if np.isfinite(times).all():  # else the run failed
+            result[i] = np.log(np.maximum(times, experiment.h) / data.printed[i])
     return np.clip(result, -NOT_SETTLED, NOT_SETTLED)
 
 

@@ -43,6 +43,9 @@ def over_experiments(cells: xr.Dataset, ddof: int = 1) -> xr.Dataset:
     The variance of means in eq (16) is the sample variance (N - ddof); percentiles are MATLAB's prctile.
     """
     mean_error, mse = cells["mean_error"], cells["mse"]
+    if not mse.sizes["experiment"]:
+        nothing = xr.DataArray(np.nan, {"model": mse["model"]}, ["model"])
+        return xr.Dataset(dict.fromkeys(("mean_error", "std", "mse", "p10", "p90"), nothing))
     alone = mean_error.sizes["experiment"] <= ddof
     spread = np.nan if alone else mean_error.var("experiment", ddof=ddof, skipna=False)
     percentiles = mse.quantile([0.1, 0.9], "experiment", method="hazen", skipna=False)
@@ -75,17 +78,21 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]], ddof: 
         `best_n` by (experiment, model): Table 8. `mean_error`, `std`, `mse`, `p10`, `p90` by
         (level, model): level "overall" is Table 7, the others Table 9. `constant_n` by
         (level, model): the n that Table 9's rows use, NaN for "overall". `experiments` by level:
-        how many it averages (with none all is NaN, with one `std` is). A model that failed
-        throughout an experiment has NaN where that experiment counts.
+        how many it averages (with none all is NaN, with one `std` is). An experiment in which every
+        cell failed is left out and has a `failure_time`, s; a model that failed throughout another
+        has NaN where that one counts.
     """
+    ran = grid["mse"].notnull().any(("model", "n", "chamber"))
+    failure_time = grid["failure_time"].max(("model", "n", "chamber")).where(~ran)
     grid = grid.drop_attrs()  # or a percentile would keep the long name and unit of what it is one of
     cells = concatenated(grid)
     best = best_n(cells["mse"])
-    tables = {OVERALL: over_experiments(at_n(cells, best), ddof)}
+    cells, k_0 = cells.sel(experiment=ran), grid["k_0"][ran]
+    tables = {OVERALL: over_experiments(at_n(cells, best.sel(experiment=ran)), ddof)}
     constant = {OVERALL: xr.full_like(best.isel(experiment=0, drop=True), np.nan)}
-    count = {OVERALL: grid.sizes["experiment"]}
+    count = {OVERALL: cells.sizes["experiment"]}
     for level, conductances in levels.items():
-        part = cells.sel(experiment=np.isin(grid["k_0"], conductances))
+        part = cells.sel(experiment=np.isin(k_0, conductances))
         count[level] = part.sizes["experiment"]
         if not count[level]:
             tables[level], constant[level] = xr.full_like(tables[OVERALL], np.nan), constant[OVERALL]
@@ -99,6 +106,7 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]], ddof: 
     result["best_n"] = best
     counted = {"units": "1", "long_name": "number of experiments that the level averages"}
     result["experiments"] = ("level", np.array(list(count.values()), dtype=np.int32), counted)
+    result["failure_time"] = failure_time
     return result
 
 

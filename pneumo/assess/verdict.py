@@ -137,7 +137,13 @@ class Court:
 
     def finding(self, claim: Claim, source: str) -> Finding:
         """Run a claim's computation on a source: ``published``, ``exact`` or ``printed``."""
-        return COMPUTATIONS[claim.compute](self.sources[source], **claim.arguments)
+        try:
+            finding = COMPUTATIONS[claim.compute](self.sources[source], **claim.arguments)
+        except KeyError as error:
+            raise Absent(f"the results have no {error}") from None
+        if any(value is not None and not math.isfinite(value) for value in (finding.value, finding.low)):
+            raise Absent("a run that it needs failed")
+        return finding
 
     def stands(self, claim: Claim, source: str) -> tuple[bool | None, str]:
         """Whether a claim about models stands on another source, and what was found there."""
@@ -294,8 +300,8 @@ def verdict(results: Path, paper: Path = FOLDER) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``study``, ``counts`` by status, ``items``, ``highlights``, ``classes``, ``errata``,
-        ``assumptions`` and whether these were toggled; ready for JSON.
+        ``study``, ``counts`` by status, ``failures`` by experiment, ``items``, ``highlights``, ``classes``,
+        ``errata``, ``assumptions`` and whether these were toggled; ready for JSON.
     """
     court = Court(results, paper)
     items = [court.judge(claim) for claim in court.claims.items.values()]
@@ -303,6 +309,7 @@ def verdict(results: Path, paper: Path = FOLDER) -> dict[str, Any]:
     return {
         "study": court.sources["published"].study.name,
         "counts": {"items": len(items)} | counts,
+        "failures": court.sources["published"].failures,
         "highlights": highlights(court.sources, items),
         "items": items,
         "classes": {name: tolerance.model_dump() for name, tolerance in court.claims.classes.items()},

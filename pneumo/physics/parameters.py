@@ -4,14 +4,13 @@ Units stand in the keys (bore_mm). The only errors are `ConfigurationError`s of 
 """
 
 import hashlib
+import itertools
 import json
-import reprlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-import yaml
 from pydantic import (
     BaseModel,
     BeforeValidator,
@@ -25,11 +24,8 @@ from pydantic_core import PydanticCustomError
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.experiment import Drive, Excitation, Experiment, Plant, Push, Study
+from pneumo.physics.plain_yaml import ConfigurationError, printable, read_yaml, shown
 from pneumo.physics.valve import Conditions, Gas, Valve, critical_ratio, sonic_coefficient
-
-
-class ConfigurationError(ValueError):
-    """A configuration that cannot be used; its text is one line for the user."""
 
 
 def _number(value: Any) -> Any:
@@ -40,13 +36,23 @@ def _number(value: Any) -> Any:
 
 
 Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")]
 Count = Annotated[int, BeforeValidator(_number)]
+
+
+def _listed(names: Iterable[Any]) -> str:
+    """Names after one another, as many as a line can take."""
+    first = [printable(str(name)) for name in itertools.islice(names, 21)]
+    return ", ".join([*first[:20], "..."] if len(first) > 20 else first)
 
 
 def _conflict(value: Any, condition: str, *fields: tuple[str, ...]) -> PydanticCustomError:
     """Error of a value that disagrees with others; fields are paths, the first that of the value."""
     context = {"value": value, "condition": condition, "fields": fields}
     return PydanticCustomError("conflict", "{condition}", context)
+
+
+LONGEST = 20_000_000  # steps of a run; their states fill 1 GB
 
 
 class _Section(BaseModel):
@@ -148,7 +154,9 @@ class ExperimentSection(_Section):
     ]
     k_0_W_per_K: Annotated[Number, Field(ge=0, le=1e4, description="thermal conductance at equilibrium")]
     duration_s: Annotated[Number, Field(gt=0, le=1e5, description="length of the full-order run")]
-    pressure_stride: Annotated[Count, Field(ge=1, description="steps between stored pressures of replays")]
+    pressure_stride: Annotated[
+        Count, Field(ge=1, le=10**6, description="steps between stored pressures of replays")
+    ]
 
 
 class RunSection(_Section):
@@ -169,18 +177,18 @@ class Configuration(_Section):
     name: Annotated[str, Field(pattern=r"^[\w-]{1,40}$", description="name of the study")]
     gas: GasSection
     supply: SupplySection
-    cylinders: Annotated[dict[str, CylinderSection], Field(min_length=1, description="cylinders by name")]
+    cylinders: Annotated[dict[Name, CylinderSection], Field(min_length=1, description="cylinders by name")]
     experiments: Annotated[
-        dict[Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")], ExperimentSection],
+        dict[Name, ExperimentSection],
         Field(min_length=1, description="experiments by name"),
     ]
     levels: Annotated[
-        dict[str, list[Annotated[Number, Field(ge=0, le=1e4)]]],
-        Field(description="conductances k_0 of each heat-transfer level by name, W/K"),
+        dict[Name, list[Annotated[Number, Field(ge=0, le=1e4)]]],
+        Field(min_length=1, description="conductances k_0 of each heat-transfer level by name, W/K"),
     ]
     n: Annotated[
         list[Annotated[Number, Field(gt=0, le=3)]],
-        Field(min_length=1, description="polytropic indices of the grid"),
+        Field(min_length=1, max_length=1000, description="polytropic indices of the grid, increasing"),
     ]
     step_s: Annotated[Number, Field(ge=1e-7, le=1, description="integration step")]
     lag_s: Annotated[Number, Field(ge=0, le=1, description="delay of recorded signals, published transport")]
@@ -194,12 +202,28 @@ class Configuration(_Section):
     def _names_exist(self) -> Self:
         for name, experiment in self.experiments.items():
             if experiment.cylinder not in self.cylinders:
-                condition = f"must be one of {', '.join(self.cylinders)}"
+                condition = f"must be one of {_listed(self.cylinders)}"
                 raise _conflict(experiment.cylinder, condition, ("experiments", name, "cylinder"))
         for name in self.run.experiments if self.run.experiments != "all" else ():
             if name not in self.experiments:
-                condition = f"no such experiment; there are {', '.join(self.experiments)}"
+                condition = f"no such experiment; there are {_listed(self.experiments)}"
                 raise _conflict(name, condition, ("run", "experiments"))
+        return self
+
+    @model_validator(mode="after")
+    def _grid_and_runs_can_be_made(self) -> Self:
+        if "overall" in self.levels:
+            raise _conflict(
+                "overall", "is the name of Table 7's average; take another", ("levels", "overall")
+            )
+        for before, after in itertools.pairwise(self.n):
+            if not before < after:
+                raise _conflict(self.n, f"must increase, and {after:g} follows {before:g}", ("n",))
+        for name, experiment in self.experiments.items():
+            duration = min(experiment.duration_s, self.run.duration_limit_s or experiment.duration_s)
+            if duration > LONGEST * self.step_s:
+                condition = f"must be at most {LONGEST:g} steps of step_s = {self.step_s:g}"
+                raise _conflict(duration, condition, ("experiments", name, "duration_s"), ("step_s",))
         return self
 
 
@@ -211,25 +235,6 @@ def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, An
         both = isinstance(value, Mapping) and isinstance(inner, Mapping)
         result[key] = merged(inner, value) if both else value  # type: ignore[arg-type]
     return result
-
-
-def read_yaml(file: Path) -> dict[str, Any]:
-    """Read one configuration file.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file is missing, is not YAML, or does not hold a mapping.
-    """
-    try:
-        content = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{file}: cannot be read: {error}") from None
-    except yaml.YAMLError as error:
-        raise ConfigurationError(f"{file}: not valid YAML: {' '.join(str(error).split())}") from None
-    if not isinstance(content, dict):
-        raise ConfigurationError(f"{file}: must hold sections (key: value), holds {type(content).__name__}")
-    return content
 
 
 SCHEMA = Configuration.model_json_schema()
@@ -312,12 +317,12 @@ def _sentence(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> s
         text = " ".join(
             ["the name must be text", *(f"matching `{p}`" for p in parent.get("patternProperties", ()))]
         )
-    field = ".".join(map(str, paths[0]))
+    field = ".".join(printable(k) if isinstance(k, str) else shown(k) for k in paths[0])
     if error["type"] == "missing":
         name = next((name for name, content in sources if _sets(content, path[:-1])), "configuration")
         return f"{name}: {field}: missing; {text}"
     setters = [name for name, content in sources if any(_sets(content, path) for path in paths)]
-    return f"{setters[-1] if setters else 'configuration'}: {field} = {reprlib.repr(value)}: {text}"
+    return f"{setters[-1] if setters else 'configuration'}: {field} = {shown(value)}: {text}"
 
 
 def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> Configuration:
@@ -345,7 +350,7 @@ def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[s
 
 def load(*files: Path | str) -> Configuration:
     """Read and validate a configuration from files, later ones overriding earlier ones."""
-    sources = [(str(file), read_yaml(Path(file))) for file in files]
+    sources = [(printable(str(file), 300), read_yaml(Path(file))) for file in files]
     content: dict[str, Any] = {}
     for _, part in sources:
         content = merged(content, part)

@@ -36,7 +36,7 @@ SYMBOLS = {
     "variance": Symbol("Pa2", r"\sigma^2", "population variance of full-order minus reduced pressure"),
     "std": Symbol("Pa", r"\sigma", "standard deviation of full-order minus reduced pressure"),
     "mse": Symbol("Pa2", r"\mathrm{MSE}", "mean square of full-order minus reduced pressure"),
-    "failure_time": Symbol("s", "t", "time at which the cell failed, NaN where it did not"),
+    "failure_time": Symbol("s", "t", "time of the failure, NaN where there was none"),
     "best_n": Symbol("1", "n", "polytropic index of the lowest mean square error"),
     "p10": Symbol("Pa2", "P_{10}", "10 per cent percentile of the mean square error over experiments"),
     "p90": Symbol("Pa2", "P_{90}", "90 per cent percentile of the mean square error over experiments"),

@@ -1,10 +1,12 @@
 """One item of the verdict, or one cell of the grid, as text for a terminal."""
 
+import re
 import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pneumo.physics.plain_yaml import shown
 from pneumo.store import ResultError, read
 
 WIDTH = 100
@@ -78,21 +80,33 @@ def cell_story(results: Path, experiment: str, model: str, n: float) -> str:
     ResultError
         If the file is missing, or holds no such model or n.
     """
+    if not re.fullmatch(r"[A-Za-z][\w-]{0,39}", experiment):
+        raise ResultError(f"experiment = {shown(experiment)}: must be a name, such as E07")
     lines = []
     for transport in ("published", "exact"):
         file = results / transport / "replay" / f"{experiment}.nc"
-        grid = read(file, "mean_error", "variance", "mse", "status")
+        grid = read(file, "mean_error", "variance", "mse", "status", "failure_time")
         if model not in grid["model"]:
-            raise ResultError(f"{file}: model = {model!r}: must be one of {', '.join(grid['model'].values)}")
+            there = ", ".join(grid["model"].values)
+            raise ResultError(f"{file}: model = {shown(model)}: must be one of {there}")
         if n not in grid["n"]:
             raise ResultError(f"{file}: n = {n:g}: must be one of {', '.join(map(str, grid['n'].values))}")
         for chamber, values in grid.sel(model=model, n=n).groupby("chamber"):
+            if values["status"].item():
+                meaning = grid["status"].attrs["flag_meanings"].split()[values["status"].item()]
+                lines.append(
+                    f"{experiment} {model} n = {n:g}  {transport:9}  chamber {chamber}:"
+                    f"  failed at t = {values['failure_time'].item():g} s: {meaning.replace('_', ' ')}"
+                )
+                continue
             lines.append(
                 f"{experiment} {model} n = {n:g}  {transport:9}  chamber {chamber}:"
                 f"  MSE {values['mse'].item():.4g} Pa^2  mean {values['mean_error'].item():.4g} Pa"
                 f"  sigma {values['variance'].item() ** 0.5:.4g} Pa"
             )
-        mse = grid["mse"].sel(model=model).mean("chamber")
+        mse = grid["mse"].sel(model=model).mean("chamber", skipna=False)
+        if mse.isnull().all():
+            continue
         lines.append(
             f"{experiment} {model} best n = {mse.idxmin('n').item():g}  {transport:9}  both chambers:"
             f"  MSE {mse.min().item():.4g} Pa^2, at n = {n:g} {mse.sel(n=n).item():.4g} Pa^2"

@@ -57,6 +57,13 @@ def symbol(name: str) -> str:
     return f"${name[0]}_{{{int(name[1:])}}}$" if name[1:].isdigit() else name
 
 
+def _message(text: str) -> Figure:
+    """Say what there is to say in place of a picture."""
+    fig = new_figure(DOUBLE_MM, 30)
+    fig.text(0.5, 0.5, text, ha="center", va="center")
+    return fig
+
+
 # --- Fig. 7: settling times ------------------------------------------------------------------------
 
 
@@ -75,6 +82,8 @@ def fig07(settling: xr.Dataset) -> Figure:
         Force, position, and pressure and temperature of both chambers against time.
     """
     release = settling["release_time"].item()
+    if settling["settling_time"].isnull().any():
+        return _message(f"{settling['experiment'].item()}: the settling run failed")
     end = release + 1.5 * settling["settling_time"].max().item()
     shown = settling.sel(t=slice(0, end))
     push = json.loads(settling.attrs["experiment_parameters"])["push"]
@@ -317,6 +326,8 @@ def traces(
         One column per transport.
     """
     name = datum["experiment"].item()
+    if datum["status"]:
+        return _message(f"{name}: the full-order run failed at t = {datum['failure_time'].item():g} s")
     stop = min(start + length, datum["t"].values[-1])
     window = slice(max(0.0, stop - length), stop)
     full = (datum["P"].sel(chamber="A", t=window) / KILO).load()
@@ -376,10 +387,11 @@ def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[fl
     axes = fig.subplots(len(grids), len(levels), sharex=True, sharey=True, squeeze=False)
     for row, (transport, grid) in zip(axes, grids.items(), strict=True):
         mse = concatenated(grid)["mse"]
+        mse = mse.dropna("experiment", how="all")  # those that failed
         for ax, conductances in zip(row, levels.values(), strict=True):
             ax.set_yscale("log")
             inside = np.isin(mse["k_0"], conductances)
-            none = xr.full_like(mse.isel(experiment=0), np.nan)
+            none = xr.DataArray(np.nan, {"n": mse["n"], "model": mse["model"]}, ["model", "n"])
             mean = mse.sel(experiment=inside).mean("experiment", skipna=False) if inside.any() else none
             for model, look in MODEL_STYLE.items():
                 keywords = look.line() if model in WITHOUT_N else look.points() | {"markersize": 3.4}

@@ -27,6 +27,11 @@ def table_7(statistics: xr.Dataset, published: xr.Dataset) -> str:
             f" | {a['mean_error'].item():.0f} | {b['mean_error'].item():.0f}"
             f" | {a['std'].item():.0f} | {b['std'].item():.0f} |"
         )
+    failure_time = statistics["failure_time"].dropna("experiment")
+    lines += [
+        f"\n{name} is left out: its full-order run failed at t = {time:g} s."
+        for name, time in zip(failure_time["experiment"].values, failure_time.values, strict=True)
+    ]
     return "\n".join(lines) + "\n"
 
 

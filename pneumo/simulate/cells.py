@@ -6,7 +6,7 @@ import xarray as xr
 from pneumo.physics.experiment import Experiment
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulate.replay import STATUS, Replayed
-from pneumo.simulate.results import CHAMBERS, labels
+from pneumo.simulate.results import CHAMBERS, flags, labels
 
 
 def grid_lanes(n: tuple[float, ...], gamma: float) -> tuple[np.ndarray, np.ndarray]:
@@ -41,11 +41,7 @@ def replay_dataset(
         return np.where(failed, np.nan, values)[index]
 
     failure_time = np.where(failed, cells.failure_step * experiment.h, np.nan)[index]
-    status = {
-        "long_name": "what became of the cell",
-        "flag_values": np.array(list(STATUS), dtype=np.int8),
-        "flag_meanings": " ".join(text.replace(" ", "_") for text in STATUS.values()),
-    }
+    status = flags(STATUS, "what became of the cell")
     t = np.arange(cells.pressure.shape[-1]) * experiment.pressure_stride * experiment.h
     return xr.Dataset(
         {

@@ -19,6 +19,12 @@ from pneumo.simulate.tableau import DORMAND_PRINCE
 A, B, C = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
 STAGES = len(B)
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
+RAN, DIVERGED, NOT_POSITIVE = 0, 1, 2
+RUN_STATUS = {
+    RAN: "ok",
+    DIVERGED: "state left the finite numbers",
+    NOT_POSITIVE: "pressure or temperature left the positive numbers",
+}
 
 
 @register_jitable
@@ -103,13 +109,23 @@ def equilibrium(plant: Plant) -> np.ndarray:
     return np.array([0.0, 0.0, P_0, T_0, P_0, T_0])
 
 
+def failure(states: np.ndarray) -> tuple[int, int]:
+    """Say what became of a full-order run: key of `RUN_STATUS`, and the step at which it failed, or -1."""
+    finite, positive = np.all(np.isfinite(states), axis=1), np.all(states[:, 2:] > 0, axis=1)
+    failed = ~(finite & positive)
+    if not failed.any():
+        return RAN, -1
+    step = int(failed.argmax())
+    return (NOT_POSITIVE if finite[step] else DIVERGED), step
+
+
 class Recording(NamedTuple):
     """A full-order run as the replays see it.
 
     Attributes
     ----------
     states : numpy.ndarray
-        (x, v, P_A, T_A, P_B, T_B) at every step, shape (steps + 1, 6).
+        (x, v, P_A, T_A, P_B, T_B) at every step, shape (steps + 1, 6); NaN after a `failure`.
     reference : numpy.ndarray
         Reference in force from every step's start, shape (steps + 1,).
     u : numpy.ndarray
@@ -134,6 +150,9 @@ def recorded(experiment: Experiment, reference: np.ndarray) -> Recording:
     """Run an experiment's full-order system from equilibrium on a reference and record it."""
     drive, plant = experiment.drive, experiment.plant
     states = run(equilibrium(plant), reference, 0.0, drive, plant, experiment.h)
+    status, step = failure(states)
+    if status != RAN:
+        states[step + 1 :] = np.nan
     return Recording(states, reference, command_series(states, reference, drive))
 
 

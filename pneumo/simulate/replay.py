@@ -17,8 +17,8 @@ from pneumo.simulate.datum import STAGES, A, B, C, Recording, stages
 from pneumo.simulate.excitation import command
 
 PUBLISHED, EXACT = "published", "exact"
-OK, LEFT_RANGE = 0, 1
-STATUS = {OK: "ok", LEFT_RANGE: "pressure left the positive numbers"}
+OK, LEFT_RANGE, NO_RUN = 0, 1, 2
+STATUS = {OK: "ok", LEFT_RANGE: "pressure left the positive numbers", NO_RUN: "no full-order run"}
 
 
 class Replayed(NamedTuple):
@@ -212,3 +212,11 @@ def replay(
     mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
     status = np.where(failure >= 0, LEFT_RANGE, OK).astype(np.int8)
     return Replayed(mean_error, mse - mean_error**2, mse, status, failure, pressure)
+
+
+def no_replay(recording: Recording, lanes: np.ndarray, step: int, stride: int = 1) -> Replayed:
+    """What replays of every lane give on a run that failed at a step: `NO_RUN` everywhere."""
+    shape, nothing = (len(lanes), 2), np.full((len(lanes), 2), np.nan)
+    pressure = np.full((*shape, (len(recording.states) - 1) // stride + 1), np.nan)
+    status, failed = np.full(shape, NO_RUN, dtype=np.int8), np.full(shape, step)
+    return Replayed(nothing, nothing, nothing, status, failed, pressure)

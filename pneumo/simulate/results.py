@@ -1,10 +1,12 @@
 """From arrays of a run to the datasets that are stored, and back."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
 from pneumo.physics.experiment import Experiment
-from pneumo.simulate.datum import STATE, Recording
+from pneumo.simulate.datum import RUN_STATUS, STATE, Recording, failure
 from pneumo.simulate.settling import QUANTITIES, Settling
 
 CHAMBERS = ["A", "B"]
@@ -18,6 +20,15 @@ def labels(experiment: Experiment) -> dict[str, object]:
         "cylinder": experiment.cylinder,
         "loop": "closed" if experiment.drive.closed_loop else "open",
         "k_0": experiment.plant.k_0,
+    }
+
+
+def flags(meanings: Mapping[int, str], what: str) -> dict[str, object]:
+    """CF attributes of a status."""
+    return {
+        "long_name": what,
+        "flag_values": np.array(list(meanings), dtype=np.int8),
+        "flag_meanings": " ".join(text.replace(" ", "_") for text in meanings.values()),
     }
 
 
@@ -52,7 +63,25 @@ def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
     dataset["u"] = ("t", recording.u)
     unit, what = ("m", "position reference") if experiment.drive.closed_loop else ("V", "open-loop sequence")
     dataset["reference"] = ("t", recording.reference, {"units": unit, "long_name": what})
+    status, step = failure(recording.states)
+    dataset["status"] = ((), np.int8(status), flags(RUN_STATUS, "what became of the run"))
+    dataset["failure_time"] = ((), step * experiment.h if status else np.nan)
+    if status:
+        dataset["status"].attrs["last_state"] = recording.states[step - 1]
+        dataset["status"].attrs["comment"] = (
+            f"last_state is {', '.join(STATE)} before the failure, in SI units"
+        )
     return dataset.assign_coords(labels(experiment))
+
+
+def story(datum: xr.Dataset) -> str:
+    """Tell when and where a full-order run failed."""
+    meaning = datum["status"].attrs["flag_meanings"].split()[int(datum["status"])].replace("_", " ")
+    x, v, P_A, T_A, P_B, T_B = datum["status"].attrs["last_state"].tolist()
+    return (
+        f"full-order run failed at t = {datum['failure_time'].item():g} s: {meaning}, after x = {x:.4g} m,"
+        f" v = {v:.4g} m/s, P = {P_A:.4g} and {P_B:.4g} Pa, T = {T_A:.4g} and {T_B:.4g} K"
+    )
 
 
 def recording_from(dataset: xr.Dataset) -> Recording:

@@ -10,7 +10,7 @@ import numpy as np
 
 from pneumo.physics.cylinder import volume
 from pneumo.physics.experiment import Experiment, Plant
-from pneumo.simulate.datum import STATE, equilibrium, run
+from pneumo.simulate.datum import RAN, STATE, equilibrium, failure, run
 
 QUANTITIES = ("P_A", "P_B", "T_A", "T_B")  # rows of Table 5, in printed order
 CRITERION = 0.01  # section 4: 1 per cent
@@ -25,7 +25,7 @@ class Settling(NamedTuple):
     Attributes
     ----------
     times : numpy.ndarray
-        Settling times of P_A, P_B, T_A, T_B from the release, s, shape (4,).
+        Settling times of P_A, P_B, T_A, T_B from the release, s, shape (4,); NaN where the run failed.
     states : numpy.ndarray
         (x, v, P_A, T_A, P_B, T_B) at every step from the start of the push, shape (steps + 1, 6).
     release_step : int
@@ -66,6 +66,12 @@ def settling_times(free: np.ndarray, h: float) -> np.ndarray:
     return np.array(times)
 
 
+def _failed(states: np.ndarray, release_step: int) -> Settling:
+    """Settling run without settling times, since its states left the finite or the positive numbers."""
+    states[failure(states)[1] + 1 :] = np.nan
+    return Settling(np.full(len(QUANTITIES), np.nan), states, release_step)
+
+
 def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     """Run one settling-time estimation.
 
@@ -95,6 +101,8 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     while True:
         piece = run(pieces[-1][-1], zeros, push.force, drive, stopped, h)
         pieces.append(piece[1:])
+        if failure(piece)[0] != RAN:
+            return _failed(np.concatenate(pieces), sum(map(len, pieces)) - 1)
         change = np.abs(piece[-1, 2:] - piece[0, 2:]) / equilibrium(experiment.plant)[2:]
         if change.max() < push.tolerance:
             break
@@ -107,6 +115,8 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     while True:
         zeros = np.zeros(round(length / h) + 2 - len(free))
         free = np.concatenate([free, run(free[-1], zeros, 0.0, drive, experiment.plant, h)[1:]])
+        if failure(free)[0] != RAN:
+            return _failed(np.concatenate([hold, free[1:]]), len(hold) - 1)
         times = settling_times(free, h)
         if times.max() * FREE_RUN_PER_SETTLING <= length:
             return Settling(times, np.concatenate([hold, free[1:]]), len(hold) - 1)

@@ -5,12 +5,12 @@ from pathlib import Path
 from pneumo.job import logged
 from pneumo.physics.exchange import from_json
 from pneumo.simulate.datum import record
-from pneumo.simulate.results import datum_dataset
-from pneumo.store import attributes_of, write
+from pneumo.simulate.results import datum_dataset, story
+from pneumo.store import attributes_of, read_json, write
 
 
 def main(parameters: str, outputs: list[str], code: str) -> None:
-    study = from_json(Path(parameters).read_text())
+    study = from_json(read_json(parameters))
     for output in outputs:
         experiment = study.experiments[Path(output).stem]
         attributes = {
@@ -20,8 +20,11 @@ def main(parameters: str, outputs: list[str], code: str) -> None:
             "config_sha256": study.config_sha256,
             "code_sha256": code,
         }
-        write(datum_dataset(experiment, record(experiment)), output, attributes)
+        dataset = datum_dataset(experiment, record(experiment))
+        write(dataset, output, attributes)
         print(f"{experiment.name}: full-order run, {experiment.steps * experiment.h:g} s, done", flush=True)
+        if dataset["status"]:
+            print(f"{experiment.name}: {story(dataset)}", flush=True)
 
 
 if job := globals().get("snakemake"):

@@ -1,7 +1,6 @@
 """Split every cell's error into the model's, the signal transport's and the step's."""
 
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import xarray as xr
 
@@ -9,11 +8,11 @@ from pneumo.assess.budget import REFERENCE_SLICE, SLICE, budget, described, summ
 from pneumo.job import logged
 from pneumo.physics.exchange import from_json
 from pneumo.physics.experiment import Experiment
-from pneumo.store import EXPERIMENT_LABELS, write
+from pneumo.store import EXPERIMENT_LABELS, read_json, write
 
 
 def main(parameters: str, output: str, threads: int, code: str) -> None:
-    study = from_json(Path(parameters).read_text())
+    study = from_json(read_json(parameters))
 
     def one(experiment: Experiment) -> xr.Dataset:
         part = budget(experiment, study.n, study.lag)

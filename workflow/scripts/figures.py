@@ -7,11 +7,11 @@ from pneumo.job import logged
 from pneumo.physics.exchange import from_json
 from pneumo.publish import figures
 from pneumo.publish.style import save
-from pneumo.store import open_grid, read
+from pneumo.store import open_grid, read, read_json
 
 
 def main(parameters: str, settling: str, datum: str, statistics: list[str], folder: Path) -> None:
-    study = from_json(Path(parameters).read_text())
+    study = from_json(read_json(parameters))
     transports = {Path(file).parent.name: Path(file).parent for file in statistics}
     averages = {name: read(path / "statistics.nc") for name, path in transports.items()}
     replays = {name: read(path / "replay" / Path(datum).name) for name, path in transports.items()}

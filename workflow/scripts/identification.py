@@ -1,14 +1,13 @@
 """Identify what the paper leaves open: M, k_f, stop, amplitudes and transport."""
 
-from pathlib import Path
-
 from pneumo.assess.identify import SEED, identify, save_identification
 from pneumo.job import logged
 from pneumo.physics.exchange import from_json
+from pneumo.store import read_json
 
 
 def main(parameters: str, output: str, threads: int) -> None:
-    study = from_json(Path(parameters).read_text())
+    study = from_json(read_json(parameters))
     found = identify(study, ["D", "E"], SEED, threads, lambda text: print(text, flush=True))
     save_identification(found, study, SEED, output)
 

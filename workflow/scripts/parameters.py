@@ -2,8 +2,8 @@
 
 from pneumo.job import logged
 from pneumo.physics.exchange import to_json
-from pneumo.store import write_text
+from pneumo.store import write_json
 
 if job := globals().get("snakemake"):
     with logged(job):
-        write_text(to_json(job.params.study), job.output[0])
+        write_json(to_json(job.params.study), job.output[0])

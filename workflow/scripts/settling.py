@@ -6,11 +6,11 @@ from pneumo.job import logged
 from pneumo.physics.exchange import from_json
 from pneumo.simulate.results import settling_dataset
 from pneumo.simulate.settling import settle
-from pneumo.store import attributes_of, write
+from pneumo.store import attributes_of, read_json, write
 
 
 def main(parameters: str, outputs: list[str], code: str) -> None:
-    study = from_json(Path(parameters).read_text())
+    study = from_json(read_json(parameters))
     for output in outputs:
         experiment = study.experiments[Path(output).stem]
         attributes = {

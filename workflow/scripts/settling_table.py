@@ -5,11 +5,11 @@ from pathlib import Path
 from pneumo.assess.statistics import settling_table
 from pneumo.job import logged
 from pneumo.physics.exchange import from_json
-from pneumo.store import read, write
+from pneumo.store import read, read_json, write
 
 
 def main(parameters: str, runs: list[str], output: str, code: str) -> None:
-    study = from_json(Path(parameters).read_text())
+    study = from_json(read_json(parameters))
     durations = {name: e.steps * e.h for name, e in study.experiments.items()}
     parts = {Path(run).stem: read(run, "settling_time") for run in runs}
     attributes = {

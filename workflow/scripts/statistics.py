@@ -5,11 +5,11 @@ from pathlib import Path
 from pneumo.assess.statistics import statistics
 from pneumo.job import logged
 from pneumo.physics.exchange import from_json
-from pneumo.store import open_grid, write
+from pneumo.store import open_grid, read_json, write
 
 
 def main(parameters: str, outputs: list[str], code: str) -> None:
-    study = from_json(Path(parameters).read_text())
+    study = from_json(read_json(parameters))
     for output in outputs:
         transport = Path(output).parent
         grid = open_grid(transport).sel(experiment=list(study.experiments))

@@ -5,12 +5,12 @@ from pathlib import Path
 
 from pneumo.assess.verdict import verdict
 from pneumo.job import logged
-from pneumo.store import write_text
+from pneumo.store import write_json
 
 
 def main(results: Path, paper: Path, output: str) -> None:
     found = verdict(results, paper)
-    write_text(json.dumps(found, ensure_ascii=False, indent=1, allow_nan=False) + "\n", output)
+    write_json(json.dumps(found, ensure_ascii=False, indent=1, allow_nan=False) + "\n", output)
 
 
 if job := globals().get("snakemake"):

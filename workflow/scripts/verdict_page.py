@@ -1,15 +1,14 @@
 """Write the verdict as a page."""
 
 import json
-from pathlib import Path
 
 from pneumo.job import logged
 from pneumo.publish.verdict_page import render
-from pneumo.store import write_text
+from pneumo.store import read_json, write_text
 
 
 def main(verdict: str, output: str) -> None:
-    write_text(render(json.loads(Path(verdict).read_text(encoding="utf-8"))), output)
+    write_text(render(json.loads(read_json(verdict))), output)
 
 
 if job := globals().get("snakemake"):

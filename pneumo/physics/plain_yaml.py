@@ -1,0 +1,94 @@
+"""Reading configuration files: plain YAML of a sane size, or one line that says what is wrong.
+
+Tags, anchors, aliases, merges, keys given twice and keys that are not text are refused: a configuration
+needs none of them, and they are what can make objects, blow up memory or hide a value.
+"""
+
+import reprlib
+from collections.abc import Hashable
+from pathlib import Path
+from typing import Any
+
+import yaml
+from yaml.composer import ComposerError
+from yaml.constructor import ConstructorError
+
+LARGEST = 1_000_000  # bytes; the paper's configuration has 3 500
+REPR = reprlib.Repr()
+REPR.maxlevel, REPR.maxlist, REPR.maxdict, REPR.maxstring, REPR.maxother = 2, 4, 3, 50, 50
+
+
+class ConfigurationError(ValueError):
+    """A configuration that cannot be used; its text is one line for the user."""
+
+
+def printable(text: str, longest: int = 80) -> str:
+    """Return a text on one line, without control characters, cut where it is long."""
+    text = text if len(text) <= longest else f"{text[: longest - 20]}...{text[-17:]}"
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def shown(value: Any) -> str:
+    """Return the representation of a value as far as an error message needs it."""
+    try:
+        return printable(REPR.repr(value), 200)
+    except ValueError:  # Python writes no integers of more than 4300 digits
+        return "an enormous number"
+
+
+class _PlainLoader(yaml.SafeLoader):
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        event = self.peek_event()
+        tag = getattr(event, "tag", None)
+        refused = f"tag {tag}" if tag else "anchor or alias" if getattr(event, "anchor", None) else None
+        if refused:
+            raise ComposerError(None, None, f"no place for the {refused}", event.start_mark)
+        return super().compose_node(parent, index)
+
+    def construct_scalar(self, node: Any) -> Any:
+        value = super().construct_scalar(node)
+        value.encode()  # a lone surrogate, of an escape such as "\\ud800", is no text: ValueError
+        return value
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
+        names = set()
+        for key, _ in node.value:
+            name = key.value if key.tag == "tag:yaml.org,2002:str" else None
+            if name is None or name in names:
+                text = shown(key.value) if isinstance(key, yaml.ScalarNode) else "that is a section"
+                problem = f"key {text} is {'not text' if name is None else 'there twice'}"
+                raise ConstructorError(None, None, problem, key.start_mark)
+            names.add(name)
+        return super().construct_mapping(node, deep)
+
+
+def read_yaml(file: Path) -> dict[str, Any]:
+    """Read one configuration file.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file is missing, too large, not plain YAML, or does not hold a mapping.
+    """
+    name = printable(str(file), 300)
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(LARGEST + 1)
+        text = content.decode("utf-8-sig")
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"{name}: cannot be read: {printable(str(error), 300)}") from None
+    if len(content) > LARGEST:
+        raise ConfigurationError(
+            f"{name}: larger than {LARGEST} bytes, the most that a configuration may have"
+        )
+    try:
+        result = yaml.load(text, _PlainLoader)  # noqa: S506 - a SafeLoader that takes less
+    except RecursionError:
+        raise ConfigurationError(f"{name}: nested too deeply; sections go four deep") from None
+    except (yaml.YAMLError, ValueError) as error:
+        problem = printable(" ".join(str(error).split()), 300)
+        raise ConfigurationError(f"{name}: not valid YAML: {problem}") from None
+    if not isinstance(result, dict):
+        kind = type(result).__name__
+        raise ConfigurationError(f"{name}: must hold sections (key: value), holds {kind}")
+    return result

@@ -1,0 +1,371 @@
+"""Bad input by the schema: one mistake anywhere in a configuration, and odd command lines."""
+
+import copy
+import math
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+from hypothesis import strategies as st
+
+from pneumo.physics.parameters import SCHEMA, named_sections, read_yaml, resolved
+
+PAPER = Path(__file__).parents[1] / "config" / "paper.yaml"
+BASE, BASE_TEXT = read_yaml(PAPER), PAPER.read_text(encoding="utf-8")
+
+
+class Mistake(NamedTuple):
+    """A file that is wrong, and what the line about it has to name."""
+
+    kind: str
+    content: bytes
+    words: tuple[str, ...]
+
+
+def places(node, content, path=()):
+    """Every place of a configuration, as (path, schema): sections, fields and items of lists."""
+    yield path, node
+    node = resolved(node)
+    inner = named_sections(node)
+    if isinstance(content, dict):
+        for key, value in content.items():
+            yield from places(inner or node["properties"][key], value, (*path, key))
+    elif isinstance(content, list):
+        items = node.get("items") or next(option["items"] for option in node["anyOf"] if "items" in option)
+        for i, value in enumerate(content):
+            yield from places(items, value, (*path, i))
+
+
+def with_change(content, path, change):
+    """A copy of a configuration in which `change(holder, key)` was called at `path`."""
+    result = {"": copy.deepcopy(content)}
+    holder, key = result, ""
+    for step in path:
+        holder, key = holder[key], step
+    change(holder, key)
+    return result[""]
+
+
+def bounds(node):
+    """Every limit of a field, as (limit, side of what is refused, whether it is refused itself, type)."""
+    node = resolved(node)
+    keys = {"ge": -1, "minimum": -1, "gt": -1, "exclusiveMinimum": -1}
+    keys |= {"le": 1, "maximum": 1, "lt": 1, "exclusiveMaximum": 1}
+    for option in node.get("anyOf", [node]):
+        for key in keys.keys() & option.keys():
+            yield option[key], keys[key], key in ("gt", "lt") or "exclusive" in key, option["type"]
+
+
+def limits(node):
+    """Numbers just and far outside what a field takes."""
+    for limit, sign, exclusive, kind in bounds(node):
+        step = limit + sign if kind == "integer" else math.nextafter(limit, sign * math.inf)
+        yield limit if exclusive else step
+        yield limit + sign * 1e9
+        yield limit + sign * 1e300
+
+
+ODD_TEXTS = [
+    "",
+    " ",
+    "\n",
+    "\0",
+    "\x1b[31m",
+    "\u202e",
+    "Ä" * 30,
+    "x" * 100_000,
+    "../../etc/passwd",
+    "/",
+    "<b>",
+]
+ODD_TEXTS += ["null", "{{7*7}}", "$(id)", "%s%n", "\ufeff", "__class__", "E 1", "0.1.2", "1e", "१"]
+NO_NUMBER = [math.nan, math.inf, -math.inf, 10**400, -(10**400), 1e308 * 10]
+NO_LEAF = [{}, [], [[]], {"a": 1}, {"": {}}, [None], [[[[[[1]]]]]], [0] * 2000]
+WRONG = {
+    "number": [*NO_NUMBER, None, True, *NO_LEAF, *ODD_TEXTS],
+    "integer": [*NO_NUMBER, 1.5, None, False, *NO_LEAF, *ODD_TEXTS],
+    "string": [0, 1.5, None, True, 10**400, *NO_LEAF, *ODD_TEXTS],
+    "array": [0, 1.5, True, None, "x", "", {}, {"a": 1}, [[]], [{}], [None], [[1.2]], 10**400],
+    "object": [0, 1.5, True, "x", "", [], [{}], math.nan, 10**400],
+}
+
+
+def wrong_values(node):
+    """Values that a place does not take, by what its schema says."""
+    node = resolved(node)
+    options = node.get("anyOf", [node])
+    kinds = {option.get("type", "string") for option in options} | ({"string"} if "enum" in node else set())
+    values = [value for kind in sorted(kinds - {"null"}) for value in WRONG[kind]]
+    if "null" in kinds:
+        values = [value for value in values if value is not None]
+    if "array" in kinds and "minItems" not in str(options):
+        values = [value for value in values if value != []]
+    if pattern := node.get("pattern"):
+        values = [value for value in values if not (isinstance(value, str) and re.search(pattern, value))]
+    if kinds == {"object"} and "properties" not in node:
+        values.append({})  # names are missing
+    return [*values, *limits(node)]
+
+
+def dumped(content):
+    return yaml.safe_dump(content, allow_unicode=False, sort_keys=False).encode()
+
+
+def name_of(path):
+    return ".".join(map(str, path))
+
+
+@st.composite
+def wrong_field(draw):
+    """A field, section or item that holds what it may not."""
+    path, node = draw(st.sampled_from(list(places(SCHEMA, BASE))[1:]))
+    value = draw(st.sampled_from(wrong_values(node)))
+
+    def change(holder, key):
+        holder[key] = value
+
+    return Mistake("value", dumped(with_change(BASE, path, change)), (name_of(path[:3]), " = "))
+
+
+@st.composite
+def wrong_number(draw):
+    """A number of any size outside a field's range."""
+    numbers = [(path, node) for path, node in places(SCHEMA, BASE) if list(limits(node))]
+    path, node = draw(st.sampled_from(numbers))
+    high = max(limit for limit, sign, *_ in bounds(node) if sign > 0)
+    low = min(limit for limit, sign, *_ in bounds(node) if sign < 0)
+    below = st.floats(max_value=low, exclude_max=True, allow_nan=False)
+    above = st.floats(min_value=high, exclude_min=True, allow_nan=False)
+    value = draw(below | above)
+
+    def change(holder, key):
+        holder[key] = value
+
+    words = (name_of(path), " = ", "must be")
+    return Mistake("number", dumped(with_change(BASE, path, change)), words)
+
+
+@st.composite
+def missing_key(draw):
+    path, _ = draw(st.sampled_from([p for p in places(SCHEMA, BASE) if p[0] and isinstance(p[0][-1], str)]))
+
+    def change(holder, key):
+        del holder[key]
+
+    # Without an experiment, a level or an option the configuration may be a smaller one.
+    section = path[0] in ("experiments", "levels") and len(path) == 2
+    words = () if section or path == ("run", "duration_limit_s") else (name_of(path), "missing")
+    words = (".cylinder = ", "must") if path in (("cylinders", "D"), ("cylinders", "E")) else words
+    return Mistake("missing", dumped(with_change(BASE, path, change)), words)
+
+
+@st.composite
+def unknown_key(draw):
+    sections = [p for p, node in places(SCHEMA, BASE) if "properties" in resolved(node)]
+    path = draw(st.sampled_from(sections))
+    key = draw(st.text(min_size=1, max_size=50) | st.sampled_from(ODD_TEXTS))
+    value = draw(st.sampled_from([1, None, "x", {}, [], "y" * 5000]))
+
+    def change(holder, last):
+        holder[last][key if key not in holder[last] else "colour"] = value
+
+    return Mistake("unknown key", dumped(with_change(BASE, path, change)), (name_of(path), "unknown key"))
+
+
+@st.composite
+def wrong_name(draw):
+    """Names of experiments, cylinders and levels that are none."""
+    section = draw(st.sampled_from(["experiments", "cylinders", "levels"]))
+    name = draw(
+        st.sampled_from(
+            [
+                *(text for text in ODD_TEXTS if text != "null"),
+                "../E01",
+                "a/b",
+                "..",
+                ".",
+                "-x",
+                "a" * 41,
+                17,
+                None,
+                True,
+                1.5,
+            ]
+        )
+    )
+
+    def change(holder, key):
+        holder[key][name] = next(iter(holder[key].values()))
+
+    text = yaml.dump(with_change(BASE, (section,), change), Dumper=NoAliases).encode()
+    words = (section, "the name must be text") if isinstance(name, str) else ("key", "not text")
+    return Mistake("name", text, words)
+
+
+class NoAliases(yaml.SafeDumper):
+    def ignore_aliases(self, data):
+        return True
+
+
+@st.composite
+def conflict(draw):
+    """Values that are in range and disagree with one another."""
+    changes = [
+        (("supply", "P_s_Pa"), 0.9e5, "P_atm_Pa"),
+        (("cylinders", "D", "stroke_mm"), 20.0, "stop_mm"),
+        (("cylinders", "E", "settling", "stop_mm"), -140.0, "half-stroke"),
+        (("experiments", "E07", "cylinder"), draw(st.text("ABCFG", min_size=1, max_size=4)), "one of D, E"),
+        (("run", "experiments"), ["E01", f"E{draw(st.integers(17, 999))}"], "no such experiment"),
+        (("n",), draw(st.sampled_from([[1.2, 1.2], [1.4, 1.0], [1.0, 1.1, 1.1]])), "must increase"),
+        (("step_s",), draw(st.floats(1e-7, 4e-5)), "at most 2e+07 steps"),
+        (("levels",), {"overall": [0.1]}, "Table 7"),
+    ]
+    path, value, word = draw(st.sampled_from(changes))
+
+    def change(holder, key):
+        holder[key] = value
+
+    return Mistake("conflict", dumped(with_change(BASE, path, change)), (" = ", word))
+
+
+LAUGHS = "a0: &a0 [x, x]\n" + "".join(
+    f"a{i + 1}: &a{i + 1} [{', '.join([f'*a{i}'] * 9)}]\n" for i in range(30)
+)
+MERGES = "a0: &a0 {x: 1}\n" + "".join(
+    f"a{i + 1}: &a{i + 1}\n  <<: [*a{i}, *a{i}, *a{i}]\n" for i in range(30)
+)
+TAGS = [
+    "!!python/object/apply:os.system ['touch oops']",
+    "!!python/name:os.system",
+    "!!python/module:os",
+    "!x 1",
+]
+TAGS += [
+    "!!binary aGVsbG8=",
+    "!!set {a, b}",
+    "!!int ''",
+    "!!float x",
+    "!!timestamp x",
+    "!!bool maybe",
+    "!!null x",
+]
+SYNTAX = [
+    "x: [1",
+    "x: {a",
+    "\tx: 1",
+    "x: 'a",
+    'x: "a',
+    "a: b: c",
+    "- a\nb: 1",
+    "? {a: b}\n: 1",
+    "%YAML 9.9\n---\nx: 1",
+]
+SYNTAX += [
+    "--- 1\n--- 2",
+    "x: \x01",
+    "@x",
+    "`x",
+    "x: *nothing",
+    "x: &",
+    "[]",
+    "",
+    "#",
+    "- 1",
+    "1",
+    "null",
+    "=: =",
+]
+SYNTAX += [
+    "x: 2001-99-99",
+    "[" * 5000,
+    "{a: " * 5000,
+    "- " * 5000,
+    "\n".join(" " * i + "a:" for i in range(2000)),
+]
+SYNTAX += [r"""x: "\ud800" """.strip(), "x: " + "9" * 5000, "x: 0x" + "f" * 5000, "? " * 3000]
+
+
+@st.composite
+def broken_text(draw):
+    """Text that is no YAML, or more than plain YAML."""
+    at = draw(st.integers(0, len(BASE_TEXT)))
+    tag = draw(st.sampled_from(TAGS))
+    garbage = draw(st.binary(min_size=1, max_size=200))
+    choices = [
+        ("anchors", LAUGHS + BASE_TEXT),
+        ("anchors", MERGES + BASE_TEXT),
+        ("anchors", BASE_TEXT.replace("gas:", "gas: &gas", 1)),
+        ("tag", BASE_TEXT.replace("700000.0", tag, 1)),
+        ("tag", BASE_TEXT.replace("name: paper", f"name: {tag}", 1)),
+        ("twice", BASE_TEXT + "\nname: again\n"),
+        ("twice", BASE_TEXT.replace("mass_kg: 1.5", "mass_kg: 1.5\n    mass_kg: 2.5")),
+        ("tab", BASE_TEXT.replace("  bore_mm", "\tbore_mm", 1)),
+        ("syntax", draw(st.sampled_from(SYNTAX))),
+        ("syntax", BASE_TEXT + "\n" + draw(st.sampled_from([s for s in SYNTAX if s not in ("", "#")]))),
+        ("size", BASE_TEXT + "# " + "x" * 1_000_000),
+        ("garbage", BASE_TEXT.encode()[:at] + b"\xff" + garbage + BASE_TEXT.encode()[at:]),
+        ("garbage", garbage),
+        ("UTF-16", BASE_TEXT.encode("utf-16")),
+    ]
+    kind, text = draw(st.sampled_from(choices))
+    return Mistake(kind, text if isinstance(text, bytes) else text.encode(), ())
+
+
+def mistakes():
+    """Any mistake in a configuration."""
+    return st.one_of(
+        wrong_field(), wrong_number(), missing_key(), unknown_key(), wrong_name(), conflict(), broken_text()
+    )
+
+
+WORDS = [
+    "check",
+    "models",
+    "explain",
+    "verdict",
+    "E07",
+    "M8",
+    "1.35",
+    "T7.M8.mse",
+    "config/paper.yaml",
+    "--results",
+]
+ODD = [
+    "--",
+    "-",
+    "",
+    "..",
+    "/",
+    "../..",
+    "nan",
+    "inf",
+    "-1",
+    "1e999",
+    "M11",
+    "E99",
+    "../E07",
+    "a/b",
+    "x" * 5000,
+    "é",
+]
+ODD += [
+    "\n",
+    "\x1b[2J",
+    "\ud800",
+    "http://x/y",
+    "file::x",
+    "%00",
+    "--help=1",
+    "--record=1",
+    "--no",
+    "-h",
+    "nowhere",
+]
+
+
+def command_lines():
+    """Arguments that seldom are a right command line."""
+    surrogates_too = st.characters(exclude_characters="\0", exclude_categories=())
+    word = st.sampled_from(WORDS + ODD) | st.text(surrogates_too, max_size=20)
+    return st.lists(word, max_size=6)
