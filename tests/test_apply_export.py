@@ -1,6 +1,7 @@
 """Exported code, compiled and run by what it is for, against the right-hand side it was printed from."""
 
 import ctypes
+import runpy
 import shutil
 import subprocess
 import sys
@@ -79,10 +80,9 @@ def run_octave(models, plant, states, folder):
     return [np.fromfile(folder / f"{model.name}.bin").reshape(-1, 2) for model in models]
 
 
-def run_casadi(model, plant, states):
-    namespace: dict = {}
-    exec(exported(model, N, plant, "casadi"), namespace)
-    function = namespace[f"{model.name}_dP_dt"]
+def run_casadi(model, plant, states, folder):
+    (folder / "model.py").write_text(exported(model, N, plant, "casadi"))
+    function = runpy.run_path(str(folder / "model.py"))[f"{model.name}_dP_dt"]
     return np.hstack([np.asarray(rate).T for rate in function.map(len(states))(*states.T[:, None, :])])
 
 
@@ -115,9 +115,9 @@ def test_matlab(plant, random_states, tmp_path):
 
 
 @pytest.mark.parametrize("model", EVERY, ids=lambda model: model.name)
-def test_casadi(model, plant, random_states):
+def test_casadi(model, plant, random_states, tmp_path):
     pytest.importorskip("casadi", reason="CasADi is not installed")
-    assert difference(run_casadi(model, plant, random_states), model, plant, random_states) < 1e-12
+    assert difference(run_casadi(model, plant, random_states, tmp_path), model, plant, random_states) < 1e-12
 
 
 def test_states_take_every_branch(plant, random_states):
