@@ -156,6 +156,28 @@ def identify(
 
 
 @app.command()
+def export(
+    model: Annotated[str, typer.Argument(help="M1 to M10")],
+    cylinder: Annotated[str, typer.Option(help="name of a cylinder in the configuration")],
+    k0: Annotated[float, typer.Option(help="thermal conductance of each chamber's wall, W/K")],
+    to: Annotated[str, typer.Option(help="c, matlab (Octave too) or casadi (Python)")],
+    n: Annotated[float | None, typer.Option(help="polytropic index, where the model has one")] = None,
+    config: Annotated[list[Path] | None, typer.Option(help="configuration [config/paper.yaml]")] = None,
+    precision: Annotated[str, typer.Option(help="double or, in C, float")] = "double",
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="file [standard output]")] = None,
+):
+    """Write a model as source code: rates of both chambers' pressures from u, x, v, P_A and P_B."""
+    from pneumo.apply.export import configured_plant, exported, write_source
+    from pneumo.physics.parameters import load, study
+
+    plant = configured_plant(study(load(*(config or [Path("config/paper.yaml")]))), cylinder, k0)
+    source = exported(model, n, plant, to, precision)
+    if output is None:
+        return typer.echo(source, nl=False)
+    write_source(source, output)
+
+
+@app.command()
 def verify(
     results: Annotated[Path, typer.Argument(help="folder of results")] = Path("results"),
     remove: Annotated[
@@ -179,12 +201,13 @@ def verify(
 
 def main() -> None:
     """Run the command line; an error that the user can mend is one line and exit code 2."""
+    from pneumo.apply.errors import ApplyError
     from pneumo.physics.plain_yaml import ConfigurationError, printable
     from pneumo.store import ResultError
 
     try:
         sys.exit(app(standalone_mode=False))
-    except (ConfigurationError, ResultError) as error:
+    except (ApplyError, ConfigurationError, ResultError) as error:
         message = str(error)
     except Exception as error:
         if not hasattr(error, "format_message"):  # typer's errors of usage

@@ -2,8 +2,11 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
+
+from pneumo.physics.parameters import load, study
 
 RESULTS = Path(__file__).parents[1] / "results"
 
@@ -29,3 +32,16 @@ def pytest_collection_modifyitems(items):
 def results() -> Path:
     """Folder of the full study's results."""
     return RESULTS
+
+
+@pytest.fixture(scope="session")
+def plant():
+    """Cylinder D at 0.5 W/K."""
+    return study(load(Path(__file__).parents[1] / "config/paper.yaml")).experiments["E09"].plant
+
+
+@pytest.fixture(scope="session")
+def random_states() -> np.ndarray:
+    """10,000 states (u, x, v, P_A, P_B) of `plant`, on every branch of valve and limiter."""
+    low, high = (-12, -0.05, -2, 2e4, 2e4), (12, 0.05, 2, 9e5, 9e5)
+    return np.random.default_rng(2006).uniform(low, high, (10_000, 5))

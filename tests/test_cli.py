@@ -33,7 +33,7 @@ def test_models_prints_every_model():
 def test_help_names_every_command():
     done = pneumo("--help")
     assert done.returncode == 0
-    commands = ("check", "models", "explain", "verdict", "assumptions", "identify", "verify")
+    commands = ("check", "models", "explain", "verdict", "assumptions", "identify", "verify", "export")
     assert all(command in done.stdout for command in commands)
 
 

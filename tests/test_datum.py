@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from pneumo import testing as some
 from pneumo.physics.parameters import load, study
 from pneumo.simulate.datum import command_series, equilibrium, record, run
 from pneumo.simulate.excitation import reference_series

@@ -1,10 +1,10 @@
 """Equilibrium pressure of Appendix 2: the half-bridge of two leaking restrictions."""
 
 import pytest
-import strategies as some
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pneumo import testing as some
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Gas, exact_gas, mass_flow
 

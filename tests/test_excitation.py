@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import strategies as some
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from pneumo import testing as some
 from pneumo.physics.experiment import Drive, Excitation
 from pneumo.physics.parameters import load, study
 from pneumo.simulate.excitation import (

@@ -6,10 +6,10 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
-import strategies as some
 from hypothesis import example, given, settings, target
 from hypothesis import strategies as st
 
+from pneumo import testing as some
 from pneumo.physics.cylinder import Cylinder, heat_area, volume
 from pneumo.physics.experiment import Drive, Plant
 from pneumo.physics.models import MODELS, Lane, lane, lane_array

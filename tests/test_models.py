@@ -3,11 +3,11 @@
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
 import sympy
 from hypothesis import given, settings, target
 from hypothesis import strategies as st
 
+from pneumo import testing as some
 from pneumo.physics.models import (
     MODELS,
     WALL_LAWS,

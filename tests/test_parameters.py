@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pint
 import pytest
-import strategies as some
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pneumo import testing as some
 from pneumo.physics import schema_readme
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.exchange import from_json, to_json

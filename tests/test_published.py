@@ -5,9 +5,9 @@ import math
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
 from hypothesis import given
 
+from pneumo import testing as some
 from pneumo.assess import published
 
 EPS = np.finfo(float).eps

@@ -57,13 +57,33 @@ def test_picture_is_the_workflows(results):
     assert (ROOT / "paper/readme/traces.png").read_bytes() == (results / "figures/traces.png").read_bytes()
 
 
-@pytest.mark.results
-def test_code_runs(results):
-    code = re.search(r"```python\n(.*?)```", README, re.DOTALL)
+def output_of_code(section: str) -> str:
+    """What the Python of a section prints."""
+    code = re.search(rf"^## {section}\n(?:(?!^## ).)*?```python\n(.*?)```", README, re.DOTALL | re.MULTILINE)
     assert code
     done = subprocess.run([sys.executable, "-c", code.group(1)], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert len(done.stdout.strip("[] \n").split()) == 2
+    return done.stdout
+
+
+@pytest.mark.results
+def test_cell_opens(results):
+    assert len(output_of_code("Open a cell").strip("[] \n").split()) == 2
+
+
+def test_use_in_code():
+    numbers = re.findall(r"[-\d.e+]+", output_of_code("Use in code"))
+    assert len(numbers) == 2 + 4
+    assert all(0 < float(mse) < 1e9 for mse in numbers[:2])
+
+
+def test_export_writes(tmp_path):
+    command = re.search(r"`pneumo (export [^`]+)-o m8.c`", README)
+    assert command
+    code = "from pneumo.cli import main; main()"
+    arguments = [sys.executable, "-c", code, *command.group(1).split(), "-o", str(tmp_path / "m8.c")]
+    subprocess.run(arguments, cwd=ROOT, check=True)
+    assert "void M8_dP_dt(" in (tmp_path / "m8.c").read_text()
 
 
 @pytest.mark.results

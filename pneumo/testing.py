@@ -1,12 +1,18 @@
-"""Hypothesis strategies named by what they stand for. Plain floats in SI, finite, without subnormals.
+"""Hypothesis strategies for cylinders, gases and signals, to test models with; needs Hypothesis.
 
+Named by what they stand for. Plain floats in SI, finite, without subnormals.
 Ranges are those of industrial servo-pneumatics with a wide margin. Quantities that may vanish give exactly
 zero or a number of physical size.
 """
 
 import math
 
-from hypothesis import strategies as st
+import numpy as np
+
+try:
+    from hypothesis import strategies as st
+except ImportError:
+    raise ImportError("pneumo.testing needs Hypothesis: install pneumo[testing]") from None
 
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.experiment import Plant
@@ -191,3 +197,20 @@ def plants():
 
     valves = st.builds(Valve, _between(1e-9, 1e-5), _between(1.0, 20.0), laminar=st.just(0.0))
     return st.builds(build, gases(), valves, conditions(), cylinders(), conductances())
+
+
+def commands(steps, every=50, high=10.0):
+    """Command of every step, V, shape (steps + 1,), held for `every` steps as in Table 3."""
+    return _held(voltages(high), steps, every)
+
+
+def references(steps, cylinder, every=50, fraction=0.9):
+    """Position reference of every step, m, shape (steps + 1,), within a fraction of half the stroke."""
+    return _held(positions(fraction), steps, every).map(lambda series: series * cylinder.stroke / 2)
+
+
+def _held(levels, steps, every):
+    count = steps // every + 1
+    return st.lists(levels, min_size=count, max_size=count).map(
+        lambda values: np.repeat(np.array(values), every)[: steps + 1]
+    )

@@ -1,0 +1,1 @@
+"""For the engineer with a cylinder: simulate, replay, linearise, export, on the functions of physics."""
