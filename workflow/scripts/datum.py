@@ -1,30 +1,40 @@
 """Run the full-order system of every experiment."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from pneumo.job import logged
 from pneumo.physics.exchange import from_json
-from pneumo.simulate.datum import record
+from pneumo.physics.experiment import Experiment, Study
+from pneumo.simulate.datum import Recording, record
 from pneumo.simulate.results import datum_dataset, story
 from pneumo.store import attributes_of, read_json, write
 
 
 def main(parameters: str, outputs: list[str], code: str) -> None:
     study = from_json(read_json(parameters))
-    for output in outputs:
-        experiment = study.experiments[Path(output).stem]
-        attributes = {
-            "title": f"Full-order run of {experiment.name}",
-            "summary": "Every step of the sixth-order model, eqs (3) to (8), against which models are judged",
-            "experiment_parameters": attributes_of(experiment),
-            "config_sha256": study.config_sha256,
-            "code_sha256": code,
-        }
-        dataset = datum_dataset(experiment, record(experiment))
-        write(dataset, output, attributes)
-        print(f"{experiment.name}: full-order run, {experiment.steps * experiment.h:g} s, done", flush=True)
-        if dataset["status"]:
-            print(f"{experiment.name}: {story(dataset)}", flush=True)
+    experiments = [study.experiments[Path(output).stem] for output in outputs]
+    # The kernel holds no lock: the next runs are computed while one is written.
+    with ThreadPoolExecutor(1) as ahead:
+        recordings = ahead.map(record, experiments)
+        for output, experiment, recording in zip(outputs, experiments, recordings, strict=True):
+            save(study, experiment, recording, output, code)
+
+
+def save(study: Study, experiment: Experiment, recording: Recording, output: str, code: str) -> None:
+    """Write one run and say how it went."""
+    attributes = {
+        "title": f"Full-order run of {experiment.name}",
+        "summary": "Every step of the sixth-order model, eqs (3) to (8), against which models are judged",
+        "experiment_parameters": attributes_of(experiment),
+        "config_sha256": study.config_sha256,
+        "code_sha256": code,
+    }
+    dataset = datum_dataset(experiment, recording)
+    write(dataset, output, attributes)
+    print(f"{experiment.name}: full-order run, {experiment.steps * experiment.h:g} s, done", flush=True)
+    if dataset["status"]:
+        print(f"{experiment.name}: {story(dataset)}", flush=True)
 
 
 if job := globals().get("snakemake"):
