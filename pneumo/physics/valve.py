@@ -140,10 +140,12 @@ def chamber_flows(u, P, T, valve, gas, conditions):
     """
     A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
     P_port = conditions.P_s if u >= 0 else conditions.P_atm
-    if valve.laminar:
-        A_t *= laminar_share(max(P_port, P), min(P_port, P), valve.laminar)
     if P_port >= P:
+        if valve.laminar:
+            A_t *= laminar_share(P_port, P, valve.laminar)
         return mass_flow(A_t, P_port, P, conditions.T_in, gas), 0.0
+    if valve.laminar:
+        A_t *= laminar_share(P, P_port, valve.laminar)
     return 0.0, mass_flow(A_t, P, P_port, T, gas)
 
 
