@@ -195,7 +195,7 @@ def plants():
     def build(gas, valve, conditions, cylinder, k_0):
         return Plant(gas, valve, conditions._replace(T_0=conditions.T_amb), cylinder, k_0)
 
-    valves = st.builds(Valve, _between(1e-9, 1e-5), _between(1.0, 20.0), laminar=st.just(0.0))
+    valves = st.builds(lambda k_xu, u_max: Valve(k_xu, u_max), _between(1e-9, 1e-5), _between(1.0, 20.0))
     return st.builds(build, gases(), valves, conditions(), cylinders(), conductances())
 
 

@@ -101,8 +101,14 @@ def test_c_in_single_precision(plant, random_states, tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-def test_c_with_laminar_flow_at_equal_pressures(plant, random_states, tmp_path):
-    plant = plant._replace(valve=plant.valve._replace(laminar=0.05))
+@pytest.mark.parametrize(
+    "unusual", [{"laminar": 0.05}, {"exhaust": 0.7, "leak": 1e-8}, {"elliptic": True, "critical_ratio": 0.3}]
+)
+def test_c_of_an_unusual_valve(plant, random_states, tmp_path, unusual):
+    if "elliptic" in unusual:
+        plant = plant._replace(gas=plant.gas._replace(**unusual))
+    else:
+        plant = plant._replace(valve=plant.valve._replace(**unusual))
     found = run_c(MODELS["M8"], plant, random_states, tmp_path)
     assert difference(found, MODELS["M8"], plant, random_states) < 1e-12
 

@@ -110,7 +110,7 @@ def test_newtons_law(cylinder, P, v, force):
 @settings(deadline=None)
 @given(some.cylinders(), some.positions(3.0), some.velocities(), st.floats(-100, 100))
 def test_end_stops(cylinder, fraction, v, a):
-    x_0, v_0 = stopped(fraction * cylinder.stroke / 2, v, cylinder)
+    x_0, v_0 = stopped(fraction * cylinder.stroke / 2, v, v, cylinder)
     assert cylinder.x_min <= x_0 <= cylinder.x_max
     if abs(fraction) < 1:
         assert (x_0, v_0) == (fraction * cylinder.stroke / 2, v)
@@ -314,3 +314,42 @@ def test_integrated_closed_chamber_with_fast_wall_heat_keeps_P_V():
     P, T, V = stroked(1e3)
     assert drift(T) < 1e-3
     assert drift(P * V / T) < 1e-9  # the mass: exact but for the integrator
+
+
+# Load and Coulomb friction
+
+
+@settings(deadline=None)
+@given(some.cylinders(), some.pressures(), some.velocities(), st.floats(-1e4, 1e4), st.floats(-1e3, 1e3))
+def test_load_is_a_force_that_stays(cylinder, P, v, force, load):
+    loaded = cylinder._replace(load=load)
+    balanced = acceleration(0.0, P, P, force, loaded)
+    assert balanced == (force + load) / cylinder.M
+    # Sums in another order: rounded at the size of the largest term.
+    scale = (abs(force) + abs(load) + cylinder.k_f * abs(v)) / cylinder.M
+    assert acceleration(v, P, P, force, loaded) == pytest.approx(
+        acceleration(v, P, P, force + load, cylinder), abs=8 * EPS * scale
+    )
+
+
+@settings(deadline=None)
+@given(some.cylinders(), some.velocities(), st.floats(-1e4, 1e4), st.floats(1e-3, 1e3))
+def test_coulomb_friction_opposes_motion_and_holds_what_rests(cylinder, v, force, coulomb):
+    free = acceleration(v, 1e5, 1e5, force, cylinder) * cylinder.M
+    net = acceleration(v, 1e5, 1e5, force, cylinder._replace(coulomb=coulomb)) * cylinder.M
+    if v:
+        assert net == pytest.approx(free - math.copysign(coulomb, v), abs=8 * EPS * (abs(free) + coulomb))
+    elif abs(force) <= coulomb:
+        assert net == 0
+    else:
+        assert net == pytest.approx(
+            force - math.copysign(coulomb, force), abs=8 * EPS * (abs(force) + coulomb)
+        )
+
+
+def test_a_piston_comes_to_rest_only_with_coulomb_friction():
+    assert stopped(0.0, -0.1, 0.2, D) == (0.0, -0.1)
+    rough = D._replace(coulomb=5.0)
+    assert stopped(0.0, -0.1, 0.2, rough) == (0.0, 0.0)
+    assert stopped(0.0, 0.1, 0.2, rough) == (0.0, 0.1)
+    assert stopped(0.0, 0.1, 0.0, rough) == (0.0, 0.1)  # it has just begun to move

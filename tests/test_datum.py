@@ -416,3 +416,28 @@ def test_the_smooth_bound_would_see_a_wrong_digit():
     other = e.plant._replace(k_0=e.plant.k_0 * (1 + 1e-4))
     states = [run(equilibrium(p), reference, 0.0, e.drive, p, e.h) for p in (e.plant, other)]
     assert abs((states[0] - states[1]) / scale_of(e)).max() > 2e-8
+
+
+def test_coulomb_friction_brakes_as_a_constant_force():
+    # Shut valve, equal pressures, a huge dead volume: only friction acts, v falls by coulomb / M per second.
+    e = lasting("E14", 0.2)
+    cylinder = e.plant.cylinder._replace(coulomb=6.0, k_f=0.0, M=2.0, V_d=1e3)
+    plant = e.plant._replace(cylinder=cylinder, k_0=0.0)
+    y_0, drive = equilibrium(plant), e.drive._replace(closed_loop=False)
+    y_0[1] = 0.15
+    v = run(y_0, np.zeros(e.steps + 1), 0.0, drive, plant, e.h)[:, 1]
+    expected = np.maximum(0.15 - 6.0 / 2.0 * e.h * np.arange(e.steps + 1), 0)
+    # The air's spring, 2 gamma P_0 A^2 / V_d = 1.6e-4 N/m, over 4 mm and 50 ms; a whole step where it stops.
+    np.testing.assert_allclose(v[:49], expected[:49], atol=2e-8)
+    np.testing.assert_allclose(v[49:], 0, atol=6.0 / 2.0 * e.h)
+    assert v[-1] == 0
+
+
+def test_a_load_within_coulomb_friction_moves_nothing_and_one_beyond_it_does():
+    e = lasting("E14", 0.1)
+    drive, zeros = e.drive._replace(closed_loop=False), np.zeros(e.steps + 1)
+    for weight, moves in ((9.9, False), (10.1, True)):
+        plant = e.plant._replace(cylinder=e.plant.cylinder._replace(load=-weight, coulomb=10.0))
+        x = run(equilibrium(plant), zeros, 0.0, drive, plant, e.h)[:, 0]
+        assert (x[-1] < 0) == moves
+        assert np.any(x) == moves

@@ -9,6 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pneumo import testing as some
+from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import (
     Conditions,
     Gas,
@@ -270,3 +271,52 @@ def test_chamber_flows_against_the_literal_equation(plant, u, P, T):
     assert max(m_in, m_out) ** 2 == pytest.approx(
         literal**2, rel=16 * EPS, abs=4 * EPS * scale**2
     )  # as above
+
+
+# What a bought valve has beside: ISO 6358's ellipse, asymmetry, leakage
+
+
+@settings(deadline=None)
+@given(some.pressures(), some.temperatures(), st.floats(0.05, 0.6), st.floats(0.0, 1.0))
+def test_ellipse_of_iso_6358(P_u, T_u, b, fraction):
+    gas = exact_gas(287.0, 1.4)._replace(critical_ratio=b, elliptic=True)
+    ratio = b + fraction * (1 - b)
+    choked = choked_flow(1e-6, P_u, T_u, gas)
+    flow = mass_flow(1e-6, P_u, ratio * P_u, T_u, gas)
+    # (flow / choked)^2 + ((r - b) / (1 - b))^2 = 1; two divisions and a product round, each share <= 1
+    assert (flow / choked) ** 2 + fraction**2 == pytest.approx(1, abs=20 * EPS / (1 - b))
+    assert mass_flow(1e-6, P_u, 0.9 * b * P_u, T_u, gas) == choked
+
+
+@settings(deadline=None)
+@given(some.plants(), some.voltages(), some.pressures(), some.temperatures(), st.floats(0.1, 3.0))
+def test_exhaust_scales_the_path_to_the_atmosphere_alone(plant, u, P, T, exhaust):
+    flows = chamber_flows(u, P, T, plant.valve._replace(exhaust=exhaust), plant.gas, plant.conditions)
+    usual = chamber_flows(u, P, T, plant.valve, plant.gas, plant.conditions)
+    factor = exhaust if u < 0 else 1.0
+    assert flows == pytest.approx([factor * m for m in usual], rel=4 * EPS)  # products in another order
+
+
+@settings(deadline=None)
+@given(some.plants(), some.voltages(), some.pressures(), some.temperatures(), st.floats(1e-12, 1e-6))
+def test_leak_is_a_restriction_to_either_port_beside_the_valve(plant, u, P, T, leak):
+    c, gas = plant.conditions, plant.gas
+    m_in, m_out = chamber_flows(u, P, T, plant.valve._replace(leak=leak), gas, c)
+    open_ = chamber_flows(u, P, T, plant.valve, gas, c)
+    ways = [
+        (mass_flow(leak, port, P, c.T_in, gas), 0.0) if port >= P else (0.0, mass_flow(leak, P, port, T, gas))
+        for port in (c.P_s, c.P_atm)
+    ]
+    # All flows are proportional to areas; areas are added before, here flows after.
+    expected = [sum(way[i] for way in (open_, *ways)) for i in range(2)]
+    assert [m_in, m_out] == pytest.approx(expected, rel=8 * EPS)
+
+
+@settings(deadline=None, max_examples=30)
+@given(some.temperatures())
+def test_leaking_chamber_of_a_shut_valve_rests_at_the_pressure_of_the_half_bridge(T):
+    gas = exact_gas(287.0, 1.4)
+    P_0 = equilibrium_pressure(7e5, 1e5, gas)
+    c = Conditions(7e5, 1e5, T, T, P_0, T)
+    m_in, m_out = chamber_flows(0.0, P_0, T, Valve(1e-7, 10.0, leak=1e-9), gas, c)
+    assert m_in == pytest.approx(m_out, rel=1e-8)  # the root of P_0 is found to 1e-9 P_atm

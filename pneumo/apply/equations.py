@@ -65,6 +65,8 @@ def constants(plant: Plant, n: float) -> list[Constant]:
         Constant("critical_ratio", gas.critical_ratio, "P_d/P_u at which flow becomes sonic, eq (1)"),
         Constant("k_xu", valve.k_xu, "m^2/V, valve area per volt, eq (2)"),
         Constant("laminar", valve.laminar, "1 - P_d/P_u below which flow is proportional to it"),
+        Constant("exhaust", valve.exhaust, "area to the atmosphere over area from the supply"),
+        Constant("leak", valve.leak, "m^2, area that stays open to either port"),
         Constant("u_max", valve.u_max, "V, limit of the command"),
         Constant("P_s", c.P_s, "Pa, supply"),
         Constant("P_atm", c.P_atm, "Pa, atmosphere"),
@@ -113,8 +115,13 @@ def statements(model: Model, plant: Plant) -> list[Statement]:
     u, x, v, P, area = (real(name) for name in ARGUMENTS)
     T, V, dV_dt, m_in, m_out, area_ratio = map(real, ("T", "V", "dV_dt", "m_in", "m_out", "area_ratio"))
     u_max: Any = sympy.Symbol("u_max", positive=True)
-    gas = Gas(*map(real, ("R", "gamma_", "sonic_coefficient", "critical_ratio")))
-    valve = Valve(real("k_xu"), u_max, real("laminar") if plant.valve.laminar else 0.0)
+    names = ("R", "gamma_", "sonic_coefficient", "critical_ratio")
+    gas = Gas._make([*map(real, names), plant.gas.elliptic])
+    usual = Valve(real("k_xu"), u_max)  # what a valve does not have stays a number and drops out
+    unusual = [
+        name for name in ("laminar", "exhaust", "leak") if getattr(plant.valve, name) != getattr(usual, name)
+    ]
+    valve = usual._replace(**{name: real(name) for name in unusual})
     c = Conditions(*(real(name) for name in Conditions._fields))
     cylinder = Cylinder(*(real(name) for name in Cylinder._fields))
     k_0, row = real("k_0"), lane(model, real("n"), gas.gamma)

@@ -144,7 +144,7 @@ def plant(
     ApplyError
         If a number is not positive, k_0 is negative, or P_s does not exceed P_atm.
     """
-    c = Cylinder(*(float(value) for value in cylinder[:-1]), rests=bool(cylinder.rests))
+    c = Cylinder._make(float(value) for value in cylinder)._replace(rests=bool(cylinder.rests))
     _positive(k_xu=k_xu, u_max=u_max, P_s=P_s, P_atm=P_atm, T_amb=T_amb)
     _positive(bore=c.bore, stroke=c.stroke, A_A=c.A_A, A_B=c.A_B, V_d=c.V_d, M=c.M)
     if not (np.isfinite(k_0) and k_0 >= 0):

@@ -28,6 +28,10 @@ class Cylinder(NamedTuple):
         End stops, m from the central position.
     rests : bool
         A piston that stands on a stop and is pushed onto it stays; if not, the stop only clips.
+    load : float
+        Constant force towards a larger chamber A, N: gravity, the atmosphere's on a rod.
+    coulomb : float
+        Coulomb friction, N: a piston at rest stays while no greater force acts.
     """
 
     bore: float
@@ -40,6 +44,8 @@ class Cylinder(NamedTuple):
     x_min: float
     x_max: float
     rests: bool = True  # ASSUME: not printed
+    load: float = 0.0
+    coulomb: float = 0.0
 
 
 @register_jitable
@@ -56,8 +62,21 @@ def heat_area(x, cylinder):
 
 @register_jitable
 def acceleration(v, P_A, P_B, force, cylinder):
-    """Piston acceleration, m/s^2: eq (3) with viscous friction and an external force, N."""
-    return (P_A * cylinder.A_A - P_B * cylinder.A_B - cylinder.k_f * v + force) / cylinder.M  # (3)
+    """Piston acceleration, m/s^2: eq (3) with friction, the cylinder's load and an external force, N."""
+    F = P_A * cylinder.A_A - P_B * cylinder.A_B - cylinder.k_f * v + force
+    if cylinder.load:
+        F += cylinder.load
+    if cylinder.coulomb:
+        F = beyond_coulomb(F, v, cylinder.coulomb)
+    return F / cylinder.M  # (3)
+
+
+@register_jitable
+def beyond_coulomb(F, v, coulomb):
+    """Force that is left of F, N, beside Coulomb friction."""
+    if v == 0 and abs(F) <= coulomb:
+        return 0.0
+    return F - coulomb if v > 0 or (v == 0 and F > 0) else F + coulomb
 
 
 @register_jitable
@@ -70,8 +89,13 @@ def motion(x, v, a, cylinder):
 
 
 @register_jitable
-def stopped(x, v, cylinder):
-    """Position and velocity after the end stops: position clipped, impact fully plastic."""
+def stopped(x, v, v_before, cylinder):
+    """Position and velocity after the end stops: position clipped, impact fully plastic.
+
+    With Coulomb friction a piston also comes to rest in a step at whose end it would move the other way.
+    """
+    if cylinder.coulomb and v * v_before < 0:
+        v = 0.0
     if x <= cylinder.x_min:
         return cylinder.x_min, max(v, 0.0)
     if x >= cylinder.x_max:

@@ -22,16 +22,20 @@ class Gas(NamedTuple):
         Choked mass flow is ``sonic_coefficient * P_u * A_t / sqrt(T_u)``, s K^0.5/m.
     critical_ratio : float
         Flow is sonic at and below this P_d / P_u.
+    elliptic : bool
+        The subsonic branch is the ellipse of ISO 6358, with the critical ratio b of a valve's catalogue,
+        and not that of eq (1).
     """
 
     R: float
     gamma: float
     sonic_coefficient: float
     critical_ratio: float
+    elliptic: bool = False
 
 
 class Valve(NamedTuple):
-    """Servo-valve with matched and symmetric restrictions, section 2.1.
+    """Servo-valve, section 2.1; matched and symmetric restrictions unless told otherwise.
 
     Attributes
     ----------
@@ -41,11 +45,17 @@ class Valve(NamedTuple):
         Limit of the command's magnitude, V.
     laminar : float
         1 - P_d / P_u below which flow is proportional to it; 0 is eq (1) as printed.
+    exhaust : float
+        Area of the path to the atmosphere over that of the path from the supply; 1 is symmetric.
+    leak : float
+        Area that stays open between a chamber and either of supply and atmosphere, m^2.
     """
 
     k_xu: float
     u_max: float
     laminar: float = 0.0
+    exhaust: float = 1.0
+    leak: float = 0.0
 
 
 @register_jitable
@@ -76,7 +86,7 @@ def choked_flow(A_t, P_u, T_u, gas):
 
 @register_jitable
 def mass_flow(A_t, P_u, P_d, T_u, gas):
-    """Mass flow through a restriction, kg/s: eq (1).
+    """Mass flow through a restriction, kg/s: eq (1), or ISO 6358 where the gas is `elliptic`.
 
     Parameters
     ----------
@@ -92,6 +102,9 @@ def mass_flow(A_t, P_u, P_d, T_u, gas):
     ratio = P_d / P_u
     if ratio <= gas.critical_ratio:
         return choked_flow(A_t, P_u, T_u, gas)
+    if gas.elliptic:
+        above = (ratio - gas.critical_ratio) / (1 - gas.critical_ratio)
+        return choked_flow(A_t, P_u, T_u, gas) * (1 - above**2) ** 0.5  # ISO 6358
     g = gas.gamma
     subsonic = ratio ** (2 / g) - ratio ** ((g + 1) / g)
     return A_t * P_u * (2 * g / ((g - 1) * gas.R * T_u) * subsonic) ** 0.5  # (1)
@@ -115,11 +128,24 @@ def limited(u, u_max):
 
 
 @register_jitable
+def port_flows(A_t, P_port, P, T, valve, gas, conditions):
+    """Mass flows into and out of a chamber, kg/s, through one restriction; one of them is 0."""
+    if P_port >= P:
+        if valve.laminar:
+            A_t *= laminar_share(P_port, P, valve.laminar)
+        return mass_flow(A_t, P_port, P, conditions.T_in, gas), 0.0
+    if valve.laminar:
+        A_t *= laminar_share(P, P_port, valve.laminar)
+    return 0.0, mass_flow(A_t, P, P_port, T, gas)
+
+
+@register_jitable
 def chamber_flows(u, P, T, valve, gas, conditions):
     """Mass flows into and out of one chamber, kg/s, through the restriction that eq (2) opens.
 
     Air goes whichever way the pressures drive it: a chamber above supply pressure flows back into
-    the supply line, and one below atmospheric pressure draws air in through the exhaust.
+    the supply line, and one below atmospheric pressure draws air in through the exhaust. Where the valve
+    leaks, air goes through the other restriction too.
 
     Parameters
     ----------
@@ -136,17 +162,19 @@ def chamber_flows(u, P, T, valve, gas, conditions):
     Returns
     -------
     m_in, m_out : float
-        Both non-negative, at most one of them positive.
+        Both non-negative; at most one of them is positive where the valve does not leak.
     """
     A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
-    P_port = conditions.P_s if u >= 0 else conditions.P_atm
-    if P_port >= P:
-        if valve.laminar:
-            A_t *= laminar_share(P_port, P, valve.laminar)
-        return mass_flow(A_t, P_port, P, conditions.T_in, gas), 0.0
-    if valve.laminar:
-        A_t *= laminar_share(P, P_port, valve.laminar)
-    return 0.0, mass_flow(A_t, P, P_port, T, gas)
+    if u >= 0:
+        P_port, P_other = conditions.P_s, conditions.P_atm
+    else:
+        P_port, P_other = conditions.P_atm, conditions.P_s
+        A_t *= valve.exhaust
+    if not valve.leak:
+        return port_flows(A_t, P_port, P, T, valve, gas, conditions)
+    m_in, m_out = port_flows(A_t + valve.leak, P_port, P, T, valve, gas, conditions)
+    leak_in, leak_out = port_flows(valve.leak, P_other, P, T, valve, gas, conditions)
+    return m_in + leak_in, m_out + leak_out
 
 
 class Conditions(NamedTuple):

@@ -99,7 +99,8 @@ def run(y_0, reference, force, drive, plant, h):
             for i in range(STAGES):
                 total += B[i] * K[i, s]
             states[k + 1, s] = states[k, s] + h * total
-        states[k + 1, 0], states[k + 1, 1] = stopped(states[k + 1, 0], states[k + 1, 1], plant.cylinder)
+        x, v = states[k + 1, 0], states[k + 1, 1]
+        states[k + 1, 0], states[k + 1, 1] = stopped(x, v, states[k, 1], plant.cylinder)
     return states
 
 

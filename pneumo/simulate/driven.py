@@ -40,7 +40,7 @@ def driven(inputs: np.ndarray, lanes: np.ndarray, plant: Plant, h: float, stride
     lanes : numpy.ndarray
         From `pneumo.physics.models.lane_array`, shape (lane, 8), at most `lanes.ROW` of them.
     plant : Plant
-        With eq (1) as printed: its flow is a polynomial here.
+        Without leak or laminar share: its flow is a polynomial here.
     h : float
         Step, s.
     stride : int
@@ -51,8 +51,11 @@ def driven(inputs: np.ndarray, lanes: np.ndarray, plant: Plant, h: float, stride
     numpy.ndarray
         Pressure, Pa, shape (lane, chamber, stored steps); NaN from where a lane left the positive numbers.
     """
-    if len(lanes) > ROW or plant.valve.laminar:
-        raise ValueError(f"{len(lanes)} lanes, laminar = {plant.valve.laminar:g}: at most {ROW} lanes, and 0")
+    laminar, leak = plant.valve.laminar, plant.valve.leak
+    if len(lanes) > ROW or laminar or leak:
+        raise ValueError(
+            f"{len(lanes)} lanes, laminar = {laminar:g}, leak = {leak:g}: at most {ROW} lanes, 0, 0"
+        )
     order = np.argsort(needs(lanes), kind="stable")
     W, starts = work_array(lanes[order], plant)
     pressure = np.full((len(inputs) // stride + 1, 2, int(starts[3])), plant.conditions.P_0)
