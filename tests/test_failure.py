@@ -7,7 +7,7 @@ import pytest
 from printed_study import save, write_printed_study
 
 from pneumo.assess.published import table7
-from pneumo.assess.statistics import statistics
+from pneumo.assess.statistics import settling_table, statistics
 from pneumo.assess.verdict import verdict
 from pneumo.physics.models import MODELS
 from pneumo.physics.parameters import load, study
@@ -74,14 +74,27 @@ def test_a_settling_run_that_fails_has_no_settling_times(name):
     assert np.isnan(run.times).all()
     step = failure(run.states)[1]
     assert step > 0 and np.isnan(run.states[step + 1 :]).all()
-    figure = fig07(settling_dataset(E06, run))
-    assert "failed" in figure.texts[0].get_text()
+    assert (run.status, run.failure_step) == failure(run.states)
+    told = settling_dataset(E06, run)
+    assert told["failure_time"] == step * E06.h
+    assert f"E06: settling run failed at t = {step * E06.h:g} s: " in fig07(told).texts[0].get_text()
 
 
 def replays_of(experiment, recording):
     lanes, index = grid_lanes(STUDY.n, 1.4)
     cells = no_replay(recording, lanes, failure(recording.states)[1], experiment.pressure_stride)
     return replay_dataset(experiment, STUDY.n, index, cells)
+
+
+def test_the_page_tells_which_settling_run_failed(tmp_path):
+    folder = write_printed_study(tmp_path / "results")
+    experiment = broken("no mass")
+    parts = {"E06": settling_dataset(experiment, settle(experiment))}
+    save(parts["E06"], folder / "settling" / "E06.nc")
+    save(settling_table(parts, {"E06": 60.0}), folder / "settling.nc")
+    found = verdict(folder)
+    assert not found["failures"]
+    assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in render(found)
 
 
 @pytest.fixture(scope="module")

@@ -56,6 +56,7 @@ def a_settling() -> xr.Dataset:
             "T": (dims, np.stack([293 - 70 * decay, 293 + 110 * decay], axis=1)),
             "settling_time": ("quantity", [1.281, 1.061, 1.063, 0.937]),
             "release_time": ((), 1.5),
+            "status": 0,
         },
         coords={"t": t, "chamber": ["A", "B"], "quantity": ["P_A", "P_B", "T_A", "T_B"]},
         attrs={"experiment_parameters": json.dumps({"push": {"force": -300.0}})},
@@ -171,6 +172,16 @@ def test_a_model_that_failed_everywhere_is_left_out():
     replays = dict.fromkeys(TRANSPORTS, a_replay(datum, 1e3))
     assert len(figures.traces(datum, replays, failed).axes[2].lines) == 2  # zero and M1
     assert "$M_{5}$" in texts(figures.fig10(failed, table7()))  # its printed value still stands there
+
+
+@pytest.mark.parametrize("name", ["fig08", "fig09", "fig10", "fig11"])
+def test_averages_name_the_experiments_that_they_leave_out(name):
+    failed = {transport: data.copy(deep=True) for transport, data in STATISTICS.items()}
+    failed["published"]["failure_time"][0] = 0.4
+    table = table9() if name == "fig11" else table7()
+    left_out = f"left out, since the full-order run failed: {EXPERIMENTS[0]}"
+    assert left_out in texts(getattr(figures, name)(failed, table))
+    assert not any("left out" in text for text in texts(DRAW[name]()))
 
 
 def test_models_without_n_are_horizontal_lines():

@@ -18,7 +18,7 @@ from pneumo.assess.statistics import statistics
 from pneumo.physics.parameters import load, study
 from pneumo.simulate.datum import C, record
 from pneumo.simulate.replay import replay
-from pneumo.simulate.settling import QUANTITIES, settle
+from pneumo.simulate.settling import NOT_SETTLED, QUANTITIES, settle
 from pneumo.store import ResultError
 
 STUDY = study(load(Path(__file__).parents[1] / "config" / "paper.yaml"))
@@ -116,8 +116,7 @@ def test_what_does_not_settle_is_a_large_finite_residual():
 
 
 def test_settling_runs_can_be_capped():
-    with pytest.raises(ArithmeticError, match=r"^E10: not settled 5 s after release$"):
-        settle(STUDY.experiments["E10"], longest=10.0)
+    assert settle(STUDY.experiments["E10"], longest=10.0).status == NOT_SETTLED
 
 
 def test_correlation_of_a_known_normal():

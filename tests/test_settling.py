@@ -186,27 +186,43 @@ def test_table_5_to_the_printed_millisecond(name):
 def test_without_wall_heat_nothing_settles():
     e = STUDY.experiments["E01"]
     e = e._replace(plant=e.plant._replace(k_0=0.0))
-    with pytest.raises(ArithmeticError, match=r"^E01: k_0 = 0 W/K gives a thermal time constant of inf s;"):
-        settle(e)
+    assert_without_times(settle(e), settling.TOO_SLOW, 0)
+
+
+def assert_without_times(found, status, step):
+    assert (found.status, found.failure_step) == (status, step)
+    assert found.failure_step == len(found.states) - 1  # given up at its end, not failed
+    assert np.isnan(found.times).all()
+    assert np.isfinite(found.states).all()
 
 
 def test_wall_heat_too_slow_for_a_run_is_refused_before_it_starts():
     e = STUDY.experiments["E03"]
     e = e._replace(plant=e.plant._replace(k_0=1e-6))
-    with pytest.raises(ArithmeticError, match=r"E03: k_0 = 1e-06 W/K .* needs one below 10000 s"):
-        settle(e)
+    assert_without_times(settle(e), settling.TOO_SLOW, 0)
 
 
-def test_air_that_never_rests_is_an_error(monkeypatch):
+def test_air_that_never_rests_is_given_up(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST_RUN", 10.0)
     e = STUDY.experiments["E13"]
     e = e._replace(push=e.push._replace(tolerance=1e-300))
-    with pytest.raises(ArithmeticError, match="E13: air behind the stop not at rest after 10 s"):
-        settle(e)
+    window = max(settling.thermal_time_constant(e.plant), settling.SHORTEST_WINDOW)
+    pieces = int(10.0 / window)
+    assert_without_times(settle(e), settling.NOT_AT_REST, pieces * round(window / e.h))
 
 
-def test_a_release_that_does_not_settle_is_an_error(monkeypatch):
+def test_a_release_that_does_not_settle_is_given_up(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST_RUN", 15.0)
     monkeypatch.setattr(settling, "FREE_RUN_PER_SETTLING", 1e6)
-    with pytest.raises(ArithmeticError, match=r"E13: not settled .* after release"):
-        settle(STUDY.experiments["E13"])
+    e = STUDY.experiments["E13"]
+    found = settle(e)
+    window = max(settling.thermal_time_constant(e.plant), settling.SHORTEST_WINDOW)
+    assert_without_times(found, settling.NOT_SETTLED, found.release_step + round(20 * window / e.h))
+
+
+def test_a_loop_that_swings_for_ever_is_given_up_after_so_many_time_constants(monkeypatch):
+    monkeypatch.setattr(settling, "LONGEST_IN_WINDOWS", 60)  # 20, then 40
+    e = STUDY.experiments["E14"]
+    found = settle(e._replace(drive=e.drive._replace(k_p=1e6)))
+    window = max(settling.thermal_time_constant(e.plant), settling.SHORTEST_WINDOW)
+    assert_without_times(found, settling.NOT_SETTLED, found.release_step + round(40 * window / e.h))

@@ -291,7 +291,7 @@ def test_units_are_those_of_what_is_stored_and_not_of_what_it_came_from(grid):
 
 def settling_part(name, times):
     coords = {"quantity": ["P_A", "P_B", "T_A", "T_B"], "experiment": name, "cylinder": "D", "loop": "open"}
-    return xr.Dataset({"settling_time": ("quantity", times)}, coords | {"k_0": 0.1})
+    return xr.Dataset({"settling_time": ("quantity", times), "failure_time": np.nan}, coords | {"k_0": 0.1})
 
 
 def test_settling_table_and_the_ten_times_rule():

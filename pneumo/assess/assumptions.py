@@ -19,7 +19,7 @@ from pneumo.assess.statistics import statistics
 from pneumo.physics.experiment import Experiment, Study
 from pneumo.physics.parameters import ConfigurationError, merged, study, validated
 from pneumo.simulate.cells import grid_lanes, replay_dataset
-from pneumo.simulate.datum import STAGES, C, Recording, record
+from pneumo.simulate.datum import RAN, STAGES, C, Recording, record
 from pneumo.simulate.lanes import replay
 from pneumo.simulate.replay import EXACT, PUBLISHED
 from pneumo.simulate.results import labels
@@ -165,17 +165,17 @@ def run_experiment(name: str, alternatives: Mapping[str, Case]) -> dict[str, Run
             cells |= {member: found for member in members}
 
     runs: dict[Any, xr.DataArray] = {}
-    settled: dict[Any, Settling | None] = {}
+    settled: dict[Any, Settling] = {}
     times: dict[str, xr.DataArray] = {}
     for alternative, case in alternatives.items():
         e = case.study.experiments[name]
         same_run = (e.plant, e.drive, e.push, e.h)
         if same_run not in settled:
-            settled[same_run] = _settled(e)
+            settled[same_run] = settle(e, longest=LONGEST_RUN)
         key = (same_run, case.times)
         if key not in runs:
             settling = settled[same_run]
-            values = np.full(len(QUANTITIES), np.nan) if settling is None else case.times(settling, e.h)
+            values = case.times(settling, e.h) if settling.status == RAN else settling.times
             coords = {"quantity": list(QUANTITIES)} | labels(e)
             runs[key] = xr.DataArray(values, coords, ("quantity",), "settling_time")
         times[alternative] = runs[key]
@@ -203,15 +203,6 @@ def _cells(
         stride=experiment.steps,
     )
     return replay_dataset(experiment, study.n, index, replayed)[["mean_error", "mse", "failure_time"]]
-
-
-def _settled(experiment: Experiment) -> Settling | None:
-    """Settling run, or None if it does not come to rest."""
-    try:
-        settling = settle(experiment, longest=LONGEST_RUN)
-    except ArithmeticError:
-        return None
-    return settling if np.isfinite(settling.states[-1]).all() else None
 
 
 class Toggled(Results):

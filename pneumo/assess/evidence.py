@@ -109,6 +109,13 @@ class Results:
         time = self.statistics["failure_time"]
         return {name: story(self.datum(name)) for name in time["experiment"].values[time.notnull()].tolist()}
 
+    @cached_property
+    def settling_failures(self) -> dict[str, str]:
+        """What happened to the settling runs that failed."""
+        time = read(self.folder / "settling.nc")["failure_time"]
+        failed = time["experiment"].values[time.notnull()].tolist()
+        return {name: story(self.settling(name), "settling run") for name in failed}
+
     def settling(self, experiment: str) -> xr.Dataset:
         """Settling run of one experiment."""
         self.experiment(experiment)

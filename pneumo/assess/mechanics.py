@@ -101,11 +101,8 @@ def log_ratios(data: Cells, theta: np.ndarray, force: float = 1.0) -> np.ndarray
     result = np.full(data.printed.shape, NOT_SETTLED)
     for i, experiment in enumerate(data.experiments):
         longest = LONGEST * max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
-        try:
-            times = settle(changed(experiment, theta, force), longest=longest).times
-        except ArithmeticError:
-            continue
-        if np.isfinite(times).all():  # else the run failed
+        times = settle(changed(experiment, theta, force), longest=longest).times
+        if np.isfinite(times).all():  # else the run failed or did not settle
             result[i] = np.log(np.maximum(times, experiment.h) / data.printed[i])
     return np.clip(result, -NOT_SETTLED, NOT_SETTLED)
 

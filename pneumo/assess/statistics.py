@@ -124,6 +124,9 @@ def settling_table(parts: Mapping[str, xr.Dataset], durations: Mapping[str, floa
     times = xr.concat(runs, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
     duration = xr.DataArray(list(durations.values()), {"experiment": list(durations)}, name="duration")
     table = times.to_dataset()
+    table["failure_time"] = xr.concat(
+        [part["failure_time"] for part in parts.values()], "experiment", coords="minimal", compat="override"
+    )
     table["duration"] = duration.reindex(experiment=times["experiment"]).assign_attrs(
         units="s", long_name="length of the full-order run"
     )

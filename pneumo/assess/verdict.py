@@ -300,8 +300,8 @@ def verdict(results: Path, paper: Path = FOLDER) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``study``, ``counts`` by status, ``failures`` by experiment, ``items``, ``highlights``, ``classes``,
-        ``errata``, ``assumptions`` and whether these were toggled; ready for JSON.
+        ``study``, ``counts`` by status, ``failures`` and ``settling_failures`` by experiment, ``items``,
+        ``highlights``, ``classes``, ``errata``, ``assumptions`` and whether these were toggled.
     """
     court = Court(results, paper)
     items = [court.judge(claim) for claim in court.claims.items.values()]
@@ -310,6 +310,7 @@ def verdict(results: Path, paper: Path = FOLDER) -> dict[str, Any]:
         "study": court.sources["published"].study.name,
         "counts": {"items": len(items)} | counts,
         "failures": court.sources["published"].failures,
+        "settling_failures": court.sources["published"].settling_failures,
         "highlights": highlights(court.sources, items),
         "items": items,
         "classes": {name: tolerance.model_dump() for name, tolerance in court.claims.classes.items()},

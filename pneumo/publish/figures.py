@@ -5,6 +5,7 @@ Every number comes from a results file or a printed table. Sources are ``publish
 """
 
 import json
+import textwrap
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -27,6 +28,7 @@ from pneumo.publish.style import (
     new_figure,
     paper_style,
 )
+from pneumo.simulate.results import story
 from pneumo.simulate.settling import CRITERION
 
 SOURCE_OF = {"published": "reproduced", "exact": "exact"}  # transport -> source
@@ -60,7 +62,7 @@ def symbol(name: str) -> str:
 def _message(text: str) -> Figure:
     """Say what there is to say in place of a picture."""
     fig = new_figure(DOUBLE_MM, 30)
-    fig.text(0.5, 0.5, text, ha="center", va="center")
+    fig.text(0.5, 0.5, textwrap.fill(text, 90), ha="center", va="center")
     return fig
 
 
@@ -82,8 +84,8 @@ def fig07(settling: xr.Dataset) -> Figure:
         Force, position, and pressure and temperature of both chambers against time.
     """
     release = settling["release_time"].item()
-    if settling["settling_time"].isnull().any():
-        return _message(f"{settling['experiment'].item()}: the settling run failed")
+    if settling["status"]:
+        return _message(f"{settling['experiment'].item()}: {story(settling, 'settling run')}")
     end = release + 1.5 * settling["settling_time"].max().item()
     shown = settling.sel(t=slice(0, end))
     push = json.loads(settling.attrs["experiment_parameters"])["push"]
@@ -171,6 +173,7 @@ def fig08(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     lowest = min(average.min().item() for average in averages.values())
     ax.set_ylim(bottom=10 ** np.floor(np.log10(lowest / 1.5)))  # even the lowest bar is seen
     _log_decades(ax)
+    _left_out(fig, statistics)
     _legend_above(fig, ax)
     return fig
 
@@ -184,6 +187,7 @@ def fig09(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     fig = new_figure(DOUBLE_MM, 72)
     ax = fig.subplots()
     _ranges(ax, NINE, statistics, OVERALL, table7)
+    _left_out(fig, statistics)
     _legend_above(fig, ax)
     return fig
 
@@ -195,6 +199,7 @@ def fig10(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     ax = fig.subplots()
     _bars(ax, SIX, _averages(statistics, OVERALL, table7))
     ax.set_ylim(bottom=0)
+    _left_out(fig, statistics)
     _legend_above(fig, ax, columns=2)
     return fig
 
@@ -224,6 +229,7 @@ def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
         ax.set_title(level)
     for ax in axes:
         ax.label_outer()
+    _left_out(fig, statistics)
     _legend_above(fig, axes[0])
     return fig
 
@@ -290,6 +296,14 @@ def _log_decades(ax: Axes) -> None:
     ax.yaxis.set_major_locator(LogLocator(10.0))
     ax.yaxis.set_minor_locator(LogLocator(10.0, subs="auto"))
     ax.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _left_out(fig: Figure, statistics: Mapping[str, xr.Dataset]) -> None:
+    """Name the experiments that the averages leave out."""
+    time = statistics["published"]["failure_time"].dropna("experiment")
+    if len(time):
+        names = ", ".join(time["experiment"].values)
+        fig.supxlabel(f"left out, since the full-order run failed: {names}", fontsize=8.0)
 
 
 def _legend_above(fig: Figure, ax: Axes, columns: int = 3) -> None:

@@ -7,7 +7,7 @@ import xarray as xr
 
 from pneumo.physics.experiment import Experiment
 from pneumo.simulate.datum import RUN_STATUS, STATE, Recording, failure
-from pneumo.simulate.settling import QUANTITIES, Settling
+from pneumo.simulate.settling import QUANTITIES, SETTLING_STATUS, Settling
 
 CHAMBERS = ["A", "B"]
 LONGEST_TRACE = 20_000  # samples of a settling trace; the settling times come from every step
@@ -45,6 +45,19 @@ def _states_dataset(states: np.ndarray, t: np.ndarray) -> xr.Dataset:
     )
 
 
+def _add_outcome(
+    dataset: xr.Dataset, states: np.ndarray, status: int, step: int, h: float, meanings: Mapping[int, str]
+) -> None:
+    """Add what became of a run: status and time, and the last good state of one that has failed."""
+    dataset["status"] = ((), np.int8(status), flags(meanings, "what became of the run"))
+    dataset["failure_time"] = ((), step * h if status else np.nan)
+    if status:
+        dataset["status"].attrs["last_state"] = states[max(step - 1, 0)]
+        dataset["status"].attrs["comment"] = (
+            f"last_state is {', '.join(STATE)} before the failure, in SI units"
+        )
+
+
 def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
     """Traces and settling times of one settling run."""
     every = -(-len(settling.states) // LONGEST_TRACE)
@@ -53,6 +66,8 @@ def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
     dataset["settling_time"] = ("quantity", settling.times)
     dataset["release_time"] = ((), settling.release_step * experiment.h, {"units": "s"})
     dataset["release_time"].attrs["long_name"] = "time at which the force is released"
+    outcome = settling.status, settling.failure_step, experiment.h, SETTLING_STATUS
+    _add_outcome(dataset, settling.states, *outcome)
     return dataset.assign_coords(quantity=list(QUANTITIES)).assign_coords(labels(experiment))
 
 
@@ -64,22 +79,16 @@ def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
     unit, what = ("m", "position reference") if experiment.drive.closed_loop else ("V", "open-loop sequence")
     dataset["reference"] = ("t", recording.reference, {"units": unit, "long_name": what})
     status, step = failure(recording.states)
-    dataset["status"] = ((), np.int8(status), flags(RUN_STATUS, "what became of the run"))
-    dataset["failure_time"] = ((), step * experiment.h if status else np.nan)
-    if status:
-        dataset["status"].attrs["last_state"] = recording.states[step - 1]
-        dataset["status"].attrs["comment"] = (
-            f"last_state is {', '.join(STATE)} before the failure, in SI units"
-        )
+    _add_outcome(dataset, recording.states, status, step, experiment.h, RUN_STATUS)
     return dataset.assign_coords(labels(experiment))
 
 
-def story(datum: xr.Dataset) -> str:
-    """Tell when and where a full-order run failed."""
-    meaning = datum["status"].attrs["flag_meanings"].split()[int(datum["status"])].replace("_", " ")
-    x, v, P_A, T_A, P_B, T_B = datum["status"].attrs["last_state"].tolist()
+def story(run: xr.Dataset, what: str = "full-order run") -> str:
+    """Tell when and where a full-order or settling run failed."""
+    meaning = run["status"].attrs["flag_meanings"].split()[int(run["status"])].replace("_", " ")
+    x, v, P_A, T_A, P_B, T_B = run["status"].attrs["last_state"].tolist()
     return (
-        f"full-order run failed at t = {datum['failure_time'].item():g} s: {meaning}, after x = {x:.4g} m,"
+        f"{what} failed at t = {run['failure_time'].item():g} s: {meaning}, after x = {x:.4g} m,"
         f" v = {v:.4g} m/s, P = {P_A:.4g} and {P_B:.4g} Pa, T = {T_A:.4g} and {T_B:.4g} K"
     )
 

@@ -10,13 +10,20 @@ import numpy as np
 
 from pneumo.physics.cylinder import volume
 from pneumo.physics.experiment import Experiment, Plant
-from pneumo.simulate.datum import RAN, STATE, equilibrium, failure, run
+from pneumo.simulate.datum import RAN, RUN_STATUS, STATE, equilibrium, failure, run
 
 QUANTITIES = ("P_A", "P_B", "T_A", "T_B")  # rows of Table 5, in printed order
 CRITERION = 0.01  # section 4: 1 per cent
 SHORTEST_WINDOW = 0.5  # s; filling a chamber takes this long where wall heat is faster
 FREE_RUN_PER_SETTLING = 4.0  # the final value must be that of a run well beyond the settling time
 LONGEST_RUN = 1e5  # s
+LONGEST_IN_WINDOWS = 1000  # thermal time constants; a loop that swings for ever is given up then
+TOO_SLOW, NOT_AT_REST, NOT_SETTLED = 3, 4, 5
+SETTLING_STATUS = RUN_STATUS | {
+    TOO_SLOW: "thermal time constant too long for a run",
+    NOT_AT_REST: "air of the held piston not at rest within the longest run",
+    NOT_SETTLED: "not settled within the longest run",
+}
 
 
 class Settling(NamedTuple):
@@ -25,16 +32,22 @@ class Settling(NamedTuple):
     Attributes
     ----------
     times : numpy.ndarray
-        Settling times of P_A, P_B, T_A, T_B from the release, s, shape (4,); NaN where the run failed.
+        Settling times of P_A, P_B, T_A, T_B from the release, s, shape (4,); NaN where there are none.
     states : numpy.ndarray
         (x, v, P_A, T_A, P_B, T_B) at every step from the start of the push, shape (steps + 1, 6).
     release_step : int
         Step at which the force is released.
+    status : int
+        Key of `SETTLING_STATUS`; anything but 0 leaves the run without settling times.
+    failure_step : int
+        Step at which the run failed or was given up, or -1.
     """
 
     times: np.ndarray
     states: np.ndarray
     release_step: int
+    status: int = RAN
+    failure_step: int = -1
 
 
 def thermal_time_constant(plant: Plant) -> float:
@@ -66,10 +79,13 @@ def settling_times(free: np.ndarray, h: float) -> np.ndarray:
     return np.array(times)
 
 
-def _failed(states: np.ndarray, release_step: int) -> Settling:
-    """Settling run without settling times, since its states left the finite or the positive numbers."""
-    states[failure(states)[1] + 1 :] = np.nan
-    return Settling(np.full(len(QUANTITIES), np.nan), states, release_step)
+def _without_times(states: np.ndarray, release_step: int, given_up: int) -> Settling:
+    """Settling run that failed, or for whose length alone it was given up."""
+    status, step = failure(states)
+    if status == RAN:
+        status, step = given_up, len(states) - 1
+    states[step + 1 :] = np.nan
+    return Settling(np.full(len(QUANTITIES), np.nan), states, release_step, status, step)
 
 
 def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
@@ -79,35 +95,31 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     ----------
     experiment : Experiment
     longest : float, optional
-        Longest run, s, instead of `LONGEST_RUN`.
+        Longest run, s, instead of `LONGEST_RUN` or `LONGEST_IN_WINDOWS`.
 
-    Raises
-    ------
-    ArithmeticError
-        If the held piston's air does not come to rest, or the free run does not settle, within that.
+    Returns
+    -------
+    Settling
+        Without settling times, and with a status that says why, if the run fails, the held piston's air
+        does not come to rest or the free run does not settle.
     """
-    longest = LONGEST_RUN if longest is None else longest
     h, drive, push = experiment.h, experiment.drive, experiment.push
     stopped = experiment.plant._replace(cylinder=experiment.plant.cylinder._replace(x_min=push.x_stop))
     window = max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
+    longest = min(LONGEST_RUN, LONGEST_IN_WINDOWS * window) if longest is None else longest
     if not window < longest / 10:
-        raise ArithmeticError(
-            f"{experiment.name}: k_0 = {experiment.plant.k_0:g} W/K gives a thermal time constant of"
-            f" {window:g} s; a settling run needs one below {longest / 10:g} s"
-        )
+        return _without_times(equilibrium(experiment.plant)[np.newaxis], 0, TOO_SLOW)
     zeros = np.zeros(round(window / h) + 1)
 
     pieces = [equilibrium(experiment.plant)[np.newaxis]]
     while True:
         piece = run(pieces[-1][-1], zeros, push.force, drive, stopped, h)
         pieces.append(piece[1:])
-        if failure(piece)[0] != RAN:
-            return _failed(np.concatenate(pieces), sum(map(len, pieces)) - 1)
         change = np.abs(piece[-1, 2:] - piece[0, 2:]) / equilibrium(experiment.plant)[2:]
         if change.max() < push.tolerance:
             break
-        if len(pieces) * window > longest:
-            raise ArithmeticError(f"{experiment.name}: air behind the stop not at rest after {longest:g} s")
+        if failure(piece)[0] != RAN or len(pieces) * window > longest:
+            return _without_times(np.concatenate(pieces), sum(map(len, pieces)) - 1, NOT_AT_REST)
     hold = np.concatenate(pieces)
 
     length = 20 * window
@@ -115,11 +127,9 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     while True:
         zeros = np.zeros(round(length / h) + 2 - len(free))
         free = np.concatenate([free, run(free[-1], zeros, 0.0, drive, experiment.plant, h)[1:]])
-        if failure(free)[0] != RAN:
-            return _failed(np.concatenate([hold, free[1:]]), len(hold) - 1)
-        times = settling_times(free, h)
-        if times.max() * FREE_RUN_PER_SETTLING <= length:
+        times, failed = settling_times(free, h), failure(free)[0] != RAN
+        if not failed and times.max() * FREE_RUN_PER_SETTLING <= length:
             return Settling(times, np.concatenate([hold, free[1:]]), len(hold) - 1)
         length *= 2
-        if length > longest:
-            raise ArithmeticError(f"{experiment.name}: not settled {longest / 2:g} s after release")
+        if failed or length > longest:
+            return _without_times(np.concatenate([hold, free[1:]]), len(hold) - 1, NOT_SETTLED)

@@ -11,7 +11,7 @@ from pneumo.store import read, read_json, write
 def main(parameters: str, runs: list[str], output: str, code: str) -> None:
     study = from_json(read_json(parameters))
     durations = {name: e.steps * e.h for name, e in study.experiments.items()}
-    parts = {Path(run).stem: read(run, "settling_time") for run in runs}
+    parts = {Path(run).stem: read(run, "settling_time", "failure_time") for run in runs}
     attributes = {
         "title": "Settling times",
         "summary": "Table 5 as reproduced, and how many settling times each full-order run lasts",
