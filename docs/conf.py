@@ -36,7 +36,7 @@ autodoc_member_order = "bysource"
 default_role = "literal"  # of `names` in docstrings
 napoleon_google_docstring = False
 napoleon_use_param = napoleon_use_rtype = False  # types are plain words, not references
-napoleon_use_ivar = True
+napoleon_custom_sections = [("Attributes", "params_style")]  # several names may share a line
 nitpick_ignore_regex = [(r"py:.*", r"(?!pneumo\.).*")]  # Python's own and other packages' names
 
 html_theme = "furo"

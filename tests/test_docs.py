@@ -28,7 +28,10 @@ NOT_RUN = {
     "git clone": "needs the network",
     "cd": "follows the clone",
     ". .venv/bin/activate": "is how the tests are run",
+    "uv pip install": "needs the network",
+    "snakemake --profile": "needs Slurm; `make slurm-test` runs it",
 }
+INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -50,9 +53,19 @@ def folder(tmp_path_factory) -> Path:
     return folder
 
 
+def included(match: re.Match[str]) -> str:
+    """What an {include} puts in its place."""
+    text = (DOCS / match.group(1)).read_text(encoding="utf-8")
+    for option, mark in re.findall(r'^:([\w-]+): "(.*)"$', match.group(2), re.MULTILINE):
+        before, found, after = text.partition(mark.replace("\\n", "\n"))
+        assert found, f"{match.group(1)} has no {mark!r}"
+        text = after if option == "start-after" else before
+    return text
+
+
 def blocks(page: Path) -> list[Token]:
-    """Blocks of code of a page; MyST's directives, {include} and so on, are none."""
-    tokens = MarkdownIt().parse(page.read_text(encoding="utf-8"))
+    """Blocks of code of a page and of what it includes; MyST's other directives are none."""
+    tokens = MarkdownIt().parse(INCLUDE.sub(included, page.read_text(encoding="utf-8")))
     return [token for token in tokens if token.type == "fence" and not token.info.startswith("{")]
 
 
@@ -65,7 +78,7 @@ def rules() -> set[str]:
 
 def run_line(line: str, folder: Path) -> None:
     """Run a line of a shell, or see that it could be."""
-    words = shlex.split(line)
+    words = shlex.split(line, comments=True)
     if any(line.startswith(start) for start in NOT_RUN):
         return
     if words[0] == "make":
@@ -94,8 +107,7 @@ def run_line(line: str, folder: Path) -> None:
 def run_block(block: Token, page: Path, folder: Path, names: dict) -> None:
     """Run one block; Python sees what the blocks above it on the page have defined."""
     if block.info == "python":
-        code = "\n" * (block.map[0] + 1) + block.content  # so that errors name the page's line
-        exec(compile(code, page, "exec"), names)  # noqa: S102 - the project's own pages
+        exec(compile(block.content, page.name, "exec"), names)  # noqa: S102 - the project's own pages
     elif block.info == "sh":
         for line in filter(None, block.content.splitlines()):
             run_line(line, folder)
