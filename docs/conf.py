@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
+from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.util import logging
 from sphinx.util.math import get_node_equation_number
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -47,16 +49,25 @@ html_copy_source = False
 html_show_sphinx = html_show_copyright = False
 
 
+def mathml(node: nodes.Element, as_block: bool) -> str:
+    """What browsers draw by themselves."""
+    try:
+        return tex2mathml(node.astext(), as_block=as_block)
+    except MathError as error:
+        logging.getLogger(__name__).warning(str(error), location=node)
+        return ""
+
+
 def inline_formula(self: Any, node: nodes.math) -> None:
-    """MathML, which browsers draw by themselves."""
-    self.body.append(tex2mathml(node.astext()))
+    """Write a formula within a line."""
+    self.body.append(mathml(node, as_block=False))
     raise nodes.SkipNode
 
 
 def formula(self: Any, node: nodes.math_block) -> None:
-    """MathML with the equation's number."""
+    """Write a formula on a line of its own, with the equation's number."""
     self.body.append(self.starttag(node, "div", CLASS="formula"))
-    self.body.append(f"<span>{tex2mathml(node.astext(), as_block=True)}</span>")
+    self.body.append(f"<span>{mathml(node, as_block=True)}</span>")
     if node["number"]:
         self.body.append(f'<span class="eqno">({get_node_equation_number(self, node)})')
         self.add_permalink_ref(node, "Link to this equation")
