@@ -9,7 +9,7 @@ JOBS ?= 2
 
 activate := . .venv/bin/activate
 
-.PHONY: help reproduce test lint bench crosscheck fuzz mutations torture determinism slurm-test lock clean
+.PHONY: help reproduce test docs lint bench crosscheck fuzz mutations torture determinism slurm-test lock clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -25,6 +25,11 @@ test: .venv/.installed  ## run the tests (those of results are skipped where res
 	@echo "== test: pytest -n $(JOBS)"
 	$(activate)
 	pytest -n $(JOBS)
+
+docs: .venv/.installed  ## build the documentation into site/; a warning is an error
+	@echo "== docs: sphinx-build docs site"
+	$(activate)
+	sphinx-build --quiet --fail-on-warning --keep-going --nitpicky docs site
 
 crosscheck: .venv/.installed  ## run the equations once more in GNU Octave, where it is installed, and compare
 	@echo "== crosscheck: octave-cli crosscheck/crosscheck.m"
@@ -77,14 +82,14 @@ bench: .venv/.installed  ## measure speed against other means, and the whole stu
 lock: .venv/.installed  ## write requirements.lock again from pyproject.toml (UPGRADE=1: newest versions)
 	@echo "== lock: requirements.lock"
 	$(activate)
-	uv pip compile --quiet --generate-hashes --no-emit-index-url --no-header --no-annotate --extra dev \
+	uv pip compile --quiet --generate-hashes --no-emit-index-url --no-header --no-annotate --extra dev --extra docs \
 	    --python-version 3.11 --python-platform x86_64-manylinux_2_28 $(if $(UPGRADE),--upgrade) \
 	    --output-file requirements.lock pyproject.toml
 
-clean:  ## remove results and caches, keep .venv
-	@echo "== clean: results, workflow state, tool caches"
+clean:  ## remove results, documentation and caches, keep .venv
+	@echo "== clean: results, site, workflow state, tool caches"
 	find results -mindepth 1 ! -path results/README.md -delete
-	rm -rf .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf site .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 
 # The stamp comes last, so an interrupted set-up starts afresh. uv, itself pinned in the lock, takes 10 s where pip takes
 # 100; pip is kept for machines where only pip is configured to reach a package index.

@@ -78,7 +78,7 @@ def linearise(
         Polytropic index.
     plant : Plant
     u : float
-        Command, V; not 0, where the valve's area |u| has no derivative.
+        Command, V; not 0, where the valve's area, k_xu ``|u|``, has no derivative.
     P_A, P_B : float
         Pressures, Pa. The point need not be an equilibrium; the matrices hold around it all the same.
     x, v : float

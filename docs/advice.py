@@ -1,0 +1,130 @@
+"""Numbers of which-model.md from results/: `python docs/advice.py` writes them anew, a test compares."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from fragments import table
+
+import pneumo
+from pneumo.assess.statistics import at_n, best_n, concatenated
+from pneumo.physics.models import MODELS
+
+PAGE = Path(__file__).with_name("which-model.md")
+RESULTS = Path(__file__).parents[1] / "results"
+TRANSPORTS = ("published", "exact")
+LEVELS = ("adiabatic", "typical", "isothermal")
+GOOD = ["M5", "M6", "M7", "M8", "M9", "M10"]
+STEPS = {
+    "temperature by eq (6), not constant": ("M5", "M2"),
+    "mixing, without explicit wall heat": ("M6", "M5"),
+    "explicit wall heat, without mixing": ("M7", "M5"),
+    "mixing, with explicit wall heat": ("M8", "M7"),
+    "explicit wall heat, with mixing": ("M8", "M6"),
+    "wall area that follows the piston": ("M9", "M8"),
+    "conductance that follows P and T as well": ("M10", "M9"),
+}
+PAIRS = (("M6", "M5"), ("M6", "M7"), ("M8", "M7"), ("M10", "M8"))
+HEAD = [f"{level}, {transport}" for level in LEVELS for transport in TRANSPORTS]
+
+
+def over_levels(results: Path) -> xr.Dataset:
+    """Mean square error and constant n by (transport, level, model)."""
+    parts = []
+    for transport in TRANSPORTS:
+        with xr.open_dataset(results / transport / "statistics.nc") as statistics:
+            parts.append(statistics[["mse", "constant_n"]].sel(level=list(LEVELS)).load())
+    return xr.concat(parts, xr.Variable("transport", list(TRANSPORTS)))
+
+
+def by_experiment(results: Path) -> xr.DataArray:
+    """Mean square error at each experiment's best n by (transport, experiment, model)."""
+    parts = []
+    for transport in TRANSPORTS:
+        cells = concatenated(pneumo.open_grid(results / transport))
+        parts.append(at_n(cells, best_n(cells["mse"]))["mse"])
+    return xr.concat(parts, xr.Variable("transport", list(TRANSPORTS)))
+
+
+def tables(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
+    """Tables of the page by name."""
+    cells = [(level, transport) for level in LEVELS for transport in TRANSPORTS]
+
+    def one(model: str, level: str, transport: str) -> str:
+        found = levels.sel(model=model, level=level, transport=transport)
+        n = f" ({found['constant_n'].item():g})" if MODELS[model].has_n else ""
+        mse = found["mse"].item() / 1e6
+        return f"{mse:.0f}{n}" if mse >= 100 else f"{mse:#.3g}{n}"
+
+    def ratio(better: str, than: str, level: str, transport: str) -> str:
+        at = levels["mse"].sel(level=level, transport=transport)
+        return f"{(at.sel(model=better) / at.sel(model=than)).item():.2f}"
+
+    steps = [
+        [step, f"{new}/{old}", *(ratio(new, old, *cell) for cell in cells)]
+        for step, (new, old) in STEPS.items()
+    ]
+    experiments = []
+    for name in mse["experiment"].values:
+        at = mse.sel(experiment=name, transport="exact")
+        quotients = [f"{(at.sel(model=a) / at.sel(model=b)).item():.2f}" for a, b in PAIRS]
+        best = str(at.sel(model=GOOD).idxmin("model").item())
+        experiments.append(
+            [name, at["cylinder"].item(), at["loop"].item(), f"{at['k_0'].item():g}", *quotients, best]
+        )
+    head = ["experiment", "cylinder", "loop", "k_0 (W/K)", *("/".join(pair) for pair in PAIRS), "lowest MSE"]
+    return {
+        "levels": table(
+            ["model", *HEAD], [[model, *(one(model, *cell) for cell in cells)] for model in MODELS]
+        ),
+        "steps": table(["refinement", "quotient", *HEAD], steps),
+        "experiments": table(head, experiments),
+    }
+
+
+def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
+    """Numbers in the page's sentences by name."""
+    found = {}
+    for transport in TRANSPORTS:
+        for new, old in PAIRS:
+            quotient = mse.sel(model=new, transport=transport) / mse.sel(model=old, transport=transport)
+            key = f"{new}/{old} {transport}"
+            found[f"{key} lowest"] = f"{quotient.min().item():.2f}"
+            found[f"{key} highest"] = f"{quotient.max().item():.2f}"
+            found[f"{key} below one"] = f"{(quotient < 1).sum().item()}"
+            found[f"{key} geometric"] = f"{np.exp(np.log(quotient).mean()).item():.2f}"
+    classical = levels["mse"].sel(model=["M1", "M2", "M3", "M4"]).min("model") / levels["mse"].sel(model="M5")
+    found["classical over M5"] = f"{classical.min().item():.1f}"
+    exact = mse.sel(model="M8", transport="exact")
+    found["largest"] = str(exact.idxmax("experiment").item())
+    found["its share"] = f"{100 * (exact.max() / exact.sum()).item():.0f}"
+    good = levels["constant_n"].sel(model=GOOD)
+    for level in LEVELS:
+        n = good.sel(level=level)
+        found[f"n {level}"] = f"{n.min().item():g} to {n.max().item():g}"
+    return found
+
+
+def refreshed(text: str, results: Path) -> str:
+    """The page with everything between markers made anew.
+
+    Raises
+    ------
+    KeyError
+        If a marker has a name for which there is nothing.
+    """
+    levels, mse = over_levels(results), by_experiment(results)
+    made = {"table": tables(levels, mse), "result": numbers(levels, mse)}
+
+    def fill(match: re.Match[str]) -> str:
+        kind, name = match["kind"], match["name"]
+        frame = "\n" if kind == "table" else ""
+        return f"<!-- {kind}: {name} -->{frame}{made[kind][name]}{frame}<!-- /{kind} -->"
+
+    marker = r"<!-- (?P<kind>table|result): (?P<name>[^>]*?) -->.*?<!-- /(?P=kind) -->"
+    return re.sub(marker, fill, text, flags=re.DOTALL)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(refreshed(PAGE.read_text(encoding="utf-8"), RESULTS), encoding="utf-8")

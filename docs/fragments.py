@@ -1,0 +1,104 @@
+"""Parts of pages that are made when the site is built: errata, models, files of results, commands."""
+
+import re
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+from small_study import small_study
+from typer.cli import get_docs_for_click
+from typer.core import TyperGroup
+from typer.main import get_command
+
+from pneumo.assess.errata import Erratum, read_errata
+from pneumo.cli import app
+from pneumo.physics.models import MODELS, Model
+from pneumo.physics.symbols import SYMBOLS
+
+KINDS = {  # file of results -> what its kind is called
+    "datum/E06.nc": "datum/E01.nc ...",
+    "settling/E06.nc": "settling/E01.nc ...",
+    "settling.nc": "settling.nc",
+    "exact/replay/E06.nc": "TRANSPORT/replay/E01.nc ...",
+    "exact/statistics.nc": "TRANSPORT/statistics.nc",
+}
+
+
+def plain(text: Any) -> str:
+    """Text in which Markdown reads nothing."""
+    return re.sub(r"([\\`*_\[\]<>|$#{}])", r"\\\1", str(text))
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Markdown table; cells are Markdown already."""
+    lines = [list(head), *map(list, rows)]
+    lines.insert(1, ["---"] * len(lines[0]))
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def errata() -> dict[str, str]:
+    """A box for every entry of paper/errata.yaml, by name, with the outcome of its proof."""
+    return {name: _box(erratum) for name, erratum in read_errata().items()}
+
+
+def _box(erratum: Erratum) -> str:
+    return "\n".join(
+        [
+            f":::{{admonition}} {erratum.kind.capitalize()}: {plain(erratum.where)}",
+            ":class: warning",
+            f":name: erratum-{erratum.id}",
+            "",
+            f"Printed: {plain(erratum.printed)}",
+            "",
+            f"Meant: {plain(erratum.meant)}",
+            "",
+            f"Proof {'holds' if erratum.passes else 'FAILS'}: {plain(erratum.evidence)}",
+            ":::",
+        ]
+    )
+
+
+def models() -> str:
+    """The table of models, from the rows that everything runs on."""
+    shown = {"n": "$n$", "gamma": r"$\gamma$", "True": "yes", "False": "no", "k_0": "$k_0$"}
+    shown |= {"lambda_0 A_q": r"$\lambda_0 A_q(x)$", "lambda A_q": r"$\lambda(P, T) A_q(x)$"}
+    rows = ([shown.get(str(cell), str(cell)) for cell in model] for model in MODELS.values())
+    return table([f"`{field}`" for field in Model._fields], rows)
+
+
+def symbols() -> str:
+    """The notation of what is stored and drawn."""
+    rows = ([f"`{name}`", f"${s.latex}$", s.unit, s.long_name] for name, s in SYMBOLS.items())
+    return table(["name", "symbol", "unit", "meaning"], rows)
+
+
+def files() -> str:
+    """Variables, dimensions and units of each kind of file, as a short study wrote them."""
+    with tempfile.TemporaryDirectory() as folder:
+        small_study(Path(folder, "results"), Path(folder, "small.yaml"))
+        return "\n\n".join(_file(Path(folder, "results", file), kind) for file, kind in KINDS.items())
+
+
+def _file(path: Path, kind: str) -> str:
+    with xr.open_dataset(path) as dataset:
+        variables = {**dataset.coords, **dataset.data_vars}
+        rows = [
+            [
+                f"`{name}`",
+                ", ".join(f"`{dimension}`" for dimension in variable.dims) or "none",
+                str(variable.attrs.get("units", "")),
+                plain(variable.attrs.get("long_name", variable.attrs.get("comment", ""))),
+            ]
+            for name, variable in variables.items()
+        ]
+    return f"## `{kind}`\n\n" + table(["variable", "dimensions", "unit", "meaning"], rows)
+
+
+def commands() -> str:
+    """Reference of the command line, by typer."""
+    group = get_command(app)
+    assert isinstance(group, TyperGroup)
+    text = get_docs_for_click(obj=group, ctx=group.context_class(group, info_name="pneumo"), name="pneumo")
+    return re.sub(r"<(\w[\w\[\]]*)>", r"(\1)", text.partition("## ")[2].join(["## ", ""]))

@@ -1,0 +1,49 @@
+"""A study of a second for the examples: every file of `make reproduce` that they open, in a few seconds."""
+
+import os
+import runpy
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import Any
+
+from pneumo.physics.exchange import to_json
+from pneumo.physics.parameters import load, study
+from pneumo.store import write_json
+
+ROOT = Path(__file__).parents[1]
+EXPERIMENTS = ("E06", "E12")
+TRANSPORTS = ("published", "exact")
+
+
+def script(name: str) -> Any:
+    """Work of a script of the workflow as a function."""
+    return runpy.run_path(str(ROOT / "workflow/scripts" / f"{name}.py"))["main"]
+
+
+def small_study(results: Path, override: Path) -> None:
+    """Fill a folder of results.
+
+    Parameters
+    ----------
+    results : pathlib.Path
+    override : pathlib.Path
+        Where to write the configuration that shortens the paper's.
+    """
+    names = ", ".join(EXPERIMENTS)
+    override.write_text(f"name: small\nrun: {{experiments: [{names}], duration_limit_s: 1.0}}\n")
+    parameters = str(results / "parameters.json")
+    write_json(to_json(study(load(ROOT / "config/paper.yaml", override))), parameters)
+
+    def each(folder: str) -> list[str]:
+        return [str(results / folder / f"{name}.nc") for name in EXPERIMENTS]
+
+    code = "0" * 64
+    with open(os.devnull, "w") as nowhere, redirect_stdout(nowhere):
+        script("settling")(parameters, each("settling"), code)
+        script("settling_table")(parameters, each("settling"), str(results / "settling.nc"), code)
+        script("datum")(parameters, each("datum"), code)
+        replays = [file for transport in TRANSPORTS for file in each(f"{transport}/replay")]
+        script("replay")(parameters, each("datum"), replays, 2, code)
+        statistics = [str(results / transport / "statistics.nc") for transport in TRANSPORTS]
+        script("statistics")(parameters, statistics, code)
+        script("verdict")(results, ROOT / "paper", str(results / "verdict.json"))

@@ -1,0 +1,254 @@
+"""The documentation: every block of code runs, every number is the results', every public name is there."""
+
+import contextlib
+import io
+import re
+import shlex
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+from browser import CHROMIUM, Browser
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+from snakemake.cli import parse_args
+
+import pneumo
+from pneumo import cli
+from pneumo.assess.errata import read_errata
+
+ROOT = Path(__file__).parents[1]
+DOCS, SITE = ROOT / "docs", ROOT / "site"
+PAGES = sorted(DOCS.glob("*.md"))
+
+# What an example of a shell says but no test runs, by its first words, and why.
+NOT_RUN = {
+    "git clone": "needs the network",
+    "cd": "follows the clone",
+    ". .venv/bin/activate": "is how the tests are run",
+    "uv pip install": "needs the network",
+    "snakemake --profile": "needs Slurm; `make slurm-test` runs it",
+}
+INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def modules_of_the_docs():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(DOCS)
+        yield
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """Folder with results, as an example finds it; one after the other they fill it."""
+    from small_study import small_study
+
+    folder = tmp_path_factory.mktemp("docs")
+    small_study(folder / "results", folder / "small.yaml")
+    for name in ("config", "paper", "pneumo"):
+        (folder / name).symlink_to(ROOT / name)
+    return folder
+
+
+def included(match: re.Match[str]) -> str:
+    """What an {include} puts in its place."""
+    text = (DOCS / match.group(1)).read_text(encoding="utf-8")
+    for option, mark in re.findall(r'^:([\w-]+): "(.*)"$', match.group(2), re.MULTILINE):
+        before, found, after = text.partition(mark.replace("\\n", "\n"))
+        assert found, f"{match.group(1)} has no {mark!r}"
+        text = after if option == "start-after" else before
+    return text
+
+
+def blocks(page: Path) -> list[Token]:
+    """Blocks of code of a page and of what it includes; MyST's other directives are none."""
+    tokens = MarkdownIt().parse(INCLUDE.sub(included, page.read_text(encoding="utf-8")))
+    return [token for token in tokens if token.type == "fence" and not token.info.startswith("{")]
+
+
+@cache
+def rules() -> set[str]:
+    """Names of the workflow's rules."""
+    files = [ROOT / "Snakefile", *(ROOT / "workflow/rules").glob("*.smk")]
+    return {name for file in files for name in re.findall(r"^rule (\w+):", file.read_text(), re.MULTILINE)}
+
+
+def run_line(line: str, folder: Path) -> None:
+    """Run a line of a shell, or see that it could be."""
+    words = shlex.split(line, comments=True)
+    if any(line.startswith(start) for start in NOT_RUN):
+        return
+    if words[0] == "make":
+        assert all(f"\n{target}:" in (ROOT / "Makefile").read_text() for target in words[1:]), line
+    elif words[0] == "snakemake":
+        _, given = parse_args(words[1:])  # ends with SystemExit where it does not know an option
+        assert set(given.targets) <= rules(), line
+        assert all((folder / file).is_file() for file in given.configfile or []), line
+    elif words[0] == "pneumo":
+        said, complaint = io.StringIO(), io.StringIO()
+        with (
+            pytest.MonkeyPatch.context() as patch,
+            contextlib.redirect_stdout(said),
+            contextlib.redirect_stderr(complaint),
+            pytest.raises(SystemExit) as end,
+        ):
+            patch.setattr(sys, "argv", words)
+            cli.main()
+        assert end.value.code in (None, 0), f"{line}: {complaint.getvalue()}"
+    elif words[0] == "cc":
+        subprocess.run(words, cwd=folder, check=True)
+    else:
+        pytest.fail(f"{line}: no test runs this; run it, or say in NOT_RUN why not")
+
+
+def run_block(block: Token, page: Path, folder: Path, names: dict) -> None:
+    """Run one block; Python sees what the blocks above it on the page have defined."""
+    if block.info == "python":
+        exec(compile(block.content, page.name, "exec"), names)  # noqa: S102 - the project's own pages
+    elif block.info == "sh":
+        for line in filter(None, block.content.splitlines()):
+            run_line(line, folder)
+    elif block.info == "yaml":
+        name = re.match(r"# ([\w-]+\.yaml)\n", block.content)
+        assert name, f"{page.name}: an example of a configuration begins with its file's name"
+        (folder / name.group(1)).write_text(block.content)
+    else:
+        pytest.fail(f"{page.name}: nothing runs blocks of {block.info!r}")
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=lambda page: page.stem)
+@pytest.mark.xdist_group("docs")
+def test_code_runs(page, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    names: dict = {"__name__": "__main__"}
+    for block in blocks(page):
+        run_block(block, page, folder, names)
+
+
+@pytest.mark.xdist_group("docs")
+@pytest.mark.parametrize(
+    "line",
+    [
+        "pneumo explain T7.M11.mse",
+        "make reproduction",
+        "snakemake -j2 proofs",
+        "rm -r results",
+        "cc absent.c",
+    ],
+)
+def test_a_wrong_line_is_noticed(line, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    with pytest.raises((AssertionError, pytest.fail.Exception, subprocess.CalledProcessError)):
+        run_line(line, folder)
+
+
+@pytest.mark.results
+def test_numbers_of_which_model_are_the_results(results):
+    from advice import PAGE, refreshed
+
+    text = PAGE.read_text(encoding="utf-8")
+    assert text.count("<!-- result:") >= 15
+    assert text.count("<!-- table:") == 3
+    assert refreshed(text, results) == text
+
+
+@pytest.mark.results
+def test_sentences_of_which_model_hold(results):
+    from advice import by_experiment, over_levels
+
+    both = over_levels(results)["mse"]
+    exact = both.sel(transport="exact")
+    little, much = exact.sel(level="adiabatic"), exact.sel(level="isothermal")
+    one = by_experiment(results).sel(transport="exact")
+    open_D = one.sel(experiment=["E01", "E05"])
+
+    def gain(at, new, old):
+        return at.sel(model=new) / at.sel(model=old)
+
+    assert gain(little, "M6", "M5") < 0.5 < 0.75 < gain(little, "M7", "M5")  # mixing pays, wall heat hardly
+    assert gain(much, "M7", "M5") < 0.75 < 0.9 < gain(much, "M6", "M5")  # the other way round
+    assert gain(little, "M6", "M7") < 1 < gain(much, "M6", "M7")
+    assert (gain(both, "M6", "M5") < 1).all()
+    mixing = gain(one, "M8", "M7")
+    assert set(mixing["experiment"].values[mixing.argsort()[:2]]) == {"E04", "E08"}  # closed loop of E
+    assert (gain(open_D, "M8", "M7") > 1).all()
+    open_loop = one.where(one["loop"] == "open", drop=True)
+    assert (gain(open_loop, "M5", "M6") < 1).sum() > len(open_loop["experiment"]) / 2
+    for level in ("adiabatic", "typical"):
+        at = both.sel(level=level)
+        assert gain(at.sel(transport="published"), "M8", "M7") > gain(at.sel(transport="exact"), "M8", "M7")
+
+
+def test_every_erratum_stands_once_beside_the_theory():
+    named = re.findall(r"\{\{ errata\.(\w+) \}\}", (DOCS / "theory.md").read_text(encoding="utf-8"))
+    assert sorted(named) == sorted(read_errata())
+
+
+def test_equations_carry_the_papers_numbers():
+    """Sphinx counts them in their order."""
+    labels = re.findall(r"^\$\$ \((\w+)\)$", (DOCS / "theory.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert labels == [f"eq{number}" for number in range(1, 18)]
+
+
+@pytest.mark.parametrize("name", pneumo.__all__)
+def test_public_name_is_in_the_api(name):
+    assert re.search(rf":: pneumo\.{name}$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_models_and_commands_are_the_programs():
+    from fragments import commands, models
+
+    table = models()
+    assert "| M4 | 1.2 | 1.4 | 1.0 | constant | no | none |" in table
+    assert r"| M10 | $\gamma$ | $\gamma$ | $\gamma$ | polytropic | yes | $\lambda(P, T) A_q(x)$ |" in table
+    text = commands()
+    for command in cli.app.registered_commands:
+        assert f"## `pneumo {command.name or command.callback.__name__}`" in text
+
+
+in_site = [
+    pytest.mark.skipif(not (SITE / "index.html").exists(), reason="no site/: `make docs` builds it"),
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"),
+    pytest.mark.xdist_group("chromium"),
+]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A telephone: Chromium's own window is never narrower than 500 pixels."""
+    with Browser() as browser:
+        browser.send(
+            "Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True
+        )
+        yield browser
+
+
+class TestSite:
+    pytestmark = in_site
+
+    def test_pages_need_no_network_and_fit_a_narrow_screen(self, browser):
+        pages = sorted(SITE.rglob("*.html"))
+        assert len(pages) > len(PAGES)
+        for page in pages:
+            browser.open(page)
+            width = browser.run("document.documentElement.scrollWidth")
+            assert width <= 390, f"{page.name}: {width} px wide"
+        assert [url for url in browser.requests if not url.startswith(("file:", "data:"))] == []
+        assert browser.console == []
+
+    def test_formulas_are_drawn(self, browser):
+        browser.open(SITE / "theory.html")
+        assert browser.run("document.querySelectorAll('.formula .eqno').length") == 17
+        heights = "[...document.querySelectorAll('math')].map(m => m.getBoundingClientRect().height)"
+        assert min(browser.run(heights)) > 5
+
+    def test_search_finds(self, browser):
+        browser.open(SITE / "search.html", "?q=polytropic")
+        script = """new Promise(done => {
+            const found = () => document.querySelectorAll('#search-results li').length;
+            const look = () => found() ? done(found()) : setTimeout(look, 50);
+            look(); setTimeout(() => done(0), 5000); })"""
+        assert browser.run(script) > 0
