@@ -5,9 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 from browser import CHROMIUM, Browser
-from printed_study import write_printed_study
 
-from pneumo.assess.verdict import verdict
 from pneumo.publish.explain import cell_story, item_story
 from pneumo.publish.verdict_page import STATUSES, render
 from pneumo.store import ResultError
@@ -15,20 +13,20 @@ from pneumo.store import ResultError
 TAB, ENTER = 9, 13
 SHORTLY = "new Promise(done => setTimeout(done, 300))"
 
-in_chromium = [
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"),
-    pytest.mark.xdist_group("chromium"),
-]
+in_chromium = pytest.mark.skipif(
+    CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"
+)
+pytestmark = pytest.mark.xdist_group("printed")
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    return write_printed_study(tmp_path_factory.mktemp("page") / "results")
+def results(printed_once):
+    return printed_once
 
 
 @pytest.fixture(scope="module")
-def judged(results):
-    found = verdict(results)
+def judged(judged_once):
+    found = judged_once
     # One of every status, and one item that falls with exact transport.
     for item in found["items"]:
         if item["id"] == "T7.M5.mse":
@@ -93,6 +91,15 @@ def test_every_cell_of_the_tables_stands_once(judged, page):
 def test_text_is_escaped(page):
     assert "for this test &lt;&amp;&gt;" in page
     assert "for this test <&>" not in page
+
+
+def test_what_is_no_formula_is_escaped_too(judged):
+    ledger = judged["assumptions"]
+    name = next(iter(ledger))
+    spoilt = judged | {"assumptions": ledger | {name: ledger[name] | {"unit": "<b>kg</b>"}}}
+    text = render(spoilt)
+    assert "&lt;b&gt;kg&lt;/b&gt;" in text
+    assert "<b>kg</b>" not in text
 
 
 def test_findings_stand_before_the_items(page):
@@ -279,6 +286,9 @@ def test_item_story(judged):
 def test_cell_story(results):
     story = cell_story(results, "E07", "M8", 1.35)
     assert len(story.splitlines()) == 6
+    first = story.splitlines()[0]
+    mse, mean, sigma = (float(re.search(rf"{name} (\S+)", first)[1]) for name in ("MSE", "mean", "sigma"))
+    assert mse == pytest.approx(mean**2 + sigma**2, rel=1e-3)  # four printed digits
     with pytest.raises(ResultError, match=r"n = 1\.33: must be one of 1\.0, 1\.05"):
         cell_story(results, "E07", "M8", 1.33)
     with pytest.raises(ResultError, match="model = 'M11': must be one of M1"):

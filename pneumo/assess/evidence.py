@@ -59,6 +59,12 @@ def computation(function: Computation) -> Computation:
     return function
 
 
+def _failed(table: xr.Dataset) -> list[str]:
+    """Names of the experiments that have a failure time."""
+    time = table["failure_time"]
+    return time["experiment"].values[time.notnull()].tolist()
+
+
 class Results:
     """Results of a study, replayed with one transport; every file is read when first needed.
 
@@ -106,14 +112,12 @@ class Results:
     @cached_property
     def failures(self) -> dict[str, str]:
         """What happened to the experiments that failed."""
-        time = self.statistics["failure_time"]
-        return {name: story(self.datum(name)) for name in time["experiment"].values[time.notnull()].tolist()}
+        return {name: story(self.datum(name)) for name in _failed(self.statistics)}
 
     @cached_property
     def settling_failures(self) -> dict[str, str]:
         """What happened to the settling runs that failed."""
-        time = read(self.folder / "settling.nc")["failure_time"]
-        failed = time["experiment"].values[time.notnull()].tolist()
+        failed = _failed(read(self.folder / "settling.nc"))
         return {name: story(self.settling(name), "settling run") for name in failed}
 
     def settling(self, experiment: str) -> xr.Dataset:
