@@ -1,5 +1,6 @@
 """Identification: the noise model, a synthetic cylinder found again, and what counts as fitted."""
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -7,19 +8,23 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.axes import Axes
+from rich.console import Console
 from scipy.optimize import OptimizeResult
 
 from pneumo.assess import amplitudes, mechanics
 from pneumo.assess.claims import read_claims
-from pneumo.assess.identify import check, identify
-from pneumo.assess.misfit import THRESHOLD, interval, noise, rms, scale
+from pneumo.assess.identify import LONG_NAMES, check, identify, save_identification
+from pneumo.assess.misfit import THRESHOLD, THRESHOLD_2, interval, noise, rms, scale
 from pneumo.assess.published import table5, table7, table9
 from pneumo.assess.statistics import statistics
 from pneumo.physics.parameters import load, study
+from pneumo.publish.identification import identification, identification_tables, number
+from pneumo.publish.style import paper_style
 from pneumo.simulate.datum import C, record
 from pneumo.simulate.replay import replay
 from pneumo.simulate.settling import NOT_SETTLED, QUANTITIES, settle
-from pneumo.store import ResultError
+from pneumo.store import ResultError, read
 
 STUDY = study(load(Path(__file__).parents[1] / "config" / "paper.yaml"))
 TRUE = np.log([1.8, 120.0, 0.3])
@@ -64,6 +69,7 @@ def test_interval_of_a_parabola(centre, sigma):
     assert low == pytest.approx(centre - 1.95996 * sigma, abs=1e-3 * sigma)
     assert high == pytest.approx(centre + 1.95996 * sigma, abs=1e-3 * sigma)
     assert abs(THRESHOLD - 1.95996**2) < 1e-4
+    assert pytest.approx(-2 * np.log(0.05)) == THRESHOLD_2  # chi squared of two degrees: exponential
 
 
 def test_interval_without_an_end():
@@ -78,6 +84,15 @@ def test_interval_takes_the_outermost_crossing():
 
 
 # Mass, friction, stop
+
+
+def test_changed_is_the_configured_plant_at_the_configured_constants():
+    e = STUDY.experiments["E13"]
+    again = mechanics.changed(e, np.log([1.5, 100.0, 0.3]), force=2.0)
+    cylinder = again.plant.cylinder
+    assert (cylinder.M, cylinder.k_f) == pytest.approx((e.plant.cylinder.M, e.plant.cylinder.k_f))
+    assert again.push.x_stop == pytest.approx(e.push.x_stop)
+    assert again.push.force == 2 * e.push.force
 
 
 def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
@@ -95,12 +110,14 @@ def test_profile_is_lowest_at_the_truth_and_rises(monkeypatch):
     monkeypatch.setattr(
         mechanics, "nearby", lambda f, start, size=0.0: OptimizeResult(x=start, fun=f(start), nfev=1)
     )
-    best = OptimizeResult(x=TRUE, fun=0.0)
-    curves, lowest, evaluations = mechanics.profile(synthetic(), best, 1.0, map)
+    best, data = OptimizeResult(x=TRUE, fun=0.0), synthetic()
+    curves, lowest, evaluations = mechanics.profile(data, best, 1.0, map)
     assert lowest is best
     assert curves.shape == (3, 5)
     assert (curves[:, 2] == 0).all()
     assert (curves[:2, [1, 3]] > THRESHOLD).all()  # others held: far above what a profile would be
+    for parameter, shift in enumerate(0.05 * np.eye(3)):
+        assert curves[parameter, 3] == mechanics.deviance(TRUE + shift, data)
     assert evaluations >= 6
 
 
@@ -252,6 +269,128 @@ def test_amplitudes_stay_within_their_bounds():
     assert amplitudes.COARSE[[0, -1]] == pytest.approx([low, high])
     assert amplitudes.COARSE[1] * amplitudes.FINE[0] > low
     assert amplitudes.COARSE[-2] * amplitudes.FINE[-1] < high
+
+
+# All of it, with hardly any effort: searches stay where they start, runs last 60 steps, what settles fast does
+
+
+QUICK = {"D": ("E13", "E14"), "E": ("E15", "E16")}
+
+
+@pytest.fixture(scope="module")
+def hasty() -> xr.Dataset:
+    start = np.log([1.5, 100.0, 0.3])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(mechanics.SETTLING, "D", QUICK["D"])
+        patch.setitem(mechanics.SETTLING, "E", QUICK["E"])
+        patch.setattr(mechanics, "STEPS", np.array([0.05, 0.3]))
+        patch.setattr(mechanics, "OFFSETS", np.array([-0.3, -0.05, 0.0, 0.05, 0.3]))
+        patch.setattr(mechanics, "REGION", 3)
+        patch.setattr(mechanics, "RATIO_OFFSETS", np.linspace(-0.007, 0.007, 3))
+        patch.setattr(mechanics, "FORCES", np.array([0.5, 1.0, 2.0]))
+        patch.setattr(
+            mechanics, "nearby", lambda f, start, size=0.0: OptimizeResult(x=start, fun=f(start), nfev=1)
+        )
+        patch.setattr(
+            mechanics,
+            "minimize_scalar",
+            lambda f, bounds, **_: OptimizeResult(fun=f(np.mean(bounds)), nfev=1),
+        )
+        patch.setattr(
+            mechanics,
+            "search",
+            lambda data, *_: OptimizeResult(x=start, fun=mechanics.deviance(start, data), nfev=7),
+        )
+        patch.setattr(amplitudes, "COARSE", np.array([0.1, 0.3, 1.0]))
+        brief = {name: e._replace(steps=60) for name, e in STUDY.experiments.items()}
+        said = []
+        found = identify(STUDY._replace(experiments=brief), ["D", "E"], 0, 2, said.append)
+    assert [text[:3] for text in said] == ["D: "] * 4 + ["E: "] * 4 + ["amp"] * 2
+    return found
+
+
+def test_every_variable_is_described_and_comes_back(hasty, tmp_path):
+    units = {name for name, (_, unit) in LONG_NAMES.items() if unit}
+    assert units <= set(hasty.variables)
+    assert all(hasty[name].attrs["long_name"] for name in LONG_NAMES)
+    for name in ("a.nc", "b.nc"):
+        save_identification(hasty, STUDY, 5, tmp_path / name)
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+    back = read(tmp_path / "a.nc")
+    assert (back.attrs["seed"], back.attrs["config_sha256"]) == (5, STUDY.config_sha256)
+    np.testing.assert_array_equal(back["region_deviance"], hasty["region_deviance"])
+
+
+def test_mechanics_of_both_cylinders_stand_side_by_side(hasty):
+    assert hasty["estimate"].sel(parameter="M").values == pytest.approx([1.5, 1.5])
+    assert hasty["push_force"].values.tolist() == [
+        STUDY.experiments[names[0]].push.force for names in QUICK.values()
+    ]
+    assert hasty["experiment"].values.tolist() == [*QUICK["D"], *QUICK["E"]]
+    assert hasty["force_deviance"].sel(force_ratio=1.0).values == pytest.approx(
+        hasty["profile_deviance"].isel(offset=2, parameter=0).values
+    )
+    deviance = hasty["profile_deviance"].sel(cylinder="D")
+    assert deviance.min() == 0 and (deviance.isel(offset=[0, 4]).dropna("parameter") > 0).all()
+    own = hasty["settling_log_ratio"].sel(experiment=list(QUICK["D"]))
+    for key, fitted in (("fitted_rms", 1), ("scored_rms", 0)):
+        chosen = own.sel(quantity=(hasty["fitted"] == fitted).values)
+        assert hasty[key].sel(cylinder="D").item() == pytest.approx(rms(chosen.values))
+
+
+def test_an_amplitude_moves_its_own_cylinders_open_loop_only():
+    brief = {name: STUDY.experiments[name]._replace(steps=60) for name in ("E05", "E06", "E07", "E08")}
+    part = STUDY._replace(experiments=brief)
+    done = amplitudes.runs(part, {"D": np.array([0.1, 0.3]), "E": np.array([0.2, 0.4])}, ("linear",), map)
+    assert len(done.mse) == 2 * 2 + 2
+
+    def moved(*pair):
+        first, second = (amplitudes.grid_of(part, done, "linear", *one) for one in pair)
+        return {name for name, a, b in zip(brief, first, second, strict=True) if not np.array_equal(a, b)}
+
+    open_loop = {c: {n for n, e in brief.items() if not e.drive.closed_loop and e.cylinder == c} for c in "DE"}
+    assert moved((0.1, 0.2), (0.3, 0.2)) == open_loop["D"] != set()
+    assert moved((0.1, 0.2), (0.1, 0.4)) == open_loop["E"] != set()
+
+
+def test_amplitudes_are_those_of_the_lowest_deviance(hasty):
+    value, deviance = hasty["amplitude_value"], hasty["amplitude_deviance"]
+    assert hasty.sizes["amplitude_point"] == 3 + 5 - 1  # coarse and fine ones share the centre
+    for cylinder in ("D", "E"):
+        lowest = value.sel(cylinder=cylinder)[int(np.argmin(deviance.sel(cylinder=cylinder).values))]
+        assert hasty["amplitude"].sel(cylinder=cylinder) == lowest
+    assert hasty["transport"].values.tolist() == list(amplitudes.delays(1.0))
+    assert hasty["runs"] == 2 * 8 + 8 * 3 + 8 * 5
+
+
+def test_figure_and_tables_show_what_was_found(hasty, tmp_path):
+    figure = identification(hasty)
+    with paper_style():
+        figure.canvas.draw()
+    axes = figure.findobj(Axes)
+    titles = [ax.get_title(loc="left") for ax in axes]
+    assert [title[:3] for title in sorted(titles)] == [f"({letter})" for letter in "abcdefghijk"]
+    assert any(title.startswith("(a) 1.500, ") for title in titles)
+    (bars,) = (ax for ax in axes if "transport of the signals" in ax.get_title(loc="left"))
+    widths = [bar.get_width() for container in bars.containers for bar in container]
+    np.testing.assert_allclose(widths, hasty["transport_rms"].values.T.ravel())
+    heights = [bar.get_y() for bar in bars.containers[0]]
+    assert heights == sorted(heights, reverse=True)  # the first transport on top
+    (forces,) = (ax for ax in axes if "settling runs" in ax.get_title(loc="left"))
+    line = next(line for line in forces.lines if line.get_label() == "D")
+    force = -STUDY.experiments["E13"].push.force
+    np.testing.assert_allclose(line.get_xdata(), [force / 2, force, 2 * force])
+
+    console = Console(width=200, file=io.StringIO())
+    for table in identification_tables(hasty):
+        console.print(table)
+    text = console.file.getvalue()
+    for words in ("M (kg)", "stop (of the half-stroke)", "0.1 to 20", "Table 7, linear transport", "hold"):
+        assert words in text
+    first = next(iter(identification_tables(hasty)))
+    assert list(first.columns[2].cells) == [number(v) for v in hasty["estimate"].values.ravel()]
+    alone = hasty.sel(cylinder=["D"]).drop_vars("amplitude")
+    assert len(list(identification_tables(alone))) == 2
 
 
 # What came out
