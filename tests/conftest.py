@@ -1,11 +1,15 @@
-"""Results of the full study, for tests that judge them."""
+"""What tests of several modules share: each made once, for tests of one xdist group by one process only."""
 
+import copy
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from printed_study import write_printed_study
 
+from pneumo.assess.verdict import verdict
 from pneumo.physics.parameters import load, study
 
 RESULTS = Path(__file__).parents[1] / "results"
@@ -45,3 +49,35 @@ def random_states() -> np.ndarray:
     """10,000 states (u, x, v, P_A, P_B) of `plant`, on every branch of valve and limiter."""
     low, high = (-12, -0.05, -2, 2e4, 2e4), (12, 0.05, 2, 9e5, 9e5)
     return np.random.default_rng(2006).uniform(low, high, (10_000, 5))
+
+
+@pytest.fixture(scope="session")
+def printed_once(tmp_path_factory) -> Path:
+    """The printed study, not to be spoilt: for tests of group "printed"."""
+    return write_printed_study(tmp_path_factory.mktemp("printed") / "results")
+
+
+@pytest.fixture(scope="session")
+def _judged_once(printed_once) -> dict:
+    return verdict(printed_once)
+
+
+@pytest.fixture(scope="module")
+def judged_once(_judged_once) -> dict:
+    """The printed study's verdict, a copy for each module."""
+    return copy.deepcopy(_judged_once)
+
+
+@pytest.fixture(scope="session")
+def smoke_study(tmp_path_factory):
+    """The smoke study, run with -j2 in a path with a space in it, and the seconds that this took.
+
+    For tests of group "workflow", which leave its results as they were.
+    """
+    from torture.study import Study  # not where tests run in a copy of some folders only
+
+    run = Study(tmp_path_factory.mktemp("smoke") / "a path" / "pneumo", "config/smoke.yaml")
+    start = time.perf_counter()
+    done = run.run()
+    assert done.code == 0, done.output
+    return run, time.perf_counter() - start

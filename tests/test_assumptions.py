@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
-from printed_study import write_printed_study
 from typer.testing import CliRunner
 
 from pneumo.assess import assumptions
@@ -36,6 +35,7 @@ from pneumo.simulate.settling import Settling, settle
 from pneumo.simulate.variants import first_draw_skipped, keeps_changed_sign, largest_excursions
 from pneumo.store import ResultError, open_grid, read, write, write_json
 
+pytestmark = pytest.mark.xdist_group("printed")
 ROOT = Path(__file__).parents[1]
 CONFIG = yaml.safe_load((ROOT / "config/paper.yaml").read_text(encoding="utf-8"))
 TINY = CONFIG | {"run": {"experiments": ["E06", "E12"], "duration_limit_s": 1.0}}
@@ -302,9 +302,8 @@ def test_the_recorded_baseline_is_the_study(results):
     np.testing.assert_allclose(toggled, found, rtol=1e-9)
 
 
-def test_an_alternative_that_nobody_ran_explains_nothing(tmp_path):
-    results = write_printed_study(tmp_path / "results")
-    court = Court(results)
+def test_an_alternative_that_nobody_ran_explains_nothing(printed_once):
+    court = Court(printed_once)
     assert court.toggled is None
     claim = CLAIMS.items["T5.E14.P_A"].model_copy(
         update={"assumption": "hold.hold_longer", "printed": "9.99"}

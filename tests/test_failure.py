@@ -1,10 +1,11 @@
 """Runs that fail: a status with time and state in the files, left out of averages, told by table and page."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from printed_study import save, write_printed_study
+from printed_study import save
 
 from pneumo.assess.published import table7
 from pneumo.assess.statistics import settling_table, statistics
@@ -22,6 +23,7 @@ from pneumo.simulate.results import datum_dataset, settling_dataset, story
 from pneumo.simulate.settling import settle
 from pneumo.store import open_grid, read
 
+pytestmark = pytest.mark.xdist_group("printed")
 STUDY = study(load(Path(__file__).parents[1] / "config" / "paper.yaml"))
 E06 = STUDY.experiments["E06"]._replace(steps=300)
 CHANGES = {  # what makes a step of 1 ms too long
@@ -98,9 +100,9 @@ def test_the_page_tells_which_settling_run_failed(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(printed_once, tmp_path_factory):
     """The printed study, but E06 failed."""
-    folder = write_printed_study(tmp_path_factory.mktemp("failed") / "results")
+    folder = Path(shutil.copytree(printed_once, tmp_path_factory.mktemp("failed") / "results"))
     experiment = broken("no mass")
     recording = record(experiment)
     save(datum_dataset(experiment, recording), folder / "datum" / "E06.nc")

@@ -8,6 +8,7 @@ import contextlib
 import io
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -21,7 +22,6 @@ import netCDF4
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from printed_study import write_printed_study
 
 from pneumo import cli
 
@@ -29,6 +29,8 @@ ROOT = Path(__file__).parents[1]
 TRIES = int(os.environ.get("FUZZ", "500"))
 RECORD = "FUZZ" in os.environ
 LONGEST_LINE = 2000
+
+in_printed = pytest.mark.xdist_group("printed")
 
 tried: Counter[str] = Counter()  # by kind of mistake
 found: Counter[str] = Counter()  # tracebacks, files_written, accepted
@@ -140,8 +142,9 @@ def test_command_line(folder, arguments):
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    return write_printed_study(tmp_path_factory.mktemp("study") / "results")
+def study(printed_once, tmp_path_factory):
+    """A copy, to be spoilt."""
+    return Path(shutil.copytree(printed_once, tmp_path_factory.mktemp("study") / "results"))
 
 
 def foreign_netcdf(file):
@@ -169,6 +172,7 @@ COMMANDS = [
 ]
 
 
+@in_printed
 @trying(0.02)
 @given(data=st.data())
 def test_results_folder_with_foreign_files(study, data):
@@ -194,12 +198,14 @@ def test_results_folder_with_foreign_files(study, data):
     assert_one_line(code, out, err, file.name)
 
 
+@in_printed
 @pytest.mark.parametrize("n", ["nan", "inf", "-1", "1.36", "1e999", "x", ""])
 def test_n_outside_the_grid(study, n):
     tried["n"] += 1
     assert_one_line(*run("explain", "--results", str(study), "--", "E07", "M8", n), "n = ", "must be")
 
 
+@in_printed
 @pytest.mark.parametrize(
     "name", ["../replay/E07", "/etc/passwd", "..", "E07/../E08", "", "E07.nc", "\0", "E" * 999]
 )

@@ -1,53 +1,75 @@
-"""Faults and other processors on the smoke study; `make torture` and `make determinism` take it whole."""
+"""Faults on the smoke study, and how studies are compared; `make torture` and `make determinism` do it all."""
 
 import random
-import time
-from pathlib import Path
+import signal
 
+import numpy as np
 import pytest
+import xarray as xr
 
-from torture.determinism import VARIANTS, compared
+from torture.determinism import BOUND, moved
 from torture.faults import FAULTS, Bench
-from torture.study import Study
+from torture.study import stop
 
-SMOKE = "config/smoke.yaml"
-
-pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("torture")]
+in_smoke_study = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory) -> Bench:
-    study = Study(tmp_path_factory.mktemp("torture") / "checkout", SMOKE)
-    start = time.perf_counter()
-    done = study.run()
-    assert done.code == 0, done.output
-    seconds = time.perf_counter() - start
-    return Bench(study, study.hashes(), seconds, study.size(), random.Random(1), kills=2, tries=1)
+class TestFaults:
+    pytestmark = in_smoke_study
 
-
-@pytest.mark.parametrize("fault", ["bit_flip", "truncated", "foreign"])
-def test_a_spoilt_file_is_refused_by_name_and_made_again(bench, fault):
-    same, outcome = next(FAULTS[fault](bench))
-    assert same, outcome
-
-
-def test_nothing_is_lost_by_a_kill_with_jobs_or_without(bench):
-    for same, outcome in FAULTS["sigkill"](bench):
+    def test_a_spoilt_file_is_refused_by_name_and_made_again(self, smoke_study):
+        study, seconds = smoke_study
+        bench = Bench(study, study.hashes(), seconds, study.size(), random.Random(1), kills=0, tries=1)
+        same, outcome = next(FAULTS["bit_flip"](bench))
         assert same, outcome
 
+    def test_two_kills_then_one_job_at_a_time_give_the_same_bytes(self, smoke_study):
+        study, seconds = smoke_study
+        expected = study.hashes()
+        study.clear()
+        for with_jobs in (True, False):  # left to themselves, jobs go on writing for a while
+            assert stop(study.start(), signal.SIGKILL, with_jobs=with_jobs, after=0.3 * seconds)
+        assert study.hashes() != expected
+        done = study.run("-j1")
+        assert done.code == 0, done.output
+        assert study.hashes() == expected
 
-def test_the_second_of_two_runs_is_refused(bench):
-    for same, outcome in FAULTS["two_runs"](bench):
-        assert same, outcome
+
+# Comparing
 
 
-@pytest.mark.parametrize("name", ["one_replay_thread", "sse2"])
-def test_threads_and_processors_change_no_more_than_is_stated(bench, tmp_path: Path, name):
-    variant = VARIANTS[name]
-    study = Study(tmp_path / "checkout", SMOKE, variant.environment)
-    done = study.run(*variant.arguments)
-    assert done.code == 0, done.output
-    result = compared(bench.study, study)
-    assert result["largest_difference"] <= variant.bound, result["where"]
-    assert result["same_statuses"]
-    assert variant.bound or result["identical"] == result["files"]
+@pytest.fixture
+def cells() -> xr.Dataset:
+    return xr.Dataset(
+        {
+            "mse": (("n", "t"), np.array([[1.0, -4.0], [np.nan, 2.0]])),
+            "status": ("n", np.int8([0, 1])),
+            "pressure": ("t", np.float32([1.0, 3.0])),
+        }
+    )
+
+
+def test_equal_studies_have_not_moved(cells):
+    assert moved(cells, cells.copy(deep=True)) == (0.0, "status")
+
+
+def test_a_number_moves_by_its_share_of_the_largest_of_its_variable(cells):
+    other = cells.copy(deep=True)
+    other["mse"][1, 1] += 4e-9
+    by, name = moved(cells, other)
+    assert name == "mse" and by == pytest.approx(1e-9) and by > BOUND
+
+
+def test_another_label_or_another_gap_is_further_than_any_number(cells):
+    for name, place, value in (("status", 0, 1), ("mse", (0, 0), np.nan)):
+        other = cells.copy(deep=True)
+        other[name][place] = value
+        assert moved(cells, other) == (np.inf, name)
+
+
+def test_the_last_place_of_stored_pressures_may_differ(cells):
+    other = cells.copy(deep=True)
+    other["pressure"][1] = np.nextafter(np.float32(3.0), np.float32(4.0))
+    assert moved(cells, other)[0] == 0.0
+    other["pressure"][1] = 3.0001
+    assert moved(cells, other)[1] == "pressure"

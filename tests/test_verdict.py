@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 import xarray as xr
 import yaml
-from printed_study import write_printed_study
 from typer.testing import CliRunner
 
 from pneumo.assess.claims import Claim, ClaimsError, ToleranceClass, read_claims
@@ -35,14 +34,17 @@ CELLS = {1: 40, 2: 4, 4: 8, 5: 64, 6: 16, 7: 30, 8: 96, 9: 90}
 OF_M7 = {"S4.M7_40", "S4.M7_10", "S4.M7_mu", "S4.M7_sigma", "S4.M7_72", "S4.best_choice"}
 
 
-@pytest.fixture(scope="module")
-def printed(tmp_path_factory) -> Path:
-    return write_printed_study(tmp_path_factory.mktemp("printed") / "results")
+pytestmark = pytest.mark.xdist_group("printed")
 
 
 @pytest.fixture(scope="module")
-def judged(printed) -> dict:
-    return verdict(printed)
+def printed(printed_once) -> Path:
+    return printed_once
+
+
+@pytest.fixture(scope="module")
+def judged(judged_once) -> dict:
+    return judged_once
 
 
 @pytest.fixture

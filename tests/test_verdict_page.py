@@ -5,9 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 from browser import CHROMIUM, Browser
-from printed_study import write_printed_study
 
-from pneumo.assess.verdict import verdict
 from pneumo.publish.explain import cell_story, item_story
 from pneumo.publish.verdict_page import STATUSES, render
 from pneumo.store import ResultError
@@ -15,20 +13,20 @@ from pneumo.store import ResultError
 TAB, ENTER = 9, 13
 SHORTLY = "new Promise(done => setTimeout(done, 300))"
 
-in_chromium = [
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"),
-    pytest.mark.xdist_group("chromium"),
-]
+in_chromium = pytest.mark.skipif(
+    CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"
+)
+pytestmark = pytest.mark.xdist_group("printed")
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    return write_printed_study(tmp_path_factory.mktemp("page") / "results")
+def results(printed_once):
+    return printed_once
 
 
 @pytest.fixture(scope="module")
-def judged(results):
-    found = verdict(results)
+def judged(judged_once):
+    found = judged_once
     # One of every status, and one item that falls with exact transport.
     for item in found["items"]:
         if item["id"] == "T7.M5.mse":
@@ -279,6 +277,9 @@ def test_item_story(judged):
 def test_cell_story(results):
     story = cell_story(results, "E07", "M8", 1.35)
     assert len(story.splitlines()) == 6
+    first = story.splitlines()[0]
+    mse, mean, sigma = (float(re.search(rf"{name} (\S+)", first)[1]) for name in ("MSE", "mean", "sigma"))
+    assert mse == pytest.approx(mean**2 + sigma**2, rel=1e-3)  # four printed digits
     with pytest.raises(ResultError, match=r"n = 1\.33: must be one of 1\.0, 1\.05"):
         cell_story(results, "E07", "M8", 1.33)
     with pytest.raises(ResultError, match="model = 'M11': must be one of M1"):
