@@ -12,7 +12,8 @@ import yaml
 from typer.testing import CliRunner
 
 from pneumo.assess import assumptions
-from pneumo.assess.assumptions import LATE, TABLES, VARIANTS, cases, reproduced
+from pneumo.assess.amplitudes import delays
+from pneumo.assess.assumptions import LATE, TABLES, VARIANTS, Case, cases, reproduced
 from pneumo.assess.claims import read_claims
 from pneumo.assess.effects import effects
 from pneumo.assess.evidence import Absent, Printed
@@ -97,7 +98,7 @@ def test_every_alternative_runs_or_carries_a_reason():
             "assumptions.yaml: mass_D.mass_D_1: cylinders.D.mass_kg = -1.0: must be a number greater than 0",
         ),
         ("    population: N\n", "    unheard_of: N\n", "variance_of_means.unheard_of: no code for 'N'"),
-        ("  left_out:", "  left_off:", "left_off: Extra inputs are not permitted"),
+        ("  left_out:", "  left_off:", "assumptions.yaml: step.left_off: Extra inputs are not permitted"),
     ],
 )
 def test_what_cannot_be_run_is_one_line(paper, old, new, words):
@@ -176,6 +177,34 @@ def test_the_same_call_gives_the_same_numbers():
 # The variants
 
 
+def test_a_rod_takes_its_own_section_from_both_areas():
+    change = VARIANTS["rod.rod_40_percent"](Case(PAPER))
+    for name, experiment in PAPER.experiments.items():
+        cylinder, other = experiment.plant.cylinder, change.study.experiments[name].plant.cylinder
+        rod = np.pi / 4 * (0.4 * cylinder.bore) ** 2
+        assert other.A_A == pytest.approx(cylinder.A_A - rod)
+        assert other.A_B == pytest.approx(cylinder.A_B - rod)
+
+
+def test_late_transports_are_those_of_the_identification():
+    for ours, theirs in (
+        ("hold", "hold"),
+        ("command_late", "linear, u a sample late"),
+        ("last_stage_late", "linear, last stage held"),
+    ):
+        np.testing.assert_allclose(LATE[ours] * 1e-3, delays(1e-3)[theirs], atol=1e-18)
+
+
+def test_a_late_transport_reads_late_in_seconds():
+    e = PAPER.experiments["E06"]._replace(steps=300)
+    recording = record(e)
+    found = assumptions._cells(PAPER, e, recording, "hold", 0.0)
+    lanes, index = grid_lanes(PAPER.n, e.plant.gas.gamma)
+    lag = delays(e.h)["hold"]
+    held = replay(recording, lanes, e.drive, e.plant, e.h, transport="published", lag=lag, stride=e.steps)
+    np.testing.assert_array_equal(found["mse"], held.mse[index])
+
+
 def test_late_stages_read_the_samples_that_their_names_say():
     samples = np.arange(5.0)
     recording = Recording(np.outer(samples, np.ones(6)), samples, 10 * samples)
@@ -224,9 +253,8 @@ def test_the_first_draw_is_skipped():
 
 
 def test_largest_excursions_of_both_quantities():
-    overshoot = np.array(
-        [0.0, 1.0, 3.0, 2.0, 1.0, 0.5, 0.025, 0.0, 0.0]
-    )  # 0.01 from the release is 0, 0.03 of 3
+    # From 0 to rest at 1, up to 4 between: 1 % of the largest excursion is 0.03, of the whole change 0.01.
+    overshoot = np.array([0.0, 2.0, 4.0, 3.0, 2.0, 1.5, 1.025, 1.0, 1.0])
     settling = Settling(np.zeros(4), np.outer(np.r_[9.0, overshoot], np.ones(6)), 1)
     np.testing.assert_allclose(largest_excursions(settling, 0.1), 0.6)
 
@@ -271,6 +299,42 @@ def test_effects_of_known_changes(invented):
     assert larger["inside"] == 277 - 40
     shifted = found.loc["friction.friction_80"]
     assert shifted[["changed_8", "exact_8", "rms_7"]].tolist() == [96, 0, 0]
+
+
+def test_effects_are_told_against_the_study_and_misfits_against_the_print(invented):
+    mse = np.array([CLAIMS.items[name].column == "mse" for name in invented["item"].values.tolist()])
+    table_8 = np.array([CLAIMS.items[name].table == 8 for name in invented["item"].values.tolist()])
+    off = invented * np.where(mse, 1.1, 1.0) + 0.05 * table_8  # all, the study too
+    nearer = off.sel(alternative=AS_TAKEN) / np.where(mse, 1.05, 1.0)
+    found = effects(xr.concat([off, nearer.assign_coords(alternative="hold.nearer")], "alternative"), CLAIMS)
+    larger = found.loc["step.step_2_ms"]
+    assert larger[["largest_7", "misfit_7", "worse_7"]].tolist() == pytest.approx(np.log([1.2, 1.32, 1.2]))
+    assert found.loc["hold.nearer", ["rms_9", "worse_9"]].tolist() == pytest.approx(
+        [np.log(1.05), -np.log(1.05)]
+    )
+    assert (
+        found.loc[["step.step_2_ms", "hold.nearer"], ["changed_8", "exact_8"]].values.tolist() == [[0, 0]] * 2
+    )
+    figure = tornado(found)
+    assert [tick.get_text() for tick in figure.axes[0].get_yticklabels()] == ["nearer", "step 2 ms"]
+    nearer, farther = (patch.get_facecolor() for patch in figure.axes[0].patches)
+    assert [patch.get_label() for patch in figure.legends[0].get_patches()] == [
+        "nearer to the print",
+        "farther from it",
+    ]
+    assert [patch.get_facecolor() for patch in figure.legends[0].get_patches()] == [nearer, farther]
+
+
+def test_a_run_that_does_not_rest_is_marked(invented):
+    restless = invented.copy()
+    restless.loc["step.step_2_ms", "T5.E06.P_A"] = np.nan
+    found = effects(restless, CLAIMS)
+    assert found.loc["step.step_2_ms", "no_number"] == 1
+    figure = tornado(found)
+    assert [tick.get_text() for tick in figure.axes[0].get_yticklabels()] == ["step 2 ms *"]
+    assert "* some settling runs do not come to rest" in figure.texts[-1].get_text() + str(
+        figure._supxlabel.get_text()
+    )
 
 
 def test_table_and_tornado(invented):

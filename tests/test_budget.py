@@ -117,6 +117,13 @@ def test_linear_interpolation_is_the_published_transport_without_lag():
     np.testing.assert_allclose(driven(inputs, LANES, e.plant, e.h, 1), study.pressure, rtol=1e-10)
 
 
+def test_a_stride_takes_every_so_many_pressures():
+    e = lasting("E06", 0.1)
+    inputs = b.sampled_inputs(record(e), e.h, 1, "linear", e.plant.valve.u_max)
+    every, fifth = (driven(inputs, LANES, e.plant, e.h, stride) for stride in (1, 5))
+    np.testing.assert_array_equal(fifth, every[..., ::5])
+
+
 def test_hold_and_cubic_meet_the_samples():
     e = lasting("E06", 0.1)
     recording = record(e)
@@ -218,6 +225,20 @@ def test_figure_stacks_the_parts_and_is_unclipped(dataset, tmp_path):
     level = dataset.sel(level="adiabatic")
     expected = [level[f"level_{part}"] for part in parts]
     np.testing.assert_allclose(heights, expected, rtol=1e-9, atol=1e-5)  # a bar is its top less its bottom
+    stack = fig.axes[0]
+    tops = [[bar.get_y() + bar.get_height() for bar in bars] for bars in stack.containers]
+    np.testing.assert_allclose(tops, np.cumsum(expected, axis=0), rtol=1e-9, atol=1e-5)
+    total = level["level_total"].values
+    highest = np.fmax(tops[-1], total)
+    constant = np.array([model.temperature == "constant" for model in MODELS.values()])
+    assert stack.get_ylim()[1] == pytest.approx(1.1 * highest[~constant].max())
+    marked = [text.get_text().strip("$").removesuffix("}") for text in stack.texts]
+    beyond = total[highest > stack.get_ylim()[1]]
+    assert len(marked) == len(beyond) > 0
+    for text, value in zip(marked, beyond, strict=True):
+        digits, power = text.split(r"\times10^{")
+        assert 1 <= float(digits) < 10
+        assert float(f"{digits}e{power}") == pytest.approx(value, rel=0.05)  # two digits are shown
     assert [label.get_text() for label in fig.axes[3].get_xticklabels()] == [symbol(name) for name in MODELS]
     with paper_style():
         ink, page = fig.get_tightbbox(), fig.get_size_inches()

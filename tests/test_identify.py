@@ -186,13 +186,13 @@ def test_scored_cells_play_no_role_in_the_fit():
 
 def test_claims_mark_what_is_fitted():
     items = read_claims().items.values()
-    for number in (5, 7):
-        marked = {(c.row, c.column) for c in items if c.table == number and c.used_in_identification}
+    for table in (5, 7):
+        marked = {(c.row, c.column) for c in items if c.table == table and c.used_in_identification}
         fitted = {
             5: {(e, q) for names in mechanics.SETTLING.values() for e in names for q in mechanics.FITTED},
             7: {(model, "mse") for model in table7()["model"].values},
         }
-        assert marked == fitted[number]
+        assert marked == fitted[table]
 
 
 # Amplitudes and transports
@@ -271,7 +271,7 @@ def test_amplitudes_stay_within_their_bounds():
     assert amplitudes.COARSE[-2] * amplitudes.FINE[-1] < high
 
 
-# All of it, with hardly any effort: searches stay where they start, runs last 60 steps, what settles fast does
+# All of it, with hardly any effort: searches stay where they start, runs last 60 steps
 
 
 QUICK = {"D": ("E13", "E14"), "E": ("E15", "E16")}
@@ -348,7 +348,9 @@ def test_an_amplitude_moves_its_own_cylinders_open_loop_only():
         first, second = (amplitudes.grid_of(part, done, "linear", *one) for one in pair)
         return {name for name, a, b in zip(brief, first, second, strict=True) if not np.array_equal(a, b)}
 
-    open_loop = {c: {n for n, e in brief.items() if not e.drive.closed_loop and e.cylinder == c} for c in "DE"}
+    open_loop = {
+        c: {n for n, e in brief.items() if not e.drive.closed_loop and e.cylinder == c} for c in "DE"
+    }
     assert moved((0.1, 0.2), (0.3, 0.2)) == open_loop["D"] != set()
     assert moved((0.1, 0.2), (0.1, 0.4)) == open_loop["E"] != set()
 

@@ -1,4 +1,4 @@
-"""Faults on the smoke study, and how studies are compared; `make torture` and `make determinism` do it all."""
+"""Faults on the smoke study, and how studies are compared; `make torture`, `make determinism` do it all."""
 
 import random
 import signal

@@ -1,6 +1,7 @@
 """The verdict's machinery, on a study in which everything came out as printed: needs no results."""
 
 import json
+import math
 import re
 import shutil
 from pathlib import Path
@@ -12,7 +13,8 @@ from typer.testing import CliRunner
 
 from pneumo.assess.claims import Claim, ClaimsError, ToleranceClass, read_claims
 from pneumo.assess.errata import PROOFS, read_errata
-from pneumo.assess.evidence import COMPUTATIONS, Finding
+from pneumo.assess.evidence import COMPUTATIONS, Finding, Results
+from pneumo.assess.highlights import scores
 from pneumo.assess.ledger import read_assumptions
 from pneumo.assess.published import read_table
 from pneumo.assess.verdict import (
@@ -26,10 +28,13 @@ from pneumo.assess.verdict import (
 )
 from pneumo.cli import app
 from pneumo.physics.exchange import from_json, to_json
+from pneumo.physics.parameters import load, study
+from pneumo.physics.valve import choked_flow
 from pneumo.store import ResultError, read_json, write, write_json
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "paper"
+PLANT_D = study(load(ROOT / "config/paper.yaml")).experiments["E01"].plant
 CELLS = {1: 40, 2: 4, 4: 8, 5: 64, 6: 16, 7: 30, 8: 96, 9: 90}
 OF_M7 = {"S4.M7_40", "S4.M7_10", "S4.M7_mu", "S4.M7_sigma", "S4.M7_72", "S4.best_choice"}
 
@@ -296,6 +301,48 @@ def test_another_study_is_judged_without_the_papers_experiments(results):
     assert items["T5.E14.P_A"]["status"] == "missed"
     assert "not to be judged: this study has no E14" in items["T5.E14.P_A"]["reason"]
     assert items["T5.E06.P_A"]["status"] == "exact"
+
+
+@pytest.mark.parametrize("text", ['{"name": 1}', '{"name": "", "experiments": [1]}', '{"a": "\\u0000"}'])
+def test_parameters_that_are_no_study_are_refused(tmp_path, text):
+    write_json(text, tmp_path / "parameters.json")
+    with pytest.raises(ResultError, match=r"parameters\.json: does not hold a study"):
+        _ = Results(tmp_path, "published").study
+
+
+def test_scores_of_known_items():
+    cell = {"table": 7, "column": "mse", "status": "exact", "reproduced": 1.0, "deviation": 0.25}
+    items = [
+        cell,
+        cell | {"deviation": -0.2, "status": "missed"},
+        cell | {"reproduced": "none", "status": "missed"},
+        cell | {"status": "unreadable"},
+        cell | {"table": 5, "column": "P_A", "status": "close"},
+    ]
+    found = scores(items)
+    assert found["table_7_mse"] == {
+        "cells": 2,
+        "rms_of_ln_ratio": pytest.approx(math.log(1.25), abs=1e-6),
+        "lowest_ratio": pytest.approx(0.8),
+        "highest_ratio": pytest.approx(1.25),
+    }
+    assert found["table_5"] == {"cells": 1, "exact": 0, "exact_or_close": 1}
+    assert found["missed_of_readable"] == 0.5
+
+
+def test_mean_errors_are_judged_by_the_deviation_printed_beside_them():
+    claims = read_claims().items
+    assert (claims["T7.M1.mu"].sigma, claims["T9.adiabatic.M1.mse"].sigma) == (19_900.0, None)
+    for name in ("T9.adiabatic.M1", "T9.typical.M5"):
+        assert claims[f"{name}.mu"].sigma == claims[f"{name}.sigma"].value
+
+
+def test_the_largest_flow_is_in_standard_litres_per_minute(printed):
+    valve = PLANT_D.valve
+    kg_per_s = choked_flow(valve.k_xu * valve.u_max, 7e5, 293.0, PLANT_D.gas)
+    litre = 101325 * 1e-3 / (287.0 * 293.15)  # kg
+    found = COMPUTATIONS["largest_flow"](Results(printed, "published"), "D").value
+    assert found == pytest.approx(kg_per_s / litre * 60, rel=1e-12)
 
 
 # The command line

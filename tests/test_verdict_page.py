@@ -93,6 +93,15 @@ def test_text_is_escaped(page):
     assert "for this test <&>" not in page
 
 
+def test_what_is_no_formula_is_escaped_too(judged):
+    ledger = judged["assumptions"]
+    name = next(iter(ledger))
+    spoilt = judged | {"assumptions": ledger | {name: ledger[name] | {"unit": "<b>kg</b>"}}}
+    text = render(spoilt)
+    assert "&lt;b&gt;kg&lt;/b&gt;" in text
+    assert "<b>kg</b>" not in text
+
+
 def test_findings_stand_before_the_items(page):
     heads = ["Counts", "Finding 1", "Finding 2", "The paper's tables", "Items", "Errata", "Assumptions"]
     places = [re.search(rf"<h2[^>]*>{head}", page).start() for head in heads]
