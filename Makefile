@@ -9,7 +9,7 @@ JOBS ?= 2
 
 activate := . .venv/bin/activate
 
-.PHONY: help reproduce test docs lint bench crosscheck fuzz mutations torture determinism slurm-test lock clean
+.PHONY: help reproduce test coverage docs lint bench crosscheck fuzz mutations torture determinism slurm-test lock clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -25,6 +25,15 @@ test: .venv/.installed  ## run the tests (those of results are skipped where res
 	@echo "== test: pytest -n $(JOBS)"
 	$(activate)
 	pytest -n $(JOBS)
+
+coverage: .venv/.installed  ## measure which lines of pneumo/ the tests reach; fails below 95 %
+	@echo "== coverage: pytest -n $(JOBS), then small tests of the kernels uncompiled"
+	$(activate)
+	coverage erase
+	coverage run -m pytest -n $(JOBS)
+	NUMBA_DISABLE_JIT=1 coverage run -m pytest -m uncompiled
+	coverage combine --quiet
+	coverage report
 
 docs: .venv/.installed  ## build the documentation into site/; a warning is an error
 	@echo "== docs: sphinx-build docs site"
@@ -89,7 +98,7 @@ lock: .venv/.installed  ## write requirements.lock again from pyproject.toml (UP
 clean:  ## remove results, documentation and caches, keep .venv
 	@echo "== clean: results, site, workflow state, tool caches"
 	find results -mindepth 1 ! -path results/README.md -delete
-	rm -rf site .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf site .coverage* .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 
 # The stamp comes last, so an interrupted set-up starts afresh. uv, itself pinned in the lock, takes 10 s where pip takes
 # 100; pip is kept for machines where only pip is configured to reach a package index.

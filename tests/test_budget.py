@@ -96,6 +96,7 @@ def test_the_finest_step_is_next_to_the_adaptive_reference():
     assert fine < 1 < 20 < coarse  # Pa
 
 
+@pytest.mark.uncompiled
 def test_the_adaptive_reference_refuses_a_piston_out_of_range():
     e = lasting("E13", 0.1)
     with pytest.raises(ArithmeticError, match=r"^E13: adaptive reference: x = .* m is out of its range$"):
@@ -117,6 +118,7 @@ def test_linear_interpolation_is_the_published_transport_without_lag():
     np.testing.assert_allclose(driven(inputs, LANES, e.plant, e.h, 1), study.pressure, rtol=1e-10)
 
 
+@pytest.mark.uncompiled
 def test_a_stride_takes_every_so_many_pressures():
     e = lasting("E06", 0.1)
     inputs = b.sampled_inputs(record(e), e.h, 1, "linear", e.plant.valve.u_max)

@@ -304,6 +304,7 @@ def test_a_smooth_step_keeps_the_balances_to_rounding(name):
 # Rest, symmetry, determinism
 
 
+@pytest.mark.uncompiled
 @given(st.sampled_from(list(STUDY.experiments)), some.conductances(), st.booleans())
 @settings(deadline=None)
 def test_equilibrium_stays_to_the_last_bit(name, k_0, closed):

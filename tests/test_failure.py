@@ -40,6 +40,7 @@ def broken(name):
     return E06._replace(plant=CHANGES[name](E06.plant))
 
 
+@pytest.mark.uncompiled
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_run_that_fails_has_status_time_and_state(name):
     recording = record(broken(name))
@@ -61,6 +62,7 @@ def test_a_run_that_does_not_fail():
     assert "last_state" not in datum["status"].attrs
 
 
+@pytest.mark.uncompiled
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
 def test_the_first_bad_state_counts(value):
     states = np.ones((10, 6))

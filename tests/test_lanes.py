@@ -56,6 +56,7 @@ def assert_same(ours, theirs, rtol=1e-9):
 # Elementary functions
 
 
+@pytest.mark.uncompiled
 @given(st.floats(-fast.EXP_REACH, fast.EXP_REACH))
 def test_exponential(t):
     # Cut after the eleventh power: 0.6^12 / 12! / 2^11, spread over the range by interpolation, is 2e-15.
@@ -68,6 +69,7 @@ def test_exponential_of_zero_is_one_and_outside_its_reach_is_nan():
     assert all(math.isnan(fast.exponential(t)) for t in (beyond, -beyond, math.inf, math.nan, 1400.0))
 
 
+@pytest.mark.uncompiled
 @given(st.floats(1e-6, 1e6))
 @example(1.0)
 @example(math.sqrt(0.5))
@@ -145,6 +147,7 @@ def all_lanes(gamma):
     return lane_array([lane(m, i, gamma) for m in MODELS.values() for i in (n if m.has_n else n[:1])])
 
 
+@pytest.mark.uncompiled
 @settings(deadline=None, max_examples=150)
 @given(plants(), some.voltages(), some.positions(), some.velocities(), st.integers(0, 2**32 - 1))
 def test_single_rates_equal_the_reference(plant, u, fraction, v, seed):
@@ -361,6 +364,7 @@ def test_lanes_that_fail_are_reported_as_the_reference_does(monkeypatch):
     assert (ours.failure_step[ours.status == LEFT_RANGE] >= 200).all()
 
 
+@pytest.mark.uncompiled
 def test_a_failure_at_the_last_step_is_noticed():
     states = RECORDING.states[:201].copy()
     states[200:, 1] = 4e4

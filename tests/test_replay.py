@@ -260,6 +260,7 @@ def test_every_cell_finds_its_lane(cells):
     assert np.array_equal(dataset["t"], np.arange(0, 0.3001, 0.01).round(3))
 
 
+@pytest.mark.uncompiled
 @pytest.mark.parametrize("model", ["M1", "M3", "M4"])
 def test_models_without_n_hold_their_cell_at_every_n(cells, model):
     _, _, dataset = cells
