@@ -50,7 +50,7 @@ fuzz: .venv/.installed  ## try 10 000 bad inputs and record the outcome in resul
 	$(activate)
 	FUZZ=10000 pytest -q -s tests/test_fuzz.py
 
-mutations: .venv/.installed  ## make three mistakes in each listed module and see whether the tests notice
+mutations: .venv/.installed  ## make three mistakes in each module and see whether the tests notice
 	@echo "== mutations: tests/mutations.py"
 	$(activate)
 	python tests/mutations.py
