@@ -56,7 +56,9 @@ def study(
     files: Annotated[list[Path], typer.Argument(help="configuration, later files override earlier ones")],
     cylinder: Annotated[list[str] | None, typer.Option(help="these cylinders only")] = None,
     experiment: Annotated[list[str] | None, typer.Option(help="these experiments only")] = None,
-    seeds: Annotated[int | None, typer.Option(min=1, max=1000, help="runs of each experiment [run.seeds]")] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, max=1000, help="runs of each experiment [run.seeds]")
+    ] = None,
     threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="folder for study.html and study.nc [study-NAME]")

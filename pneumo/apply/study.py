@@ -26,7 +26,10 @@ def chosen(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[st
     ApplyError
         If there is no such cylinder or experiment, or nothing is left.
     """
-    names = {"cylinder": {e.cylinder for e in study.experiments.values()}, "experiment": set(study.experiments)}
+    names = {
+        "cylinder": {e.cylinder for e in study.experiments.values()},
+        "experiment": set(study.experiments),
+    }
     for kind, wanted in (("cylinder", cylinders), ("experiment", experiments)):
         for name in wanted:
             if name not in names[kind]:
@@ -62,7 +65,9 @@ def check_folder(folder: Path) -> None:
         except ResultError:
             foreign = cells
     if foreign:
-        raise ApplyError(f"{foreign}: not written by `pneumo study`, so left alone; name another folder with -o")
+        raise ApplyError(
+            f"{foreign}: not written by `pneumo study`, so left alone; name another folder with -o"
+        )
 
 
 def simulated_time(study: Study) -> float:
@@ -94,6 +99,27 @@ def rankings(cells: xr.Dataset) -> list[Ranking]:
     return [ranked(cells, name) for name in dict.fromkeys(cells["cylinder"].values.tolist())]
 
 
+def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Put the cells of several cylinders together; the one run of a signal that is not random is repeated."""
+    runs = max(part.sizes["run"] for part in parts)
+    parts = [part.isel(run=[0] * runs) if part.sizes["run"] == 1 else part for part in parts]
+    return xr.concat(parts, "experiment", compat="equals", combine_attrs="drop_conflicts")
+
+
+def save_cells(study: Study, cells: xr.Dataset, file: Path) -> None:
+    """Write the cells of a study."""
+    attributes = {
+        "title": TITLE,
+        "summary": "Error of every model at every n against full-order runs, over several seeds",
+        "comment": "M1, M3 and M4 have no n: they hold the same cell at every n",
+        "transport": "exact",
+        "study": study.name,
+        "config_sha256": study.config_sha256,
+        "code_sha256": code_hash("pneumo.simulate.repeated"),
+    }
+    write(cells, file, attributes)
+
+
 def save_study(study: Study, cells: xr.Dataset, found: Sequence[Ranking], folder: Path) -> tuple[Path, Path]:
     """Write page and cells of a study.
 
@@ -101,15 +127,6 @@ def save_study(study: Study, cells: xr.Dataset, found: Sequence[Ranking], folder
     -------
     page, cells : pathlib.Path
     """
-    attributes = {
-        "title": TITLE,
-        "summary": "Error of every model at every n against full-order runs, with several seeds; exact transport",
-        "comment": "M1, M3 and M4 have no n: they hold the same cell at every n",
-        "transport": "exact",
-        "study": study.name,
-        "config_sha256": study.config_sha256,
-        "code_sha256": code_hash("pneumo.simulate.repeated"),
-    }
-    write(cells, folder / CELLS, attributes)
+    save_cells(study, cells, folder / CELLS)
     write_text(render(study, cells, found), folder / PAGE)
     return folder / PAGE, folder / CELLS

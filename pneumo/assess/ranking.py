@@ -1,8 +1,8 @@
 """Which model to take: all ten ranked over repeated runs, the gain of each refinement, and a recommendation.
 
-The criterion is the mean square error, averaged over both chambers, the experiments and the runs, of each model at
-the one n that makes it least. Intervals are Student's, at 95 %, over runs that differ in their seed; two models
-are compared run by run, by the logarithm of the ratio of their errors.
+The criterion is the mean square error, averaged over both chambers, the experiments and the runs, of each
+model at the one n that makes it least. Intervals are Student's, at 95 %, over runs that differ in their seed;
+two models are compared run by run, by the logarithm of the ratio of their errors.
 """
 
 from typing import NamedTuple
@@ -14,7 +14,9 @@ from pneumo.assess.statistics import best_n
 from pneumo.physics.models import MODELS, Model
 
 CONFIDENCE = 0.95
-MATERIAL = 0.10  # a model whose mean square error is this share above the best one's is as good for an engineer
+MATERIAL = (
+    0.10  # a model whose mean square error is this share above the best one's is as good for an engineer
+)
 TIME_CONSTANTS = 10.0  # thermal time constants that a run should last: section 4's rule
 
 REFINEMENTS = (  # what is added, model without it, model with it
@@ -56,7 +58,7 @@ class Row(NamedTuple):
     rms : tuple of float
         Root mean square error, Pa, of chambers A and B.
     over_best : Interval
-        Its mean square error over that of the best model, from paired runs.
+        Its mean square error over that of the best model: geometric mean over paired runs.
     geometric_place : int
         Place by the geometric mean over all runs, in which no violent run outweighs the others.
     wins : int
@@ -108,6 +110,8 @@ class Ranking(NamedTuple):
         Best first; empty if no full-order run succeeded.
     gains : tuple of Gain
     wrong_k_0 : tuple of WrongConductance
+    by_experiment : dict
+        RMS error, Pa, by experiment and model, each at its n.
     recommended : str
         The cheapest model that is not materially worse than the best, or nothing.
     reason : str
@@ -122,6 +126,7 @@ class Ranking(NamedTuple):
     rows: tuple[Row, ...]
     gains: tuple[Gain, ...]
     wrong_k_0: tuple[WrongConductance, ...]
+    by_experiment: dict[str, dict[str, float]]
     recommended: str
     reason: str
     advice: tuple[str, ...]
@@ -134,7 +139,12 @@ class Ranking(NamedTuple):
 def cost(model: Model) -> tuple[int, int, int, int]:
     """What a model costs, for comparison: k_0 to be measured first, then powers and terms to be computed."""
     walls = ("none", "k_0", "lambda_0 A_q", "lambda A_q")
-    return walls.index(model.wall), int(model.temperature == "polytropic"), int(model.has_n), int(model.mixing)
+    return (
+        walls.index(model.wall),
+        int(model.temperature == "polytropic"),
+        int(model.has_n),
+        int(model.mixing),
+    )
 
 
 def interval(samples: np.ndarray) -> Interval:
@@ -167,7 +177,9 @@ def _stories(cells: xr.Dataset) -> tuple[str, ...]:
         part = cells.sel(experiment=name)
         for run in np.flatnonzero(part["run_status"].values):
             at, what = part["run_failure_time"].values[run], meanings[int(part["run_status"].values[run])]
-            found.append(f"{name}, seed {int(part['seed'].values[run])}: {what.replace('_', ' ')} at {at:g} s")
+            found.append(
+                f"{name}, seed {int(part['seed'].values[run])}: {what.replace('_', ' ')} at {at:g} s"
+            )
     return tuple(found)
 
 
@@ -183,11 +195,13 @@ def ranked(cells: xr.Dataset, cylinder: str) -> Ranking:
     """
     own = cells.sel(experiment=cells["cylinder"] == cylinder)
     left_out = _stories(own)
+    if not own["random"].any():
+        own = own.isel(run=[0])  # the others are this one again
     ran = (own["run_status"] == 0).all("experiment")
     kept = own.sel(run=ran)
     names, runs = tuple(own["experiment"].values.tolist()), kept.sizes["run"]
     if not runs:
-        return Ranking(cylinder, names, 0, left_out, (), (), (), "", "no full-order run succeeded", ())
+        return Ranking(cylinder, names, 0, left_out, (), (), (), {}, "", "no full-order run succeeded", ())
 
     mse = kept["mse"].mean("chamber", skipna=False)
     n = best_n(mse.mean(("experiment", "run"), skipna=False))
@@ -201,7 +215,9 @@ def ranked(cells: xr.Dataset, cylinder: str) -> Ranking:
     best = min(place, key=lambda name: place[name])
     rows = []
     for i, name in enumerate(MODELS):
-        chambers = kept["mse"].sel(model=name, n=_n_of(n, name)).mean(("experiment", "run"), skipna=False).values
+        chambers = (
+            kept["mse"].sel(model=name, n=_n_of(n, name)).mean(("experiment", "run"), skipna=False).values
+        )
         played = MODELS[name].has_n and bool(np.isfinite(n.sel(model=name)))
         rows.append(
             Row(
@@ -219,26 +235,34 @@ def ranked(cells: xr.Dataset, cylinder: str) -> Ranking:
     rows.sort(key=lambda row: row.place)
     gains = tuple(_gain(*refinement, series) for refinement in REFINEMENTS)
     wrong = tuple(_wrong(kept, n, float(factor), series) for factor in kept["k_0_factor"].values)
-    result = Ranking(cylinder, names, runs, left_out, tuple(rows), gains, wrong, "", "", ())
+    by_experiment = {
+        name: {model: float(value.sel(experiment=name).mean() ** 0.5) for model, value in at_best.items()}
+        for name in names
+    }
+    result = Ranking(cylinder, names, runs, left_out, tuple(rows), gains, wrong, by_experiment, "", "", ())
     return _recommended(result, series, kept)
 
 
 def _n_of(n: xr.DataArray, model: str) -> float:
-    """n of a model; any where it plays no role or where all failed, since the cell is the same."""
+    """Give the n of a model; any where it plays no role or where all failed, since the cell is the same."""
     value = float(n.sel(model=model))
     return value if np.isfinite(value) else float(n.max() if np.isfinite(n.max()) else 1.0)
 
 
 def _gain(refinement: str, without: str, refined: str, series: dict[str, np.ndarray]) -> Gain:
     r = ratio(series[refined], series[without])
-    return Gain(refinement, without, refined, Interval(*(100 * (1 - value) for value in (r.value, r.high, r.low))))
+    return Gain(
+        refinement, without, refined, Interval(*(100 * (1 - value) for value in (r.value, r.high, r.low)))
+    )
 
 
 def _wrong(
     kept: xr.Dataset, n: xr.DataArray, factor: float, series: dict[str, np.ndarray]
 ) -> WrongConductance:
     """The models at their n, with a wrong k_0 in those that have one."""
-    cells = kept["mse_of_wrong_k_0"].sel(k_0_factor=factor).mean(("experiment", "run", "chamber"), skipna=False)
+    cells = (
+        kept["mse_of_wrong_k_0"].sel(k_0_factor=factor).mean(("experiment", "run", "chamber"), skipna=False)
+    )
     mse = {
         name: float(np.mean(series[name]))
         if model.wall == "none"
@@ -248,13 +272,9 @@ def _wrong(
     return WrongConductance(factor, {name: value**0.5 for name, value in mse.items()}, _places(mse))
 
 
-def _percent(share: float) -> str:
-    return f"{100 * (share - 1):+.0f} %"
-
-
 def _spoken(r: Interval) -> str:
-    """Write a ratio as a difference in per cent with its interval."""
-    return f"{_percent(r.value)} ({_percent(r.low)} to {_percent(r.high)})" if r.known else _percent(r.value)
+    """Write a ratio with its interval."""
+    return f"{r.value:.2f} ({r.low:.2f} to {r.high:.2f})" if r.known else f"{r.value:.2f}"
 
 
 def _recommended(ranking: Ranking, series: dict[str, np.ndarray], kept: xr.Dataset) -> Ranking:
@@ -273,12 +293,12 @@ def _recommended(ranking: Ranking, series: dict[str, np.ndarray], kept: xr.Datas
     else:
         reason = (
             f"{chosen.model} is the cheapest model within {limit} of the lowest mean square error: it"
-            f" {needs} and has {_spoken(chosen.over_best)} against {best.model}"
+            f" {needs} and has {_spoken(chosen.over_best)} times the MSE of {best.model}"
         )
     if cheaper:
         rival = min(cheaper, key=lambda row: row.place)
         over = ratio(series[rival.model], series[chosen.model])
-        reason += f"; of the cheaper ones {rival.model} comes nearest, with {_spoken(over)} against {chosen.model}"
+        reason += f"; {rival.model}, the best of the cheaper ones, has {_spoken(over)} times its MSE"
     advice = tuple(_advice(ranking, chosen, best, cheaper, kept))
     return ranking._replace(recommended=chosen.model, reason=reason, advice=advice)
 
@@ -289,8 +309,8 @@ def _advice(ranking: Ranking, chosen: Row, best: Row, cheaper: list[Row], kept: 
     for row in [chosen, *cheaper]:
         if row.over_best.known and row.over_best.low <= limit <= row.over_best.high:
             found.append(
-                f"More seeds: {row.model} has {_spoken(row.over_best)} against {best.model}, an interval that holds"
-                f" the limit of {100 * MATERIAL:.0f} %."
+                f"More seeds: {row.model} has {_spoken(row.over_best)} times the MSE of {best.model},"
+                f" an interval that holds the limit of {limit:g}."
             )
     if ranking.runs < 2:
         found.append("Repeat with several seeds of a random signal: one run has no error bars.")
@@ -300,19 +320,32 @@ def _advice(ranking: Ranking, chosen: Row, best: Row, cheaper: list[Row], kept: 
         kept["experiment"].values[short], kept["time_constant"].values[short], strict=True
     ):
         found.append(
-            f"Longer runs: {name} lasts less than ten thermal time constants of its air, {time_constant:.3g} s each."
+            f"Longer runs: {name} lasts less than ten thermal time constants, {time_constant:.3g} s each."
         )
     edges = {float(kept["n"].min()), float(kept["n"].max())}
     on_edge = [row.model for row in (chosen, *([best] if best != chosen else [])) if row.n in edges]
     if on_edge:
-        found.append(f"A wider grid: the best n of {' and '.join(on_edge)} is the first or last of the list n.")
-    if chosen.geometric_place != chosen.place or best.geometric_place != 1:
-        winner = min(ranking.rows, key=lambda row: row.geometric_place)
         found.append(
-            f"Runs like those of your machine: by the geometric mean {winner.model} leads and {chosen.model} is in place"
-            f" {chosen.geometric_place}, so the order depends on how violent the runs are."
+            f"A wider grid: the best n of {' and '.join(on_edge)} is the first or last of the list n."
         )
+    found += _about_runs(ranking, best)
     return found
+
+
+def _about_runs(ranking: Ranking, best: Row) -> list[str]:
+    """Whether the experiments, or another average over them, have another winner."""
+    leaders = {
+        name: min(rms, key=lambda model: np.nan_to_num(rms[model], nan=np.inf))
+        for name, rms in ranking.by_experiment.items()
+    }
+    geometric = min(ranking.rows, key=lambda row: row.geometric_place).model
+    if {*leaders.values(), geometric} == {best.model}:
+        return []
+    told = ", ".join(f"{model} in {name}" for name, model in leaders.items())
+    return [
+        f"Runs like those of your machine: best are {told}, and {geometric} by the geometric mean over"
+        " all runs; the arithmetic mean is ruled by the most violent runs."
+    ]
 
 
 def _about_k_0(ranking: Ranking, chosen: Row, best: Row) -> list[str]:
@@ -323,8 +356,12 @@ def _about_k_0(ranking: Ranking, chosen: Row, best: Row) -> list[str]:
     right = walled.mse.value**0.5
     parts, worst = [], walled.place
     for wrong in ranking.wrong_k_0:
-        what = "half" if wrong.factor == 0.5 else "twice" if wrong.factor == 2.0 else f"{wrong.factor:g} times"
-        parts.append(f"{wrong.rms[walled.model] / 1e3:.2f} kPa, place {wrong.place[walled.model]}, with {what} k_0")
+        what = (
+            "half" if wrong.factor == 0.5 else "twice" if wrong.factor == 2.0 else f"{wrong.factor:g} times"
+        )
+        parts.append(
+            f"{wrong.rms[walled.model] / 1e3:.2f} kPa, place {wrong.place[walled.model]}, with {what} k_0"
+        )
         worst = max(worst, wrong.place[walled.model])
     told = f"{walled.model} has {right / 1e3:.2f} kPa RMS at the right k_0; {'; '.join(parts)}."
     if walled != chosen:

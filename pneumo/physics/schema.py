@@ -128,7 +128,7 @@ class SettlingSection(_Section):
 
 
 class ValveSection(_Section):
-    """A valve by its catalogue: flow by ISO 6358, sonic conductance C and critical ratio b at full opening."""
+    """A valve by its catalogue: flow by ISO 6358, conductance C and critical ratio b at full opening."""
 
     C_dm3_per_sbar: Annotated[
         Number, Field(gt=0, le=1000, description="sonic conductance C from supply to chamber at u_max_V")
@@ -152,7 +152,9 @@ class CylinderSection(_Section):
     ] = 0.0
     dead_volume_m3: Annotated[
         Annotated[Number, Field(gt=0, le=1)] | None,
-        Field(description="dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out"),
+        Field(
+            description="dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out"
+        ),
     ] = None
     mass_kg: Annotated[Number, Field(gt=0, le=1e5, description="moving mass M with load")]
     friction_Ns_per_m: Annotated[Number, Field(ge=0, le=1e6, description="viscous friction coefficient k_f")]
@@ -171,12 +173,10 @@ class CylinderSection(_Section):
     u_max_V: Annotated[Number, Field(gt=0, le=1000, description="limit of the command")]
     seed: Annotated[Count, Field(ge=0, lt=2**32, description="seed of the Random Number block")]
     sample_time_s: Annotated[Number, Field(gt=0, le=1000, description="time between draws")]
-    open_loop: Annotated[
-        OpenLoopSection | None, Field(description="for experiments in open loop")
-    ] = None
-    closed_loop: Annotated[
-        ClosedLoopSection | None, Field(description="for experiments in closed loop")
-    ] = None
+    open_loop: Annotated[OpenLoopSection | None, Field(description="for experiments in open loop")] = None
+    closed_loop: Annotated[ClosedLoopSection | None, Field(description="for experiments in closed loop")] = (
+        None
+    )
     settling: Annotated[
         SettlingSection | None, Field(description="for settling runs, which only the paper's study asks for")
     ] = None
@@ -222,7 +222,8 @@ class SignalSection(_Section):
         Annotated[Number, Field(gt=0, le=1e4)] | None, Field(description="sweep: frequency at the end")
     ] = None
     levels: Annotated[
-        Annotated[list[Annotated[Number, Field(ge=-100, le=100)]], Field(min_length=1, max_length=1000)] | None,
+        Annotated[list[Annotated[Number, Field(ge=-100, le=100)]], Field(min_length=1, max_length=1000)]
+        | None,
         Field(description="steps: levels as multiples of the amplitude, repeated to the end"),
     ] = None
     hold_s: Annotated[
@@ -234,7 +235,9 @@ class SignalSection(_Section):
     ] = None
     column: Annotated[
         str | None,
-        Field(description="csv: column with the command, V, in open loop, or the reference, m, in closed loop"),
+        Field(
+            description="csv: column with the command, V, in open loop, or the reference, m, in closed loop"
+        ),
     ] = None
 
     @model_validator(mode="after")
@@ -260,7 +263,9 @@ class ExperimentSection(_Section):
     loop: Annotated[
         Literal["open", "closed"], Field(description="open loop, or proportional position control")
     ]
-    signal: Annotated[SignalSection | None, Field(description="what excites it, if not the loop's own")] = None
+    signal: Annotated[SignalSection | None, Field(description="what excites it, if not the loop's own")] = (
+        None
+    )
     k_0_W_per_K: Annotated[
         Annotated[Number, Field(ge=0, le=1e4)] | None,
         Field(description="thermal conductance of a chamber's wall at equilibrium; or instead"),
@@ -285,7 +290,7 @@ class ExperimentSection(_Section):
 
 
 class RunSection(_Section):
-    """Which experiments run, a limit on their length for smoke runs, and how often `pneumo study` repeats them."""
+    """Which experiments run, for how long at most, and how often `pneumo study` repeats them."""
 
     experiments: Annotated[
         Literal["all"] | Annotated[list[str], Field(min_length=1)],
@@ -295,7 +300,8 @@ class RunSection(_Section):
         Annotated[Number, Field(gt=0, le=1e5)] | None, Field(description="longest full-order run")
     ] = None
     seeds: Annotated[
-        Count, Field(ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed")
+        Count,
+        Field(ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed"),
     ] = 5
 
 

@@ -1,4 +1,4 @@
-"""The schema in words: what a field may hold, and the one line that says what is wrong with a configuration."""
+"""The schema in words: what a field may hold, and the one line for a configuration that is wrong."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -73,15 +73,16 @@ def sentence(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> st
     """One line for a validation error: source, field, value, what is allowed."""
     path, node = _schema_at(error["loc"])
     value, text = error["input"], f"must be {allowed(node)}"
-    paths = [path]
+    paths, missing = [path], error["type"] == "missing"
     if error["type"] == "conflict":
         value, text = error["ctx"]["value"], error["ctx"]["condition"]
         paths = [path + field for field in error["ctx"]["fields"]]
-        limits = allowed(_schema_at(paths[0])[1])
-        if value is None:
-            error, text, path = {"type": "missing"}, f"must be {limits}; {text}", paths[0]
+        path, limits = paths[0], f"be {allowed(_schema_at(paths[0])[1])}"
+        missing = value is None
+        if missing:
+            text = f"must {limits}; {text}"
         elif isinstance(value, float) and text.startswith("must"):
-            text += f" and be {limits}"
+            text += f" and {limits}"
     elif error["type"] in ("extra_forbidden", "invalid_key"):
         text = f"unknown key; config/README.md lists the known ones: {', '.join(node['properties'])}"
     elif error["loc"][-1:] == ("[key]",):
@@ -89,9 +90,9 @@ def sentence(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> st
         text = " ".join(
             ["the name must be text", *(f"matching `{p}`" for p in parent.get("patternProperties", ()))]
         )
-    field = ".".join(printable(k) if isinstance(k, str) else shown(k) for k in paths[0])
-    if error["type"] == "missing":
-        name = next((name for name, content in sources if _sets(content, path[:-1])), "configuration")
-        return f"{name}: {field}: missing; {text}"
+    field = ".".join(printable(k) if isinstance(k, str) else shown(k) for k in path)
     setters = [name for name, content in sources if any(_sets(content, path) for path in paths)]
+    if missing:
+        without = [name for name, content in sources if _sets(content, path[:-1])]
+        return f"{(setters[-1:] or without or ['configuration'])[0]}: {field}: missing; {text}"
     return f"{setters[-1] if setters else 'configuration'}: {field} = {shown(value)}: {text}"

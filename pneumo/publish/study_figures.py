@@ -44,7 +44,13 @@ def places(ranking: Ranking) -> Figure:
             ax.plot([low or rms / 10, high], [y, y], color=look.color, lw=1.4)
         ax.plot(rms, y, marker=look.marker, color=look.color, linestyle="none", markersize=5)
         n = f", $n$ = {row.n:g}" if np.isfinite(row.n) else ""
-        ax.annotate(f"{rms:.3g} kPa{n}", (high if row.mse.known else rms, y), (6, 0), textcoords="offset points", va="center")
+        ax.annotate(
+            f"{rms:.3g} kPa{n}",
+            (high if row.mse.known else rms, y),
+            (6, 0),
+            textcoords="offset points",
+            va="center",
+        )
     values = [row.mse.value**0.5 / KILO for row in rows]
     ax.set_xscale("log")
     ax.set_xlim(0.7 * min(values), 2.6 * max(values))

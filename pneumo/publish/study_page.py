@@ -72,7 +72,10 @@ def _pictures(cells: xr.Dataset, ranking: Ranking) -> list[tuple[str, str]]:
     if not ranking.recommended:
         return []
     found = [
-        (study_figures.places(ranking), "RMS error of each model at its best constant n, both chambers together."),
+        (
+            study_figures.places(ranking),
+            "RMS error of each model at its best constant n, both chambers together.",
+        ),
         (study_figures.over_n(cells, ranking), "RMS error over n; marks: the best n of the grid."),
         (study_figures.gains(ranking), "Gain of each refinement, from paired runs."),
     ]
@@ -99,25 +102,34 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
         ("stroke, dead volume", f"{c.stroke:.4g} m, {c.V_d:.4g} m³ for each chamber"),
         ("mass, friction", f"{c.M:g} kg, {c.k_f:g} N s/m, Coulomb {c.coulomb:g} N"),
         ("constant force", f"{c.load:.4g} N"),
-        ("valve", f"{v.k_xu:.4g} m²/V up to {v.u_max:g} V, exhaust {v.exhaust:g} times, leak {v.leak:.3g} m²"),
+        (
+            "valve",
+            f"{v.k_xu:.4g} m²/V up to {v.u_max:g} V, exhaust {v.exhaust:g} times, leak {v.leak:.3g} m²",
+        ),
         ("flow", f"{law}, critical ratio {g.critical_ratio:g}"),
         ("supply", f"{s.P_s:g} Pa, atmosphere {s.P_atm:g} Pa, start {s.P_0:.5g} Pa and {s.T_0:g} K"),
     ]
     for e in experiments:
         loop = "closed" if e.drive.closed_loop else "open"
-        signal = e.excitation.signal
-        found.append(
-            (e.name, f"{loop} loop, {signal} signal, k_0 = {e.plant.k_0:.4g} W/K, {e.steps * e.h:g} s in steps of {e.h:g} s")
-        )
+        length = f"{e.steps * e.h:g} s in steps of {e.h:g} s"
+        text = f"{loop} loop, {e.excitation.signal} signal, k_0 = {e.plant.k_0:.4g} W/K, {length}"
+        found.append((e.name, text))
     return found
 
 
-HEADS = ("place", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE against best", "geom.", "wins", "A (kPa)", "B (kPa)")
+HEADS = (
+    "place",
+    "model",
+    "n",
+    "RMS (kPa)",
+    "MSE (kPa²)",
+    "MSE / best",
+    "geom.",
+    "wins",
+    "A (kPa)",
+    "B (kPa)",
+)
 IN_TERMINAL = len(HEADS) - 2  # the chambers' RMS errors are on the page only
-
-
-def _percent(value: float) -> str:
-    return f"{100 * (value - 1):+.0f}"
 
 
 def _around(value: float) -> str:
@@ -130,9 +142,9 @@ def cells_of(row: Row) -> list[str]:
     if not np.isfinite(row.mse.value):
         return ["–", row.model, "–", "–", f"failed in {row.failed} runs", "–", "–", str(row.wins), "–", "–"]
     mse, _, high = (value / KILO**2 for value in row.mse)
-    over = f"{_percent(row.over_best.value)} %" if row.place > 1 else "best"
+    over = _around(row.over_best.value)
     if row.place > 1 and row.over_best.known:
-        over += f" ({_percent(row.over_best.low)} to {_percent(row.over_best.high)})"
+        over += f" ({_around(row.over_best.low)} to {_around(row.over_best.high)})"
     return [
         str(row.place),
         row.model,
@@ -156,14 +168,16 @@ def gain_text(percent: Interval) -> str:
 
 def tables(ranking: Ranking) -> list[Table]:
     """Ranking and gains of a cylinder for the terminal."""
-    experiments = ", ".join(ranking.experiments)
-    title = f"{ranking.cylinder}: {experiments}, {ranking.runs} runs each; intervals {100 * CONFIDENCE:.0f} % over seeds"
+    experiments, confidence = ", ".join(ranking.experiments), f"{100 * CONFIDENCE:.0f} %"
+    title = f"{ranking.cylinder}: {experiments}, {ranking.runs} runs each; intervals {confidence} over seeds"
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     for head in HEADS[:IN_TERMINAL]:
         table.add_column(head, justify="left" if head == "model" else "right")
     for row in ranking.rows:
         table.add_row(*cells_of(row)[:IN_TERMINAL], style="bold" if row.model == ranking.recommended else "")
-    gained = Table("refinement", "models", "gain", title="Taken from the MSE", title_justify="left", box=box.SIMPLE_HEAD)
+    gained = Table(
+        "refinement", "models", "gain", title="Taken from the MSE", title_justify="left", box=box.SIMPLE_HEAD
+    )
     for gain in ranking.gains:
         gained.add_row(gain.refinement, f"{gain.without} to {gain.refined}", gain_text(gain.percent))
     return [table, gained]

@@ -1,7 +1,7 @@
 """Every model on one experiment several times over, each time with another seed: what `pneumo study` runs.
 
-Full-order run and replay are those of the paper's study; the first run has the configuration's own seed, so its
-cells are those of `results/exact`.
+Full-order run and replay are those of the paper's study; the first run has the configuration's own seed, so
+its cells are those of `results/exact`.
 """
 
 from collections.abc import Callable, Sequence
@@ -78,8 +78,8 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     Returns
     -------
     xarray.Dataset
-        What `replay_dataset` has, without the pressures; `run_status` and `run_failure_time`; `mse_of_wrong_k_0` by
-        (k_0_factor, model, n, chamber).
+        What `replay_dataset` has, without the pressures; `run_status` and `run_failure_time`;
+        `mse_of_wrong_k_0` by (k_0_factor, model, n, chamber).
     """
     recording = record(experiment)
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
@@ -95,13 +95,20 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     failure_time = step * experiment.h if status != RAN else np.nan
     cells["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
     if traced:
-        rows = slice(0, TRACED * experiment.pressure_stride, experiment.pressure_stride)
-        shown = recording.states[rows]
-        cells["trace_t"] = ("sample", np.arange(len(shown)) * experiment.h * experiment.pressure_stride)
+        stride = experiment.pressure_stride
+        shown = recording.states[: TRACED * stride : stride]
+        cells["trace_t"] = ("sample", np.arange(len(shown)) * experiment.h * stride, {"units": "s"})
         cells["trace_x"] = ("sample", shown[:, 0], {"units": "m", "long_name": "piston position"})
-        cells["trace_P"] = (("chamber", "sample"), shown[:, [2, 4]].T, {"units": "Pa", "long_name": "full order"})
+        cells["trace_P"] = (
+            ("chamber", "sample"),
+            shown[:, [2, 4]].T,
+            {"units": "Pa", "long_name": "full order"},
+        )
         cells["trace_pressure"] = pressure
-    return cells.assign_coords(k_0_factor=list(K_0_FACTORS), seed=experiment.excitation.seed, chamber=CHAMBERS)
+        cells = cells.pad(sample=(0, TRACED - len(shown)), constant_values=np.nan)
+    return cells.assign_coords(
+        k_0_factor=list(K_0_FACTORS), seed=experiment.excitation.seed, chamber=CHAMBERS
+    )
 
 
 def repeated(
@@ -128,8 +135,8 @@ def repeated(
     Returns
     -------
     xarray.Dataset
-        The variables of `one_run` by (experiment, run, ...); traces of each experiment's first run. `time_constant`,
-        s, and `duration`, s, by experiment.
+        The variables of `one_run` by (experiment, run, ...); traces of each experiment's first run.
+        `time_constant`, s, and `duration`, s, by experiment.
     """
 
     def work(item: tuple[Experiment, int, bool]) -> xr.Dataset:
@@ -145,17 +152,17 @@ def repeated(
         done = list(pool.map(work, [plan[i] for i in longest_first]))
     by_plan = dict(zip(longest_first, done, strict=True))
     runs = seeds if any(e.excitation.random for e in experiments) else 1
-    parts = []
+    parts: list[xr.Dataset] = []
     for e in experiments:
         own = [by_plan[i] for i, item in enumerate(plan) if item[0] is e]
         traces = [str(name) for name in own[0] if str(name).startswith("trace_")]
         cells = [part.drop_vars(traces, errors="ignore") for part in own]
         cells = cells * runs if len(cells) == 1 else cells
         part = xr.concat(cells, "run", coords=["seed"], compat="equals", combine_attrs="drop_conflicts")
-        part = part.merge(own[0][traces].drop_vars("seed"))
+        part = part.assign({name: own[0][name].drop_vars("seed") for name in traces})
         part["time_constant"] = ((), thermal_time_constant(e.plant), {"units": "s"})
         part["duration"] = ((), e.steps * e.h, {"units": "s", "long_name": "length of each run"})
         part["random"] = ((), np.int8(e.excitation.random), {"long_name": "whether the seed plays a role"})
         parts.append(part)
     labels = ["experiment", "cylinder", "loop", "k_0", "seed"]
-    return xr.concat(parts, "experiment", coords=labels, join="outer", compat="equals", combine_attrs="drop_conflicts")
+    return xr.concat(parts, "experiment", coords=labels, compat="equals", combine_attrs="drop_conflicts")
