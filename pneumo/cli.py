@@ -74,6 +74,7 @@ def study(
     from rich.progress import Progress
 
     from pneumo.apply import study as task
+    from pneumo.apply.errors import ApplyError
     from pneumo.publish.study_page import tables
 
     chosen = task.chosen(given._replace(seeds=seeds or given.seeds), cylinder or (), experiment or ())
@@ -94,6 +95,9 @@ def study(
             console.print(f"- {advice}", markup=False)
     page, stored = task.save_study(chosen, cells, rankings, folder)
     console.print(f"{page}, {stored}", markup=False, soft_wrap=True)
+    for ranking in rankings:
+        if not ranking.recommended:
+            raise ApplyError(f"{ranking.cylinder}: {ranking.reason}; {page} tells which")
 
 
 @app.command()

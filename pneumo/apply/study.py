@@ -103,7 +103,7 @@ def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """Put the cells of several cylinders together; the one run of a signal that is not random is repeated."""
     runs = max(part.sizes["run"] for part in parts)
     parts = [part.isel(run=[0] * runs) if part.sizes["run"] == 1 else part for part in parts]
-    return xr.concat(parts, "experiment", compat="equals", combine_attrs="drop_conflicts")
+    return xr.concat(parts, "experiment", join="exact", compat="equals", combine_attrs="drop_conflicts")
 
 
 def save_cells(study: Study, cells: xr.Dataset, file: Path) -> None:

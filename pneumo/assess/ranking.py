@@ -205,7 +205,9 @@ def ranked(cells: xr.Dataset, cylinder: str) -> Ranking:
 
     mse = kept["mse"].mean("chamber", skipna=False)
     n = best_n(mse.mean(("experiment", "run"), skipna=False))
-    at_best = {name: mse.sel(model=name, n=_n_of(n, name)) for name in MODELS}  # (experiment, run) each
+    at_best = {
+        name: mse.sel(model=name, n=_n_of(n, name, kept["mse"])) for name in MODELS
+    }  # (experiment, run) each
     series = {name: value.mean("experiment", skipna=False).values for name, value in at_best.items()}
     place = _places({name: float(np.mean(value)) for name, value in series.items()})
     logs = {name: float(np.log(value.values).mean()) for name, value in at_best.items()}
@@ -216,7 +218,10 @@ def ranked(cells: xr.Dataset, cylinder: str) -> Ranking:
     rows = []
     for i, name in enumerate(MODELS):
         chambers = (
-            kept["mse"].sel(model=name, n=_n_of(n, name)).mean(("experiment", "run"), skipna=False).values
+            kept["mse"]
+            .sel(model=name, n=_n_of(n, name, kept["mse"]))
+            .mean(("experiment", "run"), skipna=False)
+            .values
         )
         played = MODELS[name].has_n and bool(np.isfinite(n.sel(model=name)))
         rows.append(
@@ -243,10 +248,10 @@ def ranked(cells: xr.Dataset, cylinder: str) -> Ranking:
     return _recommended(result, series, kept)
 
 
-def _n_of(n: xr.DataArray, model: str) -> float:
+def _n_of(n: xr.DataArray, model: str, mse: xr.DataArray) -> float:
     """Give the n of a model; any where it plays no role or where all failed, since the cell is the same."""
     value = float(n.sel(model=model))
-    return value if np.isfinite(value) else float(n.max() if np.isfinite(n.max()) else 1.0)
+    return value if np.isfinite(value) else float(mse["n"][0])
 
 
 def _gain(refinement: str, without: str, refined: str, series: dict[str, np.ndarray]) -> Gain:
@@ -266,7 +271,7 @@ def _wrong(
     mse = {
         name: float(np.mean(series[name]))
         if model.wall == "none"
-        else float(cells.sel(model=name, n=_n_of(n, name)))
+        else float(cells.sel(model=name, n=_n_of(n, name, kept["mse"])))
         for name, model in MODELS.items()
     }
     return WrongConductance(factor, {name: value**0.5 for name, value in mse.items()}, _places(mse))

@@ -37,9 +37,9 @@ def _conflict(value: Any, condition: str, *fields: tuple[str, ...]) -> PydanticC
     return PydanticCustomError("conflict", "{condition}", context)
 
 
-def _missing(field: str, alternative: str) -> PydanticCustomError:
-    """Error of a key that is not there although nothing stands in for it; the alternative ends the line."""
-    return _conflict(None, alternative, (field,))
+def _missing(field: str, alternative: str, *others: str) -> PydanticCustomError:
+    """Error of a key that is not there, nor is one of the others in its place."""
+    return _conflict(None, alternative, (field,), *((other,) for other in others))
 
 
 LONGEST = 20_000_000  # steps of a run; their states fill 1 GB
@@ -109,7 +109,7 @@ class ClosedLoopSection(_Section):
     @model_validator(mode="after")
     def _one_amplitude(self) -> Self:
         if self.variance_m2 is None and self.amplitude_mm is None:
-            raise _missing("amplitude_mm", "or give variance_m2")
+            raise _missing("amplitude_mm", "or give variance_m2", "variance_m2")
         if self.variance_m2 is not None and self.amplitude_mm is not None:
             condition = "stands beside variance_m2: give one of the two"
             raise _conflict(self.amplitude_mm, condition, ("amplitude_mm",), ("variance_m2",))
@@ -184,7 +184,7 @@ class CylinderSection(_Section):
     @model_validator(mode="after")
     def _one_valve(self) -> Self:
         if self.k_x_k_u_m2_per_V is None and self.valve is None:
-            raise _missing("k_x_k_u_m2_per_V", "or give the section valve")
+            raise _missing("k_x_k_u_m2_per_V", "or give the section valve", "valve")
         if self.k_x_k_u_m2_per_V is not None and self.valve is not None:
             condition = "stands beside the section valve: give one of the two"
             raise _conflict(self.k_x_k_u_m2_per_V, condition, ("k_x_k_u_m2_per_V",), ("valve",))
@@ -282,7 +282,7 @@ class ExperimentSection(_Section):
     @model_validator(mode="after")
     def _one_conductance(self) -> Self:
         if self.k_0_W_per_K is None and self.lambda_0_W_per_m2K is None:
-            raise _missing("k_0_W_per_K", "or give lambda_0_W_per_m2K")
+            raise _missing("k_0_W_per_K", "or give lambda_0_W_per_m2K", "lambda_0_W_per_m2K")
         if self.k_0_W_per_K is not None and self.lambda_0_W_per_m2K is not None:
             condition = "stands beside k_0_W_per_K: give one of the two"
             raise _conflict(self.lambda_0_W_per_m2K, condition, ("lambda_0_W_per_m2K",), ("k_0_W_per_K",))

@@ -84,7 +84,7 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     recording = record(experiment)
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
     cells = replay_dataset(experiment, n, index, _replayed(experiment, lanes, recording))
-    pressure = cells["pressure"].isel(t=slice(TRACED)).rename(t="sample")
+    pressure = cells["pressure"].isel(t=slice(TRACED)).drop_vars("t").rename(t="sample")
     cells = cells.drop_vars(["pressure", "t"])
     cells["mse_of_wrong_k_0"] = (
         ("k_0_factor", "model", "n", "chamber"),
@@ -105,7 +105,7 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
             {"units": "Pa", "long_name": "full order"},
         )
         cells["trace_pressure"] = pressure
-        cells = cells.pad(sample=(0, TRACED - len(shown)), constant_values=np.nan)
+        cells = cells.pad(sample=(0, TRACED - len(shown)), constant_values=np.nan, keep_attrs=True)
     return cells.assign_coords(
         k_0_factor=list(K_0_FACTORS), seed=experiment.excitation.seed, chamber=CHAMBERS
     )
@@ -165,4 +165,6 @@ def repeated(
         part["random"] = ((), np.int8(e.excitation.random), {"long_name": "whether the seed plays a role"})
         parts.append(part)
     labels = ["experiment", "cylinder", "loop", "k_0", "seed"]
-    return xr.concat(parts, "experiment", coords=labels, compat="equals", combine_attrs="drop_conflicts")
+    return xr.concat(
+        parts, "experiment", coords=labels, join="exact", compat="equals", combine_attrs="drop_conflicts"
+    )
