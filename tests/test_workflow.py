@@ -159,20 +159,18 @@ def test_cylinders_of_ones_own(tmp_path):
     done = snakemake(folder, "-j2", "--configfile", "my.yaml", "more.yaml")
     assert done.returncode == 0, done.stderr
     made = {name for name in hashes(folder / "results") if not name.endswith(".log")}
-    cells = {
-        f"{transport}/replay/{name}.nc" for transport in ("published", "exact") for name in ("open", "other")
+    experiments = ("open", "other")
+    cells = {f"{t}/replay/{name}.nc" for t in ("published", "exact") for name in experiments}
+    cells |= {f"datum/{name}.nc" for name in experiments} | {
+        f"study/{name}.nc" for name in ("mine", "second")
     }
-    assert made == cells | {"parameters.json", "datum/open.nc", "datum/other.nc", "study.html"} | {
-        "study/mine.nc",
-        "study/second.nc",
-        "exact/statistics.nc",
-        "published/statistics.nc",
-    }
+    statistics = {"exact/statistics.nc", "published/statistics.nc"}
+    assert made == cells | statistics | {"parameters.json", "study.html"}
     page = (folder / "results/study.html").read_text()
     assert "Cylinder mine: open, 2 runs each" in page and "Cylinder second: other, 1 run each" in page
-    with xr.open_dataset(folder / "results/study/mine.nc") as mine:
-        with xr.open_dataset(folder / "results/exact/replay/open.nc") as grid:
-            assert (mine["mse"].isel(experiment=0, run=0).values == grid["mse"].values).all()
+    own, grid = (folder / "results" / name for name in ("study/mine.nc", "exact/replay/open.nc"))
+    with xr.open_dataset(own) as mine, xr.open_dataset(grid) as cell:
+        assert (mine["mse"].isel(experiment=0, run=0).values == cell["mse"].values).all()
 
 
 def test_truncated_datum_is_named_and_not_used(smoke, tmp_path):
