@@ -12,6 +12,7 @@ from test_ranking import made
 from pneumo.assess.ranking import Interval, ranked
 from pneumo.physics.experiment import Study
 from pneumo.physics.parameters import load, study
+from pneumo.publish import study_figures
 from pneumo.publish.study_page import HEADS, MARK, cells_of, gain_text, render, tables
 
 
@@ -86,6 +87,55 @@ def test_gain_with_and_without_interval():
     assert gain_text(Interval(12.3, 10.1, 14.6)) == "12 % (10 to 15)"
     assert gain_text(Interval(-3.0, np.nan, np.nan)) == "-3 %"
     assert gain_text(Interval(np.nan, np.nan, np.nan)) == "–"
+
+
+# Pictures: what their lines hold
+
+
+def marked(ax, marker):
+    return [line for line in ax.lines if line.get_marker() == marker]
+
+
+def test_picture_of_the_places():
+    ranking = ranked(made(), "mine")
+    ax = study_figures.places(ranking).axes[0]
+    assert [label.get_text() for label in ax.get_yticklabels()][0] == "$M_{10}$"
+    for y, row in enumerate(ranking.rows):
+        bar, point = ax.lines[2 * y : 2 * y + 2]
+        assert point.get_xdata()[0] == pytest.approx(row.mse.value**0.5 / 1e3)
+        assert bar.get_xdata() == pytest.approx(np.array([row.mse.low, row.mse.high]) ** 0.5 / 1e3)
+        assert set(bar.get_ydata()) == set(point.get_ydata()) == {y}
+
+
+def test_picture_over_n_leaves_failed_runs_out():
+    cells = made()
+    cells["run_status"][0, 1] = 1
+    ranking = ranked(cells, "mine")
+    ax = study_figures.over_n(cells, ranking).axes[0]
+    curve = next(line for line in ax.lines if line.get_label() == "$M_{8}$")
+    kept = cells["mse"].sel(model="M8").isel(run=[0, 2, 3])
+    assert curve.get_ydata() == pytest.approx(kept.mean(("experiment", "run", "chamber")).values ** 0.5 / 1e3)
+    marks = [line for line in ax.lines if len(line.get_xdata()) == 1]
+    assert len(marks) == 7 and {line.get_xdata()[0] for line in marks} == {1.3}
+
+
+def test_picture_of_the_gains():
+    ranking = ranked(made(), "mine")
+    points = marked(study_figures.gains(ranking).axes[0], "o")
+    assert [point.get_xdata()[0] for point in points] == [gain.percent.value for gain in ranking.gains]
+
+
+def test_picture_of_the_traces():
+    cells = with_traces(made())
+    ranking = ranked(cells, "mine")
+    _, pressure, error = study_figures.traces(cells, ranking, "X").axes
+    own = cells.sel(experiment="X")
+    full = own["trace_P"].sel(chamber="A").values / 1e3
+    assert pressure.lines[0].get_ydata() == pytest.approx(full)
+    best = own["trace_pressure"].sel(model="M10", n=1.3, chamber="A").values / 1e3
+    assert error.lines[0].get_label() == "$M_{10}$"
+    assert error.lines[0].get_ydata() == pytest.approx(full - best)
+    assert len(error.lines) == 2 * 3 + 1  # best, recommended and M1 in both chambers, and zero
 
 
 def test_tables_fit_a_terminal():

@@ -161,9 +161,7 @@ def test_cylinders_of_ones_own(tmp_path):
     made = {name for name in hashes(folder / "results") if not name.endswith(".log")}
     experiments = ("open", "other")
     cells = {f"{t}/replay/{name}.nc" for t in ("published", "exact") for name in experiments}
-    cells |= {f"datum/{name}.nc" for name in experiments} | {
-        f"study/{name}.nc" for name in ("mine", "second")
-    }
+    cells |= {"datum/open.nc", "datum/other.nc", "study/mine.nc", "study/second.nc"}
     statistics = {"exact/statistics.nc", "published/statistics.nc"}
     assert made == cells | statistics | {"parameters.json", "study.html"}
     page = (folder / "results/study.html").read_text()
