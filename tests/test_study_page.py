@@ -99,7 +99,7 @@ def marked(ax, marker):
 def test_picture_of_the_places():
     ranking = ranked(made(), "mine")
     ax = study_figures.places(ranking).axes[0]
-    assert [label.get_text() for label in ax.get_yticklabels()][0] == "$M_{10}$"
+    assert ax.get_yticklabels()[0].get_text() == "$M_{10}$"
     for y, row in enumerate(ranking.rows):
         bar, point = ax.lines[2 * y : 2 * y + 2]
         assert point.get_xdata()[0] == pytest.approx(row.mse.value**0.5 / 1e3)
