@@ -427,6 +427,11 @@ def test_field_missing_from_a_section_that_an_override_adds():
     assert complaint("experiments.X", {"loop": "open"}) == line
 
 
+def test_a_value_taken_away_is_looked_for_in_the_file_that_took_it():
+    line = "mine.yaml: experiments.E07.k_0_W_per_K: missing; must be a number at least 0 and at most 10000"
+    assert complaint("experiments.E07.k_0_W_per_K", None).startswith(line)
+
+
 def test_a_conflict_names_the_file_that_made_it():
     # The value that gets the blame stands in an earlier file; the override moved its limit.
     text = complaint("cylinders.D.stroke_mm", 20.0)

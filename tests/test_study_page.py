@@ -14,6 +14,7 @@ from pneumo.physics.experiment import Study
 from pneumo.physics.parameters import load, study
 from pneumo.publish import study_figures
 from pneumo.publish.study_page import HEADS, MARK, cells_of, gain_text, render, tables
+from pneumo.publish.verdict_page import with_indices
 
 
 def with_traces(cells):
@@ -43,7 +44,7 @@ def page(paper):
 
 def test_page_holds_every_model_and_the_recommendation(page):
     ranking = ranked(made(), "mine")
-    assert "Take M9" in page and ranking.reason in page
+    assert "Take M9" in page and with_indices(ranking.reason) in page
     for row in ranking.rows:
         line = "".join(f"<td>{text}</td>" for text in cells_of(row))
         assert line in page
@@ -75,8 +76,8 @@ def test_texts_are_escaped(paper):
 def test_cells_of_a_line():
     row = ranked(made(noise=1e-9), "mine").row("M8")
     texts = dict(zip(HEADS, cells_of(row), strict=True))
-    assert (texts["place"], texts["model"], texts["n"]) == ("3", "M8", "1.3")
-    assert texts["MSE (kPa²)"].startswith("3 ± ") and texts["RMS (kPa)"] == "1.73"
+    assert (texts["rank"], texts["model"], texts["n"]) == ("3", "M8", "1.3")
+    assert texts["MSE (kPa²)"] == "3.00 ± 0.00" and texts["RMS (kPa)"] == "1.73"
     assert texts["MSE / best"] == "1.25 (1.25 to 1.25)"
     cells = made()
     cells["mse"].loc[{"model": "M8"}] = np.nan
@@ -135,7 +136,8 @@ def test_picture_of_the_traces():
     best = own["trace_pressure"].sel(model="M10", n=1.3, chamber="A").values / 1e3
     assert error.lines[0].get_label() == "$M_{10}$"
     assert error.lines[0].get_ydata() == pytest.approx(full - best)
-    assert len(error.lines) == 2 * 3 + 1  # best, recommended and M1 in both chambers, and zero
+    assert len(error.lines) == 2 * 3 + 1  # three models in both chambers, and zero
+    assert [line.get_label() for line in error.lines[1:3]] == ["$M_{9}$", "$M_{8}$"]
 
 
 def test_tables_fit_a_terminal():

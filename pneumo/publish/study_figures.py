@@ -113,12 +113,13 @@ def gains(ranking: Ranking) -> Figure:
 def traces(cells: xr.Dataset, ranking: Ranking, experiment: str) -> Figure:
     """Draw the beginning of an experiment's first run: position, pressures, and errors of three models.
 
-    The models are the best, the recommended and the cheapest.
+    The models are the recommended one and the best.
     """
     own = cells.sel(experiment=experiment)
     t = own["trace_t"].values
     shown = t <= SHOWN_S
-    models = list(dict.fromkeys([ranking.rows[0].model, ranking.recommended, "M1"]))
+    best = [row.model for row in ranking.rows[:3]]
+    models = best if ranking.recommended in best else [ranking.recommended, *best[:2]]
     fig = new_figure(DOUBLE_MM, 96)
     position, pressure, error = fig.subplots(3, 1, sharex=True, height_ratios=[0.7, 1.2, 1])
     position.plot(t[shown], own["trace_x"].values[shown] * KILO, color=INK)
@@ -137,7 +138,7 @@ def traces(cells: xr.Dataset, ranking: Ranking, experiment: str) -> Figure:
     error.axhline(0, color=GREY, lw=0.5)
     error.set_ylabel(axis_label("error", "kPa"))
     error.set_xlabel(axis_label("$t$", "s"))
-    pressure.legend(loc="upper right", ncols=2)
-    error.legend(loc="upper right", ncols=len(models))
+    for ax in (pressure, error):
+        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3)
     fig.align_ylabels()
     return fig

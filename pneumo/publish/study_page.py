@@ -15,7 +15,7 @@ from pneumo.assess.ranking import CONFIDENCE, MATERIAL, Interval, Ranking, Row
 from pneumo.physics.experiment import Experiment, Study
 from pneumo.publish import study_figures
 from pneumo.publish.style import paper_style
-from pneumo.publish.verdict_page import TEMPLATES
+from pneumo.publish.verdict_page import TEMPLATES, with_indices
 
 MARK = "pneumo study"  # names the page's maker, so that another run may replace it
 KILO = 1e3
@@ -53,6 +53,7 @@ def render(study: Study, cells: xr.Dataset, rankings: Sequence[Ranking]) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.filters["math"] = with_indices
     parts = [(ranking, _pictures(cells, ranking), _inputs(study, ranking)) for ranking in rankings]
     return environment.get_template("study.html.j2").render(
         mark=MARK,
@@ -117,24 +118,13 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
     return found
 
 
-HEADS = (
-    "place",
-    "model",
-    "n",
-    "RMS (kPa)",
-    "MSE (kPa²)",
-    "MSE / best",
-    "geom.",
-    "wins",
-    "A (kPa)",
-    "B (kPa)",
-)
+HEADS = ("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "geom.", "wins", "A (kPa)", "B (kPa)")
 IN_TERMINAL = len(HEADS) - 2  # the chambers' RMS errors are on the page only
 
 
 def _around(value: float) -> str:
     """Write a number with three digits and no exponent."""
-    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+    return f"{value:.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
 
 
 def cells_of(row: Row) -> list[str]:
