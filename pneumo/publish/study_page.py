@@ -160,7 +160,7 @@ def tables(ranking: Ranking) -> list[Table]:
     """Ranking and gains of a cylinder for the terminal."""
     experiments, confidence = ", ".join(ranking.experiments), f"{100 * CONFIDENCE:.0f} %"
     title = f"{ranking.cylinder}: {experiments}, {ranking.runs} runs each; intervals {confidence} over seeds"
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for head in HEADS[:IN_TERMINAL]:
         table.add_column(head, justify="left" if head == "model" else "right")
     for row in ranking.rows:
