@@ -1,12 +1,13 @@
 # The paper's study from configuration to figures: `snakemake -j2`.
 # Another study on top of it: `snakemake -j2 --configfile config/smoke.yaml`.
+# Cylinders of one's own, from `pneumo init`: `snakemake -j2 --configfile my.yaml`.
 import shlex
 import sys
 from pathlib import Path
 
 from snakemake.utils import min_version
 
-from pneumo.workflow import checked_study, code_behind, sole_run
+from pneumo.workflow import checked_study, code_behind, own_cylinders, sole_run
 
 min_version("9.0")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
@@ -22,16 +23,17 @@ onstart:
 
 STUDY = checked_study(config, workflow.config_settings.configfiles, workflow.config_settings.config)
 TRANSPORTS = ["published", "exact"]
+OWN_CYLINDERS = own_cylinders(STUDY)  # of a study that is not the paper's
 
 
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/assess.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/evidence.smk"
+include: "workflow/rules/own.smk"
 
 
-rule all:
-    default_target: True
+rule paper:
     input:
         rules.parameters.output,
         rules.settling.output,
@@ -44,3 +46,9 @@ rule all:
         rules.tables.output,
         rules.verdict.output,
         rules.verdict_page.output,
+
+
+rule all:
+    default_target: True
+    input:
+        rules.own.input if OWN_CYLINDERS else rules.paper.input,

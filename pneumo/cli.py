@@ -41,6 +41,66 @@ def check(
 
 
 @app.command()
+def init(
+    file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml"),
+):
+    """Write a commented configuration of a cylinder of one's own, to edit for `pneumo study`."""
+    from pneumo.apply.template import write_template
+
+    write_template(file)
+    typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
+
+
+@app.command()
+def study(
+    files: Annotated[list[Path], typer.Argument(help="configuration, later files override earlier ones")],
+    cylinder: Annotated[list[str] | None, typer.Option(help="these cylinders only")] = None,
+    experiment: Annotated[list[str] | None, typer.Option(help="these experiments only")] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, max=1000, help="runs of each experiment [run.seeds]")
+    ] = None,
+    threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="folder for study.html and study.nc [study-NAME]")
+    ] = None,
+):
+    """Rank all ten models on a cylinder of one's own, with error bars, and say which to take."""
+    from pneumo.physics.parameters import load
+    from pneumo.physics.parameters import study as configured
+
+    given = configured(load(*files))
+    # What follows takes a second to import; what is wrong in a configuration is said before.
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from pneumo.apply import study as task
+    from pneumo.apply.errors import ApplyError
+    from pneumo.publish.study_page import tables
+
+    chosen = task.chosen(given._replace(seeds=seeds or given.seeds), cylinder or (), experiment or ())
+    folder = output or Path(f"study-{chosen.name}")
+    task.check_folder(folder)
+    console = Console()
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        line = bar.add_task("full-order runs and replays", total=task.simulated_time(chosen))
+        cells = task.run_study(chosen, threads, lambda seconds: bar.advance(line, seconds))
+    rankings = task.rankings(cells)
+    for ranking in rankings:
+        for table in tables(ranking):
+            console.print(table)
+        for story in ranking.left_out:
+            console.print(f"Left out: {story}.", markup=False)
+        console.print(f"Recommended: {ranking.recommended or 'none'}. {ranking.reason}.", markup=False)
+        for advice in ranking.advice:
+            console.print(f"- {advice}", markup=False)
+    page, stored = task.save_study(chosen, cells, rankings, folder)
+    console.print(f"{page}, {stored}", markup=False, soft_wrap=True)
+    for ranking in rankings:
+        if not ranking.recommended:
+            raise ApplyError(f"{ranking.cylinder}: {ranking.reason}; {page} tells which")
+
+
+@app.command()
 def models():
     """Print the table of models M1 to M10."""
     from rich.console import Console

@@ -83,6 +83,14 @@ def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Map
         sys.exit(2)
 
 
+def own_cylinders(study: Study) -> list[str]:
+    """Cylinders of a study, if an experiment of it is not the paper's: then the study is the user's own."""
+    papers = read_yaml(BASE)["experiments"]
+    if set(study.experiments) <= set(papers):
+        return []
+    return list(dict.fromkeys(e.cylinder for e in study.experiments.values()))
+
+
 def code_behind(script: str) -> str:
     """SHA-256 of every pneumo module that a workflow script imports, directly or not.
 

@@ -9,7 +9,9 @@ from typing import NamedTuple
 import yaml
 from hypothesis import strategies as st
 
-from pneumo.physics.parameters import SCHEMA, named_sections, read_yaml, resolved
+from pneumo.physics.plain_yaml import read_yaml
+from pneumo.physics.schema import SCHEMA
+from pneumo.physics.schema_words import named_sections, resolved
 
 PAPER = Path(__file__).parents[1] / "config" / "paper.yaml"
 BASE, BASE_TEXT = read_yaml(PAPER), PAPER.read_text(encoding="utf-8")
@@ -93,11 +95,12 @@ WRONG = {
 
 def wrong_values(node):
     """Values that a place does not take, by what its schema says."""
+    optional = any(option.get("type") == "null" for option in node.get("anyOf", ()))
     node = resolved(node)
     options = node.get("anyOf", [node])
     kinds = {option.get("type", "string") for option in options} | ({"string"} if "enum" in node else set())
     values = [value for kind in sorted(kinds - {"null"}) for value in WRONG[kind]]
-    if "null" in kinds:
+    if optional:
         values = [value for value in values if value is not None]
     if "array" in kinds and "minItems" not in str(options):
         values = [value for value in values if value != []]
@@ -148,14 +151,17 @@ def wrong_number(draw):
 
 @st.composite
 def missing_key(draw):
-    path, _ = draw(st.sampled_from([p for p in places(SCHEMA, BASE) if p[0] and isinstance(p[0][-1], str)]))
+    keys = [p for p in places(SCHEMA, BASE) if p[0] and isinstance(p[0][-1], str)]
+    path, _ = draw(st.sampled_from(keys))
+    parent = next((resolved(node) for place, node in places(SCHEMA, BASE) if place == path[:-1]), SCHEMA)
 
     def change(holder, key):
         del holder[key]
 
     # Without an experiment, a level or an option the configuration may be a smaller one.
     section = path[0] in ("experiments", "levels") and len(path) == 2
-    words = () if section or path == ("run", "duration_limit_s") else (name_of(path), "missing")
+    option = "properties" in parent and path[-1] not in parent.get("required", ())
+    words = () if section or option else (name_of(path), "missing")
     words = (".cylinder = ", "must") if path in (("cylinders", "D"), ("cylinders", "E")) else words
     return Mistake("missing", dumped(with_change(BASE, path, change)), words)
 

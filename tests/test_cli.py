@@ -33,7 +33,18 @@ def test_models_prints_every_model():
 def test_help_names_every_command():
     done = pneumo("--help")
     assert done.returncode == 0
-    commands = ("check", "models", "explain", "verdict", "assumptions", "identify", "verify", "export")
+    commands = (
+        "check",
+        "models",
+        "explain",
+        "verdict",
+        "assumptions",
+        "identify",
+        "verify",
+        "export",
+        "init",
+        "study",
+    )
     assert all(command in done.stdout for command in commands)
 
 
@@ -97,3 +108,113 @@ def test_in_process_errors(arguments, capsys, monkeypatch):
         main()
     assert end.value.code == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+# A cylinder of one's own, as a new user would
+
+
+@pytest.fixture
+def inside(tmp_path, monkeypatch, capsys):
+    """Run a command in this process and an empty folder; give exit code, output and error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["pneumo", *arguments])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code or 0, *capsys.readouterr()
+
+    return run
+
+
+QUICK = "n: [1.2, 1.3]\nrun: {seeds: 2, duration_limit_s: 0.3}\n"
+
+
+def test_init_then_study(inside, tmp_path):
+    assert inside("init")[:2] == (0, "cylinder.yaml: written; edit it, then: pneumo study cylinder.yaml\n")
+    (tmp_path / "quick.yaml").write_text(QUICK)
+    code, out, _ = inside("study", "cylinder.yaml", "quick.yaml")
+    assert code == 0 and all(f" M{i} " in out for i in range(1, 11))
+    assert "mine: open, closed, 2 runs each" in out and "Recommended: M" in out
+    assert sorted(file.name for file in (tmp_path / "study-my-cylinder").iterdir()) == [
+        "study.html",
+        "study.nc",
+    ]
+    code, out, _ = inside(
+        "study", "cylinder.yaml", "quick.yaml", "--experiment", "open", "--seeds", "1", "-o", "one"
+    )
+    assert code == 0 and "mine: open, 1 runs each" in out and (tmp_path / "one" / "study.nc").exists()
+
+
+WRONG = {
+    "no file": (["study"], "Missing argument 'files'"),
+    "absent file": (["study", "none.yaml"], "none.yaml: cannot be read"),
+    "a folder": (["study", "."], ".: cannot be read"),
+    "no number": (["study", "cylinder.yaml", "--seeds", "many"], "--seeds"),
+    "too few seeds": (["study", "cylinder.yaml", "--seeds", "0"], "--seeds"),
+    "too few threads": (["study", "cylinder.yaml", "--threads", "0"], "--threads"),
+    "unknown option": (["study", "cylinder.yaml", "--seed", "3"], "No such option"),
+    "unknown cylinder": (
+        ["study", "cylinder.yaml", "--cylinder", "D"],
+        "no such cylinder in this study; there are mine",
+    ),
+    "unknown experiment": (["study", "cylinder.yaml", "--experiment", "E01"], "there are closed, open"),
+    "output is a file": (["study", "cylinder.yaml", "-o", "cylinder.yaml"], "is a file"),
+    "foreign page": (["study", "cylinder.yaml", "-o", "foreign"], "study.html: not written by"),
+    "init twice": (["init", "cylinder.yaml"], "is there already"),
+    "init into a folder": (["init", "foreign"], "is there already"),
+    "init too much": (["init", "a.yaml", "b.yaml"], "unexpected extra argument"),
+}
+WRONG_YAML = {
+    "negative bore": ("cylinders: {mine: {bore_mm: -25}}", "cylinders.mine.bore_mm = -25: must be"),
+    "text for a number": ("cylinders: {mine: {mass_kg: 3 kg}}", "cylinders.mine.mass_kg = '3 kg': must be"),
+    "wrong unit": ("cylinders: {mine: {stroke_cm: 16}}", "cylinders.mine.stroke_cm = 16: unknown key"),
+    "gauge pressure": ("supply: {P_s_Pa: 6}", "supply.P_s_Pa = 6.0: must exceed P_atm_Pa"),
+    "rod as thick as the bore": ("cylinders: {mine: {rod_mm: 25}}", "rod_mm = 25.0: must be below bore_mm"),
+    "two valves": ("cylinders: {mine: {k_x_k_u_m2_per_V: 1.0e-7}}", "give one of the two"),
+    "b above 1": ("cylinders: {mine: {valve: {b: 1.2}}}", "cylinders.mine.valve.b = 1.2: must be"),
+    "two conductances": ("experiments: {open: {lambda_0_W_per_m2K: 40}}", "stands beside k_0_W_per_K"),
+    "unknown cylinder": ("experiments: {open: {cylinder: yours}}", "must be one of mine"),
+    "unknown experiment": ("run: {experiments: [half]}", "no such experiment; there are open, closed"),
+    "half a sweep": ("experiments: {open: {signal: {kind: sweep, from_Hz: 1}}}", "signal.to_Hz: missing"),
+    "no loop": ("cylinders: {mine: {open_loop: null}}", "needs the section cylinders.mine.open_loop"),
+    "no such CSV": (
+        "experiments: {open: {signal: {kind: csv, file: no.csv, column: u, hold_s: 0.1}}}",
+        "experiments.open.signal.file = 'no.csv': cannot be read",
+    ),
+    "not YAML": ("cylinders: [", "not valid YAML"),
+}
+
+
+@pytest.mark.parametrize("mistake", [*WRONG, *(f"in YAML: {name}" for name in WRONG_YAML)])
+def test_wrong_use_is_one_line_and_leaves_everything_alone(mistake, inside, tmp_path):
+    inside("init")
+    (tmp_path / "foreign").mkdir()
+    (tmp_path / "foreign" / "study.html").write_text("mine")
+    arguments, words = WRONG.get(mistake, (None, None))
+    if arguments is None:
+        text, words = WRONG_YAML[mistake.removeprefix("in YAML: ")]
+        (tmp_path / "wrong.yaml").write_text(text)
+        arguments = ["study", "cylinder.yaml", "wrong.yaml"]
+    before = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+    code, out, err = inside(*arguments)
+    assert (code, out) == (2, "") and len(err.splitlines()) == 1 and err.startswith("pneumo: ")
+    assert words in err, err
+    assert {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()} == before
+
+
+@pytest.mark.parametrize("command", ["init", "study"])
+def test_help_of_a_command(command, inside):
+    code, out, _ = inside(command, "--help")
+    assert code == 0 and "Usage" in out and "--help" in out
+
+
+def test_when_nothing_runs(inside, tmp_path):
+    inside("init")
+    (tmp_path / "wild.yaml").write_text(
+        f"{QUICK}step_s: 0.03\ncylinders: {{mine: {{mass_kg: 1.0e-6, friction_Ns_per_m: 1000}}}}\n"
+    )
+    code, out, err = inside("study", "cylinder.yaml", "wild.yaml")
+    assert "Left out: open, seed 1: " in out and "Recommended: none" in out
+    assert code == 2 and err.splitlines()[-1].startswith("pneumo: mine: no full-order run succeeded")
+    assert (tmp_path / "study-my-cylinder" / "study.html").exists()

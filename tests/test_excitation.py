@@ -153,6 +153,38 @@ def test_references_of_the_study(name):
         assert abs(np.sign(levels[:, 0]).mean()) < 5 / sqrt(3000)  # both signs equally often
 
 
+# Other signals
+
+
+@given(st.booleans(), SEEDS)
+@settings(deadline=None)
+def test_random_signals_in_either_loop(closed, seed):
+    drive, own = CLOSED if closed else OPEN, Excitation(seed, 0.5, 10)
+    prbs = reference_series(drive, own._replace(signal="prbs"), 200)
+    gaussian = reference_series(drive, own._replace(signal="gaussian"), 200)
+    assert np.array_equal(prbs, reference_series(OPEN, own, 200))
+    assert np.array_equal(gaussian, reference_series(CLOSED, own, 200))
+
+
+def test_sweep_goes_from_its_first_frequency_to_its_last():
+    steps, low, high = 100_000, 1e-4, 5e-3
+    sweep = reference_series(OPEN, Excitation(1, 2.0, 50, "sweep", (low, high)), steps)
+    assert len(sweep) == steps + 1 and sweep[0] == 0 and np.abs(sweep).max() == pytest.approx(2.0, rel=1e-4)
+    rising = np.flatnonzero((sweep[:-1] < 0) & (sweep[1:] >= 0))
+    # Whole periods: as many as the mean frequency makes, but for those cut at the ends; each as long as the
+    # frequency at its place says.
+    assert abs(len(rising) - steps * (low + high) / 2) < 2
+    middle = (rising[1:] + rising[:-1]) / 2
+    np.testing.assert_allclose(1 / np.diff(rising), low + (high - low) * middle / steps, rtol=0.02)
+
+
+@given(st.lists(st.floats(-3, 3), min_size=1, max_size=5), st.integers(1, 20), st.integers(1, 200))
+@settings(deadline=None)
+def test_levels_are_held_and_repeated(levels, every, steps):
+    found = reference_series(CLOSED, Excitation(1, 0.5, every, "levels", levels=tuple(levels)), steps)
+    assert found.tolist() == [0.5 * levels[k // every % len(levels)] for k in range(steps + 1)]
+
+
 # The command
 
 

@@ -226,3 +226,9 @@ def test_a_loop_that_swings_for_ever_is_given_up_after_so_many_time_constants(mo
     found = settle(e._replace(drive=e.drive._replace(k_p=1e6)))
     window = max(settling.thermal_time_constant(e.plant), settling.SHORTEST_WINDOW)
     assert_without_times(found, settling.NOT_SETTLED, found.release_step + round(40 * window / e.h))
+
+
+def test_a_cylinder_without_the_section_settling_is_told():
+    e = STUDY.experiments["E14"]
+    with pytest.raises(ArithmeticError, match="E14: a settling run needs its cylinder's section settling"):
+        settle(e._replace(push=e.push._replace(force=0.0)))

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 ROOT = Path(__file__).parents[1]
 SMOKE = ("--configfile", "config/smoke.yaml")
@@ -135,6 +136,39 @@ def test_bad_configuration_is_one_line_exit_2_and_nothing_written(bare, text, wo
     assert "Traceback" not in done.stderr
     assert all(word in lines[0] for word in words), lines[0]
     assert not (bare / "results").exists()
+
+
+OWN = """
+n: [1.2, 1.3]
+cylinders:
+  second:
+    {bore_mm: 40, stroke_mm: 200, mass_kg: 8, friction_Ns_per_m: 100, k_x_k_u_m2_per_V: 1.0e-6, u_max_V: 10,
+     seed: 3, sample_time_s: 0.05, open_loop: {amplitude_V: 0.8, reverse_at: 0.9}}
+experiments:
+  other:
+    {cylinder: second, loop: open, lambda_0_W_per_m2K: 30, duration_s: 5,
+     signal: {kind: steps, levels: [1, -1], hold_s: 0.1}}
+run: {experiments: [open, other], seeds: 2, duration_limit_s: 0.3}
+"""
+
+
+def test_cylinders_of_ones_own(tmp_path):
+    folder = checkout(tmp_path / "own")
+    shutil.copy(folder / "pneumo/apply/templates/cylinder.yaml", folder / "my.yaml")
+    (folder / "more.yaml").write_text(OWN)
+    done = snakemake(folder, "-j2", "--configfile", "my.yaml", "more.yaml")
+    assert done.returncode == 0, done.stderr
+    made = {name for name in hashes(folder / "results") if not name.endswith(".log")}
+    experiments = ("open", "other")
+    cells = {f"{t}/replay/{name}.nc" for t in ("published", "exact") for name in experiments}
+    cells |= {"datum/open.nc", "datum/other.nc", "study/mine.nc", "study/second.nc"}
+    statistics = {"exact/statistics.nc", "published/statistics.nc"}
+    assert made == cells | statistics | {"parameters.json", "study.html"}
+    page = (folder / "results/study.html").read_text()
+    assert "Cylinder mine: open, 2 runs each" in page and "Cylinder second: other, 1 run each" in page
+    own, grid = (folder / "results" / name for name in ("study/mine.nc", "exact/replay/open.nc"))
+    with xr.open_dataset(own) as mine, xr.open_dataset(grid) as cell:
+        assert (mine["mse"].isel(experiment=0, run=0).values == cell["mse"].values).all()
 
 
 def test_truncated_datum_is_named_and_not_used(smoke, tmp_path):

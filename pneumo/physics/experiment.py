@@ -55,12 +55,27 @@ class Excitation(NamedTuple):
         Standard deviation of the position reference, m, in closed loop; magnitude of the
         two-valued command, V, in open loop.
     every : int
-        Steps between draws.
+        Steps between draws, or of each level.
+    signal : {"loop's own", "prbs", "gaussian", "sweep", "levels"}
+        Signs of random numbers, the random numbers, a sine, or levels; the loop's own is the first of them
+        in open loop and the second in closed loop.
+    band : tuple of float
+        First and last frequency of a sweep, cycles per step.
+    levels : tuple of float
+        Multiples of the amplitude, one after another and then again.
     """
 
     seed: int
     amplitude: float
     every: int
+    signal: str = "loop's own"
+    band: tuple[float, float] = (0.0, 0.0)
+    levels: tuple[float, ...] = ()
+
+    @property
+    def random(self) -> bool:
+        """Whether the seed makes a difference."""
+        return self.signal not in ("sweep", "levels")
 
 
 class Push(NamedTuple):
@@ -128,6 +143,8 @@ class Study(NamedTuple):
         Delay of the recorded signals in the published transport, s.
     config_sha256 : str
         Hash of the configuration.
+    seeds : int
+        How often `pneumo study` runs each experiment, each time with another seed.
     """
 
     name: str
@@ -136,3 +153,4 @@ class Study(NamedTuple):
     levels: dict[str, tuple[float, ...]]
     lag: float
     config_sha256: str
+    seeds: int = 5

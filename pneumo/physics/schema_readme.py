@@ -4,7 +4,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pneumo.physics.parameters import SCHEMA, allowed, named_sections, resolved
+from pneumo.physics.schema import SCHEMA
+from pneumo.physics.schema_words import allowed, named_sections, resolved
 
 HEAD = """\
 # Configuration
@@ -19,7 +20,8 @@ Made from the schema by `python -m pneumo.physics.schema_readme`; don't edit.
 
 UNITS = {
     **{"J": "J", "K": "K", "N": "N", "Ns": "N s", "Pa": "Pa", "V": "V", "W": "W", "kg": "kg", "kgK": "kg K"},
-    **{"m": "m", "m2": "m²", "m3": "m³", "mm": "mm", "s": "s"},
+    **{"m": "m", "m2": "m²", "m3": "m³", "mm": "mm", "s": "s", "Hz": "Hz", "deg": "°"},
+    **{"dm3": "dm³", "sbar": "s bar", "m2K": "m² K"},
 }
 _UNIT = "|".join(sorted(UNITS, key=len, reverse=True))
 _SUFFIX = re.compile(rf"_(?:({_UNIT})_per_({_UNIT})|(?<!_per_P_)({_UNIT}))$")  # P_0_per_P_s is a ratio
@@ -55,7 +57,7 @@ def _row(section: Mapping[str, Any], key: str, field: Mapping[str, Any]) -> str:
     inner = named_sections(resolved(field))
     limits = f"names, for each {allowed(inner)}" if inner else allowed(field)
     meaning = field.get("description") or resolved(field)["description"].rstrip(".")
-    optional = "" if key in section["required"] else " (optional)"
+    optional = "" if key in section.get("required", ()) else " (optional)"
     return f"| `{key}` | {unit(key)} | {limits} | {meaning}{optional} |"
 
 

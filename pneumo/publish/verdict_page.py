@@ -97,7 +97,7 @@ def render(verdict: Mapping[str, Any]) -> str:
         "unit": lambda unit: UNITS.get(unit, unit),
         "short": _short,
         "percent": _percent,
-        "math": _math,
+        "math": with_indices,
     }
     items = {item["id"]: item for item in verdict["items"]}
     grids = [_grid(table, verdict["items"]) for table in CAPTIONS]
@@ -117,7 +117,7 @@ def _short(item: Mapping[str, Any]) -> str:
     return str(item["shown"] if isinstance(item["reproduced"], str) else item["shown"].split(" ", 1)[0])
 
 
-def _math(text: str) -> Markup:
+def with_indices(text: str) -> Markup:
     """Escape a text and set its indices, such as that of k_0, low."""
     return Markup(re.sub(r"\b([A-Za-z]|λ)_([A-Za-z0-9]+)", r"\1<sub>\2</sub>", str(escape(text))))
 

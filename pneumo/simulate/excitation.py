@@ -1,4 +1,4 @@
-"""What drives the valve: Simulink's Random Number block, the PRBS and the proportional controller.
+"""What drives the valve: Simulink's Random Number block, the PRBS, other signals, the controller.
 
 The generator is MATLAB's v4 normal generator, as documented and as found in code that Simulink
 generates: a multiplicative congruential generator with the polar method, second deviate discarded.
@@ -42,7 +42,7 @@ def normal_deviates(seed: int) -> Iterator[float]:
 
 
 def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.ndarray:
-    """Reference of every step, held between draws; the first draw applies from t = 0.
+    """Reference of every step; random numbers are held between draws, and the first applies from t = 0.
 
     Parameters
     ----------
@@ -56,9 +56,16 @@ def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.nda
     numpy.ndarray
         Shape (steps + 1,): the value in force from each step's start (the last one at the end).
     """
+    amplitude, signal = excitation.amplitude, excitation.signal
+    if signal == "sweep":
+        k, (low, high) = np.arange(steps + 1), excitation.band
+        return amplitude * np.sin(2 * np.pi * k * (low + (high - low) * k / (2 * steps)))
+    if signal == "levels":
+        return amplitude * np.resize(np.repeat(excitation.levels, excitation.every), steps + 1)
     deviates = normal_deviates(excitation.seed)
     draws = np.array([next(deviates) for _ in range(steps // excitation.every + 1)])
-    levels = excitation.amplitude * (draws if drive.closed_loop else np.sign(draws))
+    two_valued = signal == "prbs" or (signal == "loop's own" and not drive.closed_loop)
+    levels = amplitude * (np.sign(draws) if two_valued else draws)
     return np.repeat(levels, excitation.every)[: steps + 1]
 
 

@@ -102,8 +102,15 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     Settling
         Without settling times, and with a status that says why, if the run fails, the held piston's air
         does not come to rest or the free run does not settle.
+
+    Raises
+    ------
+    ArithmeticError
+        If there is no force: the cylinder has no section `settling`.
     """
     h, drive, push = experiment.h, experiment.drive, experiment.push
+    if not push.force:
+        raise ArithmeticError(f"{experiment.name}: a settling run needs its cylinder's section settling")
     stopped = experiment.plant._replace(cylinder=experiment.plant.cylinder._replace(x_min=push.x_stop))
     window = max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
     longest = min(LONGEST_RUN, LONGEST_IN_WINDOWS * window) if longest is None else longest

@@ -1,0 +1,144 @@
+"""Pictures of `pneumo study`: cells and ranking in, figures out."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from pneumo.assess.ranking import CONFIDENCE, Ranking
+from pneumo.physics.models import MODELS
+from pneumo.publish.figures import KILO, symbol
+from pneumo.publish.style import (
+    DOUBLE_MM,
+    GREY,
+    INK,
+    MODEL_STYLE,
+    axis_label,
+    new_figure,
+    paper_style,
+)
+
+RMS = axis_label("RMS error", "kPa")
+PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
+SHOWN_S = 2.0  # length of the traces
+
+
+def _log_kpa(axis) -> None:
+    """Decades with their halves and fifths, written out."""
+    axis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0), numticks=20))
+    axis.set_major_formatter(PLAIN)
+    axis.set_minor_formatter(NullFormatter())
+
+
+@paper_style()
+def places(ranking: Ranking) -> Figure:
+    """Draw every model's RMS error with its interval, best on top."""
+    fig = new_figure(DOUBLE_MM, 74)
+    ax = fig.subplots()
+    rows = [row for row in ranking.rows if np.isfinite(row.mse.value)]
+    for y, row in enumerate(rows):
+        look = MODEL_STYLE[row.model]
+        rms, low, high = (max(value, 0.0) ** 0.5 / KILO for value in row.mse)
+        if row.mse.known:
+            # A lower end at or below zero has no place on a scale of decades.
+            ax.plot([low or rms / 10, high], [y, y], color=look.color, lw=1.4)
+        ax.plot(rms, y, marker=look.marker, color=look.color, linestyle="none", markersize=5)
+        n = f", $n$ = {row.n:g}" if np.isfinite(row.n) else ""
+        ax.annotate(
+            f"{rms:.3g} kPa{n}",
+            (high if row.mse.known else rms, y),
+            (6, 0),
+            textcoords="offset points",
+            va="center",
+        )
+    values = [row.mse.value**0.5 / KILO for row in rows]
+    ax.set_xscale("log")
+    ax.set_xlim(0.7 * min(values), 2.6 * max(values))
+    ax.set_yticks(range(len(rows)), [symbol(row.model) for row in rows])
+    ax.invert_yaxis()
+    ax.set_xlabel(f"{RMS}, bars: {100 * CONFIDENCE:.0f} % over seeds")
+    ax.grid(axis="x")
+    _log_kpa(ax.xaxis)
+    return fig
+
+
+@paper_style()
+def over_n(cells: xr.Dataset, ranking: Ranking) -> Figure:
+    """Draw the RMS error of every model over n; open marks at each model's best n."""
+    fig = new_figure(DOUBLE_MM, 84)
+    ax = fig.subplots()
+    own = cells.sel(experiment=list(ranking.experiments))
+    own = own.sel(run=(own["run_status"] == 0).all("experiment"))
+    rms = own["mse"].mean(("experiment", "run", "chamber"), skipna=False) ** 0.5 / KILO
+    for name in MODELS:
+        look, row = MODEL_STYLE[name], ranking.row(name)
+        ax.plot(rms["n"], rms.sel(model=name), label=symbol(name), **look.line())
+        if np.isfinite(row.n):
+            ax.plot(row.n, row.mse.value**0.5 / KILO, **look.points())
+    ax.set_yscale("log")
+    _log_kpa(ax.yaxis)
+    ax.set_xlabel("$n$")
+    ax.set_ylabel(RMS)
+    ax.grid()
+    fig.legend(loc="outside right upper")
+    return fig
+
+
+@paper_style()
+def gains(ranking: Ranking) -> Figure:
+    """Draw what each refinement takes from the mean square error, with its interval."""
+    fig = new_figure(DOUBLE_MM, 62)
+    ax = fig.subplots()
+    for y, gain in enumerate(ranking.gains):
+        value, low, high = gain.percent
+        if not np.isfinite(value):
+            continue
+        color = MODEL_STYLE[gain.refined].color
+        if gain.percent.known:
+            ax.plot([low, high], [y, y], color=color, lw=1.4)
+        ax.plot(value, y, "o", color=color)
+        ax.annotate(f"{value:.0f} %", (value, y), (0, 5), textcoords="offset points", ha="center")
+    ax.axvline(0, color=INK, lw=0.8)
+    ax.set_yticks(
+        range(len(ranking.gains)),
+        [f"{gain.refinement}: {symbol(gain.without)} to {symbol(gain.refined)}" for gain in ranking.gains],
+    )
+    ax.set_ylim(len(ranking.gains) - 0.4, -0.8)
+    ax.set_xlabel("taken from the mean square error (per cent; negative: added)")
+    ax.grid(axis="x")
+    return fig
+
+
+@paper_style()
+def traces(cells: xr.Dataset, ranking: Ranking, experiment: str) -> Figure:
+    """Draw the beginning of an experiment's first run: position, pressures, and errors of three models.
+
+    The models are the recommended one and the best.
+    """
+    own = cells.sel(experiment=experiment)
+    t = own["trace_t"].values
+    shown = t <= SHOWN_S
+    best = [row.model for row in ranking.rows[:3]]
+    models = best if ranking.recommended in best else [ranking.recommended, *best[:2]]
+    fig = new_figure(DOUBLE_MM, 96)
+    position, pressure, error = fig.subplots(3, 1, sharex=True, height_ratios=[0.7, 1.2, 1])
+    position.plot(t[shown], own["trace_x"].values[shown] * KILO, color=INK)
+    position.set_ylabel(axis_label("$x$", "mm"))
+    for chamber, style in (("A", "-"), ("B", (0, (4, 1.5)))):
+        full = own["trace_P"].sel(chamber=chamber).values
+        pressure.plot(t[shown], full[shown] / KILO, color=INK, ls=style, lw=0.9, label=f"$P_{chamber}$")
+        for name in models:
+            n = ranking.row(name).n
+            predicted = own["trace_pressure"].sel(model=name, chamber=chamber)
+            predicted = predicted.sel(n=n) if np.isfinite(n) else predicted.isel(n=0)
+            look = {"color": MODEL_STYLE[name].color, "ls": style, "lw": 0.9}
+            label = symbol(name) if chamber == "A" else None
+            error.plot(t[shown], (full - predicted.values)[shown] / KILO, label=label, **look)
+    pressure.set_ylabel(axis_label("full-order $P$", "kPa"))
+    error.axhline(0, color=GREY, lw=0.5)
+    error.set_ylabel(axis_label("error", "kPa"))
+    error.set_xlabel(axis_label("$t$", "s"))
+    for ax in (pressure, error):
+        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3)
+    fig.align_ylabels()
+    return fig

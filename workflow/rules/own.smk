@@ -1,0 +1,44 @@
+# Cylinders of one's own: the grid over seeds for each, and one page for all; what `pneumo study` makes.
+
+
+rule own_cells:
+    input:
+        rules.parameters.output,
+    output:
+        "results/study/{cylinder}.nc",
+    log:
+        "results/logs/study/{cylinder}.log",
+    wildcard_constraints:
+        cylinder=r"[A-Za-z][\w-]*",
+    params:
+        code=code_behind("own_cells.py"),
+    message:
+        "Full-order runs and replays over seeds, cylinder {wildcards.cylinder}"
+    script:
+        "../scripts/own_cells.py"
+
+
+rule own_page:
+    input:
+        parameters=rules.parameters.output[0],
+        cells=expand(rules.own_cells.output[0], cylinder=OWN_CYLINDERS),
+        templates=["pneumo/publish/templates/study.html.j2", "pneumo/publish/templates/verdict.css"],
+    output:
+        "results/study.html",
+    log:
+        "results/logs/own_page.log",
+    params:
+        code=code_behind("own_page.py"),
+    message:
+        "Ranking of the models on each cylinder"
+    script:
+        "../scripts/own_page.py"
+
+
+rule own:
+    input:
+        rules.parameters.output,
+        rules.datum.output,
+        rules.replay.output,
+        rules.statistics.output,
+        rules.own_page.output,

@@ -1,0 +1,18 @@
+"""Run every experiment of one cylinder with its seeds, and replay every model on each run."""
+
+from pathlib import Path
+
+from pneumo.apply.study import chosen, run_study, save_cells
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
+from pneumo.store import read_json
+
+
+def main(parameters: str, output: str, threads: int) -> None:
+    study = chosen(from_json(read_json(parameters)), cylinders=[Path(output).stem])
+    save_cells(study, run_study(study, threads), Path(output))
+
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        main(job.input[0], job.output[0], job.threads)
