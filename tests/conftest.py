@@ -7,9 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from printed_study import write_printed_study
 
-from pneumo.assess.verdict import verdict
 from pneumo.physics.parameters import load, study
 
 RESULTS = Path(__file__).parents[1] / "results"
@@ -54,11 +52,15 @@ def random_states() -> np.ndarray:
 @pytest.fixture(scope="session")
 def printed_once(tmp_path_factory) -> Path:
     """The printed study, not to be spoilt: for tests of group "printed"."""
+    from printed_study import write_printed_study  # here: what is broken there stops its own tests only
+
     return write_printed_study(tmp_path_factory.mktemp("printed") / "results")
 
 
 @pytest.fixture(scope="session")
 def _judged_once(printed_once) -> dict:
+    from pneumo.assess.verdict import verdict
+
     return verdict(printed_once)
 
 
