@@ -93,7 +93,7 @@ def test_experiment_in_SI_units():
     assert e.plant.valve == Valve(1e-7, 10.0)
     assert e.plant.conditions == (7e5, 1e5, 293.0, 293.0, 0.8077 * 7e5, 293.0)
     assert e.drive.k_p == 1000.0
-    assert e.excitation == (666, math.sqrt(0.0003), 50)
+    assert e.excitation._asdict() == {"seed": 666, "amplitude": math.sqrt(0.0003), "every": 50}
     assert e.push.force == -300.0
     assert (e.steps, e.pressure_stride) == (60_000, 10)
 
