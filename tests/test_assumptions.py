@@ -316,12 +316,12 @@ def test_effects_are_told_against_the_study_and_misfits_against_the_print(invent
     )
     figure = tornado(found)
     assert [tick.get_text() for tick in figure.axes[0].get_yticklabels()] == ["nearer", "step 2 ms"]
-    nearer, farther = (patch.get_facecolor() for patch in figure.axes[0].patches)
+    colours = {patch.get_width() < 0: patch.get_facecolor() for patch in figure.axes[0].patches}
     assert [patch.get_label() for patch in figure.legends[0].get_patches()] == [
         "nearer to the print",
         "farther from it",
     ]
-    assert [patch.get_facecolor() for patch in figure.legends[0].get_patches()] == [nearer, farther]
+    assert [patch.get_facecolor() for patch in figure.legends[0].get_patches()] == [colours[True], colours[False]]
 
 
 def test_a_run_that_does_not_rest_is_marked(invented):
