@@ -317,11 +317,9 @@ def test_effects_are_told_against_the_study_and_misfits_against_the_print(invent
     figure = tornado(found)
     assert [tick.get_text() for tick in figure.axes[0].get_yticklabels()] == ["nearer", "step 2 ms"]
     colours = {patch.get_width() < 0: patch.get_facecolor() for patch in figure.axes[0].patches}
-    assert [patch.get_label() for patch in figure.legends[0].get_patches()] == [
-        "nearer to the print",
-        "farther from it",
-    ]
-    assert [patch.get_facecolor() for patch in figure.legends[0].get_patches()] == [colours[True], colours[False]]
+    nearer, farther = figure.legends[0].get_patches()
+    assert [nearer.get_label(), farther.get_label()] == ["nearer to the print", "farther from it"]
+    assert [nearer.get_facecolor(), farther.get_facecolor()] == [colours[True], colours[False]]
 
 
 def test_a_run_that_does_not_rest_is_marked(invented):
