@@ -47,7 +47,7 @@ class Study:
         for name in filter(None, listed.decode().split("\0")):
             target = folder / name
             target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(ROOT / name, target)
+            shutil.copy(ROOT / name, target, follow_symlinks=False)
         self.command = [sys.executable, "-m", "snakemake", "--rerun-incomplete"]
         self.command += ["--configfile", config] if config else []
         python_path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
