@@ -403,7 +403,7 @@ def found() -> xr.Dataset:
     file = Path(__file__).parents[1] / "results" / "identification.nc"
     if not file.exists():
         pytest.skip("results/identification.nc is absent: `snakemake -j2 evidence` makes it")
-    return xr.open_dataset(file).load()
+    return xr.load_dataset(file)
 
 
 def test_the_configured_constants_lie_in_their_intervals(found):

@@ -16,12 +16,12 @@ pytestmark = pytest.mark.results
 
 @pytest.fixture(scope="module")
 def published(results) -> xr.Dataset:
-    return xr.open_dataset(results / "published/statistics.nc").load()
+    return xr.load_dataset(results / "published/statistics.nc")
 
 
 @pytest.fixture(scope="module")
 def exact(results) -> xr.Dataset:
-    return xr.open_dataset(results / "exact/statistics.nc").load()
+    return xr.load_dataset(results / "exact/statistics.nc")
 
 
 def rms(values) -> float:
@@ -79,7 +79,7 @@ def test_table_8_best_n(published):
 
 
 def test_table_5_settling_times(results):
-    ours = xr.open_dataset(results / "settling.nc")["settling_time"]
+    ours = xr.load_dataset(results / "settling.nc")["settling_time"]
     ratio = ours / table5()
     whole = ratio.sel(experiment=["E09", "E11", "E13", "E14", "E15", "E16"])
     assert float(np.abs(whole - 1).max()) <= 0.07
@@ -89,7 +89,7 @@ def test_table_5_settling_times(results):
 
 
 def test_durations_are_at_least_ten_settling_times(results):
-    ratio = xr.open_dataset(results / "settling.nc")["duration_per_settling_time"]
+    ratio = xr.load_dataset(results / "settling.nc")["duration_per_settling_time"]
     assert float(ratio.min()) >= 10
 
 
