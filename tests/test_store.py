@@ -63,8 +63,8 @@ def results(tmp_path_factory):
     table = statistics(open_grid(folder / "exact"), STUDY.levels)
     write(table, folder / "exact/statistics.nc", ATTRIBUTES)
     durations = {name: e.steps * e.h for name, e in experiments.items()}
-    parts = {name: dataset[["settling_time"]] for name, dataset in settled.items()}
-    write(settling_table(parts, durations), folder / "settling.nc", ATTRIBUTES)
+    write(settling_table(settled, durations), folder / "settling.nc", ATTRIBUTES)
+
     return folder
 
 
