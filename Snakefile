@@ -3,11 +3,10 @@
 # Cylinders of one's own, from `pneumo init`: `snakemake -j2 --configfile my.yaml`.
 import shlex
 import sys
-from pathlib import Path
 
 from snakemake.utils import min_version
 
-from pneumo.workflow import checked_study, code_behind, own_cylinders, sole_run
+from pneumo.workflow import checked_study, code_behind, evidence_for, own_cylinders, sole_run
 
 min_version("9.0")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space

@@ -91,6 +91,21 @@ def own_cylinders(study: Study) -> list[str]:
     return list(dict.fromkeys(e.cylinder for e in study.experiments.values()))
 
 
+def evidence_for(study: Study, *files: str) -> list[str]:
+    """Files of evidence that are there and were made from this very configuration."""
+    return [file for file in files if Path(file).exists() and _is_about(study, file)]
+
+
+def _is_about(study: Study, file: str) -> bool:
+    from netCDF4 import Dataset  # here, since few runs have evidence
+
+    try:
+        with Dataset(os.path.abspath(file)) as dataset:
+            return dataset.config_sha256 == study.config_sha256
+    except (OSError, AttributeError):
+        return True  # damaged or foreign: the job that reads it says so
+
+
 def code_behind(script: str) -> str:
     """SHA-256 of every pneumo module that a workflow script imports, directly or not.
 

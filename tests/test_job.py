@@ -8,11 +8,13 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import xarray as xr
 
 from pneumo.job import RUN, RUN_LOCK, logged
+from pneumo.physics.parameters import load, study
 from pneumo.seal import DamagedError
-from pneumo.store import ResultError
-from pneumo.workflow import checked_study, sole_run
+from pneumo.store import ResultError, write
+from pneumo.workflow import checked_study, evidence_for, sole_run
 
 ROOT = Path(__file__).parents[1]
 
@@ -145,3 +147,14 @@ def test_a_bad_value_of_the_papers_file_is_named(paper, capsys):
     with pytest.raises(SystemExit):
         checked_study(paper | {"step_s": -1}, [], {})
     assert capsys.readouterr().err.startswith("pneumo: config/paper.yaml: step_s = -1: must be")
+
+
+def test_evidence_counts_for_the_configuration_that_made_it_only(tmp_path):
+    paper = study(load(ROOT / "config/paper.yaml"))
+    file = tmp_path / "assumptions.nc"
+    assert evidence_for(paper, str(file)) == []
+    write(xr.Dataset({"x": 1.0}), file, {"config_sha256": paper.config_sha256})
+    assert evidence_for(paper, str(file)) == [str(file)]
+    assert evidence_for(paper._replace(config_sha256="another"), str(file)) == []
+    file.write_bytes(b"damaged")
+    assert evidence_for(paper, str(file)) == [str(file)]  # so that the job which reads it refuses it

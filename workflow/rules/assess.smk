@@ -36,7 +36,7 @@ rule settling_table:
 rule verdict:
     input:
         # Evidence is not part of the study; once it is there, the verdict uses it and it is kept up to date.
-        evidence=[file for file in ["results/assumptions.nc"] if Path(file).exists()],
+        evidence=evidence_for(STUDY, "results/assumptions.nc"),
         parameters=rules.parameters.output[0],
         settling_table=rules.settling_table.output[0],
         settling=rules.settling.output,
