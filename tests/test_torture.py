@@ -2,6 +2,7 @@
 
 import random
 import signal
+import time
 
 import numpy as np
 import pytest
@@ -24,11 +25,14 @@ class TestFaults:
         assert same, outcome
 
     def test_two_kills_then_one_job_at_a_time_give_the_same_bytes(self, smoke_study):
-        study, seconds = smoke_study
+        study, _ = smoke_study
         expected = study.hashes()
         study.clear()
         for with_jobs in (True, False):  # left to themselves, jobs go on writing for a while
-            assert stop(study.start(), signal.SIGKILL, with_jobs=with_jobs, after=0.3 * seconds)
+            run, there = study.start(), len(study.hashes())
+            while len(study.hashes()) == there and run.poll() is None:
+                time.sleep(0.1)
+            assert stop(run, signal.SIGKILL, with_jobs=with_jobs, after=0)
         assert study.hashes() != expected
         done = study.run("-j1")
         assert done.code == 0, done.output
