@@ -26,8 +26,8 @@ def checkout(folder: Path) -> Path:
     return folder
 
 
-def snakemake(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    environment = os.environ | {"PYTHONPATH": str(folder)}  # the copy's pneumo, not the installed one
+def snakemake(folder: Path, *arguments: str, code: Path | None = None) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"PYTHONPATH": str(code or folder)}  # the copy's pneumo, not the installed one
     command = [sys.executable, "-m", "snakemake", *arguments]
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
 
@@ -156,7 +156,7 @@ def test_cylinders_of_ones_own(tmp_path):
     folder = checkout(tmp_path / "own")
     shutil.copy(folder / "pneumo/apply/templates/cylinder.yaml", folder / "my.yaml")
     (folder / "more.yaml").write_text(OWN)
-    done = snakemake(folder, "-j2", "--configfile", "my.yaml", "more.yaml")
+    done = snakemake(folder, "-j2", "--configfile", "my.yaml", "more.yaml", code=ROOT)  # compiled already
     assert done.returncode == 0, done.stderr
     made = {name for name in hashes(folder / "results") if not name.endswith(".log")}
     experiments = ("open", "other")
