@@ -315,7 +315,7 @@ def test_scores_of_known_items():
     items = [
         cell,
         cell | {"deviation": -0.2, "status": "missed"},
-        cell | {"reproduced": "none", "status": "missed"},
+        cell | {"reproduced": "none", "status": "contradicted"},
         cell | {"status": "unreadable"},
         cell | {"table": 5, "column": "P_A", "status": "close"},
     ]
@@ -327,7 +327,7 @@ def test_scores_of_known_items():
         "highest_ratio": pytest.approx(1.25),
     }
     assert found["table_5"] == {"cells": 1, "exact": 0, "exact_or_close": 1}
-    assert found["missed_of_readable"] == 0.5
+    assert found["missed_of_readable"] == 0.25
 
 
 def test_mean_errors_are_judged_by_the_deviation_printed_beside_them():
