@@ -30,6 +30,7 @@ include: "workflow/rules/assess.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/evidence.smk"
 include: "workflow/rules/own.smk"
+include: "workflow/rules/ensemble.smk"
 
 
 rule paper:

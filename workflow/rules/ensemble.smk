@@ -1,0 +1,51 @@
+# The study with a hundred sets of seeds; not part of it: `snakemake -j2 ensemble`. What is done stays done.
+
+SEED_SETS = 100
+BLOCK = 10  # sets in one job, some two minutes
+BLOCKS = [f"{first:03}" for first in range(0, SEED_SETS, BLOCK)]
+
+
+def sets_of(wildcards):
+    """Numbers of the seed sets of a block."""
+    return list(range(int(wildcards.first), int(wildcards.first) + BLOCK))
+
+
+rule ensemble_block:
+    input:
+        rules.parameters.output,
+    output:
+        "results/ensemble/{first}.nc",
+    wildcard_constraints:
+        first=r"\d{3}",
+    log:
+        "results/logs/ensemble_{first}.log",
+    threads: workflow.cores
+    params:
+        sets=sets_of,
+        of=SEED_SETS,
+        code=code_behind("ensemble_block.py"),
+    message:
+        "Ensemble: sets of seeds from {wildcards.first} on"
+    script:
+        "../scripts/ensemble_block.py"
+
+
+rule ensemble_statistics:
+    input:
+        parameters=rules.parameters.output[0],
+        blocks=expand("results/ensemble/{first}.nc", first=BLOCKS),
+    output:
+        "results/ensemble.nc",
+    log:
+        "results/logs/ensemble_statistics.log",
+    params:
+        code=code_behind("ensemble_statistics.py"),
+    message:
+        "Ensemble: tables with their spread, models compared"
+    script:
+        "../scripts/ensemble_statistics.py"
+
+
+rule ensemble:
+    input:
+        rules.ensemble_statistics.output,

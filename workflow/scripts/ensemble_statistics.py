@@ -1,0 +1,26 @@
+"""Tables with their spread over sets of seeds, and which model beats which."""
+
+import xarray as xr
+
+from pneumo.assess.ensemble import analysed
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
+from pneumo.store import read, read_json, write
+
+
+def main(parameters: str, blocks: list[str], output: str, code: str) -> None:
+    study = from_json(read_json(parameters))
+    ensemble = xr.concat([read(block).load() for block in blocks], "seeds")
+    attributes = {
+        "title": "Ensemble of the study over sets of seeds",
+        "summary": "Tables 7 to 9 with mean, standard deviation and 95 per cent interval of the mean; models compared",
+        "seed_sets": ensemble.sizes["seeds"],
+        "config_sha256": study.config_sha256,
+        "code_sha256": code,
+    }
+    write(analysed(ensemble, study.levels), output, attributes)
+
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        main(job.input.parameters, list(job.input.blocks), job.output[0], job.params.code)
