@@ -15,10 +15,10 @@ rule ensemble_block:
         rules.parameters.output,
     output:
         "results/ensemble/{first}.nc",
-    wildcard_constraints:
-        first=r"\d{3}",
     log:
         "results/logs/ensemble_{first}.log",
+    wildcard_constraints:
+        first=r"\d{3}",
     threads: workflow.cores
     params:
         sets=sets_of,

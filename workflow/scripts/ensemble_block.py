@@ -21,7 +21,7 @@ def main(parameters: str, output: str, sets: list[int], of: int, threads: int, c
         dataset[f"seed_{cylinder}"] = ("seeds", values, {"long_name": f"seed of cylinder {cylinder}"})
     attributes = {
         "title": f"Ensemble, sets of seeds {sets[0]} to {sets[-1]}",
-        "summary": "Error of every cell of the grid, both transports; set 0 has the configuration's own seeds",
+        "summary": "Error of every cell of the grid, both transports; set 0 has the study's own",
         "lag_s": study.lag,
         "config_sha256": study.config_sha256,
         "code_sha256": code,

@@ -13,7 +13,7 @@ def main(parameters: str, blocks: list[str], output: str, code: str) -> None:
     ensemble = xr.concat([read(block).load() for block in blocks], "seeds")
     attributes = {
         "title": "Ensemble of the study over sets of seeds",
-        "summary": "Tables 7 to 9 with mean, standard deviation and 95 per cent interval of the mean; models compared",
+        "summary": "Tables 7 to 9 with their spread over sets of seeds; models compared",
         "seed_sets": ensemble.sizes["seeds"],
         "config_sha256": study.config_sha256,
         "code_sha256": code,
