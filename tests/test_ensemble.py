@@ -180,3 +180,5 @@ def test_everything_in_one_dataset():
     np.testing.assert_allclose(found["table_constant_n"].sel(spread="mean", level="low"), 1.2)
     assert set(found["ratio_value"].dims) == {"ratio", "averaged", "transport", "level"}
     assert set(found["experiment_ratio_low"].dims) == {"ratio", "transport", "experiment"}
+    assert found["table_mse"].attrs["units"] == "Pa2"
+    assert all({"units", "long_name"} <= set(variable.attrs) for variable in found.data_vars.values())

@@ -11,6 +11,7 @@ import xarray as xr
 from scipy import stats
 
 from pneumo.assess.statistics import OVERALL, concatenated, statistics
+from pneumo.physics.symbols import SYMBOLS
 
 CONFIDENCE = 0.95
 CRITERIA = {
@@ -19,7 +20,27 @@ CRITERIA = {
     "rank": "rank among the ten models, averaged over experiments",
 }
 RATIOS = {"M6/M5": ("M6", "M5"), "M8/M7": ("M8", "M7"), "M10/M8": ("M10", "M8"), "M6/M7": ("M6", "M7")}
+LONG_NAMES = {
+    "constant_n": "n of the lowest mean square error of the level",
+    "probability": "share of seed sets in which model has the lower score than other",
+    "p_value": "of the sign test, after Holm's correction over all pairs of models",
+    "resolved": "whether that is below 0.05",
+    "ratio_value": "ratio of mean square errors, geometric mean over seed sets",
+    "ratio_low": "lower end of its 95 per cent interval",
+    "ratio_high": "upper end of its 95 per cent interval",
+    "ratio_single_low": "lower end of where one more seed set falls in 95 per cent of cases",
+    "ratio_single_high": "upper end of where one more seed set falls in 95 per cent of cases",
+    "ratio_resolvable": "smallest ratio above 1 that one seed set tells from 1",
+}
 SPREAD = ("mean", "std", "low", "high")  # of a number over seed sets; low and high: interval of its mean
+
+
+def _log(values: xr.DataArray) -> xr.DataArray:
+    return xr.apply_ufunc(np.log, values)
+
+
+def _exp(values: xr.DataArray) -> xr.DataArray:
+    return xr.apply_ufunc(np.exp, values)
 
 
 def spread(values: xr.DataArray) -> xr.DataArray:
@@ -65,7 +86,7 @@ def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.Dat
     for level, conductances in levels.items():
         part = mse.sel(experiment=np.isin(mse["k_0"], conductances))
         n = part.mean("experiment").fillna(np.inf).argmin("n")
-        geometric = np.exp(np.log(part).mean("experiment")).min("n")
+        geometric = _exp(_log(part).mean("experiment")).min("n")
         found[level] = _scores(part.isel(n=n), part.isel(n=n), geometric)
     return xr.concat(
         list(found.values()), xr.Variable("level", list(found)), coords="minimal", compat="override"
@@ -74,10 +95,14 @@ def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.Dat
 
 def _scores(mean: xr.DataArray, ranked: xr.DataArray, geometric: xr.DataArray | None = None) -> xr.DataArray:
     if geometric is None:
-        geometric = np.exp(np.log(mean).mean("experiment"))
-    core = {"input_core_dims": [["model"]], "output_core_dims": [["model"]]}
-    rank = xr.apply_ufunc(lambda errors: stats.rankdata(errors, axis=-1), ranked, **core)
-    parts = [mean.mean("experiment"), geometric, rank.mean("experiment")]
+        geometric = _exp(_log(mean).mean("experiment"))
+    rank: xr.DataArray = xr.apply_ufunc(
+        lambda errors: stats.rankdata(errors, axis=-1),
+        ranked,
+        input_core_dims=[["model"]],
+        output_core_dims=[["model"]],
+    )
+    parts: list[xr.DataArray] = [mean.mean("experiment"), geometric, rank.mean("experiment")]
     return xr.concat(
         [part.drop_vars("n", errors="ignore") for part in parts], xr.Variable("criterion", list(CRITERIA))
     )
@@ -142,22 +167,22 @@ def ratios(score: xr.DataArray) -> xr.Dataset:
         `resolvable`, the smallest ratio above 1 that one seed set can tell from 1.
     """
     logs = xr.concat(
-        [np.log(score.sel(model=a, drop=True) / score.sel(model=b, drop=True)) for a, b in RATIOS.values()],
+        [_log(score.sel(model=a, drop=True) / score.sel(model=b, drop=True)) for a, b in RATIOS.values()],
         xr.Variable("ratio", list(RATIOS)),
     )
-    of_mean = np.exp(spread(logs).sel(spread=["mean", "low", "high"]))
+    of_mean = _exp(spread(logs).sel(spread=["mean", "low", "high"]))
     count = logs.sizes["seeds"]
-    alone = stats.t.ppf((1 + CONFIDENCE) / 2, count - 1) * logs.std("seeds", ddof=1)
-    reach = alone * np.sqrt(1 + 1 / count)  # of one more seed set
+    alone = logs.std("seeds", ddof=1) * stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)
+    reach = alone * (1 + 1 / count) ** 0.5  # of one more seed set
     mean = logs.mean("seeds")
     return xr.Dataset(
         {
             "value": of_mean.sel(spread="mean", drop=True),
             "low": of_mean.sel(spread="low", drop=True),
             "high": of_mean.sel(spread="high", drop=True),
-            "single_low": np.exp(mean - reach),
-            "single_high": np.exp(mean + reach),
-            "resolvable": np.exp(alone),
+            "single_low": _exp(mean - reach),
+            "single_high": _exp(mean + reach),
+            "resolvable": _exp(alone),
         }
     )
 
@@ -195,5 +220,14 @@ def analysed(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> x
         of_levels.rename({name: f"ratio_{name}" for name in of_levels.data_vars}).rename(criterion="averaged")
     )
     own = ratios(mse.min("n"))
-    result = result.merge(own.rename({name: f"experiment_ratio_{name}" for name in own.data_vars}))
+    result = result.merge(
+        own.rename({name: f"experiment_ratio_{name}" for name in own.data_vars}), compat="no_conflicts"
+    )
+    for name, variable in result.data_vars.items():
+        quantity = str(name).removeprefix("table_")
+        known = SYMBOLS.get(quantity)
+        variable.attrs = {
+            "units": known.unit if known else "1",
+            "long_name": known.long_name if known else LONG_NAMES[quantity.removeprefix("experiment_")],
+        }
     return result.drop_vars(["n"], errors="ignore")

@@ -32,7 +32,7 @@ def _errors(study: Study, experiment: Experiment) -> xr.Dataset:
     recording = record(experiment)
     status, step = failure(recording.states)
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
-    parts = []
+    parts: list[xr.Dataset] = []
     for transport in TRANSPORTS:
         if status != RAN:
             cells = no_replay(recording, lanes, step, experiment.steps)
