@@ -1,0 +1,118 @@
+"""Confidence intervals of fitted parameters where residuals are correlated.
+
+Noise in pressures is white, but noise in the position reaches the residual through the replay, which remembers,
+and so does what the model lacks. Least squares stays unbiased; its usual covariance would be far too small. The
+covariance here takes the residual's own auto- and cross-correlation of both chambers into account, and the profile of
+the sum of squares is measured with it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import fftconvolve
+from scipy.stats import chi2
+
+from pneumo.apply.fitting import Fit, Problem, with_one_fixed
+
+LEVEL = 0.95
+CLOSE = 0.05  # relative distance at which the end of an interval is found
+MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
+
+
+class Interval(NamedTuple):
+    """A parameter's confidence interval on the scale of the search; an open end is infinite."""
+
+    low: float
+    high: float
+
+
+def correlations(residual: np.ndarray) -> np.ndarray:
+    """Auto- and cross-covariance of both chambers' residuals, tapered (Parzen).
+
+    Parameters
+    ----------
+    residual : numpy.ndarray
+        Shape (chamber, samples).
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (chamber, chamber, 2 L + 1), for lags -L to L: mean of first(t) second(t + lag).
+    """
+    samples = residual.shape[1]
+    L = max(1, int(MEMORY * samples))
+    lag = np.abs(np.arange(-L, L + 1)) / (L + 1)
+    taper = np.where(lag <= 0.5, 1 - 6 * lag**2 + 6 * lag**3, 2 * (1 - lag) ** 3)
+    e = residual - residual.mean(axis=1, keepdims=True)
+    full = [[fftconvolve(b, a[::-1]) for b in e] for a in e]
+    return np.array(full)[:, :, samples - 1 - L : samples + L] / samples * taper
+
+
+def covariance(fit: Fit) -> np.ndarray:
+    """Covariance of the parameters: (J'J)^-1 J' Gamma J (J'J)^-1, Gamma that of the residual.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (parameter, parameter), on the scale of the search.
+    """
+    J = fit.jacobian
+    gamma = correlations(fit.residual)
+    count = J.shape[2]
+    middle = np.zeros((count, count))
+    for a in range(2):
+        for b in range(2):
+            spread = fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
+            middle += J[a].T @ spread
+    inverse = np.linalg.pinv(information(fit))
+    return inverse @ middle @ inverse
+
+
+def information(fit: Fit) -> np.ndarray:
+    """J'J, shape (parameter, parameter)."""
+    J = fit.jacobian.reshape(-1, len(fit.theta))
+    return J.T @ J
+
+
+def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int = 3) -> Interval:
+    """Interval of one parameter from the profile of the sum of squares.
+
+    A value is inside as long as the lowest sum of squares with it exceeds the least one by no more than the
+    quantile of chi-squared times the variance, which is scaled to that of `covariance` and not to that of
+    white residuals.
+
+    Parameters
+    ----------
+    problem : Problem
+    fit : Fit
+    index : int
+        Of the parameter.
+    variance : float
+        Its variance from `covariance`.
+    rounds : int
+        Profile points at either side.
+    """
+    threshold = chi2.ppf(LEVEL, 1)
+    scale = variance / np.linalg.pinv(information(fit))[index, index]
+    low, high = (bound[index] for bound in problem.bounds())
+    best = fit.theta[index]
+    others = np.delete(fit.theta, index)
+    ends = []
+    for sign, bound in ((-1.0, low), (1.0, high)):
+        reach = abs(bound - best)
+        at, end, before, like = np.sqrt(threshold * variance), np.inf, 0.0, None
+        for _ in range(rounds):
+            tried = min(at, reach)
+            if like is not None:
+                like = others + (like - others) * tried / before
+            found = with_one_fixed(problem, fit, index, best + sign * tried, like)
+            deviance, like, before = (found.squares - fit.squares) / scale, found.theta, tried
+            if tried == reach and deviance < threshold:
+                end = np.inf
+                break
+            # The deviance is near a parabola: the next point is where that crosses the threshold.
+            at = end = tried * float(np.clip(np.sqrt(threshold / max(deviance, 1e-9)), 0.25, 4.0))
+            if abs(end / tried - 1) < CLOSE:
+                break
+        ends.append(best + sign * end if end < reach else sign * np.inf)
+    return Interval(*ends)
