@@ -1,6 +1,7 @@
 """Models fitted to a measurement: estimates, intervals, and how well each predicts the part held out."""
 
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,8 @@ from pneumo.apply.measurement import Measurement
 from pneumo.apply.signals import Signals, signals
 from pneumo.physics.experiment import Plant
 from pneumo.physics.models import MODELS, Model
+from pneumo.provenance import code_hash
+from pneumo.store import write
 
 PART = 0.6  # of the record that is fitted
 SHOWN = tuple(name for name in PARAMETERS if not name.startswith("start"))
@@ -212,3 +215,14 @@ def dataset(measurement: Measurement, found: dict[str, Estimate], split: int) ->
         },
     )
     return result.assign_attrs(held_out_from=float(measurement.t[split]), notes="\n".join(measurement.notes))
+
+
+def save_fit(found: xr.Dataset, config_sha256: str, path: Path) -> None:
+    """Write what `fit_measurement` found."""
+    about = {
+        "title": "Reduced models fitted to a measurement",
+        "summary": "Parameters with 95 per cent intervals, errors on the parts fitted and held out, pressures",
+        "config_sha256": config_sha256,
+        "code_sha256": code_hash(__name__),
+    }
+    write(found, path, found.attrs | about)
