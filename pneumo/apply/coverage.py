@@ -52,7 +52,6 @@ def same_model(seed: int) -> xr.Dataset:
             "estimate": row(found.values),
             "low": row(found.low),
             "high": row(found.high),
-            "correction": row(found.correction),
             "fitted_model": name,
             "held_out": float(np.sqrt(np.mean(found.held_out**2))),
             "seconds": seconds,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from pneumo.apply.disturbance import bias, disturbed
+from pneumo.apply.disturbance import disturbed
 from pneumo.apply.fitting import PARAMETERS, Fit, Problem, fit, replayed, values
 from pneumo.apply.intervals import covariance, profile
 from pneumo.apply.measurement import Measurement
@@ -30,24 +30,19 @@ class Estimate(NamedTuple):
         Parameters in SI units, corrected for what noise in the position does; fixed ones too.
     low, high : dict of str to float
         Ends of their 95 per cent intervals; NaN where an end is open or none was asked for.
-    correction : dict of str to float
-        Of a parameter, in standard errors.
     rms, held_out : numpy.ndarray
         Root of the mean square of measured minus replayed pressure, Pa, of the part fitted and of that held
         out, chambers A and B.
     pressure : numpy.ndarray
         Replayed, Pa, shape (chamber, samples): first the part fitted, then that held out, each from its own start.
-    evaluations : int
     """
 
     values: dict[str, float]
     low: dict[str, float]
     high: dict[str, float]
-    correction: dict[str, float]
     rms: np.ndarray
     held_out: np.ndarray
     pressure: np.ndarray
-    evaluations: int
 
 
 def estimate(
@@ -78,33 +73,26 @@ def estimate(
         Fraction of the record that is fitted.
     """
     split = split_of(record, part)
-    problem = Problem(model, plant, record.part(0, split), fixed or {})
+    problem = Problem(model, plant, record.part(0, split), fixed or {}, others)
     best = fit(problem)
-    spread = covariance(best)
-    moved = bias(problem, best, spread, others)
-    low_bound, high_bound = problem.bounds()
-    error = np.sqrt(np.maximum(np.diag(spread), 0.0))
-    theta = np.clip(best.theta - moved, low_bound, high_bound)
+    spread, theta = covariance(best), best.theta
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
         if name in intervals:
-            ends = np.array(profile(problem, best, i, spread[i, i])) - moved[i]
-            open_ = (ends <= low_bound[i]) | (ends >= high_bound[i])
             low[name], high[name] = (
-                np.nan if gone else PARAMETERS[name].outer(end) for end, gone in zip(ends, open_, strict=True)
+                PARAMETERS[name].outer(end) if np.isfinite(end) else np.nan
+                for end in profile(problem, best, i, spread[i, i])
             )
-    fitted = replayed(problem, theta[None])[0]
-    predicted, left = held_out(problem._replace(signals=record.part(split, record.P.shape[1] - 1)), theta)
+    fitted = replayed(problem, theta[None], problem.signals.inputs)[0]
+    predicted, left = held_out(problem._replace(signals=record.part(split, record.P.shape[1] - 1), others=()), theta)
     return Estimate(
         values(problem, theta),
         low,
         high,
-        {name: float(m / e) for name, m, e in zip(problem.names, moved, error, strict=True) if e > 0},
         np.sqrt(np.mean((problem.signals.P - fitted) ** 2, axis=1)),
         left,
         np.concatenate([fitted[:, :-1], predicted], axis=1),
-        best.evaluations,
     )
 
 
@@ -127,7 +115,7 @@ def held_out(rest: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     known = {k: v for k, v in values(rest, theta).items() if not k.startswith("start")}
     begin = rest._replace(fixed=rest.fixed | known)
-    pressure = replayed(begin, fit(begin).theta[None])[0]
+    pressure = replayed(begin, fit(begin).theta[None], rest.signals.inputs)[0]
     return pressure, np.sqrt(np.mean((rest.signals.P - pressure) ** 2, axis=1))
 
 
@@ -190,7 +178,6 @@ def dataset(measurement: Measurement, found: dict[str, Estimate], split: int) ->
         "estimate": ("estimate, in parameter_unit", table("values")),
         "low": ("lower end of the 95 per cent interval, in parameter_unit; NaN where open", table("low")),
         "high": ("upper end of the 95 per cent interval, in parameter_unit; NaN where open", table("high")),
-        "correction": ("taken from the estimate for noise in the position, in standard errors", table("correction")),
     }
     by_chamber = {
         "rms_fitted": ("root mean square error on the part fitted", [e.rms for e in found.values()]),

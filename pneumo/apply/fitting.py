@@ -58,7 +58,7 @@ PARAMETERS = {
     "start_A": Parameter("Pa", 0.1, 3.0, relative=True),  # of P_0
     "start_B": Parameter("Pa", 0.1, 3.0, relative=True),
 }
-TOLERANCE, PROFILE_TOLERANCE = 1e-7, 3e-5  # the ends of an interval stand some 3 / samples above the least
+SETTLED, MOST_STEPS = 0.03, 15  # change of the sum of squares, over a residual's variance, that counts as none
 FLAT = 1e-2  # singular values below this times the largest: directions in which nothing is foreseen
 STEP = 1e-4  # of differences, on the scale of the search
 
@@ -74,12 +74,15 @@ class Problem(NamedTuple):
     signals : Signals
     fixed : dict of str to float
         Parameters that are not fitted, in SI units.
+    others : sequence of numpy.ndarray
+        Disturbed inputs, of `pneumo.apply.disturbance`; empty for plain least squares.
     """
 
     model: Model
     plant: Plant
     signals: Signals
     fixed: dict[str, float]
+    others: Sequence[np.ndarray] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -118,7 +121,7 @@ class Problem(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """A least-squares fit.
+    """A model at one set of parameters, beside a measurement.
 
     Attributes
     ----------
@@ -128,22 +131,21 @@ class Fit(NamedTuple):
         Measured minus replayed pressure in units of P_s, shape (chamber, samples).
     jacobian : numpy.ndarray
         Derivative of the replayed pressure in the same units, shape (chamber, samples, parameter).
-    evaluations : int
-        Number of replays, each of the model and of what its derivatives take.
+    squares : float
+        Sum of squared residuals, corrected.
+    slope, curvature : numpy.ndarray
+        Minus half its gradient, and half its second derivative (Gauss and Newton's).
     """
 
     theta: np.ndarray
     residual: np.ndarray
     jacobian: np.ndarray
-    evaluations: int
-
-    @property
-    def squares(self) -> float:
-        """Sum of squared residuals."""
-        return float(np.sum(self.residual**2))
+    squares: float
+    slope: np.ndarray
+    curvature: np.ndarray
 
 
-def replayed(problem: Problem, thetas: np.ndarray) -> np.ndarray:
+def replayed(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.ndarray:
     """Replay a model with several sets of parameters.
 
     Lanes of one replay share their plant. But the flow is proportional to k_xu, and the wall's heat to k_0, so
@@ -154,6 +156,8 @@ def replayed(problem: Problem, thetas: np.ndarray) -> np.ndarray:
     problem : Problem
     thetas : numpy.ndarray
         Shape (set, parameter), on the scale of the search.
+    inputs : numpy.ndarray
+        Those of the problem's signals, or disturbed ones.
 
     Returns
     -------
@@ -178,13 +182,13 @@ def replayed(problem: Problem, thetas: np.ndarray) -> np.ndarray:
         start[i] = value["start_A"], value["start_B"]
         V_d[i] = value["V_d_A"], value["V_d_B"]
     coefficients, stride = lane_array(lanes), signals.stride
-    result = np.empty((len(thetas), 2, len(signals.inputs) // stride + 1))
+    result = np.empty((len(thetas), 2, len(inputs) // stride + 1))
     pairs, which = np.unique(V_d, axis=0, return_inverse=True)
     for i, pair in enumerate(pairs):
         rows = np.flatnonzero(which.ravel() == i)
         for sides, own, moved in _plants(plant, pair, problem.model):
-            inputs = signals.inputs + (0.0, moved, 0.0) if moved else signals.inputs
-            found = driven(inputs, coefficients[rows], own, signals.h, stride, start[rows])
+            shifted = inputs + (0.0, moved, 0.0) if moved else inputs
+            found = driven(shifted, coefficients[rows], own, signals.h, stride, start[rows])
             result[np.ix_(rows, sides)] = found[:, sides]
     return result
 
@@ -201,8 +205,16 @@ def _plants(plant: Plant, V_d: np.ndarray, model: Model) -> list[tuple[list[int]
     return [([side], plant._replace(cylinder=c._replace(V_d=V_d[side])), 0.0) for side in (0, 1)]
 
 
-def evaluated(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Residual and Jacobian as `Fit` has them; differences are one-sided, away from the nearer bound."""
+def slopes(problem: Problem, theta: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Replay on some inputs, and the derivative of that.
+
+    Returns
+    -------
+    pressure : numpy.ndarray
+        In units of P_s, shape (chamber, samples); NaN where the replay left the positive numbers.
+    jacobian : numpy.ndarray
+        Shape (chamber, samples, parameter); differences are one-sided, away from the nearer bound.
+    """
     low, high = problem.bounds()
     steps = np.where(theta - low > high - theta, -STEP, STEP)
     # What concerns one chamber only is varied together with the same of the other.
@@ -212,20 +224,44 @@ def evaluated(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarr
     thetas = np.tile(theta, (len(groups) + 1, 1))
     for row, members in zip(thetas[1:], groups.values(), strict=True):
         row[members] += steps[members]
-    found = replayed(problem, thetas)
-    P_s = problem.plant.conditions.P_s
-    residual = (problem.signals.P - found[0]) / P_s
-    jacobian = np.zeros((*residual.shape, len(theta)))
+    found = replayed(problem, thetas, inputs) / problem.plant.conditions.P_s
+    jacobian = np.zeros((*found[0].shape, len(theta)))
     for change, members in zip(found[1:] - found[0], groups.values(), strict=True):
         for i in members:
             side = {"A": slice(0, 1), "B": slice(1, 2)}.get(problem.names[i][-1], slice(0, 2))
-            jacobian[side, :, i] = change[side] / P_s / steps[i]
-    lost = ~np.isfinite(residual)
-    return np.where(lost, OFF, residual), np.where(np.isfinite(jacobian), jacobian, 0.0)
+            jacobian[side, :, i] = change[side] / steps[i]
+    return found[0], np.where(np.isfinite(jacobian), jacobian, 0.0)
 
 
-def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = TOLERANCE, most: int = 40) -> Fit:
-    """Fit a model to a measurement by least squares.
+def evaluated(problem: Problem, theta: np.ndarray) -> Fit:
+    """Corrected sum of squares at a set of parameters, with slope and curvature.
+
+    Noise in the position does not average out: it adds to the pressure's mean and to its mean square, and more
+    at some parameters than at others. Both are found with positions that are disturbed once more, and taken off:
+    with P the replay and P_b the disturbed ones,
+
+        sum (measured - P + (mean P_b - P))^2  -  mean over b of  sum (P_b - mean P_b)^2.
+    """
+    P, J = slopes(problem, theta, problem.signals.inputs)
+    excess, pull, bend = 0.0, np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
+    if problem.others:
+        replays = [slopes(problem, theta, inputs) for inputs in problem.others]
+        mean_P, mean_J = (np.mean([replay[i] for replay in replays], axis=0) for i in (0, 1))
+        for P_b, J_b in replays:
+            d, J_d = (P_b - mean_P).ravel(), (J_b - mean_J).reshape(-1, len(theta))
+            excess += float(d @ d) / len(replays)
+            pull += J_d.T @ d / len(replays)
+            bend += J_d.T @ J_d / len(replays)
+        P, J = 2 * P - mean_P, 2 * J - mean_J
+    residual = problem.signals.P / problem.plant.conditions.P_s - P
+    residual = np.where(np.isfinite(residual), residual, OFF)
+    flat = J.reshape(-1, len(theta))
+    squares = float(np.sum(residual**2)) - (excess if np.isfinite(excess) else 0.0)
+    return Fit(theta, residual, J, squares, flat.T @ residual.ravel() + pull, flat.T @ flat - bend)
+
+
+def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = 1e-5, most: int = 40) -> Fit:
+    """Fit a model to a measurement by least squares: first as it is, then corrected for noise in the position.
 
     Parameters
     ----------
@@ -233,21 +269,23 @@ def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = TO
     guess : numpy.ndarray, optional
         Where to begin, on the scale of the search.
     tolerance : float
-        Relative change of the sum of squares, or of the parameters, that counts as none.
+        Relative change of the sum of squares, or of the parameters, that counts as none at first.
+    most : int
+        Evaluations at first.
     """
-    seen: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+    plain, seen = problem._replace(others=()), {}
 
-    def at(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def at(theta: np.ndarray) -> Fit:
         key = theta.tobytes()
         if key not in seen:
-            seen[key] = evaluated(problem, theta)
+            seen[key] = evaluated(plain, theta)
         return seen[key]
 
     count = len(problem.names)
     found = least_squares(
-        lambda theta: at(theta)[0].ravel(),
+        lambda theta: at(theta).residual.ravel(),
         problem.guess() if guess is None else guess,
-        jac=lambda theta: -at(theta)[1].reshape(-1, count),  # type: ignore[arg-type]
+        jac=lambda theta: -at(theta).jacobian.reshape(-1, count),  # type: ignore[arg-type]
         bounds=problem.bounds(),
         x_scale="jac",
         ftol=tolerance,
@@ -255,10 +293,48 @@ def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = TO
         gtol=None,  # type: ignore[arg-type]
         max_nfev=most,
     )
-    return Fit(found.x, *at(found.x), len(seen))
+    return descended(problem, found.x) if problem.others else at(found.x)
 
 
-def with_one_fixed(problem: Problem, best: Fit, index: int, value: float, like: np.ndarray | None) -> Fit:
+def descended(problem: Problem, theta: np.ndarray, held: int | None = None) -> Fit:
+    """Go down the corrected sum of squares from where it is nearly lowest (Levenberg and Marquardt).
+
+    Parameters
+    ----------
+    problem : Problem
+    theta : numpy.ndarray
+    held : int, optional
+        Parameter that stays.
+    """
+    low, high = problem.bounds()
+    here, damping = evaluated(problem, np.clip(theta, low, high)), 1e-3
+    enough = SETTLED * here.squares / here.residual.size
+    for _ in range(MOST_STEPS):
+        slope = here.slope
+        free = ((here.theta > low) | (slope > 0)) & ((here.theta < high) | (slope < 0))
+        if held is not None:
+            free[held] = False
+        J = here.jacobian.reshape(-1, len(slope))[:, free]
+        scale = np.sqrt(np.maximum(np.sum(J**2, axis=0), np.finfo(float).tiny))
+        size, axes = np.linalg.eigh(here.curvature[np.ix_(free, free)] / np.outer(scale, scale))
+        # Where the correction leaves no curvature at all, the step is as short as damping makes it.
+        move = axes @ ((axes.T @ (slope[free] / scale)) / (np.maximum(size, 0.0) + damping)) / scale
+        foreseen = float(slope[free] @ move)
+        if foreseen < enough:
+            break
+        tried = here.theta.copy()
+        tried[free] += move
+        there = evaluated(problem, np.clip(tried, low, high))
+        if there.squares < here.squares:
+            gained, here, damping = here.squares - there.squares, there, damping / 10
+            if gained < enough:
+                break
+        else:
+            damping *= 10
+    return here
+
+
+def with_one_held(problem: Problem, best: Fit, index: int, value: float, like: np.ndarray | None) -> Fit:
     """Fit the other parameters with one held at a value on the scale of the search.
 
     Parameters
@@ -270,18 +346,20 @@ def with_one_fixed(problem: Problem, best: Fit, index: int, value: float, like: 
         Of the parameter.
     value : float
     like : numpy.ndarray or None
-        Where to begin, shape (parameter - 1,); None for where the linearised problem has its minimum.
+        Where to begin; None for where the linearised problem has its minimum.
     """
-    name = problem.names[index]
-    held = problem._replace(fixed=problem.fixed | {name: PARAMETERS[name].outer(value)})
     others = np.arange(len(best.theta)) != index
     if like is None:
-        J = best.jacobian.reshape(-1, len(best.theta))
-        missing = best.residual.ravel() - J[:, index] * (value - best.theta[index])
-        norms = np.linalg.norm(J[:, others], axis=0)
-        like = best.theta[others] + np.linalg.lstsq(J[:, others] / norms, missing, rcond=FLAT)[0] / norms
-    low, high = held.bounds()
-    return fit(held, np.clip(like, low + STEP, high - STEP), PROFILE_TOLERANCE, 12)
+        H, move = best.curvature, value - best.theta[index]
+        scale = np.sqrt(np.diag(best.jacobian.reshape(-1, len(H)).T @ best.jacobian.reshape(-1, len(H))))[others]
+        inner = H[np.ix_(others, others)] / np.outer(scale, scale)
+        size, axes = np.linalg.eigh(inner)
+        told = np.where(size > FLAT * size.max(), size, np.inf)
+        like = best.theta.copy()
+        like[others] -= axes @ ((axes.T @ (H[others, index] * move / scale)) / told) / scale
+    start = like.copy()
+    start[index] = value
+    return descended(problem, start, held=index)
 
 
 def values(problem: Problem, theta: Sequence[float] | np.ndarray) -> dict[str, float]:

@@ -12,9 +12,10 @@ import numpy as np
 from scipy.signal import fftconvolve
 from scipy.stats import chi2
 
-from pneumo.apply.fitting import Fit, Problem, with_one_fixed
+from pneumo.apply.fitting import Fit, Problem, with_one_held
 
 LEVEL = 0.95
+SMALLEST = 1e-6  # curvature, over the largest, below which a direction is as good as flat
 CLOSE = 0.05  # relative distance at which the end of an interval is found
 MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
 
@@ -49,7 +50,7 @@ def correlations(residual: np.ndarray) -> np.ndarray:
 
 
 def covariance(fit: Fit) -> np.ndarray:
-    """Covariance of the parameters: (J'J)^-1 J' Gamma J (J'J)^-1, Gamma that of the residual.
+    """Covariance of the parameters: H^-1 J' Gamma J H^-1, Gamma that of the residual.
 
     Returns
     -------
@@ -64,14 +65,16 @@ def covariance(fit: Fit) -> np.ndarray:
         for b in range(2):
             spread = fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
             middle += J[a].T @ spread
-    inverse = np.linalg.pinv(information(fit))
+    inverse = bread(fit)
     return inverse @ middle @ inverse
 
 
-def information(fit: Fit) -> np.ndarray:
-    """J'J, shape (parameter, parameter)."""
+def bread(fit: Fit) -> np.ndarray:
+    """Inverse of the curvature, shape (parameter, parameter); finite where that is not positive definite."""
     J = fit.jacobian.reshape(-1, len(fit.theta))
-    return J.T @ J
+    scale = np.sqrt(np.maximum(np.sum(J**2, axis=0), np.finfo(float).tiny))
+    size, axes = np.linalg.eigh(fit.curvature / np.outer(scale, scale))
+    return (axes / np.maximum(size, SMALLEST * size.max())) @ axes.T / np.outer(scale, scale)
 
 
 def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int = 3) -> Interval:
@@ -93,10 +96,9 @@ def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int
         Profile points at either side.
     """
     threshold = chi2.ppf(LEVEL, 1)
-    scale = variance / np.linalg.pinv(information(fit))[index, index]
+    scale = variance / bread(fit)[index, index]
     low, high = (bound[index] for bound in problem.bounds())
     best = fit.theta[index]
-    others = np.delete(fit.theta, index)
     ends = []
     for sign, bound in ((-1.0, low), (1.0, high)):
         reach = abs(bound - best)
@@ -104,8 +106,8 @@ def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int
         for _ in range(rounds):
             tried = min(at, reach)
             if like is not None:
-                like = others + (like - others) * tried / before
-            found = with_one_fixed(problem, fit, index, best + sign * tried, like)
+                like = fit.theta + (like - fit.theta) * tried / before
+            found = with_one_held(problem, fit, index, best + sign * tried, like)
             deviance, like, before = (found.squares - fit.squares) / scale, found.theta, tried
             if tried == reach and deviance < threshold:
                 end = np.inf
