@@ -58,7 +58,7 @@ PARAMETERS = {
     "start_A": Parameter("Pa", 0.1, 3.0, relative=True),  # of P_0
     "start_B": Parameter("Pa", 0.1, 3.0, relative=True),
 }
-SETTLED, MOST_STEPS = 0.03, 15  # change of the sum of squares, over a residual's variance, that counts as none
+SETTLED, MOST_STEPS = 0.03, 8  # change of the sum of squares, over a residual's variance, that counts as none
 FLAT = 1e-2  # singular values below this times the largest: directions in which nothing is foreseen
 STEP = 1e-4  # of differences, on the scale of the search
 
