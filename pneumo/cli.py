@@ -265,15 +265,15 @@ def fit(
     config: Annotated[list[Path] | None, typer.Option(help="configuration [config/paper.yaml]")] = None,
     columns: Annotated[Path | None, typer.Option(help="YAML: `P_A: {column: name, unit: kPa}` ...")] = None,
     model: Annotated[list[str] | None, typer.Option(help="M1 to M10, may be repeated [all]")] = None,
-    x_from: Annotated[Origin, typer.Option(help="zero of x: mid-stroke, or the end where A is smallest")] = Origin.mid,
+    x_from: Annotated[Origin, typer.Option(help="zero of x: mid-stroke or A's end")] = Origin.mid,
     command: Annotated[Command, typer.Option(help="the command between samples")] = Command.held,
-    part: Annotated[float, typer.Option(min=0.2, max=0.9, help="fraction fitted; the rest is held out")] = 0.6,
+    part: Annotated[float, typer.Option(min=0.2, max=0.9, help="fraction that is fitted")] = 0.6,
     trust: Annotated[bool, typer.Option("--trust", help="skip the check for swapped columns")] = False,
     closed: Annotated[
         Side | None, typer.Option(help="instead: k_0 from the transient of this closed chamber")
     ] = None,
-    closed_from: Annotated[float, typer.Option(min=0.0, help="when it is closed and the piston held, s")] = 0.0,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for fit.html and fit.nc")] = None,
+    closed_from: Annotated[float, typer.Option(min=0.0, help="when that is closed, s")] = 0.0,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for fit.html, fit.nc")] = None,
 ):
     """Fit models to a measurement: k_0, n, valve coefficient, dead volumes; ranked on a part held out."""
     from rich.console import Console
@@ -301,7 +301,9 @@ def fit(
     held = command is Command.held
     if not trust:
         suspect(measured, plant, held=held)
-    found = fit_measurement(measured, plant, names, held=held, part=part, say=lambda text: typer.echo(text, err=True))
+    found = fit_measurement(
+        measured, plant, names, held=held, part=part, say=lambda text: typer.echo(text, err=True)
+    )
     Console().print(fit_table(found))
     if output is not None:
         save_fit(found, settings.config_sha256, output / "fit.nc")

@@ -1,11 +1,11 @@
 """How far `pneumo fit` can be trusted: random cylinders with known truth, measured and fitted.
 
-Truth from the same reduced model tells whether 95 per cent intervals hold the truth; full-order truth, which has no
-n, tells the bias of k_0 and which models predict best.
+Truth from the same reduced model tells whether 95 per cent intervals hold the truth; full-order truth, which
+has no n, tells the bias of k_0 and which models predict best.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 import xarray as xr
@@ -110,7 +110,7 @@ def labels(known: Case) -> dict[str, float]:
     }
 
 
-def coverage(cases: int, each: Callable[..., Callable], say: Callable[[str], None]) -> xr.Dataset:  # type: ignore[type-arg]
+def coverage(cases: int, each: Callable[..., Iterable[xr.Dataset]], say: Callable[[str], None]) -> xr.Dataset:
     """Fit all cases.
 
     Parameters
@@ -133,4 +133,5 @@ def coverage(cases: int, each: Callable[..., Callable], say: Callable[[str], Non
         say(f"case {seed}: done")
         return part
 
-    return xr.concat(list(each(one, range(cases))), xr.Variable("case", np.arange(cases)))
+    parts: list[xr.Dataset] = list(each(one, range(cases)))
+    return xr.concat(parts, xr.Variable("case", np.arange(cases)))

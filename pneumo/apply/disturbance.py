@@ -1,7 +1,7 @@
 """A smoothed position, disturbed once more as the sensor and the smoothing disturbed it.
 
-What that does to the fitted model's pressures is what has been done to them already; `pneumo.apply.fitting` takes
-it off.
+What that does to the fitted model's pressures is what has been done to them already; `pneumo.apply.fitting`
+takes it off.
 """
 
 import numpy as np

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.apply.disturbance import disturbed
-from pneumo.apply.fitting import PARAMETERS, Fit, Problem, fit, replayed, values
+from pneumo.apply.fitting import PARAMETERS, Problem, fit, replayed, values
 from pneumo.apply.intervals import covariance, profile
 from pneumo.apply.measurement import Measurement
 from pneumo.apply.signals import Signals, signals
@@ -34,7 +34,7 @@ class Estimate(NamedTuple):
         Root of the mean square of measured minus replayed pressure, Pa, of the part fitted and of that held
         out, chambers A and B.
     pressure : numpy.ndarray
-        Replayed, Pa, shape (chamber, samples): first the part fitted, then that held out, each from its own start.
+        Replayed, Pa, shape (chamber, samples): the part fitted, then that held out, each from its own start.
     """
 
     values: dict[str, float]
@@ -85,7 +85,9 @@ def estimate(
                 for end in profile(problem, best, i, spread[i, i])
             )
     fitted = replayed(problem, theta[None], problem.signals.inputs)[0]
-    predicted, left = held_out(problem._replace(signals=record.part(split, record.P.shape[1] - 1), others=()), theta)
+    predicted, left = held_out(
+        problem._replace(signals=record.part(split, record.P.shape[1] - 1), others=()), theta
+    )
     return Estimate(
         values(problem, theta),
         low,
@@ -155,8 +157,8 @@ def fit_measurement(
     Returns
     -------
     xarray.Dataset
-        Estimates and intervals by (model, parameter), errors by (model, chamber), pressures by (chamber, t) and
-        (model, chamber, t), models ranked.
+        Estimates and intervals by (model, parameter), errors by (model, chamber), pressures by (chamber, t)
+        and (model, chamber, t), models ranked.
     """
     plant, record = prepared(measurement, plant, held=held)
     others = disturbed(record.part(0, split_of(record, part)))
@@ -187,7 +189,10 @@ def dataset(measurement: Measurement, found: dict[str, Estimate], split: int) ->
     result = xr.Dataset(
         {
             **{k: (("model", "parameter"), v, {"long_name": n}) for k, (n, v) in by_parameter.items()},
-            **{k: (("model", "chamber"), v, {"long_name": n, "units": "Pa"}) for k, (n, v) in by_chamber.items()},
+            **{
+                k: (("model", "chamber"), v, {"long_name": n, "units": "Pa"})
+                for k, (n, v) in by_chamber.items()
+            },
             "pressure": (("model", "chamber", "t"), pressure),
             "P": (("chamber", "t"), measurement.P, {"long_name": "measured absolute pressure"}),
             "u": ("t", measurement.u),
@@ -208,7 +213,7 @@ def save_fit(found: xr.Dataset, config_sha256: str, path: Path) -> None:
     """Write what `fit_measurement` found."""
     about = {
         "title": "Reduced models fitted to a measurement",
-        "summary": "Parameters with 95 per cent intervals, errors on the parts fitted and held out, pressures",
+        "summary": "Parameters with 95 per cent intervals, errors fitted and held out, pressures",
         "config_sha256": config_sha256,
         "code_sha256": code_hash(__name__),
     }

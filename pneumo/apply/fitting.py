@@ -148,8 +148,8 @@ class Fit(NamedTuple):
 def replayed(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.ndarray:
     """Replay a model with several sets of parameters.
 
-    Lanes of one replay share their plant. But the flow is proportional to k_xu, and the wall's heat to k_0, so
-    both can be written as coefficients of a lane; dead volumes cannot, and each takes a replay of its own.
+    Lanes of one replay share their plant. But the flow is proportional to k_xu, and the wall's heat to k_0,
+    so both can be written as coefficients of a lane; other dead volumes take another replay.
 
     Parameters
     ----------
@@ -167,9 +167,7 @@ def replayed(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.nda
     plant, signals = problem.plant._replace(k_0=1.0), problem.signals
     lanes, start, V_d = [], np.empty((len(thetas), 2)), np.empty((len(thetas), 2))
     for i, theta in enumerate(thetas):
-        value = problem.fixed | {
-            k: PARAMETERS[k].outer(x) for k, x in zip(problem.names, theta, strict=True)
-        }
+        value = problem.fixed | {k: PARAMETERS[k].outer(x) for k, x in zip(problem.names, theta, strict=True)}
         row = lane(problem.model, value.get("n", 1.0), plant.gas.gamma)
         flow = value["k_xu"] / plant.valve.k_xu
         lanes.append(
@@ -187,9 +185,9 @@ def replayed(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.nda
     for i, pair in enumerate(pairs):
         rows = np.flatnonzero(which.ravel() == i)
         for sides, own, moved in _plants(plant, pair, problem.model):
-            shifted = inputs + (0.0, moved, 0.0) if moved else inputs
+            shifted = inputs + np.array([0.0, moved, 0.0]) if moved else inputs
             found = driven(shifted, coefficients[rows], own, signals.h, stride, start[rows])
-            result[np.ix_(rows, sides)] = found[:, sides]
+            result[np.array(rows)[:, None], np.array(sides)] = found[:, sides]
     return result
 
 
@@ -236,9 +234,9 @@ def slopes(problem: Problem, theta: np.ndarray, inputs: np.ndarray) -> tuple[np.
 def evaluated(problem: Problem, theta: np.ndarray) -> Fit:
     """Corrected sum of squares at a set of parameters, with slope and curvature.
 
-    Noise in the position does not average out: it adds to the pressure's mean and to its mean square, and more
-    at some parameters than at others. Both are found with positions that are disturbed once more, and taken off:
-    with P the replay and P_b the disturbed ones,
+    Noise in the position does not average out: it adds to the pressure's mean and to its mean square, and
+    more at some parameters than at others. Both are found with positions that are disturbed once more, and
+    taken off: with P the replay and P_b the disturbed ones,
 
         sum (measured - P + (mean P_b - P))^2  -  mean over b of  sum (P_b - mean P_b)^2.
     """
@@ -261,7 +259,7 @@ def evaluated(problem: Problem, theta: np.ndarray) -> Fit:
 
 
 def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = 1e-5, most: int = 40) -> Fit:
-    """Fit a model to a measurement by least squares: first as it is, then corrected for noise in the position.
+    """Fit a model by least squares: first as it is, then corrected for noise in the position.
 
     Parameters
     ----------
@@ -351,7 +349,9 @@ def with_one_held(problem: Problem, best: Fit, index: int, value: float, like: n
     others = np.arange(len(best.theta)) != index
     if like is None:
         H, move = best.curvature, value - best.theta[index]
-        scale = np.sqrt(np.diag(best.jacobian.reshape(-1, len(H)).T @ best.jacobian.reshape(-1, len(H))))[others]
+        scale = np.sqrt(np.diag(best.jacobian.reshape(-1, len(H)).T @ best.jacobian.reshape(-1, len(H))))[
+            others
+        ]
         inner = H[np.ix_(others, others)] / np.outer(scale, scale)
         size, axes = np.linalg.eigh(inner)
         told = np.where(size > FLAT * size.max(), size, np.inf)

@@ -1,9 +1,9 @@
 """Confidence intervals of fitted parameters where residuals are correlated.
 
-Noise in pressures is white, but noise in the position reaches the residual through the replay, which remembers,
-and so does what the model lacks. Least squares stays unbiased; its usual covariance would be far too small. The
-covariance here takes the residual's own auto- and cross-correlation of both chambers into account, and the profile of
-the sum of squares is measured with it.
+Noise in pressures is white, but noise in the position reaches the residual through the replay, which
+remembers, and so does what the model lacks. The usual covariance of least squares would be far too small. The
+one here takes the residual's own auto- and cross-correlation of both chambers into account, and the profile
+of the sum of squares is measured with it.
 """
 
 from typing import NamedTuple

@@ -28,8 +28,13 @@ UNITS: dict[str, dict[str, float]] = {
 }
 ZERO_CELSIUS = 273.15
 REQUIRED = ("t", "u", "x", "P_A", "P_B")
-HEADER = re.compile(r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s)?(?:_g)?))\s*$")
-GAP, UNEVEN = 3.0, 1e-3  # periods between samples that are a gap; unevenness, in periods, that is worth saying
+HEADER = re.compile(
+    r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s)?(?:_g)?))\s*$"
+)
+GAP, UNEVEN = (
+    3.0,
+    1e-3,
+)  # periods between samples that are a gap; unevenness worth saying
 FEWEST = 100  # samples
 OF_SUPPLY = 1.3  # pressure over the supply's that a sensor may show
 TOO_LARGE = 3.0  # range over what is possible at which another unit is likelier
@@ -93,7 +98,7 @@ def read_mapping(path: Path) -> dict[str, Column]:
         If a key is no quantity, or column or unit is missing.
     """
     try:
-        return dict(MAPPING.validate_python(read_yaml(path)))
+        return {str(name): column for name, column in MAPPING.validate_python(read_yaml(path)).items()}
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in first["loc"] if part != "[key]")
@@ -129,14 +134,21 @@ def _table(path: Path) -> tuple[pd.DataFrame, dict[str, str], int]:
             first = file.readline()
         separator = max(",;\t", key=first.count)
         table = pd.read_csv(
-            path, sep=separator, dtype=str, encoding="utf-8-sig", keep_default_na=False, skip_blank_lines=False
+            path,
+            sep=separator,
+            dtype=str,
+            encoding="utf-8-sig",
+            keep_default_na=False,
+            skip_blank_lines=False,
         )
         return table, {}, 2
     except FileNotFoundError:
         raise ApplyError(f"{path}: no such file") from None
     except (OSError, ValueError, LookupError, RuntimeError) as error:
         text = printable(" ".join(str(error).split()), 200)
-        raise ApplyError(f"{path}: not a readable {'NetCDF' if path.suffix == '.nc' else 'CSV'} file ({text})") from None
+        raise ApplyError(
+            f"{path}: not a readable {'NetCDF' if path.suffix == '.nc' else 'CSV'} file ({text})"
+        ) from None
 
 
 def _place(line: int, index: int) -> str:
@@ -144,15 +156,16 @@ def _place(line: int, index: int) -> str:
     return f"line {index + line}" if line else f"sample {index}"
 
 
-def _numbers(path: Path, column: pd.Series, quantity: str, line: int) -> np.ndarray:
+def _numbers(path: Path, column: Any, quantity: str, line: int) -> np.ndarray:
     """A column as finite numbers."""
-    numbers = pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
+    numbers = np.asarray(pd.to_numeric(column, errors="coerce"), dtype=float)
     bad = np.flatnonzero(~np.isfinite(numbers))
     if len(bad):
         shown = printable(str(column.iloc[bad[0]]), 30) or "empty"
         more = f", and {len(bad) - 1} more" if len(bad) > 1 else ""
         raise ApplyError(
-            f"{path}: {_place(line, int(bad[0]))}, column {quantity}: {shown!r}: must be a finite number{more}"
+            f"{path}: {_place(line, int(bad[0]))}, column {quantity}: {shown!r}:"
+            f" must be a finite number{more}"
         )
     return numbers
 
@@ -193,8 +206,8 @@ def read_measurement(
         if quantity not in columns:
             there = ", ".join(printable(name, 30) for name in names[:12])
             raise ApplyError(
-                f"{path}: no column {quantity}; expected a header such as {quantity}_{next(iter(UNITS[quantity]))},"
-                f" or --columns; there are {there}"
+                f"{path}: no column {quantity}; expected a header such as"
+                f" {quantity}_{next(iter(UNITS[quantity]))}, or --columns; there are {there}"
             )
     values: dict[str, np.ndarray] = {}
     for quantity, (name, unit) in ((q, (c.column, c.unit)) for q, c in columns.items()):
@@ -204,8 +217,12 @@ def read_measurement(
         bare = unit.removesuffix(GAUGE).strip() if UNITS[quantity] is _PRESSURE else unit
         if bare not in UNITS[quantity]:
             what = f"unknown unit {printable(unit, 20)!r}" if unit else "no unit in the header"
-            raise ApplyError(f"{path}: column {printable(name, 30)}: {what}; it is one of {', '.join(allowed)}")
-        values[quantity] = _si(_numbers(path, table[name], quantity, line), quantity, unit, plant.conditions.P_atm)
+            raise ApplyError(
+                f"{path}: column {printable(name, 30)}: {what}; it is one of {', '.join(allowed)}"
+            )
+        values[quantity] = _si(
+            _numbers(path, table[name], quantity, line), quantity, unit, plant.conditions.P_atm
+        )
     if from_end:
         values["x"] = values["x"] - plant.cylinder.stroke / 2
     if len(values["t"]) < FEWEST:
@@ -227,7 +244,8 @@ def _time(path: Path, t: np.ndarray, line: int, notes: list[str]) -> float:
     if len(back):
         k = int(back[0])
         raise ApplyError(
-            f"{path}: {_place(line, k + 1)}, column t: {t[k + 1]:.9g} s follows {t[k]:.9g} s: time must increase"
+            f"{path}: {_place(line, k + 1)}, column t: {t[k + 1]:.9g} s follows {t[k]:.9g} s:"
+            " time must increase"
         )
     usual = float(np.median(steps))
     gaps = np.flatnonzero(steps > GAP * usual)
@@ -235,15 +253,16 @@ def _time(path: Path, t: np.ndarray, line: int, notes: list[str]) -> float:
         k = int(gaps[0])
         more = f"; {len(gaps) - 1} more gaps" if len(gaps) > 1 else ""
         raise ApplyError(
-            f"{path}: {_place(line, k + 1)}, column t: a gap of {steps[k]:.4g} s after t = {t[k]:.6g} s, where samples"
-            f" are {usual:.4g} s apart: cut the file there and fit one part{more}"
+            f"{path}: {_place(line, k + 1)}, column t: a gap of {steps[k]:.4g} s after"
+            f" t = {t[k]:.6g} s, where samples are {usual:.4g} s apart:"
+            f" cut the file there and fit one part{more}"
         )
     period = float(t[-1] - t[0]) / (len(t) - 1)
     uneven = float(np.max(np.abs(t - t[0] - period * np.arange(len(t))))) / period
     if uneven > UNEVEN:
         notes.append(
-            f"time is not uniform: samples stand up to {uneven:.2g} periods of {period:.4g} s beside a uniform grid;"
-            " signals are interpolated to it"
+            f"time is not uniform: samples stand up to {uneven:.2g} periods of {period:.4g} s beside"
+            " a uniform grid; signals are interpolated to it"
         )
     return period
 
@@ -288,7 +307,8 @@ def _plausible(
             raise ApplyError(f"{path}: column {name}: {values[name][0]:.4g} in every sample: nothing to fit")
     if "T" in values and not 200 < np.mean(values["T"]) < 400:
         raise ApplyError(
-            f"{path}: column T: {np.mean(values['T']):.4g} K on average: must lie between 200 and 400 K; degC?"
+            f"{path}: column T: {np.mean(values['T']):.4g} K on average: must lie between 200 and 400 K;"
+            " is it degC?"
         )
     if not c.P_atm < c.P_s:
         raise ApplyError(f"P_s = {c.P_s:g} Pa: must exceed P_atm")
@@ -306,19 +326,20 @@ def _pressure(path: Path, name: str, P: np.ndarray, plant: Plant, line: int, not
             if factor != 1 and wrong and fits:
                 as_if = f"{unit} for Pa" if factor > 1 else f"Pa for {unit}"
                 raise ApplyError(
-                    f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, where {c.P_atm:.4g} (atmosphere) to {c.P_s:.4g}"
-                    f" (supply) are possible: is it {as_if}?"
+                    f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, where {c.P_atm:.4g}"
+                    f" (atmosphere) to {c.P_s:.4g} (supply) are possible: is it {as_if}?"
                 )
-    below = np.flatnonzero(P <= 0.5 * c.P_atm)
+    below = np.flatnonzero(0.5 * c.P_atm >= P)
     if len(below):
         k = int(below[0])
         raise ApplyError(
-            f"{path}: {_place(line, k)}, column {name}: {P[k]:.4g} Pa is far below the atmosphere's {c.P_atm:.4g} Pa:"
-            " must be absolute; a gauge's unit is written bar(g)"
+            f"{path}: {_place(line, k)}, column {name}: {P[k]:.4g} Pa is far below the atmosphere's"
+            f" {c.P_atm:.4g} Pa: must be absolute; a gauge's unit is written bar(g)"
         )
     if top > OF_SUPPLY * c.P_s:
         raise ApplyError(
-            f"{path}: column {name}: up to {top:.4g} Pa, far above the supply's {c.P_s:.4g} Pa (P_s_Pa, absolute)"
+            f"{path}: column {name}: up to {top:.4g} Pa, far above the supply's {c.P_s:.4g} Pa"
+            " (P_s_Pa, absolute)"
         )
     if low < 0.9 * c.P_atm:
         notes.append(f"column {name}: down to {low:.4g} Pa, below the atmosphere: is it absolute?")
@@ -338,12 +359,3 @@ def _velocity(path: Path, values: dict[str, np.ndarray], period: float, notes: l
             f"{path}: column v: {slope:.3g} times the derivative of x: must be 1; is its unit or sign right?"
         )
     notes.append(f"column v: {slope:.3g} times the derivative of x; the fit takes that of the smoothed x")
-
-
-def describe(measurement: Measurement) -> dict[str, Any]:
-    """What was read, for a report."""
-    return {
-        "samples": len(measurement.u),
-        "period": measurement.period,
-        "duration": measurement.period * (len(measurement.u) - 1),
-    }

@@ -1,4 +1,4 @@
-"""Mistakes that no single column shows: chambers swapped, a sign turned round, gauge for absolute pressure."""
+"""Mistakes that no single column shows: chambers swapped, a wrong sign, gauge for absolute pressure."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -42,7 +42,8 @@ MISTAKES = (
         lambda m, P_atm: m._replace(u=-m.u),
     ),
     Mistake(
-        "column x seems to have the wrong sign: chamber A is largest where x is", lambda m, P_atm: m._replace(x=-m.x)
+        "column x seems to have the wrong sign: chamber A is largest where x is",
+        lambda m, P_atm: m._replace(x=-m.x),
     ),
     Mistake(
         "columns P_A and P_B seem to be gauge pressures: a gauge's unit is written bar(g) or kPa(g)",
@@ -73,6 +74,6 @@ def suspect(measurement: Measurement, plant: Plant, *, held: bool = True) -> Non
     best = int(np.argmin(mended))
     if mended[best] < BETTER * as_it_is:
         raise ApplyError(
-            f"{measurement.name}: {MISTAKES[best].text}: a quick fit of {MODEL} is off by {mended[best] / 1e3:.3g} kPa"
-            f" then, and by {as_it_is / 1e3:.3g} kPa as it is; --trust skips this check"
+            f"{measurement.name}: {MISTAKES[best].text}: a quick fit of {MODEL} is off by"
+            f" {mended[best] / 1e3:.3g} kPa then, and by {as_it_is / 1e3:.3g} kPa as it is; --trust skips this check"
         )

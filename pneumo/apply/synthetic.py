@@ -88,7 +88,15 @@ def plants(rng: np.random.Generator) -> tuple[Plant, Plant]:
     friction = rng.uniform(0.3, 1.0) * force / speed
     mass = force / _log_uniform(rng, (10.0, 40.0))  # m/s^2
     cylinder = Cylinder(
-        bore, stroke, area, area, _log_uniform(rng, DEAD_FRACTION) * half, mass, friction, -stroke / 2, stroke / 2
+        bore,
+        stroke,
+        area,
+        area,
+        _log_uniform(rng, DEAD_FRACTION) * half,
+        mass,
+        friction,
+        -stroke / 2,
+        stroke / 2,
     )
     # At full command the sonic inflow fills what the piston leaves at that speed, at 0.8 P_s.
     k_xu = 0.8 * area * speed / (0.0404 * 287.0 * 293.15**0.5 * U_MAX)
@@ -147,7 +155,8 @@ def case(seed: int, model: str | None = None) -> Case:
     period, noise = 1 / rng.choice(RATES), _log_uniform(rng, NOISES)
     bits, n = int(rng.integers(BITS[0], BITS[1] + 1)), rng.uniform(*N)
     half = truth.cylinder.A_A * truth.cylinder.stroke / 2
-    V_d = (truth.cylinder.V_d, _log_uniform(rng, DEAD_FRACTION) * half) if model else (truth.cylinder.V_d,) * 2
+    other = _log_uniform(rng, DEAD_FRACTION) * half if model else truth.cylinder.V_d
+    V_d = (truth.cylinder.V_d, other)
     states, u = controlled(rng, truth, period)
     within = round(period / FINE)
     P = states[::within, [2, 4]].T if model is None else reduced(truth, model, n, V_d, states, u)[:, ::within]

@@ -1,7 +1,7 @@
 """k_0 from the thermal time constant of a closed chamber.
 
-Fill or empty a chamber quickly, close the valve and hold the piston: volume and mass stay, temperature returns to
-that of the wall, and pressure with it. From m c_v dT/dt = k (T_amb - T), eqs (4) and (7) without flow or motion,
+Fill or empty a chamber quickly, close the valve and hold the piston: volume and mass stay, temperature
+returns to that of the wall, and pressure with it. From m c_v dT/dt = k (T_amb - T), eqs (4) and (7) at rest,
 
     tau = m c_v / k,  and with m = P V / (R T):  k = P_inf V / ((gamma - 1) T_amb tau).
 """
@@ -79,15 +79,17 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
     moved = abs(float(np.mean(x[:third]) - np.mean(x[-third:])))
     if moved > MOVED * plant.cylinder.stroke:
         raise ApplyError(
-            f"{measurement.name}: the piston moves by {moved * 1e3:.3g} mm after {begin:g} s: it must be held, within"
-            f" {MOVED * plant.cylinder.stroke * 1e3:.3g} mm"
+            f"{measurement.name}: the piston moves by {moved * 1e3:.3g} mm after {begin:g} s: it must"
+            f" be held, within {MOVED * plant.cylinder.stroke * 1e3:.3g} mm"
         )
 
     def curve(theta: np.ndarray) -> np.ndarray:
         return theta[0] + theta[1] * np.exp(-t * np.exp(-theta[2]))
 
     span = float(t[-1])
-    guess = np.array([P[-third:].mean(), P[: max(1, third // 10)].mean() - P[-third:].mean(), np.log(span / 5)])
+    guess = np.array(
+        [P[-third:].mean(), P[: max(1, third // 10)].mean() - P[-third:].mean(), np.log(span / 5)]
+    )
     scale = np.array([1e5, 1e5, 1.0])
     found = least_squares(lambda theta: curve(theta) - P, guess, x_scale=scale)
     P_inf, change, log_tau = found.x
@@ -97,12 +99,13 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
     noise = float(np.std(np.diff(P)) / np.sqrt(2))
     if abs(change) < SMALLEST_CHANGE * noise:
         raise ApplyError(
-            f"{measurement.name}: pressure {side} changes by {abs(change):.3g} Pa at a noise of {noise:.3g} Pa: too"
-            " little; fill or empty the chamber faster"
+            f"{measurement.name}: pressure {side} changes by {abs(change):.3g} Pa at a noise of"
+            f" {noise:.3g} Pa: too little; fill or empty the chamber faster"
         )
     if tau > LONGEST * span or P_inf <= 0:
         raise ApplyError(
-            f"{measurement.name}: pressure {side} does not settle within the record's {span:.3g} s; record longer"
+            f"{measurement.name}: pressure {side} does not settle within the record's {span:.3g} s;"
+            " record longer"
         )
     c, inward = plant.conditions, 1.0 if side == "A" else -1.0
     area = plant.cylinder.A_A if side == "A" else plant.cylinder.A_B

@@ -43,7 +43,7 @@ def headings() -> list[str]:
 
 
 def rows(found: xr.Dataset) -> list[list[str]]:
-    """Cells of both tables, a row per model, best first; an open end says that the data set no limit there."""
+    """Cells of both tables, a row per model, best first; at an open end the data set no limit."""
     result = []
     for model in found["model"].values:
         own = found.sel(model=model)
