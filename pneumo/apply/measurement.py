@@ -29,7 +29,7 @@ UNITS: dict[str, dict[str, float]] = {
 ZERO_CELSIUS = 273.15
 REQUIRED = ("t", "u", "x", "P_A", "P_B")
 HEADER = re.compile(
-    r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s)?(?:_g)?))\s*$"
+    r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g)?))\s*$"
 )
 GAP, UNEVEN = (
     3.0,

@@ -75,5 +75,6 @@ def suspect(measurement: Measurement, plant: Plant, *, held: bool = True) -> Non
     if mended[best] < BETTER * as_it_is:
         raise ApplyError(
             f"{measurement.name}: {MISTAKES[best].text}: a quick fit of {MODEL} is off by"
-            f" {mended[best] / 1e3:.3g} kPa then, and by {as_it_is / 1e3:.3g} kPa as it is; --trust skips this check"
+            f" {mended[best] / 1e3:.3g} kPa then, and by {as_it_is / 1e3:.3g} kPa as it is;"
+            " --trust skips this check"
         )
