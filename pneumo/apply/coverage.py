@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import xarray as xr
 
-from pneumo.apply.disturbance import disturbed
+from pneumo.apply.disturbance import FEW, disturbed
 from pneumo.apply.estimate import estimate, split_of
 from pneumo.apply.signals import signals
 from pneumo.apply.synthetic import Case, case
@@ -65,7 +65,7 @@ def full_order(seed: int) -> xr.Dataset:
     """Fit every model to a case whose pressures come from the full-order system."""
     known = case(seed)
     record = signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
-    others = disturbed(record.part(0, split_of(record)))
+    others = disturbed(record.part(0, split_of(record)), FEW)
     first = split_of(record)
     exact = known.P_exact[:, first:]
     rows = []

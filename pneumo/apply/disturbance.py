@@ -9,23 +9,25 @@ from scipy.interpolate import make_smoothing_spline
 
 from pneumo.apply.signals import Signals, stage_times
 
-PAIRS = 3  # of noise and its negative, which leaves what is odd in it out
+FEW = 3  # pairs of noise and its negative, which leaves what is odd in it out: enough to go down the squares
+PAIRS = 16  # for the estimate and for what it varies by: its standard error is then known to some 15 %
 
 
-def disturbed(signals: Signals, seed: int = 0) -> list[np.ndarray]:
+def disturbed(signals: Signals, pairs: int = PAIRS, seed: int = 0) -> list[np.ndarray]:
     """Inputs that a smoothed position turns into, measured and smoothed once more.
 
     Parameters
     ----------
     signals : Signals
         Of the part that is fitted.
+    pairs : int
     seed : int
         Of the noise.
 
     Returns
     -------
     list of numpy.ndarray
-        Like `Signals.inputs`.
+        Like `Signals.inputs`; each with noise is followed by that with its negative.
     """
     steps, stride = signals.inputs[:, :, 1], signals.stride
     x = np.append(steps[::stride, 0], steps[-1, -1])
@@ -38,7 +40,7 @@ def disturbed(signals: Signals, seed: int = 0) -> list[np.ndarray]:
 
     again = read(x)
     result = []
-    for _ in range(PAIRS):
+    for _ in range(pairs):
         noise = read(rng.normal(0.0, signals.noise, len(x)))
         for sign in (1.0, -1.0):
             inputs = signals.inputs.copy()

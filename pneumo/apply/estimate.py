@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from pneumo.apply.disturbance import disturbed
-from pneumo.apply.fitting import PARAMETERS, Problem, fit, replayed, values
-from pneumo.apply.intervals import covariance, profile
+from pneumo.apply.disturbance import FEW, disturbed
+from pneumo.apply.fitting import PARAMETERS, Problem, descended, fit, replayed, values
+from pneumo.apply.intervals import interval, variances
 from pneumo.apply.measurement import Measurement
 from pneumo.apply.signals import Signals, signals
 from pneumo.physics.experiment import Plant
@@ -74,15 +74,18 @@ def estimate(
     """
     split = split_of(record, part)
     problem = Problem(model, plant, record.part(0, split), fixed or {}, others)
-    best = fit(problem)
-    spread, theta = covariance(best), best.theta
+    few = problem._replace(others=others[: 2 * FEW])
+    rough = fit(few)
+    # From so near, two steps are enough.
+    best = descended(problem, rough.theta, most=2) if len(others) > 2 * FEW else rough
+    variance, theta = variances(best), best.theta
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
         if name in intervals:
             low[name], high[name] = (
                 PARAMETERS[name].outer(end) if np.isfinite(end) else np.nan
-                for end in profile(problem, best, i, spread[i, i])
+                for end in interval(few, rough, best, i, variance[i])
             )
     fitted = replayed(problem, theta[None], problem.signals.inputs)[0]
     predicted, left = held_out(

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from pneumo.apply.errors import ApplyError
 from pneumo.apply.signals import Signals
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.experiment import Plant
@@ -135,6 +136,8 @@ class Fit(NamedTuple):
         Sum of squared residuals, corrected.
     slope, curvature : numpy.ndarray
         Minus half its gradient, and half its second derivative (Gauss and Newton's).
+    scatter : numpy.ndarray
+        Covariance of the slope that noise in the position alone causes, shape (parameter, parameter).
     """
 
     theta: np.ndarray
@@ -143,6 +146,7 @@ class Fit(NamedTuple):
     squares: float
     slope: np.ndarray
     curvature: np.ndarray
+    scatter: np.ndarray
 
 
 def replayed(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.ndarray:
@@ -239,9 +243,13 @@ def evaluated(problem: Problem, theta: np.ndarray) -> Fit:
     taken off: with P the replay and P_b the disturbed ones,
 
         sum (measured - P + (mean P_b - P))^2  -  mean over b of  sum (P_b - mean P_b)^2.
+
+    The measured position had but one noise, so that its slope differs from the mean as those of the disturbed
+    ones do: with both the pressure and its derivative disturbed, which one first-order covariance misses.
     """
     P, J = slopes(problem, theta, problem.signals.inputs)
     excess, pull, bend = 0.0, np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
+    scatter = np.zeros_like(bend)
     if problem.others:
         replays = [slopes(problem, theta, inputs) for inputs in problem.others]
         mean_P, mean_J = (np.mean([replay[i] for replay in replays], axis=0) for i in (0, 1))
@@ -250,12 +258,14 @@ def evaluated(problem: Problem, theta: np.ndarray) -> Fit:
             excess += float(d @ d) / len(replays)
             pull += J_d.T @ d / len(replays)
             bend += J_d.T @ J_d / len(replays)
+        pulls = np.array([J_b.reshape(-1, len(theta)).T @ (P_b - mean_P).ravel() for P_b, J_b in replays])
+        scatter = np.atleast_2d(np.cov(np.where(np.isfinite(pulls), pulls, 0.0), rowvar=False))
         P, J = 2 * P - mean_P, 2 * J - mean_J
     residual = problem.signals.P / problem.plant.conditions.P_s - P
     residual = np.where(np.isfinite(residual), residual, OFF)
     flat = J.reshape(-1, len(theta))
     squares = float(np.sum(residual**2)) - (excess if np.isfinite(excess) else 0.0)
-    return Fit(theta, residual, J, squares, flat.T @ residual.ravel() + pull, flat.T @ flat - bend)
+    return Fit(theta, residual, J, squares, flat.T @ residual.ravel() + pull, flat.T @ flat - bend, scatter)
 
 
 def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = 1e-5, most: int = 40) -> Fit:
@@ -270,7 +280,18 @@ def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = 1e
         Relative change of the sum of squares, or of the parameters, that counts as none at first.
     most : int
         Evaluations at first.
+
+    Raises
+    ------
+    ApplyError
+        If the valve leaks or has a laminar share: replays know neither.
     """
+    valve = problem.plant.valve
+    if valve.leak or valve.laminar:
+        raise ApplyError(
+            f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"
+            " leave leak_dm3_per_sbar out"
+        )
     plain, seen = problem._replace(others=()), {}
 
     def at(theta: np.ndarray) -> Fit:
@@ -294,7 +315,7 @@ def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = 1e
     return descended(problem, found.x) if problem.others else at(found.x)
 
 
-def descended(problem: Problem, theta: np.ndarray, held: int | None = None) -> Fit:
+def descended(problem: Problem, theta: np.ndarray, held: int | None = None, most: int = MOST_STEPS) -> Fit:
     """Go down the corrected sum of squares from where it is nearly lowest (Levenberg and Marquardt).
 
     Parameters
@@ -303,11 +324,13 @@ def descended(problem: Problem, theta: np.ndarray, held: int | None = None) -> F
     theta : numpy.ndarray
     held : int, optional
         Parameter that stays.
+    most : int
+        Steps.
     """
     low, high = problem.bounds()
     here, damping = evaluated(problem, np.clip(theta, low, high)), 1e-3
     enough = SETTLED * here.squares / here.residual.size
-    for _ in range(MOST_STEPS):
+    for _ in range(most):
         slope = here.slope
         free = ((here.theta > low) | (slope > 0)) & ((here.theta < high) | (slope < 0))
         if held is not None:

@@ -1,20 +1,24 @@
 """Confidence intervals of fitted parameters where residuals are correlated.
 
 Noise in pressures is white, but noise in the position reaches the residual through the replay, which
-remembers, and so does what the model lacks. The usual covariance of least squares would be far too small. The
-one here takes the residual's own auto- and cross-correlation of both chambers into account, and the profile
-of the sum of squares is measured with it.
+remembers, and so does what the model lacks. The usual covariance of least squares would be far too small. Two
+others are found: that of the noises, which replays with disturbed positions give, and that of whatever the
+residual shows, from its own auto- and cross-correlation of both chambers. The larger one counts. Standard
+errors make the interval where it is narrow; elsewhere the profile of the sum of squares does, in their unit.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import fftconvolve
-from scipy.stats import chi2
+from scipy.stats import t
 
+from pneumo.apply.disturbance import PAIRS
 from pneumo.apply.fitting import Fit, Problem, with_one_held
 
 LEVEL = 0.95
+REACH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # standard errors; they are known from as many noises
+WIDE = 0.3  # on the scale of the search; beyond, no model is linear enough for standard errors
 SMALLEST = 1e-6  # curvature, over the largest, below which a direction is as good as flat
 CLOSE = 0.05  # relative distance at which the end of an interval is found
 MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
@@ -49,24 +53,26 @@ def correlations(residual: np.ndarray) -> np.ndarray:
     return np.array(full)[:, :, samples - 1 - L : samples + L] / samples * taper
 
 
-def covariance(fit: Fit) -> np.ndarray:
-    """Covariance of the parameters: H^-1 J' Gamma J H^-1, Gamma that of the residual.
+def variances(fit: Fit) -> np.ndarray:
+    """Variance of every parameter, shape (parameter,), on the scale of the search.
 
-    Returns
-    -------
-    numpy.ndarray
-        Shape (parameter, parameter), on the scale of the search.
+    The larger one of two: from the noises, H^-1 (S + s^2 J'J) H^-1 with S what positions disturbed once more
+    make of the slope and s the residual's white part; and H^-1 J' Gamma J H^-1, Gamma the residual's covariance.
     """
-    J = fit.jacobian
+    J, inverse = fit.jacobian, bread(fit)
+    flat = J.reshape(-1, J.shape[2])
+    # What the replay remembers changes little from sample to sample: differences are those of white noise.
+    white = np.mean(np.diff(fit.residual, axis=1) ** 2) / 2
     gamma = correlations(fit.residual)
-    count = J.shape[2]
-    middle = np.zeros((count, count))
-    for a in range(2):
-        for b in range(2):
-            spread = fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
-            middle += J[a].T @ spread
-    inverse = bread(fit)
-    return inverse @ middle @ inverse
+    middle = sum(
+        J[a].T @ fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
+        for a in range(2)
+        for b in range(2)
+    )
+    noises, shown = (
+        np.diag(inverse @ inner @ inverse) for inner in (fit.scatter + white * flat.T @ flat, middle)
+    )
+    return np.maximum(noises, shown)
 
 
 def bread(fit: Fit) -> np.ndarray:
@@ -77,12 +83,33 @@ def bread(fit: Fit) -> np.ndarray:
     return (axes / np.maximum(size, SMALLEST * size.max())) @ axes.T / np.outer(scale, scale)
 
 
+def interval(problem: Problem, rough: Fit, best: Fit, index: int, variance: float) -> Interval:
+    """Interval of one parameter.
+
+    Parameters
+    ----------
+    problem : Problem
+        With few disturbed inputs.
+    rough, best : Fit
+        Of that, and with all of them.
+    index : int
+        Of the parameter.
+    variance : float
+        Its variance from `variances`.
+    """
+    low, high = (bound[index] for bound in problem.bounds())
+    middle, half = best.theta[index], REACH * np.sqrt(variance)
+    if half <= WIDE and low < middle - half and middle + half < high:
+        return Interval(middle - half, middle + half)
+    moved = middle - rough.theta[index]
+    return Interval(*(end + moved for end in profile(problem, rough, index, variance)))
+
+
 def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int = 3) -> Interval:
     """Interval of one parameter from the profile of the sum of squares.
 
-    A value is inside as long as the lowest sum of squares with it exceeds the least one by no more than the
-    quantile of chi-squared times the variance, which is scaled to that of `covariance` and not to that of
-    white residuals.
+    A value is inside as long as the lowest sum of squares with it exceeds the least one by no more than
+    `REACH` squared, in units that make its curvature the inverse of the variance.
 
     Parameters
     ----------
@@ -91,11 +118,11 @@ def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int
     index : int
         Of the parameter.
     variance : float
-        Its variance from `covariance`.
+        Its variance from `variances`.
     rounds : int
         Profile points at either side.
     """
-    threshold = chi2.ppf(LEVEL, 1)
+    threshold = REACH**2
     scale = variance / bread(fit)[index, index]
     low, high = (bound[index] for bound in problem.bounds())
     best = fit.theta[index]
