@@ -40,8 +40,7 @@ def disturbed(signals: Signals, pairs: int = PAIRS, seed: int = 0) -> list[np.nd
 
     again = read(x)
     result = []
-    for _ in range(pairs):
-        noise = read(rng.normal(0.0, signals.noise, len(x)))
+    for noise in read(rng.normal(0.0, signals.noise, (pairs, len(x))).T).transpose(2, 0, 1, 3):
         for sign in (1.0, -1.0):
             inputs = signals.inputs.copy()
             inputs[:, :, 1:] = again + sign * noise

@@ -9,7 +9,7 @@ import xarray as xr
 
 from pneumo.apply.disturbance import FEW, disturbed
 from pneumo.apply.fitting import PARAMETERS, Problem, descended, fit, replayed, values
-from pneumo.apply.intervals import interval, variances
+from pneumo.apply.intervals import covariances, interval
 from pneumo.apply.measurement import Measurement
 from pneumo.apply.signals import Signals, signals
 from pneumo.physics.experiment import Plant
@@ -78,14 +78,14 @@ def estimate(
     rough = fit(few)
     # From so near, two steps are enough.
     best = descended(problem, rough.theta, most=2) if len(others) > 2 * FEW else rough
-    variance, theta = variances(best), best.theta
+    both, theta = covariances(best), best.theta
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
         if name in intervals:
             low[name], high[name] = (
                 PARAMETERS[name].outer(end) if np.isfinite(end) else np.nan
-                for end in interval(few, rough, best, i, variance[i])
+                for end in interval(few, rough, best, i, both)
             )
     fitted = replayed(problem, theta[None], problem.signals.inputs)[0]
     predicted, left = held_out(

@@ -14,7 +14,7 @@ from scipy.signal import fftconvolve
 from scipy.stats import t
 
 from pneumo.apply.disturbance import PAIRS
-from pneumo.apply.fitting import Fit, Problem, with_one_held
+from pneumo.apply.fitting import PARAMETERS, Fit, Problem, with_one_held
 
 LEVEL = 0.95
 REACH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # standard errors; they are known from as many noises
@@ -53,11 +53,11 @@ def correlations(residual: np.ndarray) -> np.ndarray:
     return np.array(full)[:, :, samples - 1 - L : samples + L] / samples * taper
 
 
-def variances(fit: Fit) -> np.ndarray:
-    """Variance of every parameter, shape (parameter,), on the scale of the search.
+def covariances(fit: Fit) -> np.ndarray:
+    """Covariances of the parameters on the scale of the search, shape (2, parameter, parameter).
 
-    The larger one of two: from the noises, H^-1 (S + s^2 J'J) H^-1 with S what positions disturbed once more
-    make of the slope and s the residual's white part; and H^-1 J' Gamma J H^-1, Gamma the residual's covariance.
+    From the noises, H^-1 (S + s^2 J'J) H^-1 with S what positions disturbed once more make of the slope and s the
+    residual's white part; and from what is left, H^-1 J' Gamma J H^-1 with Gamma the residual's covariance.
     """
     J, inverse = fit.jacobian, bread(fit)
     flat = J.reshape(-1, J.shape[2])
@@ -69,10 +69,25 @@ def variances(fit: Fit) -> np.ndarray:
         for a in range(2)
         for b in range(2)
     )
-    noises, shown = (
-        np.diag(inverse @ inner @ inverse) for inner in (fit.scatter + white * flat.T @ flat, middle)
-    )
-    return np.maximum(noises, shown)
+    inner = np.array([fit.scatter + white * flat.T @ flat, middle])
+    return inverse @ inner @ inverse
+
+
+def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Covariance in which no direction is less known than the bounds say.
+
+    Else one that the measurement leaves open would make all parameters with a little of it as uncertain.
+
+    Parameters
+    ----------
+    covariance : numpy.ndarray
+        Shape (parameter, parameter), on the scale of the search.
+    bounds : numpy.ndarray
+        From `Problem.bounds`.
+    """
+    half = (bounds[1] - bounds[0]) / 2
+    size, axes = np.linalg.eigh(covariance / np.outer(half, half))
+    return (axes * np.clip(size, 0.0, 1.0)) @ axes.T * np.outer(half, half)
 
 
 def bread(fit: Fit) -> np.ndarray:
@@ -83,8 +98,8 @@ def bread(fit: Fit) -> np.ndarray:
     return (axes / np.maximum(size, SMALLEST * size.max())) @ axes.T / np.outer(scale, scale)
 
 
-def interval(problem: Problem, rough: Fit, best: Fit, index: int, variance: float) -> Interval:
-    """Interval of one parameter.
+def interval(problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarray) -> Interval:
+    """Interval of one parameter: of standard errors, or of the profile where that is wide or meets a bound.
 
     Parameters
     ----------
@@ -94,15 +109,19 @@ def interval(problem: Problem, rough: Fit, best: Fit, index: int, variance: floa
         Of that, and with all of them.
     index : int
         Of the parameter.
-    variance : float
-        Its variance from `variances`.
+    both : numpy.ndarray
+        From `covariances`.
     """
-    low, high = (bound[index] for bound in problem.bounds())
-    middle, half = best.theta[index], REACH * np.sqrt(variance)
-    if half <= WIDE and low < middle - half and middle + half < high:
-        return Interval(middle - half, middle + half)
-    moved = middle - rough.theta[index]
-    return Interval(*(end + moved for end in profile(problem, rough, index, variance)))
+    bounds = problem.bounds()
+    low, high = bounds[:, index]
+    half = REACH * float(np.sqrt(max(bounded(c, bounds)[index, index] for c in both)))
+    start, end = best.theta[index] - half, best.theta[index] + half
+    logarithmic = PARAMETERS[problem.names[index]].logarithmic
+    if logarithmic and (half > WIDE or start <= low or end >= high):
+        found = profile(problem, rough, index, float(both[:, index, index].max()))
+        moved = best.theta[index] - rough.theta[index]
+        return Interval(found.low + moved, found.high + moved)
+    return Interval(start if start > low else -np.inf, end if end < high else np.inf)
 
 
 def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int = 3) -> Interval:
@@ -118,7 +137,7 @@ def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int
     index : int
         Of the parameter.
     variance : float
-        Its variance from `variances`.
+        Its variance, the larger one of `covariances`.
     rounds : int
         Profile points at either side.
     """
