@@ -19,7 +19,9 @@ from pneumo.apply.fitting import PARAMETERS, Fit, Problem, with_one_held
 LEVEL = 0.95
 REACH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # standard errors; they are known from as many noises
 WIDE = 0.3  # on the scale of the search; beyond, no model is linear enough for standard errors
+UNSEEN = 1e-9  # derivative, over the largest, that is none
 SMALLEST = 1e-6  # curvature, over the largest, below which a direction is as good as flat
+NOTHING_KNOWN = 1e6  # variance on the scale of the search
 CLOSE = 0.05  # relative distance at which the end of an interval is found
 MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
 
@@ -70,7 +72,9 @@ def covariances(fit: Fit) -> np.ndarray:
         for b in range(2)
     )
     inner = np.array([fit.scatter + white * flat.T @ flat, middle])
-    return inverse @ inner @ inverse
+    seen = np.sqrt(np.sum(flat**2, axis=0))
+    # What changes nothing has no noise either; its variance is none that any bound allows.
+    return inverse @ inner @ inverse + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, NOTHING_KNOWN))
 
 
 def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
@@ -93,7 +97,8 @@ def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
 def bread(fit: Fit) -> np.ndarray:
     """Inverse of the curvature, shape (parameter, parameter); finite where that is not positive definite."""
     J = fit.jacobian.reshape(-1, len(fit.theta))
-    scale = np.sqrt(np.maximum(np.sum(J**2, axis=0), np.finfo(float).tiny))
+    scale = np.sqrt(np.sum(J**2, axis=0))
+    scale = np.maximum(scale, UNSEEN * scale.max())
     size, axes = np.linalg.eigh(fit.curvature / np.outer(scale, scale))
     return (axes / np.maximum(size, SMALLEST * size.max())) @ axes.T / np.outer(scale, scale)
 

@@ -59,6 +59,8 @@ class Case(NamedTuple):
         As logged, Pa, shape (chamber, samples): of the full-order system.
     P_exact : numpy.ndarray
         The same before the sensors.
+    x_exact : numpy.ndarray
+        The position before its sensor.
     """
 
     truth: Plant
@@ -72,6 +74,7 @@ class Case(NamedTuple):
     x: np.ndarray
     P: np.ndarray
     P_exact: np.ndarray
+    x_exact: np.ndarray
 
 
 def _log_uniform(rng: np.random.Generator, ends: tuple[float, float]) -> float:
@@ -174,6 +177,7 @@ def case(seed: int, model: str | None = None) -> Case:
         sensed(rng, x, truth.cylinder.stroke, noise, bits),
         sensed(rng, P, FULL_SCALE, noise, bits),
         P,
+        x,
     )
 
 
