@@ -19,6 +19,8 @@ from pneumo.apply.fitting import PARAMETERS, Fit, Problem, with_one_held
 LEVEL = 0.95
 REACH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # standard errors; they are known from as many noises
 WIDE = 0.3  # on the scale of the search; beyond, no model is linear enough for standard errors
+LOOSE = 1.0  # half an interval on the scale of the search: a factor of e
+GOES_WITH = 0.7  # correlation with a loose one
 UNSEEN = 1e-9  # derivative, over the largest, that is none
 SMALLEST = 1e-6  # curvature, over the largest, below which a direction is as good as flat
 NOTHING_KNOWN = 1e6  # variance on the scale of the search
@@ -106,6 +108,9 @@ def bread(fit: Fit) -> np.ndarray:
 def interval(problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarray) -> Interval:
     """Interval of one parameter: of standard errors, or of the profile where that is wide or meets a bound.
 
+    A parameter of no wide interval that goes with one that has gets what both ways leave possible: the
+    valley of the sum of squares is curved there.
+
     Parameters
     ----------
     problem : Problem
@@ -119,13 +124,17 @@ def interval(problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarr
     """
     bounds = problem.bounds()
     low, high = bounds[:, index]
-    half = REACH * float(np.sqrt(max(bounded(c, bounds)[index, index] for c in both)))
-    start, end = best.theta[index] - half, best.theta[index] + half
+    limited = max((bounded(c, bounds) for c in both), key=lambda c: c[index, index])
+    halves = REACH * np.sqrt(np.diag(limited))
+    start, end = best.theta[index] - halves[index], best.theta[index] + halves[index]
     logarithmic = PARAMETERS[problem.names[index]].logarithmic
-    if logarithmic and (half > WIDE or start <= low or end >= high):
+    beyond = logarithmic and (halves[index] > WIDE or start <= low or end >= high)
+    shared = np.abs(limited[index]) / np.sqrt(limited[index, index] * np.diag(limited))
+    if beyond or np.any((halves > LOOSE) & (shared > GOES_WITH)):
         found = profile(problem, rough, index, float(both[:, index, index].max()))
         moved = best.theta[index] - rough.theta[index]
-        return Interval(found.low + moved, found.high + moved)
+        ends = found.low + moved, found.high + moved
+        start, end = ends if beyond else (min(start, ends[0]), max(end, ends[1]))
     return Interval(start if start > low else -np.inf, end if end < high else np.inf)
 
 
