@@ -186,3 +186,21 @@ def test_thermal_time_constant_of_a_full_order_transient(plant, side):
     # lambda changes with the root of PT, some 5 % over the transient, and the time constant with it.
     assert found.k_0 == pytest.approx(plant.k_0, rel=0.05)
     assert found.k_0_low < found.k_0 < found.k_0_high
+
+
+def test_exact_signals_leave_nothing_in_the_part_held_out():
+    known = case(8, "M7")
+    whole = signals(known.period, known.u, known.x, known.P, 10.0)
+    record = whole.part(0, min(1000, whole.P.shape[1] - 1))
+    problem = Problem(MODELS["M7"], known.configured, record, {})
+    theta = problem.guess() + [0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01]
+    exact = record._replace(P=replayed(problem, theta[None], record.inputs)[0])
+    split = split_of(record)
+    found = estimate(MODELS["M7"], known.configured, exact, others=[], intervals=())
+    assert found.pressure.shape == exact.P.shape and found.low == {}
+    # Its own beginning is fitted, and one part in 1e4 of the parameters is what the differences allow.
+    np.testing.assert_allclose(found.pressure, exact.P, rtol=1e-3)
+    assert np.all(found.rms < 100.0) and np.all(found.held_out < 100.0)
+    later = np.sqrt(np.mean((exact.P - found.pressure)[:, split:] ** 2, axis=1))
+    np.testing.assert_allclose(found.held_out, later, rtol=1e-6)
+    assert found.values["n"] == pytest.approx(1.25, abs=1e-3)
