@@ -1,4 +1,4 @@
-"""Signals between sensors and replay: limits, stages, noise made again; random cylinders as they are drawn."""
+"""Signals between sensors and replay: limits, stages, noise made again; random cylinders as drawn."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def test_stages_have_the_limited_command_and_a_motion_with_its_derivative(record
 
 
 def test_linear_command_is_between_samples(record):
-    t, u, x, _ = record
+    _, u, x, _ = record
     found = signals(PERIOD, u, x, np.zeros((2, 400)), 20.0, held=False)
     np.testing.assert_allclose(found.inputs[1::2, 0, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)
 

@@ -7,8 +7,7 @@ import pytest
 
 from pneumo.apply.estimate import Estimate, dataset
 from pneumo.apply.measurement import Measurement
-from pneumo.apply.thermal import Transient
-from pneumo.publish.fit import fit_page, headings, rows, transient_text
+from pneumo.publish.fit import fit_page, headings, rows
 
 SAMPLES = 200
 
@@ -44,4 +43,4 @@ def test_page_stands_alone_and_escapes_what_it_is_given(found):
     assert not re.search(r"(?:src|href)=\"(?!data:)", page)
     assert len(re.findall(r"<img src=\"data:image/png;base64,", page)) == 2
     assert "0.300 (0.200 to open)" in page and "t = 0.12 s" in page
-    assert page.index("<th scope=\"row\">M8") < page.index("<th scope=\"row\">M3")
+    assert page.index('<th scope="row">M8') < page.index('<th scope="row">M3')

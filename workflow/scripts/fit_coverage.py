@@ -7,9 +7,9 @@ from pneumo.job import logged
 from pneumo.store import write
 
 
-def main(output: str, threads: int, code: str) -> None:
+def main(output: str, threads: int, code: str, cases: int = CASES) -> None:
     with ThreadPoolExecutor(threads) as pool:
-        found = coverage(CASES, pool.map, lambda text: print(text, flush=True))
+        found = coverage(cases, pool.map, lambda text: print(text, flush=True))
     attributes = {
         "title": "Coverage of the intervals of pneumo fit",
         "summary": "Random cylinders with noisy sensors: truth, estimates, intervals, errors held out",
