@@ -61,7 +61,8 @@ def covariances(fit: Fit) -> np.ndarray:
     """Covariances of the parameters on the scale of the search, shape (2, parameter, parameter).
 
     From the noises, H^-1 (S + s^2 J'J) H^-1 with S what positions disturbed once more make of the slope and
-    s the residual's white part; and from what is left, H^-1 J' Gamma J H^-1 with Gamma the residual's covariance.
+    s the residual's white part; and from what is left, H^-1 J' Gamma J H^-1 with Gamma the residual's
+    covariance.
     """
     J, inverse = fit.jacobian, bread(fit)
     flat = J.reshape(-1, J.shape[2])
