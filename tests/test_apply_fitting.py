@@ -204,3 +204,11 @@ def test_exact_signals_leave_nothing_in_the_part_held_out():
     later = np.sqrt(np.mean((exact.P - found.pressure)[:, split:] ** 2, axis=1))
     np.testing.assert_allclose(found.held_out, later, rtol=1e-6)
     assert found.values["n"] == pytest.approx(1.25, abs=1e-3)
+    # What is held out is 40 % of the record, and is not fitted: there a wider valve is seen as an error.
+    assert split == round(0.6 * (exact.P.shape[1] - 1))
+    wider = theta + np.array([0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0])
+    P = np.where(
+        np.arange(exact.P.shape[1]) > split, replayed(problem, wider[None], record.inputs)[0], exact.P
+    )
+    changed = estimate(MODELS["M7"], known.configured, exact._replace(P=P), others=[], intervals=())
+    assert np.all(changed.rms < 100.0) and np.all(changed.held_out > 1000.0)

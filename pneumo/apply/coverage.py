@@ -76,8 +76,6 @@ def full_order(seed: int) -> xr.Dataset:
         rows.append(
             [
                 found.values.get("k_0", np.nan),
-                found.low.get("k_0", np.nan),
-                found.high.get("k_0", np.nan),
                 found.values.get("n", np.nan),
                 found.values["k_xu"],
                 float(np.sqrt(np.mean(found.held_out**2))),
@@ -85,7 +83,7 @@ def full_order(seed: int) -> xr.Dataset:
                 time.perf_counter() - begun,
             ]
         )
-    names = ("k_0", "k_0_low", "k_0_high", "n", "k_xu", "held_out", "held_out_error", "seconds")
+    names = ("k_0", "n", "k_xu", "held_out", "held_out_error", "seconds")
     columns = np.array(rows).T
     return xr.Dataset(
         {
