@@ -65,13 +65,15 @@ def test_slope_is_that_of_the_corrected_squares():
     record = signals(known.period, known.u, known.x, known.P, 10.0)
     first = record.part(0, split_of(record))
     problem = Problem(MODELS["M9"], known.configured, first, {}, disturbed(first)[:2])
-    theta = problem.guess()
-    here = evaluated(problem, theta)
+    near = fit(problem._replace(others=())).theta  # where only the correction has a slope left
     step = 1e-4
-    for i in range(3):
-        move = step * np.eye(len(theta))[i]
-        up, down = evaluated(problem, theta + move), evaluated(problem, theta - move)
-        assert (down.squares - up.squares) / (4 * step) == pytest.approx(here.slope[i], rel=2e-2)
+    for theta in (problem.guess(), near):
+        here = evaluated(problem, theta)
+        for i in range(3):
+            move = step * np.eye(len(theta))[i]
+            up, down = evaluated(problem, theta + move), evaluated(problem, theta - move)
+            # One-sided differences of the replay are off by half a step times its second derivative.
+            assert (down.squares - up.squares) / (4 * step) == pytest.approx(here.slope[i], rel=5e-2)
 
 
 @settings(deadline=None, max_examples=20)
