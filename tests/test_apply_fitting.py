@@ -64,7 +64,12 @@ def test_slope_is_that_of_the_corrected_squares():
     known = case(6, "M9")
     record = signals(known.period, known.u, known.x, known.P, 10.0)
     first = record.part(0, split_of(record))
-    problem = Problem(MODELS["M9"], known.configured, first, {}, disturbed(first)[:2])
+    pair = disturbed(first, 1)
+    middle = np.mean(pair, axis=0)
+    # Ten times the noise, so that what it does to the slope counts beside what is measured.
+    problem = Problem(
+        MODELS["M9"], known.configured, first, {}, [middle + 10 * (one - middle) for one in pair]
+    )
     near = fit(problem._replace(others=())).theta  # where only the correction has a slope left
     step = 1e-4
     for theta in (problem.guess(), near):
