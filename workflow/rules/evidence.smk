@@ -109,7 +109,7 @@ rule fit_coverage:
     params:
         code=code_behind("fit_coverage.py"),
     message:
-        "Fits to 200 random cylinders with known truth"
+        "Fits to 200 random cylinders with known truth: about 40 min on one core"
     script:
         "../scripts/fit_coverage.py"
 
