@@ -23,6 +23,27 @@ class Cylinders(StrEnum):
     both = "both"
 
 
+class Origin(StrEnum):
+    """Where positions count from."""
+
+    mid = "mid"
+    end = "end"
+
+
+class Command(StrEnum):
+    """What a command does between samples."""
+
+    held = "held"
+    linear = "linear"
+
+
+class Side(StrEnum):
+    """A chamber."""
+
+    A = "A"
+    B = "B"
+
+
 @app.command()
 def check(
     files: Annotated[list[Path], typer.Argument(help="configuration, later files override earlier ones")],
@@ -235,6 +256,59 @@ def export(
     if output is None:
         return typer.echo(source, nl=False)
     write_source(source, output)
+
+
+@app.command()
+def fit(
+    measurement: Annotated[Path, typer.Argument(help="CSV or NetCDF: t, u, x, P_A, P_B, optional v and T")],
+    cylinder: Annotated[str, typer.Option(help="name of a cylinder in the configuration")],
+    config: Annotated[list[Path] | None, typer.Option(help="configuration [config/paper.yaml]")] = None,
+    columns: Annotated[Path | None, typer.Option(help="YAML: `P_A: {column: name, unit: kPa}` ...")] = None,
+    model: Annotated[list[str] | None, typer.Option(help="M1 to M10, may be repeated [all]")] = None,
+    x_from: Annotated[Origin, typer.Option(help="zero of x: mid-stroke or A's end")] = Origin.mid,
+    command: Annotated[Command, typer.Option(help="the command between samples")] = Command.held,
+    part: Annotated[float, typer.Option(min=0.2, max=0.9, help="fraction that is fitted")] = 0.6,
+    trust: Annotated[bool, typer.Option("--trust", help="skip the check for swapped columns")] = False,
+    closed: Annotated[
+        Side | None, typer.Option(help="instead: k_0 from the transient of this closed chamber")
+    ] = None,
+    closed_from: Annotated[float, typer.Option(min=0.0, help="when that is closed, s")] = 0.0,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for fit.html, fit.nc")] = None,
+):
+    """Fit models to a measurement: k_0, n, valve coefficient, dead volumes; ranked on a part held out."""
+    from rich.console import Console
+
+    from pneumo.apply.estimate import fit_measurement, save_fit
+    from pneumo.apply.export import configured_plant
+    from pneumo.apply.measurement import read_mapping, read_measurement
+    from pneumo.apply.rate import chosen_model
+    from pneumo.apply.suspicion import suspect
+    from pneumo.apply.thermal import transient
+    from pneumo.physics.models import MODELS
+    from pneumo.physics.parameters import load, study
+    from pneumo.publish.fit import fit_page, fit_table, transient_text
+    from pneumo.store import write_text
+
+    settings = study(load(*(config or [Path("config/paper.yaml")])))
+    plant = configured_plant(settings, cylinder, 1.0)
+    names = [chosen_model(name).name for name in model or MODELS]
+    mapping = read_mapping(columns) if columns else None
+    measured = read_measurement(measurement, plant, mapping, from_end=x_from is Origin.end)
+    for note in measured.notes:
+        typer.echo(f"note: {note}", err=True)
+    if closed is not None:
+        return typer.echo(transient_text(transient(measured, plant, closed.value, closed_from)))
+    held = command is Command.held
+    if not trust:
+        suspect(measured, plant, held=held)
+    found = fit_measurement(
+        measured, plant, names, held=held, part=part, say=lambda text: typer.echo(text, err=True)
+    )
+    Console().print(fit_table(found))
+    if output is not None:
+        save_fit(found, settings.config_sha256, output / "fit.nc")
+        write_text(fit_page(found, measurement.name), output / "fit.html")
+        typer.echo(f"written to {output / 'fit.html'} and {output / 'fit.nc'}")
 
 
 @app.command()

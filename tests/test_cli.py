@@ -4,9 +4,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
+from pneumo.apply.export import configured_plant
+from pneumo.apply.runs import simulate
 from pneumo.cli import main
+from pneumo.physics.parameters import load, study
 from pneumo.store import write_json
 
 ROOT = Path(__file__).parents[1]
@@ -218,3 +224,37 @@ def test_when_nothing_runs(inside, tmp_path):
     assert "Left out: open, seed 1: " in out and "Recommended: none" in out
     assert code == 2 and err.splitlines()[-1].startswith("pneumo: mine: no full-order run succeeded")
     assert (tmp_path / "study-my-cylinder" / "study.html").exists()
+
+
+# A measurement of one's own
+
+
+def bench(path):
+    """Write 1.5 s of the template's cylinder at work, its pressures with noise."""
+    plant = configured_plant(study(load(path / "cylinder.yaml")), "mine", 0.3)
+    steps = np.arange(1500)
+    run = simulate(plant, 1e-3, command=0.8 * np.sign(np.sin(steps / 90) + np.sin(steps / 37)))
+    P = np.array([run.P_A, run.P_B]) + np.random.default_rng(1).normal(0.0, 500.0, (2, len(run.t)))
+    columns = {"t_s": run.t, "u_V": run.u, "x_mm": 1e3 * run.x, "P_A_kPa": P[0] / 1e3, "P_B_bar": P[1] / 1e5}
+    pd.DataFrame(columns).to_csv(path / "bench.csv", index=False)
+    return plant
+
+
+def test_fit_of_a_measurement_in_process(inside, tmp_path):
+    inside("init")
+    plant = bench(tmp_path)
+    called = ["fit", "bench.csv", "--cylinder", "mine", "--config", "cylinder.yaml", "--model"]
+    code, out, err = inside(*called, "M6", "--model", "M2", "-o", "fitted")
+    assert code == 0, err
+    assert "Ranked" in out and "written to fitted/fit.html and fitted/fit.nc" in out
+    assert "M6: rms" in err and "M2: rms" in err
+    with xr.open_dataset(tmp_path / "fitted" / "fit.nc") as found:
+        k = found.sel(model="M6", parameter="k_xu")
+        assert k["low"] < k["estimate"] < k["high"]
+        # The model without heat is not the truth; the valve's coefficient is what flows, to a tenth.
+        assert k["estimate"].item() == pytest.approx(plant.valve.k_xu, rel=0.1)
+        ranked = np.sqrt((found["rms_held_out"] ** 2).mean("chamber")).values
+        assert ranked[0] < ranked[1]
+    (tmp_path / "leak.yaml").write_text("cylinders: {mine: {valve: {leak_dm3_per_sbar: 0.01}}}")
+    code, out, err = inside(*called, "M6", "--config", "leak.yaml")
+    assert (code, out) == (2, "") and len(err.splitlines()) == 1 and "leak_dm3_per_sbar" in err

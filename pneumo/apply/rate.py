@@ -16,6 +16,21 @@ N_MAX = 3.0  # as in the configuration's schema
 SIDES = {"A": 1.0, "B": -1.0}  # of outward u, x, v
 
 
+def chosen_model(model: Model | str) -> Model:
+    """Find a model's row.
+
+    Raises
+    ------
+    ApplyError
+        If there is no model of that name.
+    """
+    if isinstance(model, Model):
+        return model
+    if model not in MODELS:
+        raise ApplyError(f"model {model!r}: no such model; there are {', '.join(MODELS)}")
+    return MODELS[model]
+
+
 def chosen(model: Model | str, n: float | None) -> tuple[Model, float]:
     """Find a model's row, and the index n that goes with it.
 
@@ -31,10 +46,7 @@ def chosen(model: Model | str, n: float | None) -> tuple[Model, float]:
     ApplyError
         If there is no such model, or n is missing or outside 0 to 3.
     """
-    if isinstance(model, str):
-        if model not in MODELS:
-            raise ApplyError(f"model {model!r}: no such model; there are {', '.join(MODELS)}")
-        model = MODELS[model]
+    model = chosen_model(model)
     if n is None:
         if model.has_n:
             raise ApplyError(f"n: {model.name} needs a polytropic index")

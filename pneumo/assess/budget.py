@@ -11,6 +11,7 @@ The three add up exactly; their mean squares add up with a cross term, which is 
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -136,7 +137,7 @@ def sampled_errors(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
     """
     fine = refined(experiment, SAMPLED_AT)
     recording = record(fine)
-    options = {"stride": SAMPLED_AT}
+    options: dict[str, Any] = {"stride": SAMPLED_AT}
     exact = replay(recording, lanes, fine.drive, fine.plant, fine.h, transport=EXACT, **options).pressure
     result = np.empty((len(PERIODS), len(INTERPOLATIONS), *exact.shape[:2]))
     for i, period in enumerate(PERIODS):

@@ -196,7 +196,7 @@ def region(
     """Lowest deviance over ln(stop) between `stops` on a grid of ln(M) and ln(k_f / M)."""
 
     def row(M: float) -> tuple[list[float], int]:
-        found = [
+        found: list[Any] = [
             minimize_scalar(
                 lambda stop, ratio=ratio: deviance(np.array([M, M + ratio, stop]), data),
                 bounds=stops,

@@ -30,7 +30,14 @@ def _driven(inputs, W, starts, stride, plant, h, psi, pressure):
                     pressure[(k + 1) // stride, side, i] = P_0 * W[now + i]
 
 
-def driven(inputs: np.ndarray, lanes: np.ndarray, plant: Plant, h: float, stride: int) -> np.ndarray:
+def driven(
+    inputs: np.ndarray,
+    lanes: np.ndarray,
+    plant: Plant,
+    h: float,
+    stride: int,
+    start: np.ndarray | None = None,
+) -> np.ndarray:
     """Run reduced models on given inputs.
 
     Parameters
@@ -45,6 +52,8 @@ def driven(inputs: np.ndarray, lanes: np.ndarray, plant: Plant, h: float, stride
         Step, s.
     stride : int
         Steps between stored pressures.
+    start : numpy.ndarray, optional
+        Pressure of every lane at first, Pa, shape (lane, chamber); P_0 where left out.
 
     Returns
     -------
@@ -59,6 +68,10 @@ def driven(inputs: np.ndarray, lanes: np.ndarray, plant: Plant, h: float, stride
     order = np.argsort(needs(lanes), kind="stable")
     W, starts = work_array(lanes[order], plant)
     pressure = np.full((len(inputs) // stride + 1, 2, int(starts[3])), plant.conditions.P_0)
+    if start is not None:
+        pressure[0, :, : len(lanes)] = start[order].T
+        for row, first in zip((P_A, P_B), pressure[0, :, : len(lanes)], strict=True):
+            W[int(row) : int(row) + len(lanes)] = first / plant.conditions.P_0
     psi, _ = flow_polynomial(plant.gas)
     _driven(inputs, W, starts, stride, plant, h, psi, pressure)
     result = np.empty((len(lanes), 2, len(pressure)))

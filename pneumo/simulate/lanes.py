@@ -8,6 +8,7 @@ both the temperature of eq (6) and the pressure ratio of eq (1) follow. Inside, 
 A lane for which the polynomials do not hold turns into NaN, and is then run again by the reference.
 """
 
+from functools import cache
 from math import factorial, log, sqrt
 
 import numpy as np
@@ -106,6 +107,7 @@ def exponential(t):
     return polynomial(EXP, t) if abs(t) <= EXP_REACH else np.nan
 
 
+@cache
 def flow_polynomial(gas: Gas) -> tuple[tuple[float, ...], float]:
     """Subsonic branch of eq (1) as a polynomial, for any gas.
 

@@ -100,8 +100,23 @@ rule error_budget_figure:
         "../scripts/error_budget_figure.py"
 
 
+rule fit_coverage:
+    output:
+        "results/fit_coverage.nc",
+    log:
+        "results/logs/fit_coverage.log",
+    threads: workflow.cores
+    params:
+        code=code_behind("fit_coverage.py"),
+    message:
+        "Fits to 200 random cylinders with known truth: about 40 min on one core"
+    script:
+        "../scripts/fit_coverage.py"
+
+
 rule evidence:
     input:
         rules.assumptions_effects.output,
         rules.identification_figure.output,
         rules.error_budget_figure.output,
+        rules.fit_coverage.output,

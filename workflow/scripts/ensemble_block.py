@@ -11,7 +11,7 @@ from pneumo.store import read_json, write
 def main(parameters: str, output: str, sets: list[int], of: int, threads: int, code: str) -> None:
     study = from_json(read_json(parameters))
     seeds = seed_sets(study, of)
-    parts = []
+    parts: list[xr.Dataset] = []
     for number in sets:
         parts.append(with_seeds(study, seeds[number], threads))
         print(f"seeds {number + 1} of {of}: {seeds[number]}, done", flush=True)

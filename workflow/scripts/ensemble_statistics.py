@@ -10,7 +10,8 @@ from pneumo.store import read, read_json, write
 
 def main(parameters: str, blocks: list[str], output: str, code: str) -> None:
     study = from_json(read_json(parameters))
-    ensemble = xr.concat([read(block).load() for block in blocks], "seeds")
+    parts: list[xr.Dataset] = [read(block) for block in blocks]
+    ensemble: xr.Dataset = xr.concat(parts, "seeds")
     attributes = {
         "title": "Ensemble of the study over sets of seeds",
         "summary": "Tables 7 to 9 with their spread over sets of seeds; models compared",

@@ -1,0 +1,24 @@
+"""Fit random cylinders with known truth: do intervals hold it, and which model predicts best."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+from pneumo.apply.coverage import CASES, coverage
+from pneumo.job import logged
+from pneumo.store import write
+
+
+def main(output: str, threads: int, code: str, cases: int = CASES) -> None:
+    with ThreadPoolExecutor(threads) as pool:
+        found = coverage(cases, pool.map, lambda text: print(text, flush=True))
+    attributes = {
+        "title": "Coverage of the intervals of pneumo fit",
+        "summary": "Random cylinders with noisy sensors: truth, estimates, intervals, errors held out",
+        "config_sha256": "none: cylinders are drawn in pneumo.apply.synthetic",
+        "code_sha256": code,
+    }
+    write(found, output, attributes)
+
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        main(job.output[0], job.threads, job.params.code)
