@@ -197,3 +197,5 @@ def test_compiled_code_is_never_stale(copy):
     )
     halved, other_cache, hits = compiled(copy)
     assert halved == 5.0 and hits == 0 and other_cache != cache
+    edited(copy / "pneumo/physics/valve.py")
+    assert compiled(copy)[1] not in (cache, other_cache)
