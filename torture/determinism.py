@@ -100,7 +100,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="determinism ") as scratch:
 
         def study(name: str, variant: Variant) -> Study:
-            # Numba's cache knows sources by path: the copies take this checkout's, compiled once for each processor.
+            # Numba knows sources by path: the copies run this checkout's, compiled once for each processor.
             environment = {"PYTHONPATH": str(ROOT)} | dict(variant.environment)
             made = Study(Path(scratch, name), options.config, environment)
             done = made.run(*variant.arguments)
