@@ -364,7 +364,6 @@ def test_lanes_that_fail_are_reported_as_the_reference_does(monkeypatch):
     assert (ours.failure_step[ours.status == LEFT_RANGE] >= 200).all()
 
 
-@pytest.mark.uncompiled
 def test_a_failure_at_the_last_step_is_noticed():
     states = RECORDING.states[:201].copy()
     states[200:, 1] = 4e4
