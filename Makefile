@@ -91,7 +91,7 @@ bench: .venv/.installed  ## measure speed against other means, and the whole stu
 lock: .venv/.installed  ## write requirements.lock again from pyproject.toml (UPGRADE=1: newest versions)
 	@echo "== lock: requirements.lock"
 	$(activate)
-	uv pip compile --quiet --generate-hashes --no-emit-index-url --no-header --no-annotate --extra dev --extra docs \
+	uv pip compile --quiet --generate-hashes --no-emit-index-url --no-header --no-annotate --extra dev --extra docs --extra evidence \
 	    --python-version 3.11 --python-platform x86_64-manylinux_2_28 $(if $(UPGRADE),--upgrade) \
 	    --output-file requirements.lock pyproject.toml
 
