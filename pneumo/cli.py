@@ -37,6 +37,13 @@ class Command(StrEnum):
     linear = "linear"
 
 
+class Transport(StrEnum):
+    """How replays get their signals."""
+
+    published = "published"
+    exact = "exact"
+
+
 class Side(StrEnum):
     """A chamber."""
 
@@ -200,6 +207,34 @@ def assumptions(
     if not file.exists():
         raise ResultError(f"{file}: no such file; `snakemake -j2 evidence` makes it")
     typer.echo(tables.assumptions(effects(read(file, "reproduced")["reproduced"], read_claims())), nl=False)
+
+
+@app.command()
+def ensemble(
+    transport: Annotated[Transport, typer.Option(help="of the table of pairs")] = Transport.exact,
+    level: Annotated[str, typer.Option(help="of the table of pairs")] = "overall",
+    results: Annotated[Path, typer.Option(help="folder of results")] = Path("results"),
+):
+    """Print what other seeds say: quotients of errors, which model beats which, which statements stand."""
+    import json
+
+    from rich.console import Console
+
+    from pneumo.publish import tables
+    from pneumo.publish.ensemble import probability_table, ratio_table
+    from pneumo.store import ResultError, read, read_json
+
+    file = results / "ensemble.nc"
+    if not file.exists():
+        raise ResultError(f"{file}: no such file; `snakemake -j2 ensemble` makes it")
+    found = read(file)
+    if level not in found["level"].values:
+        raise ResultError(f"level = {level[:50]!r}: must be one of {', '.join(found['level'].values)}")
+    console = Console()
+    console.print(ratio_table(found))
+    console.print(probability_table(found, transport.value, level))
+    statements = json.loads(read_json(results / "findings.json"))
+    console.print(tables.findings(statements, headlines=False), markup=False, soft_wrap=True)
 
 
 @app.command()

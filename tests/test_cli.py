@@ -46,6 +46,7 @@ def test_help_names_every_command():
         "verdict",
         "assumptions",
         "identify",
+        "ensemble",
         "verify",
         "export",
         "init",
@@ -60,6 +61,7 @@ def test_help_names_every_command():
         (["check", "config/none.yaml"], ["config/none.yaml", "cannot be read"]),
         (["check", "README.md"], ["README.md", "YAML"]),
         (["check", "config/smoke.yaml"], ["config/smoke.yaml", "gas: missing"]),
+        (["ensemble", "--results", "nowhere"], ["nowhere/ensemble.nc", "snakemake -j2 ensemble"]),
         (
             ["explain", "E99", "M8", "1.35", "--results", "nowhere"],
             ["nowhere/published/replay/E99.nc", "no such file"],

@@ -80,6 +80,8 @@ class Claim(_Part):
     evidence : Evidence
     models : bool
         A statement about models, judged with exact transport and on the paper's own tables too.
+    headline : bool
+        One of those that stand in short lists.
     arithmetic : bool
         Needs nothing but the paper's own numbers and formulas.
     used_in_identification : bool
@@ -108,6 +110,7 @@ class Claim(_Part):
     arguments: Mapping[str, Any] = {}
     evidence: Evidence
     models: bool = False
+    headline: bool = False
     arithmetic: bool = False
     used_in_identification: bool = False
     erratum: str | None = None

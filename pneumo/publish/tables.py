@@ -1,5 +1,8 @@
 """Tables as Markdown, reproduced values beside published ones."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import pandas as pd
 import xarray as xr
 
@@ -75,3 +78,25 @@ def assumptions(effects: pd.DataFrame) -> str:
         ]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
+
+
+def findings(found: Mapping[str, Any], headlines: bool = True) -> str:
+    """Statements of 2006 about models, with both transports and intervals, and whether they stand.
+
+    Parameters
+    ----------
+    found : mapping
+        From `pneumo.assess.findings.findings`.
+    headlines : bool
+        Only those of short lists.
+    """
+    lines = [
+        "| statement of 2006 | transport as published | exact transport | 95 % interval | stands? |",
+        "|---|---|---|---|---|",
+    ]
+    for row in found["claims"]:
+        if row["headline"] or not headlines:
+            stands = f"**{row['stands']}**" + (f": {row['why']}" if row["why"] else "")
+            cells = (row["claim"], row["published"], row["exact"], row["interval"], stands)
+            lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join([*lines, "", found["note"]]) + "\n"

@@ -46,6 +46,42 @@ rule ensemble_statistics:
         "../scripts/ensemble_statistics.py"
 
 
+rule ensemble_figure:
+    input:
+        rules.ensemble_statistics.output,
+    output:
+        expand("results/figures/ensemble.{kind}", kind=["svg", "png"]),
+    log:
+        "results/logs/ensemble_figure.log",
+    params:
+        code=code_behind("ensemble_figure.py"),
+    message:
+        "Figure of the ensemble"
+    script:
+        "../scripts/ensemble_figure.py"
+
+
+rule findings:
+    input:
+        parameters=rules.parameters.output[0],
+        blocks=rules.ensemble_statistics.input.blocks,
+        claims="paper/claims.yaml",
+        published=expand("paper/published/table{number}.csv", number=[5, 7, 8, 9]),
+    output:
+        findings="results/findings.json",
+        table="results/findings.md",
+    log:
+        "results/logs/findings.log",
+    params:
+        code=code_behind("findings.py"),
+    message:
+        "Statements about models judged over the ensemble"
+    script:
+        "../scripts/findings.py"
+
+
 rule ensemble:
     input:
         rules.ensemble_statistics.output,
+        rules.ensemble_figure.output,
+        rules.findings.output,

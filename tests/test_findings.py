@@ -1,0 +1,191 @@
+"""Statements about models over seed sets: judged as the verdict does, with intervals, and shown."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rich.console import Console
+from scipy import stats
+
+from pneumo.assess import findings as f
+from pneumo.assess.claims import read_claims
+from pneumo.assess.ensemble import analysed
+from pneumo.assess.evidence import COMPUTATIONS, Finding, Results, computation
+from pneumo.assess.verdict import Court
+from pneumo.physics.parameters import load, study
+from pneumo.publish import tables
+from pneumo.publish.ensemble import ensemble_figure, probability_table, ratio_table
+from pneumo.publish.style import save
+from pneumo.simulate.ensemble import seed_sets, with_seeds
+
+ROOT = Path(__file__).parents[1]
+STUDY = study(load(ROOT / "config/paper.yaml"))
+CLAIMS = read_claims()
+
+
+@pytest.fixture(scope="module")
+def short():
+    return STUDY._replace(experiments={k: e._replace(steps=200) for k, e in STUDY.experiments.items()})
+
+
+@pytest.fixture(scope="module")
+def ensemble(short):
+    sets = [with_seeds(short, seeds, 1) for seeds in seed_sets(short, 3)]
+    return xr.concat(sets, xr.Variable("seeds", [0, 1, 2]))
+
+
+@pytest.fixture(scope="module")
+def found(short, ensemble):
+    return f.findings(short, ensemble, CLAIMS, ROOT / "results")
+
+
+@pytest.fixture
+def invented():
+    """A computation whose sources are its findings."""
+    name = "of_the_test"
+    COMPUTATIONS.pop(name, None)
+
+    def of_the_test(source):
+        return source
+
+    computation(of_the_test)
+    yield CLAIMS.items["S4.alike.overall"].model_copy(update={"compute": name, "arguments": {}})
+    del COMPUTATIONS[name]
+
+
+def test_a_source_of_one_seed_set_has_the_studys_own_tables(short, ensemble):
+    cells = ensemble.sel(seeds=0, transport="exact").drop_attrs()
+    source = f.SeedSet(short, cells, "exact")
+    level = source.statistics["mse"].sel(level="overall")
+    by_hand = cells["mse"].mean("chamber").min("n").mean("experiment")
+    np.testing.assert_allclose(level, by_hand)
+    assert source.study is short
+
+
+def test_decades_become_quotients_with_students_interval(invented):
+    decades = [0.05, 0.08, 0.2, 0.09]
+    judged = f.over_seed_sets(invented, CLAIMS, [Finding(value) for value in decades])
+    low, high = stats.ttest_1samp(decades, 0).confidence_interval(0.95)
+    assert (judged.value, judged.low, judged.high) == pytest.approx((10**0.105, 10**low, 10**high))
+    assert (judged.holds, judged.sets) == (3, 4)  # at most 0.1 decades
+    # Clopper and Pearson's by their definition through the beta distribution.
+    assert judged.share_low == pytest.approx(stats.beta.ppf(0.025, 3, 2))
+    assert judged.share_high == pytest.approx(stats.beta.ppf(0.975, 4, 1))
+
+
+def test_what_is_only_true_or_false_has_no_number(invented):
+    judged = f.over_seed_sets(invented, CLAIMS, [Finding(holds=True), Finding(holds=False)])
+    assert judged.value is judged.low is judged.high is None
+    assert judged.holds == 1
+
+
+@settings(deadline=None)
+@given(st.integers(1, 200), st.data())
+def test_it_stands_where_95_of_100_say_so(sets, data):
+    holds = data.draw(st.integers(0, sets))
+    judged = f.Judged(None, None, None, holds, sets, 0.0, 1.0)
+    assert judged.stands is (True if 20 * holds >= 19 * sets else False if 20 * holds <= sets else None)
+
+
+def test_answers():
+    def judged(holds):
+        return f.Judged(None, None, None, holds, 100, 0.0, 1.0)
+
+    yes, some, no = judged(100), judged(50), judged(0)
+    assert f._answer(yes, yes) == ("yes", "")
+    assert f._answer(yes, no) == ("no", "made by the published transport")
+    assert f._answer(no, yes) == ("yes", "hidden by the published transport")
+    assert f._answer(no, no) == ("no", "with neither transport")
+    assert f._answer(yes, some) == ("in part", "depends on the seeds")
+    assert f._answer(some, yes)[0] == "yes" and "seeds" in f._answer(some, yes)[1]
+    assert f._answer(some, no)[0] == "no" and "seeds" in f._answer(some, no)[1]
+
+
+def test_every_statement_about_models_is_there_and_no_cell_of_a_table(found):
+    expected = [c.id for c in CLAIMS.items.values() if c.models and c.table is None]
+    assert [row["id"] for row in found["claims"]] == expected
+    assert found["seed_sets"] == 3
+    headlines = [row["id"] for row in found["claims"] if row["headline"]]
+    assert {"S4.alike.overall", "S4.best_choice", "S4.no_gain"} <= set(headlines) < set(expected)
+
+
+def test_identities_hold_in_every_seed_set(found):
+    for row in found["claims"]:
+        if row["id"].startswith("S3."):
+            assert (row["stands"], row["exact"], row["published"]) == ("yes", "3 of 3", "3 of 3"), row["id"]
+
+
+def test_texts():
+    def text(name):
+        return f.claimed(CLAIMS.items[name], CLAIMS.classes)
+
+    assert text("S4.M6_85") == "M6's error over M5's is about 85 %"
+    assert text("S4.M7_n").endswith("level: 1.35")
+    assert text("S4.best_choice").endswith("level: M7")
+    assert text("S4.alike.overall").endswith("(quotient of MSE at most 1.26)")
+    assert text("S4.M4_worst").endswith("(quotient of MSE at least 1.26)")
+    assert f.number(0.0391, CLAIMS.items["S4.M7_10"]) == "3.9 %"
+    assert f.number(0.391, CLAIMS.items["S4.M7_10"]) == "39 %"
+    assert f.number(-104.6, CLAIMS.items["S4.M7_mu"]) == "-105 Pa"
+
+
+def test_a_study_of_two_experiments_says_what_it_lacks(short, ensemble):
+    only = short._replace(experiments={name: short.experiments[name] for name in ("E01", "E02")})
+    few = f.findings(only, ensemble.sel(experiment=["E01", "E02"]), CLAIMS, ROOT / "results")
+    rows = {row["id"]: row for row in few["claims"]}
+    assert rows["S4.alike.typical"]["stands"] == "not run"
+    assert rows["S4.alike.typical"]["why"] == "no number for typical, M1"
+    assert rows["S4.no_single_best"]["stands"] != "not run"
+
+
+def test_as_table_figure_and_on_the_terminal(found, ensemble, tmp_path):
+    text = tables.findings(found)
+    assert text.count("\n| ") == 1 + sum(row["headline"] for row in found["claims"]) - 1
+    assert tables.findings(found, headlines=False).count("\n| ") == len(found["claims"])
+    everything = analysed(ensemble, STUDY.levels).assign_attrs(seed_sets=3)
+    console = Console(width=200, record=True)
+    console.print(ratio_table(everything), probability_table(everything, "exact", "overall"))
+    shown = console.export_text()
+    value = everything["ratio_value"].sel(
+        ratio="M8/M7", level="adiabatic", averaged="mean", transport="exact"
+    )
+    assert f"{value.item():.3f} [" in shown and "Of 3 seed sets" in shown
+    for file in save(ensemble_figure(everything), tmp_path / "ensemble"):
+        assert file.stat().st_size > 10_000
+
+
+@pytest.mark.results
+def test_own_seeds_give_what_the_verdict_says():
+    """Set 0 of the ensemble has the study's seeds: judged alike, with both transports."""
+    results = ROOT / "results"
+    block = results / "ensemble" / "000.nc"
+    if not block.exists():
+        pytest.skip("no ensemble: snakemake -j2 ensemble")
+    from pneumo.store import read
+
+    first = read(block, "mean_error", "mse", "failure_time").sel(seeds=0)
+    court = Court(results)
+    for name, transport in (("published", "published"), ("exact", "exact")):
+        own = f.SeedSet(STUDY, first.sel(transport=transport).drop_attrs(), transport)
+        of_study = Results(results, name)
+        for claim in court.claims.items.values():
+            if claim.models and claim.table is None:
+                compute = COMPUTATIONS[claim.compute]
+                a, b = compute(own, **claim.arguments), compute(of_study, **claim.arguments)
+                assert (a.holds, a.shown) == (b.holds, b.shown), claim.id
+                assert a.value == (b.value if b.value is None else pytest.approx(b.value, rel=1e-9)), claim.id
+
+
+@pytest.mark.results
+def test_readme_shows_what_was_found():
+    file = ROOT / "results" / "findings.json"
+    if not file.exists():
+        pytest.skip("no findings: snakemake -j2 ensemble")
+    from pneumo.store import read_json
+
+    shown = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert tables.findings(json.loads(read_json(file))) in shown

@@ -1,0 +1,12 @@
+"""Draw the ensemble."""
+
+from pathlib import Path
+
+from pneumo.job import logged
+from pneumo.publish.ensemble import ensemble_figure
+from pneumo.publish.style import save
+from pneumo.store import read
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        save(ensemble_figure(read(job.input[0])), Path(job.output[0]).with_suffix(""))

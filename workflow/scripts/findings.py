@@ -1,0 +1,27 @@
+"""Judge the statements about models over the ensemble: findings.json and the table that the README shows."""
+
+import json
+from pathlib import Path
+
+import xarray as xr
+
+from pneumo.assess.claims import read_claims
+from pneumo.assess.findings import findings
+from pneumo.job import logged
+from pneumo.physics.exchange import from_json
+from pneumo.publish import tables
+from pneumo.store import read, read_json, write_json, write_text
+
+
+def main(parameters: str, blocks: list[str], paper: Path, output: str, table: str) -> None:
+    study = from_json(read_json(parameters))
+    ensemble = xr.concat([read(block, "mean_error", "mse", "failure_time") for block in blocks], "seeds")
+    found = findings(study, ensemble, read_claims(paper), Path(output).parent)
+    write_json(json.dumps(found, indent=1, ensure_ascii=False), output)
+    write_text(tables.findings(found), table)
+
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        files, made = job.input, job.output
+        main(files.parameters, list(files.blocks), Path(files.claims).parent, made.findings, made.table)
