@@ -18,9 +18,8 @@ from pneumo.assess.ledger import AS_TAKEN, AssumptionsError, read_assumptions
 from pneumo.assess.statistics import statistics
 from pneumo.physics.experiment import Experiment, Study
 from pneumo.physics.parameters import ConfigurationError, merged, study, validated
-from pneumo.simulate.cells import grid_lanes, replay_dataset
+from pneumo.simulate.cells import grid_lanes, replay_dataset, replayed
 from pneumo.simulate.datum import RAN, STAGES, C, Recording, record
-from pneumo.simulate.lanes import replay
 from pneumo.simulate.replay import EXACT, PUBLISHED
 from pneumo.simulate.results import labels
 from pneumo.simulate.settling import QUANTITIES, Settling, settle
@@ -192,17 +191,15 @@ def _cells(
 ) -> xr.Dataset:
     """Mean error, mean square error and failure time of every cell; no pressures."""
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
-    replayed = replay(
-        recording,
+    cells = replayed(
+        experiment,
         lanes,
-        experiment.drive,
-        experiment.plant,
-        experiment.h,
+        recording,
         transport=EXACT if transport == EXACT else PUBLISHED,
         lag=LATE[transport] * experiment.h if transport in LATE else lag,
         stride=experiment.steps,
     )
-    return replay_dataset(experiment, study.n, index, replayed)[["mean_error", "mse", "failure_time"]]
+    return replay_dataset(experiment, study.n, index, cells)[["mean_error", "mse", "failure_time"]]
 
 
 class Toggled(Results):

@@ -1,11 +1,13 @@
-"""The grid of cells: which lanes it needs, and the dataset that holds every cell of an experiment."""
+"""The grid of cells: which lanes it needs, replays of them, and the dataset that holds them all."""
 
 import numpy as np
 import xarray as xr
 
 from pneumo.physics.experiment import Experiment
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.simulate.replay import STATUS, Replayed
+from pneumo.simulate.datum import RAN, Recording, failure
+from pneumo.simulate.lanes import replay
+from pneumo.simulate.replay import PUBLISHED, STATUS, Replayed, no_replay
 from pneumo.simulate.results import CHAMBERS, flags, labels
 
 
@@ -28,6 +30,28 @@ def grid_lanes(n: tuple[float, ...], gamma: float) -> tuple[np.ndarray, np.ndarr
             index[i] = len(lanes)
             lanes.append(lane(model, 1.0, gamma))
     return lane_array(lanes), index
+
+
+def replayed(
+    experiment: Experiment,
+    lanes: np.ndarray,
+    recording: Recording,
+    *,
+    transport: str,
+    lag: float | np.ndarray = 0.0,
+    stride: int = 1,
+) -> Replayed:
+    """Replay lanes on an experiment's full-order run, or say that there is none where that run failed.
+
+    Parameters are those of `pneumo.simulate.replay.replay`, but that the lag counts for the published
+    transport alone.
+    """
+    status, step = failure(recording.states)
+    if status != RAN:
+        return no_replay(recording, lanes, step, stride)
+    lag = lag if transport == PUBLISHED else 0.0
+    e = experiment
+    return replay(recording, lanes, e.drive, e.plant, e.h, transport=transport, lag=lag, stride=stride)
 
 
 def replay_dataset(

@@ -7,10 +7,9 @@ import numpy as np
 import xarray as xr
 
 from pneumo.physics.experiment import Experiment, Study
-from pneumo.simulate.cells import grid_lanes, replay_dataset
-from pneumo.simulate.datum import RAN, failure, record
-from pneumo.simulate.lanes import replay
-from pneumo.simulate.replay import EXACT, PUBLISHED, no_replay
+from pneumo.simulate.cells import grid_lanes, replay_dataset, replayed
+from pneumo.simulate.datum import record
+from pneumo.simulate.replay import EXACT, PUBLISHED
 
 TRANSPORTS = (PUBLISHED, EXACT)
 ENTROPY = 2006  # of the seeds that are drawn
@@ -30,17 +29,11 @@ def seed_sets(study: Study, count: int) -> list[dict[str, int]]:
 def _errors(study: Study, experiment: Experiment) -> xr.Dataset:
     """Every cell's error by (transport, model, n, chamber)."""
     recording = record(experiment)
-    status, step = failure(recording.states)
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     parts: list[xr.Dataset] = []
     for transport in TRANSPORTS:
-        if status != RAN:
-            cells = no_replay(recording, lanes, step, experiment.steps)
-        else:
-            lag = study.lag if transport == PUBLISHED else 0.0
-            e = experiment
-            options = {"transport": transport, "lag": lag, "stride": e.steps}
-            cells = replay(recording, lanes, e.drive, e.plant, e.h, **options)
+        options = {"transport": transport, "lag": study.lag, "stride": experiment.steps}
+        cells = replayed(experiment, lanes, recording, **options)
         parts.append(replay_dataset(experiment, study.n, index, cells)[KEPT])
     return xr.concat(parts, xr.Variable("transport", list(TRANSPORTS)))
 

@@ -12,10 +12,9 @@ import xarray as xr
 
 from pneumo.physics.experiment import Experiment
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
-from pneumo.simulate.cells import grid_lanes, replay_dataset
+from pneumo.simulate.cells import grid_lanes, replay_dataset, replayed
 from pneumo.simulate.datum import RAN, RUN_STATUS, Recording, failure, record
-from pneumo.simulate.lanes import replay
-from pneumo.simulate.replay import EXACT, Replayed, no_replay
+from pneumo.simulate.replay import EXACT
 from pneumo.simulate.results import CHAMBERS, flags
 from pneumo.simulate.settling import thermal_time_constant
 
@@ -49,19 +48,11 @@ def _mse_of_wrong_k_0(experiment: Experiment, n: tuple[float, ...], recording: R
     found = np.full((len(K_0_FACTORS), len(MODELS), len(n), 2), np.nan)
     names = list(MODELS)
     for i, factor in enumerate(K_0_FACTORS):
-        cells = _replayed(experiment, wall_lanes(n, experiment.plant.gas.gamma, factor), recording)
+        lanes = wall_lanes(n, experiment.plant.gas.gamma, factor)
+        cells = replayed(experiment, lanes, recording, transport=EXACT, stride=experiment.steps)
         mse = np.where(cells.status != 0, np.nan, cells.mse)
         found[i, [names.index(name) for name in WITH_WALL]] = mse.reshape(len(WITH_WALL), len(n), 2)
     return found
-
-
-def _replayed(experiment: Experiment, lanes: np.ndarray, recording: Recording) -> Replayed:
-    status, step = failure(recording.states)
-    stride = experiment.pressure_stride
-    if status != RAN:
-        return no_replay(recording, lanes, step, stride)
-    e = experiment
-    return replay(recording, lanes, e.drive, e.plant, e.h, transport=EXACT, stride=stride)
 
 
 def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Dataset:
@@ -83,7 +74,9 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     """
     recording = record(experiment)
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
-    cells = replay_dataset(experiment, n, index, _replayed(experiment, lanes, recording))
+    stride = experiment.pressure_stride
+    found = replayed(experiment, lanes, recording, transport=EXACT, stride=stride)
+    cells = replay_dataset(experiment, n, index, found)
     pressure = cells["pressure"].isel(t=slice(TRACED)).drop_vars("t").rename(t="sample")
     cells = cells.drop_vars(["pressure", "t"])
     cells["mse_of_wrong_k_0"] = (
@@ -95,7 +88,6 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     failure_time = step * experiment.h if status != RAN else np.nan
     cells["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
     if traced:
-        stride = experiment.pressure_stride
         shown = recording.states[: TRACED * stride : stride]
         cells["trace_t"] = ("sample", np.arange(len(shown)) * experiment.h * stride, {"units": "s"})
         cells["trace_x"] = ("sample", shown[:, 0], {"units": "m", "long_name": "piston position"})

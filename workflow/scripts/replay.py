@@ -6,33 +6,19 @@ from pathlib import Path
 from pneumo.job import logged
 from pneumo.physics.exchange import from_json
 from pneumo.physics.experiment import Experiment, Study
-from pneumo.simulate.cells import grid_lanes, replay_dataset
-from pneumo.simulate.datum import RAN, failure
-from pneumo.simulate.lanes import replay
-from pneumo.simulate.replay import PUBLISHED, no_replay
+from pneumo.simulate.cells import grid_lanes, replay_dataset, replayed
+from pneumo.simulate.replay import PUBLISHED
 from pneumo.simulate.results import recording_from
 from pneumo.store import attributes_of, read, read_json, write
 
 
 def replay_one(study: Study, experiment: Experiment, datum: str, outputs: list[str], code: str) -> None:
     recording = recording_from(read(datum))
-    status, step = failure(recording.states)
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     for output in outputs:
         transport = Path(output).parts[-3]
-        if status != RAN:
-            cells = no_replay(recording, lanes, step, experiment.pressure_stride)
-        else:
-            cells = replay(
-                recording,
-                lanes,
-                experiment.drive,
-                experiment.plant,
-                experiment.h,
-                transport=transport,
-                lag=study.lag if transport == PUBLISHED else 0.0,
-                stride=experiment.pressure_stride,
-            )
+        options = {"transport": transport, "lag": study.lag, "stride": experiment.pressure_stride}
+        cells = replayed(experiment, lanes, recording, **options)
         attributes = {
             "title": f"Reduced models replayed on {experiment.name}, {transport} transport",
             "summary": "Error of every model at every n against the full-order run, and the pressures",
