@@ -90,7 +90,8 @@ def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[Results]) -> 
     middle = low = high = None
     if np.isfinite(values).all():
         middle = float(np.mean(values))
-        half = stats.t.ppf((1 + CONFIDENCE) / 2, total - 1) * float(np.std(values, ddof=1)) / math.sqrt(total)
+        student = float(stats.t.ppf((1 + CONFIDENCE) / 2, total - 1))
+        half = student * float(np.std(values, ddof=1)) / math.sqrt(total)
         low, high = middle - half, middle + half
         if claim.tolerance == "decade":
             middle, low, high = 10**middle, 10**low, 10**high

@@ -1,0 +1,276 @@
+"""The manuscript as PDF: its numbers from results, its text and layout in ``paper/manuscript``.
+
+`numbers` collects every number of the text, formatted; they go into one JSON file that the Typst source
+reads. The source itself types none.
+"""
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import typst
+import xarray as xr
+
+from pneumo.assess.findings import CONFIDENCE, STANDS
+from pneumo.assess.highlights import LEVELS
+from pneumo.physics.exchange import from_json
+from pneumo.physics.experiment import Study
+from pneumo.physics.models import MODELS
+from pneumo.simulate.replay import EXACT, PUBLISHED
+from pneumo.store import read, read_json, written
+
+SHOWN = ("M6/M5", "M8/M7", "M10/M8")
+CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
+    "of_M6": "S4.M7_40",
+    "of_classical": "S4.M7_10",
+    "mu": "S4.M7_mu",
+    "sigma": "S4.M7_sigma",
+    "replays": "S4.runs",
+}
+FIXED_DATE = 0  # seconds since 1970, inside the PDF: the same results give the same bytes
+
+
+def percent(value: float, digits: int = 0) -> str:
+    """Write a fraction in per cent.
+
+    Examples
+    --------
+    >>> percent(0.0254, 1), percent(0.4)
+    ('2.5 %', '40 %')
+    """
+    return f"{100 * value:.{digits}f} %"
+
+
+def interval(ends: Sequence[float], digits: int) -> str:
+    """Write a number with its interval, from value, low and high: ``0.18 (0.17 to 0.19)``."""
+    value, low, high = ends
+    return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+
+
+def numbers(results: Path) -> dict[str, Any]:
+    """Collect every number of the manuscript, as text.
+
+    Parameters
+    ----------
+    results : pathlib.Path
+        Folder of results, with the evidence.
+
+    Returns
+    -------
+    dict
+        Nested by section; leaves are text, lists are rows of tables.
+    """
+    study = from_json(read_json(results / "parameters.json"))
+    verdict = json.loads(read_json(results / "verdict.json"))
+    found = json.loads(read_json(results / "findings.json"))
+    ensemble = read(results / "ensemble.nc")
+    return {
+        "confidence": percent(CONFIDENCE),
+        "stands": percent(STANDS),
+        "setup": _setup(study),
+        "verdict": _verdict(verdict),
+        "identified": _identified(read(results / "identification.nc")),
+        "budget": _budget(read(results / "error_budget.nc")),
+        "ensemble": _ensemble(ensemble),
+        "statements": [
+            {key: row[key] for key in ("claim", "published", "exact", "interval", "stands", "why")}
+            for row in found["claims"]
+            if row["headline"]
+        ],
+        "standing": {
+            answer: str(sum(row["stands"] == answer for row in found["claims"]))
+            for answer in ("yes", "in part", "no")
+        }
+        | {"all": str(len(found["claims"]))},
+        "models": [_model(name) for name in MODELS],
+    }
+
+
+def _model(name: str) -> dict[str, str]:
+    row = MODELS[name]
+    index = str(row.n_V).replace("gamma", "γ") if row.n_V == row.n_in == row.n_out else "own"
+    indices = f"{row.n_V:g}, {row.n_in:g}, {row.n_out:g}" if index == "own" else index
+    wall = {"none": "none", "k_0": "k₀", "lambda_0 A_q": "λ₀ A_q", "lambda A_q": "λ(P, T) A_q"}[row.wall]
+    return {
+        "name": name,
+        "index": indices,
+        "temperature": row.temperature,
+        "mixing": "yes" if row.mixing else "no",
+        "wall": wall,
+    }
+
+
+def _setup(study: Study) -> dict[str, Any]:
+    experiments = study.experiments.values()
+    cylinders = {e.cylinder: e for e in experiments if not e.drive.closed_loop}
+    with_n = sum(model.has_n for model in MODELS.values())
+    per_experiment = with_n * len(study.n) + len(MODELS) - with_n
+    some = next(iter(experiments))
+    return {
+        "step": f"{1e3 * some.h:g} ms",
+        "lag": f"{1e3 * study.lag:g} ms",
+        "experiments": str(len(study.experiments)),
+        "n": str(len(study.n)),
+        "replays": str(per_experiment * len(study.experiments)),
+        "simulated": f"{sum(e.steps * e.h for e in experiments) / 3600:.1f} h",
+        "seeds": {name: str(e.excitation.seed) for name, e in cylinders.items()},
+        "amplitude": {name: f"{e.excitation.amplitude:g} V" for name, e in cylinders.items()},
+        "P_s": f"{some.plant.conditions.P_s / 1e5:g} bar",
+    }
+
+
+def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
+    scores = verdict["highlights"]["scores"]
+    readable = verdict["counts"]["items"] - verdict["counts"]["unreadable"]
+    rows = {(row["model"], row["source"]): row for row in verdict["highlights"]["wrong_row"]}
+    printed = {item["id"]: f"{item['printed']} {item['unit']}".rstrip() for item in verdict["items"]}
+    exact = {row["level"]: row for row in verdict["highlights"]["transport"] if row["source"] == EXACT}
+    counts = dict(verdict["counts"])
+    return {
+        "counts": {"all": str(counts.pop("items"))} | {name: str(count) for name, count in counts.items()},
+        "places": str(len(verdict["errata"])),
+        "claimed": {key: printed[item] for key, item in CLAIMED.items()},
+        "exact": {level: percent(row["quotients"]["M8/M7"]) for level, row in exact.items()},
+        "missed_share": percent(verdict["counts"]["missed"] / readable, 1),
+        "readable": str(readable),
+        "errata": [
+            {key: erratum[key] for key in ("where", "printed", "meant")} for erratum in verdict["errata"]
+        ],
+        "scores": {
+            "table_7": percent(scores["table_7_mse"]["rms_of_ln_ratio"], 1),
+            "table_9": percent(scores["table_9_mse"]["rms_of_ln_ratio"], 1),
+            "table_8": f"{scores['table_8']['exact']} of {scores['table_8']['cells']}",
+            "table_8_close": str(scores["table_8"]["exact_or_close"] - scores["table_8"]["exact"]),
+            "table_5": f"{scores['table_5']['exact_or_close']} of {scores['table_5']['cells']}",
+        },
+        "wrong_row": {
+            model: {
+                "of_M6": percent(rows[model, "printed"]["of_M6"]),
+                "of_classical": percent(rows[model, "printed"]["of_classical"]),
+                "mu": f"{rows[model, 'printed']['mu']:.0f} Pa",
+                "sigma": f"{rows[model, 'printed']['sigma']:.0f} Pa",
+            }
+            for model in ("M7", "M8")
+        },
+        "transport": [
+            {"level": row["level"], "source": row["source"]}
+            | {model: f"{row['mse'][model] / 1e6:.2f}" for model in row["mse"]}
+            | {name: f"{quotient:.2f}" for name, quotient in row["quotients"].items()}
+            for row in verdict["highlights"]["transport"]
+        ],
+        "by_experiment": {
+            name: {
+                "lowest": f"{min(verdict['highlights']['by_experiment'][name]):.2f}",
+                "highest": f"{max(verdict['highlights']['by_experiment'][name]):.2f}",
+            }
+            for name in (PUBLISHED, EXACT)
+        },
+    }
+
+
+def _identified(found: xr.Dataset) -> dict[str, Any]:
+    digits = {"M": 2, "k_f": 0, "stop": 2}
+    return {
+        cylinder: {
+            name: interval([at[key].item() for key in ("estimate", "low", "high")], digits[name])
+            for name in digits
+            for at in [found.sel(cylinder=cylinder, parameter=name)]
+        }
+        for cylinder in found["cylinder"].values
+    }
+
+
+def _budget(budget: xr.Dataset) -> dict[str, Any]:
+    def rms(part: str, level: str, model: str) -> str:
+        return f"{budget[f'level_{part}'].sel(level=level, model=model).item() ** 0.5 / 1e3:.2f} kPa"
+
+    return {
+        level: {
+            model: {part: rms(f"{part}_error", level, model) for part in ("model", "transport")}
+            for model in ("M7", "M8", "M10")
+        }
+        for level in LEVELS
+    }
+
+
+def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
+    def at(prefix: str, names: tuple[str, ...], **labels: str) -> list[float]:
+        here = ensemble.sel(labels)
+        return [here[f"{prefix}_{name}"].item() for name in names]
+
+    middle = ("value", "low", "high")
+    return {
+        "sets": str(ensemble.attrs["seed_sets"]),
+        "rows": [
+            {"ratio": ratio, "level": level}
+            | {
+                f"{transport} {averaged}": interval(
+                    at("ratio", middle, ratio=ratio, level=level, averaged=averaged, transport=transport), 2
+                )
+                for transport in (PUBLISHED, EXACT)
+                for averaged in ("mean", "geometric")
+            }
+            for ratio in SHOWN
+            for level in (*LEVELS, "overall")
+        ],
+        "resolvable": {
+            transport: percent(
+                at(
+                    "ratio",
+                    ("resolvable",),
+                    ratio="M8/M7",
+                    level="overall",
+                    averaged="mean",
+                    transport=transport,
+                )[0]
+                - 1
+            )
+            for transport in (PUBLISHED, EXACT)
+        },
+        "extremes": {
+            ratio: {
+                transport: {"lowest": f"{values.min().item():.2f}", "highest": f"{values.max().item():.2f}"}
+                for transport in (PUBLISHED, EXACT)
+                for values in [ensemble["experiment_ratio_value"].sel(ratio=ratio, transport=transport)]
+            }
+            for ratio in (*SHOWN, "M6/M7")
+        },
+    }
+
+
+def typed_numbers(source: str) -> list[str]:
+    """Numerals that stand typed in the running text of a Typst source.
+
+    Left out are comments, code, mathematics, references, names of models and of standards, equations and
+    tables of the paper, and its year.
+    """
+    text = re.sub(r"//[^\n]*", "", source)
+    text = re.sub(r"\$[^$]*\$", "", text)
+    text = re.sub(r"(?m)^#(let|set|show|import)\b.*(\n[ })\]].*)*", "", text)
+    text = re.sub(r"#[a-z_]+(\.[a-zA-Z_0-9]+)*(\.at\(\"[^\"]*\"\)[.\w]*)*", "", text)
+    text = re.sub(r"@[\w-]+|<[\w-]+>", "", text)
+    text = re.sub(r'"[^"]*"', "", text)
+    text = re.sub(r"\bM\d+\b|\bE\d\d?\b|\bISO 6358\b|\b2006\b|\bDOI\b", "", text)
+    text = re.sub(r"\b(eqs?|Tables?|Figs?|[Ss]ections?)[ ~]\(?\d+\)?((, | to | and )\(?\d+\)?)*", "", text)
+    text = re.sub(r"\b[\d.]+(pt|mm|cm|em|fr|%)", "", text)
+    return re.findall(r"\d+(?:\.\d+)?", text)
+
+
+def compile_pdf(source: Path, root: Path, output: Path) -> None:
+    """Typeset a Typst source, offline, with the fonts that the typesetter carries.
+
+    Parameters
+    ----------
+    source : pathlib.Path
+    root : pathlib.Path
+        Folder from which the source may read.
+    output : pathlib.Path
+        PDF to write, whole or not at all; the same input gives the same bytes.
+    """
+    with written(output) as part:
+        typst.compile(
+            str(source), output=str(part), root=str(root), format="pdf", ignore_system_fonts=True,
+            timestamp=FIXED_DATE,
+        )  # fmt: skip
