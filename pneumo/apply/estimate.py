@@ -18,6 +18,7 @@ from pneumo.provenance import code_hash
 from pneumo.store import write
 
 PART = 0.6  # of the record that is fitted
+FLOW = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
 SHOWN = tuple(name for name in PARAMETERS if not name.startswith("start"))
 
 
@@ -130,7 +131,7 @@ def prepared(measurement: Measurement, plant: Plant, *, held: bool = True) -> tu
         c = plant.conditions._replace(T_amb=measurement.T, T_in=measurement.T, T_0=measurement.T)
         plant = plant._replace(conditions=c)
     m = measurement
-    return plant, signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held)
+    return plant, signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
 
 
 def fit_measurement(
@@ -198,7 +199,8 @@ def dataset(measurement: Measurement, found: dict[str, Estimate], split: int) ->
             },
             "pressure": (("model", "chamber", "t"), pressure),
             "P": (("chamber", "t"), measurement.P, {"long_name": "measured absolute pressure"}),
-            "u": ("t", measurement.u),
+            **({"u": ("t", measurement.u)} if measurement.m is None else {}),
+            **({} if measurement.m is None else {"m": (("chamber", "t"), measurement.m, FLOW)}),
             "x": ("t", measurement.x),
         },
         coords={

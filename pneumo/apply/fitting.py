@@ -1,8 +1,8 @@
 """Parameters of a reduced model from measured pressures: least squares over the whole replay.
 
-The replay starts once, from a pressure that is fitted too, and then sees command and position only: what is
-left between its pressures and the measured ones is the model's error and the noise (output error). Each
-chamber has a dead volume of its own, as the hoses make it.
+The replay starts once, from a pressure that is fitted too, and then sees position and command (or mass
+flows) only: what is left between its pressures and the measured ones is the model's error and the noise
+(output error). Each chamber has a dead volume of its own, as the hoses make it.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from pneumo.apply.signals import Signals
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.experiment import Plant
 from pneumo.physics.models import WALL_LAWS, Model, lane, lane_array
-from pneumo.simulate.driven import driven
+from pneumo.simulate.driven import driven, driven_by_flow
 
 LAMBDA_0 = 30.0  # W/(m^2 K); where the search for k_0 begins, between still and moving air
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
@@ -90,6 +90,7 @@ class Problem(NamedTuple):
         """Names of the parameters that are fitted."""
         absent = {"n"} if not self.model.has_n else set()
         absent |= {"k_0"} if self.model.wall == "none" else set()
+        absent |= {"k_xu"} if self.signals.flow is not None else set()
         return tuple(name for name in PARAMETERS if name not in absent | set(self.fixed))
 
     def reference(self, name: str) -> float:
@@ -173,7 +174,7 @@ def replayed(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.nda
     for i, theta in enumerate(thetas):
         value = problem.fixed | {k: PARAMETERS[k].outer(x) for k, x in zip(problem.names, theta, strict=True)}
         row = lane(problem.model, value.get("n", 1.0), plant.gas.gamma)
-        flow = value["k_xu"] / plant.valve.k_xu
+        flow = value.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu  # 1 where flows were measured
         lanes.append(
             row._replace(
                 n_in=row.n_in * flow,
@@ -190,7 +191,11 @@ def replayed(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.nda
         rows = np.flatnonzero(which.ravel() == i)
         for sides, own, moved in _plants(plant, pair, problem.model):
             shifted = inputs + np.array([0.0, moved, 0.0]) if moved else inputs
-            found = driven(shifted, coefficients[rows], own, signals.h, stride, start[rows])
+            of = (coefficients[rows], own, signals.h, stride, start[rows])
+            if signals.flow is None:
+                found = driven(shifted, *of)
+            else:
+                found = driven_by_flow(shifted, signals.flow, *of)
             result[np.array(rows)[:, None], np.array(sides)] = found[:, sides]
     return result
 
@@ -287,10 +292,10 @@ def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = 1e
         If the valve leaks or has a laminar share: replays know neither.
     """
     valve = problem.plant.valve
-    if valve.leak or valve.laminar:
+    if problem.signals.flow is None and (valve.leak or valve.laminar):
         raise ApplyError(
             f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"
-            " leave leak_dm3_per_sbar out"
+            " leave leak_dm3_per_sbar out, or measure the flows m_A and m_B"
         )
     plain, seen = problem._replace(others=()), {}
 

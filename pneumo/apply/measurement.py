@@ -17,6 +17,8 @@ from pneumo.physics.plain_yaml import printable, read_yaml
 GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
 _LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 _PRESSURE = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757}
+ANR = 1.185  # kg/m^3, air at the reference atmosphere of ISO 8778
+_FLOW = {"kg/s": 1.0, "g/s": 1e-3, "kg/h": 1 / 3600, "dm3/s(ANR)": 1e-3 * ANR, "l/min(ANR)": 1e-3 / 60 * ANR}
 UNITS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
     "u": {"V": 1.0, "mV": 1e-3},
@@ -24,10 +26,13 @@ UNITS: dict[str, dict[str, float]] = {
     "v": {f"{unit}/s": scale for unit, scale in _LENGTH.items()},
     "P_A": _PRESSURE,
     "P_B": _PRESSURE,
+    "m_A": _FLOW,
+    "m_B": _FLOW,
     "T": {"K": 1.0, "degC": 1.0},
 }
 ZERO_CELSIUS = 273.15
-REQUIRED = ("t", "u", "x", "P_A", "P_B")
+REQUIRED = ("t", "x", "P_A", "P_B")
+COMMAND, FLOWS = ("u",), ("m_A", "m_B")  # one of the two
 HEADER = re.compile(
     r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g)?))\s*$"
 )
@@ -49,7 +54,7 @@ class Column(BaseModel):
     unit: Annotated[str, Field(max_length=20)]
 
 
-Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "T"]
+Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "m_A", "m_B", "T"]
 MAPPING = TypeAdapter(dict[Quantity, Column])
 
 
@@ -63,7 +68,8 @@ class Measurement(NamedTuple):
     period : float
         Time between samples, s.
     u, x : numpy.ndarray
-        Command, V, and position from mid-stroke, m, shape (samples,).
+        Command, V (zero where flows were measured in its place), and position from mid-stroke, m, shape
+        (samples,).
     P : numpy.ndarray
         Absolute pressures, Pa, shape (chamber, samples).
     v : numpy.ndarray or None
@@ -72,6 +78,8 @@ class Measurement(NamedTuple):
         Mean temperature of the surroundings, K; NaN where it was not measured.
     notes : tuple of str
         What a reader should know.
+    m : numpy.ndarray or None
+        Mass flows into the chambers, kg/s, shape (chamber, samples), where they were measured.
     """
 
     name: str
@@ -82,6 +90,7 @@ class Measurement(NamedTuple):
     v: np.ndarray | None
     T: float
     notes: tuple[str, ...]
+    m: np.ndarray | None = None
 
     @property
     def t(self) -> np.ndarray:
@@ -202,7 +211,8 @@ def read_measurement(
     table, units, line = _table(path)
     names = [str(name) for name in table.columns]
     columns = dict(mapping) if mapping else _columns(names, units)
-    for quantity in REQUIRED:
+    measured_flow = any(quantity in columns for quantity in FLOWS)
+    for quantity in REQUIRED + (FLOWS if measured_flow else COMMAND):
         if quantity not in columns:
             there = ", ".join(printable(name, 30) for name in names[:12])
             raise ApplyError(
@@ -228,13 +238,18 @@ def read_measurement(
     if len(values["t"]) < FEWEST:
         raise ApplyError(f"{path}: {len(values['t'])} samples: must be at least {FEWEST}")
     notes: list[str] = []
+    if measured_flow:
+        if "u" in values:
+            notes.append("column u: not used, since the flows m_A and m_B were measured")
+        values["u"] = np.zeros_like(values["t"])
     period = _time(path, values["t"], line, notes)
     _plausible(path, values, plant, line, notes, from_end)
     values = _even(values, period)
     _velocity(path, values, period, notes)
     T = float(np.mean(values["T"])) if "T" in values else np.nan
     P = np.array([values["P_A"], values["P_B"]])
-    return Measurement(str(path), period, values["u"], values["x"], P, values.get("v"), T, tuple(notes))
+    m = np.array([values[name] for name in FLOWS]) if measured_flow else None
+    return Measurement(str(path), period, values["u"], values["x"], P, values.get("v"), T, tuple(notes), m)
 
 
 def _time(path: Path, t: np.ndarray, line: int, notes: list[str]) -> float:
@@ -302,7 +317,7 @@ def _plausible(
     share = float(np.mean(np.abs(values["u"]) > u_max))
     if share:
         notes.append(f"column u: beyond the limiter's {u_max:g} V in {100 * share:.2g} % of samples; limited")
-    for name in ("u", "x", "P_A", "P_B"):
+    for name in ("x", "P_A", "P_B", *(FLOWS if "m_A" in values else COMMAND)):
         if np.ptp(values[name]) == 0:
             raise ApplyError(f"{path}: column {name}: {values[name][0]:.4g} in every sample: nothing to fit")
     if "T" in values and not 200 < np.mean(values["T"]) < 400:

@@ -33,6 +33,9 @@ class Signals(NamedTuple):
         Measured pressures, Pa, shape (chamber, samples).
     penalty, noise : float
         How much the position was smoothed, s^3, and the noise in it, m: from `smoothing`.
+    flow : numpy.ndarray or None
+        Mass flows into chambers A and B, kg/s, at every stage, shape (steps, 6, 2), where those were
+        measured; the command then plays no role.
     """
 
     period: float
@@ -41,6 +44,7 @@ class Signals(NamedTuple):
     P: np.ndarray
     penalty: float
     noise: float
+    flow: np.ndarray | None = None
 
     @property
     def stride(self) -> int:
@@ -50,7 +54,8 @@ class Signals(NamedTuple):
     def part(self, first: int, last: int) -> "Signals":
         """From one sample to another, both included."""
         steps = slice(first * self.stride, last * self.stride)
-        return self._replace(inputs=self.inputs[steps], P=self.P[:, first : last + 1])
+        flow = None if self.flow is None else self.flow[steps]
+        return self._replace(inputs=self.inputs[steps], P=self.P[:, first : last + 1], flow=flow)
 
 
 def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
@@ -89,9 +94,16 @@ def stage_times(steps: int, h: float) -> np.ndarray:
 
 
 def signals(
-    period: float, u: np.ndarray, x: np.ndarray, P: np.ndarray, u_max: float, *, held: bool = True
+    period: float,
+    u: np.ndarray,
+    x: np.ndarray,
+    P: np.ndarray,
+    u_max: float,
+    *,
+    held: bool = True,
+    m: np.ndarray | None = None,
 ) -> Signals:
-    """Put command and position where the stages of a replay read them.
+    """Put command, or mass flows, and position where the stages of a replay read them.
 
     Parameters
     ----------
@@ -106,6 +118,8 @@ def signals(
     held : bool
         Whether a command holds until the next sample, as that of a digital controller; else it is
         interpolated linearly.
+    m : numpy.ndarray, optional
+        Mass flows into the chambers, kg/s, shape (chamber, samples), interpolated linearly.
     """
     t, within = period * np.arange(len(u)), int(np.ceil(period / LONGEST_STEP * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)
@@ -116,4 +130,5 @@ def signals(
     penalty, noise = smoothing(x, period)
     spline = make_smoothing_spline(t, x, lam=penalty)
     inputs[:, :, 1], inputs[:, :, 2] = spline(at), spline.derivative()(at)
-    return Signals(period, h, inputs, P, penalty, noise)
+    flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
+    return Signals(period, h, inputs, P, penalty, noise, flow)

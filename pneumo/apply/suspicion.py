@@ -25,11 +25,12 @@ class Mistake(NamedTuple):
     text : str
         What the user is told.
     mend : callable
-        From a measurement and the atmosphere's pressure to the measurement without the mistake.
+        From a measurement and the atmosphere's pressure to the measurement without the mistake, or None where
+        it cannot have been made.
     """
 
     text: str
-    mend: Callable[[Measurement, float], Measurement]
+    mend: Callable[[Measurement, float], Measurement | None]
 
 
 MISTAKES = (
@@ -39,7 +40,15 @@ MISTAKES = (
     ),
     Mistake(
         "column u seems to have the wrong sign: positive connects chamber A to the supply",
-        lambda m, P_atm: m._replace(u=-m.u),
+        lambda m, P_atm: m._replace(u=-m.u) if m.m is None else None,
+    ),
+    Mistake(
+        "columns m_A and m_B seem to have the wrong sign: positive flows into the chamber",
+        lambda m, P_atm: None if m.m is None else m._replace(m=-m.m),
+    ),
+    Mistake(
+        "columns m_A and m_B look swapped",
+        lambda m, P_atm: None if m.m is None else m._replace(m=m.m[::-1]),
     ),
     Mistake(
         "column x seems to have the wrong sign: chamber A is largest where x is",
@@ -56,7 +65,8 @@ def misfit(measurement: Measurement, plant: Plant, held: bool) -> float:
     """Root mean square error of a quick fit of valve coefficient and dead volumes, Pa."""
     last = min(len(measurement.u), round(SECONDS / measurement.period) + 1)
     u, x, P = measurement.u[:last], measurement.x[:last], measurement.P[:, :last]
-    record = signals(measurement.period, u, x, P, plant.valve.u_max, held=held)
+    m = None if measurement.m is None else measurement.m[:, :last]
+    record = signals(measurement.period, u, x, P, plant.valve.u_max, held=held, m=m)
     found = fit(Problem(MODELS[MODEL], plant, record, {"n": INDEX}), tolerance=1e-3, most=8)
     return plant.conditions.P_s * float(np.sqrt(np.mean(found.residual**2)))
 
@@ -70,11 +80,15 @@ def suspect(measurement: Measurement, plant: Plant, *, held: bool = True) -> Non
         With one line that names the mistake and both errors.
     """
     as_it_is = misfit(measurement, plant, held)
-    mended = [misfit(m.mend(measurement, plant.conditions.P_atm), plant, held) for m in MISTAKES]
-    best = int(np.argmin(mended))
+    mended = {
+        mistake.text: misfit(right, plant, held)
+        for mistake in MISTAKES
+        if (right := mistake.mend(measurement, plant.conditions.P_atm)) is not None
+    }
+    best = min(mended, key=lambda text: mended[text])
     if mended[best] < BETTER * as_it_is:
         raise ApplyError(
-            f"{measurement.name}: {MISTAKES[best].text}: a quick fit of {MODEL} is off by"
+            f"{measurement.name}: {best}: a quick fit of {MODEL} is off by"
             f" {mended[best] / 1e3:.3g} kPa then, and by {as_it_is / 1e3:.3g} kPa as it is;"
             " --trust skips this check"
         )

@@ -9,13 +9,13 @@ from math import log
 import numpy as np
 
 from pneumo.physics.experiment import Plant
-from pneumo.physics.models import Lane
+from pneumo.physics.models import Lane, temperature
 from pneumo.physics.valve import limited
 from pneumo.simulate.compiled import kernel
-from pneumo.simulate.datum import rates
+from pneumo.simulate.datum import STAGES, A, B, rates
 from pneumo.simulate.excitation import command
 from pneumo.simulate.lanes import P_A, P_B, ROW, advance, flow_polynomial, needs, work_array
-from pneumo.simulate.replay import lane_rate
+from pneumo.simulate.replay import lane_rate, rate_with_flows
 
 
 @kernel(fastmath={"contract"})
@@ -77,6 +77,65 @@ def driven(
     result = np.empty((len(lanes), 2, len(pressure)))
     result[order] = pressure[:, :, : len(lanes)].transpose(2, 1, 0)
     return result
+
+
+@kernel
+def _driven_by_flow(inputs, flow, lanes, plant, h, stride, pressure):
+    P_0, T_0 = plant.conditions.P_0, plant.conditions.T_0
+    rate = np.empty(STAGES)
+    for index in range(len(lanes)):
+        row = lanes[index]
+        lane = Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            area = plant.cylinder.A_A if side == 0 else plant.cylinder.A_B
+            P = pressure[index, side, 0]
+            for k in range(len(inputs)):
+                for i in range(STAGES):
+                    P_i = P
+                    for j in range(i):
+                        P_i += h * A[i, j] * rate[j]
+                    x, v, m = sign * inputs[k, i, 1], sign * inputs[k, i, 2], flow[k, i, side]
+                    T = temperature(P_i, P_0, T_0, lane.a)
+                    rate[i] = rate_with_flows(max(m, 0.0), max(-m, 0.0), x, v, P_i, T, area, plant, lane)
+                for i in range(STAGES):
+                    P += h * B[i] * rate[i]
+                if not P > 0:
+                    P = np.nan
+                done = k + 1
+                if done % stride == 0:
+                    pressure[index, side, done // stride] = P
+
+
+def driven_by_flow(
+    inputs: np.ndarray,
+    flow: np.ndarray,
+    lanes: np.ndarray,
+    plant: Plant,
+    h: float,
+    stride: int,
+    start: np.ndarray,
+) -> np.ndarray:
+    """Run reduced models on given mass flows in place of a valve.
+
+    Parameters
+    ----------
+    inputs : numpy.ndarray
+        As `driven` takes them; the command plays no role.
+    flow : numpy.ndarray
+        Mass flows into chambers A and B, negative out of them, kg/s, at every stage: shape (steps, 6, 2).
+    lanes, plant, h, stride, start
+        As for `driven`; any number of lanes.
+
+    Returns
+    -------
+    numpy.ndarray
+        Pressure, Pa, shape (lane, chamber, stored steps); NaN from where a lane left the positive numbers.
+    """
+    pressure = np.empty((len(lanes), 2, len(inputs) // stride + 1))
+    pressure[:, :, 0] = start
+    _driven_by_flow(inputs, flow, lanes, plant, h, stride, pressure)
+    return pressure
 
 
 @kernel

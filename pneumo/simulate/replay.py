@@ -49,9 +49,15 @@ class Replayed(NamedTuple):
 @register_jitable
 def lane_rate(u, x, v, P, area, plant, lane):
     """Rate of a reduced model's pressure, Pa/s, with u, x, v counted outward from the chamber."""
+    T = temperature(P, plant.conditions.P_0, plant.conditions.T_0, lane.a)
+    m_in, m_out = chamber_flows(u, P, T, plant.valve, plant.gas, plant.conditions)
+    return rate_with_flows(m_in, m_out, x, v, P, T, area, plant, lane)
+
+
+@register_jitable
+def rate_with_flows(m_in, m_out, x, v, P, T, area, plant, lane):
+    """Rate of a reduced model's pressure, Pa/s, with known flows, kg/s; x and v count outward."""
     conditions, gas = plant.conditions, plant.gas
-    T = temperature(P, conditions.P_0, conditions.T_0, lane.a)
-    m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, conditions)
     return model_dP_dt(
         P,
         T,
