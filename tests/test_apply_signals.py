@@ -2,8 +2,18 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from pneumo.apply.coverage import FITTED, JUDGED, labels, same_model, truth_of
+from pneumo.apply.coverage import (
+    FITTED,
+    JUDGED,
+    full_order_truth,
+    held,
+    labels,
+    same_model,
+    summary,
+    truth_of,
+)
 from pneumo.apply.disturbance import disturbed
 from pneumo.apply.signals import signals
 from pneumo.apply.synthetic import case, sensed
@@ -82,3 +92,24 @@ def test_a_case_is_fitted_by_the_model_that_made_it():
     # The truth of the valve's coefficient is within ten of its standard errors.
     spread = (found["high"] - found["low"]).sel(parameter="k_xu")
     assert abs(found["estimate"] - found["truth"]).sel(parameter="k_xu") < 2.5 * spread
+
+
+def test_intervals_held_are_counted_and_open_ends_set_no_limit():
+    nan = np.nan
+    found = xr.Dataset(
+        {
+            "truth": (("case", "parameter"), [[1.2], [1.2], [1.2], [1.2]]),
+            "low": (("case", "parameter"), [[1.1], [nan], [1.3], [1.1]]),
+            "high": (("case", "parameter"), [[1.3], [1.25], [1.4], [nan]]),
+            "full_k_0": (("case", "model"), [[nan, 0.5], [nan, 1.0], [nan, 2.0], [nan, 1.0]]),
+            "full_true_k_0": ("case", [1.0, 1.0, 1.0, 0.5]),
+            "full_held_out": (("case", "model"), 1e3 * np.array([[1.0, 2.0]] * 4)),
+            "full_seconds": (("case", "model"), np.ones((4, 2))),
+        },
+        coords={"parameter": ["n"], "model": ["M6", "M7"]},
+    )
+    row = held(found).loc["n"]
+    assert (row["held"], row["cases"], row["closed_held"], row["closed"]) == (3, 4, 1, 2)
+    assert full_order_truth(found).loc["M7", "k_0_median"] == 1.5
+    text = summary(found)
+    assert "| n | 3 of 4 |" in text and "| M6 |  | 1.0 |" in text and "| M7 | 1.50 (" in text

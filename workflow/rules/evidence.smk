@@ -102,14 +102,15 @@ rule error_budget_figure:
 
 rule fit_coverage:
     output:
-        "results/fit_coverage.nc",
+        cells="results/fit_coverage.nc",
+        table="results/fit_coverage.md",
     log:
         "results/logs/fit_coverage.log",
     threads: workflow.cores
     params:
         code=code_behind("fit_coverage.py"),
     message:
-        "Fits to 200 random cylinders with known truth: about 40 min on one core"
+        "Fits to 200 random cylinders with known truth: about an hour on one core"
     script:
         "../scripts/fit_coverage.py"
 

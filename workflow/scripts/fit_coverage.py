@@ -2,12 +2,12 @@
 
 from concurrent.futures import ThreadPoolExecutor
 
-from pneumo.apply.coverage import CASES, coverage
+from pneumo.apply.coverage import CASES, coverage, summary
 from pneumo.job import logged
-from pneumo.store import write
+from pneumo.store import write, write_text
 
 
-def main(output: str, threads: int, code: str, cases: int = CASES) -> None:
+def main(output: str, table: str, threads: int, code: str, cases: int = CASES) -> None:
     with ThreadPoolExecutor(threads) as pool:
         found = coverage(cases, pool.map, lambda text: print(text, flush=True))
     attributes = {
@@ -17,8 +17,9 @@ def main(output: str, threads: int, code: str, cases: int = CASES) -> None:
         "code_sha256": code,
     }
     write(found, output, attributes)
+    write_text(summary(found), table)
 
 
 if job := globals().get("snakemake"):
     with logged(job):
-        main(job.output[0], job.threads, job.params.code)
+        main(job.output.cells, job.output.table, job.threads, job.params.code)
