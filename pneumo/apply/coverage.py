@@ -18,8 +18,7 @@ from pneumo.apply.signals import signals
 from pneumo.apply.synthetic import Case, case
 from pneumo.physics.models import MODELS
 
-CASES = 200
-FIRST = 10_000  # seed; the method was developed on lower ones
+FIRST = 10_000  # seed of the first case; the method was developed on lower ones
 FITTED = ("M7", "M8", "M9", "M10")  # have k_0 and n both
 JUDGED = ("n", "k_0", "k_xu", "V_d_A", "V_d_B")
 
@@ -111,15 +110,13 @@ def labels(known: Case) -> dict[str, float]:
     }
 
 
-def coverage(cases: int, each: Callable[..., Iterable[xr.Dataset]], say: Callable[[str], None]) -> xr.Dataset:
-    """Fit all cases.
+def coverage(cases: Iterable[int], say: Callable[[str], None]) -> xr.Dataset:
+    """Fit cases.
 
     Parameters
     ----------
-    cases : int
-        Seeds from `FIRST` on.
-    each : callable
-        `map`, or that of a pool.
+    cases : iterable of int
+        Their numbers; seeds begin at `FIRST`.
     say : callable
         Told which case is done.
 
@@ -128,14 +125,12 @@ def coverage(cases: int, each: Callable[..., Iterable[xr.Dataset]], say: Callabl
     xarray.Dataset
         By case.
     """
-
-    def one(seed: int) -> xr.Dataset:
-        part = same_model(seed).merge(full_order(seed))
-        say(f"case {seed}: done")
-        return part
-
-    parts: list[xr.Dataset] = list(each(one, range(FIRST, FIRST + cases)))
-    return xr.concat(parts, xr.Variable("case", np.arange(FIRST, FIRST + cases)))
+    parts: list[xr.Dataset] = []
+    numbers = list(cases)
+    for number in numbers:
+        parts.append(same_model(FIRST + number).merge(full_order(FIRST + number)))
+        say(f"case {number}: done")
+    return xr.concat(parts, xr.Variable("case", numbers))
 
 
 def held(found: xr.Dataset) -> pd.DataFrame:
