@@ -66,6 +66,7 @@ def numbers(results: Path) -> dict[str, Any]:
     verdict = json.loads(read_json(results / "verdict.json"))
     found = json.loads(read_json(results / "findings.json"))
     ensemble = read(results / "ensemble.nc")
+    recommendation = json.loads(read_json(results / "recommendation.json"))
     return {
         "confidence": percent(CONFIDENCE),
         "stands": percent(STANDS),
@@ -74,6 +75,9 @@ def numbers(results: Path) -> dict[str, Any]:
         "identified": _identified(read(results / "identification.nc")),
         "budget": _budget(read(results / "error_budget.nc")),
         "ensemble": _ensemble(ensemble),
+        "floor": _floor(read(results / "floor.nc")),
+        "cylinders": _cylinders(recommendation),
+        "tree": _tree(recommendation),
         "statements": [
             {key: row[key] for key in ("claim", "published", "exact", "interval", "stands", "why")}
             for row in found["claims"]
@@ -92,13 +96,12 @@ def _model(name: str) -> dict[str, str]:
     row = MODELS[name]
     index = str(row.n_V).replace("gamma", "γ") if row.n_V == row.n_in == row.n_out else "own"
     indices = f"{row.n_V:g}, {row.n_in:g}, {row.n_out:g}" if index == "own" else index
-    wall = {"none": "none", "k_0": "k₀", "lambda_0 A_q": "λ₀ A_q", "lambda A_q": "λ(P, T) A_q"}[row.wall]
     return {
         "name": name,
         "index": indices,
         "temperature": row.temperature,
         "mixing": "yes" if row.mixing else "no",
-        "wall": wall,
+        "wall": row.wall,
     }
 
 
@@ -240,6 +243,62 @@ def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
     }
 
 
+def _span(values: xr.DataArray, digits: int = 2) -> dict[str, str]:
+    return {"lowest": f"{values.min().item():.{digits}f}", "highest": f"{values.max().item():.{digits}f}"}
+
+
+def _floor(floor: xr.Dataset) -> dict[str, Any]:
+    """How theory and formula compare with the measured floor, over experiments and times between samples."""
+    ms = 1e3 * floor["period"]
+    linear = floor.sel(transport="linear")
+    at_1_ms = floor["measured"].sel(period=1e-3, transport="linear")
+    return {
+        "experiments": str(floor.sizes["experiment"]),
+        "shortest": f"{ms.min().item():g} ms",
+        "longest": f"{ms.max().item():g} ms",
+        "theory": _span(floor["predicted"] / floor["measured"]),
+        "formula": _span(linear["formula"] / linear["measured"]),
+        "formula_open": _span((linear["formula"] / linear["measured"])[floor["loop"].values == "open"]),
+        "lowest": f"{at_1_ms.min().item():.0f} Pa",
+        "highest": f"{at_1_ms.max().item():.0f} Pa",
+    }
+
+
+def _cylinders(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Ratios and shares over random cylinders."""
+
+    def share(ends: Sequence[float]) -> str:
+        value, low, high = (percent(end) for end in ends)
+        return f"{value} ({low} to {high})"
+
+    return {
+        "rows": [
+            {"pair": pair, "loop": loop, "share": share(compared["share"][f"{pair} < 1"])}
+            | {criterion: interval(ends, 2) for criterion, ends in compared["ratio"][pair].items()}
+            for pair in SHOWN
+            for loop, compared in found["compared"].items()
+        ],
+        "enough": share(found["compared"]["both"]["share"]["M6 enough"]),
+        "failed": str(found["failed_runs"]),
+    }
+
+
+def _tree(found: Mapping[str, Any]) -> dict[str, Any]:
+    """What is known of the decision tree on cylinders that were held out."""
+    scores = found["score"]
+
+    def row(name: str, score: Mapping[str, Any]) -> dict[str, str]:
+        cost = [value - 1 for value in score["cost"]]
+        return {"answer": name, "right": percent(score["right"][0]), "cost": percent(cost[0])}
+
+    return {
+        "trained": str(found["cylinders"]["trained"]),
+        "held_out": str(found["cylinders"]["held_out"]),
+        "within": percent(found["within"] - 1),
+        "scores": [row(name, score) for name, score in scores.items() if "right" in score],
+    }
+
+
 def typed_numbers(source: str) -> list[str]:
     """Numerals that stand typed in the running text of a Typst source.
 
@@ -247,7 +306,7 @@ def typed_numbers(source: str) -> list[str]:
     tables of the paper, and its year.
     """
     text = re.sub(r"//[^\n]*", "", source)
-    text = re.sub(r"\$[^$]*\$", "", text)
+    text = re.sub(r"\$[^$]*\$|`[^`]*`", "", text)
     text = re.sub(r"(?m)^#(let|set|show|import)\b.*(\n[ })\]].*)*", "", text)
     text = re.sub(r"#[a-z_]+(\.[a-zA-Z_0-9]+)*(\.at\(\"[^\"]*\"\)[.\w]*)*", "", text)
     text = re.sub(r"@[\w-]+|<[\w-]+>", "", text)
