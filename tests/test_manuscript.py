@@ -70,13 +70,16 @@ def invented_budget():
 
 
 def invented_recommendation():
-    score = {"right": BOUNDS, "cost": [1.1, 1.0, 1.2]}
+    score = {"right": BOUNDS, "cost": [1.1, 1.0, 1.2], "cost_at_best_n": [1.05, 1.0, 1.1]}
     ratio = {pair: {name: BOUNDS for name in ("mean", "geometric", "rank")} for pair in PAIRS}
     share = {f"{pair} < 1": BOUNDS for pair in PAIRS} | {"M6 enough": BOUNDS}
     return {
         "within": 1.1,
         "cylinders": {"trained": 200, "held_out": 100},
         "failed_runs": 3,
+        "by_exchange": [
+            {"from": f, "to": 10 * f, "ratio": dict.fromkeys(PAIRS, BOUNDS)} for f in (0.01, 0.1, 1.0)
+        ],
         "compared": {loop: {"ratio": ratio, "share": share} for loop in ("open", "closed", "both")},
         "score": {"tree": score, "majority": score},
     }
@@ -142,7 +145,7 @@ def test_spans_and_intervals():
     assert floor["formula_open"] == {"lowest": "0.90", "highest": "0.90"}
     assert (floor["shortest"], floor["longest"], floor["highest"]) == ("0.1 ms", "10 ms", "400 Pa")
     tree = m._tree(invented_recommendation())
-    assert tree["scores"][0] == {"answer": "tree", "right": "80 %", "cost": "10 %"}
+    assert tree["scores"][0] == {"answer": "tree", "right": "80 %", "cost": "10 %", "fitted": "5 %"}
     assert m._cylinders(invented_recommendation())["enough"] == "80 % (70 % to 90 %)"
     assert m._budget(invented_budget())["typical"]["M8"] == {"model": "2.00 kPa", "transport": "2.00 kPa"}
 

@@ -278,6 +278,13 @@ def _cylinders(found: Mapping[str, Any]) -> dict[str, Any]:
             for pair in SHOWN
             for loop, compared in found["compared"].items()
         ],
+        "exchange": {
+            "much": f"{found['by_exchange'][-1]['from']:.2g}",
+            **{
+                place: {pair: interval(found["by_exchange"][third]["ratio"][pair], 2) for pair in SHOWN}
+                for place, third in (("below", 0), ("middle", 1), ("above", -1))
+            },
+        },
         "enough": share(found["compared"]["both"]["share"]["M6 enough"]),
         "failed": str(found["failed_runs"]),
     }
@@ -288,8 +295,8 @@ def _tree(found: Mapping[str, Any]) -> dict[str, Any]:
     scores = found["score"]
 
     def row(name: str, score: Mapping[str, Any]) -> dict[str, str]:
-        cost = [value - 1 for value in score["cost"]]
-        return {"answer": name, "right": percent(score["right"][0]), "cost": percent(cost[0])}
+        cost, fitted = (percent(score[key][0] - 1) for key in ("cost", "cost_at_best_n"))
+        return {"answer": name, "right": percent(score["right"][0]), "cost": cost, "fitted": fitted}
 
     return {
         "trained": str(found["cylinders"]["trained"]),
