@@ -29,7 +29,6 @@ CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
     "sigma": "S4.M7_sigma",
     "replays": "S4.runs",
 }
-FIXED_DATE = 0  # seconds since 1970, inside the PDF: the same results give the same bytes
 
 
 def percent(value: float, digits: int = 0) -> str:
@@ -336,7 +335,4 @@ def compile_pdf(source: Path, root: Path, output: Path) -> None:
         PDF to write, whole or not at all; the same input gives the same bytes.
     """
     with written(output) as part:
-        typst.compile(
-            str(source), output=str(part), root=str(root), format="pdf", ignore_system_fonts=True,
-            timestamp=FIXED_DATE,
-        )  # fmt: skip
+        typst.compile(str(source), output=str(part), root=str(root), format="pdf", ignore_system_fonts=True)
