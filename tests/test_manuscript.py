@@ -146,6 +146,7 @@ def test_spans_and_intervals():
     assert (floor["shortest"], floor["longest"], floor["highest"]) == ("0.1 ms", "10 ms", "400 Pa")
     tree = m._tree(invented_recommendation())
     assert tree["scores"][0] == {"answer": "tree", "right": "80 %", "cost": "10 %", "fitted": "5 %"}
+    assert (tree["within"], tree["held_out"]) == ("10 %", "100")
     assert m._cylinders(invented_recommendation())["enough"] == "80 % (70 % to 90 %)"
     assert m._budget(invented_budget())["typical"]["M8"] == {"model": "2.00 kPa", "transport": "2.00 kPa"}
 
