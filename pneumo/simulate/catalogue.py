@@ -26,7 +26,7 @@ AIR = exact_gas(287.0, 1.4)
 P_ATM, T_AMB, U_MAX = 1e5, 293.15, 10.0
 
 BORES = (8, 10, 12, 16, 20, 25, 32, 40, 50, 63, 80, 100)  # mm: ISO 6432 to 25, ISO 15552 from 32
-RODS = dict(zip(BORES, (4, 4, 6, 6, 8, 10, 12, 16, 20, 20, 25, 25), strict=True))  # mm
+RODS: dict[int, int] = dict(zip(BORES, (4, 4, 6, 6, 8, 10, 12, 16, 20, 20, 25, 25), strict=True))  # mm
 STROKES = (25, 50, 80, 100, 125, 160, 200, 250, 320, 400, 500, 630, 800, 1000)  # mm
 LONGEST = {8: 100, 10: 100, 12: 200, 16: 200, 20: 320, 25: 500}  # mm, by bore
 SUPPLY = (5e5, 10e5)  # Pa, absolute
