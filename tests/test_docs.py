@@ -17,6 +17,7 @@ from snakemake.cli import parse_args
 
 import pneumo
 from pneumo import cli
+from pneumo.apply.recommend import shipped
 from pneumo.assess.errata import read_errata
 
 ROOT = Path(__file__).parents[1]
@@ -151,8 +152,19 @@ def test_numbers_of_which_model_are_the_results(results):
 
     text = PAGE.read_text(encoding="utf-8")
     assert text.count("<!-- result:") >= 15
-    assert text.count("<!-- table:") == 3
+    assert text.count("<!-- table:") == 6
     assert refreshed(text, results) == text
+
+
+def test_numbers_of_the_tree_are_those_of_the_shipped_one():
+    from advice import PAGE, tree_numbers, tree_tables
+
+    text, known = PAGE.read_text(encoding="utf-8"), shipped()
+    for name, table in tree_tables(known).items():
+        assert f"<!-- table: {name} -->\n{table}\n<!-- /table -->" in text
+    for name, number in tree_numbers(known).items():
+        told = re.findall(rf"<!-- result: {re.escape(name)} -->(.*?)<!-- /result -->", text)
+        assert set(told) <= {number}, name
 
 
 @pytest.mark.results

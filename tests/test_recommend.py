@@ -163,6 +163,8 @@ def test_map_shows_every_run_and_the_trees_boundaries():
     assert len(panels) == 3 and panels[0].get_xlabel() == ""
     points = [part for part in panels[0].collections if isinstance(part, PathCollection)]
     drawn = np.concatenate([np.asarray(part.get_offsets()) for part in points])
+    shares = json.loads(text)["compared"]["both"]["share"]
+    assert shares["M8/M7 < 1"][0] == pytest.approx(analysed(runs)["share"].values[2, 1, 0], abs=5e-4)
     names = [*drawing.asked(json.loads(text)["tree"]), *drawing.AXES]
     assert names[0] == "exchange"
     assert np.sort(drawn[:, 0]) == pytest.approx(np.sort(runs["exchange"].values.ravel()))

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.assess.ranking import MATERIAL
-from pneumo.assess.regime import CHEAPEST_FIRST, GOOD, of_quotient
+from pneumo.assess.regime import CHEAPEST_FIRST, CRITERIA, GOOD, LOOPS, RATIOS, comparisons, of_quotient
 from pneumo.assess.tree import grown, leaves, places
 from pneumo.simulate.catalogue import SIZES
 from pneumo.simulate.groups import GROUPS, MEASURED
@@ -157,6 +157,26 @@ def recommendation(runs: xr.Dataset) -> dict[str, Any]:
     }
 
 
+def compared(runs: xr.Dataset) -> dict[str, Any]:
+    """Ratios and shares of `comparisons` as plain data: value and interval, by loop."""
+    found, result = comparisons(runs), {}
+    for loop in LOOPS:
+        own = found.sel(loop_of=loop)
+        result[loop] = {
+            "cylinders": int(own["cylinders"]),
+            "ratio": {
+                pair: {c: rounded(own["ratio"].sel(pair=pair, criterion=c).values) for c in CRITERIA}
+                for pair in RATIOS
+            },
+            "share": {
+                str(name): rounded(own["share"].sel(statement=name).values)
+                for name in own["statement"].values
+            },
+        }
+    return result
+
+
 def recommendation_text(runs: xr.Dataset) -> str:
-    """`recommendation` as JSON."""
-    return json.dumps(recommendation(runs), indent=1, allow_nan=False) + "\n"
+    """`recommendation` and `compared` as JSON."""
+    found = recommendation(runs) | {"compared": compared(runs)}
+    return json.dumps(found, indent=1, allow_nan=False) + "\n"
