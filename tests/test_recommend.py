@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
 from sklearn.tree import DecisionTreeClassifier
 from test_cylinders import M, errors, invented
+from test_repeated import script
 
 from pneumo.apply import recommend
 from pneumo.assess import tree as t
@@ -19,8 +20,10 @@ from pneumo.assess.regime import GOOD, analysed, judged
 from pneumo.cli import main
 from pneumo.physics.parameters import load, study
 from pneumo.publish import regimes as drawing
+from pneumo.simulate import catalogue
 from pneumo.simulate.catalogue import random_cylinder, sizes
 from pneumo.simulate.groups import GROUPS, groups
+from pneumo.store import damaged, read, read_json
 
 ROOT = Path(__file__).parents[1]
 PAPER = study(load(ROOT / "config" / "paper.yaml"))
@@ -150,6 +153,25 @@ def test_a_run_that_does_not_count_is_counted_as_failed():
     runs["counts"][0, 0], runs["answer"][0, 0] = 0, ""
     found = recommendation(runs)
     assert found["failed_runs"] == 1 and found["runs"]["trained"] == 99
+
+
+def test_the_workflows_scripts_go_from_cylinders_to_tree_and_map(tmp_path, monkeypatch):
+    monkeypatch.setattr(catalogue, "STEPS", 100)
+    monkeypatch.setattr(catalogue, "HOLD", (0.005, 0.01))
+    blocks = [str(tmp_path / "cylinders" / f"{first:03}.nc") for first in (0, 18)]
+    for first, block in zip((0, 18), blocks, strict=True):
+        script("cylinders_block").main(block, list(range(first, first + 18)), 2, "")
+    cells, tree = str(tmp_path / "cylinders.nc"), str(tmp_path / "recommendation.json")
+    script("cylinders").main(blocks, 24, cells, tree, str(tmp_path / "regimes.svg"), "")
+    found, known = read(cells), json.loads(read_json(tree))
+    assert found["cylinder"].values.tolist() == list(range(36))
+    assert found["held_out"].values.tolist() == [0] * 24 + [1] * 12
+    assert known["runs"] == {"trained": 48, "held_out": 24} and known["failed_runs"] == 0
+    assert len(list(t.leaves(known["tree"]))) <= 2  # 48 runs are too few for three
+    assert (tmp_path / "regimes.png").exists()
+    own = [groups(e)["exchange"] for e in random_cylinder(7)]
+    assert found["exchange"].values[7].tolist() == own
+    assert damaged(tmp_path) == []
 
 
 # Drawing it

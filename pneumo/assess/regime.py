@@ -58,9 +58,12 @@ def judged(cells: xr.Dataset, trained: int) -> xr.Dataset:
 
 
 def of_quotient(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float, float]:
-    """Sum over sum, one term each per cylinder, with its interval by the bootstrap over cylinders."""
-    if not counts.any():
-        return np.nan, np.nan, np.nan
+    """Sum over sum, one term each per cylinder, with its interval by the bootstrap over cylinders.
+
+    Fewer than ten cylinders that count have no interval: NaN.
+    """
+    if np.count_nonzero(counts) < 10:  # a resample might hold none of them
+        return (float(sums.sum() / counts.sum()) if counts.any() else np.nan), np.nan, np.nan
     found = stats.bootstrap(
         (sums, counts),
         lambda s, c, axis: s.sum(axis) / c.sum(axis),

@@ -12,7 +12,7 @@ import numpy as np
 
 LEAVES, LEAST = 5, 20  # leaves at most, and runs in each at least
 DIGITS = 2  # of a threshold
-LINEAR = ("closed", "seen_stops")  # a yes or no and a share, which may be 0; the others are ratios
+LINEAR = ("closed", "seen_stops", "seen_way")  # may be 0; the others are positive
 
 
 class Step(NamedTuple):
