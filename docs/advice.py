@@ -10,7 +10,7 @@ from fragments import table
 import pneumo
 from pneumo.apply.recommend import percent, shipped
 from pneumo.assess.statistics import at_n, best_n, concatenated
-from pneumo.assess.tree import leaves
+from pneumo.assess.tree import leaves, tightest
 from pneumo.physics.models import MODELS
 
 PAGE = Path(__file__).with_name("which-model.md")
@@ -128,7 +128,7 @@ def tree_tables(known: dict) -> dict[str, str]:
     ]
     ends = []
     for way, leaf in leaves(known["tree"]):
-        asked = [f"{step.group} {'≤' if step.below else '>'} {step.threshold:g}" for step in way]
+        asked = [f"{step.group} {'≤' if step.below else '>'} {step.threshold:g}" for step in tightest(way)]
         told = leaf["held_out"]
         judged = [f"{told['right']} of {told['runs']}", f"{told['cost']:g}", f"{told['cost_at_best_n']:g}"]
         ends.append([", ".join(asked), leaf["model"], f"{leaf['n']:g}", *judged])
@@ -137,7 +137,15 @@ def tree_tables(known: dict) -> dict[str, str]:
         for name, of in known["score"].items()
     ]
     costs = ["MSE over the best model's", "the same with n fitted"]
+    parts = [
+        [
+            f"{third['from']:g} to {third['to']:g}",
+            *(of_interval(values) for values in third["ratio"].values()),
+        ]
+        for third in known["by_exchange"]
+    ]
     return {
+        "exchange": table(["exchange", *known["by_exchange"][0]["ratio"]], parts),
         "cylinders": table(
             ["ratio", "loop", "of means", "geometric mean", "of mean ranks", "cylinders below one"], pairs
         ),
@@ -149,14 +157,17 @@ def tree_tables(known: dict) -> dict[str, str]:
 def tree_numbers(known: dict) -> dict[str, str]:
     """Numbers of the random cylinders by name."""
     tree, majority = known["score"]["tree"], known["score"]["majority"]
-    enough = known["compared"]
+    enough, third = known["compared"], known["by_exchange"][2]
     return {
         "tree right": percent(tree["right"]),
-        "tree cost": f"{tree['cost'][0]:.2f}",
         "majority": majority["model"],
         "majority right": percent(majority["right"]),
-        "majority cost": f"{majority['cost'][0]:.2f}",
         "failed": f"{known['failed_runs']}",
+        "much air": f"{third['from']:g}",
+        "M8/M7 much air": of_interval(third["ratio"]["M8/M7"]),
+        "tree cost n fitted": of_interval(tree["cost_at_best_n"]),
+        "M8 cost n fitted": of_interval(known["score"]["always M8"]["cost_at_best_n"]),
+        "seen right": percent(known["score"]["tree of groups seen in the run"]["right"]),
         **{f"M6 enough {loop}": percent(enough[loop]["share"]["M6 enough"]) for loop in enough},
     }
 

@@ -331,7 +331,9 @@ def test_thirds_show_where_a_refinement_pays():
     exchange = np.exp(rng.normal(size=(60, 2)))
     pays = np.where(exchange > np.quantile(exchange, 2 / 3), 0.1, 1.5)
     lowest[..., M["M8"]] = pays * lowest[..., M["M7"]]
-    found = regime.thirds(regime.judged(invented(lowest, exchange), 60)).sel(group="exchange", pair="M8/M7")
+    found = regime.thirds(regime.judged(invented(lowest, exchange), 60), ["exchange"]).sel(
+        group="exchange", pair="M8/M7"
+    )
     ratio = found["third_ratio"].sel(bound="value")
     assert ratio.values == pytest.approx([1.5, 1.5, 0.1])
     assert found["third_share"].sel(bound="value").values == pytest.approx([0, 0, 1])

@@ -9,7 +9,7 @@ from math import isfinite, pi
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pneumo.assess.tree import Step, walk
+from pneumo.assess.tree import Step, tightest, walk
 from pneumo.physics.cylinder import volume
 from pneumo.physics.experiment import Experiment, Plant
 from pneumo.simulate.catalogue import AIR, SIZES, sizes
@@ -137,9 +137,10 @@ def advice(experiment: Experiment, known: dict[str, Any]) -> Advice:
     """
     e, found = experiment, groups(experiment)
     way, leaf = walk(known["tree"], found)
+    asked = tightest(way)
     time_constant = thermal_time_constant(experiment.plant)
     between = reversal_time(reference_series(e.drive, e.excitation, e.steps), e.h)
-    reasons = tuple(told(step, found[step.group], experiment.plant, time_constant, between) for step in way)
+    reasons = tuple(told(step, found[step.group], experiment.plant, time_constant, between) for step in asked)
     outside = beyond(experiment, found, known)
     return Advice(e.name, e.cylinder, leaf["model"], leaf["n"], reasons, leaf, outside, found)
 

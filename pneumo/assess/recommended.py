@@ -1,14 +1,23 @@
 """A tree that says which model to take, grown on some random cylinders and judged on others."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from pneumo.assess.ranking import MATERIAL
-from pneumo.assess.regime import CHEAPEST_FIRST, CRITERIA, GOOD, LOOPS, RATIOS, comparisons, of_quotient
+from pneumo.assess.regime import (
+    CHEAPEST_FIRST,
+    CRITERIA,
+    GOOD,
+    LOOPS,
+    RATIOS,
+    comparisons,
+    of_quotient,
+    thirds,
+)
 from pneumo.assess.tree import grown, leaves, places
 from pneumo.simulate.catalogue import SIZES
 from pneumo.simulate.groups import GROUPS, MEASURED
@@ -62,7 +71,7 @@ class Cases:
         return of_quotient(np.bincount(number, values), np.bincount(number))
 
 
-def rounded(values: tuple[float, float, float] | np.ndarray, digits: int = 3) -> list[float]:
+def rounded(values: Sequence[float] | np.ndarray, digits: int = 3) -> list[float]:
     """Value and interval as they are printed."""
     return [float(f"{value:.{digits}g}") for value in values]
 
@@ -176,7 +185,25 @@ def compared(runs: xr.Dataset) -> dict[str, Any]:
     return result
 
 
+def by_thirds(runs: xr.Dataset, group: str) -> list[dict[str, Any]]:
+    """Geometric mean ratios in the lowest, middle and highest third of a group as plain data."""
+    found, result = thirds(runs, [group]).sel(group=group), []
+    for third in found["third"].values:
+        own = found.sel(third=third)
+        result.append(
+            {
+                "from": rounded([own["third_from"].item()])[0],
+                "to": rounded([own["third_to"].item()])[0],
+                "ratio": {pair: rounded(own["third_ratio"].sel(pair=pair).values) for pair in RATIOS},
+            }
+        )
+    return result
+
+
 def recommendation_text(runs: xr.Dataset) -> str:
-    """`recommendation` and `compared` as JSON."""
-    found = recommendation(runs) | {"compared": compared(runs)}
+    """`recommendation`, `compared` and `by_thirds` of the air exchanged as JSON."""
+    found = recommendation(runs) | {
+        "compared": compared(runs),
+        "by_exchange": by_thirds(runs, "exchange"),
+    }
     return json.dumps(found, indent=1, allow_nan=False) + "\n"

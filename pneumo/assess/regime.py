@@ -4,6 +4,8 @@ Runs of one cylinder are alike, so every interval is over cylinders: Wilson's fo
 bootstrap's (percentiles) for anything else.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from scipy import stats
@@ -22,6 +24,7 @@ CRITERIA = {
     "rank": "rank among the ten models, averaged over runs",
 }
 LOOPS = ("open", "closed", "both")
+CONTINUOUS = [name for name in GROUPS if name != "closed"]
 BOUNDS = ("value", "low", "high")
 CONFIDENCE, RESAMPLES = 0.95, 2000
 
@@ -151,8 +154,8 @@ def comparisons(runs: xr.Dataset) -> xr.Dataset:
     )
 
 
-def thirds(runs: xr.Dataset) -> xr.Dataset:
-    """The same pairs in the lowest, middle and highest third of each group, by runs.
+def thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
+    """The same pairs in the lowest, middle and highest third of some groups, by runs.
 
     Returns
     -------
@@ -162,7 +165,6 @@ def thirds(runs: xr.Dataset) -> xr.Dataset:
     """
     own = runs.sel(cylinder=runs["held_out"] == 0)
     counts = own["counts"].transpose("cylinder", "loop").values == 1
-    names = [name for name in GROUPS if name != "closed"]
     edges = np.full((len(names), 4), np.nan)
     ratio = np.full((len(names), 3, len(RATIOS), 3), np.nan)
     share = np.full_like(ratio, np.nan)
@@ -187,7 +189,7 @@ def thirds(runs: xr.Dataset) -> xr.Dataset:
             "third_share": (dims, share, {"units": "1", "long_name": f"share of ratios {words} below 1"}),
         },
         coords={
-            "group": names,
+            "group": list(names),
             "third": ["lowest", "middle", "highest"],
             "pair": list(RATIOS),
             "bound": list(BOUNDS),
@@ -202,4 +204,4 @@ def analysed(runs: xr.Dataset) -> xr.Dataset:
     kept["counts"].attrs = {"long_name": "1 where the full-order run and M5 to M10 succeeded"}
     kept["answer"].attrs = {"long_name": "cheapest model within 10 per cent of the best"}
     kept["held_out"].attrs = {"long_name": "1 where the cylinder is held out"}
-    return kept.merge(comparisons(runs)).merge(thirds(runs), compat="no_conflicts")
+    return kept.merge(comparisons(runs)).merge(thirds(runs, CONTINUOUS), compat="no_conflicts")

@@ -51,6 +51,11 @@ def walk(node: Mapping[str, Any], groups: Mapping[str, float]) -> tuple[tuple[St
     return way, node
 
 
+def tightest(way: Sequence[Step]) -> list[Step]:
+    """The way without thresholds that a later one on the same side makes needless."""
+    return list({(step.group, step.below): step for step in way}.values())
+
+
 def places(node: Mapping[str, Any], groups: Mapping[str, np.ndarray]) -> np.ndarray:
     """Number of the leaf, in the order of `leaves`, of each of many cases."""
     found = np.full(len(next(iter(groups.values()))), -1)
