@@ -117,7 +117,8 @@ def comparisons(runs: xr.Dataset) -> xr.Dataset:
         mse, names = _of_loop(own, loop)
         mse = mse[np.isfinite(mse).any(axis=(1, 2))]
         number[i] = len(mse)
-        ran: np.ndarray = np.isfinite(mse).any(axis=2)
+        m6 = mse[..., int(np.flatnonzero(names == "M6")[0])]
+        ran = np.isfinite(m6)
         ranks = np.where(ran[..., None], stats.rankdata(np.nan_to_num(mse, nan=np.inf), axis=2), np.nan)
         best = np.min(mse[..., np.isin(names, GOOD)], axis=2)
         for j, (one, other) in enumerate(RATIOS.values()):
@@ -127,7 +128,6 @@ def comparisons(runs: xr.Dataset) -> xr.Dataset:
             ratio[i, j, 1] = np.exp(of_quotient(logs, ran.sum(axis=1)))
             ratio[i, j, 2] = of_quotient(np.nansum(ranks[..., a], axis=1), np.nansum(ranks[..., b], axis=1))
             share[i, j] = of_share(int((logs < 0).sum()), len(mse))
-        m6 = mse[..., int(np.flatnonzero(names == "M6")[0])]
         enough = (m6 <= (1 + MATERIAL) * best) | ~ran
         share[i, -1] = of_share(int(enough.all(axis=1).sum()), len(mse))
     return xr.Dataset(
