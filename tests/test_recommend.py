@@ -260,7 +260,8 @@ def test_numbers_in_the_reasons_are_those_of_the_cylinder():
 
 
 def test_inside_says_nothing_and_outside_says_what():
-    e = random_cylinder(3)[0]
+    e = random_cylinder(4)[0]
+    assert e.plant.cylinder.A_B < e.plant.cylinder.A_A  # it has a rod
     found = groups(e)
     ends = {name: [value, value] for name, value in sizes(e.plant).items()}
     inside = {
@@ -273,6 +274,8 @@ def test_inside_says_nothing_and_outside_says_what():
     narrow = inside | {"sizes": ends | {"stroke": [2 * cylinder.stroke, 3 * cylinder.stroke]}}
     (note,) = recommend.beyond(e, found, narrow)
     assert note == f"stroke = {stroke:.3g} mm: sampled was {2 * stroke:.3g} to {3 * stroke:.3g} mm"
+    wide = inside | {"sizes": ends | {"stroke": [cylinder.stroke / 3, cylinder.stroke / 2]}}
+    assert recommend.beyond(e, found, wide)[0].startswith("stroke = ")
     (note,) = recommend.beyond(e, found | {"thermal": 1e9}, inside)
     assert note.startswith(GROUPS["thermal"]) and "1e+09" in note
     leaky = e._replace(plant=e.plant._replace(valve=e.plant.valve._replace(leak=1e-9)))
