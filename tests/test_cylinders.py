@@ -35,6 +35,7 @@ def test_cylinders_are_of_the_catalogue_and_inside_what_was_written_down(number)
     rod = np.sqrt(4 / pi * (cylinder.A_A - cylinder.A_B))
     assert rod == pytest.approx(0, abs=1e-9) or rod == pytest.approx(1e-3 * c.RODS[bore])
     assert cylinder.load == pytest.approx(-(cylinder.A_A - cylinder.A_B) * 1e5, abs=1e-9)
+    assert c.sizes(p)["rod_share"] == pytest.approx((rod / cylinder.bore) ** 2, abs=1e-9)
     force = p.conditions.P_s * cylinder.A_A
     speed = full_speed(p)
     inside = {
