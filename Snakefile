@@ -28,6 +28,7 @@ OWN_CYLINDERS = own_cylinders(STUDY)  # of a study that is not the paper's
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/assess.smk"
 include: "workflow/rules/publish.smk"
+include: "workflow/rules/cylinders.smk"
 include: "workflow/rules/evidence.smk"
 include: "workflow/rules/own.smk"
 include: "workflow/rules/ensemble.smk"

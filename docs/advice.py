@@ -8,7 +8,9 @@ import xarray as xr
 from fragments import table
 
 import pneumo
+from pneumo.apply.recommend import percent, shipped
 from pneumo.assess.statistics import at_n, best_n, concatenated
+from pneumo.assess.tree import leaves, tightest
 from pneumo.physics.models import MODELS
 
 PAGE = Path(__file__).with_name("which-model.md")
@@ -106,6 +108,70 @@ def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
     return found
 
 
+def of_interval(values: list[float]) -> str:
+    """Value with its interval."""
+    return "{:.2f} ({:.2f} to {:.2f})".format(*values)
+
+
+def tree_tables(known: dict) -> dict[str, str]:
+    """Tables of the random cylinders by name."""
+    pairs = [
+        [
+            pair,
+            loop,
+            *(of_interval(ratio[criterion]) for criterion in ratio),
+            percent(of["share"][f"{pair} < 1"]),
+        ]
+        for pair in known["compared"]["both"]["ratio"]
+        for loop, of in known["compared"].items()
+        for ratio in [of["ratio"][pair]]
+    ]
+    ends = []
+    for way, leaf in leaves(known["tree"]):
+        asked = [f"{step.group} {'≤' if step.below else '>'} {step.threshold:g}" for step in tightest(way)]
+        told = leaf["held_out"]
+        judged = [f"{told['right']} of {told['runs']}", f"{told['cost']:g}", f"{told['cost_at_best_n']:g}"]
+        ends.append([", ".join(asked), leaf["model"], f"{leaf['n']:g}", *judged])
+    scores = [
+        [name, percent(of["right"]), of_interval(of["cost"]), of_interval(of["cost_at_best_n"])]
+        for name, of in known["score"].items()
+    ]
+    costs = ["MSE over the best model's", "the same with n fitted"]
+    parts = [
+        [
+            f"{third['from']:g} to {third['to']:g}",
+            *(of_interval(values) for values in third["ratio"].values()),
+        ]
+        for third in known["by_exchange"]
+    ]
+    return {
+        "exchange": table(["exchange", *known["by_exchange"][0]["ratio"]], parts),
+        "cylinders": table(
+            ["ratio", "loop", "of means", "geometric mean", "of mean ranks", "cylinders below one"], pairs
+        ),
+        "leaves": table(["run", "model", "n", "right, held out", *costs], ends),
+        "scores": table(["answer", "right, held out", *costs], scores),
+    }
+
+
+def tree_numbers(known: dict) -> dict[str, str]:
+    """Numbers of the random cylinders by name."""
+    tree, majority = known["score"]["tree"], known["score"]["majority"]
+    enough, third = known["compared"], known["by_exchange"][2]
+    return {
+        "tree right": percent(tree["right"]),
+        "majority": majority["model"],
+        "majority right": percent(majority["right"]),
+        "failed": f"{known['failed_runs']}",
+        "much air": f"{third['from']:g}",
+        "M8/M7 much air": of_interval(third["ratio"]["M8/M7"]),
+        "tree cost n fitted": of_interval(tree["cost_at_best_n"]),
+        "M8 cost n fitted": of_interval(known["score"]["always M8"]["cost_at_best_n"]),
+        "seen right": percent(known["score"]["tree of groups seen in the run"]["right"]),
+        **{f"M6 enough {loop}": percent(enough[loop]["share"]["M6 enough"]) for loop in enough},
+    }
+
+
 def refreshed(text: str, results: Path) -> str:
     """The page with everything between markers made anew.
 
@@ -115,7 +181,11 @@ def refreshed(text: str, results: Path) -> str:
         If a marker has a name for which there is nothing.
     """
     levels, mse = over_levels(results), by_experiment(results)
-    made = {"table": tables(levels, mse), "result": numbers(levels, mse)}
+    known = shipped()
+    made = {
+        "table": tables(levels, mse) | tree_tables(known),
+        "result": numbers(levels, mse) | tree_numbers(known),
+    }
 
     def fill(match: re.Match[str]) -> str:
         kind, name = match["kind"], match["name"]

@@ -17,6 +17,7 @@ from snakemake.cli import parse_args
 
 import pneumo
 from pneumo import cli
+from pneumo.apply.recommend import shipped
 from pneumo.assess.errata import read_errata
 
 ROOT = Path(__file__).parents[1]
@@ -151,8 +152,36 @@ def test_numbers_of_which_model_are_the_results(results):
 
     text = PAGE.read_text(encoding="utf-8")
     assert text.count("<!-- result:") >= 15
-    assert text.count("<!-- table:") == 3
+    assert text.count("<!-- table:") == 7
     assert refreshed(text, results) == text
+
+
+def test_numbers_of_the_tree_are_those_of_the_shipped_one():
+    from advice import PAGE, tree_numbers, tree_tables
+
+    text, known = PAGE.read_text(encoding="utf-8"), shipped()
+    for name, table in tree_tables(known).items():
+        assert f"<!-- table: {name} -->\n{table}\n<!-- /table -->" in text
+    for name, number in tree_numbers(known).items():
+        told = re.findall(rf"<!-- result: {re.escape(name)} -->(.*?)<!-- /result -->", text)
+        assert set(told) <= {number}, name
+
+
+def test_sentences_about_random_cylinders_hold():
+    known = shipped()
+    low, middle, high = (third["ratio"]["M8/M7"] for third in known["by_exchange"])
+    assert high[2] < 0.67 and all(0.9 < end < 1.15 for third in (low, middle) for end in third)
+    scores = known["score"]
+    fixed = [of["right"][0] for name, of in scores.items() if name.startswith("always")]
+    tree, eight = scores["tree"], scores["always M8"]
+    assert tree["right"][1] > max(fixed)  # more often than any fixed answer
+    assert tree["cost_at_best_n"][2] > eight["cost_at_best_n"][1]  # no less error: the intervals meet
+    seen = scores["tree of groups seen in the run"]["right"]
+    assert seen[1] < tree["right"][0] < seen[2]
+    fixed_names = [name for name in scores if name.startswith("always")]
+    assert all(
+        scores[name]["cost"][0] > 1.3 * scores[name]["cost_at_best_n"][0] for name in [*fixed_names, "tree"]
+    )
 
 
 @pytest.mark.results

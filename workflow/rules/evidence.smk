@@ -142,3 +142,4 @@ rule evidence:
         rules.identification_figure.output,
         rules.error_budget_figure.output,
         rules.fit_coverage.output,
+        rules.cylinders.input,

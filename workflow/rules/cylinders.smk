@@ -1,0 +1,50 @@
+# Random cylinders of catalogue sizes, paper/decisions/0029: `snakemake -j2 cylinders`. What is done stays done.
+
+CYLINDERS, TRAINED = 300, 200  # all; those from which the tree is grown
+CYLINDER_BLOCK = 20  # in one job, some half a minute
+CYLINDER_BLOCKS = [f"{first:03}" for first in range(0, CYLINDERS, CYLINDER_BLOCK)]
+
+
+def cylinders_of(wildcards):
+    """Numbers of the cylinders of a block."""
+    return list(range(int(wildcards.first), int(wildcards.first) + CYLINDER_BLOCK))
+
+
+rule cylinders_block:
+    output:
+        "results/cylinders/{first}.nc",
+    log:
+        "results/logs/cylinders_{first}.log",
+    wildcard_constraints:
+        first=r"\d{3}",
+    threads: workflow.cores
+    params:
+        numbers=cylinders_of,
+        code=code_behind("cylinders_block.py"),
+    message:
+        "Random cylinders from {wildcards.first} on"
+    script:
+        "../scripts/cylinders_block.py"
+
+
+rule cylinders_analysis:
+    input:
+        expand("results/cylinders/{first}.nc", first=CYLINDER_BLOCKS),
+    output:
+        cells="results/cylinders.nc",
+        tree="results/recommendation.json",
+        figure=expand("results/figures/regimes.{kind}", kind=["svg", "png"]),
+    log:
+        "results/logs/cylinders.log",
+    params:
+        trained=TRAINED,
+        code=code_behind("cylinders.py"),
+    message:
+        "Random cylinders: regimes, and the tree behind `pneumo recommend`"
+    script:
+        "../scripts/cylinders.py"
+
+
+rule cylinders:
+    input:
+        rules.cylinders_analysis.output,
