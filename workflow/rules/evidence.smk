@@ -105,6 +105,38 @@ CASE_BLOCKS = [f"{first:03}" for first in range(0, CASES, CASES_IN_BLOCK)]
 
 
 rule fit_coverage_block:
+rule floor:
+    input:
+        rules.parameters.output,
+    output:
+        "results/floor.nc",
+    log:
+        "results/logs/floor.log",
+    threads: workflow.cores
+    params:
+        code=code_behind("floor.py"),
+    message:
+        "Floor of error that signal transport leaves: measured, and predicted without replays"
+    script:
+        "../scripts/floor.py"
+
+
+rule floor_figure:
+    input:
+        rules.floor.output,
+    output:
+        expand("results/figures/floor.{kind}", kind=["svg", "png"]),
+    log:
+        "results/logs/floor_figure.log",
+    params:
+        code=code_behind("floor_figure.py"),
+    message:
+        "Figure of the floor"
+    script:
+        "../scripts/floor_figure.py"
+
+
+rule fit_coverage:
     output:
         "results/fit_coverage/{first}.nc",
     log:
@@ -141,4 +173,5 @@ rule evidence:
         rules.assumptions_effects.output,
         rules.identification_figure.output,
         rules.error_budget_figure.output,
+        rules.floor_figure.output,
         rules.fit_coverage.output,
