@@ -52,7 +52,10 @@ def floor(found: xr.Dataset) -> Figure:
         one = found.sel(experiment=name)
         ax.set_title(f"{name}: {one['cylinder'].item()}, {one['loop'].item()} loop")
     fig.align_ylabels()
-    handles = [Line2D([], [], linestyle="none", label=words, **look) for words, look in LOOKS.values()] + [
+    handles = [
+        Line2D([], [], linestyle="none", markerfacecolor="white", label=words, **look)
+        for words, look in LOOKS.values()
+    ] + [
         Line2D([], [], color=INK, linestyle=style, label=words)
         for style, words in (("-", "theory along the run"), ((0, (2.4, 1.2)), "closed formula"))
     ]

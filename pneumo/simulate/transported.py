@@ -127,7 +127,7 @@ def mean_of_ramp(u, w, u_max):
 
 @register_jitable
 def lateness(kind, f):
-    """How late a jump at fraction 0 < f <= 1 between two samples comes, in times between samples; exactly: 1."""
+    """How late a jump at fraction 0 < f <= 1 between samples comes, in times between them; EXACTLY: one."""
     return 1.0 - f if kind == HOLD else 2.0 - f if kind == DELAY else 1.0
 
 
@@ -178,7 +178,7 @@ def jump_errors(recording, every, kind, drive, plant, h, stride):
     every : int
         Steps between samples; says where between them a jump falls.
     kind : {LINEAR, HOLD, DELAY, EXACTLY}
-        How the replay would read samples. EXACTLY: a replay in which every jump comes a second late.
+        How the replay would read samples. EXACTLY: every jump, the start from rest too, comes a second late.
     drive : Drive
     plant : Plant
     h : float
@@ -196,6 +196,12 @@ def jump_errors(recording, every, kind, drive, plant, h, stride):
     result = np.zeros((2, steps // stride + 1))
     e_P, e_T = np.zeros(2), np.zeros(2)
     now = command(reference[0], states[0, 0], drive)
+    if kind == EXACTLY:
+        x, v, P_A, T_A, P_B, T_B = states[0]
+        u = limited(now, plant.valve.u_max)
+        e_P[0], e_T[0] = chamber_rates(u, x, v, P_A, T_A, plant.cylinder.A_A, plant)
+        e_P[1], e_T[1] = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
+        result[:, 0] = e_P
     for k in range(1, steps + 1):
         x, v = states[k, 0], states[k, 1]
         # In closed loop the command also moves between jumps, with x; then only the reference makes one.
