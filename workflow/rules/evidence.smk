@@ -136,6 +136,39 @@ rule floor_figure:
         "../scripts/floor_figure.py"
 
 
+rule variants:
+    input:
+        assumptions="paper/assumptions.yaml",
+    output:
+        "results/variants.nc",
+    log:
+        "results/logs/variants.log",
+    threads: workflow.cores
+    params:
+        configuration=config,
+        code=code_behind("variants.py"),
+    message:
+        "Refinements of the models under other assumptions and other physics"
+    script:
+        "../scripts/variants.py"
+
+
+rule variants_summary:
+    input:
+        rules.variants.output,
+    output:
+        table="results/variants.md",
+        figure=expand("results/figures/variants.{kind}", kind=["svg", "png"]),
+    log:
+        "results/logs/variants_summary.log",
+    params:
+        code=code_behind("variants_summary.py"),
+    message:
+        "Refinements under other assumptions: table and figure"
+    script:
+        "../scripts/variants_summary.py"
+
+
 rule fit_coverage:
     output:
         "results/fit_coverage/{first}.nc",
@@ -174,4 +207,5 @@ rule evidence:
         rules.identification_figure.output,
         rules.error_budget_figure.output,
         rules.floor_figure.output,
+        rules.variants_summary.output,
         rules.fit_coverage.output,
