@@ -117,9 +117,11 @@ def measure(experiment: Experiment) -> xr.Dataset:
         for prefix, (dimension, points) in values.items()
         for i, way in enumerate(WAYS)
     }
-    result["reduced"] = ("transport", reduced_floor(e, recording, SWEEP_PERIOD))
+    reduced = ("transport", reduced_floor(e, recording, SWEEP_PERIOD))
     coords = {"period": list(PERIODS), "rate": list(RATES), "size": list(SIZES)}
-    return xr.Dataset(result, coords | {"transport": list(TRANSPORTS)} | labels(experiment))
+    return xr.Dataset(
+        result | {"reduced": reduced}, coords | {"transport": list(TRANSPORTS)} | labels(experiment)
+    )
 
 
 def described(dataset: xr.Dataset) -> xr.Dataset:

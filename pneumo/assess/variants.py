@@ -156,11 +156,11 @@ def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.Dat
         Pa^2, by (level, criterion, model) and what more `mse` has; overall, each model at its best n in each
         experiment, as in Table 7. NaN for a level without experiments.
     """
-    logarithm = np.log(mse)
+    logarithm = xr.DataArray(np.log(mse))
 
     def both(part: xr.DataArray, logarithms: xr.DataArray) -> xr.DataArray:
         mean = part.mean("experiment", skipna=False)
-        geometric = np.exp(logarithms.mean("experiment", skipna=False))
+        geometric = xr.DataArray(np.exp(logarithms.mean("experiment", skipna=False)))
         return xr.concat([mean, geometric], xr.Variable("criterion", list(CRITERIA)))
 
     found = {OVERALL: both(mse.min("n"), logarithm.min("n"))}

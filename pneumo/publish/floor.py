@@ -17,6 +17,8 @@ LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
     "hold": ("last sample held", {"color": "#c2701f", "marker": "s"}),
     "delay": ("one sample late", {"color": ACCENT, "marker": "^"}),
 }
+DASHED = (0, (2.4, 1.2))
+THEORIES: tuple[tuple[Any, str], ...] = (("-", "theory along the run"), (DASHED, "closed formula"))
 ROWS = (  # prefix of the variables, dimension, scale of its ticks, label
     ("", "period", 1e3, axis_label("time between samples", "ms")),
     ("rate_", "rate", 1.0, axis_label("draws of the excitation", "1/s")),
@@ -55,10 +57,7 @@ def floor(found: xr.Dataset) -> Figure:
     handles = [
         Line2D([], [], linestyle="none", markerfacecolor="white", label=words, **look)
         for words, look in LOOKS.values()
-    ] + [
-        Line2D([], [], color=INK, linestyle=style, label=words)
-        for style, words in (("-", "theory along the run"), ((0, (2.4, 1.2)), "closed formula"))
-    ]
+    ] + [Line2D([], [], color=INK, linestyle=style, label=words) for style, words in THEORIES]
     fig.legend(handles=handles, loc="outside upper center", ncols=len(handles), columnspacing=1.3)
     return fig
 
@@ -69,7 +68,7 @@ def _panel(ax: Axes, one: xr.Dataset, prefix: str, dimension: str, scale: float)
     for name, (_, look) in LOOKS.items():
         way = {kind: one[prefix + kind].sel(transport=name) for kind in ("measured", "predicted", "formula")}
         ax.plot(at, way["predicted"], "-", color=look["color"])
-        ax.plot(at, way["formula"], linestyle=(0, (2.4, 1.2)), color=look["color"], linewidth=0.8)
+        ax.plot(at, way["formula"], linestyle=DASHED, color=look["color"], linewidth=0.8)
         ax.plot(at, way["measured"], linestyle="none", markerfacecolor="white", **look)
     ax.set_xscale("log")
     ax.set_yscale("log")
