@@ -4,13 +4,18 @@ Measured on full-order runs at a fine step: the chambers' own equations, replaye
 sampled, miss the run by nothing but the transport. All errors are RMS over the run and both chambers.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 import xarray as xr
 
 from pneumo.assess.budget import refined, sliced
-from pneumo.assess.transport import TRANSPORTS, averages, floor, predicted_error, sensitivities
+from pneumo.assess.transport import (
+    TRANSPORTS,
+    averages,
+    floor,
+    late_rest,
+    predicted_error,
+    sensitivities,
+)
 from pneumo.physics.experiment import Experiment
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulate.datum import Recording, record
@@ -18,13 +23,13 @@ from pneumo.simulate.results import labels
 from pneumo.simulate.transported import EXACTLY, transported
 
 EXPERIMENTS = ("E09", "E10", "E11", "E12", "E13", "E14", "E15", "E16")  # of at most 120 s: at full length
-FINE = 20  # steps within one of the study's: every period is a multiple of two of them
+FINE = 10  # steps within one of the study's: every period is a multiple
 PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s between samples
 RATES = (5.0, 10.0, 20.0, 40.0, 100.0)  # draws per second, each a multiple of 1 ms apart
 SIZES = (0.25, 0.5, 1.0, 2.0, 4.0)  # valve's area over that of the study
 SWEEP = 20.0  # s from the start where rate and size vary; prediction and measurement see the same run
 SWEEP_PERIOD = 1e-3  # s, the study's own
-PRIME = 1007  # fine steps between draws that do not fall on samples: 50.35 ms
+PRIME = 503  # fine steps between draws that do not fall on samples: 50.3 ms
 MODEL, N = "M8", 1.35  # the reduced model whose floor is measured too
 TOLERANCE = 0.2  # of the RMS; set before anything was measured
 WAYS = {
@@ -51,24 +56,24 @@ def with_draws(experiment: Experiment, every: int) -> Experiment:
     return experiment._replace(excitation=experiment.excitation._replace(every=every))
 
 
-def three_ways(e: Experiment, recording: Recording, period: float, between: bool = False) -> np.ndarray:
-    """Floor by (way, transport), Pa, of a run at its fine step."""
-    every = round(period / e.h)
-    run = (e.drive, e.plant, e.h)
-    none = lane_array([])
+def three_ways(
+    e: Experiment, recording: Recording, periods: tuple[float, ...], between: bool = False
+) -> np.ndarray:
+    """Floor by (period, way, transport), Pa, of a run at its fine step."""
+    run, none = (e.drive, e.plant, e.h), lane_array([])
     full = recording.states[::FINE, [2, 4]].T
-    known = averages(recording, *run, e.excitation.every)
+    known, late = averages(recording, *run, e.excitation.every), late_rest(recording, *run, FINE)
     found = sensitivities(e.plant, known)
-    return np.array(
-        [
-            [
-                rms(full - transported(recording, every, kind, *run, none, FINE)[0]),
-                rms(predicted_error(recording, *run, period, name, FINE)),
-                floor(found, period, name, early=known.early, between=between),
-            ]
-            for name, (kind, _, _) in TRANSPORTS.items()
-        ]
-    ).T
+    result = np.empty((len(periods), len(WAYS), len(TRANSPORTS)))
+    for i, period in enumerate(periods):
+        every = round(period / e.h)
+        for j, (name, (kind, _, _)) in enumerate(TRANSPORTS.items()):
+            replayed = transported(recording, every, kind, *run, none, FINE)[0]
+            predicted = predicted_error(recording, *run, period, name, FINE, late)
+            scattered = between and every > 1  # if every step is a sample, all jumps fall on them
+            formula = floor(found, period, name, early=known.early, between=scattered)
+            result[i, :, j] = rms(full - replayed), rms(predicted), formula
+    return result
 
 
 def reduced_floor(e: Experiment, recording: Recording, period: float) -> list[float]:
@@ -91,30 +96,20 @@ def measure(experiment: Experiment) -> xr.Dataset:
         (size, transport) with ``size_``; `reduced` by transport at the study's own period.
     """
     e, short = refined(experiment, FINE), refined(sliced(experiment, SWEEP), FINE)
-    recording = record(e)
-    values: dict[str, tuple[str, list[np.ndarray]]] = {}
+    recording, apart = record(e), with_draws(short, PRIME)
 
-    def sweep(prefix: str, dimension: str, points: tuple, change: Callable) -> None:
-        values[prefix] = dimension, [three_ways(*change(point)) for point in points]
+    def at_once(changed: Experiment) -> np.ndarray:
+        return three_ways(changed, record(changed), (SWEEP_PERIOD,))[0]
 
-    sweep("", "period", PERIODS, lambda period: (e, recording, period))
-    apart = with_draws(short, PRIME)
-    recording_apart = record(apart)
-    sweep("between_", "period", PERIODS, lambda period: (apart, recording_apart, period, True))
-
-    def rated(rate: float) -> tuple:
-        changed = with_draws(short, round(1 / (rate * short.h)))
-        return changed, record(changed), SWEEP_PERIOD
-
-    def sized(size: float) -> tuple:
-        changed = with_valve(short, size)
-        return changed, record(changed), SWEEP_PERIOD
-
-    sweep("rate_", "rate", RATES, rated)
-    sweep("size_", "size", SIZES, sized)
+    found = {
+        "": ("period", three_ways(e, recording, PERIODS)),
+        "between_": ("period", three_ways(apart, record(apart), PERIODS, between=True)),
+        "rate_": ("rate", np.array([at_once(with_draws(short, round(1 / (r * short.h)))) for r in RATES])),
+        "size_": ("size", np.array([at_once(with_valve(short, size)) for size in SIZES])),
+    }
     result = {
-        prefix + way: ((dimension, "transport"), np.array(points)[:, i])
-        for prefix, (dimension, points) in values.items()
+        prefix + way: ((dimension, "transport"), values[:, i])
+        for prefix, (dimension, values) in found.items()
         for i, way in enumerate(WAYS)
     }
     reduced = ("transport", reduced_floor(e, recording, SWEEP_PERIOD))

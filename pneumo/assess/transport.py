@@ -52,6 +52,15 @@ TRANSPORTS = {
 }
 
 
+def late_rest(recording: Recording, drive: Drive, plant: Plant, h: float, stride: int = 1) -> np.ndarray:
+    """Pressure error per second by which everything but jumps comes late, Pa/s, shape (chamber, samples).
+
+    A run that is late as a whole errs by the rate of its pressure; what its jumps do to that is taken out.
+    """
+    jumps = jump_errors(recording, 1, EXACTLY, drive, plant, h, stride)
+    return pressure_rates(recording, drive, plant, stride) - jumps
+
+
 def predicted_error(
     recording: Recording,
     drive: Drive,
@@ -60,6 +69,7 @@ def predicted_error(
     period: float,
     transport: str,
     stride: int = 1,
+    late: np.ndarray | None = None,
 ) -> np.ndarray:
     """Pressure error of a replay on sampled signals, by linear theory along a full-order run.
 
@@ -77,6 +87,8 @@ def predicted_error(
         Key of `TRANSPORTS`.
     stride : int
         Steps between errors.
+    late : numpy.ndarray, optional
+        `late_rest` of the run, where it is known already.
 
     Returns
     -------
@@ -87,8 +99,7 @@ def predicted_error(
     every = max(1, round(period / h))
     error = jump_errors(recording, every, kind, drive, plant, h, stride)
     if rest:
-        jumps = jump_errors(recording, 1, EXACTLY, drive, plant, h, stride)
-        error += rest * (pressure_rates(recording, drive, plant, stride) - jumps)
+        error += rest * (late_rest(recording, drive, plant, h, stride) if late is None else late)
     return period * error
 
 
