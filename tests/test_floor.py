@@ -22,6 +22,7 @@ from pneumo.simulate import transported as t
 from pneumo.simulate.datum import record
 from pneumo.simulate.driven import driven
 from pneumo.simulate.replay import replay
+from pneumo.store import read
 
 LANES = lane_array([lane(MODELS["M8"], 1.35, 1.4), lane(MODELS["M5"], 1.2, 1.4)])
 NONE = lane_array([])
@@ -316,3 +317,22 @@ def test_figure_shows_every_point_and_is_unclipped(dataset, tmp_path):
     with paper_style():
         ink, page = fig.get_tightbbox(), fig.get_size_inches()
     assert ink.x0 >= 0 and ink.y0 >= 0 and ink.x1 <= page[0] and ink.y1 <= page[1]
+
+
+@pytest.mark.results
+def test_theory_is_within_its_tolerance_over_two_decades(results):
+    file = results / "floor.nc"
+    if not file.exists():
+        pytest.skip("results/floor.nc is not there: `snakemake -j2 evidence` makes it")
+    found = read(file)
+    assert found["period"].max() / found["period"].min() == pytest.approx(100)
+    for prefix in ("", "between_", "rate_", "size_"):
+        deviation = abs(found[prefix + "predicted"] / found[prefix + "measured"] - 1)
+        assert (deviation < f.TOLERANCE).all(), prefix
+    # What docs/transport.md says of the formula, up to 2 ms.
+    ratio = (found["formula"] / found["measured"]).sel(period=slice(0, 2.5e-3))
+    assert (abs(ratio.where(found["loop"] == "open", 1) - 1) < 0.1).all()
+    assert (abs(ratio.where(found["cylinder"] == "D", 1) - 1) < 0.15).all()
+    assert ratio.min() > 0.9 and ratio.max() < 1.4
+    # M8 relaxes a little faster or slower than the chamber: the floor is the same to a fifth.
+    assert (abs(found["reduced"] / found["measured"].sel(period=1e-3) - 1) < f.TOLERANCE).all()

@@ -16,6 +16,7 @@ from pneumo.publish.style import paper_style, save
 from pneumo.publish.variants import LEVELS, dots, name_of, table
 from pneumo.simulate.datum import record
 from pneumo.simulate.replay import replay
+from pneumo.store import read
 
 ROOT = Path(__file__).parents[1]
 CONFIG = yaml.safe_load((ROOT / "config/paper.yaml").read_text(encoding="utf-8"))
@@ -154,3 +155,16 @@ def test_figure_has_a_mark_for_every_ratio_and_is_unclipped(dataset, tmp_path):
     with paper_style():
         ink, page = fig.get_tightbbox(), fig.get_size_inches()
     assert ink.x0 >= 0 and ink.y0 >= 0 and ink.x1 <= page[0] and ink.y1 <= page[1]
+
+
+@pytest.mark.results
+def test_mixing_pays_at_the_adiabatic_level_whatever_is_assumed(results):
+    file = results / "variants.nc"
+    if not file.exists():
+        pytest.skip("results/variants.nc is not there: `snakemake -j2 evidence` makes it")
+    found = read(file)
+    others = found["ratio"].drop_sel(alternative=AS_TAKEN)
+    assert found["counted"].min() == others.sizes["alternative"] >= 30  # every run went through
+    np.testing.assert_allclose(found["share"], (others < 1).mean("alternative"))
+    exact = found["ratio"].sel(transport="exact", criterion="mean", level="adiabatic")
+    assert (exact.sel(pair=["M8/M7", "M6/M5"]) < 1).all()
