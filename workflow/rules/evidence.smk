@@ -100,11 +100,6 @@ rule error_budget_figure:
         "../scripts/error_budget_figure.py"
 
 
-CASES, CASES_IN_BLOCK = 200, 20  # random cylinders fitted; in one job, some six minutes on one core
-CASE_BLOCKS = [f"{first:03}" for first in range(0, CASES, CASES_IN_BLOCK)]
-
-
-rule fit_coverage_block:
 rule floor:
     input:
         rules.parameters.output,
@@ -169,7 +164,11 @@ rule variants_summary:
         "../scripts/variants_summary.py"
 
 
-rule fit_coverage:
+CASES, CASES_IN_BLOCK = 200, 20  # random cylinders fitted; in one job, some six minutes on one core
+CASE_BLOCKS = [f"{first:03}" for first in range(0, CASES, CASES_IN_BLOCK)]
+
+
+rule fit_coverage_block:
     output:
         "results/fit_coverage/{first}.nc",
     log:
