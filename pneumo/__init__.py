@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from pneumo.apply.linearise import linearise
     from pneumo.apply.rate import chamber_rate
     from pneumo.apply.runs import plant, recorded, replay, simulate
+    from pneumo.apply.transport import transport_floor
     from pneumo.physics.cylinder import Cylinder
     from pneumo.physics.models import MODELS, Model
     from pneumo.store import open_grid
@@ -24,6 +25,7 @@ __all__ = [
     "recorded",
     "replay",
     "simulate",
+    "transport_floor",
 ]
 
 _HOME = {
@@ -36,6 +38,7 @@ _HOME = {
     "plant": "pneumo.apply.runs",
     "recorded": "pneumo.apply.runs",
     "replay": "pneumo.apply.runs",
+    "transport_floor": "pneumo.apply.transport",
 }
 
 

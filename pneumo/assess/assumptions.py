@@ -112,15 +112,26 @@ def cases(configuration: Mapping[str, Any], folder: Path = FOLDER) -> dict[str, 
                     raise AssumptionsError(f"{file}: {name}: no code for {change!r}; left_out takes a reason")
                 found[name] = VARIANTS[name](taken)
                 continue
-            override: dict[str, Any] = {}
-            for key, value in change.items():
-                override = merged(override, _nested(key.split("."), value))
-            sources = [("configuration", configuration), (f"{file}: {name}", override)]
-            try:
-                found[name] = Case(study(validated(merged(configuration, override), sources)))
-            except ConfigurationError as error:
-                raise AssumptionsError(str(error)) from None
+            found[name] = overridden(configuration, change, f"{file}: {name}")
     return found
+
+
+def overridden(configuration: Mapping[str, Any], change: Mapping[str, Any], source: str) -> Case:
+    """Study whose configuration has other values at some keys, such as ``supply.P_s_Pa``.
+
+    Raises
+    ------
+    AssumptionsError
+        If the values are none for a configuration; `source` says where they come from.
+    """
+    override: dict[str, Any] = {}
+    for key, value in change.items():
+        override = merged(override, _nested(key.split("."), value))
+    sources = [("configuration", configuration), (source, override)]
+    try:
+        return Case(study(validated(merged(configuration, override), sources)))
+    except ConfigurationError as error:
+        raise AssumptionsError(str(error)) from None
 
 
 def _nested(path: Sequence[str], value: Any) -> Any:

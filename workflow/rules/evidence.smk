@@ -100,6 +100,70 @@ rule error_budget_figure:
         "../scripts/error_budget_figure.py"
 
 
+rule floor:
+    input:
+        rules.parameters.output,
+    output:
+        "results/floor.nc",
+    log:
+        "results/logs/floor.log",
+    threads: workflow.cores
+    params:
+        code=code_behind("floor.py"),
+    message:
+        "Floor of error that signal transport leaves: measured, and predicted without replays"
+    script:
+        "../scripts/floor.py"
+
+
+rule floor_figure:
+    input:
+        rules.floor.output,
+    output:
+        expand("results/figures/floor.{kind}", kind=["svg", "png"]),
+    log:
+        "results/logs/floor_figure.log",
+    params:
+        code=code_behind("floor_figure.py"),
+    message:
+        "Figure of the floor"
+    script:
+        "../scripts/floor_figure.py"
+
+
+rule variants:
+    input:
+        assumptions="paper/assumptions.yaml",
+    output:
+        "results/variants.nc",
+    log:
+        "results/logs/variants.log",
+    threads: workflow.cores
+    params:
+        configuration=config,
+        code=code_behind("variants.py"),
+    message:
+        "Refinements of the models under other assumptions and other physics"
+    script:
+        "../scripts/variants.py"
+
+
+rule variants_summary:
+    input:
+        rules.variants.output,
+    output:
+        table="results/variants.md",
+        figure=expand("results/figures/variants.{kind}", kind=["svg", "png"]),
+    log:
+        "results/logs/variants_summary.log",
+    params:
+        code=code_behind("variants_summary.py"),
+    message:
+        "Refinements under other assumptions: table and figure"
+    script:
+        "../scripts/variants_summary.py"
+
+
 CASES, CASES_IN_BLOCK = 200, 20  # random cylinders fitted; in one job, some six minutes on one core
 CASE_BLOCKS = [f"{first:03}" for first in range(0, CASES, CASES_IN_BLOCK)]
 
@@ -141,5 +205,7 @@ rule evidence:
         rules.assumptions_effects.output,
         rules.identification_figure.output,
         rules.error_budget_figure.output,
+        rules.floor_figure.output,
+        rules.variants_summary.output,
         rules.fit_coverage.output,
         rules.cylinders.input,

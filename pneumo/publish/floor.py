@@ -1,0 +1,82 @@
+"""Figure of the floor: the error that signal transport leaves, measured beside predicted."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, paper_style
+
+COLUMNS = 4  # experiments side by side: both cylinders, both loops
+LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
+    "linear": ("linear interpolation", {"color": INK, "marker": "o"}),
+    "hold": ("last sample held", {"color": "#c2701f", "marker": "s"}),
+    "delay": ("one sample late", {"color": ACCENT, "marker": "^"}),
+}
+DASHED = (0, (2.4, 1.2))
+THEORIES: tuple[tuple[Any, str], ...] = (("-", "theory along the run"), (DASHED, "closed formula"))
+ROWS = (  # prefix of the variables, dimension, scale of its ticks, label
+    ("", "period", 1e3, axis_label("time between samples", "ms")),
+    ("rate_", "rate", 1.0, axis_label("draws of the excitation", "1/s")),
+    ("size_", "size", 1.0, "area of the valve / the study's"),
+)
+
+
+@paper_style()
+def floor(found: xr.Dataset) -> Figure:
+    """Draw the floor of the first four experiments.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        ``results/floor.nc``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A column per experiment; rows by time between samples, rate of the excitation and size of the valve.
+        Marks are measured, lines predicted along the run, dashes the closed formula.
+    """
+    experiments = found["experiment"].values[:COLUMNS]
+    fig = new_figure(DOUBLE_MM, 165)
+    axes = fig.subplots(len(ROWS), len(experiments), sharex="row", sharey="row", squeeze=False)
+    for row, (prefix, dimension, scale, label) in zip(axes, ROWS, strict=True):
+        for ax, name in zip(row, experiments, strict=True):
+            _panel(ax, found.sel(experiment=name), prefix, dimension, scale)
+            ax.tick_params(labelleft=ax is row[0])
+        row[0].set_ylabel(axis_label("RMS error", "Pa"))
+        row[len(row) // 2].set_xlabel(label, x=0.0 if len(row) % 2 == 0 else 0.5)
+    for ax, name in zip(axes[0], experiments, strict=True):
+        one = found.sel(experiment=name)
+        ax.set_title(f"{name}: {one['cylinder'].item()}, {one['loop'].item()} loop")
+    fig.align_ylabels()
+    handles = [
+        Line2D([], [], linestyle="none", markerfacecolor="white", label=words, **look)
+        for words, look in LOOKS.values()
+    ] + [Line2D([], [], color=INK, linestyle=style, label=words) for style, words in THEORIES]
+    fig.legend(handles=handles, loc="outside upper center", ncols=len(handles), columnspacing=1.3)
+    return fig
+
+
+def _panel(ax: Axes, one: xr.Dataset, prefix: str, dimension: str, scale: float) -> None:
+    """Draw one experiment's floor along one dimension."""
+    at = one[dimension].values * scale
+    for name, (_, look) in LOOKS.items():
+        way = {kind: one[prefix + kind].sel(transport=name) for kind in ("measured", "predicted", "formula")}
+        ax.plot(at, way["predicted"], "-", color=look["color"])
+        ax.plot(at, way["formula"], linestyle=DASHED, color=look["color"], linewidth=0.8)
+        ax.plot(at, way["measured"], linestyle="none", markerfacecolor="white", **look)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_minor_formatter(NullFormatter())
+    ax.yaxis.set_major_locator(LogLocator(10.0, numticks=20))
+    if dimension != "period":
+        ax.set_xticks(at)
+        ax.set_xticks([], minor=True)
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: np.format_float_positional(value, trim="-")))
+    ax.grid(axis="y")

@@ -1,0 +1,12 @@
+"""Draw the floor of signal transport."""
+
+from pathlib import Path
+
+from pneumo.job import logged
+from pneumo.publish.floor import floor
+from pneumo.publish.style import save
+from pneumo.store import read
+
+if job := globals().get("snakemake"):
+    with logged(job):
+        save(floor(read(job.input[0])), Path(job.output[0]).with_suffix(""))
