@@ -46,6 +46,7 @@ rule paper:
         rules.tables.output,
         rules.verdict.output,
         rules.verdict_page.output,
+        rules.report.output,
 
 
 rule all:

@@ -1,6 +1,7 @@
 """What the Snakefile needs from the package: a folder to itself, a checked configuration, hashes of code."""
 
 import fcntl
+import json
 import os
 import sys
 import time
@@ -100,9 +101,11 @@ def _is_about(study: Study, file: str) -> bool:
     from netCDF4 import Dataset  # here, since few runs have evidence
 
     try:
+        if file.endswith(".json"):
+            return json.loads(Path(file).read_bytes())["config_sha256"] == study.config_sha256
         with Dataset(os.path.abspath(file)) as dataset:
             return dataset.config_sha256 == study.config_sha256
-    except (OSError, AttributeError):
+    except (OSError, AttributeError, LookupError, TypeError, ValueError):
         return True  # damaged or foreign: the job that reads it says so
 
 
