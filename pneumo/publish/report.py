@@ -8,8 +8,8 @@ import xarray as xr
 
 from pneumo.physics.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
+from pneumo.publish.looks import MODEL_STYLE, OWN_ROW
 from pneumo.publish.packing import FRACTION, packed, rounded, rounding_step
-from pneumo.publish.style import GREY, MODEL_STYLE, Look
 from pneumo.publish.verdict_page import STATUSES, page_environment
 from pneumo.simulate.results import CHAMBERS, story
 
@@ -17,7 +17,6 @@ VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays 
 CLOSE_UP = (3, 8)  # from a third of the run on, an eighth of it, every stored sample is on the page
 TRANSPORTS = {"published": "as published", "exact": "exact"}
 FIRST_SHOWN = ["M5", "M7", "M8"]
-OWN_ROW = Look(GREY, "-", "o")  # of a model that is not the paper's
 STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
     "yes": ("✓", "close"),
     "in part": ("≈", "explained"),
