@@ -81,7 +81,8 @@ function brushed(plot) {
   const { left, width } = plot.select;
   if (width < 3) return;
   plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-  choose({ window: [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")] });
+  const window = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+  queueMicrotask(() => choose({ window })); // not before the other panel, brushed along, has read its scale
 }
 
 const superscript = (number) => [...String(number)].map((digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit] ?? "⁻").join("");
@@ -274,5 +275,6 @@ async function draw(reload) {
   drawTraces();
   drawOverN();
   drawRanking();
-  document.body.dataset.drawn = address(); // for tests: this is what is on the page
+  document.body.dataset.drawn = address(); // with the mark, for tests: what is on the page, and since when
+  performance.mark("drawn");
 }
