@@ -149,7 +149,7 @@ def describe(experiment: Experiment) -> str:
     return f"cylinder {experiment.cylinder} ({size}), {loop} loop, k₀ = {plant.k_0:.4g} W/K, {length:.6g} s"
 
 
-def _shortened(values: np.ndarray) -> list[Any]:
+def _shortened(values: np.ndarray) -> Any:
     """Nested lists of numbers with few digits; None where there is none."""
     if values.ndim:
         return [_shortened(value) for value in values]
