@@ -188,7 +188,7 @@ def test_cylinders_of_ones_own(tmp_path):
     statistics = {"exact/statistics.nc", "published/statistics.nc"}
     assert made == cells | statistics | {"parameters.json", "report.html", "study.html"}
     page = (folder / "results/report.html").read_text()
-    assert "mine: reduced models" in page and "verdict.html" not in page and "paper of 2006" not in page
+    assert ": reduced models beside" in page and "verdict.html" not in page and "paper of 2006" not in page
     page = (folder / "results/study.html").read_text()
     assert "Cylinder mine: open, 2 runs each" in page and "Cylinder second: other, 1 run each" in page
     own, grid = (folder / "results" / name for name in ("study/mine.nc", "exact/replay/open.nc"))

@@ -55,7 +55,7 @@ def stride(study: Study) -> int:
 def close_up(stored: int) -> tuple[int, int]:
     """First and last sample of a run's close-up."""
     first = stored // CLOSE_UP[0]
-    return first, min(first + stored // CLOSE_UP[1], stored - 1)
+    return first, first + stored // CLOSE_UP[1]
 
 
 def samples(stored: int, every: int) -> np.ndarray:
