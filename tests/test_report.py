@@ -92,7 +92,7 @@ def verdict():
 def findings():
     claims = [
         {"id": f"c{i}", "claim": f"claim {i}", "source": "p. 9", "published": "0.97", "exact": f"{i} <&>"}
-        | {"interval": "0.1 to 0.2", "stands": stands, "why": HOSTILE}
+        | {"interval": "0.1 to 0.2", "stands": stands, "why": HOSTILE, "headline": i < 2}
         for i, stands in enumerate(STANDS)
     ]
     return {"claims": claims, "note": "a note <&>"}
@@ -236,13 +236,14 @@ def test_counts_lead_to_the_verdict(page, verdict):
 
 
 def test_claims(parts, verdict, page):
-    assert "not run: <code>snakemake -j2 evidence</code>" in page
+    assert "not run: <code>snakemake -j2 ensemble</code>" in page
     text = render(PAPER, parts[:1], verdict, findings(), False)
     assert "not run: <code>" not in text
-    rows = re.findall(r'<tr id="claim-c(\d)">(.*?)</tr>', text, re.DOTALL)
-    assert len(rows) == len(STANDS)
-    for (number, row), (stands, (symbol, badge)) in zip(rows, STANDS.items(), strict=True):
-        assert f'"badge {badge}"' in row and f"{symbol}</span> {stands}</span>" in row
+    rows = re.findall(r'<tr data-id="c(\d)">(.*?)</tr>', text, re.DOTALL)
+    assert [int(number) for number, _ in rows] == [0, 1, *range(len(STANDS))]  # headlines, then all
+    for number, row in rows:
+        symbol, badge = STANDS[list(STANDS)[int(number)]]
+        assert f'"badge {badge}"' in row and f">{symbol}</span>" in row
         assert f"<td>0.97</td><td>{number} &lt;&amp;&gt;</td><td>0.1 to 0.2</td>" in row
     assert "a note &lt;&amp;&gt;" in text and HOSTILE not in text
 

@@ -10,7 +10,7 @@ from pneumo.physics.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
 from pneumo.publish.looks import MODEL_STYLE, OWN_ROW
 from pneumo.publish.packing import FRACTION, packed, rounded, rounding_step
-from pneumo.publish.verdict_page import STATUSES, page_environment
+from pneumo.publish.verdict_page import STATUSES, page_environment, with_indices
 from pneumo.simulate.results import CHAMBERS, story
 
 VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB
@@ -204,18 +204,16 @@ def render(
         "every": stride(study),
         "experiments": [part.facts for part in parts],
     }
-    return (
-        page_environment()
-        .get_template("report.html.j2")
-        .render(
-            study=study,
-            data=data,
-            transports=TRANSPORTS,
-            parts=parts,
-            verdict=verdict,
-            statuses=STATUSES,
-            findings=findings,
-            stands=STANDS,
-            manuscript=manuscript,
-        )
+    environment = page_environment()
+    environment.filters["math"] = with_indices
+    return environment.get_template("report.html.j2").render(
+        study=study,
+        data=data,
+        transports=TRANSPORTS,
+        parts=parts,
+        verdict=verdict,
+        statuses=STATUSES,
+        findings=findings,
+        stands=STANDS,
+        manuscript=manuscript,
     )
