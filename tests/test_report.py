@@ -244,7 +244,9 @@ def test_claims(parts, verdict, page):
     for number, row in rows:
         symbol, badge = STANDS[list(STANDS)[int(number)]]
         assert f'"badge {badge}"' in row and f">{symbol}</span>" in row
-        assert f"<td>0.97</td><td>{number} &lt;&amp;&gt;</td><td>0.1 to 0.2</td>" in row
+        cells = re.findall(r'<td data-head="[^"]+: ">(.*?)</td>', row)
+        assert cells == ["0.97", f"{number} &lt;&amp;&gt;", "0.1 to 0.2"]
+    assert "Of 2 main claims" in text
     assert "a note &lt;&amp;&gt;" in text and HOSTILE not in text
 
 
@@ -479,6 +481,9 @@ class TestInBrowser:
             "plots.error.series.slice(2).map((_, m) => plots.error.data[m + 2].some((y) => y !== null))"
         )
         assert [name for name, some in zip(MODELS, drawn, strict=True) if some] == ["M2", "M10"]
+        browser.run("location.hash = '#explore'")
+        browser.run(SHORTLY)
+        assert browser.run("state.window") == [700, 720]  # a place on the page changes nothing
         nonsense = view("#e=E99&t=x&c=C&n=7&m=M99&w=9 z")
         assert self.address(nonsense) == {"e": "E01", "t": "exact", "c": "A", "n": "best"}
         assert nonsense.console == []

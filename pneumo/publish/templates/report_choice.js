@@ -119,5 +119,7 @@ for (const id of ["from", "to"]) element(id).addEventListener("change", () => ch
 element("close-up").addEventListener("click", () => choose({ window: closeUp() }));
 element("whole").addEventListener("click", () => choose({ window: null }));
 element("keys").addEventListener("click", () => element("help").showModal());
-addEventListener("hashchange", () => choose(read()));
+addEventListener("hashchange", () => {
+  if (location.hash.includes("=")) choose(read()); // else a place on the page
+});
 choose(read());
