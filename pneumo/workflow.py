@@ -1,6 +1,7 @@
 """What the Snakefile needs from the package: a folder to itself, a checked configuration, hashes of code."""
 
 import fcntl
+import hashlib
 import json
 import os
 import sys
@@ -95,6 +96,11 @@ def own_cylinders(study: Study) -> list[str]:
 def evidence_for(study: Study, *files: str) -> list[str]:
     """Files of evidence that are there and were made from this very configuration."""
     return [file for file in files if Path(file).exists() and _is_about(study, file)]
+
+
+def fingerprints(files: Sequence[str]) -> dict[str, str]:
+    """SHA-256 of each file, for a rule that reads files without asking for them."""
+    return {file: hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
 
 
 def _is_about(study: Study, file: str) -> bool:

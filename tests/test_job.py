@@ -15,7 +15,7 @@ from pneumo.job import RUN, RUN_LOCK, logged
 from pneumo.physics.parameters import load, study
 from pneumo.seal import DamagedError
 from pneumo.store import ResultError, write, write_json
-from pneumo.workflow import checked_study, evidence_for, sole_run
+from pneumo.workflow import checked_study, evidence_for, fingerprints, sole_run
 
 ROOT = Path(__file__).parents[1]
 
@@ -169,5 +169,7 @@ def test_evidence_in_json_too(tmp_path, damage):
     write_json(json.dumps({"config_sha256": paper.config_sha256}), file)
     assert evidence_for(paper, str(file)) == [str(file)]
     assert evidence_for(paper._replace(config_sha256="another"), str(file)) == []
+    before = fingerprints([str(file)])
     file.write_bytes(damage)
     assert evidence_for(paper, str(file)) == [str(file)]
+    assert list(before) == [str(file)] and fingerprints([str(file)]) != before

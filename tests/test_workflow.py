@@ -129,9 +129,15 @@ def test_findings_once_there_are_on_the_report(smoke):
     try:
         assert planned(smoke) == {}
         findings.write_text(json.dumps({"config_sha256": parameters["config_sha256"]}))
-        assert planned(smoke) == {"report": 1}
+        assert planned(smoke) == {"report": 1}  # and not the ensemble
     finally:
         findings.unlink()
+    manuscript = smoke / "results/paper.pdf"
+    manuscript.touch()
+    try:
+        assert planned(smoke) == {"report": 1}
+    finally:
+        manuscript.unlink()
 
 
 def test_snakemakes_own_report(smoke, tmp_path):

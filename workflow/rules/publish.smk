@@ -98,9 +98,6 @@ rule report:
         cells=rules.replay.output,
         statistics=rules.statistics.output,
         verdict=[] if OWN_CYLINDERS else rules.verdict.output,
-        # Evidence, as for the verdict: once it is there, the page shows it.
-        findings=[] if OWN_CYLINDERS else evidence_for(STUDY, "results/findings.json"),
-        manuscript=[pdf for pdf in ["results/paper.pdf"] if exists(pdf)],
         templates=expand(
             "pneumo/publish/templates/{name}", name=["page.html.j2", "verdict.css", *REPORT_TEMPLATES]
         ),
@@ -109,6 +106,9 @@ rule report:
     log:
         "results/logs/report.log",
     params:
+        # What is there is shown. As inputs, these would bring the whole ensemble and all evidence with them.
+        findings={} if OWN_CYLINDERS else fingerprints(evidence_for(STUDY, "results/findings.json")),
+        manuscript=exists("results/paper.pdf"),
         code=code_behind("report.py"),
     message:
         "Report: the study as a page to explore"

@@ -37,6 +37,7 @@ def main(
 
 if job := globals().get("snakemake"):
     with logged(job):
-        files = job.input
-        optional = [next(iter(files[name]), None) for name in ("verdict", "findings")]
-        main(files.parameters, files.statistics, job.output[0], *optional, manuscript=bool(files.manuscript))
+        files, there = job.input, job.params
+        verdict = next(iter(files.verdict), None)
+        findings = next(iter(there.findings), None)
+        main(files.parameters, files.statistics, job.output[0], verdict, findings, there.manuscript)
