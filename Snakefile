@@ -6,7 +6,7 @@ import sys
 
 from snakemake.utils import min_version
 
-from pneumo.workflow import checked_study, code_behind, evidence_for, own_cylinders, sole_run
+from pneumo.workflow import checked_study, code_behind, evidence_for, fingerprints, own_cylinders, sole_run
 
 min_version("9.0")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
@@ -23,6 +23,11 @@ onstart:
 STUDY = checked_study(config, workflow.config_settings.configfiles, workflow.config_settings.config)
 TRANSPORTS = ["published", "exact"]
 OWN_CYLINDERS = own_cylinders(STUDY)  # of a study that is not the paper's
+
+
+def all_cores(wildcards):
+    """However many the run has; asked for late, since `snakemake --report` has none."""
+    return workflow.cores
 
 
 include: "workflow/rules/simulate.smk"
@@ -47,6 +52,7 @@ rule paper:
         rules.tables.output,
         rules.verdict.output,
         rules.verdict_page.output,
+        rules.report.output,
 
 
 rule all:

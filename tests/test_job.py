@@ -1,6 +1,7 @@
 """What stands around the work of a job, and around the Snakefile: logs, exit codes, and sources of errors."""
 
 import errno
+import json
 import os
 import re
 import time
@@ -13,8 +14,8 @@ import xarray as xr
 from pneumo.job import RUN, RUN_LOCK, logged
 from pneumo.physics.parameters import load, study
 from pneumo.seal import DamagedError
-from pneumo.store import ResultError, write
-from pneumo.workflow import checked_study, evidence_for, sole_run
+from pneumo.store import ResultError, write, write_json
+from pneumo.workflow import checked_study, evidence_for, fingerprints, sole_run
 
 ROOT = Path(__file__).parents[1]
 
@@ -158,3 +159,17 @@ def test_evidence_counts_for_the_configuration_that_made_it_only(tmp_path):
     assert evidence_for(paper._replace(config_sha256="another"), str(file)) == []
     file.write_bytes(b"damaged")
     assert evidence_for(paper, str(file)) == [str(file)]  # so that the job which reads it refuses it
+
+
+@pytest.mark.parametrize("damage", [b"", b"{", b"[]", b"{}", b"\xff"])
+def test_evidence_in_json_too(tmp_path, damage):
+    paper = study(load(ROOT / "config/paper.yaml"))
+    file = tmp_path / "findings.json"
+    assert evidence_for(paper, str(file)) == []
+    write_json(json.dumps({"config_sha256": paper.config_sha256}), file)
+    assert evidence_for(paper, str(file)) == [str(file)]
+    assert evidence_for(paper._replace(config_sha256="another"), str(file)) == []
+    before = fingerprints([str(file)])
+    file.write_bytes(damage)
+    assert evidence_for(paper, str(file)) == [str(file)]
+    assert list(before) == [str(file)] and fingerprints([str(file)]) != before

@@ -58,6 +58,14 @@ def test_picture_is_the_workflows(results):
     assert (ROOT / "paper/readme/traces.png").read_bytes() == (results / "figures/traces.png").read_bytes()
 
 
+def test_picture_of_the_report():
+    """Made by tests/report_picture.py; its bytes are a browser's."""
+    picture = (ROOT / "paper/readme/report.png").read_bytes()
+    assert picture[1:4] == b"PNG" and int.from_bytes(picture[16:20], "big") == 1200
+    assert len(picture) < 300_000
+    assert "(paper/readme/report.png)" in README
+
+
 def output_of_code(section: str) -> str:
     """What the Python of a section prints."""
     code = re.search(rf"^## {section}\n(?:(?!^## ).)*?```python\n(.*?)```", README, re.DOTALL | re.MULTILINE)

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from pneumo.publish import drawing
+from pneumo.publish.looks import MODEL_STYLE
 from pneumo.publish.schemes import SCHEMES
 from pneumo.publish.style import (
     DOUBLE_MM,
     MM_PER_INCH,
-    MODEL_STYLE,
     SINGLE_MM,
     SOURCE_BAR,
     SOURCE_MARKER,

@@ -1,11 +1,13 @@
 """The workflow on the smoke configuration: two experiments of three seconds, not the study."""
 
 import hashlib
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -65,6 +67,7 @@ def test_every_planned_file_is_there(smoke):
         assert {f"settling/{experiment}.nc", f"datum/{experiment}.nc"} <= made
         assert {f"{transport}/replay/{experiment}.nc" for transport in ("published", "exact")} <= made
     assert {"published/statistics.nc", "exact/statistics.nc", "settling.nc", "table7.md"} <= made
+    assert {"verdict.html", "report.html"} <= made
     assert {f"figures/fig{number:02}.{kind}" for number in range(1, 13) for kind in ("svg", "png")} <= made
     assert not [name for name in made if name.endswith(".part")]
 
@@ -114,9 +117,35 @@ def test_evidence_once_there_is_judged_anew(smoke):
     assert not evidence.exists()  # it is no part of the study
     evidence.touch()
     try:
-        assert planned(smoke) == {"verdict": 1, "verdict_page": 1}
+        assert planned(smoke) == {"verdict": 1, "verdict_page": 1, "report": 1}
     finally:
         evidence.unlink()
+
+
+def test_findings_once_there_are_on_the_report(smoke):
+    parameters = json.loads((smoke / "results/parameters.json").read_text())
+    findings = smoke / "results/findings.json"
+    findings.write_text(json.dumps({"config_sha256": "another", "claims": [], "note": ""}))
+    try:
+        assert planned(smoke) == {}
+        findings.write_text(json.dumps({"config_sha256": parameters["config_sha256"]}))
+        assert planned(smoke) == {"report": 1}  # and not the ensemble
+    finally:
+        findings.unlink()
+    manuscript = smoke / "results/paper.pdf"
+    manuscript.touch()
+    try:
+        assert planned(smoke) == {"report": 1}
+    finally:
+        manuscript.unlink()
+
+
+def test_snakemakes_own_report(smoke, tmp_path):
+    done = snakemake(smoke, "--report", str(tmp_path / "report.zip"), *SMOKE)
+    assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(tmp_path / "report.zip") as found:
+        names = {Path(name).name for name in found.namelist()}
+    assert {"report.html", "verdict.html", "traces.svg", "fig01.svg"} <= names
 
 
 @pytest.mark.parametrize(
@@ -163,7 +192,9 @@ def test_cylinders_of_ones_own(tmp_path):
     cells = {f"{t}/replay/{name}.nc" for t in ("published", "exact") for name in experiments}
     cells |= {"datum/open.nc", "datum/other.nc", "study/mine.nc", "study/second.nc"}
     statistics = {"exact/statistics.nc", "published/statistics.nc"}
-    assert made == cells | statistics | {"parameters.json", "study.html"}
+    assert made == cells | statistics | {"parameters.json", "report.html", "study.html"}
+    page = (folder / "results/report.html").read_text()
+    assert ": reduced models beside" in page and "verdict.html" not in page and "paper of 2006" not in page
     page = (folder / "results/study.html").read_text()
     assert "Cylinder mine: open, 2 runs each" in page and "Cylinder second: other, 1 run each" in page
     own, grid = (folder / "results" / name for name in ("study/mine.nc", "exact/replay/open.nc"))

@@ -16,11 +16,11 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatt
 
 from pneumo.assess.statistics import OVERALL, concatenated
 from pneumo.physics.models import MODELS
+from pneumo.publish.looks import MODEL_STYLE
 from pneumo.publish.style import (
     DOUBLE_MM,
     GREY,
     INK,
-    MODEL_STYLE,
     SINGLE_MM,
     SOURCE_BAR,
     SOURCE_MARKER,

@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from rich.table import Table
 
 from pneumo.publish.identification import ends, number
+from pneumo.publish.looks import MODEL_STYLE
 from pneumo.publish.style import (
     ACCENT,
     DOUBLE_MM,
     GREY,
     INK,
-    MODEL_STYLE,
     PALE,
     axis_label,
     new_figure,

@@ -8,11 +8,11 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from pneumo.assess.ranking import CONFIDENCE, Ranking
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures import KILO, symbol
+from pneumo.publish.looks import MODEL_STYLE
 from pneumo.publish.style import (
     DOUBLE_MM,
     GREY,
     INK,
-    MODEL_STYLE,
     axis_label,
     new_figure,
     paper_style,

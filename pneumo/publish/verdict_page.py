@@ -72,6 +72,18 @@ class Grid(NamedTuple):
     rows: Sequence[tuple[str, Sequence[str | None]]]
 
 
+def page_environment() -> Environment:
+    """Return the templates' environment; it escapes whatever is put in."""
+    return Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
 def render(verdict: Mapping[str, Any]) -> str:
     """Write the page.
 
@@ -85,14 +97,7 @@ def render(verdict: Mapping[str, Any]) -> str:
     str
         HTML with its style and script inside; the same text for the same verdict.
     """
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+    environment = page_environment()
     environment.filters |= {
         "unit": lambda unit: UNITS.get(unit, unit),
         "short": _short,

@@ -19,7 +19,7 @@ rule ensemble_block:
         "results/logs/ensemble_{first}.log",
     wildcard_constraints:
         first=r"\d{3}",
-    threads: workflow.cores
+    threads: all_cores
     params:
         sets=sets_of,
         of=SEED_SETS,

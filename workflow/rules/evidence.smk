@@ -10,7 +10,7 @@ rule assumptions:
         "results/assumptions.nc",
     log:
         "results/logs/assumptions.log",
-    threads: workflow.cores
+    threads: all_cores
     params:
         configuration=config,
         code=code_behind("assumptions.py"),
@@ -45,7 +45,7 @@ rule identification:
         "results/identification.nc",
     log:
         "results/logs/identification.log",
-    threads: workflow.cores
+    threads: all_cores
     params:
         code=code_behind("identification.py"),
     message:
@@ -76,7 +76,7 @@ rule error_budget:
         "results/error_budget.nc",
     log:
         "results/logs/error_budget.log",
-    threads: workflow.cores
+    threads: all_cores
     params:
         code=code_behind("error_budget.py"),
     message:

@@ -42,3 +42,4 @@ rule own:
         rules.replay.output,
         rules.statistics.output,
         rules.own_page.output,
+        rules.report.output,

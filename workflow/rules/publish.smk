@@ -7,14 +7,24 @@ SHOWN = {
     for figure, experiment in {"fig07": "E14", "traces": "E06"}.items()
 }
 
+VERDICT_TEMPLATES = ["verdict.html.j2", "verdict.css", "verdict.js"]
+REPORT_TEMPLATES = [
+    *["report.html.j2", "report.css", "report_traces.js", "report.js", "report_choice.js"],
+    *["uplot/uPlot.iife.min.js", "uplot/uPlot.min.css", "uplot/LICENSE"],
+]
+SCHEMES = ["01", "02", "03", "04", "05", "06", "12"]
+FIGURES = ["fig07", "fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"]
+
 
 rule schemes:
     output:
-        expand(
-            "results/figures/fig{number}.{kind}",
-            number=["01", "02", "03", "04", "05", "06", "12"],
-            kind=["svg", "png"],
+        report(
+            expand("results/figures/fig{number}.svg", number=SCHEMES),
+            caption="../captions/schemes.rst",
+            category="Figures",
+            subcategory="Schemes",
         ),
+        expand("results/figures/fig{number}.png", number=SCHEMES),
     log:
         "results/logs/schemes.log",
     params:
@@ -33,11 +43,13 @@ rule figures:
         cells=rules.replay.output,
         statistics=rules.statistics.output,
     output:
-        expand(
-            "results/figures/{name}.{kind}",
-            name=["fig07", "fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"],
-            kind=["svg", "png"],
+        report(
+            expand("results/figures/{name}.svg", name=FIGURES),
+            caption="../captions/figures.rst",
+            category="Figures",
+            subcategory="Results",
         ),
+        expand("results/figures/{name}.png", name=FIGURES),
     log:
         "results/logs/figures.log",
     params:
@@ -66,9 +78,9 @@ rule tables:
 rule verdict_page:
     input:
         verdict=rules.verdict.output[0],
-        templates=expand("pneumo/publish/templates/verdict.{kind}", kind=["html.j2", "css", "js"]),
+        templates=expand("pneumo/publish/templates/{name}", name=["page.html.j2", *VERDICT_TEMPLATES]),
     output:
-        "results/verdict.html",
+        report("results/verdict.html", caption="../captions/verdict.rst", category="Pages"),
     log:
         "results/logs/verdict_page.log",
     params:
@@ -77,3 +89,28 @@ rule verdict_page:
         "Verdict as a page"
     script:
         "../scripts/verdict_page.py"
+
+
+rule report:
+    input:
+        parameters=rules.parameters.output[0],
+        datum=rules.datum.output,
+        cells=rules.replay.output,
+        statistics=rules.statistics.output,
+        verdict=[] if OWN_CYLINDERS else rules.verdict.output,
+        templates=expand(
+            "pneumo/publish/templates/{name}", name=["page.html.j2", "verdict.css", *REPORT_TEMPLATES]
+        ),
+    output:
+        report("results/report.html", caption="../captions/report.rst", category="Pages"),
+    log:
+        "results/logs/report.log",
+    params:
+        # What is there is shown. As inputs, these would bring the whole ensemble and all evidence with them.
+        findings={} if OWN_CYLINDERS else fingerprints(evidence_for(STUDY, "results/findings.json")),
+        manuscript=exists("results/paper.pdf"),
+        code=code_behind("report.py"),
+    message:
+        "Report: the study as a page to explore"
+    script:
+        "../scripts/report.py"

@@ -56,7 +56,7 @@ rule replay:
         ),
     log:
         "results/logs/replay.log",
-    threads: workflow.cores
+    threads: all_cores
     params:
         code=code_behind("replay.py"),
     message:

@@ -1,0 +1,125 @@
+// --- What is chosen, by pointer, keyboard and address --------------------------------------------
+
+function address() {
+  const chosen = new URLSearchParams({
+    e: experiment().name, t: state.t, c: chambers[state.c], n: state.n === "best" ? "best" : data.n[state.n],
+    m: [...state.models].sort((a, b) => a - b).map((m) => models[m].name).join(" "),
+  });
+  if (state.window) chosen.set("w", state.window.map(seconds).join(" "));
+  return `#${chosen}`;
+}
+
+// Whatever the address names and the study has; the rest stays.
+function read() {
+  const chosen = new URLSearchParams(location.hash.slice(1));
+  const named = (list, name) => list.indexOf(name);
+  const e = named(experiments.map(({ name }) => name), chosen.get("e"));
+  const c = named(chambers, chosen.get("c"));
+  const n = named(data.n, Number(chosen.get("n")));
+  const window = (chosen.get("w") ?? "").split(" ").map(Number);
+  return {
+    ...(e >= 0 && { e }),
+    ...(data.transports.includes(chosen.get("t")) && { t: chosen.get("t") }),
+    ...(c >= 0 && { c }),
+    ...((chosen.get("n") === "best" && { n: "best" }) || (n >= 0 && { n })),
+    ...(chosen.has("m") && { models: new Set(models.flatMap(({ name }, m) => (chosen.get("m").split(" ").includes(name) ? [m] : []))) }),
+    window: chosen.has("w") && window.length === 2 ? window : null,
+  };
+}
+
+// Take a choice over, with a window that lies in the run and holds two samples or more.
+function choose(change) {
+  const reload = traces === null || (change.e ?? state.e) !== state.e || (change.t ?? state.t) !== state.t;
+  if ("e" in change && change.e !== state.e && !change.window) change.window = null; // another run, another time
+  Object.assign(state, change);
+  if (state.window) {
+    const [from, to] = state.window;
+    const least = 2 * data.every * experiment().dt;
+    const length = Math.min(Math.max(to - from, least), duration());
+    const start = Math.min(Math.max(from, 0), duration() - length);
+    state.window = Number.isFinite(start) && length < duration() ? [start, start + length] : null;
+  }
+  history.replaceState(null, "", address());
+  return draw(reload).catch((error) => {
+    element("trouble").textContent = `The traces cannot be drawn: ${error.message}. The browser may be too old.`;
+    element("trouble").hidden = false;
+  });
+}
+
+const toggled = (m) => {
+  const chosen = new Set(state.models);
+  if (!chosen.delete(m)) chosen.add(m);
+  return { models: chosen };
+};
+const around = (list, value, by) => list[(list.indexOf(value) + by + list.length) % list.length];
+
+function zoom(factor) {
+  const [from, to] = state.window ?? [0, duration()];
+  const [middle, half] = [(from + to) / 2, ((to - from) / 2) * factor];
+  choose({ window: [middle - half, middle + half] });
+}
+
+function move(share) {
+  if (state.window) choose({ window: state.window.map((t) => t + share * (state.window[1] - state.window[0])) });
+}
+
+const stepN = (by) => {
+  const list = ["best", ...data.n.keys()];
+  choose({ n: list[Math.min(Math.max(list.indexOf(state.n) + by, 0), list.length - 1)] });
+};
+const KEYS = {
+  ArrowLeft: () => choose({ e: around([...experiments.keys()], state.e, -1) }),
+  ArrowRight: () => choose({ e: around([...experiments.keys()], state.e, 1) }),
+  ArrowUp: () => stepN(1),
+  ArrowDown: () => stepN(-1),
+  t: () => choose({ t: around(data.transports, state.t, 1) }),
+  c: () => choose({ c: around([...chambers.keys()], state.c, 1) }),
+  "+": () => zoom(0.5),
+  "-": () => zoom(2),
+  ",": () => move(-0.5),
+  ".": () => move(0.5),
+  z: () => choose({ window: closeUp() }),
+  Escape: () => choose({ window: null }),
+  "?": () => element("help").showModal(),
+};
+for (let digit = 0; digit < Math.min(models.length, 10); digit++) KEYS[(digit + 1) % 10] = () => choose(toggled(digit));
+
+document.addEventListener("keydown", (event) => {
+  const { target, key } = event;
+  if (event.ctrlKey || event.metaKey || event.altKey || !(key in KEYS) || target.closest("dialog")) return;
+  // Fields and lists keep the keys that they know themselves.
+  if (target.closest("select, input") && key !== "Escape" && !(target.type === "radio" && !key.startsWith("Arrow"))) return;
+  event.preventDefault();
+  KEYS[key]();
+});
+
+function button(model, m) {
+  const made = document.createElement("button");
+  made.type = "button";
+  made.className = "model";
+  made.value = m;
+  made.title = `${model.name}: ${model.text}`;
+  const dash = model.dash.map((length) => 1.6 * length).join(" ");
+  made.innerHTML = `<kbd>${m < 10 ? (m + 1) % 10 : ""}</kbd><svg width="30" height="8" aria-hidden="true"><line x1="0" x2="30" y1="4" y2="4" stroke="${model.colour}" stroke-width="2.4" stroke-dasharray="${dash}"/></svg>`;
+  made.append(model.name);
+  made.addEventListener("click", () => choose(toggled(m)));
+  for (const event of ["pointerenter", "focus"]) made.addEventListener(event, () => highlight(m));
+  for (const event of ["pointerleave", "blur"]) made.addEventListener(event, () => highlight(null));
+  return made;
+}
+
+element("models").append(...models.map(button));
+element("experiment").append(...experiments.map(({ name, text }, e) => new Option(`${name}: ${text.replace(/ \(.*?\)|, [^,]*$/g, "")}`, e)));
+element("n").append(new Option("each model's best", "best"), ...data.n.map((n, place) => new Option(n.toFixed(2), place)));
+element("experiment").addEventListener("change", (event) => choose({ e: +event.target.value }));
+element("n").addEventListener("change", (event) => choose({ n: event.target.value === "best" ? "best" : +event.target.value }));
+element("transport").addEventListener("change", (event) => choose({ t: event.target.value }));
+element("chamber").addEventListener("change", (event) => choose({ c: +event.target.value }));
+for (const id of ["from", "to"]) element(id).addEventListener("change", () => choose({ window: [+element("from").value, +element("to").value] }));
+element("close-up").addEventListener("click", () => choose({ window: closeUp() }));
+element("whole").addEventListener("click", () => choose({ window: null }));
+element("keys").addEventListener("click", () => element("help").showModal());
+addEventListener("hashchange", () => {
+  if (location.hash.includes("=")) choose(read()); // else a place on the page
+});
+choose(read());

@@ -1,0 +1,89 @@
+"""Packed traces come back as they were rounded, and rounding stays below half a stated step."""
+
+import base64
+import zlib
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pneumo.publish.packing import FRACTION, LARGEST, LEAST_STEP, MISSING, packed, rounded, rounding_step
+
+
+def unpacked(text: str, rows: Sequence[int], samples: int) -> list[np.ndarray]:
+    """What the page's script does, with sums over whole arrays."""
+    low, high = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(2, -1).astype(int)
+    code = low + 256 * high
+    changes = np.where(code % 2, -(code + 1) // 2, code // 2)
+    assert len(changes) == sum(rows) * samples
+    groups = []
+    for part in np.split(changes, np.cumsum(rows)[:-1] * samples):
+        change = part.reshape(-1, samples)
+        change[0] = np.cumsum(change[0])
+        if len(change) > 1:
+            change[1:] = np.cumsum(change[1:], axis=0)  # differences of first order
+        groups.append(np.cumsum(change, axis=0).astype(np.int16))  # 16 bits: sums wrap around
+    return groups
+
+
+short = st.integers(-(2**15), 2**15 - 1)
+
+
+@st.composite
+def groups(draw):
+    samples = draw(st.integers(1, 20))
+    rows = draw(st.lists(st.integers(1, 9), min_size=1, max_size=4))
+    return [draw(arrays(np.int16, (count, samples), elements=short)) for count in rows]
+
+
+@settings(deadline=None)
+@given(groups())
+@example([np.array([[32767, -32768], [-32768, 32767], [0, 0]], dtype=np.int16)])
+def test_what_is_packed_comes_back(traces):
+    before = [trace.copy() for trace in traces]
+    found = unpacked(packed(traces), [len(trace) for trace in traces], traces[0].shape[1])
+    for trace, back, original in zip(traces, found, before, strict=True):
+        assert (trace == original).all()
+        assert (back == original).all()
+
+
+pascal = st.floats(-1e7, 1e7)
+
+
+@settings(deadline=None)
+@given(arrays(float, st.integers(1, 30), elements=pascal), st.floats(1e-3, 1e6))
+def test_rounding_is_below_half_a_step(values, rms):
+    step = rounding_step(rms, float(np.abs(values).max()))
+    kept = rounded(values, step)
+    assert (kept != MISSING).all()
+    # 1e-9: what the division of a number of steps may lose, many times over.
+    assert (np.abs(kept * step - values) <= step * (0.5 + 1e-9)).all()
+
+
+@settings(deadline=None)
+@given(st.floats(1e-3, 1e6), st.floats(0, 1e9))
+def test_a_step_is_round_and_no_larger_than_it_must_be(rms, largest):
+    step = rounding_step(rms, largest)
+    digits = f"{step:e}"
+    assert digits[0] in "125" and float(digits[1:8]) == 0
+    assert largest / step <= LARGEST * (1 + 1e-9)
+    # At most 5/2 lies between neighbours of 1, 2, 5, 10.
+    assert step <= max(rms / FRACTION, LEAST_STEP, 2.5 * largest / LARGEST) * (1 + 1e-8)
+
+
+@pytest.mark.parametrize(
+    ("rms", "step"), [(16.0, 1.0), (31.9, 1.0), (32.0, 2.0), (3678.0, 200.0), (1.0, 1.0)]
+)
+def test_steps(rms, step):
+    assert rounding_step(rms, 0.0) == step
+
+
+def test_without_an_error_to_be_seen_the_least_step_is_taken():
+    assert rounding_step(np.nan, 0.0) == LEAST_STEP
+
+
+def test_what_is_not_finite_is_missing():
+    assert rounded(np.array([1.4, np.nan, -np.inf, -2.6]), 1.0).tolist() == [1, MISSING, MISSING, -3]
