@@ -33,10 +33,11 @@ def all_cores(wildcards):
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/assess.smk"
 include: "workflow/rules/publish.smk"
-include: "workflow/rules/cylinders.smk"
-include: "workflow/rules/evidence.smk"
 include: "workflow/rules/own.smk"
 include: "workflow/rules/ensemble.smk"
+include: "workflow/rules/cylinders.smk"
+include: "workflow/rules/evidence.smk"
+include: "workflow/rules/manuscript.smk"
 
 
 rule paper:
