@@ -17,7 +17,7 @@ rule cylinders_block:
         "results/logs/cylinders_{first}.log",
     wildcard_constraints:
         first=r"\d{3}",
-    threads: workflow.cores
+    threads: all_cores
     params:
         numbers=cylinders_of,
         code=code_behind("cylinders_block.py"),

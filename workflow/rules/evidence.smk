@@ -107,7 +107,7 @@ rule floor:
         "results/floor.nc",
     log:
         "results/logs/floor.log",
-    threads: workflow.cores
+    threads: all_cores
     params:
         code=code_behind("floor.py"),
     message:
@@ -138,7 +138,7 @@ rule variants:
         "results/variants.nc",
     log:
         "results/logs/variants.log",
-    threads: workflow.cores
+    threads: all_cores
     params:
         configuration=config,
         code=code_behind("variants.py"),
