@@ -11,6 +11,7 @@ from test_lanes import STUDY
 
 import pneumo
 from pneumo.apply.errors import ApplyError
+from pneumo.apply.runs import Run
 from pneumo.assess import floor as f
 from pneumo.assess import transport as theory
 from pneumo.assess.budget import refined, sliced
@@ -262,7 +263,7 @@ def test_averages_of_a_run_are_its_own(fine):
 
 def test_floor_of_ones_own_run_and_what_it_refuses(fine):
     e, recording = fine
-    run = pneumo.apply.runs.Run(e.plant, e.drive, e.h, recording)
+    run = Run(e.plant, e.drive, e.h, recording)
     both = np.mean(np.square(pneumo.transport_floor(run, 1e-3, "delay"))) ** 0.5
     assert both == pytest.approx(f.rms(theory.predicted_error(recording, *parts(e), 1e-3, "delay")))
     assert pneumo.transport_floor(run, e.h / 2)[0] == pytest.approx(pneumo.transport_floor(run, e.h)[0] / 2)
@@ -293,6 +294,12 @@ def test_sweeps_meet_where_they_are_the_same(dataset):
         once = dataset[way].sel(period=1e-3)
         np.testing.assert_allclose(dataset[f"rate_{way}"].sel(rate=20.0), once, rtol=1e-12)
         np.testing.assert_allclose(dataset[f"size_{way}"].sel(size=1.0), once, rtol=1e-12)
+    assert f.rms(np.array([3.0, -4.0])) == pytest.approx(sqrt(12.5))
+    e = refined(lasting("E09", 0.2), f.FINE)
+    recording, options = record(e), (*parts(e), LANES[:1], f.FINE)
+    exact, late = (t.transported(recording, f.FINE, kind, *options)[1] for kind in (t.EXACTLY, t.DELAY))
+    direct = np.sqrt(np.mean((exact - late) ** 2))
+    assert dataset["reduced"].sel(experiment="E09", transport="delay").item() == pytest.approx(direct)
     # A model relaxes almost as the chamber does.
     np.testing.assert_allclose(dataset["reduced"], dataset["measured"].sel(period=1e-3), rtol=0.1)
     assert all(
