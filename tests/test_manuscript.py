@@ -69,6 +69,22 @@ def invented_budget():
     return xr.Dataset({k: (list(sizes), np.full((3, 10), 4e6)) for k in parts}, sizes)
 
 
+def invented_variants():
+    sizes = {"pair": list(PAIRS[:3]), "level": list(LEVELS), "transport": ["exact"], "criterion": ["mean"]}
+    shape = tuple(map(len, sizes.values()))
+    alternatives = ["inlet.colder", "inlet.warmer", "valve.leak"]
+    dims = list(sizes)
+    ratio = np.full((*shape, 3), 2.6)
+    return xr.Dataset(
+        {
+            "ratio": ([*dims, "alternative"], ratio),
+            "share": (dims, np.full(shape, 2 / 3)),
+            "counted": (dims, np.full(shape, 3)),
+        },
+        sizes | {"alternative": alternatives},
+    )
+
+
 def invented_recommendation():
     score = {"right": BOUNDS, "cost": [1.1, 1.0, 1.2], "cost_at_best_n": [1.05, 1.0, 1.1]}
     ratio = {pair: {name: BOUNDS for name in ("mean", "geometric", "rank")} for pair in PAIRS}
@@ -96,6 +112,7 @@ def project(tmp_path_factory):
     for name in ("traces", "floor", "ensemble", "regimes"):
         shutil.copy(ROOT / "results/figures/traces.svg", results / f"figures/{name}.svg")
     write(invented_ensemble(), results / "ensemble.nc", ABOUT)
+    write(invented_variants(), results / "variants.nc", ABOUT)
     write(invented_floor(), results / "floor.nc", ABOUT)
     write(invented_identification(), results / "identification.nc", ABOUT)
     write(invented_budget(), results / "error_budget.nc", ABOUT)
@@ -144,6 +161,9 @@ def test_spans_and_intervals():
     assert floor["theory"] == {"lowest": "1.10", "highest": "1.10"}
     assert floor["formula_open"] == {"lowest": "0.90", "highest": "0.90"}
     assert (floor["shortest"], floor["longest"], floor["highest"]) == ("0.1 ms", "10 ms", "400 Pa")
+    variants = m._variants(invented_variants())
+    assert variants["rows"][0] == {"pair": "M6/M5"} | dict.fromkeys(LEVELS, "2 of 3")
+    assert variants["inlet"]["highest"] == "2.6"
     tree = m._tree(invented_recommendation())
     assert tree["scores"][0] == {"answer": "tree", "right": "80 %", "cost": "10 %", "fitted": "5 %"}
     assert (tree["within"], tree["held_out"]) == ("10 %", "100")

@@ -15,6 +15,7 @@ import xarray as xr
 
 from pneumo.assess.findings import CONFIDENCE, STANDS
 from pneumo.assess.highlights import LEVELS
+from pneumo.assess.variants import INLET
 from pneumo.physics.exchange import from_json
 from pneumo.physics.experiment import Study
 from pneumo.physics.models import MODELS
@@ -75,6 +76,7 @@ def numbers(results: Path) -> dict[str, Any]:
         "budget": _budget(read(results / "error_budget.nc")),
         "ensemble": _ensemble(ensemble),
         "floor": _floor(read(results / "floor.nc")),
+        "variants": _variants(read(results / "variants.nc", "ratio", "share", "counted")),
         "cylinders": _cylinders(recommendation),
         "tree": _tree(recommendation),
         "statements": [
@@ -260,6 +262,24 @@ def _floor(floor: xr.Dataset) -> dict[str, Any]:
         "formula_open": _span((linear["formula"] / linear["measured"])[floor["loop"].values == "open"]),
         "lowest": f"{at_1_ms.min().item():.0f} Pa",
         "highest": f"{at_1_ms.max().item():.0f} Pa",
+    }
+
+
+def _variants(variants: xr.Dataset) -> dict[str, Any]:
+    """In how many alternatives each refinement pays, exact transport, mean over experiments."""
+    here = variants.sel(transport=EXACT, criterion="mean")
+    inlet = here["ratio"].sel(pair="M8/M7", alternative=["inlet.colder", "inlet.warmer"])
+
+    def pays(**labels: str) -> str:
+        counted = here["counted"].sel(labels).item()
+        return f"{round(here['share'].sel(labels).item() * counted)} of {counted:.0f}"
+
+    return {
+        "rows": [
+            {"pair": pair} | {level: pays(pair=pair, level=level) for level in LEVELS} for pair in SHOWN
+        ],
+        "inlet": _span(inlet, 1),
+        "inlet_step": f"{INLET:g} K",
     }
 
 

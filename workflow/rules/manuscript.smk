@@ -11,7 +11,8 @@ rule manuscript:
             rules.identification.output[0],
             rules.error_budget.output[0],
             rules.floor.output[0],
-            "results/recommendation.json",
+            rules.variants.output[0],
+            rules.cylinders_analysis.output.tree,
         ],
         figures=expand("results/figures/{name}.svg", name=["traces", "floor", "ensemble", "regimes"]),
         sources=[
