@@ -91,7 +91,7 @@ bench: .venv/.installed  ## measure speed against other means, and the whole stu
 lock: .venv/.installed  ## write requirements.lock again from pyproject.toml (UPGRADE=1: newest versions)
 	@echo "== lock: requirements.lock"
 	$(activate)
-	uv pip compile --quiet --generate-hashes --no-emit-index-url --no-header --no-annotate --extra dev --extra docs --extra evidence \
+	uv pip compile --quiet --generate-hashes --no-emit-index-url --no-header --no-annotate --extra dev --extra docs --extra evidence --extra control \
 	    --python-version 3.11 --python-platform x86_64-manylinux_2_28 $(if $(UPGRADE),--upgrade) \
 	    --output-file requirements.lock pyproject.toml
 
@@ -112,7 +112,7 @@ clean:  ## remove results, documentation and caches, keep .venv
 	echo "== set-up 1/3: .venv with $$("$$base" --version)"
 	"$$base" -m venv --clear --without-pip .venv
 	pip() { "$$base" -m pip --python .venv/bin/python install --quiet --disable-pip-version-check --require-hashes "$$@"; }
-	echo "== set-up 2/3: packages pinned in requirements.lock (15 s to 2 min, 1.1 GB on disk)"
+	echo "== set-up 2/3: packages pinned in requirements.lock (15 s to 2 min, 1.8 GB on disk)"
 	sed -n '/^uv==/,/[^\]$$/p' requirements.lock > .venv/uv.lock
 	pip -r .venv/uv.lock
 	# Compiled here and not at first use: where PYTHONDONTWRITEBYTECODE is set every job would compile all it imports.
