@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.table import Table
@@ -23,7 +22,7 @@ from pneumo.publish.style import (
     new_figure,
     paper_style,
 )
-from pneumo.publish.verdict_page import TEMPLATES
+from pneumo.publish.verdict_page import page_environment
 
 KILO = 1e3
 SHOWN_AS = {  # parameter -> heading, unit, factor from SI
@@ -147,19 +146,20 @@ def fit_page(found: xr.Dataset, name: str) -> str:
     name : str
         Of the measurement.
     """
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
-    return environment.get_template("fit.html.j2").render(
-        name=name,
-        headings=headings(),
-        rows=rows(found),
-        samples=found.sizes["t"],
-        duration=f"{found['t'].values[-1]:.4g}",
-        held_out_from=f"{found.attrs['held_out_from']:.4g}",
-        notes=[note for note in str(found.attrs["notes"]).split("\n") if note],
-        pressures=_inline(fit_figure(found)),
-        ranking=_inline(ranking_figure(found)),
+    return (
+        page_environment()
+        .get_template("fit.html.j2")
+        .render(
+            name=name,
+            headings=headings(),
+            rows=rows(found),
+            samples=found.sizes["t"],
+            duration=f"{found['t'].values[-1]:.4g}",
+            held_out_from=f"{found.attrs['held_out_from']:.4g}",
+            notes=[note for note in str(found.attrs["notes"]).split("\n") if note],
+            pressures=_inline(fit_figure(found)),
+            ranking=_inline(ranking_figure(found)),
+        )
     )
 
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
 from rich import box
 from rich.table import Table
@@ -15,7 +14,7 @@ from pneumo.assess.ranking import CONFIDENCE, MATERIAL, Interval, Ranking, Row
 from pneumo.physics.experiment import Experiment, Study
 from pneumo.publish import study_figures
 from pneumo.publish.style import paper_style
-from pneumo.publish.verdict_page import TEMPLATES, with_indices
+from pneumo.publish.verdict_page import page_environment, with_indices
 
 MARK = "pneumo study"  # names the page's maker, so that another run may replace it
 KILO = 1e3
@@ -45,14 +44,7 @@ def render(study: Study, cells: xr.Dataset, rankings: Sequence[Ranking]) -> str:
     str
         HTML with style and pictures inside; the same text for the same results.
     """
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+    environment = page_environment()
     environment.filters["math"] = with_indices
     parts = [(ranking, _pictures(cells, ranking), _inputs(study, ranking)) for ranking in rankings]
     return environment.get_template("study.html.j2").render(
