@@ -23,6 +23,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+# Kernels make numba's cache folder when they are first imported, before anything is watched.
+import pneumo.apply.estimate
+import pneumo.assess.variants
+import pneumo.assess.verdict  # noqa: F401
 from pneumo import cli
 
 ROOT = Path(__file__).parents[1]
