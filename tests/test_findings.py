@@ -13,7 +13,7 @@ from scipy import stats
 
 from pneumo.assess import findings as f
 from pneumo.assess.claims import read_claims
-from pneumo.assess.ensemble import analysed
+from pneumo.assess.ensemble import analysed, complete, scores
 from pneumo.assess.evidence import COMPUTATIONS, Finding, Results, computation
 from pneumo.assess.verdict import Court
 from pneumo.physics.models import MODELS
@@ -165,11 +165,37 @@ def test_a_study_of_two_experiments_says_what_it_lacks(ensemble):
     assert rows["S4.no_single_best"]["stands"] != "not run"
 
 
+def test_a_seed_set_that_lacks_something_is_left_out_and_counted(ensemble):
+    lacking = ensemble.copy(deep=True)
+    lacking["mse"].loc[{"seeds": 1, "transport": "exact", "experiment": "E04", "model": "M10"}] = np.nan
+    without = ensemble.sel(seeds=[0, 2])
+    some, fewer = (f.findings(STUDY, e, CLAIMS, ROOT / "results") for e in (lacking, without))
+    assert (some["seed_sets"], some["drawn"], fewer["drawn"]) == (2, 3, 2)
+    assert some["claims"] == fewer["claims"]
+    assert "1 more are left out" in some["note"] and "left out" not in fewer["note"]
+    found, expected = (analysed(e, STUDY.levels) for e in (lacking, without))
+    assert found["complete"].values.tolist() == [1, 0, 1]
+    assert found["failed_sets"].sel(experiment="E04") == 1 == found["failed_sets"].sum()
+    names = ["table_mse", "probability", "ratio_value", "experiment_ratio_high"]
+    xr.testing.assert_identical(found[names], expected[names])
+
+
+def test_an_n_that_fails_somewhere_is_no_constant_n(ensemble):
+    lacking = ensemble.copy(deep=True)
+    best = {"seeds": 0, "transport": "exact", "experiment": "E05", "model": "M8", "n": 1.2}
+    lacking["mse"].loc[{**best, "experiment": slice(None)}] = 1.0  # by far the lowest everywhere, but
+    lacking["mse"].loc[best] = np.nan
+    assert complete(lacking, STUDY.levels).all()
+    mse = lacking["mse"].mean("chamber", skipna=False).sel(seeds=0, transport="exact")
+    of_M8 = scores(mse, STUDY.levels).sel(model="M8", criterion="mean")
+    assert of_M8.sel(level="typical") > 1.0 and of_M8.sel(level="isothermal") == 1.0
+
+
 def test_as_table_figure_and_on_the_terminal(found, ensemble, tmp_path):
     text = tables.findings(found)
     assert text.count("\n| ") == 1 + sum(row["headline"] for row in found["claims"]) - 1
     assert tables.findings(found, headlines=False).count("\n| ") == len(found["claims"])
-    everything = analysed(ensemble, STUDY.levels).assign_attrs(seed_sets=3)
+    everything = analysed(ensemble, STUDY.levels)
     console = Console(width=200, record=True)
     console.print(ratio_table(everything), probability_table(everything, "exact", "overall"))
     shown = console.export_text()

@@ -41,9 +41,8 @@ def invented_ensemble():
 
     by_experiment = {"ratio": list(PAIRS), "transport": transports, "experiment": ["E01", "E02"]}
     found = {f"ratio_{name}": full(sizes, value) for name, value in values.items()}
-    return xr.Dataset(found | {"experiment_ratio_value": full(by_experiment, 0.8)}).assign_attrs(
-        seed_sets=100
-    )
+    found["experiment_ratio_value"] = full(by_experiment, 0.8)
+    return xr.Dataset(found).assign(complete=("seeds", [1] * 9 + [0]), failed_sets=("experiment", [0, 1]))
 
 
 def invented_floor():

@@ -21,6 +21,8 @@ CRITERIA = {
 }
 RATIOS = {"M6/M5": ("M6", "M5"), "M8/M7": ("M8", "M7"), "M10/M8": ("M10", "M8"), "M6/M7": ("M6", "M7")}
 LONG_NAMES = {
+    "complete": "whether every run of the seed set, and of each model a replay, succeeded",
+    "failed_sets": "seed sets in which the full-order run, or every replay of a model, failed",
     "constant_n": "n of the lowest mean square error of the level",
     "probability": "share of seed sets in which model has the lower score than other",
     "p_value": "of the sign test, after Holm's correction over all pairs of models",
@@ -66,6 +68,25 @@ def tables(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
     return xr.concat(by_seeds, ensemble["seeds"])
 
 
+def complete(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.DataArray:
+    """Seed sets in which nothing is missing, so that averages of all of them are of the same experiments.
+
+    Every full-order run succeeded, and every model has an n at which its replays did: one for each
+    experiment, and one for all experiments of each level, with both transports.
+
+    Returns
+    -------
+    xarray.DataArray
+        By seeds.
+    """
+    mse = concatenated(ensemble)["mse"]
+    found = mse.min("n").notnull().all("experiment")
+    for conductances in levels.values():
+        part = mse.sel(experiment=np.isin(mse["k_0"], conductances))
+        found &= part.notnull().all("experiment").any("n")
+    return found.all(("transport", "model"))
+
+
 def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.DataArray:
     """Score of each model by each criterion, lower is better, by (criterion, level, ..., model).
 
@@ -85,8 +106,8 @@ def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.Dat
     found = {OVERALL: _scores(mse.min("n"), mse.min("n"))}
     for level, conductances in levels.items():
         part = mse.sel(experiment=np.isin(mse["k_0"], conductances))
-        n = part.mean("experiment").fillna(np.inf).argmin("n")
-        geometric = _exp(_log(part).mean("experiment")).min("n")
+        n = part.mean("experiment", skipna=False).fillna(np.inf).argmin("n")  # never where a cell failed
+        geometric = _exp(_log(part).mean("experiment", skipna=False)).min("n")
         found[level] = _scores(part.isel(n=n), part.isel(n=n), geometric)
     return xr.concat(
         list(found.values()), xr.Variable("level", list(found)), coords="minimal", compat="override"
@@ -203,8 +224,12 @@ def analysed(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> x
         ``table_mse``, ``table_mean_error``, ``table_std``, ``table_best_n``, ``table_constant_n`` with their
         `spread`; ``probability``, ``p_value``, ``resolved`` by (criterion, transport, level, model, other);
         ``ratio_...`` by (ratio, criterion, transport, level) and ``experiment_ratio_...`` by (ratio,
-        transport, experiment).
+        transport, experiment): all over the seed sets that are `complete`. ``complete`` by seeds, and
+        ``failed_sets`` by experiment, how many sets lack something there.
     """
+    whole = complete(ensemble, levels)
+    lacking = concatenated(ensemble)["mse"].min("n").isnull().any(("transport", "model"))
+    ensemble = ensemble.sel(seeds=whole)
     mse = concatenated(ensemble)["mse"]
     found = tables(ensemble, levels)
     result = xr.Dataset(
@@ -223,6 +248,8 @@ def analysed(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> x
     result = result.merge(
         own.rename({name: f"experiment_ratio_{name}" for name in own.data_vars}), compat="no_conflicts"
     )
+    result["complete"] = whole.astype(np.int8)
+    result["failed_sets"] = lacking.sum("seeds").astype(np.int32)
     for name, variable in result.data_vars.items():
         quantity = str(name).removeprefix("table_")
         known = SYMBOLS.get(quantity)

@@ -15,6 +15,7 @@ import xarray as xr
 from scipy import stats
 
 from pneumo.assess.claims import UNITS, Claim, Claims, ToleranceClass
+from pneumo.assess.ensemble import complete
 from pneumo.assess.evidence import COMPUTATIONS, Absent, Finding, Printed, Results
 from pneumo.assess.statistics import concatenated, statistics
 from pneumo.assess.verdict import as_printed, compare
@@ -169,10 +170,11 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
     dict
         ``claims``, a list with the texts of a table's row (``claim``, ``source``, ``published``, ``exact``,
         ``interval``, ``stands``, ``why``), its ``id``, whether it is a ``headline``, whether the paper's own
-        tables bear it out (``printed_stands``), and the ``numbers`` of both transports; ``seed_sets``;
-        ``note``; ``config_sha256``.
+        tables bear it out (``printed_stands``), and the ``numbers`` of both transports; ``seed_sets`` that
+        are complete, of those ``drawn``; ``note``; ``config_sha256``.
     """
-    sets = ensemble["seeds"].values
+    whole = complete(ensemble, study.levels)
+    drawn, sets = len(whole), ensemble["seeds"].values[whole.values]
     sources = {
         transport: [
             SeedSet(study, ensemble.sel(seeds=seeds, transport=transport).drop_attrs(), transport)
@@ -209,13 +211,24 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
                 "numbers": {name: found._asdict() for name, found in judged.items()},
             }
         )
-    note = (
-        f"{len(sets)} sets of seeds, the whole study with each. A cell has the mean over them and in how many"
-        " the statement holds; the interval is that of the mean (Student) or of the share (Clopper-Pearson),"
-        f" exact transport. It stands if it holds in at least {100 * STANDS:.0f} % of them with exact"
-        f" transport, not if in at most {100 * (1 - STANDS):.0f} %."
+    note = f"{len(sets)} sets of seeds, the whole study with each. "
+    if drawn > len(sets):
+        note += (
+            f"{drawn - len(sets)} more are left out: in them a full-order run, or every replay of a model, left"
+            " the positive pressures at the study's step. "
+        )
+    note += (
+        "A cell has the mean over them and in how many the statement holds; the interval is that of the mean"
+        " (Student) or of the share (Clopper-Pearson), exact transport. It stands if it holds in at least"
+        f" {100 * STANDS:.0f} % of them with exact transport, not if in at most {100 * (1 - STANDS):.0f} %."
     )
-    return {"seed_sets": len(sets), "note": note, "claims": rows, "config_sha256": study.config_sha256}
+    return {
+        "seed_sets": len(sets),
+        "drawn": drawn,
+        "note": note,
+        "claims": rows,
+        "config_sha256": study.config_sha256,
+    }
 
 
 def _printed(claim: Claim, claims: Claims, results: Path) -> bool | None:

@@ -104,7 +104,7 @@ def ratio_table(ensemble: xr.Dataset) -> Table:
 def probability_table(ensemble: xr.Dataset, transport: str, level: str) -> Table:
     """How often each of M5 to M10 has the lower score than another, by the three criteria."""
     models = ensemble["model"].values[4:]
-    sets = ensemble.attrs["seed_sets"]
+    sets = int(ensemble["complete"].sum())
     title = f"Of {sets} seed sets, per cent in which the row beats the column; {LABELS[transport]}, {level}"
     table = Table("criterion", "model", *models, title=title, caption="* not told apart (Holm, 5 %)")
     for criterion in CRITERIA:

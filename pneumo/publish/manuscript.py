@@ -206,7 +206,10 @@ def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
 
     middle = ("value", "low", "high")
     return {
-        "sets": str(ensemble.attrs["seed_sets"]),
+        "sets": str(int(ensemble["complete"].sum())),
+        "drawn": str(ensemble.sizes["seeds"]),
+        "left_out": str(int((ensemble["complete"] == 0).sum())),
+        "failing": " and ".join(ensemble["experiment"].values[ensemble["failed_sets"].values > 0].tolist()),
         "rows": [
             {"ratio": ratio, "level": level}
             | {
