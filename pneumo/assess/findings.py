@@ -214,8 +214,8 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
     note = f"{len(sets)} sets of seeds, the whole study with each. "
     if drawn > len(sets):
         note += (
-            f"{drawn - len(sets)} more are left out: in them a full-order run, or every replay of a model, left"
-            " the positive pressures at the study's step. "
+            f"{drawn - len(sets)} more are left out: in them a full-order run, or every replay of a model,"
+            " left the positive pressures at the study's step. "
         )
     note += (
         "A cell has the mean over them and in how many the statement holds; the interval is that of the mean"
