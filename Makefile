@@ -69,7 +69,7 @@ slurm-test: .venv/.installed  ## run the smoke study on a Slurm of one node made
 	@echo "== slurm-test: workflow/profiles/slurm"
 	$(activate)
 	uv pip install --quiet --no-deps --target .snakemake/slurm snakemake-executor-plugin-slurm snakemake-executor-plugin-slurm-jobstep
-	PYTHONPATH=.snakemake/slurm python -m torture.slurm
+	PYTHONPATH="$$PWD/.snakemake/slurm" python -m torture.slurm
 
 lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"
