@@ -1,5 +1,7 @@
 """Signals between sensors and replay: limits, stages, noise made again; random cylinders as drawn."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -113,3 +115,13 @@ def test_intervals_held_are_counted_and_open_ends_set_no_limit():
     assert full_order_truth(found).loc["M7", "k_0_median"] == 1.5
     text = summary(found)
     assert "| n | 3 of 4 |" in text and "| M6 |  | 1.0 |" in text and "| M7 | 1.50 (" in text
+
+
+@pytest.mark.results
+def test_the_page_shows_the_coverage_that_was_found(results):
+    file = results / "fit_coverage.md"
+    if not file.exists():
+        pytest.skip("no results/fit_coverage.md: `snakemake -j2 fit_coverage` makes it")
+    page = (Path(__file__).parents[1] / "docs/fit.md").read_text(encoding="utf-8")
+    shown = page.partition("<!-- coverage:")[2].partition("-->")[2].partition("<!-- /coverage -->")[0]
+    assert shown.strip() == file.read_text(encoding="utf-8").strip()
