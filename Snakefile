@@ -25,11 +25,7 @@ TRANSPORTS = ["published", "exact"]
 OWN_CYLINDERS = own_cylinders(STUDY)  # of a study that is not the paper's
 
 
-def all_cores(wildcards):
-    """However many the run has; asked for late, since `snakemake --report` has none."""
-    return workflow.cores
-
-
+include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/assess.smk"
 include: "workflow/rules/publish.smk"

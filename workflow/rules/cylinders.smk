@@ -5,11 +5,6 @@ CYLINDER_BLOCK = 20  # in one job, some half a minute
 CYLINDER_BLOCKS = [f"{first:03}" for first in range(0, CYLINDERS, CYLINDER_BLOCK)]
 
 
-def cylinders_of(wildcards):
-    """Numbers of the cylinders of a block."""
-    return list(range(int(wildcards.first), int(wildcards.first) + CYLINDER_BLOCK))
-
-
 rule cylinders_block:
     output:
         "results/cylinders/{first}.nc",

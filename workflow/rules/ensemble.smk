@@ -5,11 +5,6 @@ BLOCK = 10  # sets in one job, some two minutes
 BLOCKS = [f"{first:03}" for first in range(0, SEED_SETS, BLOCK)]
 
 
-def sets_of(wildcards):
-    """Numbers of the seed sets of a block."""
-    return list(range(int(wildcards.first), int(wildcards.first) + BLOCK))
-
-
 rule ensemble_block:
     input:
         rules.parameters.output,
