@@ -41,9 +41,9 @@ docs: .venv/.installed  ## build the documentation into site/; a warning is an e
 	sphinx-build --quiet --fail-on-warning --keep-going --nitpicky docs site
 
 crosscheck: .venv/.installed  ## run the equations once more in GNU Octave, where it is installed, and compare
-	@echo "== crosscheck: octave-cli crosscheck/crosscheck.m"
+	@echo "== crosscheck: octave-cli tests/crosscheck/crosscheck.m"
 	$(activate)
-	python crosscheck/compare.py
+	python tests/crosscheck/compare.py
 
 fuzz: .venv/.installed  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
 	@echo "== fuzz: pytest tests/test_fuzz.py"
@@ -58,18 +58,18 @@ mutations: .venv/.installed  ## make three mistakes in each module and see wheth
 torture: .venv/.installed  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
 	@echo "== torture: results/evidence/torture.json"
 	$(activate)
-	python -m torture.faults --config "$(CONFIG)"
+	python -m tests.torture.faults --config "$(CONFIG)"
 
 determinism: .venv/.installed  ## compare runs with other jobs, threads and processors
 	@echo "== determinism: results/evidence/determinism.json"
 	$(activate)
-	python -m torture.determinism --config "$(CONFIG)"
+	python -m tests.torture.determinism --config "$(CONFIG)"
 
 slurm-test: .venv/.installed  ## run the smoke study on a Slurm of one node made for it (root; slurm-wlm, munge)
 	@echo "== slurm-test: workflow/profiles/slurm"
 	$(activate)
 	uv pip install --quiet --no-deps --target .snakemake/slurm snakemake-executor-plugin-slurm snakemake-executor-plugin-slurm-jobstep
-	PYTHONPATH="$$PWD/.snakemake/slurm" python -m torture.slurm
+	PYTHONPATH="$$PWD/.snakemake/slurm" python -m tests.torture.slurm
 
 lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"

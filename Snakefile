@@ -6,7 +6,7 @@ import sys
 
 from snakemake.utils import min_version
 
-from pneumo.workflow import checked_study, code_behind, evidence_for, fingerprints, own_cylinders, sole_run
+from pneumo.jobs.snakefile import checked_study, code_behind, evidence_for, fingerprints, own_cylinders, sole_run
 
 min_version("9.0")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space

@@ -13,14 +13,14 @@ import numpy as np
 from numba.np.numpy_support import carray
 from scipy.integrate import solve_ivp
 
+from pneumo.configuration.experiment import Experiment
 from pneumo.physics.cylinder import heat_area, volume
-from pneumo.physics.experiment import Experiment
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import choked_flow, limited
-from pneumo.simulate import lanes as fast
-from pneumo.simulate import replay as readable
-from pneumo.simulate.datum import STAGES, A, B, C, Recording
-from pneumo.simulate.replay import PUBLISHED, interpolated, lane_rate
+from pneumo.simulation import reference as readable
+from pneumo.simulation import vectorised as fast
+from pneumo.simulation.full_order import STAGES, A, B, C, Recording
+from pneumo.simulation.reference import PUBLISHED, interpolated, lane_rate
 
 
 class Case(NamedTuple):

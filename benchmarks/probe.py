@@ -15,8 +15,8 @@ import numpy as np
 from numba.core import config
 from numba.core.codegen import get_host_cpu_features
 
-from pneumo.simulate.datum import STAGES
-from pneumo.simulate.lanes import needs
+from pneumo.simulation.full_order import STAGES
+from pneumo.simulation.vectorised import needs
 
 
 class Operations(NamedTuple):
@@ -27,7 +27,7 @@ class Operations(NamedTuple):
     roots: float = 0.0
 
 
-# One row per loop of `pneumo.simulate.lanes`. A product and the sum it goes into count as one. Comparisons,
+# One row per loop of `pneumo.simulation.vectorised`. A product and the sum it goes into count as one. Comparisons,
 # choices, absolute values and integers count nothing: units other than those of the bound have them.
 STAGE = {
     "pressure of the stage": Operations(6),

@@ -14,12 +14,12 @@ import numpy as np
 
 from benchmarks.contenders import CONTENDERS, Case, Contender, Run, our_run, scalar
 from benchmarks.probe import bound, operations, probe, timed
-from pneumo.physics.experiment import Study
-from pneumo.physics.parameters import load, study
-from pneumo.simulate import lanes as fast
-from pneumo.simulate.cells import grid_lanes
-from pneumo.simulate.datum import record
-from pneumo.simulate.replay import EXACT
+from pneumo.configuration.experiment import Study
+from pneumo.configuration.parameters import load, study
+from pneumo.simulation import vectorised as fast
+from pneumo.simulation.cells import grid_lanes
+from pneumo.simulation.full_order import record
+from pneumo.simulation.reference import EXACT
 
 ROOT = Path(__file__).parents[1]
 EXPERIMENT = "E14"

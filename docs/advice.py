@@ -8,10 +8,10 @@ import xarray as xr
 from fragments import table
 
 import pneumo
-from pneumo.apply.recommend import percent, shipped
-from pneumo.assess.statistics import at_n, best_n, concatenated
-from pneumo.assess.tree import leaves, tightest
+from pneumo.engineer.recommend import percent, shipped
+from pneumo.evidence.tree import leaves, tightest
 from pneumo.physics.models import MODELS
+from pneumo.statistics.averages import at_n, best_n, concatenated
 
 PAGE = Path(__file__).with_name("which-model.md")
 RESULTS = Path(__file__).parents[1] / "results"

@@ -12,10 +12,10 @@ from typer.cli import get_docs_for_click
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from pneumo.assess.errata import Erratum, read_errata
-from pneumo.cli import app
+from pneumo.cli.commands import app
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
+from pneumo.verdict.errata import Erratum, read_errata
 
 KINDS = {  # file of results -> what its kind is called
     "datum/E06.nc": "datum/E01.nc ...",
@@ -39,7 +39,7 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def errata() -> dict[str, str]:
-    """A box for every entry of paper/errata.yaml, by name, with the outcome of its proof."""
+    """A box for every entry of paper/2006/errata.yaml, by name, with the outcome of its proof."""
     return {name: _box(erratum) for name, erratum in read_errata().items()}
 
 

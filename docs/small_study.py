@@ -6,9 +6,9 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
-from pneumo.physics.exchange import to_json
-from pneumo.physics.parameters import load, study
-from pneumo.store import write_json
+from pneumo.configuration.exchange import to_json
+from pneumo.configuration.parameters import load, study
+from pneumo.storage.files import write_json
 
 ROOT = Path(__file__).parents[1]
 EXPERIMENTS = ("E06", "E12")
@@ -46,4 +46,4 @@ def small_study(results: Path, override: Path) -> None:
         script("replay")(parameters, each("datum"), replays, 2, code)
         statistics = [str(results / transport / "statistics.nc") for transport in TRANSPORTS]
         script("statistics")(parameters, statistics, code)
-        script("verdict")(results, ROOT / "paper", str(results / "verdict.json"))
+        script("verdict")(results, ROOT / "paper/2006", str(results / "verdict.json"))

@@ -14,8 +14,8 @@ try:
 except ImportError:
     raise ImportError("pneumo.testing needs Hypothesis: install pneumo[testing]") from None
 
+from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import Cylinder
-from pneumo.physics.experiment import Plant
 from pneumo.physics.valve import Conditions, Valve, exact_gas
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.physics.parameters import load, study
+from pneumo.configuration.parameters import load, study
 
 RESULTS = Path(__file__).parents[1] / "results"
 
@@ -59,7 +59,7 @@ def printed_once(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def _judged_once(printed_once) -> dict:
-    from pneumo.assess.verdict import verdict
+    from pneumo.verdict.court import verdict
 
     return verdict(printed_once)
 
@@ -76,7 +76,7 @@ def smoke_study(tmp_path_factory):
 
     For tests of group "workflow", which leave its results as they were.
     """
-    from torture.study import Study  # not where tests run in a copy of some folders only
+    from tests.torture.study import Study  # not where tests run in a copy of some folders only
 
     compiled_already = {"PYTHONPATH": str(Path(__file__).parents[1])}  # numba's cache knows sources by path
     folder = tmp_path_factory.mktemp("smoke") / "a path" / "pneumo"

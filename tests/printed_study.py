@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pneumo.assess.evidence import Printed
-from pneumo.assess.published import table5
-from pneumo.physics.exchange import to_json
+from pneumo.configuration.exchange import to_json
+from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS, lane
-from pneumo.physics.parameters import load, study
-from pneumo.store import write, write_json
+from pneumo.storage.files import write, write_json
+from pneumo.verdict.published import table5
+from pneumo.verdict.sources import Printed
 
 CONFIG = Path(__file__).parents[1] / "config" / "paper.yaml"
 CHAMBERS = ["A", "B"]

@@ -16,9 +16,9 @@ from markdown_it.token import Token
 from snakemake.cli import parse_args
 
 import pneumo
-from pneumo import cli
-from pneumo.apply.recommend import shipped
-from pneumo.assess.errata import read_errata
+from pneumo.cli import commands as cli
+from pneumo.engineer.recommend import shipped
+from pneumo.verdict.errata import read_errata
 
 ROOT = Path(__file__).parents[1]
 DOCS, SITE = ROOT / "docs", ROOT / "site"

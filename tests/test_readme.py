@@ -89,7 +89,7 @@ def test_use_in_code():
 def test_export_writes(tmp_path):
     command = re.search(r"`pneumo (export [^`]+)-o m8.c`", README)
     assert command
-    code = "from pneumo.cli import main; main()"
+    code = "from pneumo.cli.commands import main; main()"
     arguments = [sys.executable, "-c", code, *command.group(1).split(), "-o", str(tmp_path / "m8.c")]
     subprocess.run(arguments, cwd=ROOT, check=True)
     assert "void M8_dP_dt(" in (tmp_path / "m8.c").read_text()
@@ -100,7 +100,7 @@ def test_named_commands_answer(results):
     commands = re.findall(r"`pneumo (explain [^`]+)`", README)
     assert len(commands) == 2
     for command in commands:
-        code = "from pneumo.cli import main; main()"
+        code = "from pneumo.cli.commands import main; main()"
         arguments = [sys.executable, "-c", code, *command.split()]
         done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pneumo.physics.plain_yaml import shown
-from pneumo.store import ResultError, read
+from pneumo.configuration.plain_yaml import shown
+from pneumo.storage.files import ResultError, read
 
 WIDTH = 100
 
@@ -18,7 +18,7 @@ def item_story(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str
     Parameters
     ----------
     item : mapping
-        From `pneumo.assess.verdict.Court.judge`.
+        From `pneumo.verdict.court.Court.judge`.
     errata : mapping
         Errata by name, with ``printed``, ``meant``, ``passes`` and ``evidence``.
     recorded : str or None

@@ -13,14 +13,14 @@ from typing import Any
 import typst
 import xarray as xr
 
-from pneumo.assess.findings import CONFIDENCE, STANDS
-from pneumo.assess.highlights import LEVELS
-from pneumo.assess.variants import INLET
-from pneumo.physics.exchange import from_json
-from pneumo.physics.experiment import Study
+from pneumo.configuration.exchange import from_json
+from pneumo.configuration.experiment import Study
+from pneumo.evidence.findings import CONFIDENCE, STANDS
+from pneumo.evidence.variants import INLET
+from pneumo.papers.paper_2006.highlights import LEVELS
 from pneumo.physics.models import MODELS
-from pneumo.simulate.replay import EXACT, PUBLISHED
-from pneumo.store import read, read_json, written
+from pneumo.simulation.reference import EXACT, PUBLISHED
+from pneumo.storage.files import read, read_json, written
 
 SHOWN = ("M6/M5", "M8/M7", "M10/M8")
 CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict

@@ -5,10 +5,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from pneumo.assess.ranking import CONFIDENCE, Ranking
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures import KILO, symbol
-from pneumo.publish.looks import MODEL_STYLE
+from pneumo.publish.model_looks import MODEL_STYLE
+from pneumo.publish.paper_figures import KILO, symbol
 from pneumo.publish.style import (
     DOUBLE_MM,
     GREY,
@@ -17,6 +16,7 @@ from pneumo.publish.style import (
     new_figure,
     paper_style,
 )
+from pneumo.statistics.ranking import CONFIDENCE, Ranking
 
 RMS = axis_label("RMS error", "kPa")
 PLAIN = FuncFormatter(lambda value, _: f"{value:g}")

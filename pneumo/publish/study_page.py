@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from rich import box
 from rich.table import Table
 
-from pneumo.assess.ranking import CONFIDENCE, MATERIAL, Interval, Ranking, Row
-from pneumo.physics.experiment import Experiment, Study
+from pneumo.configuration.experiment import Experiment, Study
 from pneumo.publish import study_figures
 from pneumo.publish.style import paper_style
 from pneumo.publish.verdict_page import page_environment, with_indices
+from pneumo.statistics.ranking import CONFIDENCE, MATERIAL, Interval, Ranking, Row
 
 MARK = "pneumo study"  # names the page's maker, so that another run may replace it
 KILO = 1e3
@@ -35,7 +35,7 @@ def render(study: Study, cells: xr.Dataset, rankings: Sequence[Ranking]) -> str:
     ----------
     study : Study
     cells : xarray.Dataset
-        From `pneumo.simulate.repeated.repeated`.
+        From `pneumo.engineer.repeated_runs.repeated`.
     rankings : sequence of Ranking
         One for each cylinder.
 

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from pneumo.assess.claims import UNITS
-from pneumo.assess.published import read_table
+from pneumo.verdict.claims import UNITS
+from pneumo.verdict.published import read_table
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -90,7 +90,7 @@ def render(verdict: Mapping[str, Any]) -> str:
     Parameters
     ----------
     verdict : mapping
-        From `pneumo.assess.verdict.verdict`, or what its JSON file holds.
+        From `pneumo.verdict.court.verdict`, or what its JSON file holds.
 
     Returns
     -------

@@ -43,10 +43,10 @@ rule verdict:
         datum=rules.datum.output,
         cells=rules.replay.output,
         statistics=rules.statistics.output,
-        claims="paper/claims.yaml",
-        errata="paper/errata.yaml",
-        assumptions="paper/assumptions.yaml",
-        published=expand("paper/published/table{number}.csv", number=range(1, 10)),
+        claims="paper/2006/claims.yaml",
+        errata="paper/2006/errata.yaml",
+        assumptions="paper/2006/assumptions.yaml",
+        published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
     output:
         "results/verdict.json",
     log:

@@ -60,8 +60,8 @@ rule findings:
     input:
         parameters=rules.parameters.output[0],
         blocks=rules.ensemble_statistics.input.blocks,
-        claims="paper/claims.yaml",
-        published=expand("paper/published/table{number}.csv", number=[5, 7, 8, 9]),
+        claims="paper/2006/claims.yaml",
+        published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 8, 9]),
     output:
         findings="results/findings.json",
         table="results/findings.md",

@@ -3,9 +3,9 @@
 
 rule assumptions:
     input:
-        claims="paper/claims.yaml",
-        assumptions="paper/assumptions.yaml",
-        published=expand("paper/published/table{number}.csv", number=range(1, 10)),
+        claims="paper/2006/claims.yaml",
+        assumptions="paper/2006/assumptions.yaml",
+        published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
     output:
         "results/assumptions.nc",
     log:
@@ -23,7 +23,7 @@ rule assumptions:
 rule assumptions_effects:
     input:
         assumptions=rules.assumptions.output[0],
-        claims="paper/claims.yaml",
+        claims="paper/2006/claims.yaml",
     output:
         table="results/assumptions.md",
         figure=expand("results/figures/assumptions.{kind}", kind=["svg", "png"]),
@@ -40,7 +40,7 @@ rule assumptions_effects:
 rule identification:
     input:
         parameters=rules.parameters.output[0],
-        published=expand("paper/published/table{number}.csv", number=[5, 7, 9]),
+        published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 9]),
     output:
         "results/identification.nc",
     log:
@@ -133,7 +133,7 @@ rule floor_figure:
 
 rule variants:
     input:
-        assumptions="paper/assumptions.yaml",
+        assumptions="paper/2006/assumptions.yaml",
     output:
         "results/variants.nc",
     log:

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pneumo.assess.assumptions import cases, reproduced
-from pneumo.assess.claims import read_claims
-from pneumo.assess.ledger import AS_TAKEN, AssumptionsError
-from pneumo.job import logged
-from pneumo.store import ResultError, write
+from pneumo.evidence.toggles import cases, reproduced
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import ResultError, write
+from pneumo.verdict.claims import read_claims
+from pneumo.verdict.ledger import AS_TAKEN, AssumptionsError
 
 
 def main(configuration: Mapping[str, Any], paper: Path, output: str, threads: int, code: str) -> None:
@@ -18,7 +18,7 @@ def main(configuration: Mapping[str, Any], paper: Path, output: str, threads: in
         raise ResultError(str(error)) from None
     attributes = {
         "title": "Assumptions, toggled one at a time",
-        "summary": "Every cell of Tables 5, 7, 8 and 9 under each alternative of paper/assumptions.yaml",
+        "summary": "Every cell of Tables 5, 7, 8 and 9 under each alternative of paper/2006/assumptions.yaml",
         "comment": f"{AS_TAKEN} is the study; a settling time is NaN where a run does not come to rest",
         "config_sha256": alternatives[AS_TAKEN].study.config_sha256,
         "code_sha256": code,

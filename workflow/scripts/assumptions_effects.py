@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from pneumo.assess.claims import read_claims
-from pneumo.assess.effects import effects
-from pneumo.job import logged
+from pneumo.evidence.toggle_effects import effects
+from pneumo.jobs.wrapper import logged
+from pneumo.publish.markdown_tables import assumptions
 from pneumo.publish.style import save
-from pneumo.publish.tables import assumptions
-from pneumo.publish.tornado import tornado
-from pneumo.store import read, write_text
+from pneumo.publish.toggles_figure import tornado
+from pneumo.storage.files import read, write_text
+from pneumo.verdict.claims import read_claims
 
 
 def main(toggled: str, paper: Path, table: str, figure: Path) -> None:

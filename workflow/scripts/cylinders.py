@@ -4,12 +4,12 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.assess.recommended import recommendation_text
-from pneumo.assess.regime import analysed, judged
-from pneumo.job import logged
-from pneumo.publish.regimes import regimes
+from pneumo.evidence.recommended import recommendation_text
+from pneumo.evidence.regimes import analysed, judged
+from pneumo.jobs.wrapper import logged
+from pneumo.publish.regimes_figure import regimes
 from pneumo.publish.style import save
-from pneumo.store import read, read_json, write, write_json
+from pneumo.storage.files import read, read_json, write, write_json
 
 
 def main(blocks: list[str], trained: int, cells: str, tree: str, figure: str, code: str) -> None:
@@ -18,7 +18,7 @@ def main(blocks: list[str], trained: int, cells: str, tree: str, figure: str, co
     attributes = {
         "title": "Random cylinders: in which regime each refinement pays",
         "summary": "Groups and lowest errors of each run, pairs of models compared, shares with intervals",
-        "config_sha256": "none: cylinders are drawn in pneumo.simulate.catalogue",
+        "config_sha256": "none: cylinders are drawn in pneumo.evidence.random_cylinders",
         "code_sha256": code,
     }
     write(analysed(runs), cells, attributes)

@@ -4,9 +4,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import xarray as xr
 
-from pneumo.job import logged
-from pneumo.simulate.catalogue import cylinder_cells
-from pneumo.store import write
+from pneumo.evidence.random_cylinders import cylinder_cells
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import write
 
 
 def main(output: str, numbers: list[int], threads: int, code: str) -> None:
@@ -20,7 +20,7 @@ def main(output: str, numbers: list[int], threads: int, code: str) -> None:
     attributes = {
         "title": f"Random cylinders {numbers[0]} to {numbers[-1]}",
         "summary": "Errors of the whole grid, exact transport, and dimensionless groups of each run",
-        "config_sha256": "none: cylinders are drawn in pneumo.simulate.catalogue",
+        "config_sha256": "none: cylinders are drawn in pneumo.evidence.random_cylinders",
         "code_sha256": code,
     }
     write(xr.concat(parts, xr.Variable("cylinder", numbers)), output, attributes)

@@ -3,12 +3,12 @@
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.physics.experiment import Experiment, Study
-from pneumo.simulate.datum import Recording, record
-from pneumo.simulate.results import datum_dataset, story
-from pneumo.store import attributes_of, read_json, write
+from pneumo.configuration.exchange import from_json
+from pneumo.configuration.experiment import Experiment, Study
+from pneumo.jobs.wrapper import logged
+from pneumo.simulation.full_order import Recording, record
+from pneumo.storage.files import attributes_of, read_json, write
+from pneumo.storage.layout import datum_dataset, story
 
 
 def main(parameters: str, outputs: list[str], code: str) -> None:

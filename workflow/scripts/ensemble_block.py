@@ -2,10 +2,10 @@
 
 import xarray as xr
 
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.simulate.ensemble import seed_sets, with_seeds
-from pneumo.store import read_json, write
+from pneumo.configuration.exchange import from_json
+from pneumo.evidence.seed_sets import seed_sets, with_seeds
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import read_json, write
 
 
 def main(parameters: str, output: str, sets: list[int], of: int, threads: int, code: str) -> None:

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from pneumo.job import logged
-from pneumo.publish.ensemble import ensemble_figure
+from pneumo.jobs.wrapper import logged
+from pneumo.publish.ensemble_figure import ensemble_figure
 from pneumo.publish.style import save
-from pneumo.store import read
+from pneumo.storage.files import read
 
 if job := globals().get("snakemake"):
     with logged(job):

@@ -2,10 +2,10 @@
 
 import xarray as xr
 
-from pneumo.assess.ensemble import analysed
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.store import read, read_json, write
+from pneumo.configuration.exchange import from_json
+from pneumo.evidence.ensemble import analysed
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import read, read_json, write
 
 
 def main(parameters: str, blocks: list[str], output: str, code: str) -> None:

@@ -4,11 +4,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import xarray as xr
 
-from pneumo.assess.budget import REFERENCE_SLICE, SLICE, budget, described, summary
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.physics.experiment import Experiment
-from pneumo.store import EXPERIMENT_LABELS, read_json, write
+from pneumo.configuration.exchange import from_json
+from pneumo.configuration.experiment import Experiment
+from pneumo.evidence.error_budget import REFERENCE_SLICE, SLICE, budget, described, summary
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import EXPERIMENT_LABELS, read_json, write
 
 
 def main(parameters: str, output: str, threads: int, code: str) -> None:

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from pneumo.job import logged
-from pneumo.publish.budget import error_budget
+from pneumo.jobs.wrapper import logged
+from pneumo.publish.budget_figure import error_budget
 from pneumo.publish.style import save
-from pneumo.store import read
+from pneumo.storage.files import read
 
 if job := globals().get("snakemake"):
     with logged(job):

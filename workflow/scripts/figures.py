@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from pneumo.assess.published import table7, table9
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.publish import figures
+from pneumo.configuration.exchange import from_json
+from pneumo.jobs.wrapper import logged
+from pneumo.publish import paper_figures as figures
 from pneumo.publish.style import save
-from pneumo.store import open_grid, read, read_json
+from pneumo.storage.files import open_grid, read, read_json
+from pneumo.verdict.published import table7, table9
 
 
 def main(parameters: str, settling: str, datum: str, statistics: list[str], folder: Path) -> None:

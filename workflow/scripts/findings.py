@@ -5,12 +5,12 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.assess.claims import read_claims
-from pneumo.assess.findings import findings
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.publish import tables
-from pneumo.store import read, read_json, write_json, write_text
+from pneumo.configuration.exchange import from_json
+from pneumo.evidence.findings import findings
+from pneumo.jobs.wrapper import logged
+from pneumo.publish import markdown_tables as tables
+from pneumo.storage.files import read, read_json, write_json, write_text
+from pneumo.verdict.claims import read_claims
 
 
 def main(parameters: str, blocks: list[str], paper: Path, output: str, table: str) -> None:

@@ -2,9 +2,9 @@
 
 import xarray as xr
 
-from pneumo.apply.coverage import summary
-from pneumo.job import logged
-from pneumo.store import read, write, write_text
+from pneumo.evidence.fit_coverage import summary
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import read, write, write_text
 
 
 def main(blocks: list[str], output: str, table: str, code: str) -> None:

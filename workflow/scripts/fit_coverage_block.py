@@ -1,13 +1,13 @@
 """Fit a block of random cylinders with known truth."""
 
-from pneumo.apply.coverage import coverage
-from pneumo.job import logged
-from pneumo.store import write
+from pneumo.evidence.fit_coverage import coverage
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import write
 
 ABOUT = {
     "title": "Coverage of the intervals of pneumo fit",
     "summary": "Random cylinders with noisy sensors: truth, estimates, intervals, errors held out",
-    "config_sha256": "none: cylinders are drawn in pneumo.apply.synthetic",
+    "config_sha256": "none: cylinders are drawn in pneumo.evidence.synthetic_records",
 }
 
 

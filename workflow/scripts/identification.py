@@ -1,9 +1,9 @@
 """Identify what the paper leaves open: M, k_f, stop, amplitudes and transport."""
 
-from pneumo.assess.identify import SEED, identify, save_identification
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.store import read_json
+from pneumo.configuration.exchange import from_json
+from pneumo.evidence.identification import SEED, identify, save_identification
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import read_json
 
 
 def main(parameters: str, output: str, threads: int) -> None:

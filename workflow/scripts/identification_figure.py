@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from pneumo.job import logged
-from pneumo.publish.identification import identification
+from pneumo.jobs.wrapper import logged
+from pneumo.publish.identification_figure import identification
 from pneumo.publish.style import save
-from pneumo.store import read
+from pneumo.storage.files import read
 
 
 def main(found: str, figure: str) -> None:

@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
-from pneumo.job import logged
+from pneumo.jobs.wrapper import logged
 from pneumo.publish.manuscript import compile_pdf, numbers
-from pneumo.store import write_text
+from pneumo.storage.files import write_text
 
 
 def main(results: Path, source: Path, root: Path, written: str, pdf: str) -> None:

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from pneumo.apply.study import chosen, run_study, save_cells
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.store import read_json
+from pneumo.configuration.exchange import from_json
+from pneumo.engineer.own_study import chosen, run_study, save_cells
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import read_json
 
 
 def main(parameters: str, output: str, threads: int) -> None:

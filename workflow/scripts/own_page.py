@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-from pneumo.apply.study import joined, rankings
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
+from pneumo.configuration.exchange import from_json
+from pneumo.engineer.own_study import joined, rankings
+from pneumo.jobs.wrapper import logged
 from pneumo.publish.study_page import render
-from pneumo.store import read, read_json, write_text
+from pneumo.storage.files import read, read_json, write_text
 
 
 def main(parameters: str, cells: Sequence[str], output: str) -> None:

@@ -1,8 +1,8 @@
 """Write the checked study in SI units."""
 
-from pneumo.job import logged
-from pneumo.physics.exchange import to_json
-from pneumo.store import write_json
+from pneumo.configuration.exchange import to_json
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import write_json
 
 if job := globals().get("snakemake"):
     with logged(job):

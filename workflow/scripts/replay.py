@@ -3,13 +3,13 @@
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.physics.experiment import Experiment, Study
-from pneumo.simulate.cells import grid_lanes, replay_dataset, replayed
-from pneumo.simulate.replay import PUBLISHED
-from pneumo.simulate.results import recording_from
-from pneumo.store import attributes_of, read, read_json, write
+from pneumo.configuration.exchange import from_json
+from pneumo.configuration.experiment import Experiment, Study
+from pneumo.jobs.wrapper import logged
+from pneumo.simulation.cells import grid_lanes, replay_dataset, replayed
+from pneumo.simulation.reference import PUBLISHED
+from pneumo.storage.files import attributes_of, read, read_json, write
+from pneumo.storage.layout import recording_from
 
 
 def replay_one(study: Study, experiment: Experiment, datum: str, outputs: list[str], code: str) -> None:

@@ -4,10 +4,10 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.publish.report import part, render, stride
-from pneumo.store import read, read_json, write_text
+from pneumo.configuration.exchange import from_json
+from pneumo.jobs.wrapper import logged
+from pneumo.publish.report_page import part, render, stride
+from pneumo.storage.files import read, read_json, write_text
 
 
 def main(

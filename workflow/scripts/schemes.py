@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.job import logged
+from pneumo.jobs.wrapper import logged
 from pneumo.publish.schemes import SCHEMES
 from pneumo.publish.style import save
 

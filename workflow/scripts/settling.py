@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.simulate.results import settling_dataset
-from pneumo.simulate.settling import settle
-from pneumo.store import attributes_of, read_json, write
+from pneumo.configuration.exchange import from_json
+from pneumo.jobs.wrapper import logged
+from pneumo.simulation.settling import settle
+from pneumo.storage.files import attributes_of, read_json, write
+from pneumo.storage.layout import settling_dataset
 
 
 def main(parameters: str, outputs: list[str], code: str) -> None:

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from pneumo.assess.statistics import settling_table
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.store import read, read_json, write
+from pneumo.configuration.exchange import from_json
+from pneumo.jobs.wrapper import logged
+from pneumo.statistics.averages import settling_table
+from pneumo.storage.files import read, read_json, write
 
 
 def main(parameters: str, runs: list[str], output: str, code: str) -> None:

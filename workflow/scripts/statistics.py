@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from pneumo.assess.statistics import statistics
-from pneumo.job import logged
-from pneumo.physics.exchange import from_json
-from pneumo.store import open_grid, read_json, write
+from pneumo.configuration.exchange import from_json
+from pneumo.jobs.wrapper import logged
+from pneumo.statistics.averages import statistics
+from pneumo.storage.files import open_grid, read_json, write
 
 
 def main(parameters: str, outputs: list[str], code: str) -> None:

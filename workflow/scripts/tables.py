@@ -1,9 +1,9 @@
 """Write Table 7, reproduced beside published, as Markdown."""
 
-from pneumo.assess.published import table7
-from pneumo.job import logged
-from pneumo.publish.tables import table_7
-from pneumo.store import read, write_text
+from pneumo.jobs.wrapper import logged
+from pneumo.publish.markdown_tables import table_7
+from pneumo.storage.files import read, write_text
+from pneumo.verdict.published import table7
 
 
 def main(statistics: str, output: str) -> None:

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pneumo.assess.ledger import AS_TAKEN, AssumptionsError
-from pneumo.assess.variants import LONGEST, alternatives, study_variants
-from pneumo.job import logged
-from pneumo.store import ResultError, write
+from pneumo.evidence.variants import LONGEST, alternatives, study_variants
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import ResultError, write
+from pneumo.verdict.ledger import AS_TAKEN, AssumptionsError
 
 
 def main(configuration: Mapping[str, Any], paper: Path, output: str, threads: int, code: str) -> None:

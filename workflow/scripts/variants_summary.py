@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from pneumo.job import logged
+from pneumo.jobs.wrapper import logged
 from pneumo.publish.style import save
-from pneumo.publish.variants import dots, table
-from pneumo.store import read, write_text
+from pneumo.publish.variants_figure import dots, table
+from pneumo.storage.files import read, write_text
 
 
 def main(found: str, markdown: str, figure: Path) -> None:

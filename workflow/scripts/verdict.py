@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
-from pneumo.assess.verdict import verdict
-from pneumo.job import logged
-from pneumo.store import write_json
+from pneumo.jobs.wrapper import logged
+from pneumo.storage.files import write_json
+from pneumo.verdict.court import verdict
 
 
 def main(results: Path, paper: Path, output: str) -> None:

@@ -2,9 +2,9 @@
 
 import json
 
-from pneumo.job import logged
+from pneumo.jobs.wrapper import logged
 from pneumo.publish.verdict_page import render
-from pneumo.store import read_json, write_text
+from pneumo.storage.files import read_json, write_text
 
 
 def main(verdict: str, output: str) -> None:

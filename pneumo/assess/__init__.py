@@ -1,1 +1,0 @@
-"""Comparing: statistics, the published tables, the verdict."""

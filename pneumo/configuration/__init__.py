@@ -1,0 +1,1 @@
+"""From YAML and CSV to a validated study in SI units."""

@@ -1,0 +1,187 @@
+"""Configuration: read, validated and converted to SI units once; nothing downstream reads it again.
+
+The only errors are `ConfigurationError`s of one line.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from math import pi, radians, sin
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Study
+from pneumo.configuration.plain_yaml import ConfigurationError, printable, read_yaml
+from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection, GasSection
+from pneumo.configuration.schema_words import sentence
+from pneumo.configuration.signal_file import read_column
+from pneumo.physics.cylinder import Cylinder, heat_area
+from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.physics.valve import Conditions, Gas, Valve, critical_ratio, sonic_coefficient
+
+
+def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, Any]:
+    """Return base with the override's keys put in, section by section."""
+    result = dict(base)
+    for key, value in override.items():
+        inner = result.get(key)
+        both = isinstance(value, Mapping) and isinstance(inner, Mapping)
+        result[key] = merged(inner, value) if both else value  # type: ignore[arg-type]
+    return result
+
+
+def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> Configuration:
+    """Validate a configuration.
+
+    Parameters
+    ----------
+    content : mapping
+        The merged configuration.
+    sources : sequence of (name, content)
+        Where it came from, later ones overriding earlier ones; for the error message only.
+
+    Raises
+    ------
+    ConfigurationError
+        With one line that names source, field, value and what is allowed.
+    """
+    try:
+        return Configuration.model_validate(content)
+    except ValidationError as error:
+        # A misspelt key is a missing one too: the line is about what was written.
+        order = {"extra_forbidden": 0, "missing": 2}
+        first = min(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
+        raise ConfigurationError(" ".join(sentence(first, sources).split())) from None
+
+
+def load(*files: Path | str) -> Configuration:
+    """Read and validate a configuration from files, later ones overriding earlier ones."""
+    sources = [(printable(str(file), 300), read_yaml(Path(file))) for file in files]
+    content: dict[str, Any] = {}
+    for _, part in sources:
+        content = merged(content, part)
+    return validated(content, sources)
+
+
+def study(configuration: Configuration) -> Study:
+    """Convert a configuration to SI units: the experiments that run and the grid of models."""
+    c = configuration
+    chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
+    experiments = {name: _experiment(c, name) for name in chosen}
+    # What a file holds counts, not its name alone.
+    content = c.model_dump(), [e.excitation.levels for e in experiments.values()]
+    digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    levels = {name: tuple(values) for name, values in c.levels.items()}
+    return Study(c.name, experiments, tuple(c.n), levels, c.lag_s, digest, c.run.seeds)
+
+
+STANDARD_GRAVITY = 9.80665  # m/s^2
+ISO_6358_T, ISO_6358_RHO = 293.15, 1.185  # K, kg/m^3: the reference atmosphere of a sonic conductance
+SBAR = 1e-8  # 1 dm^3/(s bar) in m^3/(s Pa)
+DEAD_SHARE = 0.1  # of the volume of half the stroke, as in Table 2
+
+
+def _gas(section: GasSection, cylinder: CylinderSection) -> Gas:
+    R, gamma = section.R_J_per_kgK, section.gamma
+    sonic = sonic_coefficient(R, gamma) if section.sonic_coefficient == "exact" else section.sonic_coefficient
+    if cylinder.valve:
+        return Gas(R, gamma, sonic, cylinder.valve.b, elliptic=True)
+    critical = critical_ratio(gamma) if section.critical_ratio == "exact" else section.critical_ratio
+    return Gas(R, gamma, sonic, critical)
+
+
+def _valve(section: CylinderSection, gas: Gas) -> Valve:
+    catalogue, u_max = section.valve, section.u_max_V
+    if catalogue is None:
+        assert section.k_x_k_u_m2_per_V is not None
+        return Valve(section.k_x_k_u_m2_per_V, u_max)
+    # Choked, C rho_ref P_u sqrt(T_ref/T_u) of ISO 6358 is the sonic branch of eq (1) through this area.
+    area = SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / gas.sonic_coefficient  # per dm^3/(s bar)
+    k_xu = catalogue.C_dm3_per_sbar * area / u_max
+    return Valve(k_xu, u_max, exhaust=catalogue.exhaust_ratio, leak=catalogue.leak_dm3_per_sbar * area)
+
+
+def _cylinder(s: CylinderSection, P_atm: float) -> Cylinder:
+    bore, stroke, rod = s.bore_mm * 1e-3, s.stroke_mm * 1e-3, s.rod_mm * 1e-3
+    area = pi * bore**2 / 4  # ASSUME: the paper's cylinders have no rod (Table 2's V_d and A_q say so)
+    rod_area = pi * rod**2 / 4
+    dead = DEAD_SHARE * area * stroke / 2 if s.dead_volume_m3 is None else s.dead_volume_m3
+    weight = s.mass_kg * STANDARD_GRAVITY * sin(radians(s.incline_deg))
+    return Cylinder(
+        bore,
+        stroke,
+        area,
+        area - rod_area,
+        dead,
+        s.mass_kg,
+        s.friction_Ns_per_m,
+        -stroke / 2,
+        stroke / 2,
+        load=s.load_N - weight - rod_area * P_atm,
+        coulomb=s.coulomb_N,
+    )
+
+
+def _k_0(section: ExperimentSection, cylinder: Cylinder) -> float:
+    if section.lambda_0_W_per_m2K is not None:
+        return section.lambda_0_W_per_m2K * heat_area(0.0, cylinder)  # (12)
+    assert section.k_0_W_per_K is not None
+    return section.k_0_W_per_K
+
+
+def _excitation(c: Configuration, name: str, s: CylinderSection) -> Excitation:
+    e, h = c.experiments[name], c.step_s
+    if e.loop == "open":
+        assert s.open_loop
+        amplitude = s.open_loop.amplitude_V
+    else:
+        assert s.closed_loop
+        deviation, variance = s.closed_loop.amplitude_mm, s.closed_loop.variance_m2
+        amplitude = deviation * 1e-3 if variance is None else variance**0.5  # type: ignore[operator]
+    plain = Excitation(s.seed, amplitude, max(1, round(s.sample_time_s / h)))
+    if e.signal is None:
+        return plain
+    signal, plain = e.signal, plain._replace(signal=e.signal.kind)
+    if signal.from_Hz is not None and signal.to_Hz is not None:
+        return plain._replace(band=(signal.from_Hz * h, signal.to_Hz * h))
+    if signal.hold_s is None:
+        return plain
+    held = plain._replace(every=max(1, round(signal.hold_s / h)), signal="levels")
+    if signal.levels is not None:
+        return held._replace(levels=tuple(signal.levels))
+    assert signal.file and signal.column
+    where = f"experiments.{name}.signal"
+    return held._replace(amplitude=1.0, levels=read_column(Path(signal.file), signal.column, where))
+
+
+def _experiment(c: Configuration, name: str) -> Experiment:
+    e = c.experiments[name]
+    s = c.cylinders[e.cylinder]
+    gas = _gas(c.gas, s)
+    P_s, P_atm = c.supply.P_s_Pa, c.supply.P_atm_Pa
+    if c.supply.P_0_per_P_s == "half-bridge":
+        P_0 = equilibrium_pressure(P_s, P_atm, gas)
+    else:
+        P_0 = c.supply.P_0_per_P_s * P_s
+    conditions = Conditions(P_s, P_atm, c.supply.T_in_K, c.supply.T_amb_K, P_0, c.supply.T_amb_K)
+    cylinder = _cylinder(s, P_atm)
+    plant = Plant(gas, _valve(s, gas), conditions, cylinder, _k_0(e, cylinder))
+    k_p = s.closed_loop.k_p_V_per_m if s.closed_loop else 0.0
+    x_reverse = s.open_loop.reverse_at * cylinder.stroke / 2 if s.open_loop else cylinder.stroke / 2
+    push = Push(0.0, cylinder.x_min, c.stationary_tolerance)
+    if s.settling:
+        push = push._replace(force=s.settling.force_N, x_stop=s.settling.stop_mm * 1e-3)
+    duration = min(e.duration_s, c.run.duration_limit_s or e.duration_s)
+    return Experiment(
+        name,
+        e.cylinder,
+        plant,
+        Drive(e.loop == "closed", k_p, x_reverse),
+        _excitation(c, name, s),
+        push,
+        c.step_s,
+        max(1, round(duration / c.step_s)),
+        e.pressure_stride,
+    )

@@ -1,0 +1,371 @@
+"""What a configuration may hold: every section and key with its range, as pydantic models.
+
+Units stand in the keys (bore_mm). `pneumo.configuration.parameters` reads configurations and converts them to SI.
+"""
+
+import itertools
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from pneumo.configuration.plain_yaml import printable
+
+
+def _number(value: Any) -> Any:
+    """Refuse what pydantic would quietly turn into a number."""
+    if isinstance(value, bool):
+        raise ValueError("must be a number")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")]
+Count = Annotated[int, BeforeValidator(_number)]
+
+
+def _listed(names: Iterable[Any]) -> str:
+    """Names after one another, as many as a line can take."""
+    first = [printable(str(name)) for name in itertools.islice(names, 21)]
+    return ", ".join([*first[:20], "..."] if len(first) > 20 else first)
+
+
+def _conflict(value: Any, condition: str, *fields: tuple[str, ...]) -> PydanticCustomError:
+    """Error of a value that disagrees with others; fields are paths, the first that of the value."""
+    context = {"value": value, "condition": condition, "fields": fields}
+    return PydanticCustomError("conflict", "{condition}", context)
+
+
+def _missing(field: str, alternative: str, *others: str) -> PydanticCustomError:
+    """Error of a key that is not there, nor is one of the others in its place."""
+    return _conflict(None, alternative, (field,), *((other,) for other in others))
+
+
+LONGEST = 20_000_000  # steps of a run; their states fill 1 GB
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class GasSection(_Section):
+    """Air as a perfect gas, and the two printed constants of eq (1)."""
+
+    R_J_per_kgK: Annotated[Number, Field(gt=0, le=5000, description="gas constant R")]
+    gamma: Annotated[Number, Field(ge=1.05, le=1.67, description="ratio of specific heats")]
+    sonic_coefficient: Annotated[
+        Literal["exact"] | Annotated[Number, Field(gt=0, lt=1)],
+        Field(description="factor of the sonic branch of eq (1), s K^0.5/m, or exact"),
+    ]
+    critical_ratio: Annotated[
+        Literal["exact"] | Annotated[Number, Field(gt=0, lt=1)],
+        Field(description="P_d/P_u at which flow becomes sonic, or exact"),
+    ]
+
+
+class SupplySection(_Section):
+    """Supply and surroundings."""
+
+    P_s_Pa: Annotated[Number, Field(gt=0, le=5e6, description="absolute supply pressure, above P_atm_Pa")]
+    P_atm_Pa: Annotated[Number, Field(gt=0, le=2e5, description="atmospheric pressure")]
+    T_amb_K: Annotated[Number, Field(ge=150, le=500, description="temperature of walls and surroundings")]
+    T_in_K: Annotated[Number, Field(ge=150, le=500, description="temperature of incoming air")]
+    P_0_per_P_s: Annotated[
+        Literal["half-bridge"] | Annotated[Number, Field(gt=0, lt=1)],
+        Field(description="equilibrium over supply pressure, or half-bridge to solve Appendix 2"),
+    ]
+
+    @model_validator(mode="after")
+    def _supply_above_atmosphere(self) -> Self:
+        if self.P_s_Pa <= self.P_atm_Pa:
+            condition = f"must exceed P_atm_Pa = {self.P_atm_Pa:g}"
+            raise _conflict(self.P_s_Pa, condition, ("P_s_Pa",), ("P_atm_Pa",))
+        return self
+
+
+class OpenLoopSection(_Section):
+    """Two-valued sequence of the open-loop runs."""
+
+    amplitude_V: Annotated[Number, Field(gt=0, le=1000, description="magnitude of the command")]
+    reverse_at: Annotated[
+        Number, Field(gt=0, le=1, description="fraction of the half-stroke at which the sign is forced back")
+    ]
+
+
+class ClosedLoopSection(_Section):
+    """Random position reference and proportional controller of the closed-loop runs."""
+
+    variance_m2: Annotated[
+        Annotated[Number, Field(gt=0, le=10)] | None,
+        Field(description="variance of the position reference; or instead"),
+    ] = None
+    amplitude_mm: Annotated[
+        Annotated[Number, Field(gt=0, le=5000)] | None,
+        Field(description="its standard deviation, or the amplitude of a sweep or of steps"),
+    ] = None
+    k_p_V_per_m: Annotated[Number, Field(gt=0, le=1e6, description="proportional gain")]
+
+    @model_validator(mode="after")
+    def _one_amplitude(self) -> Self:
+        if self.variance_m2 is None and self.amplitude_mm is None:
+            raise _missing("amplitude_mm", "or give variance_m2", "variance_m2")
+        if self.variance_m2 is not None and self.amplitude_mm is not None:
+            condition = "stands beside variance_m2: give one of the two"
+            raise _conflict(self.amplitude_mm, condition, ("amplitude_mm",), ("variance_m2",))
+        return self
+
+
+class SettlingSection(_Section):
+    """Force and end stop of the settling-time runs."""
+
+    force_N: Annotated[
+        Number, Field(lt=0, ge=-1e6, description="external force (negative: towards the stop)")
+    ]
+    stop_mm: Annotated[
+        Number, Field(lt=0, ge=-5000, description="position of the end stop, inside the half-stroke")
+    ]
+
+
+class ValveSection(_Section):
+    """A valve by its catalogue: flow by ISO 6358, conductance C and critical ratio b at full opening."""
+
+    C_dm3_per_sbar: Annotated[
+        Number, Field(gt=0, le=1000, description="sonic conductance C from supply to chamber at u_max_V")
+    ]
+    b: Annotated[Number, Field(gt=0, lt=1, description="critical pressure ratio; 0.3 where none is given")]
+    exhaust_ratio: Annotated[
+        Number, Field(gt=0, le=10, description="C from chamber to exhaust over C from supply to chamber")
+    ] = 1.0
+    leak_dm3_per_sbar: Annotated[
+        Number, Field(ge=0, le=100, description="sonic conductance that stays open in each closed path")
+    ] = 0.0
+
+
+class CylinderSection(_Section):
+    """A cylinder with its load, its valve and the signals that excite it."""
+
+    bore_mm: Annotated[Number, Field(gt=0, le=1000, description="diameter phi")]
+    stroke_mm: Annotated[Number, Field(gt=0, le=10000, description="stroke l")]
+    rod_mm: Annotated[
+        Number, Field(ge=0, le=1000, description="diameter of a single rod, in chamber B; 0: none")
+    ] = 0.0
+    dead_volume_m3: Annotated[
+        Annotated[Number, Field(gt=0, le=1)] | None,
+        Field(
+            description="dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out"
+        ),
+    ] = None
+    mass_kg: Annotated[Number, Field(gt=0, le=1e5, description="moving mass M with load")]
+    friction_Ns_per_m: Annotated[Number, Field(ge=0, le=1e6, description="viscous friction coefficient k_f")]
+    coulomb_N: Annotated[Number, Field(ge=0, le=1e6, description="Coulomb friction")] = 0.0
+    incline_deg: Annotated[
+        Number, Field(ge=-90, le=90, description="angle by which chamber A lifts the mass; 90: straight up")
+    ] = 0.0
+    load_N: Annotated[
+        Number, Field(ge=-1e6, le=1e6, description="constant force, positive where it enlarges chamber A")
+    ] = 0.0
+    k_x_k_u_m2_per_V: Annotated[
+        Annotated[Number, Field(gt=0, le=1e-2)] | None,
+        Field(description="valve area per volt, with the flow of eq (1); or instead"),
+    ] = None
+    valve: Annotated[ValveSection | None, Field(description="a valve by its catalogue")] = None
+    u_max_V: Annotated[Number, Field(gt=0, le=1000, description="limit of the command")]
+    seed: Annotated[Count, Field(ge=0, lt=2**32, description="seed of the Random Number block")]
+    sample_time_s: Annotated[Number, Field(gt=0, le=1000, description="time between draws")]
+    open_loop: Annotated[OpenLoopSection | None, Field(description="for experiments in open loop")] = None
+    closed_loop: Annotated[ClosedLoopSection | None, Field(description="for experiments in closed loop")] = (
+        None
+    )
+    settling: Annotated[
+        SettlingSection | None, Field(description="for settling runs, which only the paper's study asks for")
+    ] = None
+
+    @model_validator(mode="after")
+    def _one_valve(self) -> Self:
+        if self.k_x_k_u_m2_per_V is None and self.valve is None:
+            raise _missing("k_x_k_u_m2_per_V", "or give the section valve", "valve")
+        if self.k_x_k_u_m2_per_V is not None and self.valve is not None:
+            condition = "stands beside the section valve: give one of the two"
+            raise _conflict(self.k_x_k_u_m2_per_V, condition, ("k_x_k_u_m2_per_V",), ("valve",))
+        return self
+
+    @model_validator(mode="after")
+    def _rod_thinner_than_bore(self) -> Self:
+        if self.rod_mm >= self.bore_mm:
+            condition = f"must be below bore_mm = {self.bore_mm:g}"
+            raise _conflict(self.rod_mm, condition, ("rod_mm",), ("bore_mm",))
+        return self
+
+    @model_validator(mode="after")
+    def _stop_inside_stroke(self) -> Self:
+        if self.settling and self.settling.stop_mm <= -self.stroke_mm / 2:
+            condition = f"must lie inside the half-stroke, above {-self.stroke_mm / 2:g},"
+            raise _conflict(self.settling.stop_mm, condition, ("settling", "stop_mm"), ("stroke_mm",))
+        return self
+
+
+class SignalSection(_Section):
+    """What excites an experiment where it is not the loop's own: prbs in open loop, gaussian in closed loop.
+
+    The amplitude is that of the loop's section, in V or in mm.
+    """
+
+    kind: Annotated[
+        Literal["prbs", "gaussian", "sweep", "steps", "csv"],
+        Field(description="two-valued or normal random numbers, a sine of rising frequency, steps, a file"),
+    ]
+    from_Hz: Annotated[
+        Annotated[Number, Field(gt=0, le=1e4)] | None, Field(description="sweep: frequency at the start")
+    ] = None
+    to_Hz: Annotated[
+        Annotated[Number, Field(gt=0, le=1e4)] | None, Field(description="sweep: frequency at the end")
+    ] = None
+    levels: Annotated[
+        Annotated[list[Annotated[Number, Field(ge=-100, le=100)]], Field(min_length=1, max_length=1000)]
+        | None,
+        Field(description="steps: levels as multiples of the amplitude, repeated to the end"),
+    ] = None
+    hold_s: Annotated[
+        Annotated[Number, Field(gt=0, le=1e5)] | None,
+        Field(description="steps: length of each; csv: time between rows"),
+    ] = None
+    file: Annotated[
+        str | None, Field(description="csv: path from the working directory; its first row names the columns")
+    ] = None
+    column: Annotated[
+        str | None,
+        Field(
+            description="csv: column with the command, V, in open loop, or the reference, m, in closed loop"
+        ),
+    ] = None
+
+    @model_validator(mode="after")
+    def _keys_of_its_kind(self) -> Self:
+        wanted = {
+            "sweep": ("from_Hz", "to_Hz"),
+            "steps": ("levels", "hold_s"),
+            "csv": ("file", "column", "hold_s"),
+        }.get(self.kind, ())
+        for key in ("from_Hz", "to_Hz", "levels", "hold_s", "file", "column"):
+            value = getattr(self, key)
+            if key in wanted and value is None:
+                raise _missing(key, f"for kind: {self.kind}")
+            if key not in wanted and value is not None:
+                raise _conflict(value, f"has no use with kind: {self.kind}", (key,), ("kind",))
+        return self
+
+
+class ExperimentSection(_Section):
+    """One experiment: which cylinder, which loop, how much wall heat, how long."""
+
+    cylinder: Annotated[str, Field(description="name of one of the cylinders")]
+    loop: Annotated[
+        Literal["open", "closed"], Field(description="open loop, or proportional position control")
+    ]
+    signal: Annotated[SignalSection | None, Field(description="what excites it, if not the loop's own")] = (
+        None
+    )
+    k_0_W_per_K: Annotated[
+        Annotated[Number, Field(ge=0, le=1e4)] | None,
+        Field(description="thermal conductance of a chamber's wall at equilibrium; or instead"),
+    ] = None
+    lambda_0_W_per_m2K: Annotated[
+        Annotated[Number, Field(ge=0, le=1e5)] | None,
+        Field(description="heat transfer coefficient there: k_0 over the heat transfer area in mid-stroke"),
+    ] = None
+    duration_s: Annotated[Number, Field(gt=0, le=1e5, description="length of the full-order run")]
+    pressure_stride: Annotated[
+        Count, Field(ge=1, le=10**6, description="steps between stored pressures of replays")
+    ] = 10
+
+    @model_validator(mode="after")
+    def _one_conductance(self) -> Self:
+        if self.k_0_W_per_K is None and self.lambda_0_W_per_m2K is None:
+            raise _missing("k_0_W_per_K", "or give lambda_0_W_per_m2K", "lambda_0_W_per_m2K")
+        if self.k_0_W_per_K is not None and self.lambda_0_W_per_m2K is not None:
+            condition = "stands beside k_0_W_per_K: give one of the two"
+            raise _conflict(self.lambda_0_W_per_m2K, condition, ("lambda_0_W_per_m2K",), ("k_0_W_per_K",))
+        return self
+
+
+class RunSection(_Section):
+    """Which experiments run, for how long at most, and how often `pneumo study` repeats them."""
+
+    experiments: Annotated[
+        Literal["all"] | Annotated[list[str], Field(min_length=1)],
+        Field(description="names of experiments, or all"),
+    ] = "all"
+    duration_limit_s: Annotated[
+        Annotated[Number, Field(gt=0, le=1e5)] | None, Field(description="longest full-order run")
+    ] = None
+    seeds: Annotated[
+        Count,
+        Field(ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed"),
+    ] = 5
+
+
+class Configuration(_Section):
+    """The whole configuration of a study."""
+
+    name: Annotated[str, Field(pattern=r"^[\w-]{1,40}$", description="name of the study")]
+    gas: GasSection
+    supply: SupplySection
+    cylinders: Annotated[dict[Name, CylinderSection], Field(min_length=1, description="cylinders by name")]
+    experiments: Annotated[
+        dict[Name, ExperimentSection],
+        Field(min_length=1, description="experiments by name"),
+    ]
+    levels: Annotated[
+        dict[Name, list[Annotated[Number, Field(ge=0, le=1e4)]]],
+        Field(min_length=1, description="conductances k_0 of each heat-transfer level by name, W/K"),
+    ] = Field(default_factory=dict)
+    n: Annotated[
+        list[Annotated[Number, Field(gt=0, le=3)]],
+        Field(min_length=1, max_length=1000, description="polytropic indices of the grid, increasing"),
+    ]
+    step_s: Annotated[Number, Field(ge=1e-7, le=1, description="integration step")]
+    lag_s: Annotated[
+        Number, Field(ge=0, le=1, description="delay of recorded signals, published transport")
+    ] = 0.0
+    stationary_tolerance: Annotated[
+        Number,
+        Field(gt=0, lt=1, description="relative change over one thermal time constant that counts as none"),
+    ] = 0.002
+    run: RunSection = RunSection()
+
+    @model_validator(mode="after")
+    def _names_exist(self) -> Self:
+        for name, experiment in self.experiments.items():
+            if experiment.cylinder not in self.cylinders:
+                condition = f"must be one of {_listed(self.cylinders)}"
+                raise _conflict(experiment.cylinder, condition, ("experiments", name, "cylinder"))
+            section = f"{experiment.loop}_loop"
+            if getattr(self.cylinders[experiment.cylinder], section) is None:
+                condition = f"needs the section cylinders.{experiment.cylinder}.{section}"
+                where = ("cylinders", experiment.cylinder, section)
+                raise _conflict(experiment.loop, condition, ("experiments", name, "loop"), where)
+        for name in self.run.experiments if self.run.experiments != "all" else ():
+            if name not in self.experiments:
+                condition = f"no such experiment; there are {_listed(self.experiments)}"
+                raise _conflict(name, condition, ("run", "experiments"))
+        return self
+
+    @model_validator(mode="after")
+    def _grid_and_runs_can_be_made(self) -> Self:
+        if "overall" in self.levels:
+            raise _conflict(
+                "overall", "is the name of Table 7's average; take another", ("levels", "overall")
+            )
+        for before, after in itertools.pairwise(self.n):
+            if not before < after:
+                raise _conflict(self.n, f"must increase, and {after:g} follows {before:g}", ("n",))
+        for name, experiment in self.experiments.items():
+            duration = min(experiment.duration_s, self.run.duration_limit_s or experiment.duration_s)
+            if duration > LONGEST * self.step_s:
+                condition = f"must be at most {LONGEST:g} steps of step_s = {self.step_s:g}"
+                raise _conflict(duration, condition, ("experiments", name, "duration_s"), ("step_s",))
+        return self
+
+
+SCHEMA = Configuration.model_json_schema()

@@ -1,0 +1,75 @@
+"""config/README.md, made from the schema: ``python -m pneumo.configuration.schema_readme > config/README.md``."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pneumo.configuration.schema import SCHEMA
+from pneumo.configuration.schema_words import allowed, named_sections, resolved
+
+HEAD = """\
+# Configuration
+
+`paper.yaml` is the paper's study; `smoke.yaml` is an override, used on top of it. Any file may override any
+key: `snakemake -j2 --configfile mine.yaml`. Units stand in the keys and nowhere else; inside the program
+everything is SI. A key that is not listed here, a wrong unit suffix or a value outside its range is refused
+in one line before anything runs.
+
+Made from the schema by `python -m pneumo.configuration.schema_readme`; don't edit.
+"""
+
+UNITS = {
+    **{"J": "J", "K": "K", "N": "N", "Ns": "N s", "Pa": "Pa", "V": "V", "W": "W", "kg": "kg", "kgK": "kg K"},
+    **{"m": "m", "m2": "m²", "m3": "m³", "mm": "mm", "s": "s", "Hz": "Hz", "deg": "°"},
+    **{"dm3": "dm³", "sbar": "s bar", "m2K": "m² K"},
+}
+_UNIT = "|".join(sorted(UNITS, key=len, reverse=True))
+_SUFFIX = re.compile(rf"_(?:({_UNIT})_per_({_UNIT})|(?<!_per_P_)({_UNIT}))$")  # P_0_per_P_s is a ratio
+
+
+def unit(key: str) -> str:
+    """Return the unit that a key's suffix names, or nothing."""
+    found = _SUFFIX.search(key)
+    if found is None:
+        return ""
+    over, under, whole = found.groups()
+    if whole:
+        return UNITS[whole]
+    return f"{UNITS[over]}/({UNITS[under]})" if " " in UNITS[under] else f"{UNITS[over]}/{UNITS[under]}"
+
+
+def _sections(
+    path: str, node: Mapping[str, Any]
+) -> Iterator[tuple[str, Mapping[str, Any], list[tuple[str, Any]]]]:
+    """Every section of the schema as (path, section, its fields), outermost first."""
+    fields = list(node["properties"].items())
+    yield path, node, fields
+    for key, field in fields:
+        inner, name = resolved(field), key
+        if values := named_sections(inner):
+            inner, name = resolved(values), f"{key}.NAME"
+        if "properties" in inner:
+            yield from _sections(f"{path}.{name}".lstrip("."), inner)
+
+
+def _row(section: Mapping[str, Any], key: str, field: Mapping[str, Any]) -> str:
+    """Line of a section's table for one field."""
+    inner = named_sections(resolved(field))
+    limits = f"names, for each {allowed(inner)}" if inner else allowed(field)
+    meaning = field.get("description") or resolved(field)["description"].rstrip(".")
+    optional = "" if key in section.get("required", ()) else " (optional)"
+    return f"| `{key}` | {unit(key)} | {limits} | {meaning}{optional} |"
+
+
+def readme() -> str:
+    """Describe every key of the configuration, section by section, as Markdown."""
+    lines = [HEAD]
+    for path, section, fields in _sections("", SCHEMA):
+        lines += [f"## {'`' + path + '`' if path else 'Top level'}", "", section["description"], ""]
+        lines += ["| key | unit | allowed | meaning |", "|---|---|---|---|"]
+        lines += [_row(section, key, field) for key, field in fields] + [""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+if __name__ == "__main__":
+    print(readme(), end="")

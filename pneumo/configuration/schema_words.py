@@ -1,0 +1,98 @@
+"""The schema in words: what a field may hold, and the one line for a configuration that is wrong."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pneumo.configuration.plain_yaml import printable, shown
+from pneumo.configuration.schema import SCHEMA
+
+_BOUNDS = (
+    ("greater than", "gt", "exclusiveMinimum"),
+    ("at least", "ge", "minimum"),
+    ("less than", "lt", "exclusiveMaximum"),
+    ("at most", "le", "maximum"),
+)
+
+
+def resolved(node: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a node of the schema, or the section that it refers to, optional or not."""
+    node = next((option for option in node.get("anyOf", ()) if "$ref" in option), node)
+    return SCHEMA["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node
+
+
+def named_sections(node: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Return the schema of a mapping's values where its keys are names that the user gives, else None."""
+    return next(iter(node.get("patternProperties", {}).values()), node.get("additionalProperties") or None)
+
+
+def allowed(node: Mapping[str, Any]) -> str:
+    """Say in words what a field may hold, from its schema."""
+    node = resolved(node)
+    if "anyOf" in node:
+        return " or ".join(allowed(option) for option in node["anyOf"] if option.get("type") != "null")
+    if "const" in node:
+        return node["const"]
+    if "enum" in node:
+        return " or ".join(node["enum"])
+    if node["type"] == "array":
+        return f"a list{' (not empty)' if node.get('minItems') else ''}, each {allowed(node['items'])}"
+    kind = {"number": "a number", "integer": "a whole number", "string": "text", "object": "a section"}
+    limits = [f"{words} {node[key]:.10g}" for words, *keys in _BOUNDS for key in keys if key in node]
+    pattern = f" matching `{node['pattern']}`" if "pattern" in node else ""
+    return f"{kind[node['type']]} {' and '.join(limits)}".rstrip() + pattern
+
+
+def _schema_at(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Mapping[str, Any]]:
+    """Return path and schema of the field at an error's location; of the section for an unknown key."""
+    node: Mapping[str, Any] = SCHEMA
+    path: list[Any] = []
+    for key in location:
+        if "anyOf" in node or key == "[key]":  # the rest names branches of a union, not fields
+            break
+        path.append(key)
+        inner = node.get("properties", {}).get(key) or named_sections(node) or node.get("items")
+        if inner is None:
+            break
+        node = resolved(inner)
+    return tuple(path), node
+
+
+def _sets(content: Mapping[str, Any], path: tuple[Any, ...]) -> bool:
+    """Whether a source sets the field at `path`, or the list that holds it."""
+    node: Any = content
+    for key in path:
+        if isinstance(node, list):
+            return True
+        if not isinstance(node, Mapping) or key not in node:
+            return False
+        node = node[key]
+    return True
+
+
+def sentence(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
+    """One line for a validation error: source, field, value, what is allowed."""
+    path, node = _schema_at(error["loc"])
+    value, text = error["input"], f"must be {allowed(node)}"
+    paths, missing = [path], error["type"] == "missing"
+    if error["type"] == "conflict":
+        value, text = error["ctx"]["value"], error["ctx"]["condition"]
+        paths = [path + field for field in error["ctx"]["fields"]]
+        path, limits = paths[0], f"be {allowed(_schema_at(paths[0])[1])}"
+        missing = value is None
+        if missing:
+            text = f"must {limits}; {text}"
+        elif isinstance(value, float) and text.startswith("must"):
+            text += f" and {limits}"
+    elif error["type"] in ("extra_forbidden", "invalid_key"):
+        text = f"unknown key; config/README.md lists the known ones: {', '.join(node['properties'])}"
+    elif error["loc"][-1:] == ("[key]",):
+        _, parent = _schema_at(error["loc"][:-2])
+        text = " ".join(
+            ["the name must be text", *(f"matching `{p}`" for p in parent.get("patternProperties", ()))]
+        )
+    field = ".".join(printable(k) if isinstance(k, str) else shown(k) for k in path)
+    setters = [name for name, content in sources if any(_sets(content, path) for path in paths)]
+    if missing:
+        without = [name for name, content in sources if _sets(content, path[:-1])]
+        return f"{(setters[-1:] or without or ['configuration'])[0]}: {field}: missing; {text}"
+    return f"{setters[-1] if setters else 'configuration'}: {field} = {shown(value)}: {text}"

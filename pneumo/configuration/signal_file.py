@@ -1,0 +1,63 @@
+"""Signals of one's own: one column of a CSV file."""
+
+import csv
+from math import isfinite
+from pathlib import Path
+
+from pneumo.configuration.plain_yaml import ConfigurationError, printable
+
+LARGEST = 20_000_000  # bytes
+MOST_ROWS = 100_000  # they are stored with every result of the experiment
+
+
+def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
+    """Read the numbers of one column.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        CSV whose first row names the columns; commas, semicolons or tabs between them, points in numbers.
+    column : str
+    where : str
+        Section of the configuration that names the file; for the error message only.
+
+    Raises
+    ------
+    ConfigurationError
+        With one line, if the file cannot be read, has no such column, or holds what is no finite number.
+    """
+
+    def refuse(key: str, value: str, problem: str) -> ConfigurationError:
+        return ConfigurationError(f"{where}.{key} = {printable(repr(value), 200)}: {printable(problem, 300)}")
+
+    try:
+        if file.stat().st_size > LARGEST:
+            raise refuse("file", str(file), f"larger than {LARGEST} bytes")
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, ValueError) as error:
+        if isinstance(error, ConfigurationError):
+            raise
+        raise refuse("file", str(file), f"cannot be read from the working directory: {error}") from None
+    first = lines[0] if lines else ""
+    delimiter = max(",;\t", key=first.count)
+    rows = csv.reader(lines, delimiter=delimiter)
+    names = [name.strip() for name in next(rows, [])]
+    if column not in names:
+        raise refuse("column", column, f"{file} has the columns {', '.join(names) or '(none)'}")
+    place, values = names.index(column), []
+    for row in rows:
+        if not row:
+            continue
+        try:
+            value = float(row[place])
+            if not isfinite(value):
+                raise ValueError
+        except (ValueError, IndexError):
+            problem = f"{file}, line {rows.line_num}: no finite number in that column"
+            raise refuse("column", column, problem) from None
+        values.append(value)
+        if len(values) > MOST_ROWS:
+            raise refuse("file", str(file), f"more than {MOST_ROWS} rows")
+    if not values:
+        raise refuse("file", str(file), "has no rows below the names of its columns")
+    return tuple(values)

@@ -1,0 +1,1 @@
+"""For engineers: own cylinders, measurements, linear models, source code."""

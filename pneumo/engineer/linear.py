@@ -1,0 +1,115 @@
+"""Linear model of both chambers at an operating point, for control design."""
+
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.engineer.branching import at_point
+from pneumo.engineer.errors import ApplyError
+from pneumo.engineer.rate import SIDES, chosen_lane
+from pneumo.physics.models import Model
+from pneumo.simulation.reference import lane_rate
+
+STATES, INPUTS = ("P_A", "P_B"), ("u", "x", "v")
+STEP = 1e-30  # imaginary; no difference is taken, so nothing is lost however small it is
+
+
+class Linear(NamedTuple):
+    """Matrices of d/dt (P_A, P_B) = A (P_A, P_B) + B (u, x, v), all counted from the operating point.
+
+    Attributes
+    ----------
+    A : numpy.ndarray
+        1/s, shape (2, 2), diagonal.
+    B : numpy.ndarray
+        Pa/s per V, m and m/s, shape (2, 3).
+    C, D : numpy.ndarray
+        Identity and zero: the outputs are the two pressures, Pa.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+
+
+def _checked(plant: Plant, u: float, x: float, v: float, P: dict[str, float]) -> None:
+    c = plant.conditions
+    if not np.isfinite([u, x, v, *P.values()]).all():
+        raise ApplyError(f"u = {u:g}, x = {x:g}, v = {v:g}, P = {tuple(P.values())}: must be finite numbers")
+    if u == 0:
+        raise ApplyError("u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6")
+    if abs(u) > plant.valve.u_max:
+        raise ApplyError(f"u = {u:g} V: beyond the limiter at {plant.valve.u_max:g} V nothing depends on it")
+    if abs(x) > plant.cylinder.stroke / 2:
+        raise ApplyError(f"x = {x:g} m: must be within half the stroke, {plant.cylinder.stroke / 2:g} m")
+    for side, pressure in P.items():
+        if not pressure > 0:
+            raise ApplyError(f"P_{side} = {pressure:g} Pa: must be positive (absolute)")
+        if pressure == (c.P_s if SIDES[side] * u > 0 else c.P_atm):
+            raise ApplyError(f"P_{side} = {pressure:g} Pa: eq (1) has no derivative at equal pressures")
+
+
+def linearise(
+    model: Model | str,
+    n: float | None,
+    plant: Plant,
+    *,
+    u: float,
+    P_A: float,
+    P_B: float,
+    x: float = 0.0,
+    v: float = 0.0,
+) -> Any:
+    """Linear model of both chambers at an operating point, derivatives exact to rounding.
+
+    The state is (P_A, P_B), the inputs are (u, x, v), the outputs the two pressures. The piston's own
+    equation (3) is linear already and is left to the user, who knows the load. The derivatives come from
+    the very right-hand side of the replays, by a complex step.
+
+    Parameters
+    ----------
+    model : Model or str
+        A row of one's own, or the name of one in `MODELS`.
+    n : float or None
+        Polytropic index.
+    plant : Plant
+    u : float
+        Command, V; not 0, where the valve's area, k_xu ``|u|``, has no derivative.
+    P_A, P_B : float
+        Pressures, Pa. The point need not be an equilibrium; the matrices hold around it all the same.
+    x, v : float
+        Piston position, m, and velocity, m/s.
+
+    Returns
+    -------
+    control.StateSpace or Linear
+        The first where python-control is installed; both have A, B, C and D.
+
+    Raises
+    ------
+    ApplyError
+        If model or n is bad, or the right-hand side has no derivative at the point.
+    """
+    pressures = {"A": P_A, "B": P_B}
+    _checked(plant, u, x, v, pressures)
+    row, cylinder = chosen_lane(model, n, plant), plant.cylinder
+    A, B = np.zeros((2, 2)), np.zeros((2, 3))
+    for i, (side, sign) in enumerate(SIDES.items()):
+        area = cylinder.A_A if side == "A" else cylinder.A_B
+
+        def derivative(k: int, P: float = pressures[side], sign: float = sign, area: float = area) -> float:
+            outward = (sign * u, sign * x, sign * v, P)
+            arguments = (complex(value, STEP * (j == k)) for j, value in enumerate(outward))
+            return at_point(lane_rate, *arguments, area, plant, row).imag / STEP
+
+        A[i, i] = derivative(3)
+        B[i] = [sign * derivative(k) for k in range(3)]
+    C, D = np.eye(2), np.zeros((2, 3))
+    if find_spec("control") is None:
+        return Linear(A, B, C, D)
+    control = import_module("control")
+    return control.StateSpace(A, B, C, D, states=STATES, inputs=INPUTS, outputs=STATES)

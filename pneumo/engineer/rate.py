@@ -1,0 +1,113 @@
+"""Rate of one chamber's pressure by any model, on floats, arrays and symbols."""
+
+from importlib import import_module
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.engineer.branching import is_symbolic, joined, tree
+from pneumo.engineer.errors import ApplyError
+from pneumo.physics.models import MODELS, Lane, Model, lane
+from pneumo.simulation.reference import lane_rate
+
+N_MAX = 3.0  # as in the configuration's schema
+SIDES = {"A": 1.0, "B": -1.0}  # of outward u, x, v
+
+
+def chosen_model(model: Model | str) -> Model:
+    """Find a model's row.
+
+    Raises
+    ------
+    ApplyError
+        If there is no model of that name.
+    """
+    if isinstance(model, Model):
+        return model
+    if model not in MODELS:
+        raise ApplyError(f"model {model!r}: no such model; there are {', '.join(MODELS)}")
+    return MODELS[model]
+
+
+def chosen(model: Model | str, n: float | None) -> tuple[Model, float]:
+    """Find a model's row, and the index n that goes with it.
+
+    Parameters
+    ----------
+    model : Model or str
+        A row of one's own, or the name of one in `MODELS`.
+    n : float or None
+        Polytropic index; None where the model has none.
+
+    Raises
+    ------
+    ApplyError
+        If there is no such model, or n is missing or outside 0 to 3.
+    """
+    model = chosen_model(model)
+    if n is None:
+        if model.has_n:
+            raise ApplyError(f"n: {model.name} needs a polytropic index")
+        n = 1.0  # plays no role
+    if not (isfinite(n) and 0 < n <= N_MAX):
+        raise ApplyError(f"n = {n:g}: must be greater than 0 and at most {N_MAX:g}")
+    return model, float(n)
+
+
+def chosen_lane(model: Model | str, n: float | None, plant: Plant) -> Lane:
+    """Fill n and the gas's gamma in; parameters and errors are those of `chosen`."""
+    row, n = chosen(model, n)
+    return lane(row, n, plant.gas.gamma)
+
+
+def chamber_rate(
+    model: Model | str, n: float | None, plant: Plant, u: Any, x: Any, v: Any, P: Any, side: str = "A"
+) -> Any:
+    """Rate of a chamber's pressure, Pa/s, valve included: eqs (1), (2), (6) and the model's row.
+
+    Parameters
+    ----------
+    model : Model or str
+        A row of one's own, or the name of one in `MODELS`.
+    n : float or None
+        Polytropic index.
+    plant : Plant
+    u, x, v, P : float, NumPy array, CasADi or SymPy symbol
+        Command within the valve's limits, V, piston position, m, and velocity, m/s, both positive towards
+        a larger chamber A, and the chamber's pressure, Pa.
+    side : {"A", "B"}
+        Which chamber.
+
+    Returns
+    -------
+    float, array or expression
+        Of the kind that went in.
+
+    Raises
+    ------
+    ApplyError
+        If there is no such model or side, or n is missing or out of range.
+    """
+    if side not in SIDES:
+        raise ApplyError(f"side = {side!r}: must be 'A' or 'B'")
+    row, sign = chosen_lane(model, n, plant), SIDES[side]
+    area = plant.cylinder.A_A if side == "A" else plant.cylinder.A_B
+
+    def rate(u: Any, x: Any, v: Any, P: Any) -> Any:
+        return lane_rate(sign * u, sign * x, sign * v, P, area, plant, row)
+
+    with np.errstate(invalid="ignore"):  # roots of negative numbers, where another branch is chosen
+        return joined(tree(rate, u, x, v, P), _choice(u, x, v, P))
+
+
+def _choice(*arguments: Any) -> Any:
+    """`condition ? yes : no` for the kind of symbol or array among the arguments."""
+    kinds = {type(a).__module__.split(".")[0] for a in arguments if is_symbolic(a)}
+    if "casadi" in kinds:
+        return import_module("casadi").if_else
+    if "sympy" in kinds:
+        piecewise = import_module("sympy").Piecewise
+        return lambda condition, yes, no: piecewise((yes, condition), (no, True))
+    return np.where

@@ -1,0 +1,134 @@
+"""From sampled signals to what a replay reads at every Runge-Kutta stage.
+
+Position and velocity come from one smoothing spline, so that the velocity is the derivative of the position
+that goes with it and what noise there is in one is the noise of the other. How much to smooth is chosen by
+generalised cross-validation (Craven and Wahba 1979), in the cosine spectrum (Garcia 2010), where it costs
+nothing.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.fft import dct
+from scipy.interpolate import make_smoothing_spline
+
+from pneumo.simulation.tableau import DORMAND_PRINCE
+
+LONGEST_STEP = 1e-3  # s; the step of the paper's study
+SMOOTHING = np.logspace(-6, 14, 201)  # of a sample's neighbours by a second difference, from none to a line
+
+
+class Signals(NamedTuple):
+    """Signals of a measurement, uniform in time, as a replay reads them.
+
+    Attributes
+    ----------
+    period : float
+        Time between samples, s.
+    h : float
+        Step of the replay, s, a whole fraction of the period.
+    inputs : numpy.ndarray
+        Limited command, V, position, m, and velocity, m/s, at every stage: shape (steps, 6, 3).
+    P : numpy.ndarray
+        Measured pressures, Pa, shape (chamber, samples).
+    penalty, noise : float
+        How much the position was smoothed, s^3, and the noise in it, m: from `smoothing`.
+    flow : numpy.ndarray or None
+        Mass flows into chambers A and B, kg/s, at every stage, shape (steps, 6, 2), where those were
+        measured; the command then plays no role.
+    """
+
+    period: float
+    h: float
+    inputs: np.ndarray
+    P: np.ndarray
+    penalty: float
+    noise: float
+    flow: np.ndarray | None = None
+
+    @property
+    def stride(self) -> int:
+        """Steps between samples."""
+        return round(self.period / self.h)
+
+    def part(self, first: int, last: int) -> "Signals":
+        """From one sample to another, both included."""
+        steps = slice(first * self.stride, last * self.stride)
+        flow = None if self.flow is None else self.flow[steps]
+        return self._replace(inputs=self.inputs[steps], P=self.P[:, first : last + 1], flow=flow)
+
+
+def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
+    """Choose how much to smooth a signal, uniform in time.
+
+    Parameters
+    ----------
+    x : numpy.ndarray
+        Shape (samples,).
+    period : float
+        s.
+
+    Returns
+    -------
+    penalty : float
+        Weight of the integrated squared second derivative against the sum of squared residuals, s^3.
+    noise : float
+        Standard deviation of the white noise that this takes for granted, in units of x.
+    """
+    count = len(x)
+    spectrum = dct(x - np.linspace(x[0], x[-1], count), norm="ortho")
+    rough = (2 - 2 * np.cos(np.pi * np.arange(count) / count)) ** 2
+    best = (np.inf, 0.0, 0.0)
+    for weight in SMOOTHING:
+        removed = 1 - 1 / (1 + weight * rough)
+        freedom, squares = removed.sum(), np.sum((removed * spectrum) ** 2)
+        if freedom > 0:
+            best = min(best, (squares / freedom**2, weight, squares / freedom))
+    _, weight, variance = best
+    return weight * period**3, float(np.sqrt(variance))
+
+
+def stage_times(steps: int, h: float) -> np.ndarray:
+    """Times of the stages of a replay from 0 on, s, shape (steps, 6)."""
+    return (np.arange(steps)[:, None] + DORMAND_PRINCE.c) * h
+
+
+def signals(
+    period: float,
+    u: np.ndarray,
+    x: np.ndarray,
+    P: np.ndarray,
+    u_max: float,
+    *,
+    held: bool = True,
+    m: np.ndarray | None = None,
+) -> Signals:
+    """Put command, or mass flows, and position where the stages of a replay read them.
+
+    Parameters
+    ----------
+    period : float
+        Time between samples, s.
+    u, x : numpy.ndarray
+        Command before the limiter, V, and position, m, shape (samples,).
+    P : numpy.ndarray
+        Pressures, Pa, shape (chamber, samples).
+    u_max : float
+        Limit of the command, V.
+    held : bool
+        Whether a command holds until the next sample, as that of a digital controller; else it is
+        interpolated linearly.
+    m : numpy.ndarray, optional
+        Mass flows into the chambers, kg/s, shape (chamber, samples), interpolated linearly.
+    """
+    t, within = period * np.arange(len(u)), int(np.ceil(period / LONGEST_STEP * (1 - 1e-9)))
+    h, steps = period / within, within * (len(u) - 1)
+    at = stage_times(steps, h)
+    inputs = np.empty((*at.shape, 3))
+    inputs[:, :, 0] = np.repeat(u[:-1], within)[:, None] if held else np.interp(at, t, u)
+    inputs[:, :, 0] = np.clip(inputs[:, :, 0], -u_max, u_max)
+    penalty, noise = smoothing(x, period)
+    spline = make_smoothing_spline(t, x, lam=penalty)
+    inputs[:, :, 1], inputs[:, :, 2] = spline(at), spline.derivative()(at)
+    flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
+    return Signals(period, h, inputs, P, penalty, noise, flow)

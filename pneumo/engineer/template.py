@@ -1,0 +1,24 @@
+"""`pneumo init`: the commented configuration of a cylinder of one's own."""
+
+from pathlib import Path
+
+from pneumo.engineer.errors import ApplyError
+from pneumo.storage.files import write_text
+
+TEMPLATE = Path(__file__).parent / "templates" / "cylinder.yaml"
+
+
+def write_template(file: Path) -> None:
+    """Write the template.
+
+    Raises
+    ------
+    ApplyError
+        If the file is there already, or cannot be written.
+    """
+    if file.exists() or file.is_symlink():
+        raise ApplyError(f"{file}: is there already, so left alone; name another file")
+    try:
+        write_text(TEMPLATE.read_text(encoding="utf-8"), file)
+    except OSError as error:
+        raise ApplyError(f"{file}: cannot be written ({error.strerror})") from None

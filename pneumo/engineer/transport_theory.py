@@ -1,0 +1,255 @@
+"""Error that the transport of recorded signals leaves in a replay, from physics, without the replay.
+
+To first order in the time between samples, sampling shifts signals in time: a jump of the command by one
+share of that time, everything that moves evenly by another (`TRANSPORTS`). A shifted jump lets a wrong mass
+of air in, which stays until the flow through the valve has levelled it.
+"""
+
+from math import expm1, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Drive, Plant
+from pneumo.physics.cylinder import volume
+from pneumo.physics.valve import chamber_flows
+from pneumo.simulation.full_order import Recording, command_series
+from pneumo.simulation.transported import (
+    DELAY,
+    EXACTLY,
+    HOLD,
+    LINEAR,
+    jump_errors,
+    mean_of_ramp,
+    pressure_rates,
+)
+
+UNIFORM = 1 / 12  # variance of where a jump falls between two samples, if it may fall anywhere
+
+
+class Transport(NamedTuple):
+    """How late signals reach a replay, in times between samples.
+
+    Attributes
+    ----------
+    kind : int
+        Of `pneumo.simulation.transported`.
+    jump : float
+        Of a jump that falls on a sample, the sample that has the new value already.
+    rest : float
+        Of whatever moves evenly: position, velocity, a command that follows them.
+    """
+
+    kind: int
+    jump: float
+    rest: float
+
+
+TRANSPORTS = {
+    "linear": Transport(LINEAR, -0.5, 0.0),  # the line begins to rise one sample before the jump
+    "hold": Transport(HOLD, 0.0, 0.5),
+    "delay": Transport(DELAY, 1.0, 1.5),  # the sample before the last, held
+}
+
+
+def late_rest(recording: Recording, drive: Drive, plant: Plant, h: float, stride: int = 1) -> np.ndarray:
+    """Pressure error per second by which everything but jumps comes late, Pa/s, shape (chamber, samples).
+
+    A run that is late as a whole errs by the rate of its pressure; what its jumps do to that is taken out.
+    """
+    jumps = jump_errors(recording, 1, EXACTLY, drive, plant, h, stride)
+    return pressure_rates(recording, drive, plant, stride) - jumps
+
+
+def predicted_error(
+    recording: Recording,
+    drive: Drive,
+    plant: Plant,
+    h: float,
+    period: float,
+    transport: str,
+    stride: int = 1,
+    late: np.ndarray | None = None,
+) -> np.ndarray:
+    """Pressure error of a replay on sampled signals, by linear theory along a full-order run.
+
+    Parameters
+    ----------
+    recording : Recording
+        The run, at the step h; its jumps say where between samples they fall if `period` is longer.
+    drive, plant : Drive, Plant
+        Those of the run.
+    h : float
+        Step, s.
+    period : float
+        Time between samples, s: a multiple of h, or less than h where all jumps fall on samples.
+    transport : str
+        Key of `TRANSPORTS`.
+    stride : int
+        Steps between errors.
+    late : numpy.ndarray, optional
+        `late_rest` of the run, where it is known already.
+
+    Returns
+    -------
+    numpy.ndarray
+        Full-order minus replayed pressure, Pa, shape (chamber, samples).
+    """
+    kind, _, rest = TRANSPORTS[transport]
+    every = max(1, round(period / h))
+    error = jump_errors(recording, every, kind, drive, plant, h, stride)
+    if rest:
+        error += rest * (late_rest(recording, drive, plant, h, stride) if late is None else late)
+    return period * error
+
+
+class Averages(NamedTuple):
+    """What the closed formula has to know of a run.
+
+    Attributes
+    ----------
+    jump : float
+        RMS jump of the limited command from draw to draw, V.
+    opening : float
+        Mean magnitude of the limited command, V.
+    draw : float
+        Time between draws, s.
+    speed : float
+        RMS velocity of the piston, m/s.
+    P_rate : float
+        RMS rate of pressure, Pa/s.
+    V : float
+        Volume of a chamber, m^3; of a run the root mean square of 1/V, inverted.
+    area : float
+        Piston area, m^2.
+    early : float
+        How early a line to the new value is, in times between samples: 1/2, more where a limiter cuts it.
+    """
+
+    jump: float
+    opening: float
+    draw: float
+    speed: float
+    P_rate: float
+    V: float
+    area: float
+    early: float = 0.5
+
+
+def averages(recording: Recording, drive: Drive, plant: Plant, h: float, every: int) -> Averages:
+    """Averages of a run whose reference is drawn every so many steps, over both chambers."""
+    states, reference, u_max = recording.states, recording.reference, plant.valve.u_max
+    cylinder, x = plant.cylinder, states[:, 0]
+    draws = np.arange(every, len(states), every)
+    before = command_series(states[draws], reference[draws - 1], drive)
+    after = recording.u[draws]
+    jumps = after.clip(-u_max, u_max) - before.clip(-u_max, u_max)
+    ramps = [
+        np.subtract(*mean_of_ramp(u, w, u_max)) if w != u else w for u, w in zip(before, after, strict=True)
+    ]
+    late = after.clip(-u_max, u_max) - ramps
+    inverse = [1 / volume(x, cylinder.A_A, cylinder), 1 / volume(-x, cylinder.A_B, cylinder)]
+    return Averages(
+        jump=sqrt(np.mean(jumps**2)),
+        opening=float(np.mean(abs(recording.u.clip(-u_max, u_max)))),
+        draw=every * h,
+        speed=sqrt(np.mean(states[:, 1] ** 2)),
+        P_rate=sqrt(np.mean(pressure_rates(recording, drive, plant, 1) ** 2)),
+        V=1 / sqrt(np.mean(np.square(inverse))),
+        area=(cylinder.A_A + cylinder.A_B) / 2,
+        early=1 - float(np.sum(late * jumps) / np.sum(jumps**2)) if np.any(jumps) else 0.5,
+    )
+
+
+class Sensitivities(NamedTuple):
+    """RMS pressure error per second by which signals come late, Pa/s.
+
+    Attributes
+    ----------
+    jump : float
+        Jumps of the command alone, all by the same time: one undoes much of what the one before has left.
+    rest : float
+        Everything else.
+    both : float
+        Everything: the rate of pressure.
+    apart : float
+        Jumps of the command alone, each by a time of its own: nothing undoes what they leave but the flow.
+    """
+
+    jump: float
+    rest: float
+    both: float
+    apart: float
+
+
+def _kept(r: float) -> float:
+    """Mean of exp(-t) for t from 0 to r."""
+    return -expm1(-r) / r if r else 1.0
+
+
+def sensitivities(plant: Plant, known: Averages) -> Sensitivities:
+    """Closed formula: what a second of lateness does, from averages of a run.
+
+    A jump that comes late by a time s leaves gamma R T / V times s times the jump of the flow. Heat through
+    the wall takes gamma to 1, the dependence of the flow on pressure takes all of it, each at its rate.
+
+    Parameters
+    ----------
+    plant : Plant
+    known : Averages
+    """
+    gas, c = plant.gas, plant.conditions
+    R, gamma = gas.R, gas.gamma
+
+    def net(u: float, P: float) -> float:
+        m_in, m_out = chamber_flows(u, P, c.T_0, plant.valve, gas, c)
+        return m_in - m_out
+
+    # Flow per volt at P_0, and how it falls with pressure: mean of the valve's two sides.
+    flow = (net(1.0, c.P_0) - net(-1.0, c.P_0)) / 2
+    P_1, P_2 = 1.001 * c.P_0, 0.999 * c.P_0
+    slope = sum(net(u, P_2) - net(u, P_1) for u in (1.0, -1.0)) / 2 / (P_1 - P_2)
+    wall = (gamma - 1) * plant.k_0 * c.T_0 / (c.P_0 * known.V)  # k_0 over the air's heat capacity, 1/s
+    level = R * c.T_0 / known.V * slope * known.opening  # 1/s
+    adiabatic = gamma * R * c.T_0 / known.V * flow * known.jump  # Pa/s
+    index = 1 + (gamma**2 - 1) * _kept(wall * known.draw)  # mean square of what heat makes of gamma
+    jump = adiabatic / gamma * sqrt(index * _kept(level * known.draw) / 2)
+    alone = (
+        1 / (2 * level) + 2 * (gamma - 1) / (2 * level + wall) + (gamma - 1) ** 2 / (2 * level + 2 * wall)
+        if level
+        else 0.0
+    )
+    return Sensitivities(
+        jump=jump,
+        rest=gamma * c.P_0 * known.area * known.speed / known.V,
+        both=known.P_rate,
+        apart=adiabatic / gamma * sqrt(alone / known.draw),
+    )
+
+
+def floor(
+    found: Sensitivities, period: float, transport: str, *, early: float = 0.5, between: bool = False
+) -> float:
+    """RMS pressure error of a replay on sampled signals, Pa: closed formula.
+
+    Parameters
+    ----------
+    found : Sensitivities
+    period : float
+        Time between samples, s.
+    transport : str
+        Key of `TRANSPORTS`.
+    early : float
+        See `Averages`.
+    between : bool
+        Jumps fall anywhere between samples, not on them.
+    """
+    _, jump, rest = TRANSPORTS[transport]
+    if transport == "linear":
+        jump = -early
+    if between:
+        jump = rest
+    shifted = (jump * found.jump) ** 2 + (rest * found.rest) ** 2
+    together = jump * rest * (found.both**2 - found.jump**2 - found.rest**2)
+    scattered = UNIFORM * found.apart**2 if between else 0.0
+    return period * sqrt(max(shifted + together + scattered, 0.0))

@@ -1,0 +1,260 @@
+"""What other seeds say: Tables 7 to 9 with their spread, and which model beats which, by three criteria.
+
+Seed sets are independent repetitions of the whole study; models are compared within each set, so that what
+makes a set hard for all of them drops out.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from pneumo.physics.symbols import SYMBOLS
+from pneumo.statistics.averages import OVERALL, concatenated, statistics
+
+CONFIDENCE = 0.95
+CRITERIA = {
+    "mean": "mean square error, averaged over experiments",
+    "geometric": "geometric mean over experiments of the mean square error",
+    "rank": "rank among the ten models, averaged over experiments",
+}
+RATIOS = {"M6/M5": ("M6", "M5"), "M8/M7": ("M8", "M7"), "M10/M8": ("M10", "M8"), "M6/M7": ("M6", "M7")}
+LONG_NAMES = {
+    "complete": "whether every run of the seed set, and of each model a replay, succeeded",
+    "failed_sets": "seed sets in which the full-order run, or every replay of a model, failed",
+    "constant_n": "n of the lowest mean square error of the level",
+    "probability": "share of seed sets in which model has the lower score than other",
+    "p_value": "of the sign test, after Holm's correction over all pairs of models",
+    "resolved": "whether that is below 0.05",
+    "ratio_value": "ratio of mean square errors, geometric mean over seed sets",
+    "ratio_low": "lower end of its 95 per cent interval",
+    "ratio_high": "upper end of its 95 per cent interval",
+    "ratio_single_low": "lower end of where one more seed set falls in 95 per cent of cases",
+    "ratio_single_high": "upper end of where one more seed set falls in 95 per cent of cases",
+    "ratio_resolvable": "smallest ratio above 1 that one seed set tells from 1",
+}
+SPREAD = ("mean", "std", "low", "high")  # of a number over seed sets; low and high: interval of its mean
+
+
+def _log(values: xr.DataArray) -> xr.DataArray:
+    return xr.apply_ufunc(np.log, values)
+
+
+def _exp(values: xr.DataArray) -> xr.DataArray:
+    return xr.apply_ufunc(np.exp, values)
+
+
+def spread(values: xr.DataArray) -> xr.DataArray:
+    """Mean, standard deviation and Student's interval of the mean over seed sets, along `spread`."""
+    count = values.sizes["seeds"]
+    mean, std = values.mean("seeds"), values.std("seeds", ddof=1)
+    half = stats.t.ppf((1 + CONFIDENCE) / 2, count - 1) * std / np.sqrt(count)
+    return xr.concat([mean, std, mean - half, mean + half], xr.Variable("spread", list(SPREAD)))
+
+
+def tables(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.Dataset:
+    """Tables 7, 8 and 9 of every seed set by (seeds, transport, ...), as `statistics` names them."""
+    by_seeds = [
+        xr.concat(
+            [
+                statistics(ensemble.sel(seeds=seeds, transport=name), levels)
+                for name in ensemble["transport"].values
+            ],
+            ensemble["transport"],
+        )
+        for seeds in ensemble["seeds"].values
+    ]
+    return xr.concat(by_seeds, ensemble["seeds"])
+
+
+def complete(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.DataArray:
+    """Seed sets in which nothing is missing, so that averages of all of them are of the same experiments.
+
+    Every full-order run succeeded, and every model has an n at which its replays did: one for each
+    experiment, and one for all experiments of each level, with both transports.
+
+    Returns
+    -------
+    xarray.DataArray
+        By seeds.
+    """
+    mse = concatenated(ensemble)["mse"]
+    found = mse.min("n").notnull().all("experiment")
+    for conductances in levels.values():
+        part = mse.sel(experiment=np.isin(mse["k_0"], conductances))
+        found &= part.notnull().all("experiment").any("n")
+    return found.all(("transport", "model"))
+
+
+def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.DataArray:
+    """Score of each model by each criterion, lower is better, by (criterion, level, ..., model).
+
+    Parameters
+    ----------
+    mse : xarray.DataArray
+        Pa^2, both chambers joined, by (..., experiment, model, n) and with `k_0` by experiment.
+    levels : mapping of str to tuple of float
+        Conductances of each level, W/K. At a level each model has the one n of the lowest mean (or
+        geometric mean) square error; "overall" takes each experiment at its own best n, as Table 7 does.
+
+    Returns
+    -------
+    xarray.DataArray
+        Pa^2; ranks from 1 for the criterion "rank".
+    """
+    found = {OVERALL: _scores(mse.min("n"), mse.min("n"))}
+    for level, conductances in levels.items():
+        part = mse.sel(experiment=np.isin(mse["k_0"], conductances))
+        n = part.mean("experiment", skipna=False).fillna(np.inf).argmin("n")  # never where a cell failed
+        geometric = _exp(_log(part).mean("experiment", skipna=False)).min("n")
+        found[level] = _scores(part.isel(n=n), part.isel(n=n), geometric)
+    return xr.concat(
+        list(found.values()), xr.Variable("level", list(found)), coords="minimal", compat="override"
+    )
+
+
+def _scores(mean: xr.DataArray, ranked: xr.DataArray, geometric: xr.DataArray | None = None) -> xr.DataArray:
+    if geometric is None:
+        geometric = _exp(_log(mean).mean("experiment"))
+    rank: xr.DataArray = xr.apply_ufunc(
+        lambda errors: stats.rankdata(errors, axis=-1),
+        ranked,
+        input_core_dims=[["model"]],
+        output_core_dims=[["model"]],
+    )
+    parts: list[xr.DataArray] = [mean.mean("experiment"), geometric, rank.mean("experiment")]
+    return xr.concat(
+        [part.drop_vars("n", errors="ignore") for part in parts], xr.Variable("criterion", list(CRITERIA))
+    )
+
+
+def beats(score: xr.DataArray) -> xr.Dataset:
+    """How often model i beats model j over seed sets, and whether that can be chance.
+
+    Parameters
+    ----------
+    score : xarray.DataArray
+        From `scores`, by (seeds, ..., model).
+
+    Returns
+    -------
+    xarray.Dataset
+        By (..., model, other): `probability`, the share of seed sets in which `model` has the lower score, a
+        tie counting half; `p_value` of the two-sided sign test, ties left out, after Holm's correction over
+        all pairs of models; `resolved`, whether that is below 0.05.
+    """
+    other = score.rename(model="other")
+    wins, losses = (score < other).sum("seeds"), (score > other).sum("seeds")
+    probability = (wins + 0.5 * (score.sizes["seeds"] - wins - losses)) / score.sizes["seeds"]
+    decided = wins + losses
+    tail = xr.apply_ufunc(stats.binom.cdf, np.minimum(wins, losses), decided, 0.5)
+    p_value = xr.apply_ufunc(
+        holm,
+        np.minimum(2 * tail, 1.0),
+        input_core_dims=[["model", "other"]],
+        output_core_dims=[["model", "other"]],
+        vectorize=True,
+    )
+    found = xr.Dataset({"probability": probability, "p_value": p_value})
+    found["resolved"] = (p_value < 1 - CONFIDENCE).astype(np.int8)
+    return found
+
+
+def holm(p: np.ndarray) -> np.ndarray:
+    """Holm's correction of a symmetric matrix of p-values, over the pairs above its diagonal."""
+    rows, columns = np.triu_indices(len(p), 1)
+    pairs = p[rows, columns]
+    order = np.argsort(pairs, kind="stable")
+    stepped = np.maximum.accumulate(pairs[order] * np.arange(len(pairs), 0, -1))
+    result = np.ones_like(p)
+    result[rows[order], columns[order]] = result[columns[order], rows[order]] = np.minimum(stepped, 1.0)
+    return result
+
+
+def ratios(score: xr.DataArray) -> xr.Dataset:
+    """Ratios of scores between models that differ in one refinement, over seed sets.
+
+    Parameters
+    ----------
+    score : xarray.DataArray
+        Mean square errors, Pa^2, by (seeds, ..., model).
+
+    Returns
+    -------
+    xarray.Dataset
+        By (ratio, ...): `ratio`, the geometric mean over seed sets, with the interval `low` to `high` of it;
+        `single_low` to `single_high`, between which one seed set falls in 95 per cent of cases;
+        `resolvable`, the smallest ratio above 1 that one seed set can tell from 1.
+    """
+    logs = xr.concat(
+        [_log(score.sel(model=a, drop=True) / score.sel(model=b, drop=True)) for a, b in RATIOS.values()],
+        xr.Variable("ratio", list(RATIOS)),
+    )
+    of_mean = _exp(spread(logs).sel(spread=["mean", "low", "high"]))
+    count = logs.sizes["seeds"]
+    alone = logs.std("seeds", ddof=1) * stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)
+    reach = alone * (1 + 1 / count) ** 0.5  # of one more seed set
+    mean = logs.mean("seeds")
+    return xr.Dataset(
+        {
+            "value": of_mean.sel(spread="mean", drop=True),
+            "low": of_mean.sel(spread="low", drop=True),
+            "high": of_mean.sel(spread="high", drop=True),
+            "single_low": _exp(mean - reach),
+            "single_high": _exp(mean + reach),
+            "resolvable": _exp(alone),
+        }
+    )
+
+
+def analysed(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.Dataset:
+    """Everything that the ensemble says, in one dataset.
+
+    Parameters
+    ----------
+    ensemble : xarray.Dataset
+        `mean_error`, `mse`, `failure_time` by (seeds, transport, experiment, model, n, chamber).
+    levels : mapping of str to tuple of float
+        Conductances of each level, W/K.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``table_mse``, ``table_mean_error``, ``table_std``, ``table_best_n``, ``table_constant_n`` with their
+        `spread`; ``probability``, ``p_value``, ``resolved`` by (criterion, transport, level, model, other);
+        ``ratio_...`` by (ratio, criterion, transport, level) and ``experiment_ratio_...`` by (ratio,
+        transport, experiment): all over the seed sets that are `complete`. ``complete`` by seeds, and
+        ``failed_sets`` by experiment, how many sets lack something there.
+    """
+    whole = complete(ensemble, levels)
+    lacking = concatenated(ensemble)["mse"].min("n").isnull().any(("transport", "model"))
+    ensemble = ensemble.sel(seeds=whole)
+    mse = concatenated(ensemble)["mse"]
+    found = tables(ensemble, levels)
+    result = xr.Dataset(
+        {
+            f"table_{name}": spread(found[name].astype(float))
+            for name in ("mse", "mean_error", "std", "best_n", "constant_n")
+        }
+    )
+    score = scores(mse, levels)
+    result = result.merge(beats(score), compat="no_conflicts")
+    of_levels = ratios(score.sel(criterion=["mean", "geometric"]))
+    result = result.merge(
+        of_levels.rename({name: f"ratio_{name}" for name in of_levels.data_vars}).rename(criterion="averaged")
+    )
+    own = ratios(mse.min("n"))
+    result = result.merge(
+        own.rename({name: f"experiment_ratio_{name}" for name in own.data_vars}), compat="no_conflicts"
+    )
+    result["complete"] = whole.astype(np.int8)
+    result["failed_sets"] = lacking.sum("seeds").astype(np.int32)
+    for name, variable in result.data_vars.items():
+        quantity = str(name).removeprefix("table_")
+        known = SYMBOLS.get(quantity)
+        variable.attrs = {
+            "units": known.unit if known else "1",
+            "long_name": known.long_name if known else LONG_NAMES[quantity.removeprefix("experiment_")],
+        }
+    return result.drop_vars(["n"], errors="ignore")

@@ -1,0 +1,342 @@
+"""Error budget: how much of a cell's error is the model's, the signal transport's and the step's.
+
+Everything is full-order minus reduced pressure on the samples of the study's step, over a slice of a run.
+With F_m and R_m the full-order and the reduced pressure at 1/m of the study's step and exact transport, and R
+the study's own replay, which reads recorded signals:
+
+    F_1 - R  =  (F_16 - R_16)  +  (R_1 - R)  +  ((F_1 - R_1) - (F_16 - R_16))
+    total    =  model          +  transport  +  discretisation
+
+The three add up exactly; their mean squares add up with a cross term, which is kept.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.integrate import solve_ivp
+from scipy.interpolate import make_interp_spline
+
+from pneumo.configuration.experiment import Experiment
+from pneumo.physics.models import MODELS
+from pneumo.simulation.cells import grid_lanes
+from pneumo.simulation.driven import driven, joint_rates
+from pneumo.simulation.excitation import reference_series
+from pneumo.simulation.full_order import C, Recording, equilibrium, record
+from pneumo.simulation.reference import EXACT, PUBLISHED
+from pneumo.simulation.vectorised import replay
+from pneumo.statistics.averages import at_n, best_n
+from pneumo.storage.layout import CHAMBERS, labels
+
+SLICE = 10.0  # s from the start of a run
+REFERENCE_SLICE = 2.0  # s from the start, for the adaptive reference
+HALVINGS = (1, 2, 4, 8, 16)  # steps within one of the study's
+SAMPLED_AT = 20  # steps within one of the study's where transports are compared: every period is a multiple
+PERIODS = (1e-4, 1e-3, 1e-2)  # s between samples of a recorded signal
+INTERPOLATIONS = ("hold", "linear", "cubic")
+LAMINAR = 1e-3  # 1 - P_d / P_u below which the regularised flow law is linear
+TOLERANCE = 1e-10  # of the adaptive reference, relative to the scale of each state
+STUDIES = ("published", "exact")  # whose models are to be told apart
+
+LONG_NAMES = {
+    "total": "MSE of the study, published transport",
+    "total_exact": "MSE of the study, exact transport",
+    "model_error": "mean square of the model's own error, 1/16 of the study's step, exact transport",
+    "transport_error": "mean square of what the published transport adds at the study's step",
+    "discretisation_error": "mean square of what the study's step adds to the error with exact transport",
+    "cross_term": "total less the mean squares of its three parts",
+    "regularised_discretisation": "discretisation error with flow linear near equal pressures",
+    "chatter": "mean square of what linear flow near equal pressures takes from the discretisation error",
+    "regularised_law": "mean square of what linear flow near equal pressures changes at 1/16 of the step",
+    "reference_model_error": "model error by the adaptive reference, on the reference slice",
+    "reference_coarse": "mean square of the error of the study's step against the adaptive reference",
+    "reference_fine": "mean square of the error of 1/16 of the step against the adaptive reference",
+    "halving": "mean square of the change from a step to its half, exact transport",
+    "sampled": "mean square of what sampled signals change in the reduced pressure, 1/20 of the study's step",
+}
+
+
+def sliced(experiment: Experiment, seconds: float) -> Experiment:
+    """Return an experiment cut to its first seconds."""
+    return experiment._replace(steps=min(experiment.steps, round(seconds / experiment.h)))
+
+
+def refined(experiment: Experiment, m: int) -> Experiment:
+    """Return an experiment at 1/m of its step: the same reference, drawn at the same times."""
+    excitation = experiment.excitation._replace(every=experiment.excitation.every * m)
+    return experiment._replace(h=experiment.h / m, steps=experiment.steps * m, excitation=excitation)
+
+
+def regularised(experiment: Experiment, laminar: float = LAMINAR) -> Experiment:
+    """Return an experiment whose flow is linear near equal pressures."""
+    valve = experiment.plant.valve._replace(laminar=laminar)
+    return experiment._replace(plant=experiment.plant._replace(valve=valve))
+
+
+def full_pressure(recording: Recording, stride: int) -> np.ndarray:
+    """Full-order pressures, Pa, shape (chamber, samples)."""
+    return recording.states[::stride, [2, 4]].T
+
+
+def exact_error(experiment: Experiment, lanes: np.ndarray, m: int) -> np.ndarray:
+    """Full-order minus reduced pressure at 1/m of the step, exact transport, Pa: (lane, chamber, samples)."""
+    fine = refined(experiment, m)
+    recording = record(fine)
+    cells = replay(recording, lanes, fine.drive, fine.plant, fine.h, transport=EXACT, stride=m)
+    return full_pressure(recording, m) - cells.pressure
+
+
+def published_error(experiment: Experiment, lanes: np.ndarray, lag: float) -> np.ndarray:
+    """Full-order minus reduced pressure of the study itself, Pa: (lane, chamber, samples)."""
+    e, recording = experiment, record(experiment)
+    cells = replay(recording, lanes, e.drive, e.plant, e.h, transport=PUBLISHED, lag=lag)
+    return full_pressure(recording, 1) - cells.pressure
+
+
+def sampled_inputs(
+    recording: Recording, h: float, every: int, interpolation: str, u_max: float
+) -> np.ndarray:
+    """Inputs at every stage from signals sampled every so many steps.
+
+    Parameters
+    ----------
+    recording : Recording
+        Run at the step h, s.
+    h : float
+        Step, s.
+    every : int
+        Steps between samples.
+    interpolation : {"hold", "linear", "cubic"}
+        Last sample, straight line, or interpolating cubic spline (not-a-knot).
+    u_max : float
+        Limit of the command, V; the limiter acts after the interpolation, as in the study.
+
+    Returns
+    -------
+    numpy.ndarray
+        Limited command, position and velocity, shape (steps, 6, 3).
+    """
+    steps = len(recording.states) - 1
+    signals = np.column_stack([recording.u, recording.states[:, :2]])
+    if interpolation == "hold":
+        # The last stage of a step still holds the sample in force when the step began.
+        inputs = np.repeat(signals[np.arange(steps) // every * every, np.newaxis], len(C), axis=1)
+    else:
+        knots = np.arange(0, steps + 1, every) * h
+        spline = make_interp_spline(knots, signals[::every], k={"linear": 1, "cubic": 3}[interpolation])
+        inputs = spline((np.arange(steps)[:, np.newaxis] + C) * h)
+    inputs[..., 0] = inputs[..., 0].clip(-u_max, u_max)
+    return inputs
+
+
+def sampled_errors(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
+    """Mean square of what sampling adds to a reduced pressure, Pa^2: (period, interpolation, lane, chamber).
+
+    Sampled and exact transport are run at the same fine step, so that nothing but transport differs.
+    """
+    fine = refined(experiment, SAMPLED_AT)
+    recording = record(fine)
+    options: dict[str, Any] = {"stride": SAMPLED_AT}
+    exact = replay(recording, lanes, fine.drive, fine.plant, fine.h, transport=EXACT, **options).pressure
+    result = np.empty((len(PERIODS), len(INTERPOLATIONS), *exact.shape[:2]))
+    for i, period in enumerate(PERIODS):
+        for j, interpolation in enumerate(INTERPOLATIONS):
+            every, u_max = round(period / fine.h), fine.plant.valve.u_max
+            inputs = sampled_inputs(recording, fine.h, every, interpolation, u_max)
+            result[i, j] = mean_square(exact - driven(inputs, lanes, fine.plant, fine.h, **options))
+    return result
+
+
+def reference_error(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
+    """Full-order minus reduced pressure of an adaptive solver, Pa: (lane, chamber, samples).
+
+    Full-order and reduced models are one system, solved by DOP853 from draw to draw of the reference, so that
+    no step contains a jump of the command. Holds while the piston stays between its stops and, in open loop,
+    between the positions that reverse the sign.
+
+    Raises
+    ------
+    ArithmeticError
+        If the piston leaves that range or the solver gives up.
+    """
+    e = experiment
+    reference = reference_series(e.drive, e.excitation, e.steps)
+    y = np.concatenate([equilibrium(e.plant), np.full(2 * len(lanes), e.plant.conditions.P_0)])
+    scale = np.concatenate([[e.plant.cylinder.stroke, 1.0], y[2:]])
+    samples = np.empty((e.steps + 1, len(y)))
+    for start in range(0, e.steps, e.excitation.every):
+        t = np.arange(start, min(start + e.excitation.every, e.steps) + 1) * e.h
+        arguments = (reference[start], lanes, e.drive, e.plant)
+        solution = solve_ivp(
+            lambda _, y, *arguments: joint_rates(y, *arguments),
+            t[[0, -1]],
+            y,
+            method="DOP853",
+            t_eval=t,
+            args=arguments,
+            rtol=TOLERANCE,
+            atol=TOLERANCE * scale,
+        )
+        if not solution.success:
+            raise ArithmeticError(f"{e.name}: adaptive reference: {solution.message}")
+        samples[start : start + len(t)] = solution.y.T
+        y = solution.y[:, -1]
+    farthest = abs(samples[:, 0]).max()
+    if farthest >= (e.plant.cylinder.x_max if e.drive.closed_loop else e.drive.x_reverse):
+        raise ArithmeticError(f"{e.name}: adaptive reference: x = {farthest:g} m is out of its range")
+    full = samples[:, [2, 4]].T
+    return full - samples[:, 6:].reshape(len(samples), len(lanes), 2).transpose(1, 2, 0)
+
+
+def mean_square(series: np.ndarray) -> np.ndarray:
+    """Mean square over the samples, the last axis; the first sample, at t = 0, counts as in the study."""
+    return (series**2).mean(axis=-1)
+
+
+def budget(experiment: Experiment, n: tuple[float, ...], lag: float) -> xr.Dataset:
+    """Error budget of every cell of one experiment on its slice.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    n : tuple of float
+        Polytropic indices of the grid.
+    lag : float
+        Delay of recorded signals in the study's published transport, s.
+
+    Returns
+    -------
+    xarray.Dataset
+        Mean squares, Pa^2, by (model, n, chamber) and what else their dimensions say. `total` is the study's
+        MSE with the published transport and `total_exact` with the exact one; `model_error`,
+        `transport_error`, `discretisation_error` and `cross_term` add up to `total`.
+    """
+    lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
+    e = sliced(experiment, SLICE)
+    exact = {m: exact_error(e, lanes, m) for m in HALVINGS}
+    total, coarse, fine = published_error(e, lanes, lag), exact[HALVINGS[0]], exact[HALVINGS[-1]]
+    even = {m: exact_error(regularised(e), lanes, m) for m in (HALVINGS[0], HALVINGS[-1])}
+    smooth = even[HALVINGS[0]] - even[HALVINGS[-1]]
+
+    short = sliced(e, REFERENCE_SLICE)
+    true, samples = reference_error(short, lanes), short.steps + 1
+
+    cell = ("model", "n", "chamber")
+    parts = {
+        "model_error": fine,
+        "transport_error": total - coarse,
+        "discretisation_error": coarse - fine,
+    }
+    squares = {name: mean_square(part) for name, part in parts.items()}
+    squares["cross_term"] = mean_square(total) - sum(squares.values())
+    squares |= {
+        "total": mean_square(total),
+        "total_exact": mean_square(coarse),
+        "regularised_discretisation": mean_square(smooth),
+        "chatter": mean_square(coarse - fine - smooth),
+        "regularised_law": mean_square(even[HALVINGS[-1]] - fine),
+        "reference_model_error": mean_square(true),
+        "reference_coarse": mean_square(coarse[..., :samples] - true),
+        "reference_fine": mean_square(fine[..., :samples] - true),
+    }
+    halving = [mean_square(exact[m] - exact[2 * m]) for m in HALVINGS[:-1]]
+    return xr.Dataset(
+        {name: (cell, values[index]) for name, values in squares.items()}
+        | {
+            "halving": (("step", *cell), np.array(halving)[:, index]),
+            "sampled": (("period", "interpolation", *cell), sampled_errors(e, lanes)[:, :, index]),
+        },
+        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS}
+        | {"step": [e.h / m for m in HALVINGS[:-1]]}
+        | {"period": list(PERIODS), "interpolation": list(INTERPOLATIONS)}
+        | labels(experiment),
+    )
+
+
+def observed_order(halving: xr.DataArray) -> xr.DataArray:
+    """Order at which halving the step changes the error: the method's own, 5, where everything is smooth."""
+    ratio = (halving / halving.shift(step=-1)).isel(step=slice(None, -1))
+    return xr.apply_ufunc(np.log2, ratio) / 2
+
+
+def told_apart(total: xr.DataArray, model_error: xr.DataArray) -> xr.DataArray:
+    """Whether a difference between two models' MSE is theirs, not one of the numbers'.
+
+    True for (model, other) where transport and step move the difference of the two MSE by less than the
+    difference that model errors alone make: a true one then keeps its sign.
+    """
+
+    def difference(mse: xr.DataArray) -> xr.DataArray:
+        return mse - mse.rename(model="other")
+
+    seen, true = difference(total), difference(model_error)
+    return abs(seen - true) < abs(true)
+
+
+def summary(cells: xr.Dataset, levels: Mapping[str, Sequence[float]]) -> xr.Dataset:
+    """Budget by experiment and by level, joined over chambers.
+
+    Parameters
+    ----------
+    cells : xarray.Dataset
+        Of `budget`, joined along "experiment".
+    levels : mapping of str to sequence of float
+        Conductances k_0, W/K, of each level.
+
+    Returns
+    -------
+    xarray.Dataset
+        `told_apart` by (study, experiment, model, other), each model at its `best_n` of the slice; and every
+        mean square averaged over a level's experiments with each model at its one `constant_n`, prefixed
+        ``level_``, with `level_told_apart` by (study, level, model, other).
+    """
+    joined = cells.mean("chamber", skipna=False)
+    study = xr.Variable("study", list(STUDIES))
+
+    def apart(part: xr.Dataset) -> xr.DataArray:
+        totals = (part["total"], part["total_exact"])
+        return xr.concat([told_apart(total, part["model_error"]) for total in totals], study)
+
+    best = best_n(joined["total"])
+    result = xr.Dataset({"best_n": best, "told_apart": apart(at_n(joined, best))})
+    averages, constant = [], []
+    for conductances in levels.values():
+        inside = np.isin(cells["k_0"], conductances)
+        none = xr.full_like(joined.isel(experiment=0, drop=True), np.nan)
+        average = joined.sel(experiment=inside).mean("experiment", skipna=False) if inside.any() else none
+        constant.append(best_n(average["total"]))
+        averages.append(at_n(average, constant[-1]))
+    level = xr.Variable("level", list(levels))
+    together = xr.concat(averages, level, coords="minimal", compat="override")
+    for name, values in together.data_vars.items():
+        result[f"level_{name}"] = values
+    result["constant_n"] = xr.concat(constant, level, coords="minimal", compat="override")
+    needed = ("total", "total_exact", "model_error")
+    by_level = result[[f"level_{name}" for name in needed]]
+    result["level_told_apart"] = apart(by_level.rename({f"level_{name}": name for name in needed}))
+    result["order"] = observed_order(result["level_halving"])
+    return result
+
+
+def described(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the datasets of this module with unit and long name on every variable."""
+    dataset = dataset.copy()
+    for name, long_name in LONG_NAMES.items():
+        dataset[name].attrs = {"units": "Pa2", "long_name": long_name}
+        dataset[f"level_{name}"].attrs = {"units": "Pa2", "long_name": f"{long_name}; average of the level"}
+    for name in ("told_apart", "level_told_apart"):
+        dataset[name] = (
+            dataset[name]
+            .astype(np.int8)
+            .assign_attrs(
+                long_name="whether numerical errors leave the difference of two models' MSE standing",
+                flag_values=np.array([0, 1], dtype=np.int8),
+                flag_meanings="not_told_apart told_apart",
+            )
+        )
+    dataset["order"].attrs = {"units": "1", "long_name": "observed order of the step's error at this step"}
+    dataset["constant_n"].attrs = {"units": "1", "long_name": "n of the lowest total of the level"}
+    dataset["step"].attrs = {"units": "s", "long_name": "step before it is halved"}
+    dataset["period"].attrs = {"units": "s", "long_name": "time between samples"}
+    return dataset

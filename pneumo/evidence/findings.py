@@ -1,0 +1,240 @@
+"""The paper's statements about models, judged again over many sets of seeds and with both transports.
+
+Each statement keeps the computation and the tolerance class with which the verdict judges it; only the
+results behind it change. What a statement's share of seed sets must be to stand was fixed in
+``paper/decisions/0031-findings.md`` before there were results.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from pneumo.configuration.experiment import Study
+from pneumo.evidence.ensemble import complete
+from pneumo.simulation.reference import EXACT, PUBLISHED
+from pneumo.statistics.averages import concatenated, statistics
+from pneumo.verdict.claims import UNITS, Claim, Claims, ToleranceClass
+from pneumo.verdict.court import as_printed, compare
+from pneumo.verdict.sources import COMPUTATIONS, Absent, Finding, Printed, Results
+
+CONFIDENCE = 0.95
+STANDS = 0.95  # of the seed sets, for "yes"; one less this, for "no"
+
+
+class SeedSet(Results):
+    """One seed set of the ensemble, replayed with one transport, in the place of results."""
+
+    def __init__(self, study: Study, cells: xr.Dataset, transport: str):
+        super().__init__(Path(), transport)
+        self.study = study
+        self.statistics = statistics(cells, study.levels)
+        self.cells = concatenated(cells)
+
+
+class Judged(NamedTuple):
+    """A statement over the seed sets, with one transport.
+
+    Attributes
+    ----------
+    value, low, high : float or None
+        Mean of what is measured, in the claim's unit (a quotient of mean square errors in place of
+        decades), and its 95 per cent interval by Student; None for what is only true or false.
+    holds, sets : int
+        In how many seed sets the statement holds, and how many there are.
+    share_low, share_high : float
+        Exact (Clopper-Pearson) 95 per cent interval of the share of seed sets in which it holds.
+    """
+
+    value: float | None
+    low: float | None
+    high: float | None
+    holds: int
+    sets: int
+    share_low: float
+    share_high: float
+
+    @property
+    def stands(self) -> bool | None:
+        """Whether it holds in at least 95 of 100 seed sets; None where it depends on them."""
+        share = self.holds / self.sets
+        return True if share >= STANDS else False if share <= 1 - STANDS else None
+
+
+def _measured(claim: Claim, finding: Finding) -> float:
+    """Return the number behind a statement, decades as a logarithm; NaN where it has none."""
+    return math.nan if finding.holds is not None or finding.value is None else finding.value
+
+
+def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[Results]) -> Judged:
+    """Judge one statement on each of several sources.
+
+    Parameters
+    ----------
+    claim : Claim
+    claims : Claims
+        All claims, with the tolerance classes.
+    sources : iterable of Results
+        One for each seed set.
+    """
+    values, holds = [], []
+    for source in sources:
+        finding = COMPUTATIONS[claim.compute](source, **claim.arguments)
+        values.append(_measured(claim, finding))
+        holds.append(compare(claim, claims.classes[claim.tolerance], finding).agreement is not None)
+    count, total = sum(holds), len(holds)
+    share = stats.binomtest(count, total).proportion_ci(CONFIDENCE)
+    middle = low = high = None
+    if np.isfinite(values).all():
+        middle = float(np.mean(values))
+        student = float(stats.t.ppf((1 + CONFIDENCE) / 2, total - 1))
+        half = student * float(np.std(values, ddof=1)) / math.sqrt(total)
+        low, high = middle - half, middle + half
+        if claim.tolerance == "decade":
+            middle, low, high = 10**middle, 10**low, 10**high
+    return Judged(middle, low, high, count, total, share.low, share.high)
+
+
+def number(value: float, claim: Claim) -> str:
+    """Write a number behind a statement, with its unit: small ones with a digit more than printed."""
+    if claim.tolerance == "decade":
+        return f"{value:.2f}"
+    text = as_printed(value, claim, exact=True)
+    scaled = value / claim.scale
+    if abs(scaled) < 10:
+        text = f"{scaled:.{len(text.partition('.')[2]) + 1}f}"
+    return f"{text} {UNITS.get(claim.unit, claim.unit)}".rstrip()
+
+
+def claimed(claim: Claim, classes: Mapping[str, ToleranceClass]) -> str:
+    """Say what is claimed, with the printed number or the limit that the verdict reads into the words."""
+    if claim.tolerance == "decade":
+        sense = "at most" if claim.sense == "at_most" else "at least"
+        return f"{claim.statement} (quotient of MSE {sense} {10 ** classes['decade'].limit:.2f})"
+    printed = f"{claim.printed} {UNITS.get(claim.unit, claim.unit)}".rstrip()
+    if claim.statement.endswith(("about", "at most")):
+        return f"{claim.statement} {printed}"
+    numeric = claim.kind not in ("ranking", "qualitative")
+    model = "claimed" in claim.arguments and claim.printed not in claim.statement
+    return f"{claim.statement}: {printed}" if numeric or model else claim.statement
+
+
+def _cell(judged: Judged, claim: Claim) -> str:
+    share = f"{judged.holds} of {judged.sets}"
+    return share if judged.value is None else f"{number(judged.value, claim)}; {share}"
+
+
+def _interval(judged: Judged, claim: Claim) -> str:
+    if judged.low is None or judged.high is None:
+        return f"{100 * judged.share_low:.0f} to {100 * judged.share_high:.0f} % of seed sets"
+    low, high = number(judged.low, claim), number(judged.high, claim)
+    return f"{low.split(' ')[0]} to {high}"
+
+
+def _answer(published: Judged, exact: Judged) -> tuple[str, str]:
+    """Whether a statement stands, and what the published transport has to do with it."""
+    if exact.stands is None:
+        return "in part", "depends on the seeds"
+    if published.stands is exact.stands:
+        return ("yes", "") if exact.stands else ("no", "with neither transport")
+    if published.stands is None:
+        return "yes" if exact.stands else "no", "with the published transport it depends on the seeds"
+    return (
+        ("yes", "hidden by the published transport")
+        if exact.stands
+        else (
+            "no",
+            "made by the published transport",
+        )
+    )
+
+
+def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) -> dict[str, Any]:
+    """Judge every statement about models over the seed sets, with both transports.
+
+    Parameters
+    ----------
+    study : Study
+    ensemble : xarray.Dataset
+        `mean_error`, `mse`, `failure_time` by (seeds, transport, experiment, model, n, chamber).
+    claims : Claims
+    results : pathlib.Path
+        Folder of results, for the paper's own tables.
+
+    Returns
+    -------
+    dict
+        ``claims``, a list with the texts of a table's row (``claim``, ``source``, ``published``, ``exact``,
+        ``interval``, ``stands``, ``why``), its ``id``, whether it is a ``headline``, whether the paper's own
+        tables bear it out (``printed_stands``), and the ``numbers`` of both transports; ``seed_sets`` that
+        are complete, of those ``drawn``; ``note``; ``config_sha256``.
+    """
+    whole = complete(ensemble, study.levels)
+    drawn, sets = len(whole), ensemble["seeds"].values[whole.values]
+    sources = {
+        transport: [
+            SeedSet(study, ensemble.sel(seeds=seeds, transport=transport).drop_attrs(), transport)
+            for seeds in sets
+        ]
+        for transport in (PUBLISHED, EXACT)
+    }
+    rows = []
+    for claim in claims.items.values():
+        if not claim.models or claim.table is not None:
+            continue
+        row = {
+            "id": claim.id,
+            "headline": claim.headline,
+            "claim": claimed(claim, claims.classes),
+            "source": claim.where,
+        }
+        try:
+            judged = {name: over_seed_sets(claim, claims, of) for name, of in sources.items()}
+        except Absent as error:
+            nothing = {"published": "", "exact": "", "interval": "", "stands": "not run", "why": str(error)}
+            rows.append(row | nothing | {"printed_stands": _printed(claim, claims, results), "numbers": {}})
+            continue
+        stands, why = _answer(judged[PUBLISHED], judged[EXACT])
+        rows.append(
+            row
+            | {
+                "published": _cell(judged[PUBLISHED], claim),
+                "exact": _cell(judged[EXACT], claim),
+                "interval": _interval(judged[EXACT], claim),
+                "stands": stands,
+                "why": why,
+                "printed_stands": _printed(claim, claims, results),
+                "numbers": {name: found._asdict() for name, found in judged.items()},
+            }
+        )
+    note = f"{len(sets)} sets of seeds, the whole study with each. "
+    if drawn > len(sets):
+        note += (
+            f"{drawn - len(sets)} more are left out: in them a full-order run, or every replay of a model,"
+            " left the positive pressures at the study's step. "
+        )
+    note += (
+        "A cell has the mean over them and in how many the statement holds; the interval is that of the mean"
+        " (Student) or of the share (Clopper-Pearson), exact transport. It stands if it holds in at least"
+        f" {100 * STANDS:.0f} % of them with exact transport, not if in at most {100 * (1 - STANDS):.0f} %."
+    )
+    return {
+        "seed_sets": len(sets),
+        "drawn": drawn,
+        "note": note,
+        "claims": rows,
+        "config_sha256": study.config_sha256,
+    }
+
+
+def _printed(claim: Claim, claims: Claims, results: Path) -> bool | None:
+    """Whether the paper's own tables bear a statement out; None where they print nothing about it."""
+    try:
+        finding = COMPUTATIONS[claim.compute](Printed(results), **claim.arguments)
+    except Absent:
+        return None
+    return compare(claim, claims.classes[claim.tolerance], finding).agreement is not None

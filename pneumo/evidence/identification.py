@@ -1,0 +1,142 @@
+"""What the paper leaves open, found from its own tables: the dataset that `pneumo identify` writes."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import xarray as xr
+
+from pneumo.configuration.experiment import Study
+from pneumo.evidence.amplitudes import CYLINDERS, identify_amplitudes
+from pneumo.evidence.amplitudes import DISCREPANCY as DISCREPANCY_MSE
+from pneumo.evidence.mechanics import DISCREPANCY, SETTLING, cells, identify_mechanics
+from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2
+from pneumo.hashing import code_hash
+from pneumo.storage.files import ResultError, write
+from pneumo.verdict.published import table5
+
+SEED = 0
+ATTRIBUTES = {
+    "title": "Identification of the constants that the paper leaves open",
+    "summary": "M, k_f and end stop from Table 5, open-loop amplitudes and transport from Tables 7 and 9,"
+    " from wide bounds",
+    "comment": "Deviance: sum of squared ln(reproduced/printed) over noise, above its lowest, over widening."
+    " Noise: printed rounding and a discrepancy. stop is a fraction of the half-stroke.",
+    "discrepancy_settling_time": DISCREPANCY,
+    "discrepancy_mse": DISCREPANCY_MSE,
+    "threshold_interval": THRESHOLD,
+    "threshold_region": THRESHOLD_2,
+}
+LONG_NAMES = {  # name -> (long name, unit); a parameter's own unit stands in parameter_unit
+    "estimate": ("estimate, in parameter_unit", ""),
+    "low": ("lower end of the 95 per cent interval, in parameter_unit", ""),
+    "high": ("upper end of the 95 per cent interval, in parameter_unit", ""),
+    "bound_low": ("lower bound of the search, in parameter_unit", ""),
+    "bound_high": ("upper bound of the search, in parameter_unit", ""),
+    "profile_value": ("value held fixed, in parameter_unit", ""),
+    "profile_deviance": ("lowest deviance over the other parameters", "1"),
+    "offset": ("ln(value held fixed / estimate)", "1"),
+    "region_M": ("moving mass, held fixed", "kg"),
+    "region_ratio": ("viscous friction coefficient over moving mass, held fixed", "s-1"),
+    "region_deviance": ("lowest deviance over the stop", "1"),
+    "correlation": ("correlation of ln(M) and ln(k_f)", "1"),
+    "force_ratio": ("push force over the configured one", "1"),
+    "force_deviance": ("lowest deviance over M, k_f and stop", "1"),
+    "push_force": ("configured push force", "N"),
+    "widening": ("factor by which deviances are divided: lowest per degree of freedom, at least 1", "1"),
+    "fitted_rms": ("rms of ln(reproduced/printed), fitted settling times", "1"),
+    "scored_rms": ("rms of ln(reproduced/printed), settling times that were not fitted", "1"),
+    "evaluations": ("number of times that all experiments were run", "1"),
+    "search_evaluations": ("of these, for search and polish", "1"),
+    "settling_printed": ("settling time as printed in Table 5", "s"),
+    "settling_log_ratio": ("ln(reproduced/printed settling time) at the estimate", "1"),
+    "settling_sigma": ("expected standard deviation of ln(reproduced/printed)", "1"),
+    "fitted": ("1 where settling times are fitted, 0 where they are scored", "1"),
+    "amplitude": ("magnitude of the open-loop command, linear transport, lowest deviance", "V"),
+    "amplitude_low": ("lower end of the 95 per cent interval", "V"),
+    "amplitude_high": ("upper end of the 95 per cent interval", "V"),
+    "amplitude_value": ("magnitude of the open-loop command, held fixed", "V"),
+    "amplitude_deviance": ("lowest deviance of Table 7 over the other cylinder's amplitude", "1"),
+    "amplitude_widening": ("as widening, for Table 7", "1"),
+    "amplitude_rms": ("rms of ln(reproduced/printed mean square error), linear transport", "1"),
+    "transport_rms": ("the same by transport, each at its own best amplitudes", "1"),
+    "transport_amplitude": ("amplitude at which Table 7 has the lowest deviance with a transport", "V"),
+    "table": ("table of the paper: 7 is fitted, 9 scored", "1"),
+    "runs": ("number of full-order runs that were replayed", "1"),
+}
+
+
+def check(study: Study) -> None:
+    """Refuse a study that Tables 7 and 9 do not average over.
+
+    Raises
+    ------
+    ResultError
+        If an experiment of the paper does not run.
+    """
+    for name in table5()["experiment"].values:
+        if name not in study.experiments:
+            raise ResultError(f"{name}: not in this study; Tables 7 and 9 average over all 16 experiments")
+
+
+def identify(
+    study: Study, cylinders: Sequence[str], seed: int, threads: int, say: Callable[[str], None]
+) -> xr.Dataset:
+    """Identify each cylinder's M, k_f and stop; given both cylinders, also amplitudes and transport.
+
+    Parameters
+    ----------
+    study : Study
+        With the experiments of the paper.
+    cylinders : sequence of str
+        Of "D" and "E".
+    seed : int
+        Of the search's random numbers. The result does not depend on `threads`.
+    threads : int
+    say
+        Told what was just found.
+
+    Returns
+    -------
+    xarray.Dataset
+
+    Raises
+    ------
+    ResultError
+        If an experiment that is needed does not run.
+    """
+    data = {name: cells(study.experiments, SETTLING[name], table5()) for name in cylinders}
+    both = set(cylinders) >= set(CYLINDERS)
+    if both:
+        check(study)
+    with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run
+        found = [identify_mechanics(data[name], seed, pool.map, say) for name in cylinders]
+        amplitudes = [identify_amplitudes(study, pool.map, say)] if both else []
+    return described([combined(cylinders, found), *amplitudes])
+
+
+def combined(cylinders: Sequence[str], found: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Put cylinders side by side; settling times stay by experiment."""
+    cells_ = [name for name, values in found[0].data_vars.items() if "experiment" in values.dims]
+    by_cylinder = xr.concat(
+        [one.drop_vars([*cells_, "experiment", "experiment_cylinder"]) for one in found],
+        xr.Variable("cylinder", list(cylinders)),
+    )
+    return by_cylinder.merge(xr.concat([one[cells_] for one in found], "experiment"))
+
+
+def described(parts: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Merge and give every variable its long name and unit."""
+    result = xr.merge(parts)
+    for name, variable in result.variables.items():
+        long_name, unit = LONG_NAMES.get(str(name), ("", ""))
+        variable.attrs = {"long_name": long_name} if long_name else {}
+        if unit:
+            variable.attrs["units"] = unit
+    return result
+
+
+def save_identification(found: xr.Dataset, study: Study, seed: int, path: Path | str) -> None:
+    """Write what `identify` found; the same bytes for the same seed."""
+    made_from = {"seed": seed, "config_sha256": study.config_sha256, "code_sha256": code_hash(__name__)}
+    write(found, path, ATTRIBUTES | made_from)

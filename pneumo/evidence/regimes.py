@@ -1,0 +1,207 @@
+"""In which regime each refinement pays: models compared in pairs on random cylinders.
+
+Runs of one cylinder are alike, so every interval is over cylinders: Wilson's for a share of cylinders, the
+bootstrap's (percentiles) for anything else.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from pneumo.evidence.dimensionless import GROUPS
+from pneumo.physics.models import MODELS
+from pneumo.statistics.ranking import MATERIAL, cost
+
+GOOD = ("M5", "M6", "M7", "M8", "M9", "M10")
+CHEAPEST_FIRST = sorted(GOOD, key=lambda name: (cost(MODELS[name]), GOOD.index(name)))
+RATIOS = {"M6/M5": ("M6", "M5"), "M8/M7": ("M8", "M7"), "M10/M8": ("M10", "M8"), "M6/M7": ("M6", "M7")}
+ENOUGH = "M6 enough"  # within MATERIAL of the best of GOOD
+CRITERIA = {
+    "mean": "mean square error, averaged over runs",
+    "geometric": "geometric mean over runs of the mean square error",
+    "rank": "rank among the ten models, averaged over runs",
+}
+LOOPS = ("open", "closed", "both")
+CONTINUOUS = [name for name in GROUPS if name != "closed"]
+BOUNDS = ("value", "low", "high")
+CONFIDENCE, RESAMPLES = 0.95, 2000
+
+
+def judged(cells: xr.Dataset, trained: int) -> xr.Dataset:
+    """What became of each run: lowest errors, the answer, and whether it counts.
+
+    Parameters
+    ----------
+    cells : xarray.Dataset
+        From `pneumo.evidence.random_cylinders.cylinder_cells` by cylinder.
+    trained : int
+        Cylinders from here on are held out.
+
+    Returns
+    -------
+    xarray.Dataset
+        The cells with `lowest`, Pa^2, by (cylinder, loop, model), each at its best n; `counts`, whether
+        full-order run and M5 to M10 succeeded; `answer`, the cheapest of them within 10 % of the best, ""
+        where the run does not count; `held_out` by cylinder.
+    """
+    lowest = cells["mse"].min("n")
+    good = lowest.sel(model=list(GOOD))
+    counts = (cells["run_status"] == 0) & good.notnull().all("model")
+    within = lowest.sel(model=CHEAPEST_FIRST) <= (1 + MATERIAL) * good.min("model")
+    answer = np.array(CHEAPEST_FIRST)[within.transpose("cylinder", "loop", "model").values.argmax(axis=-1)]
+    found = cells.assign(
+        lowest=lowest,
+        counts=counts.astype(np.int8),
+        answer=(("cylinder", "loop"), np.where(counts.transpose("cylinder", "loop"), answer, "")),
+    )
+    found["held_out"] = ("cylinder", (np.arange(cells.sizes["cylinder"]) >= trained).astype(np.int8))
+    return found
+
+
+def of_quotient(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float, float]:
+    """Sum over sum, one term each per cylinder, with its interval by the bootstrap over cylinders.
+
+    Fewer than ten cylinders that count have no interval: NaN.
+    """
+    if np.count_nonzero(counts) < 10:  # a resample might hold none of them
+        return (float(sums.sum() / counts.sum()) if counts.any() else np.nan), np.nan, np.nan
+    found = stats.bootstrap(
+        (sums, counts),
+        lambda s, c, axis: s.sum(axis) / c.sum(axis),
+        paired=True,
+        vectorized=True,
+        n_resamples=RESAMPLES,
+        confidence_level=CONFIDENCE,
+        method="percentile",
+        rng=np.random.default_rng(0),
+    ).confidence_interval
+    return float(sums.sum() / counts.sum()), float(found.low), float(found.high)
+
+
+def of_share(right: int, of: int) -> tuple[float, float, float]:
+    """Share of cylinders with Wilson's interval; NaN of none."""
+    if not of:
+        return np.nan, np.nan, np.nan
+    found = stats.binomtest(right, of).proportion_ci(CONFIDENCE, method="wilson")
+    return right / of, float(found.low), float(found.high)
+
+
+def _of_loop(runs: xr.Dataset, loop: str) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest errors by (cylinder, loop, model), NaN where a run does not count, and models' names."""
+    part = runs if loop == "both" else runs.sel(loop=[loop])
+    values = part["lowest"].where(part["counts"] == 1).transpose("cylinder", "loop", "model").values
+    return values, runs["model"].values
+
+
+def comparisons(runs: xr.Dataset) -> xr.Dataset:
+    """Models compared in pairs over cylinders.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        From `judged`; those held out are left out.
+
+    Returns
+    -------
+    xarray.Dataset
+        By (loop, bound): `ratio` of scores by (pair, criterion), below 1 where the first is better;
+        `share` of cylinders by statement: the first is better (by the geometric mean over its runs), or M6 is
+        enough (in every run of it); `cylinders` that count.
+    """
+    own = runs.sel(cylinder=runs["held_out"] == 0)
+    ratio = np.full((len(LOOPS), len(RATIOS), len(CRITERIA), 3), np.nan)
+    share, number = np.full((len(LOOPS), len(RATIOS) + 1, 3), np.nan), np.zeros(len(LOOPS), dtype=int)
+    for i, loop in enumerate(LOOPS):
+        mse, names = _of_loop(own, loop)
+        mse = mse[np.isfinite(mse).any(axis=(1, 2))]
+        number[i] = len(mse)
+        m6 = mse[..., int(np.flatnonzero(names == "M6")[0])]
+        ran = np.isfinite(m6)
+        ranks = np.where(ran[..., None], stats.rankdata(np.nan_to_num(mse, nan=np.inf), axis=2), np.nan)
+        best = np.min(mse[..., np.isin(names, GOOD)], axis=2)
+        for j, (one, other) in enumerate(RATIOS.values()):
+            a, b = (int(np.flatnonzero(names == name)[0]) for name in (one, other))
+            logs = np.nansum(np.log(mse[..., a] / mse[..., b]), axis=1)
+            ratio[i, j, 0] = of_quotient(np.nansum(mse[..., a], axis=1), np.nansum(mse[..., b], axis=1))
+            ratio[i, j, 1] = np.exp(of_quotient(logs, ran.sum(axis=1)))
+            ratio[i, j, 2] = of_quotient(np.nansum(ranks[..., a], axis=1), np.nansum(ranks[..., b], axis=1))
+            share[i, j] = of_share(int((logs < 0).sum()), len(mse))
+        enough = (m6 <= (1 + MATERIAL) * best) | ~ran
+        share[i, -1] = of_share(int(enough.all(axis=1).sum()), len(mse))
+    return xr.Dataset(
+        {
+            "ratio": (
+                ("loop_of", "pair", "criterion", "bound"),
+                ratio,
+                {"units": "1", "long_name": "ratio of the models' scores, with its 95 per cent interval"},
+            ),
+            "share": (
+                ("loop_of", "statement", "bound"),
+                share,
+                {"units": "1", "long_name": "share of cylinders for which it holds, with its interval"},
+            ),
+            "cylinders": ("loop_of", number, {"long_name": "cylinders that count"}),
+        },
+        coords={
+            "loop_of": list(LOOPS),
+            "pair": list(RATIOS),
+            "criterion": list(CRITERIA),
+            "statement": [*(f"{pair} < 1" for pair in RATIOS), ENOUGH],
+            "bound": list(BOUNDS),
+        },
+    )
+
+
+def thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
+    """The same pairs in the lowest, middle and highest third of some groups, by runs.
+
+    Returns
+    -------
+    xarray.Dataset
+        By (group, third): `third_from` and `third_to`; by (group, third, pair, bound): `third_ratio`,
+        geometric mean over runs, and `third_share`, of runs with a ratio below 1; intervals over cylinders.
+    """
+    own = runs.sel(cylinder=runs["held_out"] == 0)
+    counts = own["counts"].transpose("cylinder", "loop").values == 1
+    edges = np.full((len(names), 4), np.nan)
+    ratio = np.full((len(names), 3, len(RATIOS), 3), np.nan)
+    share = np.full_like(ratio, np.nan)
+    for i, name in enumerate(names):
+        values = own[name].transpose("cylinder", "loop").values
+        edges[i] = np.quantile(values[counts], [0, 1 / 3, 2 / 3, 1])
+        for third in range(3):
+            inside = counts & (values >= edges[i, third]) & (values <= edges[i, third + 1])
+            for j, (one, other) in enumerate(RATIOS.values()):
+                quotient = own["lowest"].sel(model=one) / own["lowest"].sel(model=other)
+                logs = np.log(quotient.transpose("cylinder", "loop").values)
+                sums = np.where(inside, logs, 0.0).sum(axis=1)
+                ratio[i, third, j] = np.exp(of_quotient(sums, inside.sum(axis=1)))
+                share[i, third, j] = of_quotient((inside & (logs < 0)).sum(axis=1), inside.sum(axis=1))
+    dims = ("group", "third", "pair", "bound")
+    words = "of the models' errors in a third of the runs"
+    return xr.Dataset(
+        {
+            "third_from": (("group", "third"), edges[:, :-1], {"units": "1", "long_name": "lower edge"}),
+            "third_to": (("group", "third"), edges[:, 1:], {"units": "1", "long_name": "upper edge"}),
+            "third_ratio": (dims, ratio, {"units": "1", "long_name": f"geometric mean ratio {words}"}),
+            "third_share": (dims, share, {"units": "1", "long_name": f"share of ratios {words} below 1"}),
+        },
+        coords={
+            "group": list(names),
+            "third": ["lowest", "middle", "highest"],
+            "pair": list(RATIOS),
+            "bound": list(BOUNDS),
+        },
+    )
+
+
+def analysed(runs: xr.Dataset) -> xr.Dataset:
+    """Every run, the comparisons and the thirds, without the errors at every n."""
+    kept = runs.drop_vars(["mse", "n"])
+    kept["lowest"].attrs = {"units": "Pa2", "long_name": "mean square error at the run's best n"}
+    kept["counts"].attrs = {"long_name": "1 where the full-order run and M5 to M10 succeeded"}
+    kept["answer"].attrs = {"long_name": "cheapest model within 10 per cent of the best"}
+    kept["held_out"].attrs = {"long_name": "1 where the cylinder is held out"}
+    return kept.merge(comparisons(runs)).merge(thirds(runs, CONTINUOUS), compat="no_conflicts")

@@ -1,0 +1,1 @@
+"""Computations with which the claims of each paper are compared."""

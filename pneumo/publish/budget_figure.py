@@ -1,0 +1,97 @@
+"""Figure of the error budget: from what each model's MSE comes, at each level of heat transfer."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from pneumo.physics.models import MODELS
+from pneumo.publish.paper_figures import symbol
+from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, paper_style
+
+MSE = "Pa$^2$"
+TOTAL = "#c22f1f"
+PARTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "model_error": ("model", {"facecolor": "#cfcfcf", "edgecolor": INK}),
+    "transport_error": ("signal transport", {"facecolor": ACCENT, "edgecolor": INK}),
+    "discretisation_error": ("discretisation", {"facecolor": "white", "edgecolor": INK, "hatch": "//////"}),
+}
+POINTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "transport_error": ("signal transport", {"marker": "s", "markerfacecolor": ACCENT}),
+    "model_error": ("model", {"marker": "o", "markerfacecolor": "#cfcfcf"}),
+    "discretisation_error": ("discretisation", {"marker": "D", "markerfacecolor": "white"}),
+    "chatter": ("chatter near equal pressures", {"marker": "_", "markersize": 7}),
+    "reference_fine": ("discretisation left at 1/16 of the step", {"marker": "x"}),
+}
+
+
+@paper_style()
+def error_budget(budget: xr.Dataset) -> Figure:
+    """Draw the parts of each model's MSE at each level.
+
+    Parameters
+    ----------
+    budget : xarray.Dataset
+        ``results/error_budget.nc``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A column per level. Above, the parts on top of one another and, as a mark, the study's MSE, which
+        differs from their sum by the cross term; bars that leave the scale bear the study's MSE. Below, each
+        part alone, on a scale of decades.
+    """
+    levels, models = budget["level"].values, list(budget["model"].values)
+    fig = new_figure(DOUBLE_MM, 140)
+    axes = fig.subplots(2, len(levels), sharex=True, squeeze=False, height_ratios=[1, 1.1])
+    x = np.arange(len(models))
+    for (stack, alone), level in zip(axes.T, levels, strict=True):
+        data = budget.sel(level=level)
+        _stacked(stack, x, data)
+        for name, (label, look) in POINTS.items():
+            style = {"markersize": 4.0, "markeredgecolor": INK, "linestyle": "none"} | look
+            alone.plot(x, data[f"level_{name}"], label=label, **style)
+        alone.set_yscale("log")
+        alone.yaxis.set_major_locator(LogLocator(10.0, numticks=20))
+        alone.yaxis.set_minor_formatter(NullFormatter())
+        alone.grid(axis="y")
+        alone.set_xticks(x, [symbol(model) for model in models])
+        alone.tick_params(axis="x", length=0)
+        alone.sharey(axes[1, 0])
+        alone.tick_params(labelleft=alone is axes[1, 0])
+        stack.set_title(str(level))
+    axes[0, 0].set_ylabel(axis_label("MSE, parts stacked", MSE))
+    axes[1, 0].set_ylabel(axis_label("MSE of each part", MSE))
+    fig.align_ylabels()
+    fig.legend(
+        *axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.5
+    )
+    fig.legend(
+        *axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, columnspacing=1.5
+    )
+    return fig
+
+
+def _stacked(ax: Axes, x: np.ndarray, data: xr.Dataset) -> None:
+    """Stack the parts, on the scale of the polytropic models; bars that leave it say how high they are."""
+    bottom = np.zeros(len(x))
+    for name, (label, look) in PARTS.items():
+        height = data[f"level_{name}"].values
+        ax.bar(x, height, 0.72, bottom=bottom, label=label, linewidth=0.6, **look)
+        bottom = bottom + height
+    total = data["level_total"].values
+    ax.plot(x, total, "_", color=TOTAL, markersize=9, mew=1.4, label="MSE of the study: sum and cross term")
+    polytropic = [MODELS[name].temperature == "polytropic" for name in data["model"].values]
+    highest = np.fmax(bottom, total)
+    if np.isfinite(highest[polytropic]).any():
+        ax.set_ylim(0, 1.1 * np.nanmax(highest[polytropic]))
+    top = ax.get_ylim()[1]
+    for i in np.flatnonzero(highest > top):
+        power = int(np.floor(np.log10(total[i])))
+        text = rf"${total[i] / 10**power:.1f}\times10^{{{power}}}$"
+        ax.text(x[i], 0.96 * top, text, rotation=90, va="top", ha="center", fontsize=7.5)
+    ax.grid(axis="y")
+    ax.set_xlim(-0.6, len(x) - 0.4)

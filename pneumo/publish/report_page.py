@@ -1,0 +1,219 @@
+"""The study as one self-contained page to explore; results in, text out, nothing is computed here."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pneumo.configuration.experiment import Experiment, Study
+from pneumo.physics.models import MODELS
+from pneumo.publish.model_looks import MODEL_STYLE, OWN_ROW
+from pneumo.publish.packing import FRACTION, packed, rounded, rounding_step
+from pneumo.publish.verdict_page import STATUSES, page_environment, with_indices
+from pneumo.storage.layout import CHAMBERS, story
+
+VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB
+CLOSE_UP = (3, 8)  # from a third of the run on, an eighth of it, every stored sample is on the page
+TRANSPORTS = {"published": "as published", "exact": "exact"}
+FIRST_SHOWN = ["M5", "M7", "M8"]
+STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
+    "yes": ("✓", "close"),
+    "in part": ("≈", "explained"),
+    "no": ("≠", "contradicted"),
+    "not run": ("?", "unreadable"),
+}
+DIGITS = 5  # of a mean square error
+
+
+class Part(NamedTuple):
+    """One experiment on the page.
+
+    Attributes
+    ----------
+    facts : dict
+        What is small: names, mean square errors, the steps to which traces are rounded.
+    traces : dict of str to str
+        Packed full-order pressures, and packed errors by transport.
+    """
+
+    facts: dict[str, Any]
+    traces: dict[str, str]
+
+
+def stride(study: Study) -> int:
+    """Return which of the stored samples the page has outside of close-ups, so that all of it fits."""
+    rows = sum(len(study.n) if model.has_n else 1 for model in MODELS.values())
+    stored = [e.steps // e.pressure_stride + 1 for e in study.experiments.values()]
+    room = VALUES / (rows * len(TRANSPORTS) * len(CHAMBERS))
+    every = 1
+    while sum(len(samples(count, every)) for count in stored) > room and every < max(stored):
+        every += 1
+    return every
+
+
+def close_up(stored: int) -> tuple[int, int]:
+    """First and last sample of a run's close-up."""
+    first = stored // CLOSE_UP[0]
+    return first, first + stored // CLOSE_UP[1]
+
+
+def samples(stored: int, every: int) -> np.ndarray:
+    """Which of the stored samples are on the page: some over the whole run, all in the close-up."""
+    first, last = close_up(stored)
+    return np.union1d(np.arange(0, stored, every), np.arange(first, last + 1))
+
+
+def part(
+    experiment: Experiment,
+    datum: xr.Dataset,
+    replays: Mapping[str, xr.Dataset],
+    best_n: Mapping[str, xr.DataArray],
+    every: int,
+) -> Part:
+    """Gather what the page shows of one experiment.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    datum : xarray.Dataset
+        Its file of ``results/datum``: `P`, `status`, `failure_time`.
+    replays : mapping of str to xarray.Dataset
+        Transport -> its file of ``results/TRANSPORT/replay``.
+    best_n : mapping of str to xarray.DataArray
+        Transport -> best n by model.
+    every : int
+        From `stride`.
+
+    Returns
+    -------
+    Part
+    """
+    full = datum["P"].sel(chamber=CHAMBERS).values.T[:, :: experiment.pressure_stride]
+    stored = full.shape[-1]
+    full = full[:, samples(stored, every)]
+    step = rounding_step(0.0, float(np.nanmax(np.abs(full))))
+    facts: dict[str, Any] = {
+        "name": experiment.name,
+        "text": describe(experiment),
+        "failed": story(datum) if datum["status"] else None,
+        "dt": experiment.h * experiment.pressure_stride,
+        "stored": stored,
+        "close_up": close_up(stored),
+        "step": step,
+        "cells": {},
+    }
+    traces = {"full": packed([rounded(chamber[None], step) for chamber in full])}
+    for transport, replay in replays.items():
+        found = best_n[transport].sel(model=list(MODELS)).values
+        cells = replay.sel(model=list(MODELS), chamber=CHAMBERS).transpose("model", "chamber", "n", ...)
+        steps, traces[transport] = _errors(cells, full, samples(stored, every))
+        n = cells["n"].values
+        facts["cells"][transport] = {
+            "mse": _shortened(cells["mse"].transpose("model", "n", "chamber").values),
+            "best": [int(np.abs(n - value).argmin()) if np.isfinite(value) else None for value in found],
+            "steps": steps,
+        }
+    return Part(facts, traces)
+
+
+def _errors(cells: xr.Dataset, full: np.ndarray, chosen: np.ndarray) -> tuple[list[float], str]:
+    """Steps and packed errors: all n of a model and chamber together, one row for a model without n."""
+    pressure, failed = cells["pressure"].values, cells["status"].values != 0
+    least = np.sqrt(cells["mse"].min("n").values)  # NaN where every n failed
+    steps, groups = [], []
+    for m, model in enumerate(MODELS.values()):
+        rows = slice(None) if model.has_n else slice(0, 1)
+        for c, chamber in enumerate(full):
+            error = chamber - pressure[m, c, rows][:, chosen]
+            error[failed[m, c, rows]] = np.nan
+            largest = np.abs(error[np.isfinite(error)]).max(initial=0.0)
+            steps.append(rounding_step(least[m, c], float(largest)))
+            groups.append(rounded(error, steps[-1]))
+    return steps, packed(groups)
+
+
+def describe(experiment: Experiment) -> str:
+    """Tell an experiment's cylinder, loop, conductance and length.
+
+    Examples
+    --------
+    >>> from pneumo.configuration.parameters import load, study
+    >>> describe(study(load("config/paper.yaml")).experiments["E07"])
+    'cylinder E (32 × 275 mm, 5 kg), open loop, k₀ = 0.1 W/K, 360 s'
+    """
+    plant = experiment.plant
+    size = f"{1e3 * plant.cylinder.bore:g} × {1e3 * plant.cylinder.stroke:g} mm, {plant.cylinder.M:g} kg"
+    loop = "closed" if experiment.drive.closed_loop else "open"
+    length = experiment.steps * experiment.h
+    return f"cylinder {experiment.cylinder} ({size}), {loop} loop, k₀ = {plant.k_0:.4g} W/K, {length:.6g} s"
+
+
+def _shortened(values: np.ndarray) -> Any:
+    """Nested lists of numbers with few digits; None where there is none."""
+    if values.ndim:
+        return [_shortened(value) for value in values]
+    return float(f"{values:.{DIGITS}g}") if np.isfinite(values) else None
+
+
+def render(
+    study: Study,
+    parts: Sequence[Part],
+    verdict: Mapping[str, Any] | None,
+    findings: Mapping[str, Any] | None,
+    manuscript: bool,
+) -> str:
+    """Write the page.
+
+    Parameters
+    ----------
+    study : Study
+    parts : sequence of Part
+        One for each experiment.
+    verdict : mapping or None
+        From ``results/verdict.json``; a study of own cylinders has none.
+    findings : mapping or None
+        From ``results/findings.json``: what became of the claims of 2006. None if that was not run.
+    manuscript : bool
+        Whether ``paper.pdf`` is there to be linked.
+
+    Returns
+    -------
+    str
+        HTML with style, script, library and data inside; the same text for the same results.
+    """
+    models = [
+        {
+            "name": model.name,
+            "text": f"{model.temperature} temperature, {'mixing' if model.mixing else 'no mixing'}, "
+            + f"wall heat {model.wall}",
+            "colour": look.color,
+            "dash": [] if isinstance(look.linestyle, str) else look.linestyle[1],
+            "has_n": model.has_n,
+            "first": model.name in FIRST_SHOWN,
+        }
+        for model in MODELS.values()
+        for look in [MODEL_STYLE.get(model.name, OWN_ROW)]
+    ]
+    data = {
+        "models": models,
+        "n": list(study.n),
+        "chambers": CHAMBERS,
+        "transports": list(TRANSPORTS),
+        "fraction": FRACTION,
+        "every": stride(study),
+        "experiments": [part.facts for part in parts],
+    }
+    environment = page_environment()
+    environment.filters["math"] = with_indices
+    return environment.get_template("report.html.j2").render(
+        study=study,
+        data=data,
+        transports=TRANSPORTS,
+        parts=parts,
+        verdict=verdict,
+        statuses=STATUSES,
+        findings=findings,
+        stands=STANDS,
+        manuscript=manuscript,
+    )

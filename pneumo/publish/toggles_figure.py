@@ -1,0 +1,79 @@
+"""Tornado plot: what each open choice of the paper does to the agreement with its tables."""
+
+import itertools
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, StrMethodFormatter
+
+from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
+from pneumo.verdict.ledger import AS_TAKEN
+
+PANELS = {7: "Table 7, MSE", 9: "Table 9, MSE", 5: "Table 5, settling times"}
+LEAST = 1e-3  # an effect that is smaller in all panels gets no row
+LINEAR = 0.01  # changes up to this are drawn to scale, larger ones by their logarithm
+NEARER = {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.5}
+FARTHER = {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.5}
+
+
+def words(name: str) -> str:
+    """Name of an alternative as it is read.
+
+    Examples
+    --------
+    >>> words("step.step_0_5_ms"), words("amplitude_D.amplitude_D_sqrt_0_3"), words("gas_constant.R_286_9")
+    ('step 0.5 ms', 'amplitude D sqrt 0.3', 'R 286.9')
+    """
+    parts = name.partition(".")[2].split("_")
+    text = parts[0]
+    for before, part in itertools.pairwise(parts):
+        text += ("." if before.isdigit() and part.isdigit() else " ") + part
+    return text
+
+
+@paper_style()
+def tornado(effects: pd.DataFrame) -> Figure:
+    """Change of the misfit of Tables 7, 9 and 5 under each alternative, the largest on top.
+
+    Parameters
+    ----------
+    effects : pandas.DataFrame
+        From `pneumo.evidence.toggle_effects.effects`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One row per alternative; bars to the left bring the numbers nearer to the print.
+    """
+    changes = effects.drop(index=AS_TAKEN)[[f"worse_{table}" for table in PANELS]].fillna(0.0)
+    size = changes.abs().max(axis=1).to_numpy()
+    order = np.argsort(size, kind="stable")
+    shown = changes.iloc[order[size[order] >= LEAST]]
+    y = np.arange(len(shown))
+
+    fig = new_figure(DOUBLE_MM, 30 + 4.2 * len(shown))
+    axes = fig.subplots(1, len(PANELS), sharex=True, sharey=True)
+    for ax, (table, title) in zip(axes, PANELS.items(), strict=True):
+        width = shown[f"worse_{table}"].to_numpy()
+        for look, chosen in ((NEARER, width < 0), (FARTHER, width > 0)):
+            ax.barh(y[chosen], width[chosen], 0.62, **look)
+        ax.axvline(0, color=INK, lw=0.7)
+        ax.set_title(f"{title}\n(as taken: {effects.loc[AS_TAKEN, f'misfit_{table}']:.3f})")
+        ax.grid(axis="x")
+        ax.tick_params(axis="y", length=0)
+        ax.spines["left"].set_visible(False)
+    axes[0].set_xscale("symlog", linthresh=LINEAR, linscale=0.6)
+    axes[0].xaxis.set_major_locator(FixedLocator([-0.1, -0.01, 0, 0.01, 0.1, 1]))
+    axes[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    restless = effects.loc[shown.index, "no_number"] > effects.loc[AS_TAKEN, "no_number"]
+    names = [words(str(name)) + " *" * bool(restless[name]) for name in shown.index]
+    axes[0].set_yticks(y, names)
+    axes[0].set_ylim(-0.7, max(len(shown), 1) - 0.3)
+    note = "; * some settling runs do not come to rest" * bool(restless.any())
+    fig.supxlabel("Change of the root mean square of ln(reproduced / printed)" + note, fontsize=8.5)
+    patches = [Patch(label="nearer to the print", **NEARER), Patch(label="farther from it", **FARTHER)]
+    fig.set_layout_engine("constrained", w_pad=0.08)  # names of alternatives stay inside the page
+    fig.legend(handles=patches, loc="outside upper center", ncols=2)
+    return fig

@@ -1,1 +1,0 @@
-"""Running it: integrator, excitation, full-order runs, settling runs and replays."""

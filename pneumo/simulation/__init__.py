@@ -1,0 +1,1 @@
+"""Full-order runs, settling runs and replays of the reduced models."""

@@ -1,0 +1,81 @@
+"""What drives the valve: Simulink's Random Number block, the PRBS, other signals, the controller.
+
+The generator is MATLAB's v4 normal generator, as documented and as found in code that Simulink
+generates: a multiplicative congruential generator with the polar method, second deviate discarded.
+"""
+
+from collections.abc import Iterator
+from math import log, sqrt
+
+import numpy as np
+from numba.extending import register_jitable
+
+from pneumo.configuration.experiment import Drive, Excitation
+
+MULTIPLIER, MODULUS = 16807, 2**31 - 1
+SCALE = 4.656612875245797e-10  # 1 / MODULUS as the block has it
+LARGEST_STATE, STATE_FOR_ZERO = MODULUS - 1, 1144108930
+
+
+def initial_state(seed: int) -> int:
+    """State of the uniform generator for a block's seed."""
+    r = seed >> 16
+    t = seed & 0x8000
+    state = ((((seed - (r << 16)) + t) << 16) + t + r) % 2**32
+    return min(state or STATE_FOR_ZERO, LARGEST_STATE)
+
+
+def normal_deviates(seed: int) -> Iterator[float]:
+    """Yield the block's standard normal deviates for a seed, without end."""
+    state = initial_state(seed)
+
+    def uniform() -> float:
+        nonlocal state
+        state = MULTIPLIER * state % MODULUS
+        return 2 * state * SCALE - 1
+
+    while True:
+        a, b = uniform(), uniform()
+        w = a * a + b * b
+        if w <= 1:
+            yield sqrt(-2 * log(w) / w) * a
+
+
+def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.ndarray:
+    """Reference of every step; random numbers are held between draws, and the first applies from t = 0.
+
+    Parameters
+    ----------
+    drive : Drive
+    excitation : Excitation
+    steps : int
+        Number of steps.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (steps + 1,): the value in force from each step's start (the last one at the end).
+    """
+    amplitude, signal = excitation.amplitude, excitation.signal
+    if signal == "sweep":
+        k, (low, high) = np.arange(steps + 1), excitation.band
+        return amplitude * np.sin(2 * np.pi * k * (low + (high - low) * k / (2 * steps)))
+    if signal == "levels":
+        return amplitude * np.resize(np.repeat(excitation.levels, excitation.every), steps + 1)
+    deviates = normal_deviates(excitation.seed)
+    draws = np.array([next(deviates) for _ in range(steps // excitation.every + 1)])
+    two_valued = signal == "prbs" or (signal == "loop's own" and not drive.closed_loop)
+    levels = amplitude * (np.sign(draws) if two_valued else draws)
+    return np.repeat(levels, excitation.every)[: steps + 1]
+
+
+@register_jitable
+def command(reference, x, drive):
+    """Command to the valve before its limiter, V: Figs 4 and 5."""
+    if drive.closed_loop:
+        return drive.k_p * (reference - x)
+    if x >= drive.x_reverse:
+        return -abs(reference)
+    if x <= -drive.x_reverse:
+        return abs(reference)
+    return reference

@@ -1,0 +1,162 @@
+"""The full-order system: one valve, one piston, two chambers with pressure and temperature.
+
+State of the sixth-order model: (x, v, P_A, T_A, P_B, T_B).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from pneumo.configuration.experiment import Experiment, Plant
+from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo.physics.cylinder import acceleration, heat_area, motion, stopped, volume
+from pneumo.physics.valve import chamber_flows, limited
+from pneumo.simulation.compiled import kernel
+from pneumo.simulation.excitation import command, reference_series
+from pneumo.simulation.tableau import DORMAND_PRINCE
+
+A, B, C = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
+STAGES = len(B)
+STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
+RAN, DIVERGED, NOT_POSITIVE = 0, 1, 2
+RUN_STATUS = {
+    RAN: "ok",
+    DIVERGED: "state left the finite numbers",
+    NOT_POSITIVE: "pressure or temperature left the positive numbers",
+}
+
+
+@register_jitable
+def chamber_rates(u, x, v, P, T, area, plant):
+    """Full-order rates of one chamber, (dP/dt, dT/dt), with u, x, v counted outward from it."""
+    gas, conditions = plant.gas, plant.conditions
+    V = volume(x, area, plant.cylinder)
+    dV_dt = area * v
+    m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, conditions)
+    area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
+    PT_ratio = P * T / (conditions.P_0 * conditions.T_0)
+    heat = wall_heat(T, wall_conductance(plant.k_0, area_ratio, PT_ratio, 1.0, 0.5), conditions.T_amb)  # (7)
+    g = gas.gamma
+    return (
+        dP_dt(P, T, V, dV_dt, m_in, m_out, conditions.T_in, heat, g, g, g, gas.R, g),
+        dT_dt(P, T, V, dV_dt, m_in, m_out, conditions.T_in, heat, gas.R, g),
+    )
+
+
+@register_jitable
+def rates(y, reference, force, drive, plant, dy):
+    """Write the rate of the six states into dy: eqs (3), (4), (5) for both chambers."""
+    x, v, P_A, T_A, P_B, T_B = y[0], y[1], y[2], y[3], y[4], y[5]
+    u = limited(command(reference, x, drive), plant.valve.u_max)
+    dy[0], dy[1] = motion(x, v, acceleration(v, P_A, P_B, force, plant.cylinder), plant.cylinder)
+    dy[2], dy[3] = chamber_rates(u, x, v, P_A, T_A, plant.cylinder.A_A, plant)
+    dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
+
+
+@register_jitable
+def stages(y, reference, force, drive, plant, h, Y, K):
+    """Write the six stage states of one step from y, and their rates, into Y and K."""
+    for i in range(STAGES):
+        for s in range(len(y)):
+            total = 0.0
+            for j in range(i):
+                total += A[i, j] * K[j, s]
+            Y[i, s] = y[s] + h * total
+        rates(Y[i], reference, force, drive, plant, K[i])
+
+
+@kernel
+def run(y_0, reference, force, drive, plant, h):
+    """Integrate the full-order system with a fixed step.
+
+    Parameters
+    ----------
+    y_0 : numpy.ndarray
+        Initial state, shape (6,): m, m/s, Pa, K, Pa, K.
+    reference : numpy.ndarray
+        Reference of every step, shape (steps + 1,): m in closed loop, V in open loop.
+    force : float
+        External force on the piston, N.
+    drive : Drive
+    plant : Plant
+    h : float
+        Step, s.
+
+    Returns
+    -------
+    numpy.ndarray
+        States at every step, shape (steps + 1, 6).
+    """
+    steps = len(reference) - 1
+    states = np.empty((steps + 1, 6))
+    states[0] = y_0
+    Y, K = np.empty((STAGES, 6)), np.empty((STAGES, 6))
+    for k in range(steps):
+        stages(states[k], reference[k], force, drive, plant, h, Y, K)
+        for s in range(6):
+            total = 0.0
+            for i in range(STAGES):
+                total += B[i] * K[i, s]
+            states[k + 1, s] = states[k, s] + h * total
+        x, v = states[k + 1, 0], states[k + 1, 1]
+        states[k + 1, 0], states[k + 1, 1] = stopped(x, v, states[k, 1], plant.cylinder)
+    return states
+
+
+def equilibrium(plant: Plant) -> np.ndarray:
+    """State from which every run starts: piston in the middle, both chambers at (P_0, T_0)."""
+    P_0, T_0 = plant.conditions.P_0, plant.conditions.T_0
+    return np.array([0.0, 0.0, P_0, T_0, P_0, T_0])
+
+
+def failure(states: np.ndarray) -> tuple[int, int]:
+    """Say what became of a full-order run: key of `RUN_STATUS`, and the step at which it failed, or -1."""
+    finite, positive = np.all(np.isfinite(states), axis=1), np.all(states[:, 2:] > 0, axis=1)
+    failed = ~(finite & positive)
+    if not failed.any():
+        return RAN, -1
+    step = int(failed.argmax())
+    return (NOT_POSITIVE if finite[step] else DIVERGED), step
+
+
+class Recording(NamedTuple):
+    """A full-order run as the replays see it.
+
+    Attributes
+    ----------
+    states : numpy.ndarray
+        (x, v, P_A, T_A, P_B, T_B) at every step, shape (steps + 1, 6); NaN after a `failure`.
+    reference : numpy.ndarray
+        Reference in force from every step's start, shape (steps + 1,).
+    u : numpy.ndarray
+        Command before the limiter at every step, V, shape (steps + 1,).
+    """
+
+    states: np.ndarray
+    reference: np.ndarray
+    u: np.ndarray
+
+
+@kernel
+def command_series(states, reference, drive):
+    """Command before the limiter at every step, V, shape (steps + 1,)."""
+    u = np.empty(len(reference))
+    for k in range(len(u)):
+        u[k] = command(reference[k], states[k, 0], drive)
+    return u
+
+
+def recorded(experiment: Experiment, reference: np.ndarray) -> Recording:
+    """Run an experiment's full-order system from equilibrium on a reference and record it."""
+    drive, plant = experiment.drive, experiment.plant
+    states = run(equilibrium(plant), reference, 0.0, drive, plant, experiment.h)
+    status, step = failure(states)
+    if status != RAN:
+        states[step + 1 :] = np.nan
+    return Recording(states, reference, command_series(states, reference, drive))
+
+
+def record(experiment: Experiment) -> Recording:
+    """Run an experiment's full-order system from equilibrium and record it."""
+    return recorded(experiment, reference_series(experiment.drive, experiment.excitation, experiment.steps))

@@ -1,0 +1,345 @@
+"""The fast replay kernel: lanes side by side in vector registers, some twenty times as fast as `replay`.
+
+Same results as `pneumo.simulation.reference`, which is the one to read. What makes it fast: lanes innermost, in
+short loops over the rows of one work array, which the compiler turns into vector instructions; polynomials
+without branches for exponential and logarithm; and one logarithm per evaluation, lp = ln(P / P_0), from which
+both the temperature of eq (6) and the pressure ratio of eq (1) follow. Inside, pressures are in units of P_0.
+
+A lane for which the polynomials do not hold turns into NaN, and is then run again by the reference.
+"""
+
+from functools import cache
+from math import factorial, log, sqrt
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.polynomial import Chebyshev, Polynomial
+
+from pneumo.configuration.experiment import Drive, Plant
+from pneumo.physics.cylinder import heat_area, volume
+from pneumo.physics.valve import Gas
+from pneumo.simulation import reference
+from pneumo.simulation.compiled import kernel
+from pneumo.simulation.full_order import STAGES, A, B, Recording
+from pneumo.simulation.reference import (
+    EXACT,
+    OK,
+    PUBLISHED,
+    Replayed,
+    exact_inputs,
+    published_inputs,
+    steps_late,
+)
+
+WIDTH = 8  # lanes are padded to a multiple of this; a vector register holds 2, 4 or 8
+ROW = 104  # lanes at once; 13 cache lines, an odd number, so that rows do not compete for places in the cache
+
+# Where each row of the work array begins. Unsigned, as is every index of the kernel: an index that might be
+# negative, and so count from the end, keeps the compiler from vectorising.
+# fmt: off
+(
+    N_V, A_HALF, IN, IN_T, OUT, WALL, WALL_A, WALL_APT,  # what a lane is
+    P_A, P_B, SUM_A, _, SQUARES_A, _, SUM_B, _, SQUARES_B, _,  # pressures; sums, each before its carry
+    P, EXPONENT, Z, LP, ROOT_T, HEAT, ERROR,  # within one stage; error of one step
+    K_0, K_1, K_2, K_3, K_4, K_5, _, _, _, _, _, _, END,  # rates within one step, chamber A's and B's
+) = (np.uint64(ROW * row) for row in range(38))
+# fmt: on
+CARRY = np.uint64(ROW)
+RATES_B = np.uint64(STAGES * ROW)  # from chamber A's rates to chamber B's
+
+
+def coefficients(function, low, high, degree):
+    """Return the polynomial, lowest power first, that meets a function at the Chebyshev nodes."""
+    fit = Chebyshev.interpolate(function, degree, domain=[low, high])
+    return tuple(float(c) for c in fit.convert(kind=Polynomial).coef)
+
+
+# exp(t) for |t| <= EXP_REACH, from its Taylor series
+EXP_REACH = 0.6
+EXP = (1.0, *coefficients(Polynomial([1 / factorial(k + 1) for k in range(20)]), -EXP_REACH, EXP_REACH, 10))
+# ln(m) / z with z = (m - 1)/(m + 1), in powers of z^2, for m between sqrt(1/2) and sqrt(2)
+LOG = (2.0, *coefficients(Polynomial([2 / (2 * k + 3) for k in range(20)]), 0.0, (3 - sqrt(8)) ** 2, 6))
+LN_2 = log(2)
+# A double as an integer: exponent, with a bias of 1023, above 52 bits of mantissa. The mantissa of LARGE
+# counts ones: an integer put there makes a double that is larger by LARGE.
+MANTISSA, ONE, ROOT_HALF = 2**52 - 1, 1023 << 52, int(np.sqrt(0.5).view(np.int64))
+LARGE, LARGE_BITS = 2.0**52, np.uint64((1023 + 52) << 52)
+
+# Relative error granted to `flow_polynomial`; it has 2e-15 for any gamma from 1.05 to 5/3.
+FLOW_TOLERANCE = 1e-13
+
+
+@register_jitable
+def polynomial(c, x):
+    """Value of a polynomial of 4 n or 4 n + 2 coefficients, lowest power first.
+
+    Horner's rule in x^4: short chains that do not wait for one another.
+    """
+    x_2 = x * x
+    x_4 = x_2 * x_2
+    last = (len(c) - 1) // 4 * 4
+    total = c[last] + c[last + 1] * x
+    if last + 4 == len(c):
+        total += x_2 * (c[last + 2] + c[last + 3] * x)
+    for i in range(last - 4, -1, -4):
+        total = total * x_4 + ((c[i] + c[i + 1] * x) + x_2 * (c[i + 2] + c[i + 3] * x))
+    return total
+
+
+@register_jitable
+def exponent_and_z(x):
+    """Split x = m 2^exponent; return the exponent and z = (m - 1)/(m + 1) of `LOG`."""
+    bits = np.float64(x).view(np.int64) + (ONE - ROOT_HALF)
+    exponent = np.int64((np.uint64(bits) >> np.uint64(52)) | LARGE_BITS).view(np.float64) - (LARGE + 1023.0)
+    m = np.int64((bits & MANTISSA) + ROOT_HALF).view(np.float64)
+    return exponent, (m - 1) / (m + 1)
+
+
+@register_jitable
+def logarithm(exponent, z):
+    """ln(x) of a positive x; a finite number beyond +-700 of anything that is not positive and finite."""
+    return exponent * LN_2 + z * polynomial(LOG, z * z)
+
+
+@register_jitable
+def exponential(t):
+    """exp(t), or NaN outside the reach of the polynomial."""
+    return polynomial(EXP, t) if abs(t) <= EXP_REACH else np.nan
+
+
+@cache
+def flow_polynomial(gas: Gas) -> tuple[tuple[float, ...], float]:
+    """Subsonic branch of eq (1) as a polynomial, for any gas.
+
+    Mass flow is ``A_t P_u / sqrt(T_u) sqrt(s) polynomial(s)`` with s = ln(P_u / P_d), from eq (1) or from
+    ISO 6358's ellipse.
+
+    Returns
+    -------
+    coefficients : tuple of float
+    error : float
+        Largest relative error found between equal pressures and the critical ratio.
+    """
+    g, b, s_sonic = gas.gamma, gas.critical_ratio, -log(gas.critical_ratio)
+
+    def function(s):
+        if gas.elliptic:
+            below = -np.expm1(-s) / (1 - b)
+            return gas.sonic_coefficient * np.sqrt(below * (2 - below) / s)
+        subsonic = -np.exp(-2 * s / g) * np.expm1(-(g - 1) * s / g)
+        return np.sqrt(2 * g / ((g - 1) * gas.R) * subsonic / s)  # (1)
+
+    s = np.linspace(0.0, s_sonic, 1000)[1:]
+    for degree in (9, 13, 17):  # eq (1) does with the first; the ellipse of a small critical ratio does not
+        psi = coefficients(function, 0.0, s_sonic, degree)
+        error = float(np.max(np.abs(Polynomial(psi)(s) / function(s) - 1)))
+        if error <= FLOW_TOLERANCE:
+            break
+    return psi, error
+
+
+@register_jitable
+def shared_terms(u, x, v, area, plant):
+    """What all lanes of a chamber share at one stage, with u, x, v counted outward from the chamber."""
+    c, inverse_V = plant.conditions, 1 / volume(x, area, plant.cylinder)
+    throat = plant.gas.R * plant.valve.k_xu * abs(u) * inverse_V  # (2)
+    if u < 0:
+        throat *= plant.valve.exhaust
+    # Both logarithms, of constants, are found once; one of the choice would be found at every stage.
+    l_s, l_atm = log(c.P_s / c.P_0), log(c.P_atm / c.P_0)
+    p_port, l_port = (c.P_s / c.P_0, l_s) if u >= 0 else (c.P_atm / c.P_0, l_atm)
+    return (
+        p_port,
+        l_port,
+        throat * (p_port * (1 / sqrt(c.T_in))),
+        -throat,
+        -area * v * inverse_V,
+        (plant.gas.gamma - 1) * plant.k_0 / c.P_0 * inverse_V,
+        heat_area(x, plant.cylinder) * (1 / heat_area(0.0, plant.cylinder)),
+    )
+
+
+@register_jitable
+def write_rates(W, rate, starts, shared, plant, psi, s_sonic):
+    """Write the rate of every lane's pressure into the row that begins at `rate`."""
+    p_port, l_port, inward, outward, compression, wall, area_ratio = shared
+    polytropic, heated, heated_PT, count = starts
+    T_0, T_amb, sonic = plant.conditions.T_0, plant.conditions.T_amb, plant.gas.sonic_coefficient
+    for i in range(count):
+        W[EXPONENT + i], W[Z + i] = exponent_and_z(W[P + i])
+    for i in range(count):
+        W[LP + i] = logarithm(W[EXPONENT + i], W[Z + i])
+    for i in range(polytropic, count):
+        W[ROOT_T + i] = exponential(W[A_HALF + i] * W[LP + i])  # (6): sqrt(T / T_0)
+    for i in range(heated, count):
+        T = T_0 * (W[ROOT_T + i] * W[ROOT_T + i])
+        W[HEAT + i] = (W[WALL + i] + W[WALL_A + i] * area_ratio) * (T_amb - T)  # (13), (11)
+    for i in range(heated_PT, count):
+        T = T_0 * (W[ROOT_T + i] * W[ROOT_T + i])
+        W[HEAT + i] += W[WALL_APT + i] * area_ratio * sqrt(W[P + i]) * W[ROOT_T + i] * (T_amb - T)  # (7), (8)
+    for i in range(count):
+        p, root_T = W[P + i], W[ROOT_T + i]
+        s = abs(W[LP + i] - l_port)
+        subsonic = sqrt(s) * polynomial(psi, s)
+        flow = sonic if s >= s_sonic else subsonic  # (1)
+        inflow = inward * (W[IN + i] + W[IN_T + i] * (root_T * root_T))
+        outflow = outward * (W[OUT + i] * p * root_T)
+        energy = inflow if p_port >= p else outflow
+        W[rate + i] = compression * (W[N_V + i] * p) + flow * energy + wall * W[HEAT + i]
+
+
+@register_jitable
+def add(W, sums, i, term):
+    """Add to a sum and keep what rounding took from it (Kahan)."""
+    term -= W[sums + CARRY + i]
+    total = W[sums + i] + term
+    W[sums + CARRY + i] = (total - W[sums + i]) - term
+    W[sums + i] = total
+
+
+@register_jitable(inline="always")  # as a function of its own it would take a fifth longer
+def advance(W, inputs, starts, plant, h, psi, s_sonic):
+    """Advance every lane's pressures in both chambers by one step; NaN beyond P > 0."""
+    count = starts[3]
+    # One chamber's stage does not wait for the other's, so the processor works on both.
+    for j in range(STAGES):
+        a_0, a_1, a_2, a_3, a_4 = h * A[j, 0], h * A[j, 1], h * A[j, 2], h * A[j, 3], h * A[j, 4]
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            area = plant.cylinder.A_A if side == 0 else plant.cylinder.A_B
+            now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
+            for i in range(count):
+                early = a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i] + a_2 * W[K_2 + r + i]
+                W[P + i] = W[now + i] + (early + a_3 * W[K_3 + r + i] + a_4 * W[K_4 + r + i])
+            u, x, v = sign * inputs[j, 0], sign * inputs[j, 1], sign * inputs[j, 2]
+            shared = shared_terms(u, x, v, area, plant)
+            write_rates(W, K_0 + r + np.uint64(ROW * j), starts, shared, plant, psi, s_sonic)
+    for side in range(2):
+        now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
+        for i in range(count):
+            early = B[0] * W[K_0 + r + i] + B[1] * W[K_1 + r + i] + B[2] * W[K_2 + r + i]
+            late = B[3] * W[K_3 + r + i] + B[4] * W[K_4 + r + i] + B[5] * W[K_5 + r + i]
+            p = W[now + i] + h * (early + late)
+            W[now + i] = p if p > 0 else np.nan
+
+
+# Contracting a * b + c is the one liberty: a sum in another order would lose what `add` carries, and
+# without NaN a lane could not say that it left the range.
+@kernel(fastmath={"contract"})
+def _replay(recording, W, starts, exact, lag_steps, stride, drive, plant, h, psi, pressure):
+    P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), starts[3]
+    inputs, Y, K = np.empty((STAGES, 3)), np.empty((STAGES, 6)), np.empty((STAGES, 6))
+    for k in range(len(recording.states) - 1):
+        if exact:
+            exact_inputs(recording, k, drive, plant, h, Y, K, inputs)
+        else:
+            published_inputs(recording, k, lag_steps, plant.valve.u_max, inputs)
+        advance(W, inputs, starts, plant, h, psi, s_sonic)
+        for side in range(2):
+            now, errors, squares = (P_A, SUM_A, SQUARES_A) if side == 0 else (P_B, SUM_B, SQUARES_B)
+            P_full = recording.states[k + 1, 2 + 2 * side]
+            for i in range(count):
+                W[ERROR + i] = P_full - P_0 * W[now + i]
+            for i in range(count):
+                add(W, errors, i, W[ERROR + i])
+            for i in range(count):
+                add(W, squares, i, W[ERROR + i] * W[ERROR + i])
+            if (k + 1) % stride == 0:
+                for i in range(count):
+                    pressure[(k + 1) // stride, side, i] = P_0 * W[now + i]
+
+
+def needs(lanes: np.ndarray) -> np.ndarray:
+    """What a lane needs beyond constant temperature: 1 eq (6), 2 wall heat, 3 the root of PT as well."""
+    _, _, _, a, _, heat, _, e_PT = lanes.T
+    return np.where(heat != 0, np.where(e_PT != 0, 3, 2), np.where(a != 0, 1, 0))
+
+
+def supported(lanes: np.ndarray) -> np.ndarray:
+    """Whether the kernel has what a lane asks for: the wall laws of `WALL_LAWS` and a sizeable exponent a."""
+    _, _, _, a, _, heat, e_A, e_PT = lanes.T
+    law = (e_PT == 0) & ((e_A == 0) | (e_A == 1)) | (e_PT == 0.5) & (e_A == 1)
+    # |lp| > 700, which stands for P <= 0, has to be outside the reach of the exponential.
+    return ((heat == 0) | law) & ((a == 0) | (np.abs(a) / 2 * 700 > EXP_REACH))
+
+
+def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.uint64, ...]]:
+    """Lay lanes, sorted by `needs`, out for the kernel.
+
+    Returns
+    -------
+    W : numpy.ndarray
+        The work array, at the beginning of a cache line.
+    starts : tuple of numpy.uint64
+        First lane from which on each need arises, and the number of lanes, in multiples of `WIDTH`.
+    """
+    c, count = plant.conditions, -(-len(lanes) // WIDTH) * WIDTH
+    lanes = lanes[np.minimum(np.arange(count), len(lanes) - 1)]
+    n_V, n_in, n_out, a, mixing, heat, e_A, e_PT = lanes.T
+    rows = {
+        N_V: n_V,
+        A_HALF: a / 2,
+        IN: n_in * mixing * c.T_in,
+        IN_T: n_in * (1 - mixing) * c.T_0,
+        OUT: n_out * sqrt(c.T_0),
+        WALL: heat * (1 - e_A),
+        WALL_A: heat * e_A * (e_PT == 0),
+        WALL_APT: heat * e_A * (e_PT != 0),
+        **dict.fromkeys((P_A, P_B, ROOT_T), 1.0),
+    }
+    W = np.zeros(int(END) + 8)
+    W = W[-(W.ctypes.data // 8) % 8 :][: int(END)]
+    for start, values in rows.items():
+        W[int(start) : int(start) + count] = values
+    starts = [int(np.searchsorted(needs(lanes), need)) // WIDTH * WIDTH for need in (1, 2, 3)]
+    return W, tuple(np.uint64(start) for start in (*starts, count))
+
+
+def replay(
+    recording: Recording,
+    lanes: np.ndarray,
+    drive: Drive,
+    plant: Plant,
+    h: float,
+    *,
+    transport: str,
+    lag: float | np.ndarray = 0.0,
+    stride: int = 1,
+) -> Replayed:
+    """Replay every lane in both chambers on one recording.
+
+    Parameters, result and errors are those of `pneumo.simulation.reference.replay`. That one runs the lanes again
+    which the kernel cannot follow: an unusual wall law or valve, or a pressure too far from P_0.
+    """
+    options = {"transport": transport, "lag": lag, "stride": stride}
+    if transport not in (PUBLISHED, EXACT) or (transport == EXACT and np.any(lag)):
+        return reference.replay(recording, lanes, drive, plant, h, **options)  # it says what is wrong
+    shape, samples = (len(lanes), 2), len(recording.states)
+    result = Replayed(
+        mean_error=np.empty(shape),
+        variance=np.empty(shape),
+        mse=np.empty(shape),
+        status=np.full(shape, OK, dtype=np.int8),
+        failure_step=np.full(shape, -1),
+        pressure=np.empty((*shape, (samples - 1) // stride + 1)),
+    )
+    late = steps_late(lag, h)
+    psi, error = flow_polynomial(plant.gas)
+    order = np.argsort(needs(lanes), kind="stable")
+    for first in range(0, len(lanes), ROW):
+        block = order[first : first + ROW]
+        W, starts = work_array(lanes[block], plant)
+        pressure = np.full((result.pressure.shape[2], 2, int(starts[3])), plant.conditions.P_0)
+        _replay(recording, W, starts, transport == EXACT, late, stride, drive, plant, h, psi, pressure)
+        rows = W.reshape(-1, ROW)[:, : len(block)]
+        result.mean_error[block] = rows[[int(SUM_A) // ROW, int(SUM_B) // ROW]].T / samples
+        result.mse[block] = rows[[int(SQUARES_A) // ROW, int(SQUARES_B) // ROW]].T / samples
+        result.pressure[block] = pressure[:, :, : len(block)].transpose(2, 1, 0)
+    result.variance[:] = result.mse - result.mean_error**2
+    followed = error <= FLOW_TOLERANCE and not plant.valve.laminar and not plant.valve.leak
+    outside = ~np.isfinite(result.mse).all(axis=1) | ~supported(lanes) | (not followed)
+    if outside.any():
+        rerun = reference.replay(recording, lanes[outside], drive, plant, h, **options)
+        for mine, theirs in zip(result, rerun, strict=True):
+            mine[outside] = theirs
+    return result

@@ -1,0 +1,1 @@
+"""Statistics over experiments: averages, best n, rankings and their intervals."""

@@ -1,0 +1,212 @@
+"""Results on disk: NetCDF files that describe themselves, appear whole or not at all, and never change.
+
+A rewrite of the same result gives the same bytes, so there are no times or host names inside. Each carries
+its SHA-256 and is checked before it is read.
+"""
+
+import json
+import os
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from pneumo.configuration.exchange import plain
+from pneumo.physics.symbols import SYMBOLS
+from pneumo.storage.seal import DamagedError, ResultError, seal, unsealed
+
+DOI = "https://doi.org/10.1243/09596518JSCE203"
+COMMON = {
+    "Conventions": "CF-1.11, ACDD-1.3",
+    "institution": "pneumo developers",
+    "source": "pneumo: numerical simulation",
+    "references": DOI,
+    "license": "MIT",
+    "keywords": "servo-pneumatics, reduced-order models, thermodynamics",
+    "creator_name": "pneumo developers",
+}
+LOCK = threading.Lock()  # HDF5 serves one thread at a time
+EXPERIMENT_LABELS = ("cylinder", "loop", "k_0")  # scalar coordinates of every per-experiment file
+SEALED_JSON = ("parameters.json", "verdict.json", "findings.json", "recommendation.json")
+
+GRID = ("mean_error", "variance", "mse", "status", "failure_time")  # of every cell of an experiment
+
+
+def part_of(path: Path) -> Path:
+    """Name under which a file is written before it takes its own."""
+    return path.with_name(path.name + ".part")
+
+
+@contextmanager
+def written(path: Path) -> Iterator[Path]:
+    """Name to write a file under; in the end it takes its own at once, or goes if the writing failed."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = part_of(path)
+    try:
+        yield part
+        os.replace(part, path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def described(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the dataset with unit and long name on every variable that the notation list knows."""
+    dataset = dataset.copy()
+    for name, variable in dataset.variables.items():
+        symbol = SYMBOLS.get(str(name))
+        if symbol:
+            variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
+    return dataset
+
+
+def write(dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any]) -> None:
+    """Write a dataset as NetCDF-4, compressed, atomically.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Variables named as in `pneumo.physics.symbols` get units and long names from there.
+    path : path-like
+        Where to; its folder is made if need be.
+    attributes : mapping
+        Global attributes beside the common ones: at least title, summary, config_sha256, code_sha256.
+    """
+    dataset = described(dataset).assign_attrs(COMMON | dict(attributes))
+    encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
+    for name, variable in dataset.data_vars.items():
+        numeric = variable.dtype.kind in "fiu" and variable.ndim
+        encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
+        if variable.dtype.kind != "f":
+            encoding[str(name)]["_FillValue"] = None
+    with written(Path(path)) as part:
+        with LOCK:
+            dataset.to_netcdf(part, engine="netcdf4", encoding=encoding)
+        seal(part, ".nc")
+
+
+def write_text(text: str, path: Path | str) -> None:
+    """Write a text file atomically."""
+    with written(Path(path)) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def write_json(text: str, path: Path | str) -> None:
+    """Write the text of a JSON object atomically, sealed: its last member is ``sha256``."""
+    with written(Path(path)) as part:
+        part.write_text(text.rstrip().removesuffix("}").rstrip(), encoding="utf-8")
+        seal(part, ".json")
+
+
+def read_json(path: Path | str) -> str:
+    """Read the text of a sealed JSON file, without the seal.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, damaged, truncated or foreign.
+    """
+    try:
+        return unsealed(Path(path)).decode() + "\n}\n"
+    except FileNotFoundError:
+        raise _absent(path) from None
+    except OSError as error:
+        raise ResultError(f"{path}: not readable ({error.strerror})") from None
+
+
+def _absent(path: Path | str) -> ResultError:
+    return ResultError(f"{path}: no such file; `snakemake -j2` makes the results")
+
+
+@contextmanager
+def _checked(path: Path) -> Iterator[xr.Dataset]:
+    """Open a NetCDF file that is sealed and is about the experiment of its name."""
+    try:
+        unsealed(path)
+        # A relative name might look like an address on the network.
+        with LOCK, xr.open_dataset(path.absolute(), engine="netcdf4") as dataset:
+            if dataset.attrs.get("source") != COMMON["source"]:
+                raise DamagedError(path, "foreign: not a result of pneumo")
+            experiment = dataset.coords.get("experiment")
+            if experiment is not None and experiment.ndim == 0 and experiment.item() != path.stem:
+                raise DamagedError(path, f"foreign: it is about experiment {experiment.item()}")
+            yield dataset
+    except FileNotFoundError:
+        raise _absent(path) from None
+    except ResultError:
+        raise
+    except (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError) as error:
+        text = " ".join(str(error).split())
+        raise ResultError(f"{path}: not a readable NetCDF-4 file ({text}); delete it and rerun") from None
+
+
+def sealed_files(folder: Path) -> list[Path]:
+    """Files under a folder of results that carry a SHA-256: those that jobs read."""
+    return sorted([*folder.rglob("*.nc"), *(file for name in SEALED_JSON for file in folder.glob(name))])
+
+
+def damaged(folder: Path) -> list[DamagedError]:
+    """What is wrong with each damaged, truncated or foreign file under a folder of results."""
+    found = []
+    for path in sealed_files(folder):
+        try:
+            if path.suffix == ".json":
+                unsealed(path)
+            else:
+                with _checked(path):
+                    pass
+        except DamagedError as error:
+            found.append(error)
+    return found
+
+
+def read(path: Path | str, *variables: str) -> xr.Dataset:
+    """Read a results file, or some of its variables, into memory.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, damaged, truncated or foreign, or lacks a variable.
+    """
+    with _checked(Path(path)) as dataset:
+        missing = [name for name in variables if name not in dataset]
+        if missing:
+            raise ResultError(
+                f"{path}: has no variable {missing[0]!r}; it has {', '.join(map(str, dataset))}"
+            )
+        return dataset[list(variables)].load() if variables else dataset.load()
+
+
+def open_grid(folder: Path | str) -> xr.Dataset:
+    """Open every replayed cell of a transport as one dataset over (experiment, model, n, chamber).
+
+    Parameters
+    ----------
+    folder : path-like
+        For example ``results/exact``.
+
+    Returns
+    -------
+    xarray.Dataset
+        mean_error, variance, mse, status and failure_time, without the pressures. Cylinder, loop
+        and k_0 stand beside each experiment as coordinates.
+
+    Raises
+    ------
+    ResultError
+        If the folder holds no replays, or one of them cannot be read.
+    """
+    files = sorted(Path(folder, "replay").glob("*.nc"))
+    if not files:
+        raise ResultError(f"{folder}: holds no replay/*.nc; `snakemake -j2` makes them")
+    parts = [read(file, *GRID).drop_vars("t", errors="ignore") for file in files]
+    labels = list(EXPERIMENT_LABELS)
+    return xr.concat(parts, "experiment", coords=labels, compat="equals", combine_attrs="drop_conflicts")
+
+
+def attributes_of(value: Any) -> str:
+    """JSON text of nested named tuples, for an attribute that records what a file was made from."""
+    return json.dumps(plain(value))

@@ -1,0 +1,1 @@
+"""Judging a paper: claims, published tables, errata, assumptions, comparison."""

@@ -1,0 +1,186 @@
+"""Where evidence comes from: the results of a study through one transport, or the paper's own tables.
+
+A computation takes one of these, `Results` or `Printed`, and the arguments that stand with the claim in
+``paper/2006/claims.yaml``; it returns a `Finding`. Computations are in `pneumo.papers.paper_2006.computations` and
+`pneumo.papers.paper_2006.arithmetic`.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import xarray as xr
+
+from pneumo.configuration.exchange import from_json
+from pneumo.configuration.experiment import Experiment, Study
+from pneumo.statistics.averages import OVERALL, concatenated
+from pneumo.storage.files import ResultError, open_grid, read, read_json
+from pneumo.storage.layout import story
+from pneumo.verdict.published import STATISTICS, table5, table7, table8, table9
+
+
+class Absent(LookupError):
+    """The evidence is not there: another study, or nothing that the paper prints."""
+
+
+class Finding(NamedTuple):
+    """What a computation found.
+
+    Attributes
+    ----------
+    value : float or None
+        The reproduced number, in the claim's unit (a fraction where the claim has per cent).
+    holds : bool or None
+        Whether a statement is true, where there is no number to compare.
+    shown : str
+        What was found, in words, where the number alone does not say it.
+    low, high : float or None
+        An interval in place of a value, where the paper leaves open which run it speaks of.
+    swing : float or None
+        Change during the run, in the unit of the value.
+    """
+
+    value: float | None = None
+    holds: bool | None = None
+    shown: str = ""
+    low: float | None = None
+    high: float | None = None
+    swing: float | None = None
+
+
+Computation = Callable[..., Finding]
+COMPUTATIONS: dict[str, Computation] = {}
+
+
+def computation(function: Computation) -> Computation:
+    """Make a function known under its name to ``paper/2006/claims.yaml``."""
+    COMPUTATIONS[function.__name__] = function
+    return function
+
+
+def _failed(table: xr.Dataset) -> list[str]:
+    """Names of the experiments that have a failure time."""
+    time = table["failure_time"]
+    return time["experiment"].values[time.notnull()].tolist()
+
+
+class Results:
+    """Results of a study, replayed with one transport; every file is read when first needed.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        The results folder.
+    transport : str
+        ``published`` or ``exact``.
+    """
+
+    def __init__(self, folder: Path, transport: str):
+        self.folder, self.transport = folder, transport
+
+    @cached_property
+    def study(self) -> Study:
+        """The study that the results belong to."""
+        file = self.folder / "parameters.json"
+        try:
+            return from_json(read_json(file))
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+            if isinstance(error, ResultError):
+                raise
+            raise ResultError(f"{file}: does not hold a study; delete it and rerun") from None
+
+    @cached_property
+    def statistics(self) -> xr.Dataset:
+        """Tables 7 to 9 by (level, model) and (experiment, model)."""
+        return read(self.folder / self.transport / "statistics.nc")
+
+    @cached_property
+    def settling_times(self) -> xr.DataArray:
+        """Table 5 by (experiment, quantity), s."""
+        return read(self.folder / "settling.nc")["settling_time"]
+
+    @cached_property
+    def cells(self) -> xr.Dataset:
+        """Both chambers' errors joined, by (experiment, model, n)."""
+        grid = open_grid(self.folder / self.transport)
+        missing = set(self.study.experiments) - set(grid["experiment"].values.tolist())
+        if missing:
+            raise ResultError(f"{self.folder / self.transport}: no replays of {', '.join(sorted(missing))}")
+        return concatenated(grid.sel(experiment=list(self.study.experiments)))
+
+    @cached_property
+    def failures(self) -> dict[str, str]:
+        """What happened to the experiments that failed."""
+        return {name: story(self.datum(name)) for name in _failed(self.statistics)}
+
+    @cached_property
+    def settling_failures(self) -> dict[str, str]:
+        """What happened to the settling runs that failed."""
+        failed = _failed(read(self.folder / "settling.nc"))
+        return {name: story(self.settling(name), "settling run") for name in failed}
+
+    def settling(self, experiment: str) -> xr.Dataset:
+        """Settling run of one experiment."""
+        self.experiment(experiment)
+        return read(self.folder / "settling" / f"{experiment}.nc")
+
+    def datum(self, experiment: str, *variables: str) -> xr.Dataset:
+        """Full-order run of one experiment."""
+        self.experiment(experiment)
+        return read(self.folder / "datum" / f"{experiment}.nc", *variables)
+
+    def experiment(self, name: str) -> Experiment:
+        """Parameters of one experiment."""
+        if name not in self.study.experiments:
+            raise Absent(f"this study has no experiment {name}")
+        return self.study.experiments[name]
+
+    def experiments(
+        self, cylinder: str | None = None, closed_loop: bool | None = None
+    ) -> dict[str, Experiment]:
+        """Return the experiments of a cylinder and a loop."""
+        found = {
+            name: experiment
+            for name, experiment in self.study.experiments.items()
+            if cylinder in (None, experiment.cylinder) and closed_loop in (None, experiment.drive.closed_loop)
+        }
+        if not found:
+            raise Absent("this study has no such experiment")
+        return found
+
+
+class Printed(Results):
+    """The paper's own Tables 5, 7, 8 and 9 in the place of results."""
+
+    def __init__(self, folder: Path):
+        super().__init__(folder, "printed")
+
+    @cached_property
+    def statistics(self) -> xr.Dataset:
+        """Tables 7 to 9 as printed."""
+        overall = table7().expand_dims(level=[OVERALL])
+        names = [name for name, *_ in STATISTICS.values()]
+        levels = table9()
+        parts = [part[names].drop_vars(set(part.coords) - {"level", "model"}) for part in (overall, levels)]
+        result = xr.concat(parts, "level")
+        result["best_n"] = table8().drop_vars(["printed", "half_unit"])
+        return result
+
+    @cached_property
+    def settling_times(self) -> xr.DataArray:
+        """Table 5 as printed."""
+        return table5()
+
+    @cached_property
+    def cells(self) -> xr.Dataset:
+        """The paper prints no cells."""
+        raise Absent("the paper prints no single cells")
+
+    def settling(self, experiment: str) -> xr.Dataset:
+        """The paper prints no runs."""
+        raise Absent(f"the paper prints no run of {experiment}")
+
+    def datum(self, experiment: str, *variables: str) -> xr.Dataset:
+        """The paper prints no runs."""
+        raise Absent(f"the paper prints no run of {experiment}")

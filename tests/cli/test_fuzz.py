@@ -1,0 +1,277 @@
+"""Bad input of every kind ends in one line and exit code 2, and writes nothing.
+
+`make fuzz` tries 10 000 inputs and records them in results/evidence/fuzz.json; `make test` tries 500,
+always the same.
+"""
+
+import contextlib
+import io
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+import traceback
+import tracemalloc
+from collections import Counter
+from pathlib import Path
+
+import bad_input
+import netCDF4
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+# Kernels make numba's cache folder when they are first imported, before anything is watched.
+import pneumo.engineer.estimate
+import pneumo.evidence.variants
+import pneumo.verdict.court  # noqa: F401
+from pneumo.cli import commands as cli
+
+ROOT = Path(__file__).parents[2]
+TRIES = int(os.environ.get("FUZZ", "500"))
+RECORD = "FUZZ" in os.environ
+LONGEST_LINE = 2000
+
+in_printed = pytest.mark.xdist_group("printed")
+
+tried: Counter[str] = Counter()  # by kind of mistake
+found: Counter[str] = Counter()  # tracebacks, files_written, accepted
+written: list[str] = []
+watching = [False]
+
+
+def watch(event, arguments):
+    """Notice every file that is opened for writing, made, renamed or removed, and every new process."""
+    if not watching[0]:
+        return
+    if event == "open":
+        path, mode, flags = arguments
+        if (isinstance(mode, str) and set(mode) & set("wax+")) or (flags or 0) & (os.O_WRONLY | os.O_RDWR):
+            written.append(str(path))
+    elif event in ("os.mkdir", "os.rename", "os.remove", "subprocess.Popen", "os.system", "socket.connect"):
+        written.append(f"{event} {arguments}")
+
+
+sys.addaudithook(watch)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def evidence():
+    start = time.perf_counter()
+    yield
+    if RECORD:
+        counts = {"tracebacks": found["tracebacks"], "files_written": found["files_written"]}
+        record = {"tried": tried.total(), **counts, "by_kind": dict(sorted(tried.items()))}
+        (ROOT / "results" / "evidence").mkdir(parents=True, exist_ok=True)
+        (ROOT / "results" / "evidence" / "fuzz.json").write_text(json.dumps(record, indent=1) + "\n")
+        print(f"\n{tried.total()} bad inputs in {time.perf_counter() - start:.0f} s: {counts}")
+        assert tried.total() >= TRIES
+
+
+def run(*arguments):
+    """Exit code, standard output and standard error of a command in this process."""
+    out, err = io.StringIO(), io.StringIO()
+    argv, sys.argv = sys.argv, ["pneumo", *arguments]
+    written.clear()
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            watching[0] = True
+            cli.main()
+    except SystemExit as error:
+        code = error.code or 0
+    except BaseException:
+        found["tracebacks"] += 1
+        code, _ = 1, err.write(traceback.format_exc())
+    finally:
+        watching[0] = False
+        sys.argv = argv
+    found["files_written"] += len(written)
+    return code, out.getvalue(), err.getvalue()
+
+
+def assert_one_line(code, out, err, *words):
+    assert (code, out) == (2, ""), err
+    assert err.startswith("pneumo: ") and err.endswith("\n")
+    line = err[:-1]
+    assert line.isprintable() and len(line) <= LONGEST_LINE, line[:3000]
+    assert all(word in line for word in words), (words, line)
+
+
+def trying(share):
+    """Settings of a test that gets its share of all tries."""
+    return settings(
+        deadline=None,
+        max_examples=int(TRIES * share),
+        derandomize=not RECORD,
+        database=None,
+        suppress_health_check=list(HealthCheck),
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """An empty folder to work in."""
+    return tmp_path_factory.mktemp("fuzz")
+
+
+@pytest.fixture(autouse=True)
+def work_there(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+
+
+@trying(0.95)
+@given(mistake=bad_input.mistakes())
+def test_configuration(folder, mistake):
+    (folder / "mine.yaml").write_bytes(mistake.content)
+    code, out, err = run("check", "mine.yaml")
+    if code == 0 and mistake.kind == "missing" and not mistake.words:
+        return  # a smaller study
+    tried[f"configuration: {mistake.kind}"] += 1
+    assert not written
+    assert_one_line(code, out, err, "mine.yaml: ", *mistake.words)
+
+
+@trying(0.15)
+@given(arguments=bad_input.command_lines())
+def test_command_line(folder, arguments):
+    code, out, err = run(*arguments)
+    if code == 0:
+        assert out and not err  # a right one
+        return
+    tried["command line"] += 1
+    assert not written
+    assert_one_line(code, out, err)
+
+
+@pytest.fixture(scope="module")
+def study(printed_once, tmp_path_factory):
+    """A copy, to be spoilt."""
+    return Path(shutil.copytree(printed_once, tmp_path_factory.mktemp("study") / "results"))
+
+
+def foreign_netcdf(file):
+    with netCDF4.Dataset(file, "w") as dataset:
+        dataset.createDimension("n", 3)
+        dataset.createVariable("mse", "f8", ("n",)).units = "days since nonsense"
+
+
+FOREIGN = [
+    b"",
+    b"hello\n",
+    b"\x89HDF\r\n\x1a\n" + bytes(100),
+    b"CDF\x01",
+    b"[]",
+    b"{",
+    b"{}",
+    b"\xff",
+    b"[" * 99_999,
+]
+COMMANDS = [
+    ("explain", "E07", "M8", "1.35"),
+    ("explain", "T7.M8.mse"),
+    ("explain", "T5.E07.P_A"),
+    ("verdict",),
+]
+
+
+@in_printed
+@trying(0.02)
+@given(data=st.data())
+def test_results_folder_with_foreign_files(study, data):
+    files = ["parameters.json", "published/replay/E07.nc", "published/statistics.nc"]
+    file = study / data.draw(st.sampled_from(files))
+    content = data.draw(st.sampled_from([*FOREIGN, None, "netCDF"]))
+    command = {"E07.nc": COMMANDS[0], "statistics.nc": COMMANDS[1], "parameters.json": COMMANDS[3]}[file.name]
+    original = file.read_bytes()
+    file.unlink()
+    try:
+        if content == "netCDF":
+            foreign_netcdf(file)
+        elif content is None:
+            file.mkdir()
+        else:
+            file.write_bytes(content)
+        code, out, err = run(*command, "--results", str(study))
+    finally:
+        file.rmdir() if content is None else file.unlink()
+        file.write_bytes(original)
+    tried["foreign file"] += 1
+    assert not written
+    assert_one_line(code, out, err, file.name)
+
+
+@in_printed
+@pytest.mark.parametrize("n", ["nan", "inf", "-1", "1.36", "1e999", "x", ""])
+def test_n_outside_the_grid(study, n):
+    tried["n"] += 1
+    assert_one_line(*run("explain", "--results", str(study), "--", "E07", "M8", n), "n = ", "must be")
+
+
+@in_printed
+@pytest.mark.parametrize(
+    "name", ["../replay/E07", "/etc/passwd", "..", "E07/../E08", "", "E07.nc", "\0", "E" * 999]
+)
+def test_names_do_not_leave_the_results_folder(study, name):
+    tried["experiment"] += 1
+    assert_one_line(*run("explain", "--results", str(study), "--", name, "M8", "1.35"), "must be a name")
+
+
+@pytest.mark.parametrize("text", [bad_input.LAUGHS, bad_input.MERGES, "x: " + "[" * 1_000])
+def test_small_files_do_not_become_large(folder, text):
+    (folder / "mine.yaml").write_text(text)
+    tracemalloc.start()
+    try:
+        assert_one_line(*run("check", "mine.yaml"), "nested" if "[[" in text else "anchor or alias")
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_key_given_twice_is_refused(folder):
+    (folder / "mine.yaml").write_text("name: one\nname: two\n")
+    assert_one_line(*run("check", "mine.yaml"), "key 'name' is there twice")
+
+
+def test_an_endless_file_is_not_read_to_its_end():
+    assert_one_line(*run("check", "/dev/zero"), "larger than 1000000 bytes")
+
+
+def test_a_write_would_be_noticed(folder, monkeypatch):
+    monkeypatch.setattr(cli, "app", lambda **_: (folder / "oops").write_text("x"))
+    run("models")
+    assert written and found["files_written"]
+    found["files_written"] -= len(written)
+
+
+REAL = [
+    *([], ["chek"], ["check"], ["check", "nowhere.yaml"], ["check", "."], ["explain"], ["explain", "a", "b"]),
+    *(
+        ["explain", "T99"],
+        ["explain", "E07", "M8", "x"],
+        ["verdict", "--results", "nowhere"],
+        ["models", "x"],
+    ),
+    *(["explain", "../x", "M8", "1"], ["--nothing"], ["check", "\udcff"], ["check", "é\n"]),
+    *(["check", text] for text in ("{", "name: !!python/name:os.system", "a: &a [*a]", "gas: 1", "n: .nan")),
+]
+
+
+@pytest.mark.parametrize("arguments", REAL if RECORD else REAL[::5])
+def test_real_command(folder, arguments):
+    if len(arguments) == 2 and (":" in arguments[1] or arguments[1] == "{"):
+        (folder / "real.yaml").write_text(arguments[1])
+        arguments = ["check", "real.yaml"]
+    before = sorted(folder.rglob("*"))
+    code = "from pneumo.cli.commands import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(os.fsencode, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    tried["real command"] += 1
+    found["tracebacks"] += "Traceback" in done.stderr
+    assert_one_line(done.returncode, done.stdout, done.stderr)
+    assert sorted(folder.rglob("*")) == before

@@ -1,0 +1,578 @@
+"""Configuration: what paper.yaml says, conversion to SI, and one line for whatever is wrong."""
+
+import copy
+import json
+import math
+import re
+from pathlib import Path
+
+import pint
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pneumo import testing as some
+from pneumo.configuration import schema_readme
+from pneumo.configuration.exchange import from_json, to_json
+from pneumo.configuration.experiment import Excitation
+from pneumo.configuration.parameters import load, merged, study, validated
+from pneumo.configuration.plain_yaml import ConfigurationError, read_yaml
+from pneumo.configuration.schema import SCHEMA
+from pneumo.configuration.schema_words import allowed, named_sections, resolved
+from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.physics.valve import Gas, Valve, choked_flow, exact_gas
+
+CONFIG = Path(__file__).resolve().parents[2] / "config"
+PAPER = CONFIG / "paper.yaml"
+BASE = read_yaml(PAPER)
+
+
+def with_value(path, value):
+    """An override that sets one field."""
+    keys = path.split(".")
+    content = value
+    for key in reversed(keys):
+        content = {key: content}
+    return content
+
+
+def complaint(path, value):
+    """The line that an override of one field in a second file gets."""
+    override = with_value(path, value)
+    with pytest.raises(ConfigurationError) as error:
+        validated(merged(BASE, override), [("config/paper.yaml", BASE), ("mine.yaml", override)])
+    return str(error.value)
+
+
+def fields(node=SCHEMA, path=()):
+    """Every field of the schema that holds a value, as (path, schema); names that the user gives are NAME."""
+    for key, field in node["properties"].items():
+        inner, here = resolved(field), (*path, key)
+        if values := named_sections(inner):
+            inner, here = resolved(values), (*here, "NAME")
+        if "properties" in inner:
+            yield from fields(inner, here)
+        else:
+            yield here, inner
+
+
+# What paper.yaml says
+
+
+def test_the_papers_study():
+    s = study(load(PAPER))
+    assert list(s.experiments) == [f"E{j:02d}" for j in range(1, 17)]
+    assert s.n == (1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4)
+    assert s.levels == {"adiabatic": (0.02, 0.1), "typical": (0.1, 0.5), "isothermal": (0.5, 2.5)}
+    for j, e in enumerate(s.experiments.values()):  # Table 5's coding
+        assert e.plant.k_0 == [0.02, 0.1, 0.5, 2.5][j // 4]
+        assert e.cylinder == "DDEE"[j % 4]
+        assert e.drive.closed_loop == bool(j % 2)
+        assert e.h == 0.001
+    durations = [e.steps * e.h for e in s.experiments.values()]  # Table 6
+    printed = [300, 300, 1800, 1200, 60, 60, 360, 600, 60, 60, 120, 120, 60, 60, 60, 60]
+    assert durations == pytest.approx(printed, rel=1e-15)  # a product with 0.001
+
+
+def test_experiment_in_SI_units():
+    e = study(load(PAPER)).experiments["E14"]
+    c = e.plant.cylinder
+    # A key in mm is a product with 1e-3, good to an ulp.
+    assert (c.bore, c.stroke, c.x_max, e.push.x_stop) == pytest.approx((0.02, 0.1, 0.05, -0.015), rel=3e-16)
+    assert c.x_min == -c.x_max
+    assert c.A_A == c.A_B == math.pi * c.bore**2 / 4
+    assert (c.V_d, c.M, c.k_f) == (1.571e-6, 1.5, 100.0)
+    assert e.plant.gas == Gas(287.0, 1.4, 0.0404, 0.5283)
+    assert e.plant.valve == Valve(1e-7, 10.0)
+    assert e.plant.conditions == (7e5, 1e5, 293.0, 293.0, 0.8077 * 7e5, 293.0)
+    assert e.drive.k_p == 1000.0
+    assert e.excitation == Excitation(seed=666, amplitude=math.sqrt(0.0003), every=50)
+    assert e.push.force == -300.0
+    assert (e.steps, e.pressure_stride) == (60_000, 10)
+
+
+def test_amplitude_is_that_of_the_loop():
+    experiments = study(load(PAPER)).experiments
+    assert experiments["E15"].excitation == Excitation(777, 0.6, 50)  # V
+    assert experiments["E16"].excitation == Excitation(777, math.sqrt(0.0021), 50)  # m
+    assert experiments["E15"].drive.x_reverse == pytest.approx(0.96 * 0.1375, rel=3e-16)
+
+
+def test_words_in_place_of_numbers_mean_the_exact_values():
+    words = {
+        "gas": {"sonic_coefficient": "exact", "critical_ratio": "exact"},
+        "supply": {"P_0_per_P_s": "half-bridge"},
+    }
+    plant = study(validated(merged(BASE, words), [])).experiments["E01"].plant
+    assert plant.gas == exact_gas(287.0, 1.4)
+    assert equilibrium_pressure(7e5, 1e5, plant.gas) == plant.conditions.P_0
+
+
+def test_numbers_as_YAML_1_1_reads_them():
+    # YAML 1.1 takes 1e-7, which has no dot, for text: it must count as the number it is.
+    override = yaml.safe_load("cylinders: {D: {k_x_k_u_m2_per_V: 1e-7}}")
+    assert override["cylinders"]["D"]["k_x_k_u_m2_per_V"] == "1e-7"
+    assert study(validated(merged(BASE, override), [])).experiments["E01"].plant.valve.k_xu == 1e-7
+
+
+# Cylinders of one's own
+
+OWN = {
+    "bore_mm": 25.0,
+    "stroke_mm": 160.0,
+    "mass_kg": 3.0,
+    "friction_Ns_per_m": 60.0,
+    "valve": {"C_dm3_per_sbar": 1.5, "b": 0.35},
+    "u_max_V": 5.0,
+    "seed": 1,
+    "sample_time_s": 0.05,
+    "open_loop": {"amplitude_V": 0.8, "reverse_at": 0.9},
+    "closed_loop": {"amplitude_mm": 15.0, "k_p_V_per_m": 100.0},
+}
+
+
+def own(experiment=None, **changes):
+    """Experiment X on a cylinder of one's own, on top of the paper's gas and supply."""
+    x = {"cylinder": "own", "loop": "open", "k_0_W_per_K": 0.3, "duration_s": 2.0} | (experiment or {})
+    override = {
+        "cylinders": {"own": OWN | changes},
+        "experiments": {"X": {key: value for key, value in x.items() if value is not None}},
+        "run": {"experiments": ["X"]},
+    }
+    return study(validated(merged(BASE, override), [("own.yaml", override)])).experiments["X"]
+
+
+def test_catalogue_valve_passes_the_choked_flow_of_ISO_6358():
+    ureg = pint.UnitRegistry()
+    e = own()
+    assert e.plant.gas.elliptic and e.plant.gas.critical_ratio == 0.35
+    C, P, T = ureg.Quantity(1.5, "dm^3/(s bar)"), ureg.Quantity(7.0, "bar"), ureg.Quantity(310.0, "K")
+    wanted = C * ureg.Quantity(1.185, "kg/m^3") * P * (ureg.Quantity(293.15, "K") / T) ** 0.5
+    found = choked_flow(e.plant.valve.k_xu * 5.0, 7e5, 310.0, e.plant.gas)
+    assert found == pytest.approx(wanted.to("kg/s").magnitude, rel=1e-12)
+    plain = own(valve=None, k_x_k_u_m2_per_V=1e-7)
+    assert not plain.plant.gas.elliptic and plain.plant.gas.critical_ratio == 0.5283
+
+
+def test_asymmetry_and_leak_of_a_valve():
+    valve = own(valve={"C_dm3_per_sbar": 2.0, "b": 0.3, "exhaust_ratio": 1.3, "leak_dm3_per_sbar": 0.02})
+    valve = valve.plant.valve
+    assert valve.exhaust == 1.3
+    assert valve.leak == pytest.approx(0.01 * valve.k_xu * valve.u_max, rel=1e-12)
+
+
+def test_rod_weight_and_load():
+    flat = own().plant.cylinder
+    assert (flat.load, flat.coulomb) == (0.0, 0.0) and flat.A_A == flat.A_B
+    assert flat.V_d == pytest.approx(0.1 * flat.A_A * 0.08)
+    c = own(rod_mm=10.0, incline_deg=30.0, load_N=7.0, coulomb_N=4.0, dead_volume_m3=5e-6).plant.cylinder
+    rod = math.pi * 0.01**2 / 4
+    assert pytest.approx(rod) == c.A_A - c.A_B
+    assert c.load == pytest.approx(7.0 - 3.0 * 9.80665 / 2 - rod * 1e5)  # half the weight, along the axis
+    assert (c.coulomb, c.V_d) == (4.0, 5e-6)
+
+
+def test_wall_by_its_coefficient():
+    e = own({"k_0_W_per_K": None, "lambda_0_W_per_m2K": 40.0})
+    area = 2 * math.pi / 4 * 0.025**2 + math.pi * 0.025 * 0.08  # both faces and half the wall
+    assert e.plant.k_0 == pytest.approx(40.0 * area)
+
+
+def test_signals():
+    assert own().excitation == Excitation(1, 0.8, 50)
+    assert own({"loop": "closed"}).excitation == Excitation(1, 15e-3, 50)
+    sweep = own({"signal": {"kind": "sweep", "from_Hz": 0.5, "to_Hz": 5.0}}).excitation
+    assert (sweep.signal, sweep.band) == ("sweep", pytest.approx((0.5e-3, 5e-3))) and not sweep.random
+    steps = own({"signal": {"kind": "steps", "levels": [1, -1], "hold_s": 0.25}}).excitation
+    assert (steps.signal, steps.levels, steps.every) == ("levels", (1.0, -1.0), 250) and not steps.random
+    assert own({"signal": {"kind": "gaussian"}}).excitation == Excitation(1, 0.8, 50, "gaussian")
+
+
+def test_a_file_as_signal(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "mine.csv"
+    file.write_text("t,u\n0,0.5\n0.1,-1.5\n")
+    x = {"signal": {"kind": "csv", "file": "mine.csv", "column": "u", "hold_s": 0.1}}
+    found = own(x).excitation
+    assert (found.amplitude, found.levels, found.every) == (1.0, (0.5, -1.5), 100)
+
+    override = {"experiments": {"E01": x}}
+    before = study(validated(merged(BASE, override), [])).config_sha256
+    file.write_text("t,u\n0,0.5\n0.1,-1.4\n")
+    assert study(validated(merged(BASE, override), [])).config_sha256 != before
+
+
+@pytest.mark.parametrize(
+    ("experiment", "changes", "line"),
+    [
+        ({}, {"rod_mm": 25.0}, "own.rod_mm = 25.0: must be below bore_mm = 25 and be"),
+        ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: stands beside the section valve"),
+        (
+            {},
+            {"valve": None},
+            "own.k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;",
+        ),
+        ({}, {"valve": {"b": 0.3}}, "own.valve.C_dm3_per_sbar: missing"),
+        ({}, {"valve": {"C_dm3_per_sbar": 1, "b": 1}}, "own.valve.b = 1: must be a number greater than 0"),
+        ({}, {"open_loop": None}, "experiments.X.loop = 'open': needs the section cylinders.own.open_loop"),
+        ({}, {"closed_loop": {"k_p_V_per_m": 1}}, "own.closed_loop.amplitude_mm: missing; must be a number"),
+        (
+            {},
+            {"closed_loop": {"k_p_V_per_m": 1, "variance_m2": 1e-4, "amplitude_mm": 10.0}},
+            "own.closed_loop.amplitude_mm = 10.0: stands beside variance_m2",
+        ),
+        ({"k_0_W_per_K": None}, {}, "X.k_0_W_per_K: missing; must be a number"),
+        ({"lambda_0_W_per_m2K": 40.0}, {}, "X.lambda_0_W_per_m2K = 40.0: stands beside k_0_W_per_K"),
+        ({"signal": {"kind": "noise"}}, {}, "X.signal.kind = 'noise': must be prbs or gaussian or sweep"),
+        ({"signal": {"kind": "sweep", "from_Hz": 1}}, {}, "X.signal.to_Hz: missing; must be a number"),
+        ({"signal": {"kind": "prbs", "hold_s": 1}}, {}, "X.signal.hold_s = 1.0: has no use with kind: prbs"),
+        (
+            {"signal": {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}},
+            {},
+            "experiments.X.signal.file = 'nowhere.csv': cannot be read",
+        ),
+    ],
+)
+def test_cylinders_that_cannot_be(experiment, changes, line):
+    with pytest.raises(ConfigurationError) as error:
+        own(experiment, **changes)
+    assert line in str(error.value) and "\n" not in str(error.value)
+    assert str(error.value).startswith(("own.yaml: ", "experiments.X.signal"))
+
+
+# Overrides
+
+
+def test_an_override_changes_what_it_names_and_nothing_else(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("cylinders: {E: {mass_kg: 7.5}}\nn: [1.2]\n")
+    ours, theirs = load(PAPER, file).model_dump(), load(PAPER).model_dump()
+    assert ours["cylinders"]["E"].pop("mass_kg") == 7.5
+    assert ours.pop("n") == [1.2]
+    theirs["cylinders"]["E"].pop("mass_kg"), theirs.pop("n")
+    assert ours == theirs
+
+
+def test_smoke_is_two_short_experiments_of_the_paper():
+    whole, smoke = study(load(PAPER)), study(load(PAPER, CONFIG / "smoke.yaml"))
+    assert list(smoke.experiments) == ["E06", "E12"]
+    for name, e in smoke.experiments.items():
+        assert e == whole.experiments[name]._replace(steps=3000)
+
+
+def test_a_new_experiment_and_a_new_cylinder():
+    override = {
+        "cylinders": {"mine": BASE["cylinders"]["E"] | {"bore_mm": 63.0}},
+        "experiments": {"X1": BASE["experiments"]["E16"] | {"cylinder": "mine"}},
+        "run": {"experiments": ["X1"]},
+    }
+    s = study(validated(merged(BASE, override), []))
+    assert list(s.experiments) == ["X1"]
+    assert s.experiments["X1"].plant.cylinder.bore == 63e-3
+
+
+def test_hash_follows_the_content():
+    one = study(load(PAPER)).config_sha256
+    assert one == study(load(PAPER)).config_sha256
+    other = study(validated(merged(BASE, {"supply": {"T_in_K": 293.5}}), [])).config_sha256
+    assert other != one
+
+
+# JSON
+
+
+@settings(deadline=None)
+@given(some.bores(), some.masses(), some.temperatures(), some.grids())
+def test_json_round_trip_is_exact(bore, mass, T_in, n):
+    override = {
+        "cylinders": {"D": {"bore_mm": bore * 1e3, "mass_kg": mass}},
+        "supply": {"T_in_K": T_in},
+        "n": n,
+        "run": {"experiments": ["E01", "E02", "E16"]},
+    }
+    s = study(validated(merged(BASE, override), []))
+    again = from_json(to_json(s))
+    assert again == s
+    assert type(again.experiments["E01"].plant.cylinder) is type(s.experiments["E01"].plant.cylinder)
+    assert to_json(again) == to_json(s)
+    json.loads(to_json(s), parse_constant=pytest.fail)  # no NaN or Infinity: any JSON reader takes it
+
+
+# Bad input: one line with source, field, value and what is allowed
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "line"),
+    [
+        ("cylinders.D.bore_mm", -20.0, "-20.0: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", True, "True: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", math.nan, "nan: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", math.inf, "inf: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", "20 mm", "'20 mm': must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", None, "None: must be a number greater than 0 and at most 1000"),
+        ("cylinders.D.bore_mm", [20], "[20]: must be a number greater than 0 and at most 1000"),
+        ("cylinders.E.dead_volume_m3", 0, "0: must be a number greater than 0 and at most 1"),
+        ("cylinders.E.seed", 1.5, "1.5: must be a whole number at least 0 and less than 4294967296"),
+        ("cylinders.E.seed", False, "False: must be a whole number at least 0 and less than 4294967296"),
+        ("cylinders.E.settling.force_N", 300, "300: must be a number at least -1000000 and less than 0"),
+        ("experiments.E01.k_0_W_per_K", -1, "-1: must be a number at least 0 and at most 10000"),
+        ("experiments.E01.loop", "half", "'half': must be open or closed"),
+        ("experiments.E01.cylinder", 3, "3: must be text"),
+        ("experiments.E01.cylinder", "F", "'F': must be one of D, E"),
+        ("experiments.E01", "E02", "'E02': must be a section"),
+        ("run.experiments", [], "[]: must be all or a list (not empty), each text"),
+        ("run.experiments", "E01", "'E01': must be all or a list (not empty), each text"),
+        ("run.duration_limit_s", -3, "-3: must be a number greater than 0 and at most 100000"),
+        ("levels.typical", 0.1, "0.1: must be a list, each a number at least 0 and at most 10000"),
+        ("n", 1.2, "1.2: must be a list (not empty), each a number greater than 0 and at most 3"),
+        ("n", [], "[]: must be a list (not empty), each a number greater than 0 and at most 3"),
+        ("name", "my study", r"'my study': must be text matching `^[\w-]{1,40}$`"),
+        ("gas.critical_ratio", 1.5, "1.5: must be exact or a number greater than 0 and less than 1"),
+        (
+            "supply.P_0_per_P_s",
+            "half",
+            "'half': must be half-bridge or a number greater than 0 and less than 1",
+        ),
+        (
+            "supply.P_s_Pa",
+            0.9e5,
+            "90000.0: must exceed P_atm_Pa = 100000 and be a number greater than 0 and at most 5000000",
+        ),
+        (
+            "cylinders.D.settling.stop_mm",
+            -50.0,
+            "-50.0: must lie inside the half-stroke, above -50,"
+            " and be a number at least -5000 and less than 0",
+        ),
+    ],
+)
+def test_bad_value(path, value, line):
+    assert complaint(path, value) == f"mine.yaml: {path} = {line}"
+
+
+def test_bad_value_in_a_list_is_named_by_its_place():
+    line = "mine.yaml: n.1 = 0: must be a number greater than 0 and at most 3"
+    assert complaint("n", [1.2, 0]) == line
+
+
+def test_unknown_experiment_lists_those_there_are():
+    names = ", ".join(f"E{j:02d}" for j in range(1, 17))
+    line = f"mine.yaml: run.experiments = 'E99': no such experiment; there are {names}"
+    assert complaint("run.experiments", ["E01", "E99"]) == line
+
+
+@pytest.mark.parametrize("path", ["cylinders.D.bore_cm", "colour", "experiments.E01.wall.k_0"])
+def test_unknown_key(path):
+    text = complaint(path, 2)
+    head, _, known = text.partition(": unknown key; config/README.md lists the known ones: ")
+    section = path.split(".")[: {"colour": 0}.get(path, 2)]
+    assert head.startswith(f"mine.yaml: {'.'.join(path.split('.')[: len(section) + 1])} = ")
+    node = BASE
+    for key in section:
+        node = node[key]
+    assert set(node) <= set(known.split(", "))
+
+
+def test_wrong_unit_suffix_is_reported_before_the_key_that_is_missing_for_it():
+    content = copy.deepcopy(BASE)
+    content["cylinders"]["D"]["bore_cm"] = content["cylinders"]["D"].pop("bore_mm")
+    with pytest.raises(
+        ConfigurationError, match=r"^p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key; .*bore_mm"
+    ):
+        validated(content, [("p.yaml", content)])
+
+
+@pytest.mark.parametrize("name", ["E 1", "1E", "", "a" * 41])
+def test_names_of_experiments(name):
+    text = complaint(f"experiments.{name}", BASE["experiments"]["E01"])
+    assert text.endswith(r": the name must be text matching `^[A-Za-z][\w-]{0,39}$`")
+
+
+def test_names_that_are_not_text():
+    override = {"experiments": {17: BASE["experiments"]["E01"]}}
+    with pytest.raises(ConfigurationError, match=r"mine: experiments\.17 = 17: the name must be text"):
+        validated(merged(BASE, override), [("mine", override)])
+    with pytest.raises(ConfigurationError, match="mine: 17 = 17: unknown key"):
+        validated(BASE | {17: 1}, [("mine", {17: 1})])
+
+
+def without(path):
+    content = copy.deepcopy(BASE)
+    *section, key = path.split(".")
+    node = content
+    for name in section:
+        node = node[name]
+    del node[key]
+    return content
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        ("cylinders.D.mass_kg", "must be a number greater than 0 and at most 100000"),
+        ("supply", "must be a section"),
+        ("experiments.E16.loop", "must be open or closed"),
+    ],
+)
+def test_missing_field(path, line):
+    content = without(path)
+    with pytest.raises(ConfigurationError) as error:
+        validated(content, [("config/paper.yaml", content), ("mine.yaml", {"name": "mine"})])
+    assert str(error.value) == f"config/paper.yaml: {path}: missing; {line}"
+
+
+def test_field_missing_from_a_section_that_an_override_adds():
+    line = "mine.yaml: experiments.X.cylinder: missing; must be text"
+    assert complaint("experiments.X", {"loop": "open"}) == line
+
+
+def test_a_value_taken_away_is_looked_for_in_the_file_that_took_it():
+    line = "mine.yaml: experiments.E07.k_0_W_per_K: missing; must be a number at least 0 and at most 10000"
+    assert complaint("experiments.E07.k_0_W_per_K", None).startswith(line)
+
+
+def test_a_conflict_names_the_file_that_made_it():
+    # The value that gets the blame stands in an earlier file; the override moved its limit.
+    text = complaint("cylinders.D.stroke_mm", 20.0)
+    assert text.startswith(
+        "mine.yaml: cylinders.D.settling.stop_mm = -15.0: must lie inside the half-stroke, above -10,"
+    )
+    low, high = {"supply": {"P_s_Pa": 1.5e5}}, {"supply": {"P_atm_Pa": 2e5}}
+    with pytest.raises(
+        ConfigurationError, match=r"^high: supply\.P_s_Pa = 150000\.0: must exceed P_atm_Pa = 200000"
+    ):
+        validated(
+            merged(merged(BASE, low), high), [("base", BASE), ("low", low), ("high", high), ("n", {"n": [1]})]
+        )
+
+
+def test_the_last_file_that_sets_the_field_is_named(tmp_path):
+    for name, text in {"one": "step_s: -1\n", "two": "step_s: -2\n", "three": "name: three\n"}.items():
+        (tmp_path / f"{name}.yaml").write_text(text)
+    with pytest.raises(ConfigurationError) as error:
+        load(PAPER, *(tmp_path / f"{name}.yaml" for name in ("one", "two", "three")))
+    line = "step_s = -2: must be a number at least 1e-07 and at most 1"
+    assert str(error.value) == f"{tmp_path / 'two.yaml'}: {line}"
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"n: [1.0\n", "not valid YAML: "),
+        (b"\xff\xfe", "cannot be read: "),
+        (b"- 1\n", "must hold sections (key: value), holds list"),
+        (b"", "must hold sections (key: value), holds NoneType"),
+        (None, "cannot be read: "),
+    ],
+)
+def test_unreadable_file(tmp_path, content, says):
+    file = tmp_path / "mine.yaml"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(ConfigurationError) as error:
+        load(PAPER, file)
+    assert str(error.value).startswith(f"{file}: {says}")
+    assert "\n" not in str(error.value)
+
+
+def is_a_number(text):
+    """Whether a text is read as a number, as YAML's 1e-7 is, which is one for everybody but YAML."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+BAD = (
+    st.none()
+    | st.booleans()
+    | st.just({})
+    | st.just([[]])
+    | st.sampled_from([-1e300, -1.0, math.nan, math.inf, -math.inf, 1e300])
+    | st.text(max_size=50).filter(lambda s: not is_a_number(s))
+)
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.sampled_from(list(fields())), st.sampled_from(["D", "E"]), BAD)
+def test_any_bad_value_gets_one_line_with_source_field_and_range(field, cylinder, value):
+    path, node = field
+    name = cylinder if "cylinders" in path else "E07"
+    path = tuple(name if key == "NAME" else key for key in path)
+    override = with_value(".".join(path), value)
+    try:
+        validated(merged(BASE, override), [("config/paper.yaml", BASE), ("mine.yaml", override)])
+    except ConfigurationError as error:
+        line = str(error)
+    else:  # a number that this field allows, a free name, or an optional field left out
+        assert node.get("type") in ("number", "string") or value is None or value == {}
+        return
+    assert "\n" not in line
+    assert line.startswith(f"mine.yaml: {'.'.join(path[:3])}")
+    wanted = allowed(node["items"] if node.get("type") == "array" and isinstance(value, list) else node)
+    # A value that is allowed where another is missing, or where another excludes it.
+    elsewhere = ": missing; " in line or " stands beside " in line or " has no use " in line
+    conflict = path[-1] == "cylinder" and isinstance(value, str)
+    assert wanted in line or conflict or elsewhere
+
+
+# The schema and its description
+
+
+def test_every_number_has_both_limits():
+    for path, node in fields():
+        for option in node.get("anyOf", [node]):
+            leaf = option.get("items", option)
+            if leaf.get("type") == "number":
+                limits = allowed(leaf)
+                assert " and " in limits, path
+                assert "greater than" in limits or "at least" in limits, path
+                assert "less than" in limits or "at most" in limits, path
+
+
+def test_readme_of_the_configuration_is_that_of_the_schema():
+    assert (CONFIG / "README.md").read_text(encoding="utf-8") == schema_readme.readme(), (
+        "run: python -m pneumo.configuration.schema_readme > config/README.md"
+    )
+
+
+def test_readme_names_every_key_of_the_papers_configuration():
+    readme = schema_readme.readme()
+
+    def keys(node):
+        for key, value in node.items():
+            yield key
+            if isinstance(value, dict):
+                yield from keys(value)
+
+    names = {*BASE["cylinders"], *BASE["experiments"], *BASE["levels"]}
+    assert [key for key in keys(BASE) if key not in names and f"| `{key}` |" not in readme] == []
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("bore_mm", "mm"),
+        ("dead_volume_m3", "m³"),
+        ("variance_m2", "m²"),
+        ("friction_Ns_per_m", "N s/m"),
+        ("k_x_k_u_m2_per_V", "m²/V"),
+        ("k_p_V_per_m", "V/m"),
+        ("R_J_per_kgK", "J/(kg K)"),
+        ("k_0_W_per_K", "W/K"),
+        ("lambda_0_W_per_m2K", "W/(m² K)"),
+        ("C_dm3_per_sbar", "dm³/(s bar)"),
+        ("from_Hz", "Hz"),
+        ("P_s_Pa", "Pa"),
+        ("duration_limit_s", "s"),
+        ("P_0_per_P_s", ""),
+        ("critical_ratio", ""),
+        ("n", ""),
+    ],
+)
+def test_unit_of_a_key(key, unit):
+    assert schema_readme.unit(key) == unit
+    if unit:
+        pint.UnitRegistry().Unit(re.sub(r"(?<=\w|²) (?=\w)", "*", unit))

@@ -1,0 +1,64 @@
+"""Columns of CSV files: what is read, and one line for what cannot be."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pneumo.configuration import signal_file
+from pneumo.configuration.plain_yaml import ConfigurationError
+from pneumo.configuration.signal_file import read_column
+
+
+@pytest.mark.parametrize(
+    "text", ["t,u\n0,1.5\n1,-2\n", "t;u\n0;1.5\n\n1;-2", "\ufefft\t u \n0\t1.5\n1\t-2\n"]
+)
+def test_column_with_any_delimiter(tmp_path, text):
+    file = tmp_path / "a.csv"
+    file.write_text(text, encoding="utf-8")
+    assert read_column(file, "u", "here") == (1.5, -2.0)
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1))
+def test_numbers_come_back_exactly(tmp_path_factory, values):
+    file = tmp_path_factory.mktemp("csv") / "a.csv"
+    file.write_text("u\n" + "".join(f"{value!r}\n" for value in values))
+    assert read_column(file, "u", "here") == tuple(values)
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        (None, "here.file = "),
+        (b"\xff\xfe", "cannot be read"),
+        (b"", "has the columns (none)"),
+        (b"t,v\n0,1\n", "here.column = 'u': "),
+        (b"t,u\n", "has no rows"),
+        (b"t,u\n0,1\n1,x\n", "line 3: no finite number"),
+        (b"t,u\n0,nan\n", "line 2: no finite number"),
+        (b"t,u\n0\n", "line 2: no finite number"),
+        (b"t;u\n0;1,5\n", "line 2: no finite number"),
+    ],
+)
+def test_bad_files(tmp_path, content, line):
+    file = tmp_path / "a.csv"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(ConfigurationError) as error:
+        read_column(file, "u", "here")
+    assert line in str(error.value) and str(error.value).isprintable()
+
+
+def test_limits_of_size(tmp_path, monkeypatch):
+    file: Path = tmp_path / "a.csv"
+    file.write_text("u\n1\n2\n3\n")
+    monkeypatch.setattr(signal_file, "MOST_ROWS", 3)
+    assert len(read_column(file, "u", "here")) == 3
+    monkeypatch.setattr(signal_file, "MOST_ROWS", 2)
+    with pytest.raises(ConfigurationError, match="more than 2 rows"):
+        read_column(file, "u", "here")
+    monkeypatch.setattr(signal_file, "LARGEST", 7)
+    with pytest.raises(ConfigurationError, match="larger than 7 bytes"):
+        read_column(file, "u", "here")

@@ -1,0 +1,129 @@
+"""Measurements: what is read, and what is wrong with them said by column and line."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from pneumo.engineer.errors import ApplyError
+from pneumo.engineer.measurement import Column, read_mapping, read_measurement
+from pneumo.engineer.suspicion import suspect
+from pneumo.evidence.synthetic_records import case
+
+KNOWN = case(8)
+HALF = KNOWN.configured.cylinder.stroke / 2
+ATMOSPHERE = KNOWN.configured.conditions.P_atm
+
+
+def table():
+    t = KNOWN.period * np.arange(len(KNOWN.u))
+    return {
+        "t_s": t,
+        "u_V": KNOWN.u,
+        "x_mm": KNOWN.x * 1e3,
+        "P_A_kPa": KNOWN.P[0] / 1e3,
+        "P_B [bar(g)]": (KNOWN.P[1] - ATMOSPHERE) / 1e5,
+    }
+
+
+def read(tmp_path, columns, **options):
+    file = tmp_path / "m.csv"
+    pd.DataFrame(columns).to_csv(file, index=False)
+    return read_measurement(file, KNOWN.configured, **options)
+
+
+def changed(old, new, values):
+    return {(new if name == old else name): (values if name == old else v) for name, v in table().items()}
+
+
+def at(index, value, name="x_mm"):
+    values = np.array(table()[name], dtype=object)
+    values[index] = value
+    return changed(name, name, values)
+
+
+def test_units_of_the_header_are_converted(tmp_path):
+    found = read(tmp_path, table())
+    assert found.notes == ()
+    assert found.period == pytest.approx(KNOWN.period, rel=1e-9)
+    # The file holds every digit; units are converted with one rounding or two.
+    np.testing.assert_allclose(found.x, KNOWN.x, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(found.P, KNOWN.P, rtol=1e-14)
+
+
+def test_mapping_and_netcdf_say_the_same(tmp_path):
+    names = {"t": "time", "u": "cmd", "x": "pos", "P_A": "p1", "P_B": "p2"}
+    plain = dict(zip(names.values(), [table()["t_s"], KNOWN.u, KNOWN.x, *KNOWN.P], strict=True))
+    units = {"t": "s", "u": "V", "x": "m", "P_A": "Pa", "P_B": "Pa"}
+    mapping = {q: Column(column=name, unit=units[q]) for q, name in names.items()}
+    by_mapping = read(tmp_path, plain, mapping=mapping)
+    data = xr.Dataset({q: ("sample", plain[name], {"units": units[q]}) for q, name in names.items()})
+    data.to_netcdf(tmp_path / "m.nc")
+    by_attribute = read_measurement(tmp_path / "m.nc", KNOWN.configured)
+    assert np.array_equal(by_mapping.P, by_attribute.P)
+    assert np.array_equal(by_mapping.x, by_attribute.x)
+
+
+def test_mapping_file(tmp_path):
+    file = tmp_path / "columns.yaml"
+    file.write_text("P_A: {column: pressure 1, unit: kPa}\n")
+    assert read_mapping(file) == {"P_A": Column(column="pressure 1", unit="kPa")}
+    file.write_text("P_C: {column: pressure 1, unit: kPa}\n")
+    with pytest.raises(ApplyError, match="P_C"):
+        read_mapping(file)
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        (lambda: {k: v for k, v in table().items() if k != "x_mm"}, ["no column x"]),
+        (lambda: at(17, "nan"), ["line 19", "column x", "'nan'", "finite"]),
+        (lambda: at(17, ""), ["line 19", "empty"]),
+        (lambda: at(500, table()["t_s"][499], "t_s"), ["line 502", "must increase"]),
+        (
+            lambda: changed("t_s", "t_s", table()["t_s"] + (np.arange(len(KNOWN.u)) > 499)),
+            ["line 502", "gap"],
+        ),
+        (lambda: changed("t_s", "t_h", table()["t_s"]), ["unknown unit 'h'"]),
+        (lambda: changed("t_s", "t", table()["t_s"]), ["no unit"]),
+        (lambda: changed("P_A_kPa", "P_A_Pa", KNOWN.P[0] / 1e3), ["column P_A", "kPa for Pa"]),
+        (lambda: changed("P_A_kPa", "P_A_kPa", KNOWN.P[0]), ["column P_A", "Pa for kPa"]),
+        (lambda: changed("P_A_kPa", "P_A_kPa", 0 * KNOWN.P[0]), ["column P_A", "absolute"]),
+        (lambda: changed("x_mm", "x_mm", 1e3 * (KNOWN.x + HALF)), ["outside the stroke", "--x-from end"]),
+        (lambda: changed("u_V", "u_V", 0 * KNOWN.u), ["column u", "every sample"]),
+        (lambda: table() | {"v_mm/s": -np.gradient(KNOWN.x * 1e3, KNOWN.period)}, ["column v"]),
+    ],
+)
+def test_what_is_wrong_is_said_on_one_line(tmp_path, columns, words):
+    with pytest.raises(ApplyError) as caught:
+        read(tmp_path, columns())
+    text = str(caught.value)
+    assert "\n" not in text
+    assert "m.csv" in text
+    assert all(word in text for word in words), text
+
+
+def test_position_from_the_end(tmp_path):
+    found = read(tmp_path, changed("x_mm", "x_mm", 1e3 * (KNOWN.x + HALF)), from_end=True)
+    np.testing.assert_allclose(found.x, KNOWN.x, atol=1e-15)
+
+
+def test_uneven_time_is_noted(tmp_path):
+    t = table()["t_s"] + np.random.default_rng(0).uniform(-0.3, 0.3, len(KNOWN.u)) * KNOWN.period
+    assert "not uniform" in read(tmp_path, changed("t_s", "t_s", t)).notes[0]
+
+
+@pytest.mark.parametrize(
+    ("confuse", "words"),
+    [
+        (lambda m: m._replace(P=m.P[::-1]), "swapped"),
+        (lambda m: m._replace(u=-m.u), "column u"),
+        (lambda m: m._replace(x=-m.x), "column x"),
+        (lambda m: m._replace(P=m.P - ATMOSPHERE), "gauge"),
+    ],
+)
+def test_confused_columns_are_suspected(tmp_path, confuse, words):
+    right = read(tmp_path, table())
+    suspect(right, KNOWN.configured)
+    with pytest.raises(ApplyError, match=words):
+        suspect(confuse(right), KNOWN.configured)

@@ -1,0 +1,170 @@
+"""`pneumo study` and `pneumo init`: what is chosen, where it is written, what the template holds."""
+
+import re
+from math import pi
+
+import pytest
+import xarray as xr
+import yaml
+
+from pneumo.configuration.parameters import load, study, validated
+from pneumo.configuration.schema import SCHEMA
+from pneumo.configuration.schema_words import named_sections, resolved
+from pneumo.engineer.errors import ApplyError
+from pneumo.engineer.own_study import (
+    TITLE,
+    check_folder,
+    chosen,
+    joined,
+    rankings,
+    run_study,
+    save_study,
+    simulated_time,
+)
+from pneumo.engineer.template import TEMPLATE, write_template
+from pneumo.publish.study_page import MARK
+from pneumo.storage.files import write
+
+
+def keys(node=SCHEMA):
+    """Every key of the schema."""
+    for key, field in node["properties"].items():
+        yield key
+        inner = resolved(field)
+        inner = resolved(named_sections(inner) or inner)
+        if "properties" in inner:
+            yield from keys(inner)
+
+
+@pytest.fixture(scope="module")
+def template():
+    return study(load(TEMPLATE))
+
+
+@pytest.fixture(scope="module")
+def short(template):
+    experiments = {name: e._replace(steps=300) for name, e in template.experiments.items()}
+    return template._replace(experiments=experiments, n=(1.2, 1.3), seeds=2)
+
+
+@pytest.fixture(scope="module")
+def cells(short):
+    return run_study(short, threads=2)
+
+
+def test_template_is_a_25_by_160_cylinder_with_a_catalogue_valve(template):
+    open_, closed = template.experiments.values()
+    c = open_.plant.cylinder
+    assert (c.bore, c.stroke) == pytest.approx((0.025, 0.16))
+    assert open_.plant.gas.elliptic and open_.plant.gas.critical_ratio == 0.3
+    assert open_.plant.k_0 == closed.plant.k_0 == 0.3
+    assert closed.drive.closed_loop and not open_.drive.closed_loop
+    # The load is the atmosphere's on the rod.
+    assert c.load == pytest.approx(-pi / 4 * 0.01**2 * 101325)
+
+
+@pytest.fixture
+def with_options():
+    """The template with every line that is commented out."""
+    return yaml.safe_load(re.sub(r"#~ ?", "", TEMPLATE.read_text()))
+
+
+def test_template_holds_every_key(with_options):
+    def there(node):
+        for key, value in node.items():
+            yield key
+            if isinstance(value, dict):
+                yield from there(value)
+
+    assert sorted(set(keys()) - set(there(with_options))) == []
+
+
+def test_options_of_the_template_are_right_too(with_options):
+    # What excludes one another: the rest of one kind goes.
+    mine, closed = with_options["cylinders"]["mine"], with_options["experiments"]["closed"]
+    del mine["k_x_k_u_m2_per_V"], mine["closed_loop"]["variance_m2"]
+    del with_options["experiments"]["open"]["lambda_0_W_per_m2K"]
+    for key in ("levels", "hold_s", "file", "column"):
+        del closed["signal"][key]
+    found = study(validated(with_options, []))
+    assert found.experiments["closed"].excitation.signal == "sweep"
+    assert found.experiments["open"].push.force == -300.0
+    assert found.levels == {"mine": (0.3,)}
+
+
+def test_init_writes_once(tmp_path):
+    file = tmp_path / "new" / "my.yaml"
+    write_template(file)
+    assert file.read_bytes() == TEMPLATE.read_bytes()
+    file.write_text("mine")
+    with pytest.raises(ApplyError, match=r"my\.yaml: is there already"):
+        write_template(file)
+    assert file.read_text() == "mine"
+    with pytest.raises(ApplyError, match="cannot be written"):
+        write_template(file / "below.yaml")
+
+
+def test_choice_of_cylinders_and_experiments(template):
+    assert list(chosen(template).experiments) == ["open", "closed"]
+    assert list(chosen(template, ["mine"], ["closed"]).experiments) == ["closed"]
+    for options, words in (
+        ((["theirs"], []), "cylinder = 'theirs'"),
+        (([], ["half"]), "experiment = 'half'"),
+    ):
+        with pytest.raises(ApplyError, match=words):
+            chosen(template, *options)
+    paper = study(load("config/paper.yaml"))
+    with pytest.raises(ApplyError, match="no experiment"):
+        chosen(paper, ["E"], ["E02"])
+
+
+def test_simulated_time_counts_every_run(template):
+    assert simulated_time(template) == pytest.approx(2 * 5 * 20)
+    steps = {"open": template.experiments["open"]}
+    e = steps["open"]
+    fixed = e._replace(excitation=e.excitation._replace(signal="levels", levels=(1.0,)))
+    assert simulated_time(template._replace(experiments={"open": fixed})) == pytest.approx(20)
+
+
+def test_files_of_a_study(short, cells, tmp_path):
+    found = rankings(cells)
+    assert [ranking.cylinder for ranking in found] == ["mine"]
+    check_folder(tmp_path / "out")
+    page, stored = save_study(short, cells, found, tmp_path / "out")
+    assert MARK in page.read_text()[:1000]
+    with xr.open_dataset(stored) as again:
+        assert again["mse"].dims == ("experiment", "run", "model", "n", "chamber")
+        xr.testing.assert_identical(again["mse"].drop_attrs().load(), cells["mse"].drop_attrs())
+        assert again.attrs["title"] == TITLE and again.attrs["config_sha256"] == short.config_sha256
+        assert again["mse"].attrs["units"] == "Pa2"
+    check_folder(tmp_path / "out")  # its own files may be replaced
+    before = (page.read_bytes(), stored.read_bytes())
+    save_study(short, cells, found, tmp_path / "out")
+    assert before == (page.read_bytes(), stored.read_bytes())
+
+
+@pytest.mark.parametrize("name", ["study.html", "study.nc"])
+def test_foreign_files_stay(name, tmp_path, cells):
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(ApplyError, match=f"{name}: not written by"):
+        check_folder(tmp_path)
+    (tmp_path / name).unlink()
+    (tmp_path / name).mkdir()
+    with pytest.raises(ApplyError, match=f"{name}: not written by"):
+        check_folder(tmp_path)
+
+
+def test_results_of_something_else_stay(tmp_path, cells):
+    write(cells[["mse"]], tmp_path / "study.nc", {"title": "other", "summary": "", "config_sha256": ""})
+    with pytest.raises(ApplyError, match=r"study\.nc: not written by"):
+        check_folder(tmp_path)
+    with pytest.raises(ApplyError, match="is a file"):
+        check_folder(tmp_path / "study.nc")
+
+
+def test_cylinders_together(cells):
+    other = cells.assign_coords(cylinder=("experiment", ["other", "other"]))
+    other = other.assign_coords(experiment=["a", "b"])
+    both = joined([cells, other.isel(run=[0])])
+    assert both.sizes["experiment"] == 4 and both.sizes["run"] == 2
+    assert [ranking.cylinder for ranking in rankings(both)] == ["mine", "other"]

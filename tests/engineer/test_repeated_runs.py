@@ -1,0 +1,142 @@
+"""Repeated runs: the workflow's bits for the configuration's seed, other seeds, a wrong k_0, failures."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from pneumo.configuration.exchange import to_json
+from pneumo.configuration.parameters import load, study
+from pneumo.engineer.repeated_runs import (
+    K_0_FACTORS,
+    TRACED,
+    WITH_WALL,
+    one_run,
+    repeated,
+    seeds_of,
+    wall_lanes,
+)
+from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.simulation.full_order import DIVERGED
+from pneumo.simulation.reference import NO_RUN
+from pneumo.storage.files import write_json
+
+ROOT = Path(__file__).parents[2]
+PAPER = study(load(ROOT / "config" / "paper.yaml"))
+CELLS = ("mean_error", "variance", "mse", "status", "failure_time")
+
+
+def short(name, seconds=2.0):
+    e = PAPER.experiments[name]
+    return e._replace(steps=round(seconds / e.h))
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return repeated([short("E02"), short("E01", 1.0)], PAPER.n, seeds=3, threads=2)
+
+
+def script(name):
+    """A script of the workflow, as a module."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "workflow" / "scripts" / f"{name}.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_first_run_is_the_workflows_bit_for_bit(runs, tmp_path):
+    cut = PAPER._replace(experiments={"E02": short("E02")})
+    write_json(to_json(cut), tmp_path / "parameters.json")
+    parameters, datum = str(tmp_path / "parameters.json"), str(tmp_path / "datum" / "E02.nc")
+    replayed = str(tmp_path / "exact" / "replay" / "E02.nc")
+    script("datum").main(parameters, [datum], "")
+    script("replay").main(parameters, [datum], [replayed], 1, "")
+    mine = runs.sel(experiment="E02").isel(run=0)
+    with xr.open_dataset(replayed) as theirs:
+        for name in CELLS:
+            np.testing.assert_array_equal(mine[name].values, theirs[name].values, err_msg=name)
+        stored = theirs["pressure"].values[..., : 2000 // 50 + 1]
+        assert np.array_equal(mine["trace_pressure"].values[..., : 2000 // 50 + 1], stored)
+    assert np.isfinite(mine["mse"].values).all() and (mine["mse"].values > 0).all()
+
+
+@pytest.mark.results
+@pytest.mark.parametrize("name", ["E02", "E06"])
+def test_cylinder_D_at_full_length_is_the_studys(results, name):
+    mine = repeated([PAPER.experiments[name]], PAPER.n, seeds=1, threads=1).isel(experiment=0, run=0)
+    with xr.open_dataset(results / "exact" / "replay" / f"{name}.nc") as theirs:
+        for variable in CELLS:
+            np.testing.assert_array_equal(mine[variable].values, theirs[variable].values, err_msg=variable)
+
+
+def test_threads_do_not_matter(runs):
+    again = repeated([short("E02"), short("E01", 1.0)], PAPER.n, seeds=3, threads=1)
+    xr.testing.assert_identical(again, runs)
+
+
+def test_runs_differ_in_their_seed_and_nothing_else(runs):
+    seeds = runs["seed"].sel(experiment="E02").values.tolist()
+    assert seeds == seeds_of(short("E02"), 3)
+    assert seeds[0] == 666 and len(set(seeds)) == 3
+    e = short("E02")
+    alone = one_run(e._replace(excitation=e.excitation._replace(seed=seeds[2])), PAPER.n, traced=False)
+    assert np.array_equal(runs["mse"].sel(experiment="E02").isel(run=2).values, alone["mse"].values)
+    assert len(np.unique(runs["mse"].sel(experiment="E02", model="M1", n=1.0, chamber="A"))) == 3
+
+
+def test_more_seeds_begin_with_the_same():
+    assert seeds_of(short("E02"), 9)[:4] == seeds_of(short("E02"), 4)
+    assert len(set(seeds_of(short("E02"), 100))) == 100
+
+
+def test_a_signal_that_is_not_random_runs_once():
+    e = short("E02", 0.3)
+    sweep = e._replace(excitation=e.excitation._replace(signal="sweep", band=(1e-3, 2e-3)))
+    assert seeds_of(sweep, 5) == [666]
+    told = []
+    found = repeated([sweep], (1.2,), seeds=5, threads=1, tell=told.append)
+    assert found.sizes["run"] == 1 and told == [pytest.approx(0.3)] and not found["random"].any()
+    both = repeated([sweep, e._replace(name="E98")], (1.2,), seeds=2, threads=1)
+    assert both.sizes["run"] == 2
+    assert both["mse"].sel(experiment="E02").std("run").max() == 0
+
+
+def test_wrong_k_0_scales_the_wall_heat_of_the_models_alone():
+    right, half = wall_lanes((1.2, 1.3), 1.4, 1.0), wall_lanes((1.2, 1.3), 1.4, 0.5)
+    assert np.array_equal(right, lane_array([lane(MODELS[m], n, 1.4) for m in WITH_WALL for n in (1.2, 1.3)]))
+    column = list(lane(MODELS["M8"], 1.2, 1.4)._fields).index("explicit_heat")
+    assert (half[:, column] == 0.5).all() and np.array_equal(
+        np.delete(half, column, 1), np.delete(right, column, 1)
+    )
+
+
+def test_errors_of_a_wrong_k_0(runs):
+    wrong = runs["mse_of_wrong_k_0"]
+    assert tuple(wrong["k_0_factor"].values) == K_0_FACTORS
+    assert wrong.sel(model=[m for m in MODELS if m not in WITH_WALL]).isnull().all()
+    walled = wrong.sel(model=WITH_WALL)
+    assert walled.notnull().all()
+    same = walled == runs["mse"].sel(model=WITH_WALL)
+    # At n = 1 the air stays at the wall's temperature, whatever the conductance.
+    assert same.sel(n=1.0).all() and not same.sel(n=slice(1.01, None)).any()
+
+
+def test_traces_are_those_of_the_first_run(runs):
+    one = runs.sel(experiment="E01")
+    kept = one["trace_t"].notnull().values
+    assert one.sizes["sample"] == TRACED and kept.sum() == 1000 // 50 + 1
+    assert one["trace_t"].values[kept][-1] == pytest.approx(1.0)
+    P = one["trace_P"].values[:, kept]
+    assert (P[:, 0] == PAPER.experiments["E01"].plant.conditions.P_0).all() and np.ptp(P) > 1e4
+
+
+def test_a_run_that_fails_is_a_status():
+    e = short("E02", 0.1)
+    wild = e._replace(plant=e.plant._replace(cylinder=e.plant.cylinder._replace(M=1e-9)))
+    found = repeated([wild], (1.2,), seeds=2, threads=1)
+    assert (found["run_status"] == DIVERGED).all() or (found["run_status"] > 0).all()
+    assert (found["status"] == NO_RUN).all() and found["mse"].isnull().all()
+    assert (found["run_failure_time"] > 0).all()

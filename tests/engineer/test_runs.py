@@ -1,0 +1,160 @@
+"""Use in code: plants, full-order runs and replays by the names that the package gives at the top."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pneumo
+from pneumo import Cylinder, Model, recorded, replay, simulate
+from pneumo import testing as some
+from pneumo.engineer.errors import ApplyError
+from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.simulation import full_order as datum
+from pneumo.simulation.reference import replay as replayed
+
+CYLINDER = Cylinder(0.02, 0.1, 3.14e-4, 3.0e-4, 1.6e-6, 2, 100, -0.05, 0.05)  # whole numbers are welcome
+H = 1e-3
+COMMAND = 0.8 * np.sign(np.sin(np.arange(301) / 30 + 0.1))
+
+
+@pytest.fixture(scope="module")
+def mine():
+    return pneumo.plant(CYLINDER, k_xu=1e-7, u_max=10, P_s=7e5, k_0=0.5)
+
+
+@pytest.fixture(scope="module")
+def run(mine):
+    return simulate(mine, H, command=COMMAND)
+
+
+def test_simulate_is_the_full_order_system(mine, run):
+    drive = run.drive
+    assert drive is not None
+    expected = datum.run(datum.equilibrium(mine), COMMAND, 0.0, drive, mine, H)
+    assert np.array_equal(run.recording.states, expected)
+    assert np.array_equal(run.u, COMMAND)
+    assert run.t[-1] == pytest.approx(0.3)
+    columns = (run.x, run.v, run.P_A, run.T_A, run.P_B, run.T_B)
+    assert all(np.array_equal(column, expected[:, i]) for i, column in enumerate(columns))
+    assert np.ptp(run.x) > 1e-3
+
+
+def test_position_follows_its_reference(mine):
+    run = simulate(mine, H, reference=np.full(1501, 0.01), k_p=50.0)
+    assert run.x[-1] == pytest.approx(0.01, abs=1e-3)
+    assert run.u == pytest.approx(50.0 * (0.01 - run.x))
+
+
+def test_replay_is_the_grids(mine, run):
+    row = lane_array([lane(MODELS["M8"], 1.35, 1.4)])
+    expected = replayed(run.recording, row, run.drive, mine, H, transport="exact")
+    found = replay("M8", 1.35, run)
+    assert np.array_equal(found.P_A, expected.pressure[0, 0])
+    assert np.array_equal(found.P_B, expected.pressure[0, 1])
+    assert np.array_equal(found.mse, expected.mse[0])
+    assert found.status == ("ok", "ok")
+    assert found.mse[0] == pytest.approx(np.mean((run.P_A - found.P_A) ** 2), rel=1e-9)
+
+
+def test_measured_signals_are_interpolated(mine, run):
+    measured = recorded(mine, H, u=run.u, x=run.x, v=run.v, P_A=run.P_A, P_B=list(run.P_B))
+    found, exact = replay("M8", 1.35, measured), replay("M8", 1.35, run)
+    assert pytest.approx(exact.P_A, rel=0.1) == found.P_A
+    assert not np.array_equal(found.P_A, exact.P_A)
+    silent = replay("M8", 1.35, recorded(mine, H, u=run.u, x=run.x, v=run.v))
+    assert np.array_equal(silent.P_A, found.P_A)
+    assert np.isnan(silent.mse).all()
+
+
+@settings(deadline=None, max_examples=10)
+@given(data=st.data())
+def test_signals_of_the_strategies_run(mine, data):
+    command = data.draw(some.commands(100, every=10, high=3.0))
+    reference = data.draw(some.references(100, CYLINDER, every=10))
+    assert len(command) == len(reference) == 101
+    assert np.all(np.abs(reference) <= 0.9 * CYLINDER.stroke / 2)
+    for run in (simulate(mine, H, command=command), simulate(mine, H, reference=reference, k_p=20.0)):
+        assert np.all((CYLINDER.x_min <= run.x) & (run.x <= CYLINDER.x_max))
+        assert replay("M10", 1.2, run).status == ("ok", "ok")
+
+
+def test_own_row_takes_part(run):
+    own = Model("M11", "gamma", "gamma", "gamma", "polytropic", True, "k_0")  # M8 under another name
+    assert np.array_equal(replay(own, 1.35, run).P_A, replay("M8", 1.35, run).P_A)
+
+
+def test_models_without_n_need_none(run):
+    assert np.array_equal(replay("M1", None, run).P_A, replay("M2", 1.0, run).P_A)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, "either"),
+        ({"command": COMMAND, "reference": COMMAND}, "either"),
+        ({"reference": COMMAND}, "k_p"),
+        ({"command": [1.0]}, "command"),
+        ({"command": [1.0, np.nan]}, "command"),
+        ({"command": [[1.0, 2.0]]}, "command"),
+        ({"h": 0.0, "command": COMMAND}, "h = 0"),
+    ],
+)
+def test_bad_signals_are_refused(options, words, mine):
+    with pytest.raises(ApplyError, match=words):
+        simulate(mine, **({"h": H} | options))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"P_s": 1e5}, "must exceed"),
+        ({"k_0": -1.0}, "k_0"),
+        ({"u_max": 0.0}, "u_max"),
+        ({"T_in": -3.0}, "T_in"),
+        ({"P_0": float("inf")}, "P_0"),
+        ({"cylinder": CYLINDER._replace(V_d=0.0)}, "V_d"),
+    ],
+)
+def test_bad_plants_are_refused(changes, words):
+    options = {"cylinder": CYLINDER, "k_xu": 1e-7, "u_max": 10.0, "P_s": 7e5, "k_0": 0.5} | changes
+    with pytest.raises(ApplyError, match=words):
+        pneumo.plant(options.pop("cylinder"), **options)
+
+
+def test_signals_of_different_length_are_refused(mine):
+    with pytest.raises(ApplyError, match="x"):
+        recorded(mine, H, u=COMMAND, x=COMMAND[1:], v=COMMAND)
+
+
+@pytest.mark.parametrize("before", ["pass", "from pneumo.simulation import vectorised"])
+def test_simulate_is_room_and_function(before):
+    code = f"""{before}
+from pneumo import simulate, replay
+import pneumo.simulation.full_order as datum, pneumo
+assert callable(simulate) and simulate is pneumo.simulate and pneumo.simulation.full_order is datum
+assert callable(replay)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_import_stays_light():
+    code = "import sys, pneumo; assert not {'numpy', 'numba', 'sympy', 'xarray'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_public_names_are_there():
+    assert all(getattr(pneumo, name) is not None for name in pneumo.__all__)
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = pneumo.nonsense
+
+
+def test_strategies_say_what_they_need():
+    code = "import sys; sys.modules['hypothesis'] = None; import pneumo.testing"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stderr.splitlines()[-1] == (
+        "ImportError: pneumo.testing needs Hypothesis: install pneumo[testing]"
+    )

@@ -1,0 +1,431 @@
+"""Identification: the noise model, a synthetic cylinder found again, and what counts as fitted."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.axes import Axes
+from rich.console import Console
+from scipy.optimize import OptimizeResult
+
+from pneumo.configuration.parameters import load, study
+from pneumo.evidence import amplitudes, mechanics
+from pneumo.evidence.identification import LONG_NAMES, check, identify, save_identification
+from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2, interval, noise, rms, scale
+from pneumo.publish.identification_figure import identification, identification_tables, number
+from pneumo.publish.style import paper_style
+from pneumo.simulation.full_order import C, record
+from pneumo.simulation.reference import replay
+from pneumo.simulation.settling import NOT_SETTLED, QUANTITIES, settle
+from pneumo.statistics.averages import statistics
+from pneumo.storage.files import ResultError, read
+from pneumo.verdict.claims import read_claims
+from pneumo.verdict.published import table5, table7, table9
+
+STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
+TRUE = np.log([1.8, 120.0, 0.3])
+NAMES = ("E13", "E14")
+
+
+def synthetic() -> mechanics.Cells:
+    """Cylinder D with other parameters, its own settling times rounded to the millisecond."""
+    experiments = {
+        name: mechanics.changed(STUDY.experiments[name], TRUE)._replace(name=name) for name in NAMES
+    }
+    table = table5().copy()
+    for name, experiment in experiments.items():
+        table.loc[{"experiment": name}] = settle(experiment, longest=20.0).times
+    return mechanics.cells(STUDY.experiments, NAMES, table)
+
+
+# The noise model
+
+
+def test_noise_adds_rounding_and_discrepancy():
+    sigma = noise(np.array([0.1, 100.0]), np.array([5e-4, 5e-4]), 0.01)
+    assert sigma[0] == pytest.approx(np.sqrt((5e-4 / np.sqrt(3) / 0.1) ** 2 + 0.01**2), rel=1e-15)
+    assert sigma[1] == pytest.approx(0.01, rel=1e-6)
+
+
+def test_the_rounding_part_is_the_spread_of_rounded_numbers():
+    x = np.linspace(0.1, 0.2, 100_001)
+    spread = np.std(np.round(x, 3) - x)
+    assert float(noise(np.array(1.0), np.array(5e-4), 0.0)) == pytest.approx(spread, rel=1e-3)
+
+
+def test_deviances_shrink_only_where_the_fit_is_worse_than_expected():
+    assert scale(2.0, 8, 3) == 1.0
+    assert scale(20.0, 8, 3) == 4.0
+
+
+@given(st.floats(-5, 5), st.floats(0.01, 3))
+def test_interval_of_a_parabola(centre, sigma):
+    x = centre + sigma * np.linspace(-4, 4, 401)
+    low, high = interval(x, ((x - centre) / sigma) ** 2)
+    assert low == pytest.approx(centre - 1.95996 * sigma, abs=1e-3 * sigma)
+    assert high == pytest.approx(centre + 1.95996 * sigma, abs=1e-3 * sigma)
+    assert abs(THRESHOLD - 1.95996**2) < 1e-4
+    assert pytest.approx(-2 * np.log(0.05)) == THRESHOLD_2  # chi squared of two degrees: exponential
+
+
+def test_interval_without_an_end():
+    x, nan = np.arange(5.0), np.nan
+    assert interval(x, np.array([9.0, 0.0, 1.0, 2.0, 2.0])) == (pytest.approx(1 - THRESHOLD / 9), np.inf)
+    assert interval(x, np.array([nan, 1.0, 0.0, 9.0, nan]))[0] == -np.inf
+
+
+def test_interval_takes_the_outermost_crossing():
+    low, high = interval(np.arange(6.0), np.array([8.0, 0.0, 8.0, 0.0, 8.0, 9.0]), 4.0)
+    assert (low, high) == (0.5, 3.5)
+
+
+# Mass, friction, stop
+
+
+def test_changed_is_the_configured_plant_at_the_configured_constants():
+    e = STUDY.experiments["E13"]
+    again = mechanics.changed(e, np.log([1.5, 100.0, 0.3]), force=2.0)
+    cylinder = again.plant.cylinder
+    assert (cylinder.M, cylinder.k_f) == pytest.approx((e.plant.cylinder.M, e.plant.cylinder.k_f))
+    assert again.push.x_stop == pytest.approx(e.push.x_stop)
+    assert again.push.force == 2 * e.push.force
+
+
+def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
+    # Narrower than the real search, which takes a minute or two, and with a small population.
+    monkeypatch.setattr(mechanics, "BOUNDS", np.array([(0.5, 8.0), (20.0, 400.0), (0.2, 0.8)]))
+    found = mechanics.search(synthetic(), seed=1, mapper=map, population=4, generations=4)
+    np.testing.assert_allclose(np.exp(found.x[:2]), np.exp(TRUE[:2]), rtol=0.01)
+    assert abs(found.x[2] - TRUE[2]) < 0.1  # two experiments hardly determine the stop
+    assert found.fun < 1.0  # eight cells; what is left is rounding
+
+
+def test_profile_is_lowest_at_the_truth_and_rises(monkeypatch):
+    monkeypatch.setattr(mechanics, "STEPS", np.array([0.05, 0.4]))
+    monkeypatch.setattr(mechanics, "OFFSETS", np.array([-0.4, -0.05, 0.0, 0.05, 0.4]))
+    monkeypatch.setattr(
+        mechanics, "nearby", lambda f, start, size=0.0: OptimizeResult(x=start, fun=f(start), nfev=1)
+    )
+    best, data = OptimizeResult(x=TRUE, fun=0.0), synthetic()
+    curves, lowest, evaluations = mechanics.profile(data, best, 1.0, map)
+    assert lowest is best
+    assert curves.shape == (3, 5)
+    assert (curves[:, 2] == 0).all()
+    assert (curves[:2, [1, 3]] > THRESHOLD).all()  # others held: far above what a profile would be
+    for parameter, shift in enumerate(0.05 * np.eye(3)):
+        assert curves[parameter, 3] == mechanics.deviance(TRUE + shift, data)
+    assert evaluations >= 6
+
+
+def test_what_does_not_settle_is_a_large_finite_residual():
+    data = synthetic()
+    silly = mechanics.log_ratios(data, np.log([0.1, 1000.0, 0.9]))
+    assert np.isfinite(silly).all()
+    assert np.isfinite(mechanics.deviance(np.log([20.0, 1.0, 0.1]), data))
+    stuck = data._replace(
+        experiments=tuple(e._replace(push=e.push._replace(tolerance=1e-300)) for e in data.experiments)
+    )
+    assert (mechanics.log_ratios(stuck, TRUE)[0] == mechanics.NOT_SETTLED).all()  # E13 never rests
+
+
+def test_settling_runs_can_be_capped():
+    assert settle(STUDY.experiments["E10"], longest=10.0).status == NOT_SETTLED
+
+
+def test_correlation_of_a_known_normal():
+    x, ratio = np.linspace(-4, 4, 41), np.linspace(-5, 5, 51)
+    ln_M, ln_ratio = np.meshgrid(x, ratio, indexing="ij")
+    ln_k_f, r = ln_M + ln_ratio, 0.6
+    deviance = (ln_M**2 - 2 * r * ln_M * ln_k_f + ln_k_f**2) / (1 - r**2)
+    assert mechanics.correlation(x, ratio, deviance) == pytest.approx(r, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (["E17"], "E17: not in this study; there are E01, "),
+        (["E04"], "E04: has no four legible settling times in Table 5"),
+    ],
+)
+def test_experiments_that_cannot_be_used(names, message):
+    with pytest.raises(ResultError, match=rf"^{message}"):
+        mechanics.cells(STUDY.experiments, names, table5())
+
+
+def test_an_experiment_without_a_row_in_table_5():
+    with pytest.raises(ResultError, match=r"^E13: has no four legible"):
+        mechanics.cells(STUDY.experiments, ["E13"], table5().drop_sel(experiment="E13"))
+
+
+def test_a_part_of_the_study_has_no_tables_7_and_9():
+    part = STUDY._replace(experiments={name: STUDY.experiments[name] for name in ("E06", "E12")})
+    with pytest.raises(ResultError, match=r"^E01: not in this study; Tables 7 and 9 average over all 16"):
+        check(part)
+    with pytest.raises(ResultError, match=r"^E09: not in this study"):
+        identify(part, ["D"], 0, 1, print)
+
+
+# Fitted and scored
+
+
+def test_fitted_and_scored_are_disjoint_and_halves():
+    scored = set(QUANTITIES) - set(mechanics.FITTED)
+    assert len(mechanics.FITTED) == len(scored) == 2
+    assert mechanics.IS_FITTED.sum() == 2
+
+
+def test_scored_cells_play_no_role_in_the_fit():
+    data = synthetic()
+    printed = np.where(mechanics.IS_FITTED, data.printed, 1e3)
+    assert mechanics.deviance(TRUE, data._replace(printed=printed)) == mechanics.deviance(TRUE, data)
+
+
+def test_claims_mark_what_is_fitted():
+    items = read_claims().items.values()
+    for table in (5, 7):
+        marked = {(c.row, c.column) for c in items if c.table == table and c.used_in_identification}
+        fitted = {
+            5: {(e, q) for names in mechanics.SETTLING.values() for e in names for q in mechanics.FITTED},
+            7: {(model, "mse") for model in table7()["model"].values},
+        }
+        assert marked == fitted[table]
+
+
+# Amplitudes and transports
+
+
+def test_tables_of_the_grid_are_those_of_the_statistics():
+    rng = np.random.default_rng(3)
+    names, models = list(STUDY.experiments), [f"M{i}" for i in range(1, 11)]
+    mse = rng.uniform(1, 2, (16, 10, 9))
+    k_0 = np.array([e.plant.k_0 for e in STUDY.experiments.values()])
+    dims = ("experiment", "model", "n", "chamber")
+    both = np.repeat(mse[..., np.newaxis], 2, axis=-1)
+    grid = xr.Dataset(
+        {"mse": (dims, both), "mean_error": (dims, 0 * both), "failure_time": (dims, np.nan * both)},
+        coords={"experiment": names, "model": models, "n": list(STUDY.n), "k_0": ("experiment", k_0)},
+    )
+    expected = statistics(grid, STUDY.levels)["mse"]
+    levels = list(STUDY.levels)
+    np.testing.assert_allclose(amplitudes.table_7(mse), expected.sel(level="overall"), rtol=1e-14)
+    np.testing.assert_allclose(
+        amplitudes.table_9(mse, k_0, STUDY.levels), expected.sel(level=levels), rtol=1e-14
+    )
+    assert list(table9()["level"].values) == levels
+
+
+def short(name, steps=300):
+    return STUDY.experiments[name]._replace(steps=steps)
+
+
+def pressures(recording, e, lag):
+    lanes = amplitudes.grid_lanes((1.2,), 1.4)[0]
+    return replay(recording, lanes, e.drive, e.plant, e.h, transport="published", lag=lag).pressure
+
+
+def test_hold_reads_the_sample_of_its_steps_start():
+    # Signals that stand still between samples are what a hold makes of any signal: u = u_k from k on.
+    e = short("E06")
+    recording = record(e)
+    lag = amplitudes.delays(e.h)["hold"]
+    k = np.arange(len(recording.u))[:, np.newaxis] + C - lag[:, 0] / e.h
+    assert np.abs(k - np.round(k)).max() < 1e-12
+    assert (np.round(k) == np.arange(len(recording.u))[:, np.newaxis]).all()
+    assert not np.allclose(pressures(recording, e, lag), pressures(recording, e, 0.0), rtol=1e-6)
+
+
+def test_u_a_sample_late_is_a_shifted_u():
+    e = short("E06")
+    recording = record(e)
+    shifted = recording._replace(u=np.concatenate([recording.u[:1], recording.u[:-1]]))
+    lag = amplitudes.delays(e.h)["linear, u a sample late"]
+    np.testing.assert_allclose(pressures(recording, e, lag), pressures(shifted, e, 0.0), rtol=1e-9)
+
+
+def test_an_array_of_equal_delays_is_the_lag():
+    e = short("E06")
+    recording = record(e)
+    lag = amplitudes.delays(e.h)["linear, 0.13 ms late"]
+    np.testing.assert_array_equal(pressures(recording, e, lag), pressures(recording, e, 0.13e-3))
+
+
+def test_both_kernels_take_the_same_delays():
+    e = short("E14")
+    lanes, index = amplitudes.grid_lanes(STUDY.n, 1.4)
+    names = tuple(amplitudes.delays(e.h))
+    fast = amplitudes.cell_mse(e, STUDY.n, names)
+    for row, lag in zip(fast, amplitudes.delays(e.h).values(), strict=True):
+        options = {"transport": "exact"} if lag is None else {"transport": "published", "lag": lag}
+        slow = replay(record(e), lanes, e.drive, e.plant, e.h, **options)
+        np.testing.assert_allclose(row, slow.mse.mean(axis=1)[index], rtol=1e-9)
+
+
+def test_amplitudes_stay_within_their_bounds():
+    low, high = amplitudes.AMPLITUDE_BOUNDS
+    assert amplitudes.COARSE[[0, -1]] == pytest.approx([low, high])
+    assert amplitudes.COARSE[1] * amplitudes.FINE[0] > low
+    assert amplitudes.COARSE[-2] * amplitudes.FINE[-1] < high
+
+
+# All of it, with hardly any effort: searches stay where they start, runs last 60 steps
+
+
+QUICK = {"D": ("E13", "E14"), "E": ("E15", "E16")}
+
+
+@pytest.fixture(scope="module")
+def hasty() -> xr.Dataset:
+    start = np.log([1.5, 100.0, 0.3])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(mechanics.SETTLING, "D", QUICK["D"])
+        patch.setitem(mechanics.SETTLING, "E", QUICK["E"])
+        patch.setattr(mechanics, "STEPS", np.array([0.05, 0.3]))
+        patch.setattr(mechanics, "OFFSETS", np.array([-0.3, -0.05, 0.0, 0.05, 0.3]))
+        patch.setattr(mechanics, "REGION", 3)
+        patch.setattr(mechanics, "RATIO_OFFSETS", np.linspace(-0.007, 0.007, 3))
+        patch.setattr(mechanics, "FORCES", np.array([0.5, 1.0, 2.0]))
+        patch.setattr(
+            mechanics, "nearby", lambda f, start, size=0.0: OptimizeResult(x=start, fun=f(start), nfev=1)
+        )
+        patch.setattr(
+            mechanics,
+            "minimize_scalar",
+            lambda f, bounds, **_: OptimizeResult(fun=f(np.mean(bounds)), nfev=1),
+        )
+        patch.setattr(
+            mechanics,
+            "search",
+            lambda data, *_: OptimizeResult(x=start, fun=mechanics.deviance(start, data), nfev=7),
+        )
+        patch.setattr(amplitudes, "COARSE", np.array([0.1, 0.3, 1.0]))
+        brief = {name: e._replace(steps=60) for name, e in STUDY.experiments.items()}
+        said = []
+        found = identify(STUDY._replace(experiments=brief), ["D", "E"], 0, 2, said.append)
+    assert [text[:3] for text in said] == ["D: "] * 4 + ["E: "] * 4 + ["amp"] * 2
+    return found
+
+
+def test_every_variable_is_described_and_comes_back(hasty, tmp_path):
+    units = {name for name, (_, unit) in LONG_NAMES.items() if unit}
+    assert units <= set(hasty.variables)
+    assert all(hasty[name].attrs["long_name"] for name in LONG_NAMES)
+    for name in ("a.nc", "b.nc"):
+        save_identification(hasty, STUDY, 5, tmp_path / name)
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+    back = read(tmp_path / "a.nc")
+    assert (back.attrs["seed"], back.attrs["config_sha256"]) == (5, STUDY.config_sha256)
+    np.testing.assert_array_equal(back["region_deviance"], hasty["region_deviance"])
+
+
+def test_mechanics_of_both_cylinders_stand_side_by_side(hasty):
+    assert hasty["estimate"].sel(parameter="M").values == pytest.approx([1.5, 1.5])
+    assert hasty["push_force"].values.tolist() == [
+        STUDY.experiments[names[0]].push.force for names in QUICK.values()
+    ]
+    assert hasty["experiment"].values.tolist() == [*QUICK["D"], *QUICK["E"]]
+    assert hasty["force_deviance"].sel(force_ratio=1.0).values == pytest.approx(
+        hasty["profile_deviance"].isel(offset=2, parameter=0).values
+    )
+    deviance = hasty["profile_deviance"].sel(cylinder="D")
+    assert deviance.min() == 0 and (deviance.isel(offset=[0, 4]).dropna("parameter") > 0).all()
+    own = hasty["settling_log_ratio"].sel(experiment=list(QUICK["D"]))
+    for key, fitted in (("fitted_rms", 1), ("scored_rms", 0)):
+        chosen = own.sel(quantity=(hasty["fitted"] == fitted).values)
+        assert hasty[key].sel(cylinder="D").item() == pytest.approx(rms(chosen.values))
+
+
+def test_an_amplitude_moves_its_own_cylinders_open_loop_only():
+    brief = {name: STUDY.experiments[name]._replace(steps=60) for name in ("E05", "E06", "E07", "E08")}
+    part = STUDY._replace(experiments=brief)
+    done = amplitudes.runs(part, {"D": np.array([0.1, 0.3]), "E": np.array([0.2, 0.4])}, ("linear",), map)
+    assert len(done.mse) == 2 * 2 + 2
+
+    def moved(*pair):
+        first, second = (amplitudes.grid_of(part, done, "linear", *one) for one in pair)
+        return {name for name, a, b in zip(brief, first, second, strict=True) if not np.array_equal(a, b)}
+
+    open_loop = {
+        c: {n for n, e in brief.items() if not e.drive.closed_loop and e.cylinder == c} for c in "DE"
+    }
+    assert moved((0.1, 0.2), (0.3, 0.2)) == open_loop["D"] != set()
+    assert moved((0.1, 0.2), (0.1, 0.4)) == open_loop["E"] != set()
+
+
+def test_amplitudes_are_those_of_the_lowest_deviance(hasty):
+    value, deviance = hasty["amplitude_value"], hasty["amplitude_deviance"]
+    assert hasty.sizes["amplitude_point"] == 3 + 5 - 1  # coarse and fine ones share the centre
+    for cylinder in ("D", "E"):
+        lowest = value.sel(cylinder=cylinder)[int(np.argmin(deviance.sel(cylinder=cylinder).values))]
+        assert hasty["amplitude"].sel(cylinder=cylinder) == lowest
+    assert hasty["transport"].values.tolist() == list(amplitudes.delays(1.0))
+    assert hasty["runs"] == 2 * 8 + 8 * 3 + 8 * 5
+
+
+def test_figure_and_tables_show_what_was_found(hasty, tmp_path):
+    figure = identification(hasty)
+    with paper_style():
+        figure.canvas.draw()
+    axes = figure.findobj(Axes)
+    titles = [ax.get_title(loc="left") for ax in axes]
+    assert [title[:3] for title in sorted(titles)] == [f"({letter})" for letter in "abcdefghijk"]
+    assert any(title.startswith("(a) 1.500, ") for title in titles)
+    (bars,) = (ax for ax in axes if "transport of the signals" in ax.get_title(loc="left"))
+    widths = [bar.get_width() for container in bars.containers for bar in container]
+    np.testing.assert_allclose(widths, hasty["transport_rms"].values.T.ravel())
+    heights = [bar.get_y() for bar in bars.containers[0]]
+    assert heights == sorted(heights, reverse=True)  # the first transport on top
+    (forces,) = (ax for ax in axes if "settling runs" in ax.get_title(loc="left"))
+    line = next(line for line in forces.lines if line.get_label() == "D")
+    force = -STUDY.experiments["E13"].push.force
+    np.testing.assert_allclose(line.get_xdata(), [force / 2, force, 2 * force])
+
+    console = Console(width=200, file=io.StringIO())
+    for table in identification_tables(hasty):
+        console.print(table)
+    text = console.file.getvalue()
+    for words in ("M (kg)", "stop (of the half-stroke)", "0.1 to 20", "Table 7, linear transport", "hold"):
+        assert words in text
+    first = next(iter(identification_tables(hasty)))
+    assert list(first.columns[2].cells) == [number(v) for v in hasty["estimate"].values.ravel()]
+    alone = hasty.sel(cylinder=["D"]).drop_vars("amplitude")
+    assert len(list(identification_tables(alone))) == 2
+
+
+# What came out
+
+
+@pytest.fixture(scope="module")
+def found() -> xr.Dataset:
+    file = Path(__file__).parents[2] / "results" / "identification.nc"
+    if not file.exists():
+        pytest.skip("results/identification.nc is absent: `snakemake -j2 evidence` makes it")
+    return xr.load_dataset(file)
+
+
+def test_the_configured_constants_lie_in_their_intervals(found):
+    configured = {"D": (1.5, 100.0, 0.3), "E": (5.0, 100.0, 38.0 / 137.5)}
+    for cylinder, values in configured.items():
+        own = found.sel(cylinder=cylinder)
+        assert bool((own["low"] <= values).all() and (values <= own["high"]).all()), cylinder
+        assert bool((own["low"] < own["estimate"]).all() and (own["estimate"] < own["high"]).all())
+
+
+def test_the_scored_half_agrees(found):
+    assert float(found["fitted_rms"].max()) <= 0.03
+    assert float(found["scored_rms"].max()) <= 0.05
+    again = (
+        found["settling_log_ratio"].where(found["fitted"] == 0).sel(experiment=list(mechanics.SETTLING["D"]))
+    )
+    assert rms(again.values[np.isfinite(again.values)]) == pytest.approx(
+        float(found["scored_rms"][0]), rel=1e-12
+    )
+
+
+def test_every_transport_but_exact_and_the_misfit_says_which(found):
+    misfit = found["transport_rms"].sel(table=7)
+    assert misfit.idxmin("transport").item() in ("linear, 0.13 ms late", "linear, last stage held")
+    assert float(misfit.sel(transport="linear")) <= 0.075

@@ -1,0 +1,364 @@
+"""Random cylinders: their sampling, dimensionless groups, runs, and the comparison of models on them."""
+
+from math import pi
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pneumo.configuration.parameters import load, study
+from pneumo.engineer.repeated_runs import one_run
+from pneumo.evidence import random_cylinders as c
+from pneumo.evidence import regimes as regime
+from pneumo.evidence.dimensionless import GROUPS, MEASURED, full_speed, groups, measured, reversal_time
+from pneumo.evidence.regimes import GOOD, of_quotient, of_share
+from pneumo.physics.cylinder import volume
+from pneumo.physics.models import MODELS
+from pneumo.simulation.full_order import Recording, equilibrium, failure, record
+
+PAPER = study(load("config/paper.yaml"))
+NUMBERS = range(60)
+
+
+# Sampling
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_cylinders_are_of_the_catalogue_and_inside_what_was_written_down(number):
+    opened, closed = c.random_cylinder(number)
+    assert opened.plant == closed.plant
+    p, cylinder = opened.plant, opened.plant.cylinder
+    bore, stroke = round(1e3 * cylinder.bore), round(1e3 * cylinder.stroke)
+    assert bore in c.BORES and stroke in c.STROKES and stroke <= c.LONGEST.get(bore, 1000)
+    rod = np.sqrt(4 / pi * (cylinder.A_A - cylinder.A_B))
+    assert rod == pytest.approx(0, abs=1e-9) or rod == pytest.approx(1e-3 * c.RODS[bore])
+    assert cylinder.load == pytest.approx(-(cylinder.A_A - cylinder.A_B) * 1e5, abs=1e-9)
+    assert c.sizes(p)["rod_share"] == pytest.approx((rod / cylinder.bore) ** 2, abs=1e-9)
+    force = p.conditions.P_s * cylinder.A_A
+    speed = full_speed(p)
+    inside = {
+        "supply": (p.conditions.P_s, 5e5, 10e5),
+        "dead": (cylinder.V_d / (cylinder.A_A * cylinder.stroke / 2), 0.05, 0.2),
+        "speed": (speed, min(0.1, 12 * cylinder.stroke), min(3.2, 12 * cylinder.stroke)),
+        "acceleration": (0.3 * force / cylinder.M, 5, 50),
+        "viscous": (cylinder.k_f * speed / force, 0.05, 0.6),
+        "coulomb": (cylinder.coulomb / force, 0, 0.05),
+        "lambda_0": (c.sizes(p)["lambda_0"], 1.3, 663),
+        "command": (opened.excitation.amplitude / p.valve.u_max, 0.03, 1),
+        "deviation": (closed.excitation.amplitude / cylinder.stroke, 0.03, 0.2),
+        "full at": (p.valve.u_max / closed.drive.k_p / cylinder.stroke, 0.1, 1),
+    }
+    for name, (value, low, high) in inside.items():
+        assert low * (1 - 1e-9) <= value <= high * (1 + 1e-9), name
+    for e in (opened, closed):
+        hold = e.excitation.every * e.h
+        assert 0.02 - e.h <= hold <= 5 + e.h  # held for whole steps
+        largest = p.valve.u_max if e.drive.closed_loop else e.excitation.amplitude
+        assert e.h == pytest.approx(min(1e-3, c.emptying_time(p, largest) / 30))
+        wanted = np.clip(max(10 * c.thermal_time_constant(p), 200 * hold), 20, 1000)
+        assert e.steps == 3_000_000 or e.steps * e.h == pytest.approx(wanted, rel=0.05)  # hold is rounded
+
+
+def test_a_number_means_the_same_cylinder_and_no_other():
+    assert c.random_cylinder(7) == c.random_cylinder(7)
+    assert len({c.random_cylinder(number)[0].plant for number in NUMBERS}) == len(NUMBERS)
+    assert len({e.excitation.seed for number in NUMBERS for e in c.random_cylinder(number)}) == 2 * len(
+        NUMBERS
+    )
+
+
+@pytest.mark.parametrize("name", PAPER.experiments)
+def test_the_papers_cylinders_lie_inside(name):
+    p = PAPER.experiments[name].plant
+    force, speed = p.conditions.P_s * p.cylinder.A_A, full_speed(p)
+    assert c.SPEED[0] < speed < c.SPEED[1] and speed / p.cylinder.stroke < c.STROKES_PER_SECOND
+    assert c.ACCELERATION[0] < c.FORCE * force / p.cylinder.M < c.ACCELERATION[1]
+    assert c.VISCOUS[0] < p.cylinder.k_f * speed / force < c.VISCOUS[1]
+    # The ends of lambda_0 are those of Table 4, with its digits.
+    assert c.LAMBDA_0[0] * 0.995 < c.sizes(p)["lambda_0"] < c.LAMBDA_0[1] * 1.005
+
+
+# Groups
+
+
+def in_units(e, metre, kilogram, second, kelvin, volt):
+    """The same experiment in other units: numbers are times the size of the SI unit in the new one."""
+    pascal, newton = kilogram / metre / second**2, kilogram * metre / second**2
+    q, p = e.plant.cylinder, e.plant
+    cylinder = q._replace(
+        bore=q.bore * metre,
+        stroke=q.stroke * metre,
+        A_A=q.A_A * metre**2,
+        A_B=q.A_B * metre**2,
+        V_d=q.V_d * metre**3,
+        M=q.M * kilogram,
+        k_f=q.k_f * newton * second / metre,
+        x_min=q.x_min * metre,
+        x_max=q.x_max * metre,
+        load=q.load * newton,
+        coulomb=q.coulomb * newton,
+    )
+    k = p.conditions
+    conditions = k._replace(P_s=k.P_s * pascal, P_atm=k.P_atm * pascal, P_0=k.P_0 * pascal)._replace(
+        T_in=k.T_in * kelvin, T_amb=k.T_amb * kelvin, T_0=k.T_0 * kelvin
+    )
+    gas = p.gas._replace(
+        R=p.gas.R * metre**2 / second**2 / kelvin,
+        sonic_coefficient=p.gas.sonic_coefficient * second * kelvin**0.5 / metre,
+    )
+    valve = p.valve._replace(k_xu=p.valve.k_xu * metre**2 / volt, u_max=p.valve.u_max * volt)
+    k_0 = p.k_0 * newton * metre / second / kelvin
+    drive = e.drive._replace(k_p=e.drive.k_p * volt / metre, x_reverse=e.drive.x_reverse * metre)
+    unit = metre if e.drive.closed_loop else volt
+    excitation = e.excitation._replace(amplitude=e.excitation.amplitude * unit)
+    plant = p._replace(gas=gas, valve=valve, conditions=conditions, cylinder=cylinder, k_0=k_0)
+    return e._replace(plant=plant, drive=drive, excitation=excitation, h=e.h * second)
+
+
+UNIT = st.floats(1e-3, 1e3)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.sampled_from(NUMBERS), st.sampled_from([0, 1]), UNIT, UNIT, UNIT, UNIT, UNIT)
+def test_groups_have_no_unit(number, loop, metre, kilogram, second, kelvin, volt):
+    e = c.random_cylinder(number)[loop]
+    e = e._replace(steps=20 * e.excitation.every)
+    expected = groups(e)
+    assert list(expected) == list(GROUPS)
+    assert groups(in_units(e, metre, kilogram, second, kelvin, volt)) == pytest.approx(expected, rel=1e-9)
+    states = np.random.default_rng(number).uniform(0.5, 1.5, (50, 6)) * [1e-3, 0.1, 5e5, 293, 5e5, 293]
+    pascal = kilogram / metre / second**2
+    scale = [metre, metre / second, pascal, kelvin, pascal, kelvin]
+    e = e._replace(steps=49)
+    seen, again = (
+        measured(e_, Recording(s, s[:, 0], s[:, 0]))
+        for e_, s in ((e, states), (in_units(e, metre, kilogram, second, kelvin, volt), states * scale))
+    )
+    assert list(seen) == list(MEASURED) and again == pytest.approx(seen, rel=1e-9)
+
+
+def test_groups_by_hand():
+    e = PAPER.experiments["E14"]  # D, closed loop, 2.5 W/K
+    found, p = groups(e), e.plant
+    assert found["breath"] * found["thermal"] == pytest.approx(found["exchange"])
+    # of m c_v / k_0 times flow over m the air drops out; c_v = R / (gamma - 1) = 717.5 J/(kg K)
+    assert found["exchange"] == pytest.approx(0.0404 * 7e5 * 1e-6 / 293**0.5 * 717.5 / 2.5)
+    air = 0.8077 * 7e5 * 1.1 * 1.571e-5 / (287 * 293)  # Table 2
+    time_constant = air * 717.5 / 2.5
+    between = 0.05 * 2  # a new draw has the other sign every second time; 1200 draws tell that to a 35th
+    assert found["thermal"] == pytest.approx(time_constant / between, rel=3 / 35)
+    assert found["command"] == 1.0  # a jump of 24 mm at 1000 V/m saturates
+    assert found["supply"] == 7 and found["closed"] == 1 and found["dead"] == pytest.approx(0.1, rel=1e-3)
+    assert found["friction"] == pytest.approx(100 * full_speed(p) / (0.8077 * 7e5 * pi / 4 * 0.02**2))
+    opened = groups(PAPER.experiments["E13"])
+    assert opened["command"] == pytest.approx(0.08) and opened["closed"] == 0
+
+
+def test_time_between_reversals():
+    t = np.arange(100_000) * 1e-3
+    assert reversal_time(np.sin(2 * pi * 2.5 * t + 0.1), 1e-3) == pytest.approx(0.2, rel=0.01)
+    assert reversal_time(3 + np.resize(np.repeat([1.0, 0.0, -1.0, 0.0], 50), 10_000), 1e-3) == pytest.approx(
+        0.1, rel=0.02
+    )
+    assert reversal_time(np.ones(500), 1e-3) == pytest.approx(0.5)
+    draws = np.repeat(np.random.default_rng(0).normal(size=2000), 50)
+    # a new draw has the other sign every second time; 2000 draws tell that to a 44th
+    assert reversal_time(draws, 1e-3) == pytest.approx(0.1, rel=3 / 44)
+
+
+def test_what_a_run_shows():
+    e = c.random_cylinder(3)[0]._replace(steps=4000)
+    q, P_0 = e.plant.cylinder, e.plant.conditions.P_0
+    x = 0.25 * q.stroke * np.sin(2 * pi * np.arange(4001) / 1000)
+    P = [P_0 * volume(0.0, A, q) / volume(sign * x, A, q) for sign, A in ((1, q.A_A), (-1, q.A_B))]
+    T = np.full(4001, 293.15)
+    closed_valves = np.stack([x, x, P[0], T, P[1], T], axis=1)
+    seen = measured(e, Recording(closed_valves, x, x))
+    assert seen["seen_exchange"] == pytest.approx(0, abs=1e-9) and seen["seen_heat"] == 0
+    assert seen["seen_way"] == pytest.approx(0.5 / 2**0.5, rel=1e-3) and seen["seen_stops"] == 0
+    P = P_0 * (1 + 0.1 * np.sin(2 * pi * np.arange(4001) / 1000))
+    held = np.stack([np.full(4001, q.x_max), 0 * x, P, T, P, T], axis=1)
+    seen = measured(e, Recording(held, x, x))
+    assert seen["seen_swing"] == pytest.approx(0.1 / 2**0.5, rel=1e-3) and seen["seen_stops"] == 1
+    # four swings between 0.9 and 1.1 pass 0.2 twice each; every kilogram counts in and out
+    assert seen["seen_exchange"] == pytest.approx(
+        4 * 0.2 * c.thermal_time_constant(e.plant) / (4000 * e.h), rel=1e-3
+    )
+    assert seen["seen_thermal"] == pytest.approx(
+        c.thermal_time_constant(e.plant) * 2 * pi / (1000 * e.h), rel=1e-3
+    )
+
+
+# Runs
+
+
+@pytest.fixture
+def short(monkeypatch):
+    monkeypatch.setattr(c, "STEPS", 400)
+
+
+def test_a_cylinders_cells_are_those_of_repeated_runs(short):
+    cells = c.cylinder_cells(11)
+    for loop, e in zip(c.LOOPS, c.random_cylinder(11), strict=True):
+        assert e.steps == 400
+        theirs = one_run(e, c.N, traced=False)["mse"].mean("chamber")
+        np.testing.assert_array_equal(cells["mse"].sel(loop=loop), theirs)
+        assert failure(record(e).states)[0] == 0
+        for name, value in (groups(e) | measured(e, record(e))).items():
+            assert cells[name].sel(loop=loop).item() == value
+    assert (cells["run_status"] == 0).all() and cells["duration"].values[0] == pytest.approx(
+        400 * cells["step"].values[0]
+    )
+    assert cells["bore"].attrs["units"] == "m"
+
+
+def test_a_run_that_fails_is_a_status_and_does_not_count(short, monkeypatch):
+    drawn = c.random_cylinder
+
+    def light(number):
+        opened, closed = drawn(number)
+        q = opened.plant.cylinder._replace(M=1e-9, coulomb=0.0)
+        return opened._replace(plant=opened.plant._replace(cylinder=q)), closed
+
+    monkeypatch.setattr(c, "random_cylinder", light)
+    cells = c.cylinder_cells(11)
+    assert cells["run_status"].sel(loop="open") != 0 and cells["run_status"].sel(loop="closed") == 0
+    assert cells["mse"].sel(loop="open").isnull().all() and cells["run_failure_time"].sel(loop="open") > 0
+    runs = regime.judged(cells.expand_dims(cylinder=[11]), 1)
+    assert runs["counts"].values.tolist() == [[0, 1]]
+    assert runs["answer"].sel(loop="open").item() == "" and runs["answer"].sel(loop="closed").item() in GOOD
+
+
+def test_every_run_starts_at_rest():
+    e = c.random_cylinder(5)[1]
+    assert equilibrium(e.plant)[2] == e.plant.conditions.P_0
+    assert e.plant.conditions.P_0 / e.plant.conditions.P_s == pytest.approx(0.807458, abs=1e-6)
+
+
+# Comparing
+
+
+def invented(lowest, group=None):
+    """Cells whose lowest errors are given by (cylinder, loop, model); n = 1.3 is best, 1.2 twice as bad."""
+    lowest = np.asarray(lowest, dtype=float)
+    cells = np.stack([2 * lowest, lowest], axis=-1)
+    data = {
+        "mse": (("cylinder", "loop", "model", "n"), cells),
+        "run_status": (("cylinder", "loop"), np.zeros(lowest.shape[:2], dtype=np.int8)),
+        "run_failure_time": (("cylinder", "loop"), np.full(lowest.shape[:2], np.nan)),
+    }
+    rng = np.random.default_rng(4)
+    for name in (*GROUPS, *MEASURED):
+        data[name] = (("cylinder", "loop"), np.exp(rng.normal(size=lowest.shape[:2])))
+    data["closed"] = (("cylinder", "loop"), np.tile([0.0, 1.0], (len(lowest), 1)))
+    if group is not None:
+        data["exchange"] = (("cylinder", "loop"), group)
+    for name in c.SIZES:
+        data[name] = (("cylinder",), np.exp(rng.normal(size=len(lowest))))
+    coords = {
+        "cylinder": np.arange(len(lowest)),
+        "loop": list(c.LOOPS),
+        "model": list(MODELS),
+        "n": [1.2, 1.3],
+    }
+    return xr.Dataset(data, coords)
+
+
+def errors(cylinders, sigma=0.3, seed=1):
+    logs = np.random.default_rng(seed).normal(0, sigma, (cylinders, 2, len(MODELS)))
+    return 1e6 * np.exp(logs)
+
+
+M = {name: i for i, name in enumerate(MODELS)}
+
+
+def test_the_answer_is_the_cheapest_within_a_tenth():
+    lowest = np.full((4, 2, 10), 9.0)
+    lowest[..., M["M10"]] = 1.0
+    lowest[1, 0, M["M6"]], lowest[2, 0, M["M6"]] = 1.09, 1.11
+    lowest[3, 0, M["M1"]] = 0.5  # none of those that are asked about
+    lowest[3, 1, M["M5"]] = np.nan
+    runs = regime.judged(invented(lowest), 3)
+    assert runs["answer"].sel(loop="open").values.tolist() == ["M10", "M6", "M10", "M10"]
+    assert runs["counts"].values[3].tolist() == [1, 0] and runs["held_out"].values.tolist() == [0, 0, 0, 1]
+
+
+def test_ratios_and_shares_by_hand():
+    lowest = errors(30)
+    lowest[..., M["M8"]] = 0.5 * lowest[..., M["M7"]]
+    lowest[:10, :, M["M10"]] = 2 * lowest[:10, :, M["M8"]]
+    lowest[10:, :, M["M10"]] = 0.5 * lowest[10:, :, M["M8"]]
+    lowest[20:] *= 1e6  # held out
+    lowest[20:, :, M["M8"]] *= 100
+    found = regime.comparisons(regime.judged(invented(lowest), 20))
+    m8 = found["ratio"].sel(pair="M8/M7", criterion=["mean", "geometric"])
+    np.testing.assert_allclose(m8, 0.5)
+    m10 = found["ratio"].sel(pair="M10/M8", criterion="geometric", loop_of="both")
+    assert m10.sel(bound="value").item() == pytest.approx(1.0)  # ten times 2, ten times 1/2
+    assert m10.sel(bound="low") < 0.9 and m10.sel(bound="high") > 1.1
+    share = found["share"].sel(loop_of="closed")
+    assert share.sel(statement="M8/M7 < 1", bound="value") == 1
+    assert share.sel(statement="M10/M8 < 1").values == pytest.approx(of_share(10, 20))
+    assert (found["cylinders"] == 20).all()
+
+
+def test_one_violent_run_rules_the_mean_alone():
+    lowest = errors(20, sigma=0.01)
+    lowest[..., M["M8"]] = 0.5 * lowest[..., M["M7"]]
+    lowest[0, 0] *= 1e4
+    lowest[0, 0, M["M8"]] = 2 * lowest[0, 0, M["M7"]]
+    ratio = regime.comparisons(regime.judged(invented(lowest), 20))["ratio"].sel(
+        pair="M8/M7", loop_of="both", bound="value"
+    )
+    assert ratio.sel(criterion="mean") > 1.9
+    assert ratio.sel(criterion="geometric") < 0.6 and ratio.sel(criterion="rank") < 1
+
+
+def test_m6_is_enough_where_it_is_in_every_run():
+    lowest = np.full((10, 2, 10), 2.0)
+    lowest[..., M["M9"]] = 1.0
+    lowest[:6, 0, M["M6"]] = 1.05
+    lowest[:3, 1, M["M6"]] = 1.05
+    share = regime.comparisons(regime.judged(invented(lowest), 10))["share"].sel(
+        statement=regime.ENOUGH, bound="value"
+    )
+    assert share.values.tolist() == [0.6, 0.3, 0.3]
+
+
+def test_thirds_show_where_a_refinement_pays():
+    lowest, rng = errors(60, sigma=0.05), np.random.default_rng(2)
+    exchange = np.exp(rng.normal(size=(60, 2)))
+    pays = np.where(exchange > np.quantile(exchange, 2 / 3), 0.1, 1.5)
+    lowest[..., M["M8"]] = pays * lowest[..., M["M7"]]
+    found = regime.thirds(regime.judged(invented(lowest, exchange), 60), ["exchange"]).sel(
+        group="exchange", pair="M8/M7"
+    )
+    ratio = found["third_ratio"].sel(bound="value")
+    assert ratio.values == pytest.approx([1.5, 1.5, 0.1])
+    assert found["third_share"].sel(bound="value").values == pytest.approx([0, 0, 1])
+    assert found["third_to"].values[:2] == pytest.approx(found["third_from"].values[1:])
+
+
+def test_wilsons_interval_by_its_formula():
+    z, p, n = 1.959963985, 0.3, 40
+    centre, half = p + z**2 / 2 / n, z * (p * (1 - p) / n + z**2 / 4 / n**2) ** 0.5
+    expected = (p, (centre - half) / (1 + z**2 / n), (centre + half) / (1 + z**2 / n))
+    assert of_share(12, 40) == pytest.approx(expected)
+    assert np.isnan(of_share(0, 0)).all()
+
+
+def test_the_bootstrap_knows_the_standard_error():
+    values = np.random.default_rng(5).normal(1.0, 0.4, 400)
+    value, low, high = of_quotient(values, np.ones(400))
+    # 1.96 standard errors of 0.02 either way; 2000 resamples place an end to a tenth of that
+    assert value == pytest.approx(values.mean())
+    assert value - low == pytest.approx(0.0392, rel=0.15) and high - value == pytest.approx(0.0392, rel=0.15)
+    assert np.isnan(of_quotient(np.zeros(3), np.zeros(3))).all()
+
+
+def test_everything_in_one_dataset():
+    found = regime.analysed(regime.judged(invented(errors(30)), 20))
+    assert found["ratio"].sizes["criterion"] == 3 and "mse" not in found
+    assert all("long_name" in v.attrs for name, v in found.data_vars.items() if name.startswith("third"))

@@ -1,0 +1,355 @@
+"""Cylinder and chamber: geometry, Newton's law, eqs (4), (5), (7), (8), and what they must conserve."""
+
+import math
+
+import numpy as np
+import paper_equations as paper
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from pneumo import testing as some
+from pneumo.configuration.experiment import Drive
+from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo.physics.cylinder import Cylinder, acceleration, heat_area, motion, stopped, volume
+from pneumo.simulation.full_order import chamber_rates, equilibrium, rates
+
+EPS = np.finfo(float).eps
+D = Cylinder(0.02, 0.1, math.pi * 1e-4, math.pi * 1e-4, 1.571e-6, 1.5, 100.0, -0.05, 0.05)  # Table 2
+
+# Wall laws as exponents of A_q/A_q0 and PT/(P_0 T_0).
+CONSTANT, AREA_ONLY, FULL = (0.0, 0.0), (1.0, 0.0), (1.0, 0.5)  # eqs (13), (11), (7)
+
+
+def arguments_with_temperature():
+    """Arguments of the full-order chamber, temperature a state of its own and no index n."""
+    return st.builds(
+        lambda a, T: {k: v for k, v in a.items() if k != "n"} | {"T": T},
+        some.model_arguments(),
+        some.temperatures(),
+    )
+
+
+def heat_of(a, law=FULL):
+    PT_ratio = a["P"] * a["T"] / (a["P_0"] * a["T_0"])
+    return wall_heat(a["T"], wall_conductance(a["k_0"], a["A_q"] / a["A_q0"], PT_ratio, *law), a["T_amb"])
+
+
+def full_order(a, heat=None):
+    """Rates (dP/dt, dT/dt) of the package's chamber."""
+    heat = heat_of(a) if heat is None else heat
+    names = ("P", "T", "V", "dV_dt", "m_in", "m_out", "T_in")
+    state, g = [a[name] for name in names], a["gamma"]
+    return dP_dt(*state, heat, g, g, g, a["R"], g), dT_dt(*state, heat, a["R"], g)
+
+
+def heat_scale(a):
+    """Size of the wall heat before T_amb - T cancels."""
+    return abs(
+        wall_conductance(a["k_0"], a["A_q"] / a["A_q0"], a["P"] * a["T"] / (a["P_0"] * a["T_0"]), *FULL)
+    ) * (a["T_amb"] + a["T"])
+
+
+def dP_scale(a):
+    """Sum of the sizes of eq (4)'s terms, Pa/s: what an ulp of rounding is measured by."""
+    flows = a["R"] * (a["m_in"] * a["T_in"] + a["m_out"] * a["T"])
+    return (a["gamma"] * (a["P"] * abs(a["dV_dt"]) + flows) + (a["gamma"] - 1) * heat_scale(a)) / a["V"]
+
+
+def dT_scale(a):
+    """Sum of the sizes of eq (5)'s terms, K/s."""
+    g, T, P, V = a["gamma"], a["T"], a["P"], a["V"]
+    flows = a["R"] * T / P * (a["m_in"] * (g * a["T_in"] + T) + a["m_out"] * T * (g - 1))
+    return (T * abs(a["dV_dt"]) * (g - 1) + flows + (g - 1) * T / P * heat_scale(a)) / V
+
+
+# Cylinder
+
+
+@settings(deadline=None)
+@given(some.cylinders(), some.positions(1.0))
+def test_the_two_chambers_share_the_stroke(cylinder, fraction):
+    x = fraction * cylinder.stroke / 2
+    V_A, V_B = volume(x, cylinder.A_A, cylinder), volume(-x, cylinder.A_B, cylinder)
+    assert V_A > 0 < V_B
+    whole = 2 * cylinder.V_d + cylinder.A_A * cylinder.stroke
+    assert abs(V_A + V_B - whole) <= 4 * EPS * whole  # six roundings of half an ulp at most
+
+
+def test_geometry_of_the_printed_cylinders():
+    # Dead volume is 10 % of the half-stroke volume, A_q(0) two faces and half the bore's wall: section 2.2.
+    assert volume(-D.stroke / 2, D.A_A, D) == D.V_d
+    assert pytest.approx(0.1 * D.A_A * D.stroke / 2, rel=1e-3) == D.V_d  # Table 2 prints four digits
+    assert heat_area(0.0, D) == pytest.approx(2 * D.A_A + math.pi * D.bore * D.stroke / 2, rel=4 * EPS)
+    assert heat_area(-D.stroke / 2, D) == pytest.approx(2 * D.A_A, rel=4 * EPS)  # only the end faces are left
+
+
+@settings(deadline=None)
+@given(some.cylinders(), some.positions(1.0), some.positions(1.0))
+def test_volume_and_heat_area_grow_together(cylinder, one, other):
+    x_1, x_2 = sorted(fraction * cylinder.stroke / 2 for fraction in (one, other))
+    dx = x_2 - x_1
+    dV = volume(x_2, cylinder.A_A, cylinder) - volume(x_1, cylinder.A_A, cylinder)
+    dA = heat_area(x_2, cylinder) - heat_area(x_1, cylinder)
+    # Differences of sums: each end is rounded three times.
+    assert dV == pytest.approx(cylinder.A_A * dx, abs=4 * EPS * volume(x_2, cylinder.A_A, cylinder))
+    assert dA == pytest.approx(math.pi * cylinder.bore * dx, abs=4 * EPS * heat_area(x_2, cylinder))
+
+
+@settings(deadline=None)
+@given(some.cylinders(), some.pressures(), some.velocities(), st.floats(-1e4, 1e4))
+def test_newtons_law(cylinder, P, v, force):
+    # Equal pressures balance exactly as the areas are equal; friction opposes motion, force adds to it.
+    assert acceleration(0.0, P, P, 0.0, cylinder) == 0
+    assert acceleration(v, P, P, 0.0, cylinder) * v <= 0
+    assert acceleration(0.0, P, P, force, cylinder) == force / cylinder.M
+    assert acceleration(0.0, 1.1 * P, P, 0.0, cylinder) > 0
+
+
+@settings(deadline=None)
+@given(some.cylinders(), some.positions(3.0), some.velocities(), st.floats(-100, 100))
+def test_end_stops(cylinder, fraction, v, a):
+    x_0, v_0 = stopped(fraction * cylinder.stroke / 2, v, v, cylinder)
+    assert cylinder.x_min <= x_0 <= cylinder.x_max
+    if abs(fraction) < 1:
+        assert (x_0, v_0) == (fraction * cylinder.stroke / 2, v)
+        assert motion(x_0, v_0, a, cylinder) == (v, a)
+    else:
+        side = math.copysign(1, fraction)
+        assert x_0 == side * cylinder.stroke / 2
+        assert v_0 * side <= 0  # at rest, or already on its way back
+        assert motion(x_0, 0.0, side * abs(a) + side, cylinder) == (0, 0)  # pushed onto the stop
+        assert motion(x_0, 0.0, -side * abs(a), cylinder) == (0, -side * abs(a))  # pushed off it
+
+
+# Against the literal equations
+
+
+@settings(deadline=None)
+@given(arguments_with_temperature())
+def test_full_order_rates_are_those_of_the_literal_equations(a):
+    # Two orders of writing, some 25 roundings of at most half an ulp of the sum of terms.
+    literal = paper.full_order(**a)
+    ours = full_order(a)
+    assert ours[0] == pytest.approx(literal[0], abs=16 * EPS * dP_scale(a))
+    assert ours[1] == pytest.approx(literal[1], abs=16 * EPS * dT_scale(a))
+
+
+@settings(deadline=None)
+@given(arguments_with_temperature())
+def test_wall_heat_is_that_of_the_literal_equation(a):
+    literal = paper.heat_transfer(
+        a["P"], a["T"], a["T_amb"], a["P_0"], a["T_0"], a["k_0"] / a["A_q0"], a["A_q"]
+    )
+    assert heat_of(a) == pytest.approx(literal, rel=8 * EPS)  # five products, a quotient and a root
+
+
+# Wall heat
+
+
+@settings(deadline=None)
+@given(arguments_with_temperature())
+def test_wall_heat_opposes_the_temperature_difference(a):
+    for law in (CONSTANT, AREA_ONLY, FULL):
+        heat = heat_of(a, law)
+        assert heat * (a["T_amb"] - a["T"]) >= 0
+        assert (heat == 0) == (a["k_0"] == 0 or a["T_amb"] == a["T"])
+    closed = a | {"dV_dt": 0.0, "m_in": 0.0, "m_out": 0.0}
+    for rate in full_order(closed):  # a closed chamber at rest warms up or cools down towards its walls
+        assert rate * (a["T_amb"] - a["T"]) >= 0
+        assert (rate == 0) == (heat_of(closed) == 0)
+
+
+@settings(deadline=None)
+@given(some.conductances(), some.area_ratios(), st.floats(0.01, 100.0))
+def test_wall_laws_against_each_other(k_0, area_ratio, PT_ratio):
+    constant, area_only, full = (
+        wall_conductance(k_0, area_ratio, PT_ratio, *law) for law in (CONSTANT, AREA_ONLY, FULL)
+    )
+    assert constant == k_0
+    assert area_only == k_0 * area_ratio
+    assert full == pytest.approx(
+        area_only * math.sqrt(PT_ratio), rel=2 * EPS
+    )  # x**0.5 may differ from the root
+    assert wall_conductance(k_0, 1.0, PT_ratio, *AREA_ONLY) == k_0
+    assert wall_conductance(k_0, area_ratio, 1.0, *FULL) == area_only
+    assert wall_conductance(k_0, 1.0, 1.0, *FULL) == k_0
+
+
+@settings(deadline=None)
+@given(arguments_with_temperature(), st.sampled_from([0.5, 1.0, 2.0]))
+def test_wall_laws_are_equal_at_equilibrium_PT_and_area(a, factor):
+    # P and T each differ from P_0 and T_0, by powers of two, so that their product is exactly equal.
+    a = a | {"P": a["P_0"] * factor, "T": a["T_0"] / factor, "A_q": a["A_q0"]}
+    assert heat_of(a, FULL) == heat_of(a, AREA_ONLY) == heat_of(a, CONSTANT)
+
+
+# Equilibrium
+
+
+@settings(deadline=None)
+@given(some.plants(), some.positions())
+def test_equilibrium_is_a_fixed_point(plant, fraction):
+    c = plant.conditions
+    x = fraction * plant.cylinder.stroke / 2  # with the valve shut and at rest, anywhere on the stroke
+    assert chamber_rates(0.0, x, 0.0, c.P_0, c.T_0, plant.cylinder.A_A, plant) == (0, 0)
+    y, dy = equilibrium(plant), np.empty(6)
+    rates(y, 0.0, 0.0, Drive(True, 1000.0, 0.0), plant, dy)
+    assert (dy == 0).all()
+
+
+@settings(deadline=None)
+@given(some.plants(), some.pressures(), some.temperatures(), some.positions())
+def test_only_air_at_wall_temperature_is_at_rest(plant, P, T, fraction):
+    x = fraction * plant.cylinder.stroke / 2
+    dP, dT = chamber_rates(0.0, x, 0.0, P, T, plant.cylinder.A_A, plant)
+    assert (dP == dT == 0) == (plant.k_0 == 0 or plant.conditions.T_amb == T)
+
+
+# Conservation
+
+
+@settings(deadline=None)
+@given(arguments_with_temperature())
+def test_mass_is_conserved(a):
+    # m = P V / (R T), so dm/dt = m (dP/P + dV/V - dT/T), and that is m_in - m_out.
+    P, T, V, m = a["P"], a["T"], a["V"], a["P"] * a["V"] / (a["R"] * a["T"])
+    dP, dT = full_order(a)
+    dm_dt = m * (dP / P + a["dV_dt"] / V - dT / T)
+    # Both rates are good to some ulp of the sum of their terms, which cancel here.
+    scale = m * (dP_scale(a) / P + abs(a["dV_dt"]) / V + dT_scale(a) / T)
+    assert dm_dt == pytest.approx(a["m_in"] - a["m_out"], abs=16 * EPS * scale)
+
+
+@settings(deadline=None)
+@given(arguments_with_temperature())
+def test_energy_is_conserved(a):
+    # d(m c_v T)/dt = c_p (m_in T_in - m_out T) + Q - P dV/dt.
+    P, T, V, R, g = a["P"], a["T"], a["V"], a["R"], a["gamma"]
+    c_p, c_v, m = g * R / (g - 1), R / (g - 1), P * V / (R * T)
+    dP, dT = full_order(a)
+    inside = c_v * ((a["m_in"] - a["m_out"]) * T + m * dT)
+    supplied = c_p * (a["m_in"] * a["T_in"] - a["m_out"] * T) + heat_of(a) - P * a["dV_dt"]
+    # Eq (4) says the same without the mass: m c_v T = P V / (gamma - 1).
+    by_pressure = (V * dP + P * a["dV_dt"]) / (g - 1)
+    scale = c_v * ((a["m_in"] + a["m_out"]) * T + m * dT_scale(a)) + (
+        V * dP_scale(a) + P * abs(a["dV_dt"])
+    ) / (g - 1)
+    assert inside == pytest.approx(supplied, abs=16 * EPS * scale)  # as above
+    assert by_pressure == pytest.approx(supplied, abs=16 * EPS * scale)
+
+
+@settings(deadline=None)
+@given(arguments_with_temperature())
+def test_closed_chamber_without_wall_heat_is_isentropic(a):
+    a = a | {"m_in": 0.0, "m_out": 0.0, "k_0": 0.0}
+    dP, dT = full_order(a)
+    shrinking = a["dV_dt"] / a["V"]
+    # d(ln P + gamma ln V) = 0 and d(ln T + (gamma - 1) ln V) = 0, to three or four roundings.
+    assert dP / a["P"] == pytest.approx(-a["gamma"] * shrinking, rel=4 * EPS)
+    assert dT / a["T"] == pytest.approx(-(a["gamma"] - 1) * shrinking, rel=4 * EPS)
+
+
+@settings(deadline=None)
+@given(arguments_with_temperature())
+def test_closed_chamber_held_at_wall_temperature_is_isothermal(a):
+    # Infinite wall heat is whatever holds T: the heat that makes eq (5) zero makes eq (4) keep P V.
+    a = a | {"m_in": 0.0, "m_out": 0.0, "T": a["T_amb"]}
+    dP, dT = full_order(a, heat=a["P"] * a["dV_dt"])
+    rate = abs(a["dV_dt"]) / a["V"]
+    # Terms gamma and gamma - 1 times the rate cancel, each with a few roundings.
+    assert dP / a["P"] == pytest.approx(-a["dV_dt"] / a["V"], abs=8 * EPS * rate)
+    assert dT / a["T"] == pytest.approx(0, abs=8 * EPS * rate)
+
+
+def stroked(k_0):
+    """A closed chamber of cylinder D that a sine of the piston compresses and expands for one second."""
+
+    def motion_of(t):
+        return 0.04 * np.sin(5 * t), 0.2 * np.cos(5 * t)
+
+    def f(t, y):
+        x, v = motion_of(t)
+        a = {
+            **{"P": y[0], "T": y[1], "V": volume(x, D.A_A, D), "dV_dt": D.A_A * v, "m_in": 0.0, "m_out": 0.0},
+            **{
+                "T_amb": 293.0,
+                "T_in": 293.0,
+                "P_0": 5.65e5,
+                "T_0": 293.0,
+                "gamma": 1.4,
+                "R": 287.0,
+                "k_0": k_0,
+            },
+            **{"A_q": heat_area(x, D), "A_q0": heat_area(0.0, D)},
+        }
+        return np.array(full_order(a))
+
+    scale = np.array([5.65e5, 293.0])
+    method = "DOP853" if k_0 == 0 else "Radau"  # fast wall heat is stiff
+    run = solve_ivp(f, (0, 1), scale, method=method, rtol=1e-11, atol=1e-11 * scale)
+    V = volume(motion_of(run.t)[0], D.A_A, D)
+    assert V.max() > 5 * V.min()  # a real stroke
+    return run.y[0], run.y[1], V
+
+
+def drift(invariant):
+    return np.ptp(invariant) / invariant[0]
+
+
+def test_integrated_closed_chamber_without_wall_heat_keeps_P_V_gamma():
+    P, T, V = stroked(0.0)
+    # 1e-9: a hundred steps at a tolerance of 1e-11 each.
+    assert drift(P * V**1.4) < 1e-9
+    assert drift(T * V**0.4) < 1e-9
+    assert drift(P * V) > 0.5
+
+
+def test_integrated_closed_chamber_with_fast_wall_heat_keeps_P_V():
+    # The error of "infinite" is the compression power over k_0 T, so it falls as 1/k_0.
+    coarse, fine = (drift(P * V) for P, _, V in (stroked(1e2), stroked(1e3)))
+    assert fine < 1e-3
+    assert coarse / fine == pytest.approx(10, rel=0.02)  # the next term of the expansion in 1/k_0
+    P, T, V = stroked(1e3)
+    assert drift(T) < 1e-3
+    assert drift(P * V / T) < 1e-9  # the mass: exact but for the integrator
+
+
+# Load and Coulomb friction
+
+
+@settings(deadline=None)
+@given(some.cylinders(), some.pressures(), some.velocities(), st.floats(-1e4, 1e4), st.floats(-1e3, 1e3))
+def test_load_is_a_force_that_stays(cylinder, P, v, force, load):
+    loaded = cylinder._replace(load=load)
+    balanced = acceleration(0.0, P, P, force, loaded)
+    assert balanced == (force + load) / cylinder.M
+    # Sums in another order: rounded at the size of the largest term.
+    scale = (abs(force) + abs(load) + cylinder.k_f * abs(v)) / cylinder.M
+    assert acceleration(v, P, P, force, loaded) == pytest.approx(
+        acceleration(v, P, P, force + load, cylinder), abs=8 * EPS * scale
+    )
+
+
+@settings(deadline=None)
+@given(some.cylinders(), some.velocities(), st.floats(-1e4, 1e4), st.floats(1e-3, 1e3))
+def test_coulomb_friction_opposes_motion_and_holds_what_rests(cylinder, v, force, coulomb):
+    free = acceleration(v, 1e5, 1e5, force, cylinder) * cylinder.M
+    net = acceleration(v, 1e5, 1e5, force, cylinder._replace(coulomb=coulomb)) * cylinder.M
+    if v:
+        assert net == pytest.approx(free - math.copysign(coulomb, v), abs=8 * EPS * (abs(free) + coulomb))
+    elif abs(force) <= coulomb:
+        assert net == 0
+    else:
+        assert net == pytest.approx(
+            force - math.copysign(coulomb, force), abs=8 * EPS * (abs(force) + coulomb)
+        )
+
+
+def test_a_piston_comes_to_rest_only_with_coulomb_friction():
+    assert stopped(0.0, -0.1, 0.2, D) == (0.0, -0.1)
+    rough = D._replace(coulomb=5.0)
+    assert stopped(0.0, -0.1, 0.2, rough) == (0.0, 0.0)
+    assert stopped(0.0, 0.1, 0.2, rough) == (0.0, 0.1)
+    assert stopped(0.0, 0.1, 0.0, rough) == (0.0, 0.1)  # it has just begun to move

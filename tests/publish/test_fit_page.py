@@ -1,0 +1,46 @@
+"""Page and table of `pneumo fit`: the fit's numbers, open ends said, nothing from outside, texts escaped."""
+
+import re
+
+import numpy as np
+import pytest
+
+from pneumo.engineer.estimate import Estimate, dataset
+from pneumo.engineer.measurement import Measurement
+from pneumo.publish.fit_page import fit_page, headings, rows
+
+SAMPLES = 200
+
+
+@pytest.fixture(scope="module")
+def found():
+    rng = np.random.default_rng(3)
+    P = 4e5 + 1e3 * rng.normal(size=(2, SAMPLES))
+    m = Measurement("m", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P, None, np.nan, ("column <b>: odd",))
+
+    def estimate(k_0, low, high, held_out):
+        values = {"n": 1.25, "k_0": k_0, "k_xu": 7.3e-7, "V_d_A": 4e-6, "V_d_B": 5e-6}
+        ends = {"k_0": low}, {"k_0": high}
+        return Estimate(values, *ends, np.array([900.0, 1100.0]), np.full(2, held_out), P + 100.0)
+
+    return dataset(m, {"M8": estimate(0.3, 0.2, np.nan, 1e3), "M3": estimate(0.5, 0.4, 0.6, 3e3)}, 120)
+
+
+def test_cells_have_the_fits_numbers_in_the_headings_units(found):
+    cells = [dict(zip(headings(), row, strict=True)) for row in rows(found)]
+    assert [row["model"] for row in cells] == ["M8", "M3"]
+    assert [row["rms held out (kPa)"] for row in cells] == ["1", "3"]
+    assert cells[0]["k_0 (W/K)"] == "0.300 (0.200 to open)"
+    assert cells[1]["k_0 (W/K)"] == "0.500 (0.400 to 0.600)"
+    assert cells[0]["k_x k_u (mm²/V)"].startswith("0.730")
+    assert cells[0]["V_d of B (cm³)"].startswith("5.00")
+
+
+def test_page_stands_alone_and_escapes_what_it_is_given(found):
+    page = fit_page(found, "<script>bench</script>.csv")
+    assert "<script>" not in page and "&lt;script&gt;" in page
+    assert "column &lt;b&gt;: odd" in page
+    assert not re.search(r"(?:src|href)=\"(?!data:)", page)
+    assert len(re.findall(r"<img src=\"data:image/png;base64,", page)) == 2
+    assert "0.300 (0.200 to open)" in page and "t = 0.12 s" in page
+    assert page.index('<th scope="row">M8') < page.index('<th scope="row">M3')

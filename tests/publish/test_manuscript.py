@@ -1,0 +1,215 @@
+"""The manuscript: no number typed, every number there, the same bytes twice, six to eight pages."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typst
+import xarray as xr
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pneumo.papers.paper_2006.highlights import LEVELS
+from pneumo.physics.models import MODELS
+from pneumo.publish import manuscript as m
+from pneumo.storage.files import read_json, write, write_json
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "paper/manuscript"
+SOURCE = (FOLDER / "manuscript.typ").read_text(encoding="utf-8")
+ABOUT = {"title": "t", "summary": "s", "config_sha256": "c", "code_sha256": "c"}
+PAIRS = ("M6/M5", "M8/M7", "M10/M8", "M6/M7")
+BOUNDS = [0.8, 0.7, 0.9]
+
+
+def invented_ensemble():
+    transports, levels = ["published", "exact"], ["overall", *LEVELS]
+    sizes = {
+        "ratio": list(PAIRS),
+        "averaged": ["mean", "geometric"],
+        "transport": transports,
+        "level": levels,
+    }
+    values = {"value": 0.8, "low": 0.7, "high": 0.9, "resolvable": 1.05}
+
+    def full(coords, value):
+        return xr.DataArray(np.full([len(c) for c in coords.values()], value), coords, list(coords))
+
+    by_experiment = {"ratio": list(PAIRS), "transport": transports, "experiment": ["E01", "E02"]}
+    found = {f"ratio_{name}": full(sizes, value) for name, value in values.items()}
+    found["experiment_ratio_value"] = full(by_experiment, 0.8)
+    return xr.Dataset(found).assign(complete=("seeds", [1] * 9 + [0]), failed_sets=("experiment", [0, 1]))
+
+
+def invented_floor():
+    coords = {
+        "experiment": ["E09", "E10"],
+        "period": [1e-4, 1e-3, 1e-2],
+        "transport": ["linear", "hold", "delay"],
+    }
+    names = {"measured": 400.0, "predicted": 440.0, "formula": 360.0}
+    arrays = {k: (list(coords), np.full((2, 3, 3), value)) for k, value in names.items()}
+    return xr.Dataset(arrays, coords | {"loop": ("experiment", ["open", "closed"])})
+
+
+def invented_identification():
+    sizes = {"cylinder": ["D", "E"], "parameter": ["M", "k_f", "stop"]}
+    values = {"estimate": 1.5, "low": 1.4, "high": 1.6}
+    return xr.Dataset({k: (list(sizes), np.full((2, 3), v)) for k, v in values.items()}, sizes)
+
+
+def invented_budget():
+    sizes = {"level": list(LEVELS), "model": list(MODELS)}
+    parts = ("level_model_error", "level_transport_error")
+    return xr.Dataset({k: (list(sizes), np.full((3, 10), 4e6)) for k in parts}, sizes)
+
+
+def invented_variants():
+    sizes = {"pair": list(PAIRS[:3]), "level": list(LEVELS), "transport": ["exact"], "criterion": ["mean"]}
+    shape = tuple(map(len, sizes.values()))
+    alternatives = ["inlet.colder", "inlet.warmer", "valve.leak"]
+    dims = list(sizes)
+    ratio = np.full((*shape, 3), 2.6)
+    return xr.Dataset(
+        {
+            "ratio": ([*dims, "alternative"], ratio),
+            "share": (dims, np.full(shape, 2 / 3)),
+            "counted": (dims, np.full(shape, 3)),
+        },
+        sizes | {"alternative": alternatives},
+    )
+
+
+def invented_recommendation():
+    score = {"right": BOUNDS, "cost": [1.1, 1.0, 1.2], "cost_at_best_n": [1.05, 1.0, 1.1]}
+    ratio = {pair: {name: BOUNDS for name in ("mean", "geometric", "rank")} for pair in PAIRS}
+    share = {f"{pair} < 1": BOUNDS for pair in PAIRS} | {"M6 enough": BOUNDS}
+    return {
+        "within": 1.1,
+        "cylinders": {"trained": 200, "held_out": 100},
+        "failed_runs": 3,
+        "by_exchange": [
+            {"from": f, "to": 10 * f, "ratio": dict.fromkeys(PAIRS, BOUNDS)} for f in (0.01, 0.1, 1.0)
+        ],
+        "compared": {loop: {"ratio": ratio, "share": share} for loop in ("open", "closed", "both")},
+        "score": {"tree": score, "majority": score},
+    }
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    """A project with the study's verdict, invented evidence and the manuscript's source."""
+    root = tmp_path_factory.mktemp("a manuscript")
+    results = root / "results"
+    (results / "figures").mkdir(parents=True)
+    for name in ("parameters.json", "verdict.json"):
+        shutil.copy(ROOT / "results" / name, results)
+    for name in ("traces", "floor", "ensemble", "regimes"):
+        shutil.copy(ROOT / "results/figures/traces.svg", results / f"figures/{name}.svg")
+    write(invented_ensemble(), results / "ensemble.nc", ABOUT)
+    write(invented_variants(), results / "variants.nc", ABOUT)
+    write(invented_floor(), results / "floor.nc", ABOUT)
+    write(invented_identification(), results / "identification.nc", ABOUT)
+    write(invented_budget(), results / "error_budget.nc", ABOUT)
+    write_json(json.dumps(invented_recommendation()), results / "recommendation.json")
+    row = {
+        "claim": "all alike",
+        "published": "1.04",
+        "exact": "5.9",
+        "interval": "5 to 6",
+        "why": "",
+        "stands": "no",
+    }
+    write_json(json.dumps({"claims": [row | {"headline": True}]}), results / "findings.json")
+    shutil.copytree(FOLDER, root / "paper/manuscript")
+    (results / "manuscript.json").write_text(json.dumps(m.numbers(results)), encoding="utf-8")
+    return root
+
+
+def test_no_number_is_typed():
+    assert m.typed_numbers(SOURCE) == []
+
+
+@given(st.one_of(st.integers(0, 10**6), st.floats(0.001, 1000).map(lambda x: round(x, 3))))
+def test_a_typed_number_is_found(number):
+    sentence = "and the conductance $k_0$. "
+    place = SOURCE.index("= What was reproduced") + 40
+    cut = SOURCE.index(". ", place) + 2
+    if str(number) != "2006":  # the year of the paper is its name
+        assert m.typed_numbers(SOURCE[:cut] + f"It has {number} parts, {sentence}" + SOURCE[cut:]) == [
+            str(number)
+        ]
+
+
+def test_names_and_references_are_no_numbers():
+    text = (
+        "M8 and E12 of Tables 7 and 9, eq (17), Section 4, ISO 6358 @falcao2006 $x_2 = 3$ `-j2` #f.a.b // 5\n"
+    )
+    assert m.typed_numbers(text) == []
+    assert m.typed_numbers("M8 has 18 % of it, #f.share of 7") == ["18", "7"]
+
+
+def test_spans_and_intervals():
+    assert m.interval([0.181, 0.1749, 0.19], 2) == "0.18 (0.17 to 0.19)"
+    assert m._span(xr.DataArray([0.9, 1.204])) == {"lowest": "0.90", "highest": "1.20"}
+    floor = m._floor(invented_floor())
+    assert floor["theory"] == {"lowest": "1.10", "highest": "1.10"}
+    assert floor["formula_open"] == {"lowest": "0.90", "highest": "0.90"}
+    assert (floor["shortest"], floor["longest"], floor["highest"]) == ("0.1 ms", "10 ms", "400 Pa")
+    variants = m._variants(invented_variants())
+    assert variants["rows"][0] == {"pair": "M6/M5"} | dict.fromkeys(LEVELS, "2 of 3")
+    assert variants["inlet"]["highest"] == "2.6"
+    tree = m._tree(invented_recommendation())
+    assert tree["scores"][0] == {"answer": "tree", "right": "80 %", "cost": "10 %", "fitted": "5 %"}
+    assert (tree["within"], tree["held_out"]) == ("10 %", "100")
+    assert m._cylinders(invented_recommendation())["enough"] == "80 % (70 % to 90 %)"
+    assert m._budget(invented_budget())["typical"]["M8"] == {"model": "2.00 kPa", "transport": "2.00 kPa"}
+
+
+def test_metadata_and_references():
+    meta = yaml.safe_load((FOLDER / "metadata.yaml").read_text(encoding="utf-8"))
+    assert {"title", "authors", "keywords", "license", "replication"} <= set(meta)
+    assert meta["replication"]["doi"] == "10.1243/09596518JSCE203"
+    keys = re.findall(r"@\w+\{(\w+),", (FOLDER / "references.bib").read_text(encoding="utf-8"))
+    assert len(keys) == len(set(keys))
+    assert [key for key in keys if f"@{key}" not in SOURCE] == []
+
+
+@pytest.mark.results
+def test_numbers_are_those_of_the_results(project):
+    found = json.loads((project / "results/manuscript.json").read_text(encoding="utf-8"))
+    verdict = json.loads(read_json(ROOT / "results/verdict.json"))
+    assert found["verdict"]["counts"]["missed"] == str(verdict["counts"]["missed"])
+    assert found["setup"]["replays"] == "1056"
+    assert found["verdict"]["claimed"]["of_M6"] == "40 %"
+    rows = {(row["level"], row["source"]): row for row in found["verdict"]["transport"]}
+    assert found["verdict"]["exact"]["typical"] == f"{100 * float(rows['typical', 'exact']['M8/M7']):.0f} %"
+
+
+@pytest.mark.results
+def test_it_is_typeset_twice_to_the_same_bytes(project):
+    one, two = project / "one.pdf", project / "two.pdf"
+    for output in (one, two):
+        m.compile_pdf(project / "paper/manuscript/manuscript.typ", project, output)
+    assert one.read_bytes() == two.read_bytes()
+    assert one.read_bytes()[:5] == b"%PDF-" and str(project).encode() not in one.read_bytes()
+
+
+@pytest.mark.results
+def test_it_has_six_to_eight_pages(project):
+    source = project / "paper/manuscript/manuscript.typ"
+    pages = typst.compile(str(source), root=str(project), format="png", ppi=20, ignore_system_fonts=True)
+    assert isinstance(pages, list) and 6 <= len(pages) <= 8
+
+
+@pytest.mark.results
+def test_a_number_that_is_not_there_is_an_error(project):
+    source = project / "paper/manuscript/wrong.typ"
+    source.write_text(SOURCE + "\n#f.verdict.counts.nonsense\n", encoding="utf-8")
+    with pytest.raises(typst.TypstError, match="nonsense"):
+        m.compile_pdf(source, project, project / "wrong.pdf")
+    assert not (project / "wrong.pdf").exists()

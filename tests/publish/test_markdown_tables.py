@@ -1,0 +1,36 @@
+"""Tables as Markdown: each number in its place."""
+
+import pytest
+import xarray as xr
+
+from pneumo.physics.models import MODELS
+from pneumo.publish.markdown_tables import table_7
+from pneumo.verdict.published import table7
+
+SHARES = [1.25, 1.0]  # reproduced over published, overall and at another level
+
+
+@pytest.fixture
+def statistics() -> xr.Dataset:
+    level = xr.DataArray(SHARES, {"level": ["overall", "typical"]}, ("level",))
+    found = table7()[["mse", "mean_error", "std"]] * level
+    found["failure_time"] = ("experiment", [float("nan")])
+    return found.assign_coords(experiment=["E01"])
+
+
+def test_rows_stand_beside_the_published_ones(statistics):
+    rows = table_7(statistics, table7()).splitlines()
+    assert len(rows) == 2 + len(MODELS)
+    for row, model in zip(rows[2:], MODELS, strict=True):
+        cells = [cell.strip() for cell in row.strip("|").split("|")]
+        printed = table7().sel(model=model)
+        assert cells[0] == model
+        assert cells[3] == "1.25"  # reproduced over published
+        # Half a unit of the last digit shown: three significant ones, or whole pascals.
+        for place, name, rounding in (
+            (1, "mse", {"rel": 5e-3}),
+            (4, "mean_error", {"abs": 0.5}),
+            (6, "std", {"abs": 0.5}),
+        ):
+            shown, expected = [float(cell) for cell in cells[place : place + 2]], printed[name].item()
+            assert shown == [pytest.approx(expected, **rounding), pytest.approx(1.25 * expected, **rounding)]

@@ -1,0 +1,144 @@
+"""Page and tables of `pneumo study`: the numbers of the ranking, nothing from outside, texts escaped."""
+
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+from test_ranking import made
+
+from pneumo.configuration.experiment import Study
+from pneumo.configuration.parameters import load, study
+from pneumo.publish import study_figures
+from pneumo.publish.study_page import HEADS, MARK, cells_of, gain_text, render, tables
+from pneumo.publish.verdict_page import with_indices
+from pneumo.statistics.ranking import Interval, ranked
+
+
+def with_traces(cells):
+    rng = np.random.default_rng(2)
+    samples, shape = 50, (cells.sizes["experiment"], 2, 50)
+    cells = cells.assign_coords(chamber=["A", "B"])
+    cells["trace_t"] = (("experiment", "sample"), np.tile(np.arange(samples) * 0.01, (shape[0], 1)))
+    cells["trace_x"] = (("experiment", "sample"), rng.normal(0, 1e-3, (shape[0], samples)))
+    cells["trace_P"] = (("experiment", "chamber", "sample"), rng.normal(5e5, 1e4, shape))
+    dims = ("experiment", "model", "n", "chamber", "sample")
+    size = [cells.sizes[dim] for dim in dims[:4]]
+    cells["trace_pressure"] = (dims, rng.normal(5e5, 1e4, (*size, samples)))
+    return cells
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
+
+
+@pytest.fixture(scope="module")
+def page(paper):
+    cells = with_traces(made())
+    mine = paper._replace(name="mine", experiments={"X": paper.experiments["E06"]})
+    return render(mine, cells, [ranked(cells, "mine")])
+
+
+def test_page_holds_every_model_and_the_recommendation(page):
+    ranking = ranked(made(), "mine")
+    assert "Take M9" in page and with_indices(ranking.reason) in page
+    for row in ranking.rows:
+        line = "".join(f"<td>{text}</td>" for text in cells_of(row))
+        assert line in page
+    assert page.count("<img") == 4
+
+
+def test_page_is_self_contained_and_marked(page):
+    assert MARK in page[:1000]
+    assert not re.findall(r'(?:src|href)="(?!data:|https://doi\.org/)[^"]*"', page)
+    assert "<script" not in page
+
+
+def test_texts_are_escaped(paper):
+    cells = made()
+    cells["run_status"][:] = 1
+    ranking = ranked(cells, "mine")._replace(left_out=("<b>&",), reason="<i>")
+    mine: Study = paper._replace(name="<script>", experiments={"X": paper.experiments["E06"]})
+    page = render(mine, cells, [ranking])
+    assert "<b>&" not in page and "&lt;b&gt;&amp;" in page and "&lt;i&gt;" in page
+    assert "<script>" not in page and "<img" not in page
+
+
+def test_cells_of_a_line():
+    row = ranked(made(noise=1e-9), "mine").row("M8")
+    texts = dict(zip(HEADS, cells_of(row), strict=True))
+    assert (texts["rank"], texts["model"], texts["n"]) == ("3", "M8", "1.3")
+    assert texts["MSE (kPa²)"] == "3.00 ± 0.00" and texts["RMS (kPa)"] == "1.73"
+    assert texts["MSE / best"] == "1.25 (1.25 to 1.25)"
+    cells = made()
+    cells["mse"].loc[{"model": "M8"}] = np.nan
+    assert "failed in 4 runs" in cells_of(ranked(cells, "mine").row("M8"))
+
+
+def test_gain_with_and_without_interval():
+    assert gain_text(Interval(12.3, 10.1, 14.6)) == "12 % (10 to 15)"
+    assert gain_text(Interval(-3.0, np.nan, np.nan)) == "-3 %"
+    assert gain_text(Interval(np.nan, np.nan, np.nan)) == "–"
+
+
+# Pictures: what their lines hold
+
+
+def marked(ax, marker):
+    return [line for line in ax.lines if line.get_marker() == marker]
+
+
+def test_picture_of_the_places():
+    ranking = ranked(made(), "mine")
+    ax = study_figures.places(ranking).axes[0]
+    assert ax.get_yticklabels()[0].get_text() == "$M_{10}$"
+    for y, row in enumerate(ranking.rows):
+        bar, point = ax.lines[2 * y : 2 * y + 2]
+        assert point.get_xdata()[0] == pytest.approx(row.mse.value**0.5 / 1e3)
+        assert bar.get_xdata() == pytest.approx(np.array([row.mse.low, row.mse.high]) ** 0.5 / 1e3)
+        assert set(bar.get_ydata()) == set(point.get_ydata()) == {y}
+
+
+def test_picture_over_n_leaves_failed_runs_out():
+    cells = made()
+    cells["run_status"][0, 1] = 1
+    ranking = ranked(cells, "mine")
+    ax = study_figures.over_n(cells, ranking).axes[0]
+    curve = next(line for line in ax.lines if line.get_label() == "$M_{8}$")
+    kept = cells["mse"].sel(model="M8").isel(run=[0, 2, 3])
+    assert curve.get_ydata() == pytest.approx(kept.mean(("experiment", "run", "chamber")).values ** 0.5 / 1e3)
+    marks = [line for line in ax.lines if len(line.get_xdata()) == 1]
+    assert len(marks) == 7 and {line.get_xdata()[0] for line in marks} == {1.3}
+
+
+def test_picture_of_the_gains():
+    ranking = ranked(made(), "mine")
+    points = marked(study_figures.gains(ranking).axes[0], "o")
+    assert [point.get_xdata()[0] for point in points] == [gain.percent.value for gain in ranking.gains]
+
+
+def test_picture_of_the_traces():
+    cells = with_traces(made())
+    ranking = ranked(cells, "mine")
+    _, pressure, error = study_figures.traces(cells, ranking, "X").axes
+    own = cells.sel(experiment="X")
+    full = own["trace_P"].sel(chamber="A").values / 1e3
+    assert pressure.lines[0].get_ydata() == pytest.approx(full)
+    best = own["trace_pressure"].sel(model="M10", n=1.3, chamber="A").values / 1e3
+    assert error.lines[0].get_label() == "$M_{10}$"
+    assert error.lines[0].get_ydata() == pytest.approx(full - best)
+    assert len(error.lines) == 2 * 3 + 1  # three models in both chambers, and zero
+    assert [line.get_label() for line in error.lines[1:3]] == ["$M_{9}$", "$M_{8}$"]
+
+
+def test_tables_fit_a_terminal():
+    console = Console(width=80, record=True, file=io.StringIO())
+    for table in tables(ranked(made(), "mine")):
+        console.print(table)
+    text = console.export_text()
+    assert all(f" M{i} " in text for i in range(1, 11))
+    assert "…" not in text and "temperature law" in text
+    assert "1.25 (1.25 to 1.25)" in text  # on one line

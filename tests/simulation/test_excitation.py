@@ -1,0 +1,224 @@
+"""Excitation: the generator against documented values, how long a draw is held, and the two loops."""
+
+from itertools import islice
+from math import log, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from pneumo import testing as some
+from pneumo.configuration.experiment import Drive, Excitation
+from pneumo.configuration.parameters import load, study
+from pneumo.simulation.excitation import (
+    LARGEST_STATE,
+    MODULUS,
+    SCALE,
+    command,
+    initial_state,
+    normal_deviates,
+    reference_series,
+)
+
+STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
+SEEDS = st.integers(0, 2**32 - 1)
+CLOSED = Drive(closed_loop=True, k_p=1000.0, x_reverse=0.048)
+OPEN = CLOSED._replace(closed_loop=False)
+
+
+def first(seed, count):
+    return np.array(list(islice(normal_deviates(seed), count)))
+
+
+# The generator
+
+
+def test_documented_values_of_the_v4_generator():
+    printed = [1.1650, 0.6268, 0.0751, 0.3516, -0.6965, 1.6961, 0.0591, 1.7971, 0.2641, 0.8717]
+    np.testing.assert_allclose(first(0, 10), printed, rtol=0, atol=0.5e-4)  # half a unit of the print
+
+
+@pytest.mark.parametrize(
+    ("seed", "values"),
+    [
+        (666, [0.8862648575895189, -0.9631763043585605, 1.0520825281156028]),
+        (777, [0.1465802364809754, -0.4543865462771669, -0.7191423476071052]),
+    ],
+)
+def test_first_values_of_the_papers_seeds(seed, values):
+    np.testing.assert_allclose(first(seed, 3), values, rtol=1e-15)  # 4 ulp: log and sqrt may differ by one
+
+
+def generated_code(seed_state, count):
+    """The block as Simulink's generated C does it: Schrage's division and the polar method."""
+    state, deviates = seed_state, []
+    while len(deviates) < count:
+        w = 2.0
+        while w > 1.0:
+            pair = []
+            for _ in range(2):
+                low, high = state % 127773, state // 127773
+                state = low * 16807 - high * 2836
+                state = state + 2147483647 if state < 1 else state
+                pair.append(2.0 * (state * 4.656612875245797e-10) - 1.0)
+            w = pair[0] * pair[0] + pair[1] * pair[1]
+        deviates.append(sqrt(-2.0 * log(w) / w) * pair[0])
+    return deviates
+
+
+@given(SEEDS)
+@settings(deadline=None, max_examples=20)
+def test_long_sequences_are_those_of_the_generated_code(seed):
+    # 1000 draws meet every way through the rejection, and its edge w = 1 within 1e-3.
+    np.testing.assert_allclose(first(seed, 1000), generated_code(initial_state(seed), 1000), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("seed", "state"),
+    [
+        (0, 1144108930),
+        (1, 65536),
+        (0x8000, 0x8000),
+        (0x10000, 1),
+        (666, 666 << 16),
+        (0xFFFE7FFF, 2147483646),  # the largest state that is taken as it is
+        (0xFFFF7FFF, 2147483646),  # would be 2147483647, a fixed point of the generator
+        (0xFFFFFFFF, 2147483646),  # would be 2147516415
+    ],
+)
+def test_state_for_a_seed(seed, state):
+    assert initial_state(seed) == state
+
+
+@given(SEEDS)
+@settings(deadline=None)
+def test_every_seed_starts_inside_the_generators_cycle(seed):
+    assert 1 <= initial_state(seed) <= LARGEST_STATE
+    assert LARGEST_STATE == MODULUS - 1
+    assert pytest.approx(1 / MODULUS, rel=1e-15) == SCALE  # as many digits as the block carries
+
+
+@given(SEEDS)
+@settings(deadline=None, max_examples=20)
+def test_deviates_are_standard_normal(seed):
+    # Five standard errors of each moment: one seed in a million fails by chance.
+    N = 10_000
+    z = first(seed, N)
+    assert abs(z.mean()) < 5 / sqrt(N)
+    assert abs((z**2).mean() - 1) < 5 * sqrt(2 / N)
+    assert abs((z**3).mean()) < 5 * sqrt(15 / N)
+    assert abs((z**4).mean() - 3) < 5 * sqrt(96 / N)
+    assert abs((z[1:] * z[:-1]).mean()) < 5 / sqrt(N - 1)  # successive draws know nothing of each other
+
+
+@pytest.mark.parametrize("seed", [666, 777])
+def test_deviates_follow_the_normal_distribution(seed):
+    # Kolmogorov-Smirnov, 24 000 draws as in E4; one sample in a thousand would fail by chance.
+    assert stats.kstest(first(seed, 24_000), "norm").pvalue > 1e-3
+
+
+# The reference
+
+
+@given(st.booleans(), SEEDS, st.integers(1, 60), st.integers(1, 400), st.floats(1e-3, 10))
+@settings(deadline=None)
+def test_draws_are_held_and_the_first_one_applies_from_the_start(closed, seed, every, steps, amplitude):
+    drive = CLOSED if closed else OPEN
+    reference = reference_series(drive, Excitation(seed, amplitude, every), steps)
+    assert reference.shape == (steps + 1,)
+    draws = first(seed, steps // every + 1)
+    levels = draws if closed else np.where(draws > 0, 1.0, -1.0)
+    for k in range(steps + 1):
+        assert reference[k] == amplitude * levels[k // every]
+
+
+@pytest.mark.parametrize("name", STUDY.experiments)
+def test_references_of_the_study(name):
+    e = STUDY.experiments[name]
+    assert e.excitation.every == 50  # 20 Hz at 1 ms
+    reference = reference_series(e.drive, e.excitation, 3000 * 50)
+    levels = reference[:-1].reshape(3000, 50)
+    assert (levels == levels[:, :1]).all()
+    seed = {"D": 666, "E": 777}[e.cylinder]
+    if e.drive.closed_loop:  # Table 3
+        assert np.array_equal(levels[:, 0], e.excitation.amplitude * first(seed, 3000))
+        variance = {"D": 0.0003, "E": 0.0021}[e.cylinder]
+        # Five standard errors of a variance estimated from 3000 draws.
+        assert (levels[:, 0] ** 2).mean() == pytest.approx(variance, rel=5 * sqrt(2 / 3000))
+    else:
+        assert np.array_equal(levels[:, 0], e.excitation.amplitude * np.sign(first(seed, 3000)))
+        assert abs(np.sign(levels[:, 0]).mean()) < 5 / sqrt(3000)  # both signs equally often
+
+
+# Other signals
+
+
+@given(st.booleans(), SEEDS)
+@settings(deadline=None)
+def test_random_signals_in_either_loop(closed, seed):
+    drive, own = CLOSED if closed else OPEN, Excitation(seed, 0.5, 10)
+    prbs = reference_series(drive, own._replace(signal="prbs"), 200)
+    gaussian = reference_series(drive, own._replace(signal="gaussian"), 200)
+    assert np.array_equal(prbs, reference_series(OPEN, own, 200))
+    assert np.array_equal(gaussian, reference_series(CLOSED, own, 200))
+
+
+def test_sweep_goes_from_its_first_frequency_to_its_last():
+    steps, low, high = 100_000, 1e-4, 5e-3
+    sweep = reference_series(OPEN, Excitation(1, 2.0, 50, "sweep", (low, high)), steps)
+    assert len(sweep) == steps + 1 and sweep[0] == 0 and np.abs(sweep).max() == pytest.approx(2.0, rel=1e-4)
+    rising = np.flatnonzero((sweep[:-1] < 0) & (sweep[1:] >= 0))
+    # Whole periods: as many as the mean frequency makes, but for those cut at the ends; each as long as the
+    # frequency at its place says.
+    assert abs(len(rising) - steps * (low + high) / 2) < 2
+    middle = (rising[1:] + rising[:-1]) / 2
+    np.testing.assert_allclose(1 / np.diff(rising), low + (high - low) * middle / steps, rtol=0.02)
+
+
+@given(st.lists(st.floats(-3, 3), min_size=1, max_size=5), st.integers(1, 20), st.integers(1, 200))
+@settings(deadline=None)
+def test_levels_are_held_and_repeated(levels, every, steps):
+    found = reference_series(CLOSED, Excitation(1, 0.5, every, "levels", levels=tuple(levels)), steps)
+    assert found.tolist() == [0.5 * levels[k // every % len(levels)] for k in range(steps + 1)]
+
+
+# The command
+
+
+@given(st.floats(-0.2, 0.2), some.positions())
+def test_closed_loop_is_proportional_and_not_yet_limited(reference, x):
+    x *= 0.05
+    assert command(reference, x, CLOSED) == 1000.0 * (reference - x)
+
+
+def test_closed_loop_command_may_exceed_what_the_valve_takes():
+    assert command(0.05, -0.05, CLOSED) == pytest.approx(100.0)  # V; the limiter comes later
+
+
+@given(st.floats(0.01, 10), st.sampled_from([-1, 1]), some.positions(1.0))
+def test_open_loop_passes_the_reference_until_the_sign_is_forced(size, sign, fraction):
+    x = fraction * 0.05
+    u = command(sign * size, x, OPEN)
+    assert abs(u) == size
+    if abs(x) < OPEN.x_reverse:
+        assert u == sign * size
+    else:
+        assert u * x < 0  # back towards the centre
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("reference", [-0.5, 0.5])
+def test_sign_is_forced_from_exactly_96_per_cent_on(side, reference):
+    assert command(reference, side * 0.048, OPEN) == -side * 0.5
+    assert command(reference, side * np.nextafter(0.048, 0), OPEN) == reference
+
+
+@pytest.mark.parametrize("name", ["E01", "E03"])
+def test_where_the_study_forces_the_sign(name):
+    e = STUDY.experiments[name]
+    half_stroke = {"D": 0.05, "E": 0.1375}[e.cylinder]
+    assert e.drive.x_reverse == pytest.approx(0.96 * half_stroke, rel=1e-15)
+    assert not e.drive.closed_loop

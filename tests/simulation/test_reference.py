@@ -1,0 +1,326 @@
+"""Replays: `exact` against a co-simulated run, `published` against NumPy's interpolation, failed cells."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_full_order import array_command, array_flows, array_rates
+
+from pneumo.configuration.parameters import load, study
+from pneumo.physics.models import MODELS, Lane, lane, lane_array, model_dP_dt, temperature
+from pneumo.simulation import reference as replay_module
+from pneumo.simulation.cells import grid_lanes, replay_dataset
+from pneumo.simulation.full_order import equilibrium, record
+from pneumo.simulation.reference import LEFT_RANGE, OK, STATUS, replay
+from pneumo.simulation.tableau import DORMAND_PRINCE
+
+STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
+A, B, C = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
+LANES, INDEX = grid_lanes(STUDY.n, 1.4)
+EPS = np.finfo(float).eps
+
+
+def lasting(name, seconds):
+    e = STUDY.experiments[name]
+    return e._replace(steps=round(seconds / e.h))
+
+
+def replayed(e, recording, lanes=LANES, **options):
+    return replay(recording, lanes, e.drive, e.plant, e.h, **options)
+
+
+def lane_rates(u, x, v, P, e):
+    """Rates of all lanes at both chambers; P has shape (lane, 2)."""
+    c, gas, cylinder = e.plant.conditions, e.plant.gas, e.plant.cylinder
+    sign = np.array([1.0, -1.0])
+    u, x, v = sign * u, sign * x, sign * v
+    coefficients = Lane(*LANES.T[..., np.newaxis])
+    T = temperature(P, c.P_0, c.T_0, coefficients.a)
+    V = cylinder.V_d + cylinder.A_A * (cylinder.stroke / 2 + x)
+    length = cylinder.stroke / 2 + cylinder.bore / 2
+    fixed = e.plant.k_0, c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, gas.gamma
+    m_in, m_out = array_flows(u, P, T, e.plant)
+    return model_dP_dt(P, T, V, cylinder.A_A * v, m_in, m_out, (x + length) / length, *fixed, coefficients)
+
+
+def integrated(rate, z, steps, h):
+    """States at every step of z' = rate(z, step, stage), shape (steps + 1, ...)."""
+    states = [z]
+    for k in range(steps):
+        K = np.empty((6, len(z)))
+        for i in range(6):
+            K[i] = rate(states[-1] + h * A[i, :i] @ K[:i], k, i)
+        states.append(states[-1] + h * B @ K)
+    return np.array(states)
+
+
+def cosimulated(e, reference):
+    """Full-order states and all lanes' pressures, by (step, lane, chamber), of one run of one big system."""
+
+    def rate(z, k, _):
+        y, P = z[:6], z[6:].reshape(-1, 2)
+        u = np.clip(array_command(reference[k], y[0], e), -e.plant.valve.u_max, e.plant.valve.u_max)
+        return np.concatenate([array_rates(y, reference[k], e), lane_rates(u, y[0], y[1], P, e).ravel()])
+
+    P_0 = e.plant.conditions.P_0
+    z = integrated(rate, np.append(equilibrium(e.plant), np.full(2 * len(LANES), P_0)), e.steps, e.h)
+    return z[:, :6], z[:, 6:].reshape(e.steps + 1, -1, 2)
+
+
+def interpolated(e, recording, lag):
+    """Every lane's pressures, by (step, lane, chamber), on inputs that NumPy interpolates."""
+    t = np.arange(e.steps + 1) * e.h
+    at = t[:-1, np.newaxis] + C * e.h - lag
+    series = (recording.u, recording.states[:, 0], recording.states[:, 1])
+    u, x, v = (np.interp(at, t, values) for values in series)
+    u = np.clip(u, -e.plant.valve.u_max, e.plant.valve.u_max)
+
+    def rate(P, k, i):
+        return lane_rates(u[k, i], x[k, i], v[k, i], P.reshape(-1, 2), e).ravel()
+
+    P = integrated(rate, np.full(2 * len(LANES), e.plant.conditions.P_0), e.steps, e.h)
+    return P.reshape(e.steps + 1, -1, 2)
+
+
+def errors(recording, pressures):
+    return recording.states[:, np.newaxis, [2, 4]] - pressures
+
+
+# Transports
+
+
+@pytest.mark.parametrize("name", ["E01", "E06", "E07", "E12", "E16"])
+def test_exact_transport_equals_a_cosimulated_run(name):
+    # The same scheme on the same inputs: they differ by roundings, 1e-16 of a pressure of 6e5 Pa in each of
+    # 6000 stages, some 1e-6 Pa where chatter amplifies them, on errors of 10 Pa and more. 1e-6 of the mean
+    # square, a hundredth of the 1e-4 that would not matter to any table.
+    e = lasting(name, 1.0)
+    recording = record(e)
+    states, pressures = cosimulated(e, recording.reference)
+    mse = ((states[:, np.newaxis, [2, 4]] - pressures) ** 2).mean(axis=0)
+    cells = replayed(e, recording, transport="exact")
+    assert mse.shape == cells.mse.shape == (66, 2)
+    assert (cells.status == OK).all()
+    np.testing.assert_allclose(cells.mse, mse, rtol=1e-6)
+    np.testing.assert_allclose(cells.pressure, np.moveaxis(pressures, 0, -1), rtol=1e-9)  # of P: 6e-4 Pa
+    # It is transport that is tested: the other one is far away where the command moves.
+    other = replayed(e, recording, transport="published")
+    assert (abs(other.mse / cells.mse - 1) > 1e-3).mean() > 0.9
+
+
+@pytest.mark.parametrize(
+    ("name", "lag"),
+    [("E06", 0.0), ("E07", 0.0), ("E14", 0.13e-3), ("E03", 0.5e-3), ("E16", 1e-3), ("E06", 2.3e-3)],
+)
+def test_published_transport_equals_numpys_interpolation(name, lag):
+    # As above; k + c h/h - lag/h and (t + c h - lag)/h round differently, 1e-13 of a step.
+    e = lasting(name, 0.5)
+    recording = record(e)
+    cells = replayed(e, recording, transport="published", lag=lag)
+    pressures = interpolated(e, recording, lag)
+    np.testing.assert_allclose(cells.mse, (errors(recording, pressures) ** 2).mean(axis=0), rtol=1e-6)
+    np.testing.assert_allclose(cells.pressure, np.moveaxis(pressures, 0, -1), rtol=1e-9)
+
+
+def test_a_lag_of_one_step_is_a_shift_by_one_sample():
+    # Before the first sample both hold it.
+    e = lasting("E06", 0.4)
+    recording = record(e)
+    shifted = recording._replace(
+        states=np.concatenate([recording.states[:1], recording.states[:-1]]),
+        u=np.concatenate([recording.u[:1], recording.u[:-1]]),
+    )
+    lagged = replayed(e, recording, transport="published", lag=e.h).pressure
+    np.testing.assert_allclose(lagged, replayed(e, shifted, transport="published").pressure, rtol=1e-9)
+    assert not np.allclose(lagged, replayed(e, recording, transport="published").pressure, rtol=1e-6)
+
+
+def test_the_limiter_acts_after_the_interpolation():
+    e = lasting("E06", 0.05)
+    recording = record(e)
+    assert abs(recording.u).max() > 10
+    limited_first = recording._replace(u=np.clip(recording.u, -10, 10))
+    late = replayed(e, recording, transport="published").pressure
+    early = replayed(e, limited_first, transport="published").pressure
+    assert abs(late - early).max() > 1  # Pa
+    u = np.array([0.0, 40.0, 40.0])  # crosses 10 V at a quarter of the first step
+    assert [min(max(replay_module.interpolated(u, p), -10), 10) for p in (0.1, 0.25, 0.5)] == [4, 10, 10]
+
+
+def test_what_exact_and_unknown_transports_refuse():
+    e = lasting("E06", 0.01)
+    recording = record(e)
+    with pytest.raises(ValueError, match=r"^lag = 0.0001 s: the exact transport has none$"):
+        replayed(e, recording, transport="exact", lag=1e-4)
+    with pytest.raises(ValueError, match=r"^transport = 'linear': must be 'published' or 'exact'$"):
+        replayed(e, recording, transport="linear")
+
+
+# Statistics of a cell, storage, symmetry
+
+
+@pytest.mark.parametrize("transport", ["published", "exact"])
+def test_statistics_are_those_of_every_step(transport):
+    # Sums of 801 terms: 801 EPS of their size at most.
+    e = lasting("E08", 0.8)
+    recording = record(e)
+    cells = replayed(e, recording, transport=transport)
+    error = errors(recording, np.moveaxis(cells.pressure, -1, 0))
+    np.testing.assert_allclose(cells.mse, (error**2).mean(axis=0), rtol=801 * EPS)
+    size = abs(error).mean(axis=0).max()
+    np.testing.assert_allclose(cells.mean_error, error.mean(axis=0), rtol=0, atol=801 * EPS * size)
+    np.testing.assert_allclose(
+        cells.variance, error.var(axis=0), atol=2000 * EPS * cells.mse.max(), rtol=1e-9
+    )
+    np.testing.assert_allclose(cells.mean_error**2 + cells.variance, cells.mse, rtol=4 * EPS)
+    assert (cells.variance > 0).all() and (cells.failure_step == -1).all()
+
+
+@given(st.integers(1, 130))
+@settings(deadline=None, max_examples=20)
+def test_stride_thins_what_is_stored_and_not_what_is_averaged(stride):
+    e = lasting("E12", 0.12)
+    recording = record(e)
+    every, thinned = (replayed(e, recording, transport="exact", stride=s) for s in (1, stride))
+    assert np.array_equal(thinned.pressure, every.pressure[..., ::stride])
+    for name in ("mean_error", "variance", "mse", "status", "failure_step"):
+        assert np.array_equal(getattr(thinned, name), getattr(every, name))
+
+
+@pytest.mark.parametrize("transport", ["published", "exact"])
+def test_mirrored_recording_swaps_the_chambers(transport):
+    # IEEE arithmetic is symmetric in sign: equality.
+    e = lasting("E06", 0.5)
+    recording = record(e)
+    mirrored = recording._replace(
+        states=recording.states[:, [0, 1, 4, 5, 2, 3]] * [-1, -1, 1, 1, 1, 1],
+        reference=-recording.reference,
+        u=-recording.u,
+    )
+    one, other = (replayed(e, r, transport=transport) for r in (recording, mirrored))
+    assert np.array_equal(one.pressure, other.pressure[:, ::-1])
+    assert np.array_equal(one.mse, other.mse[:, ::-1])
+
+
+@pytest.mark.parametrize("transport", ["published", "exact"])
+def test_lanes_do_not_know_of_each_other(transport):
+    e = lasting("E07", 0.2)
+    recording = record(e)
+    together = replayed(e, recording, transport=transport)
+    for i in (0, 5, 30, 65):
+        alone = replayed(e, recording, LANES[i : i + 1], transport=transport)
+        assert np.array_equal(alone.pressure[0], together.pressure[i])
+
+
+@pytest.mark.parametrize("transport", ["published", "exact"])
+def test_compiled_replay_equals_the_python_that_one_reads(transport, monkeypatch):
+    # 40 steps; powers may differ by an ulp between libraries, which adds up to 1e-13 at most.
+    e = lasting("E14", 0.04)
+    recording = record(e)
+    some_lanes = LANES[INDEX[[0, 3, 4, 7, 9], 5]]
+    compiled = replayed(e, recording, some_lanes, transport=transport)
+    monkeypatch.setattr(replay_module, "_replay", replay_module._replay.py_func)
+    plain = replayed(e, recording, some_lanes, transport=transport)
+    np.testing.assert_allclose(compiled.pressure, plain.pressure, rtol=1e-13)
+    np.testing.assert_allclose(compiled.mse, plain.mse, rtol=1e-8)  # of errors of some 100 Pa
+
+
+# Cells
+
+
+def test_grid_has_a_lane_for_each_model_and_n_that_matters():
+    assert LANES.shape == (7 * 9 + 3, 8) and INDEX.shape == (10, 9)
+    assert sorted(set(INDEX.ravel())) == list(range(66))
+    for i, (name, model) in enumerate(MODELS.items()):
+        assert len(set(INDEX[i])) == (1 if name in ("M1", "M3", "M4") else 9)
+        for j, n in enumerate(STUDY.n):
+            expected = lane(model, n if model.has_n else 1.0, 1.4)
+            assert np.array_equal(LANES[INDEX[i, j]], lane_array([expected])[0])
+
+
+@pytest.fixture(scope="module")
+def cells():
+    e = lasting("E06", 0.3)
+    replays = replayed(e, record(e), transport="exact", stride=e.pressure_stride)
+    return e, replays, replay_dataset(e, STUDY.n, INDEX, replays)
+
+
+def test_every_cell_finds_its_lane(cells):
+    _, replays, dataset = cells
+    for i, name in enumerate(MODELS):
+        for j, n in enumerate(STUDY.n):
+            cell = dataset.sel(model=name, n=n)
+            row = INDEX[i, j]
+            assert np.array_equal(cell["mse"], replays.mse[row])
+            assert np.array_equal(cell["mean_error"], replays.mean_error[row])
+            assert np.array_equal(cell["variance"], replays.variance[row])
+            assert np.array_equal(cell["pressure"], replays.pressure[row].astype(np.float32))
+    assert np.array_equal(dataset["t"], np.arange(0, 0.3001, 0.01).round(3))
+
+
+@pytest.mark.uncompiled
+@pytest.mark.parametrize("model", ["M1", "M3", "M4"])
+def test_models_without_n_hold_their_cell_at_every_n(cells, model):
+    _, _, dataset = cells
+    for name in ("mse", "mean_error", "variance", "pressure", "status"):
+        at_every_n = dataset[name].sel(model=model)
+        assert (at_every_n == at_every_n.sel(n=1.0)).all() and at_every_n.notnull().all()
+
+
+def test_models_that_coincide_have_the_same_cells(cells):
+    # M2(1) = M1, M2(gamma) = M3, M5(1) = M6(1) = M1: the same arithmetic, T_in = T_0.
+    mse = cells[2]["mse"]
+    assert mse.sel(model="M2", n=1.0).equals(mse.sel(model="M1", n=1.0).assign_coords(model="M2"))
+    assert mse.sel(model="M2", n=1.4).equals(mse.sel(model="M3", n=1.4).assign_coords(model="M2"))
+    for name in ("M5", "M6"):
+        assert np.array_equal(mse.sel(model=name, n=1.0), mse.sel(model="M1", n=1.0))
+
+
+# Failed cells
+
+
+@given(st.floats(0, 9), st.sampled_from(["E07", "E14"]), st.integers(1, 40))
+@settings(deadline=None, max_examples=60)
+def test_a_cell_is_either_sound_or_failed(exponent, name, steps):
+    # Wall heat far beyond what a step of 1 ms can follow: the pressure runs off, down or up.
+    e = lasting(name, 0.001 * steps)
+    recording = record(e)
+    absurd = e._replace(plant=e.plant._replace(k_0=10**exponent))
+    replays = replayed(absurd, recording, transport="published")
+    failed = replays.status != OK
+    for values in (replays.mean_error, replays.variance, replays.mse):
+        assert np.array_equal(np.isfinite(values), ~failed)
+    assert np.array_equal(failed, replays.failure_step >= 0)
+    assert (replays.status[failed] == LEFT_RANGE).all()
+    for i, side in zip(*np.nonzero(failed), strict=True):
+        step, pressure = replays.failure_step[i, side], replays.pressure[i, side]
+        assert 1 <= step <= steps
+        assert (pressure[:step] > 0).all() and np.isfinite(pressure[:step]).all()
+        assert np.isnan(pressure[step:]).all()
+
+
+def test_failed_cells_leave_the_others_alone_and_say_when():
+    e = lasting("E14", 0.2)
+    recording = record(e)
+    sound = replayed(e, recording, transport="published")
+    absurd = e._replace(plant=e.plant._replace(k_0=1e7))
+    replays = replayed(absurd, recording, transport="published")
+    no_wall = INDEX[:6]
+    assert np.array_equal(replays.mse[no_wall], sound.mse[no_wall])
+    assert (replays.status[no_wall] == OK).all()
+    warm = INDEX[6:, 1:]  # M7 to M10 but at n = 1, where the air is always at T_amb
+    assert (replays.status[warm] == LEFT_RANGE).all()
+
+    dataset = replay_dataset(absurd, STUDY.n, INDEX, replays)
+    failed = dataset["status"] != OK
+    for name in ("mse", "mean_error", "variance"):
+        assert (dataset[name].isnull() == failed).all()
+    assert (dataset["failure_time"].notnull() == failed).all()
+    assert np.array_equal(
+        dataset["failure_time"].values[failed.values],
+        (replays.failure_step * e.h)[INDEX][failed.values],
+    )
+    assert dataset["status"].attrs["flag_values"].tolist() == list(STATUS)
+    assert len(dataset["status"].attrs["flag_meanings"].split()) == len(STATUS)

@@ -1,0 +1,127 @@
+"""The Butcher tableau that checks itself, and the order of convergence that it promises."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pneumo.configuration.parameters import load, study
+from pneumo.simulation.full_order import equilibrium, run
+from pneumo.simulation.tableau import DORMAND_PRINCE, explicit
+
+STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
+NONZERO = [("A", i, j) for i, j in zip(*np.nonzero(DORMAND_PRINCE.A), strict=True)] + [
+    ("b", i) for i in np.nonzero(DORMAND_PRINCE.b)[0]
+]
+
+
+def rebuilt(A, b, order=5):
+    return explicit([list(A[i, :i]) for i in range(1, len(b))], list(b), order)
+
+
+def perturbed(entry, factor):
+    A, b = DORMAND_PRINCE.A.copy(), DORMAND_PRINCE.b.copy()
+    {"A": A, "b": b}[entry[0]][entry[1:]] *= factor
+    return A, b
+
+
+def test_dormand_prince_is_accepted_again():
+    again = rebuilt(DORMAND_PRINCE.A, DORMAND_PRINCE.b)
+    assert all(np.array_equal(one, other) for one, other in zip(again, DORMAND_PRINCE, strict=True))
+
+
+def test_nodes_and_shape():
+    # Dormand and Prince (1980), Table 2; c is summed from a row of up to five rounded fractions of size 12.
+    np.testing.assert_allclose(DORMAND_PRINCE.c, [0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1], rtol=0, atol=1e-14)
+    assert DORMAND_PRINCE.A.shape == (6, 6) and DORMAND_PRINCE.b.shape == (6,)
+    assert not np.triu(DORMAND_PRINCE.A).any()  # explicit
+    assert DORMAND_PRINCE.order == 5
+
+
+@given(st.sampled_from(NONZERO), st.floats(1e-9, 0.5), st.sampled_from([-1, 1]))
+@settings(deadline=None)
+def test_a_slip_in_any_coefficient_is_refused(entry, size, sign):
+    # 1e-9 of an entry moves one of its conditions by over 1e-12, a hundred times what the check allows.
+    with pytest.raises(ValueError, match=r"Butcher tableau: .* does not hold"):
+        rebuilt(*perturbed(entry, 1 + sign * size))
+
+
+def test_the_slip_that_no_condition_below_order_five_sees():
+    A, b = perturbed(("A", 1, 0), 1.1)
+    rebuilt(A, b, order=4)
+    with pytest.raises(ValueError, match="does not hold"):
+        rebuilt(A, b, order=5)
+
+
+@pytest.mark.parametrize(
+    ("rows", "weights", "order"),
+    [
+        ([], [1], 1),  # Euler
+        ([[1 / 2]], [0, 1], 2),  # midpoint
+        ([[1 / 2], [-1, 2]], [1 / 6, 2 / 3, 1 / 6], 3),  # Kutta
+        ([[1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1 / 6], 4),  # classical
+    ],
+)
+def test_methods_of_known_order_get_that_order_and_no_more(rows, weights, order):
+    assert explicit(rows, weights, order).order == order
+    with pytest.raises(ValueError, match="does not hold"):
+        explicit(rows, weights, order + 1)
+
+
+@pytest.mark.parametrize("order", [0, 6])
+def test_an_order_whose_conditions_are_unknown_is_refused(order):
+    with pytest.raises(ValueError, match=f"order = {order}"):
+        rebuilt(DORMAND_PRINCE.A, DORMAND_PRINCE.b, order)
+
+
+def fitted_order(steps, errors):
+    return -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+def integrated(rate, y, t_end, steps):
+    A, b, c = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
+    h = t_end / steps
+    states = [y]
+    for k in range(steps):
+        K = np.zeros((6, len(y)))
+        for i in range(6):
+            K[i] = rate((k + c[i]) * h, states[-1] + h * A[i] @ K)
+        states.append(states[-1] + h * b @ K)
+    return np.array(states)
+
+
+def test_order_five_on_a_smooth_problem():
+    # y' = -2 t y^2 from 1 has the solution 1/(1 + t^2). The largest error along the way, as the error at
+    # one point may happen to pass through zero. 4.7 to 5.4 leaves the h^6 term its share at the coarsest
+    # step and rounding (1e-16) its at the finest; orders 4 and 6 lie well outside.
+    steps = np.array([16, 32, 64, 128])
+    errors = []
+    for n in steps:
+        y = integrated(lambda t, y: -2 * t * y**2, np.array([1.0]), 2.0, n)[:, 0]
+        errors.append(abs(y - 1 / (1 + np.linspace(0, 2, n + 1) ** 2)).max())
+    assert 4.7 < fitted_order(steps, errors) < 5.4
+
+
+@pytest.mark.parametrize("name", ["E09", "E11"])
+def test_order_five_on_the_full_order_system(name):
+    # Smooth: 0.2 of the limiter's voltage from equilibrium, A fills below the sonic limit and below supply
+    # pressure, B empties far above it, and the piston swings at its 40 to 80 rad/s, away from the stops.
+    e = STUDY.experiments[name]
+    conditions = e.plant.conditions
+    t_end = 0.064
+    steps = np.array([8, 16, 32, 64])  # 8 ms to the study's 1 ms: omega h from 0.6 down to 0.04
+
+    def final(n):
+        states = run(equilibrium(e.plant), np.full(n + 1, 2.0), 0.0, e.drive, e.plant, t_end / n)
+        assert (np.abs(states[:, 0]) < 0.9 * e.plant.cylinder.x_max).all()
+        ratio_in, ratio_out = states[:, 2] / conditions.P_s, conditions.P_atm / states[:, 4]
+        assert (ratio_in > 0.6).all() and (ratio_in < 0.95).all() and (ratio_out < 0.45).all()
+        return states[-1]
+
+    exact = final(1024)
+    ends = np.array([final(n) for n in steps])
+    scale = np.array([0.1, 1, *[conditions.P_0, conditions.T_0] * 2])
+    errors = np.sqrt((((ends - exact) / scale) ** 2).mean(axis=1))
+    assert 4.7 < fitted_order(steps, errors) < 5.4

@@ -1,0 +1,52 @@
+"""The fast kernel's machine code: vector instructions where the lanes are, whatever the compiler."""
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import numba
+import pytest
+
+from pneumo.configuration.parameters import load, study
+from pneumo.simulation import vectorised as fast
+from pneumo.simulation.cells import grid_lanes
+from pneumo.simulation.full_order import record
+
+E14 = study(load(Path(__file__).parents[2] / "config/paper.yaml")).experiments["E14"]._replace(steps=20)
+WIDE = re.compile(r"[yz]mm")  # registers of four or eight doubles
+
+
+@pytest.fixture(scope="module")
+def instructions() -> Counter[tuple[str, bool]]:
+    """How often the compiled kernel has an instruction, and whether its registers are wide."""
+    host = numba.core.codegen.get_host_cpu_features()
+    if not {"+avx2", "+fma"} <= set(host.split(",")):
+        pytest.skip("this processor has no AVX2 or no fused multiply-add")
+    # A kernel from the cache cannot be inspected, so it is compiled here with the same options.
+    options = {key: fast._replay.targetoptions[key] for key in ("nogil", "error_model", "fastmath")}
+    compiled = numba.njit(**options)(fast._replay.py_func)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fast, "_replay", compiled)
+        lanes, _ = grid_lanes((1.0, 1.2), E14.plant.gas.gamma)
+        fast.replay(record(E14), lanes, E14.drive, E14.plant, E14.h, transport="published")
+    (text,) = compiled.inspect_asm().values()
+    found = re.findall(r"^\s+(v\w+[ps]d)\s(.*)$", text, re.MULTILINE)
+    return Counter((re.sub(r"\d{3}", "", name), bool(WIDE.search(operands))) for name, operands in found)
+
+
+def wide(instructions, pattern):
+    found = instructions.items()
+    return sum(count for (name, is_wide), count in found if is_wide and re.fullmatch(pattern, name))
+
+
+def test_multiply_add_is_fused_and_wide(instructions):
+    # The polynomials of the exponential, the logarithm and the flow have 28 between them; sums come on top.
+    assert wide(instructions, "vfn?m(add|sub)pd") >= 28
+
+
+def test_the_division_of_the_logarithm_is_wide(instructions):
+    assert wide(instructions, "vdivpd") >= 1
+
+
+def test_the_root_of_the_flow_is_wide(instructions):
+    assert wide(instructions, "vsqrtpd") >= 1

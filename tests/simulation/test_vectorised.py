@@ -1,0 +1,407 @@
+"""The fast kernel against the readable reference: single rates, whole replays, and lanes it cannot follow."""
+
+import math
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import example, given, settings, target
+from hypothesis import strategies as st
+
+from pneumo import testing as some
+from pneumo.configuration.experiment import Drive, Plant
+from pneumo.configuration.parameters import load, study
+from pneumo.physics.cylinder import Cylinder, heat_area, volume
+from pneumo.physics.models import MODELS, Lane, lane, lane_array
+from pneumo.physics.valve import Conditions, Gas, Valve, choked_flow, exact_gas
+from pneumo.simulation import reference
+from pneumo.simulation import vectorised as fast
+from pneumo.simulation.cells import grid_lanes
+from pneumo.simulation.full_order import Recording, record
+from pneumo.simulation.reference import LEFT_RANGE, OK
+
+STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
+LANES, _ = grid_lanes(STUDY.n, 1.4)
+TRANSPORTS = ("published", "exact")
+EPS = np.finfo(float).eps
+COUNT = len(LANES)
+
+
+def lasting(name, steps):
+    return STUDY.experiments[name]._replace(steps=steps)
+
+
+E14 = lasting("E14", 400)
+RECORDING = record(E14)
+
+
+def replayed(replay, e=E14, recording=RECORDING, lanes=LANES, **options):
+    return replay(recording, lanes, e.drive, e.plant, e.h, **{"transport": "exact", **options})
+
+
+def assert_same(ours, theirs, rtol=1e-9):
+    # A rounding of 1e-16 P moves eq (1) by 1e-8 of the choked flow where pressures are equal, for one step at
+    # the most: 1e-10 of P. The moments' rtol is 1e-9 where runs are short and errors may be some 0.1 P.
+    for name in ("status", "failure_step"):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+    np.testing.assert_allclose(ours.pressure, theirs.pressure, rtol=1e-10)
+    np.testing.assert_allclose(ours.mse, theirs.mse, rtol=rtol)
+    for name, scale in (("mean_error", np.sqrt(theirs.mse)), ("variance", theirs.mse)):
+        difference = getattr(ours, name) - getattr(theirs, name)
+        np.testing.assert_array_equal(np.isnan(difference), np.isnan(scale))
+        assert not (abs(difference) > rtol * scale).any()
+
+
+# Elementary functions
+
+
+@pytest.mark.uncompiled
+@given(st.floats(-fast.EXP_REACH, fast.EXP_REACH))
+def test_exponential(t):
+    # Cut after the eleventh power: 0.6^12 / 12! / 2^11, spread over the range by interpolation, is 2e-15.
+    assert fast.exponential(t) == pytest.approx(math.exp(t), rel=1e-14, abs=0)
+
+
+def test_exponential_of_zero_is_one_and_outside_its_reach_is_nan():
+    assert fast.exponential(0.0) == 1  # so that a lane of constant temperature may go with the others
+    beyond = np.nextafter(fast.EXP_REACH, 1)
+    assert all(math.isnan(fast.exponential(t)) for t in (beyond, -beyond, math.inf, math.nan, 1400.0))
+
+
+@pytest.mark.uncompiled
+@given(st.floats(1e-6, 1e6))
+@example(1.0)
+@example(math.sqrt(0.5))
+@example(math.nextafter(math.sqrt(0.5), 0))
+@example(math.sqrt(2))
+def test_logarithm(x):
+    # 4 ulp: one each of z, of the polynomial and of their sum, one of math.log
+    assert fast.logarithm(*fast.exponent_and_z(x)) == pytest.approx(math.log(x), rel=4 * EPS, abs=0)
+
+
+@pytest.mark.parametrize("x", [0.0, -0.0, -1.0, -1e-300, 1e-310, math.inf, -math.inf, math.nan, -math.nan])
+def test_logarithm_of_what_is_no_pressure_is_a_finite_number_outside_the_range(x):
+    with np.errstate(over="ignore"):  # integers wrap around
+        assert 700 < abs(fast.logarithm(*fast.exponent_and_z(x))) < 3000
+
+
+@given(some.gammas(), some.gas_constants())
+@example(1.05, 287.0)
+@example(5 / 3, 2077.0)
+def test_flow_polynomial_holds_for_any_gas(gamma, R):
+    assert fast.flow_polynomial(exact_gas(R, gamma))[1] < fast.FLOW_TOLERANCE / 10
+
+
+# One right-hand side
+
+
+@numba.njit(fastmath={"contract"}, error_model="numpy")
+def rates_of(W, starts, u, x, v, area, plant, psi):
+    s_sonic = -math.log(plant.gas.critical_ratio)
+    fast.write_rates(W, fast.K_0, starts, fast.shared_terms(u, x, v, area, plant), plant, psi, s_sonic)
+
+
+def fast_rates(u, x, v, P, area, plant, lanes):
+    """Rate of every lane at its own pressure, Pa/s."""
+    order = np.argsort(fast.needs(lanes), kind="stable")
+    W, starts = fast.work_array(lanes[order], plant)
+    rows, P_0 = W.reshape(-1, fast.ROW), plant.conditions.P_0
+    rows[int(fast.P) // fast.ROW, : int(starts[3])] = 1.0
+    rows[int(fast.P) // fast.ROW, : len(lanes)] = P[order] / P_0
+    rates_of(W, starts, u, x, v, area, plant, fast.flow_polynomial(plant.gas)[0])
+    rates = np.empty(len(lanes))
+    rates[order] = P_0 * rows[int(fast.K_0) // fast.ROW, : len(lanes)]
+    return rates
+
+
+@st.composite
+def gases(draw):
+    printed = Gas(287.0, 1.4, 0.0404, 0.5283)
+    exact = exact_gas(draw(some.gas_constants()), draw(some.gammas()))
+    catalogue = exact._replace(critical_ratio=draw(st.floats(0.1, 0.6)), elliptic=True)
+    return draw(st.sampled_from([printed, exact, catalogue]))
+
+
+@st.composite
+def plants(draw):
+    P_atm = draw(some.pressures(0.5e5, 1.5e5))
+    P_s = draw(some.pressures(2e5, 15e5))
+    T_in, T_amb, T_0 = (draw(some.temperatures()) for _ in range(3))
+    bore, stroke = draw(some.bores()), draw(some.strokes())
+    area = math.pi / 4 * bore**2
+    A_B = draw(st.floats(0.5, 1.0)) * area
+    V_d = draw(some.dead_volume_fractions()) * area * stroke / 2
+    return Plant(
+        draw(gases()),
+        # A throat that fills the smallest chamber in some 10 ms at the most.
+        Valve(draw(st.floats(0.0, 1.0)) * 0.01 * V_d, 10.0, exhaust=draw(st.floats(0.3, 1.5))),
+        Conditions(P_s, P_atm, T_in, T_amb, 0.8 * P_s, T_0),
+        Cylinder(bore, stroke, area, A_B, V_d, 1.0, 100.0, -stroke / 2, stroke / 2),
+        draw(some.conductances()),
+    )
+
+
+def all_lanes(gamma):
+    n = np.linspace(1.0, gamma, 4)
+    return lane_array([lane(m, i, gamma) for m in MODELS.values() for i in (n if m.has_n else n[:1])])
+
+
+@pytest.mark.uncompiled
+@settings(deadline=None, max_examples=150)
+@given(plants(), some.voltages(), some.positions(), some.velocities(), st.integers(0, 2**32 - 1))
+def test_single_rates_equal_the_reference(plant, u, fraction, v, seed):
+    c, gas, lanes = plant.conditions, plant.gas, all_lanes(plant.gas.gamma)
+    x, area = fraction * plant.cylinder.stroke / 2, plant.cylinder.A_A
+    P_port = c.P_s if u >= 0 else c.P_atm
+    # From far apart to almost equal pressures, on both sides of the port's.
+    random = np.random.default_rng(seed)
+    s = 10 ** random.uniform(-5.9, math.log10(2), len(lanes)) * random.choice([-1, 1], len(lanes))
+    P = P_port * np.exp(s)
+    ours = fast_rates(u, x, v, P, area, plant, lanes)
+    pairs = zip(P.tolist(), lanes.tolist(), strict=True)
+    theirs = np.array([reference.lane_rate(u, x, v, p, area, plant, Lane(*row)) for p, row in pairs])
+    # Each of the three terms at its largest, in the units of the rate.
+    n, V = lanes[:, :3].max(axis=1), volume(x, area, plant.cylinder)
+    T = c.T_0 * (P / c.P_0) ** lanes[:, 3]
+    T_u, A_t = (
+        np.where(P_port >= P, c.T_in, T),
+        plant.valve.k_xu * abs(u) * (plant.valve.exhaust if u < 0 else 1),
+    )
+    choked = n * gas.R * np.maximum(T, c.T_in) * choked_flow(A_t, np.maximum(P, P_port), T_u, gas) / V
+    work = n * P * abs(area * v) / V
+    area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
+    k = plant.k_0 * np.maximum(1, area_ratio) * np.maximum(1, P * T / (c.P_0 * c.T_0)) * lanes[:, 5]
+    wall = (gas.gamma - 1) * k * np.maximum(T, c.T_amb) / V
+    # What the reference loses itself: a difference of two powers near 1, each rounded, under a root.
+    cancellation = 4 * EPS * gas.gamma / (gas.gamma - 1) / np.sqrt(2 * np.minimum(abs(s), 0.1))
+    tolerance = (1e-12 + cancellation) * choked + 1e-13 * (work + wall)
+    polynomials_hold = abs(lanes[:, 3] / 2 * np.log(P / c.P_0)) < fast.EXP_REACH
+    assert (np.isfinite(ours) == polynomials_hold).all()
+    excess = (abs(ours - theirs) / np.maximum(tolerance, 1e-300))[polynomials_hold].max()
+    target(excess)
+    assert excess < 1
+
+
+def test_equal_pressures_give_no_flow():
+    # The logarithms may differ by an ulp: sqrt(2 EPS) of the choked flow, no more.
+    plant = E14.plant._replace(k_0=0.0)
+    P_s = plant.conditions.P_s
+    rates = fast_rates(10.0, 0.0, 0.0, np.full(COUNT, P_s), plant.cylinder.A_A, plant, LANES)
+    full = fast_rates(10.0, 0.0, 0.0, np.full(COUNT, P_s / 3), plant.cylinder.A_A, plant, LANES)
+    assert (abs(rates) < 1e-7 * full).all()
+
+
+# Whole replays
+
+
+@pytest.mark.parametrize("transport", TRANSPORTS)
+def test_all_lanes_of_the_whole_of_e14(transport):
+    e = lasting("E14", 60_000)
+    recording = record(e)
+    options = {"recording": recording, "transport": transport, "stride": 1000}
+    ours, theirs = (replayed(module.replay, e, **options) for module in (fast, reference))
+    assert (theirs.status == OK).all()
+    assert_same(ours, theirs, rtol=1e-10)  # mean squares of 60 000 errors, added with a rounding each
+
+
+@pytest.mark.parametrize("transport", TRANSPORTS)
+@pytest.mark.parametrize("name", ["E01", "E06", "E07", "E12", "E16"])
+def test_other_experiments(name, transport):
+    e = lasting(name, 400)
+    options = {"recording": record(e), "transport": transport}
+    assert_same(replayed(fast.replay, e, **options), replayed(reference.replay, e, **options))
+
+
+@settings(deadline=None, max_examples=40)
+@given(plants(), st.integers(0, 2**32 - 1), st.sampled_from(TRANSPORTS), st.floats(0.0, 3e-3))
+def test_any_plant_and_any_signals(plant, seed, transport, lag):
+    # Signals unrelated to each other are harder than recorded ones: whatever they make of the lanes, failure
+    # included, the reference makes too.
+    random, steps = np.random.default_rng(seed), 12
+    c, half = plant.conditions, plant.cylinder.stroke / 2
+    columns = [
+        random.uniform(-0.9, 0.9, steps + 1) * half,
+        random.normal(0, 0.3, steps + 1),
+        *(random.uniform(0.3, 1.2, steps + 1) * scale for scale in (c.P_0, c.T_0, c.P_0, c.T_0)),
+    ]
+    recording = Recording(
+        np.stack(columns, axis=1), random.normal(0, half, steps + 1), random.normal(0, 8, steps + 1)
+    )
+    drive = Drive(True, 10 / half, half)
+    options = {"transport": transport, "lag": lag if transport == "published" else 0.0}
+    lanes = all_lanes(plant.gas.gamma)
+    ours, theirs = (m.replay(recording, lanes, drive, plant, 1e-3, **options) for m in (fast, reference))
+    assert_same(ours, theirs)
+
+
+@pytest.mark.parametrize(("gamma", "R"), [(1.05, 100.0), (1.3, 189.0), (5 / 3, 2077.0)])
+def test_other_gases(gamma, R):
+    e = E14._replace(plant=E14.plant._replace(gas=exact_gas(R, gamma)))
+    options = {"recording": record(e), "lanes": all_lanes(gamma)}
+    assert_same(replayed(fast.replay, e, **options), replayed(reference.replay, e, **options))
+
+
+def test_a_leaking_valve_is_left_to_the_reference():
+    e = lasting("E14", 200)
+    e = e._replace(plant=e.plant._replace(valve=e.plant.valve._replace(leak=1e-8)))
+    options = {"recording": record(e)}
+    ours, theirs = (replayed(module.replay, e, **options) for module in (fast, reference))
+    np.testing.assert_array_equal(ours.mse, theirs.mse)
+    shut = e._replace(plant=e.plant._replace(valve=e.plant.valve._replace(leak=0.0)))
+    assert not np.allclose(ours.mse, replayed(fast.replay, shut, **options).mse, rtol=1e-3)
+
+
+@pytest.mark.parametrize("lag", [0.13e-3, 1e-3, 2.3e-3])
+def test_lag(lag):
+    options = {"transport": "published", "lag": lag}
+    ours = replayed(fast.replay, **options)
+    assert_same(ours, replayed(reference.replay, **options))
+    assert not np.allclose(ours.mse, replayed(fast.replay, transport="published").mse, rtol=1e-3)
+
+
+@pytest.mark.parametrize("stride", [1, 7, 400, 401])
+def test_stride(stride):
+    every, some_steps = replayed(fast.replay), replayed(fast.replay, stride=stride)
+    np.testing.assert_array_equal(some_steps.pressure, every.pressure[:, :, ::stride])
+    np.testing.assert_array_equal(some_steps.mse, every.mse)  # from every step, whatever is stored
+    assert some_steps.pressure.shape == replayed(reference.replay, stride=stride).pressure.shape
+
+
+def test_long_sums_keep_small_terms():
+    # 200 000 steps at rest, full-order pressure off by 0.1 Pa: a plain sum of that many squares loses 1e-12.
+    steps, c = 200_000, E14.plant.conditions
+    states = np.tile([0.0, 0.0, c.P_0 + 0.1, c.T_0, c.P_0 + 0.1, c.T_0], (steps + 1, 1))
+    rest = Recording(states, np.zeros(steps + 1), np.zeros(steps + 1))
+    isothermal = LANES[LANES[:, 5] == 0][:3]
+    cells = replayed(fast.replay, recording=rest, lanes=isothermal, transport="published", stride=steps)
+    offset = states[0, 2] - c.P_0
+    np.testing.assert_allclose(cells.mean_error, offset * steps / (steps + 1), rtol=4 * EPS)
+    np.testing.assert_allclose(cells.mse, offset**2 * steps / (steps + 1), rtol=4 * EPS)
+
+
+# Lanes in company
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 9, 65])
+def test_a_lane_does_not_notice_its_company(count):
+    all_of_them, few = replayed(fast.replay), replayed(fast.replay, lanes=LANES[-count:])
+    for ours, theirs in zip(few, all_of_them, strict=True):
+        np.testing.assert_array_equal(ours, theirs[-count:])
+
+
+def test_no_lanes():
+    assert replayed(fast.replay, lanes=LANES[:0]).mse.shape == (0, 2)
+
+
+@given(st.permutations(range(COUNT)))
+@settings(deadline=None, max_examples=10)
+def test_order_of_lanes_plays_no_role(order):
+    sorted_lanes, shuffled = replayed(fast.replay), replayed(fast.replay, lanes=LANES[order])
+    for ours, theirs in zip(shuffled, sorted_lanes, strict=True):
+        np.testing.assert_array_equal(ours, theirs[order])
+
+
+def test_more_lanes_than_the_work_array_holds():
+    many = np.concatenate([LANES, LANES[::-1], LANES])
+    assert len(many) > fast.ROW
+    once, thrice = replayed(fast.replay), replayed(fast.replay, lanes=many)
+    for ours, theirs in zip(thrice, once, strict=True):
+        np.testing.assert_array_equal(ours, np.concatenate([theirs, theirs[::-1], theirs]))
+
+
+def test_a_second_run_gives_the_same_bytes():
+    for first, second in zip(replayed(fast.replay), replayed(fast.replay), strict=True):
+        assert first.tobytes() == second.tobytes()
+
+
+# What the kernel cannot follow
+
+
+def handed_over(monkeypatch, **options):
+    """Result of the fast replay and the lanes that it left to the reference."""
+    handed = []
+
+    def spy(recording, lanes, *rest, **options):
+        handed.extend(map(tuple, lanes))
+        return original(recording, lanes, *rest, **options)
+
+    original = reference.replay
+    with monkeypatch.context() as patch:
+        patch.setattr(fast.reference, "replay", spy)
+        return replayed(fast.replay, **options), handed
+
+
+def test_the_papers_lanes_are_all_the_kernels(monkeypatch):
+    for transport in TRANSPORTS:
+        assert handed_over(monkeypatch, transport=transport)[1] == []
+
+
+def test_a_lane_beyond_the_exponentials_reach_is_run_by_the_reference(monkeypatch):
+    # n = 50 has a = 0.98: the polynomial ends at 0.29 to 3.4 P_0, and chambers empty to 0.18 P_0.
+    odd = lane_array([lane(MODELS["M6"], 50.0, 1.4)])
+    lanes = np.concatenate([LANES[:30], odd, LANES[30:]])
+    e = lasting("E06", 2000)
+    options = {"e": e, "recording": record(e), "lanes": lanes}
+    ours, handed = handed_over(monkeypatch, **options)
+    theirs = replayed(reference.replay, **options)
+    assert handed == [tuple(odd[0])]
+    assert_same(ours, theirs)
+    np.testing.assert_array_equal(ours.pressure[30], theirs.pressure[30])
+
+
+def test_lanes_that_fail_are_reported_as_the_reference_does(monkeypatch):
+    # A piston that tears open a small chamber: dP/dt = -n P dV/dt / V takes P below zero within a step.
+    states = RECORDING.states.copy()
+    states[200:, 1] = 400.0
+    recording = RECORDING._replace(states=states)
+    options = {"recording": recording, "transport": "published"}
+    ours, handed = handed_over(monkeypatch, **options)
+    theirs = replayed(reference.replay, **options)
+    assert (theirs.status == LEFT_RANGE).any(axis=1).all()
+    assert len(handed) == COUNT
+    assert_same(ours, theirs)
+    assert (ours.failure_step[ours.status == LEFT_RANGE] >= 200).all()
+
+
+def test_a_failure_at_the_last_step_is_noticed():
+    states = RECORDING.states[:201].copy()
+    states[200:, 1] = 4e4
+    recording = Recording(states, RECORDING.reference[:201], RECORDING.u[:201])
+    options = {"recording": recording, "transport": "published"}
+    theirs = replayed(reference.replay, **options)
+    assert (theirs.failure_step == 200).any(axis=1).all()
+    assert_same(replayed(fast.replay, **options), theirs)
+
+
+def test_a_signal_that_is_not_a_number_fails_its_lanes():
+    u = RECORDING.u.copy()
+    u[100] = np.nan
+    options = {"recording": RECORDING._replace(u=u), "transport": "published"}
+    ours = replayed(fast.replay, **options)
+    assert_same(ours, replayed(reference.replay, **options))
+
+
+@pytest.mark.parametrize("change", [{"e_A": 2.0}, {"e_PT": 0.3}, {"e_A": 0.0, "e_PT": 0.5}, {"a": 1e-4}])
+def test_coefficients_that_the_kernel_does_not_have(monkeypatch, change):
+    odd = lane(MODELS["M10"], 1.2, 1.4)._replace(**change)
+    lanes = np.concatenate([LANES, lane_array([odd])])
+    ours, handed = handed_over(monkeypatch, lanes=lanes)
+    assert handed == [tuple(odd)]
+    assert_same(ours, replayed(reference.replay, lanes=lanes))
+
+
+def test_a_critical_ratio_too_low_for_the_polynomial(monkeypatch):
+    e = E14._replace(plant=E14.plant._replace(gas=E14.plant.gas._replace(critical_ratio=1e-3)))
+    ours, handed = handed_over(monkeypatch, e=e)
+    assert len(handed) == COUNT
+    assert_same(ours, replayed(reference.replay, e))
+
+
+@pytest.mark.parametrize("options", [{"transport": "raw"}, {"transport": "exact", "lag": 1e-3}])
+def test_errors_are_those_of_the_reference(options):
+    with pytest.raises(ValueError) as ours:
+        replayed(fast.replay, **options)
+    with pytest.raises(ValueError) as theirs:
+        replayed(reference.replay, **options)
+    assert str(ours.value) == str(theirs.value)

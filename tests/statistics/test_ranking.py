@@ -1,0 +1,216 @@
+"""Ranking, intervals, gains and recommendation, on cells whose answer is known beforehand."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from pneumo.physics.models import MODELS
+from pneumo.statistics.ranking import MATERIAL, Interval, cost, interval, ranked, ratio
+
+N = [1.2, 1.3, 1.4]
+LEVEL = {
+    "M1": 900,
+    "M2": 80,
+    "M3": 100,
+    "M4": 3000,
+    "M5": 20,
+    "M6": 8,
+    "M7": 6,
+    "M8": 3,
+    "M9": 2.5,
+    "M10": 2.4,
+}
+
+
+def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e6):
+    """Cells with a given MSE for each model at n = `best`, more elsewhere, and noise that models share."""
+    rng = np.random.default_rng(1)
+    shape = (len(experiments), runs, len(MODELS), len(N), 2)
+    common = np.exp(noise * rng.standard_normal((len(experiments), runs, 1, 1, 1)))
+    own = np.exp(noise / 10 * rng.standard_normal(shape))
+    bowl = np.array([1.0 + 4 * abs(n - best) for n in N])
+    values = scale * np.array([level[name] for name in MODELS])[:, None, None] * bowl[:, None] * common * own
+    for i, model in enumerate(MODELS.values()):
+        if not model.has_n:
+            values[:, :, i] = values[:, :, i, :1]
+    dims = ("experiment", "run", "model", "n", "chamber")
+    wrong = np.stack([values * 2, values * 3])
+    meanings = {"flag_meanings": "ok diverged"}
+    return xr.Dataset(
+        {
+            "mse": (dims, values),
+            "mse_of_wrong_k_0": (("k_0_factor", *dims), wrong),
+            "run_status": (dims[:2], np.zeros(shape[:2], np.int8), meanings),
+            "run_failure_time": (dims[:2], np.full(shape[:2], np.nan)),
+            "random": ("experiment", np.ones(len(experiments), np.int8)),
+            "duration": ("experiment", np.full(len(experiments), 20.0)),
+            "time_constant": ("experiment", np.full(len(experiments), 0.7)),
+        },
+        coords={
+            "experiment": list(experiments),
+            "model": list(MODELS),
+            "n": N,
+            "k_0_factor": [0.5, 2.0],
+            "cylinder": ("experiment", ["mine"] * len(experiments)),
+            "seed": (dims[:2], np.arange(np.prod(shape[:2])).reshape(shape[:2])),
+        },
+    )
+
+
+def test_order_n_and_recommendation():
+    found = ranked(made(), "mine")
+    assert [row.model for row in found.rows] == sorted(LEVEL, key=lambda name: LEVEL[name])
+    assert [row.place for row in found.rows] == list(range(1, 11))
+    assert found.row("M8").n == 1.3 and np.isnan(found.row("M1").n)
+    # M9 costs less than M10 and lies within 10 %; M8 does not.
+    assert found.recommended == "M9"
+    assert "cheapest model within 10 %" in found.reason and "M8" in found.reason
+
+
+def test_numbers_of_a_row():
+    cells = made(experiments=("X", "Y"))
+    row = ranked(cells, "mine").row("M6")
+    own = cells["mse"].sel(model="M6", n=1.3)
+    per_run = own.mean(("experiment", "chamber")).values
+    assert row.mse.value == pytest.approx(per_run.mean())
+    low, high = stats.t.interval(0.95, 3, loc=per_run.mean(), scale=stats.sem(per_run))
+    assert (row.mse.low, row.mse.high) == pytest.approx((low, high))
+    assert row.rms == pytest.approx(tuple(own.mean(("experiment", "run")).values ** 0.5))
+
+
+def test_paired_comparison_is_sharper_than_two_intervals():
+    found = ranked(made(noise=0.3, runs=6, level=LEVEL | {"M9": 2.0, "M10": 2.4}), "mine")
+    first, second = found.rows[:2]
+    assert first.model == "M9" and second.model == "M10"
+    assert second.mse.low < first.mse.high  # one by one they overlap,
+    assert second.over_best.low > 1  # run by run they don't
+    assert second.over_best.value == pytest.approx(1.2, rel=0.05)
+
+
+def test_gains_are_per_cent_of_what_was_there():
+    gains = {(gain.without, gain.refined): gain.percent for gain in ranked(made(noise=1e-6), "mine").gains}
+    assert gains["M2", "M5"].value == pytest.approx(75)
+    assert gains["M7", "M8"].value == pytest.approx(50)
+    assert gains["M8", "M9"].value == pytest.approx(100 / 6, rel=1e-3)
+    assert all(gain.low <= gain.value <= gain.high for gain in gains.values())
+    worse = ranked(made(LEVEL | {"M8": 12}, noise=1e-6), "mine").gains
+    assert next(g.percent.value for g in worse if g.refined == "M8" and g.without == "M7") == pytest.approx(
+        -100
+    )
+
+
+def test_a_wrong_k_0_touches_only_models_that_have_one():
+    found = ranked(made(noise=1e-6), "mine")
+    half, twice = found.wrong_k_0
+    assert half.rms["M6"] == pytest.approx(found.row("M6").mse.value ** 0.5)
+    assert half.rms["M8"] == pytest.approx(found.row("M8").mse.value ** 0.5 * 2**0.5, rel=1e-3)
+    assert twice.place["M10"] == 1 and twice.place["M8"] == 4  # 9e6, behind M6's 8e6
+    lone = ranked(made(LEVEL | {"M9": 7, "M10": 7}, noise=1e-6), "mine")
+    assert lone.recommended == "M8" and any(line.startswith("Measure k_0") for line in lone.advice)
+
+
+def test_recommendation_goes_to_the_cheapest_within_the_limit():
+    near, far = 1 + 0.8 * MATERIAL, 1 + 1.2 * MATERIAL
+    assert ranked(made(LEVEL | {"M6": 2.4 * near}, noise=1e-6), "mine").recommended == "M6"
+    assert ranked(made(LEVEL | {"M6": 2.4 * far, "M9": 3.5}, noise=1e-6), "mine").recommended == "M10"
+    assert ranked(made(LEVEL | {"M6": 1.0}, noise=1e-6), "mine").recommended == "M6"
+
+
+def test_cost_asks_for_k_0_last():
+    order = sorted(MODELS, key=lambda name: cost(MODELS[name]))
+    assert order.index("M6") < order.index("M7") < order.index("M8") < order.index("M9") < order.index("M10")
+    assert order.index("M2") < order.index("M5") < order.index("M6")
+
+
+def test_one_run_has_no_error_bars():
+    cells = made(runs=3)
+    cells["random"][:] = 0
+    found = ranked(cells, "mine")
+    assert found.runs == 1 and not found.rows[0].mse.known and not found.gains[0].percent.known
+    assert found.recommended and any("no error bars" in line for line in found.advice)
+
+
+def test_failed_full_order_run_is_left_out_and_told():
+    cells = made(runs=4)
+    cells["mse"][0, 1] = np.nan
+    cells["run_status"][0, 1] = 1
+    cells["run_failure_time"][0, 1] = 0.25
+    found = ranked(cells, "mine")
+    assert found.runs == 3 and found.left_out == ("X, seed 1: diverged at 0.25 s",)
+    assert found.recommended == "M9" and found.row("M8").failed == 0
+    cells["run_status"][:] = 1
+    nothing = ranked(cells, "mine")
+    assert (nothing.runs, nothing.rows, nothing.recommended) == (0, (), "")
+    assert "no full-order run" in nothing.reason
+
+
+def test_failed_model_comes_last():
+    cells = made()
+    cells["mse"].loc[{"model": "M10", "run": 2}] = np.nan
+    found = ranked(cells, "mine")
+    assert found.rows[-1].model == "M10" and found.rows[-1].place == 10
+    assert np.isnan(found.rows[-1].mse.value) and found.rows[-1].failed == 1
+    assert found.recommended == "M9"
+    cells["mse"][:] = np.nan
+    assert ranked(cells, "mine").recommended == ""
+
+
+def test_an_n_that_failed_is_not_taken():
+    cells = made()
+    cells["mse"].loc[{"model": "M8", "n": 1.3, "run": 0}] = np.nan
+    assert ranked(cells, "mine").row("M8").n in (1.2, 1.4)
+
+
+def test_cylinders_are_ranked_apart():
+    cells = made(experiments=("X", "Y"))
+    cells = cells.assign_coords(cylinder=("experiment", ["mine", "other"]))
+    cells["mse"].loc[{"experiment": "Y", "model": "M1"}] = 1.0
+    assert ranked(cells, "other").rows[0].model == "M1" and ranked(cells, "other").experiments == ("Y",)
+    assert ranked(cells, "mine").rows[0].model == "M10"
+
+
+def test_experiments_with_another_winner_are_told():
+    cells = made(experiments=("X", "Y"), noise=1e-6)
+    cells["mse"].loc[{"experiment": "Y", "model": "M1"}] = 1.0
+    found = ranked(cells, "mine")
+    assert found.rows[0].model == "M10" and found.row("M1").wins == 4
+    assert found.by_experiment["Y"]["M1"] == pytest.approx(1.0)
+    assert any("M10 in X, M1 in Y" in line for line in found.advice)
+
+
+def test_short_runs_and_narrow_grids_are_told():
+    cells = made(best=1.4)
+    cells["duration"][:] = 6.9
+    advice = " ".join(ranked(cells, "mine").advice)
+    assert "X lasts less than ten thermal time constants, 0.7 s" in advice
+    assert "A wider grid" in advice
+    calm = " ".join(ranked(made(noise=1e-6), "mine").advice)
+    assert "Longer" not in calm and "wider" not in calm and "More seeds" not in calm
+
+
+def test_intervals_that_hold_the_limit_ask_for_more_seeds():
+    cells = made(LEVEL | {"M9": 2.4 * 1.1}, runs=3, noise=0.2)
+    assert any(line.startswith("More seeds: M9") for line in ranked(cells, "mine").advice)
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(0.1, 1e3), min_size=2, max_size=20))
+def test_interval_is_students(samples):
+    found = interval(np.array(samples))
+    if np.ptp(samples) == 0:
+        low = high = samples[0]
+    else:
+        low, high = stats.t.interval(0.95, len(samples) - 1, np.mean(samples), stats.sem(samples))
+    assert found == pytest.approx(Interval(float(np.mean(samples)), low, high))
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.floats(0.1, 1e3), st.floats(0.1, 1e3)), min_size=2, max_size=20))
+def test_ratio_of_exchanged_samples_is_the_reciprocal(pairs):
+    upper, lower = np.array(pairs).T
+    one, other = ratio(upper, lower), ratio(lower, upper)
+    assert one.value == pytest.approx(1 / other.value)
+    assert (one.low, one.high) == pytest.approx((1 / other.high, 1 / other.low))

@@ -1,0 +1,389 @@
+"""Result files: what is written comes back, whole or not at all, and reads as CF says without the package."""
+
+import json
+import os
+import re
+import shutil
+import sys
+import warnings
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from compliance_checker.runner import CheckSuite
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import pneumo
+from pneumo.configuration.exchange import to_json
+from pneumo.configuration.parameters import load, study
+from pneumo.physics.symbols import SYMBOLS
+from pneumo.simulation.cells import grid_lanes, replay_dataset
+from pneumo.simulation.full_order import record
+from pneumo.simulation.reference import replay
+from pneumo.simulation.settling import settle
+from pneumo.statistics.averages import settling_table, statistics
+from pneumo.storage.files import (
+    ResultError,
+    attributes_of,
+    damaged,
+    open_grid,
+    part_of,
+    read,
+    read_json,
+    write,
+    write_json,
+)
+from pneumo.storage.layout import datum_dataset, recording_from, settling_dataset
+
+STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
+NAMES = ["E06", "E13", "E14"]  # short settling runs; both loops
+ATTRIBUTES = {"title": "A test", "summary": "of files", "config_sha256": "0" * 64, "code_sha256": "1" * 64}
+KINDS = ["settling/E13.nc", "datum/E06.nc", "exact/replay/E06.nc", "exact/statistics.nc", "settling.nc"]
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """A folder with every kind of file, from runs of one second."""
+    folder = tmp_path_factory.mktemp("results")
+    experiments = {name: STUDY.experiments[name]._replace(steps=1000) for name in NAMES}
+    settled = {}
+    for name, e in experiments.items():
+        settled[name] = settling_dataset(e, settle(e))
+        write(settled[name], folder / f"settling/{name}.nc", attributes(e))
+        recording = record(e)
+        write(datum_dataset(e, recording), folder / f"datum/{name}.nc", attributes(e))
+        lanes, index = grid_lanes(STUDY.n, 1.4)
+        stride = e.pressure_stride
+        cells = replay(recording, lanes, e.drive, e.plant, e.h, transport="exact", stride=stride)
+        path = folder / f"exact/replay/{name}.nc"
+        write(replay_dataset(e, STUDY.n, index, cells), path, attributes(e))
+    table = statistics(open_grid(folder / "exact"), STUDY.levels)
+    write(table, folder / "exact/statistics.nc", ATTRIBUTES)
+    durations = {name: e.steps * e.h for name, e in experiments.items()}
+    write(settling_table(settled, durations), folder / "settling.nc", ATTRIBUTES)
+
+    return folder
+
+
+def attributes(experiment):
+    return ATTRIBUTES | {"experiment_parameters": attributes_of(experiment)}
+
+
+def small():
+    values = {
+        "P": (("t", "chamber"), np.arange(6.0).reshape(3, 2) * 1e5),
+        "status": ("t", np.int8([0, 1, 0])),
+    }
+    return xr.Dataset(values, {"t": [0.0, 0.001, 0.002], "chamber": ["A", "B"], "experiment": "a"})
+
+
+# Round trip
+
+
+def test_what_is_written_comes_back(tmp_path):
+    dataset = small()
+    dataset["P"][1, 1] = np.nan
+    write(dataset, tmp_path / "deep" / "a.nc", ATTRIBUTES)
+    back = read(tmp_path / "deep" / "a.nc")
+    xr.testing.assert_equal(back, dataset)
+    assert {name: v.dtype for name, v in back.data_vars.items()} == {"P": float, "status": np.int8}
+    assert back.attrs["title"] == "A test" and back.attrs["config_sha256"] == "0" * 64
+    assert read(tmp_path / "deep" / "a.nc", "status").data_vars.keys() == {"status"}
+    assert not dataset["P"].attrs and not dataset.attrs  # what was given is left alone
+    assert [file.name for file in (tmp_path / "deep").iterdir()] == ["a.nc"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_recording_survives_storage_to_the_last_bit(results, name):
+    recording = record(STUDY.experiments[name]._replace(steps=1000))
+    for one, other in zip(recording_from(read(results / f"datum/{name}.nc")), recording, strict=True):
+        assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_rewrite_has_the_same_bytes(results, tmp_path, kind):
+    dataset = read(results / kind)
+    for name in ("one.nc", "other.nc"):
+        write(dataset, tmp_path / name, dataset.attrs)
+    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "other.nc").read_bytes()
+    write(dataset, tmp_path / "one.nc", dataset.attrs)  # over a file that is there
+    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "other.nc").read_bytes()
+
+
+def test_a_run_made_again_has_the_same_bytes(results, tmp_path):
+    e = STUDY.experiments["E06"]._replace(steps=1000)
+    write(datum_dataset(e, record(e)), tmp_path / "E06.nc", attributes(e))
+    assert (tmp_path / "E06.nc").read_bytes() == (results / "datum/E06.nc").read_bytes()
+
+
+def test_another_value_has_other_bytes(tmp_path):
+    dataset = small()
+    write(dataset, tmp_path / "one.nc", ATTRIBUTES)
+    dataset["P"][0, 0] = 1.0
+    write(dataset, tmp_path / "other.nc", ATTRIBUTES)
+    assert (tmp_path / "one.nc").read_bytes() != (tmp_path / "other.nc").read_bytes()
+
+
+def test_long_traces_are_thinned_and_settling_times_are_not():
+    e = STUDY.experiments["E06"]
+    run = settle(e)
+    long = run._replace(states=np.repeat(run.states, 5, axis=0))
+    dataset = settling_dataset(e, long)
+    assert 10_000 < dataset.sizes["t"] <= 20_000
+    assert np.array_equal(dataset["settling_time"], run.times)
+    assert np.array_equal(dataset["x"], long.states[:: len(long.states) // 20_000 + 1, 0])
+    assert dataset["release_time"] == run.release_step * e.h
+
+
+# Files that cannot be used
+
+
+def one_line(path, *variables):
+    with pytest.raises(ResultError) as caught:
+        read(path, *variables)
+    text = str(caught.value)
+    assert "\n" not in text and text.startswith(f"{path}: ")
+    return text
+
+
+def test_a_missing_file_says_what_makes_it(tmp_path):
+    assert "snakemake" in one_line(tmp_path / "E01.nc")
+
+
+@pytest.mark.parametrize("content", [b"", b"hello\nworld\n", b"\x89HDF\r\n\x1a\n" + bytes(100), b"CDF\x01"])
+def test_a_foreign_file_is_one_line(tmp_path, content):
+    (tmp_path / "E01.nc").write_bytes(content)
+    assert "does not end with its SHA-256" in one_line(tmp_path / "E01.nc")
+
+
+def test_a_file_of_another_experiment_is_one_line(results, tmp_path):
+    shutil.copy(results / "datum/E06.nc", tmp_path / "E07.nc")
+    assert "foreign: it is about experiment E06" in one_line(tmp_path / "E07.nc")
+
+
+def test_a_folder_is_one_line(tmp_path):
+    assert "not a readable NetCDF-4 file" in one_line(tmp_path)
+
+
+@given(st.floats(0, 1, exclude_max=True))
+@settings(deadline=None, max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_truncated_file_is_one_line_wherever_it_ends(results, tmp_path, fraction):
+    content = (results / "exact/replay/E06.nc").read_bytes()
+    (tmp_path / "cut.nc").write_bytes(content[: int(fraction * len(content))])
+    assert "does not end with its SHA-256" in one_line(tmp_path / "cut.nc")
+
+
+@given(st.data())
+@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_flipped_bit_is_one_line_wherever_it_is(results, tmp_path, data):
+    content = bytearray((results / "exact/replay/E06.nc").read_bytes())
+    content[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    (tmp_path / "E06.nc").write_bytes(content)
+    assert "SHA-256" in one_line(tmp_path / "E06.nc")
+
+
+def test_json_is_sealed_as_well(tmp_path):
+    path = tmp_path / "parameters.json"
+    write_json(to_json(STUDY), path)
+    assert read_json(path) == to_json(STUDY)
+    assert json.loads(path.read_bytes()).keys() == json.loads(to_json(STUDY)).keys() | {"sha256"}
+    path.write_text(path.read_text().replace("287.0", "288.0"))
+    with pytest.raises(ResultError, match=r"parameters\.json: damaged"):
+        read_json(path)
+    path.unlink()
+    with pytest.raises(ResultError, match="no such file"):
+        read_json(path)
+
+
+def test_damaged_files_are_listed_by_name(results, tmp_path):
+    folder = tmp_path / "results"
+    shutil.copytree(results, folder)
+    for name in ("parameters.json", "verdict.json"):
+        write_json(to_json(STUDY), folder / name)
+    (folder / "table7.md").write_text("not sealed, not checked")
+    assert damaged(folder) == []
+    content = bytearray((folder / "settling.nc").read_bytes())
+    content[len(content) // 2] ^= 1
+    (folder / "settling.nc").write_bytes(content)
+    (folder / "parameters.json").write_text("{}\n")
+    shutil.copy(folder / "datum/E06.nc", folder / "datum/E13.nc")
+    found = [error.path.relative_to(folder) for error in damaged(folder)]
+    assert found == [Path("datum/E13.nc"), Path("parameters.json"), Path("settling.nc")]
+
+
+def test_a_missing_variable_is_named_with_those_there_are(results):
+    text = one_line(results / "datum/E06.nc", "x", "mse")
+    assert "no variable 'mse'" in text and "it has x, v, P, T, u, reference" in text
+
+
+def test_a_grid_needs_replays(tmp_path, results):
+    with pytest.raises(ResultError, match=r"holds no replay/\*\.nc; `snakemake -j2`"):
+        open_grid(tmp_path)
+    replays = tmp_path / "replay"
+    replays.mkdir()
+    content = (results / "exact/replay/E06.nc").read_bytes()
+    (replays / "E06.nc").write_bytes(content)
+    (replays / "E07.nc").write_bytes(content[:5000])
+    with pytest.raises(ResultError, match=r"replay/E07\.nc: does not end"):
+        open_grid(tmp_path)
+
+
+# Interrupted writes
+
+
+@pytest.mark.parametrize("error", [OSError("no space left"), KeyboardInterrupt()])
+@pytest.mark.parametrize("before", [None, b"the result of last week"])
+def test_an_interrupted_write_leaves_what_was_there(tmp_path, monkeypatch, error, before):
+    path = tmp_path / "a.nc"
+    if before:
+        path.write_bytes(before)
+    whole = xr.Dataset.to_netcdf
+
+    def half(dataset, target, **options):
+        whole(dataset, target, **options)
+        os.truncate(target, 1000)
+        raise error
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", half)
+    with pytest.raises(type(error)):
+        write(small(), path, ATTRIBUTES)
+    assert (path.read_bytes() if path.exists() else None) == before
+    assert {file.name for file in tmp_path.iterdir()} <= {"a.nc"}
+    part_of(path).write_text("of a process that was killed")
+    monkeypatch.undo()
+    write(small(), path, ATTRIBUTES)  # the remains are no obstacle
+    assert [file.name for file in tmp_path.iterdir()] == ["a.nc"]
+    xr.testing.assert_equal(read(path), small())
+
+
+def test_text_appears_whole_or_not_at_all(tmp_path, monkeypatch):
+    path = tmp_path / "deep" / "parameters.json"
+    write_json(to_json(STUDY), path)
+    content = path.read_bytes()
+
+    def refuse(*_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(os, "replace", refuse)
+    with pytest.raises(OSError, match="no space left"):
+        write_json("{}", path)
+    assert path.read_bytes() == content
+    assert not part_of(path).exists()
+
+
+# Without the package
+
+
+def test_plain_xarray_finds_a_cell(results):
+    with xr.open_dataset(results / "exact/replay/E06.nc") as dataset:
+        assert dataset["mse"].sel(model="M8", n=1.35).dims == ("chamber",)
+        assert (dataset["mse"].sel(model="M8", n=1.35) > 0).all()
+        for n in (1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4):
+            assert (
+                dataset["mse"]
+                .sel(n=n, model="M1")
+                .equals(dataset["mse"].sel(model="M1", n=1.0).assign_coords(n=n))
+            )
+        # The stored numbers say the same as each other; 1e-12 of cancelling sums.
+        total = dataset["mean_error"] ** 2 + dataset["variance"]
+        np.testing.assert_allclose(total, dataset["mse"], rtol=1e-12)
+        assert dataset["pressure"].dtype == np.float32 and "time" not in dataset.dims
+        assert dataset["t"].dtype == float and dataset["t"].attrs["units"] == "s"
+
+
+def test_grid_holds_every_experiment_with_its_labels(results):
+    grid = pneumo.open_grid(results / "exact")
+    assert dict(grid.sizes) == {"experiment": 3, "model": 10, "n": 9, "chamber": 2}
+    assert grid["experiment"].values.tolist() == NAMES
+    assert grid["cylinder"].values.tolist() == ["D", "D", "D"]
+    assert grid["loop"].values.tolist() == ["closed", "open", "closed"]
+    assert grid["k_0"].values.tolist() == [0.1, 2.5, 2.5]
+    assert {grid[label].dims for label in ("cylinder", "loop", "k_0")} == {("experiment",)}
+    assert set(grid.data_vars) == {"mean_error", "variance", "mse", "status", "failure_time"}
+    for name in NAMES:
+        with xr.open_dataset(results / f"exact/replay/{name}.nc") as dataset:
+            assert grid["mse"].sel(experiment=name).equals(dataset["mse"])
+
+
+def test_grid_of_one_experiment_has_the_same_shape(results, tmp_path):
+    (tmp_path / "replay").mkdir()
+    (tmp_path / "replay" / "E13.nc").write_bytes((results / "exact/replay/E13.nc").read_bytes())
+    alone = open_grid(tmp_path)
+    xr.testing.assert_equal(alone, open_grid(results / "exact").sel(experiment=["E13"]))
+
+
+# Conventions
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_files_describe_themselves(results, kind):
+    with netCDF4.Dataset(results / kind) as file:
+        assert file.Conventions == "CF-1.11, ACDD-1.3"
+        for name in ("title", "summary", "keywords", "license", "institution", "source", "references"):
+            assert getattr(file, name).strip()
+        assert len(file.config_sha256) == len(file.code_sha256) == 64
+        for name, variable in file.variables.items():
+            if variable.dtype is str or "flag_values" in variable.ncattrs():  # labels and codes have no unit
+                continue
+            assert variable.long_name and variable.units, name
+            if name in SYMBOLS:
+                assert (variable.units, variable.long_name) == (SYMBOLS[name].unit, SYMBOLS[name].long_name)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_files_hold_nothing_of_the_machine_or_the_moment(results, kind):
+    with netCDF4.Dataset(results / kind) as file:
+        holders = [file, *file.variables.values()]
+        texts = [f"{key}={holder.getncattr(key)}" for holder in holders for key in holder.ncattrs()]
+    texts = " ".join(texts)
+    for fact in (str(results), str(Path.home()), sys.prefix, os.uname().nodename):
+        assert not re.search(rf"(?<!\w){re.escape(fact)}(?!\w)", texts)
+    assert not re.search(r"\b20\d\d-\d\d-\d\d\b|\d\d:\d\d:\d\d|date_created|history", texts)
+
+
+@pytest.fixture(scope="module")
+def suite():
+    suite = CheckSuite()
+    with warnings.catch_warnings(action="ignore", category=DeprecationWarning):  # of checkers not used here
+        suite.load_all_available_checkers()
+    return suite
+
+
+# The checker subtracts neighbouring values of every coordinate variable to see that they rise, which text
+# does not allow: model, chamber, experiment, level and quantity are labels, which CF permits (sections 5
+# and 6.1) and `.sel(model="M8")` needs.
+STRING_COORDINATES = {
+    "check_coordinate_variables_strict_monotonicity": "unsupported operand type(s) for -: 'str' and 'str'"
+}
+# CF recommends that names differ in more than case; T and t are the paper's. It also recommends a history,
+# which is a log of times: a rewrite would change the bytes.
+WARNINGS = {
+    "Variables are not case sensitive. Duplicate variables named: t",
+    "§2.6.2 global attribute history should exist and be a non-empty string",
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_compliance_checker_finds_no_error(results, suite, kind):
+    with suite.load_dataset(str(results / kind)) as dataset:
+        groups, failures = suite.run_all(dataset, ["cf:1.11"])["cf:1.11"]
+    assert {name: str(error) for name, (error, _) in failures.items()} == STRING_COORDINATES
+    messages = {}
+    for group in groups:
+        achieved, possible = group.value if isinstance(group.value, tuple) else (bool(group.value), 1)
+        if achieved < possible:
+            messages.setdefault(group.weight, set()).update(group.msgs)
+    assert messages.keys() <= {2, 1}  # 3 is "error", 2 "warning", 1 "information"
+    assert set().union(*messages.values()) <= WARNINGS
+
+
+def test_the_checker_would_find_an_error(tmp_path, suite):
+    dataset = small()
+    dataset["wrong"] = ("t", [1.0, 2.0, 3.0], {"units": "furlongs per barn", "long_name": "unknown"})
+    write(dataset, tmp_path / "a.nc", ATTRIBUTES)
+    with suite.load_dataset(str(tmp_path / "a.nc")) as opened:
+        groups, _ = suite.run_all(opened, ["cf:1.11"])["cf:1.11"]
+    assert any(group.weight == 3 and group.value[0] < group.value[1] for group in groups)

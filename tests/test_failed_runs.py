@@ -1,0 +1,166 @@
+"""Runs that fail: a status with time and state in the files, left out of averages, told by table and page."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from printed_study import save
+
+from pneumo.configuration.parameters import load, study
+from pneumo.physics.models import MODELS
+from pneumo.publish.explain import cell_story
+from pneumo.publish.markdown_tables import table_7
+from pneumo.publish.paper_figures import fig07, traces
+from pneumo.publish.verdict_page import render
+from pneumo.simulation.cells import grid_lanes, replay_dataset
+from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
+from pneumo.simulation.reference import NO_RUN, no_replay
+from pneumo.simulation.settling import settle
+from pneumo.statistics.averages import settling_table, statistics
+from pneumo.storage.files import open_grid, read
+from pneumo.storage.layout import datum_dataset, settling_dataset, story
+from pneumo.verdict.court import verdict
+from pneumo.verdict.published import table7
+
+pytestmark = pytest.mark.xdist_group("printed")
+STUDY = study(load(Path(__file__).parents[1] / "config" / "paper.yaml"))
+E06 = STUDY.experiments["E06"]._replace(steps=300)
+CHANGES = {  # what makes a step of 1 ms too long
+    "tiny volume": lambda p: p._replace(
+        cylinder=p.cylinder._replace(V_d=1e-12), valve=p.valve._replace(k_xu=1e-5)
+    ),
+    "huge flow": lambda p: p._replace(valve=p.valve._replace(k_xu=1e-4)),
+    "no mass": lambda p: p._replace(cylinder=p.cylinder._replace(M=1e-4)),
+}
+STATUSES = {"tiny volume": DIVERGED, "huge flow": DIVERGED, "no mass": NOT_POSITIVE}
+
+
+def broken(name):
+    return E06._replace(plant=CHANGES[name](E06.plant))
+
+
+@pytest.mark.uncompiled
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_run_that_fails_has_status_time_and_state(name):
+    recording = record(broken(name))
+    status, step = failure(recording.states)
+    assert status == STATUSES[name]
+    assert step > 0
+    assert np.isnan(recording.states[step + 1 :]).all()
+    datum = datum_dataset(broken(name), recording)
+    assert datum["status"].attrs["flag_values"][int(datum["status"])] == status
+    assert datum["failure_time"] == step * E06.h
+    np.testing.assert_array_equal(datum["status"].attrs["last_state"], recording.states[step - 1])
+    assert f"failed at t = {step * E06.h:g} s: " in story(datum)
+
+
+def test_a_run_that_does_not_fail():
+    datum = datum_dataset(E06, record(E06))
+    assert datum["status"] == RAN
+    assert bool(datum["failure_time"].isnull())
+    assert "last_state" not in datum["status"].attrs
+
+
+@pytest.mark.uncompiled
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
+def test_the_first_bad_state_counts(value):
+    states = np.ones((10, 6))
+    states[7:, 3], states[4, 5] = np.nan, value
+    assert failure(states) == (NOT_POSITIVE if np.isfinite(value) else DIVERGED, 4)
+    states[:, :2] = -1.0  # position and velocity may be negative
+    assert failure(states)[1] == 4
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_settling_run_that_fails_has_no_settling_times(name):
+    run = settle(broken(name))
+    assert np.isnan(run.times).all()
+    step = failure(run.states)[1]
+    assert step > 0 and np.isnan(run.states[step + 1 :]).all()
+    assert (run.status, run.failure_step) == failure(run.states)
+    told = settling_dataset(E06, run)
+    assert told["failure_time"] == step * E06.h
+    assert f"E06: settling run failed at t = {step * E06.h:g} s: " in fig07(told).texts[0].get_text()
+
+
+def replays_of(experiment, recording):
+    lanes, index = grid_lanes(STUDY.n, 1.4)
+    cells = no_replay(recording, lanes, failure(recording.states)[1], experiment.pressure_stride)
+    return replay_dataset(experiment, STUDY.n, index, cells)
+
+
+def test_the_page_tells_which_settling_run_failed(printed_once, tmp_path):
+    folder = Path(shutil.copytree(printed_once, tmp_path / "results"))
+    experiment = broken("no mass")
+    parts = {"E06": settling_dataset(experiment, settle(experiment))}
+    save(parts["E06"], folder / "settling" / "E06.nc")
+    save(settling_table(parts, {"E06": 60.0}), folder / "settling.nc")
+    found = verdict(folder)
+    assert not found["failures"]
+    assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in render(found)
+
+
+@pytest.fixture(scope="module")
+def folder(printed_once, tmp_path_factory):
+    """The printed study, but E06 failed."""
+    folder = Path(shutil.copytree(printed_once, tmp_path_factory.mktemp("failed") / "results"))
+    experiment = broken("no mass")
+    recording = record(experiment)
+    save(datum_dataset(experiment, recording), folder / "datum" / "E06.nc")
+    for transport in ("published", "exact"):
+        save(replays_of(experiment, recording), folder / transport / "replay" / "E06.nc")
+        grid = open_grid(folder / transport)
+        save(statistics(grid, STUDY.levels), folder / transport / "statistics.nc")
+    return folder
+
+
+def test_no_replays_of_a_run_that_failed(folder):
+    cells = read(folder / "exact" / "replay" / "E06.nc")
+    assert bool((cells["status"] == NO_RUN).all())
+    assert cells["status"].attrs["flag_meanings"].split()[NO_RUN] == "no_full-order_run"
+    assert bool((cells["failure_time"] == E06.h).all())
+    assert bool(cells[["mse", "mean_error", "variance"]].isnull().all().to_array().all())
+
+
+def test_the_story_of_a_cell_tells(folder):
+    story_of_E06 = cell_story(folder, "E06", "M8", 1.35)
+    assert story_of_E06.count("failed at t = 0.001 s: no full-order run") == 4
+    assert "best n" not in story_of_E06
+
+
+def test_averages_leave_it_out_and_count(folder):
+    found = read(folder / "published" / "statistics.nc")
+    assert found["experiments"].to_series().to_dict() == {
+        **{"overall": 15, "adiabatic": 7, "typical": 7, "isothermal": 8},
+    }
+    others = open_grid(folder / "published").drop_sel(experiment="E06")
+    expected = statistics(others, STUDY.levels)
+    for name in ("mse", "mean_error", "std", "p10", "p90", "constant_n"):
+        np.testing.assert_array_equal(found[name], expected[name])
+    assert bool(found["best_n"].sel(experiment="E06").isnull().all())
+    time = found["failure_time"]
+    assert time.dropna("experiment").to_series().to_dict() == {"E06": E06.h}
+
+
+def test_table_and_page_and_figure_tell(folder):
+    found = verdict(folder)
+    assert list(found["failures"]) == ["E06"]
+    assert found["highlights"]["by_experiment"] is None
+    page = render(found)
+    assert "E06 is left out of every average:</strong> full-order run failed at t = 0.001 s" in page
+    missed = {item["id"] for item in found["items"] if item["status"] == "missed"}
+    assert {f"T8.E06.{model}" for model in MODELS} & {item["id"] for item in found["items"]} <= missed
+    table = table_7(read(folder / "published" / "statistics.nc"), table7())
+    assert "E06 is left out: its full-order run failed at t = 0.001 s." in table
+    figure = traces(read(folder / "datum" / "E06.nc"), {}, {})
+    assert "E06: the full-order run failed at t = 0.001 s" in figure.texts[0].get_text()
+
+
+def test_a_study_in_which_everything_failed():
+    recording = record(broken("no mass"))
+    grid = replays_of(broken("no mass"), recording).drop_vars("pressure").expand_dims("experiment")
+    grid = grid.assign_coords(k_0=("experiment", [E06.plant.k_0]))
+    found = statistics(grid, STUDY.levels)
+    assert found["experiments"].values.tolist() == [0, 0, 0, 0]
+    assert bool(found[["mse", "std", "p10", "best_n"]].isnull().all().to_array().all())

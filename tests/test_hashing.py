@@ -1,0 +1,202 @@
+"""Hashes of code: what changes them, what stands behind each step of the workflow, and no stale kernels."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pneumo import hashing as provenance
+from pneumo.hashing import code_hash, imports_of, modules_behind
+from pneumo.jobs import snakefile as workflow
+
+ROOT = Path(__file__).parents[1]
+STEPS = ["datum.py", "settling.py", "replay.py", "statistics.py", "settling_table.py"]
+SCRIPTS = sorted(file.name for file in (ROOT / "workflow" / "scripts").glob("*.py"))
+
+
+@pytest.fixture
+def copy(tmp_path, monkeypatch):
+    """A copy of package and workflow that the hashes look at."""
+    ignore = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "pneumo", tmp_path / "pneumo", ignore=ignore)
+    shutil.copytree(ROOT / "workflow", tmp_path / "workflow", ignore=ignore)
+    monkeypatch.setattr(provenance, "ROOT", tmp_path / "pneumo")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def edited(file, old="", new="\n# edited\n"):
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new, 1) if old else text + new, encoding="utf-8")
+
+
+# Modules
+
+
+def test_modules_behind_a_module_are_all_it_imports_directly_or_not():
+    assert modules_behind("pneumo.physics.cylinder") == ["pneumo.physics.cylinder"]
+    behind = modules_behind("pneumo.simulation.full_order")
+    assert behind == sorted(behind)
+    for room in ("chamber", "cylinder", "experiment", "valve"):
+        assert f"pneumo.physics.{room}" in behind
+    assert "pneumo.simulation.tableau" in behind and "pneumo.simulation.compiled" in behind
+    assert "pneumo.physics.models" not in behind and "pneumo.simulation.reference" not in behind
+    together = modules_behind("pneumo.simulation.full_order", "pneumo.physics.models")
+    assert together == sorted({*behind, *modules_behind("pneumo.physics.models")})
+
+
+def test_imports_of_any_form_are_found(tmp_path):
+    file = tmp_path / "script.py"
+    file.write_text(
+        "import numpy, pneumo.storage.files\n"
+        "import pneumo.simulation.full_order as datum\n"
+        "from pneumo.physics import valve\n"
+        "from pneumo.physics.models import MODELS, lane\n"
+        "def later():\n    from pneumo.statistics.averages import statistics\n"
+        "from pathlib import Path\n"
+    )
+    found = imports_of(file)
+    assert found >= {
+        "pneumo.storage.files",
+        "pneumo.simulation.full_order",
+        "pneumo.physics.valve",
+        "pneumo.physics.models",
+        "pneumo.statistics.averages",
+    }
+    assert all(name == "pneumo" or name.startswith("pneumo.") for name in found)
+
+
+def test_an_unknown_module_is_an_error():
+    with pytest.raises(ModuleNotFoundError, match=r"no pneumo module 'pneumo\.physics\.nothing'"):
+        code_hash("pneumo.physics.nothing")
+
+
+def test_the_package_imports_in_no_form_that_the_hash_would_miss():
+    for file in (ROOT / "pneumo").rglob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        assert not re.search(r"^\s*from\s+\.", text, re.MULTILINE), f"{file.name}: relative import"
+
+
+LOADED = """
+import sys
+for names in {names}:
+    for module in [name for name in sys.modules if name.startswith("pneumo")]:
+        del sys.modules[module]
+    for name in names:
+        __import__(name)
+    print(*[name for name in sys.modules if name.startswith("pneumo")])
+"""
+
+
+def test_nothing_is_loaded_that_the_hash_does_not_cover():
+    imported = [sorted(imports_of(ROOT / "workflow" / "scripts" / script)) for script in STEPS]
+    program = LOADED.format(names=imported)
+    run = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    rooms = {"pneumo", *(f"pneumo.{room}" for room in ("physics", "simulation", "verdict", "publish"))}
+    for names, loaded in zip(imported, run.stdout.splitlines(), strict=True):
+        # The rooms' own files hold a sentence each.
+        assert set(loaded.split()) - rooms <= set(modules_behind(*names))
+
+
+# Hashes
+
+
+def test_an_edit_of_an_imported_module_changes_the_hash(copy):
+    before = code_hash("pneumo.simulation.full_order")
+    assert before == code_hash("pneumo.simulation.full_order")
+    assert re.fullmatch("[0-9a-f]{64}", before)
+    edited(copy / "pneumo/physics/valve.py")
+    after = code_hash("pneumo.simulation.full_order")
+    assert after != before
+    edited(copy / "pneumo/physics/valve.py", "\n# edited\n", "")
+    assert code_hash("pneumo.simulation.full_order") == before
+
+
+def test_an_edit_of_an_unrelated_module_does_not(copy):
+    before = code_hash("pneumo.simulation.full_order")
+    edited(copy / "pneumo/publish/style.py")
+    edited(copy / "pneumo/physics/models.py")
+    assert code_hash("pneumo.simulation.full_order") == before
+
+
+def test_two_modules_that_swap_their_text_change_the_hash(copy):
+    before = code_hash("pneumo.physics.cylinder", "pneumo.physics.chamber")
+    one, other = copy / "pneumo/physics/cylinder.py", copy / "pneumo/physics/chamber.py"
+    text = one.read_text()
+    one.write_text(other.read_text())
+    other.write_text(text)
+    assert code_hash("pneumo.physics.cylinder", "pneumo.physics.chamber") != before
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "changed"),
+    [
+        ("physics/models.py", "1.2,     1.4,     1.0", "1.3,     1.4,     1.0", {"replay.py"}),
+        ("simulation/reference.py", "", "\n# edited\n", {"replay.py"}),
+        ("simulation/excitation.py", "", "\n# edited\n", {"datum.py", "settling.py", "replay.py"}),
+        ("physics/chamber.py", "", "\n# edited\n", {"datum.py", "settling.py", "replay.py"}),
+        ("statistics/averages.py", "", "\n# edited\n", {"statistics.py", "settling_table.py"}),
+        ("publish/style.py", "", "\n# edited\n", set()),
+    ],
+)
+def test_which_steps_of_the_workflow_an_edit_concerns(copy, file, old, new, changed):
+    before = {step: workflow.code_behind(step) for step in STEPS}
+    edited(copy / "pneumo" / file, old, new)
+    assert {step for step in STEPS if workflow.code_behind(step) != before[step]} == changed
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_every_script_has_code_behind_it(script, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    assert re.fullmatch("[0-9a-f]{64}", workflow.code_behind(script))
+
+
+# Compiled code
+
+KERNEL = """
+import numpy as np
+from numba import config
+from pneumo.configuration.experiment import Drive
+from pneumo.simulation.full_order import command_series
+u = command_series(np.zeros((2, 6)), np.full(2, 0.01), Drive(True, 1000.0, 0.048))
+print(u[0], config.CACHE_DIR, sum(command_series.stats.cache_hits.values()))
+"""
+
+
+def compiled(folder):
+    """Result of a small kernel in a copy of the package, its cache folder, and whether it came from there."""
+    environment = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
+    run = subprocess.run(
+        [sys.executable, "-c", KERNEL],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    u, cache, hits = run.stdout.split()
+    assert Path(cache).parent == folder / "cache"
+    return float(u), cache, int(hits)
+
+
+def test_compiled_code_is_never_stale(copy):
+    # The kernel is in datum.py; the edit is in excitation.py, which numba's cache does not look at.
+    u, cache, hits = compiled(copy)
+    assert u == 10.0 and hits == 0
+    assert compiled(copy) == (u, cache, 1)  # used again while nothing changes
+    edited(
+        copy / "pneumo/simulation/excitation.py",
+        "drive.k_p * (reference - x)",
+        "drive.k_p * (reference - x) / 2",
+    )
+    halved, other_cache, hits = compiled(copy)
+    assert halved == 5.0 and hits == 0 and other_cache != cache
+    edited(copy / "pneumo/physics/valve.py")
+    assert compiled(copy)[1] not in (cache, other_cache)

@@ -1,0 +1,251 @@
+"""Disturb the study at random moments and in other ways; after a rerun the bytes must be the same.
+
+``python -m tests.torture.faults`` runs the paper's study, ``--config config/smoke.yaml`` a short one.
+"""
+
+import argparse
+import functools
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+from pneumo.storage.files import sealed_files, write_text
+from pneumo.storage.seal import SEALS
+from tests.torture.study import ROOT, Study, stop
+
+DAY = 86_400
+
+
+class NotRun(Exception):
+    """A fault that this machine does not allow to be made."""
+
+
+class Bench(NamedTuple):
+    """What every fault needs."""
+
+    study: Study
+    expected: dict[str, str]  # hashes of an undisturbed run
+    seconds: float  # that it took
+    size: int  # of its results
+    rng: random.Random
+    kills: int
+    tries: int
+
+    def moment(self) -> float:
+        """Seconds from the start to the disturbance."""
+        return self.rng.uniform(0.0, self.seconds)
+
+    def mended(self, what: str) -> tuple[bool, str]:
+        """Run again and compare."""
+        done = self.study.run()
+        same = done.code == 0 and self.study.hashes() == self.expected
+        return same, what if same else f"{what}: NOT mended: {done.refusal or done.output[-300:]}"
+
+
+Fault = Callable[[Bench], Iterator[tuple[bool, str]]]
+
+
+def sigkill(bench: Bench) -> Iterator[tuple[bool, str]]:
+    """Kill the run, every other time without its jobs, which go on writing for a while."""
+    for number in range(bench.kills):
+        bench.study.clear()
+        with_jobs = number % 2 == 0
+        killed = stop(bench.study.start(), signal.SIGKILL, with_jobs=with_jobs, after=bench.moment())
+        what = "killed with its jobs" if with_jobs else "killed, its jobs left to themselves"
+        yield bench.mended(f"{what}, resumed" if killed else "over before the kill")
+
+
+def sigint(bench: Bench) -> Iterator[tuple[bool, str]]:
+    """Interrupt as Ctrl-C does."""
+    for _ in range(bench.tries):
+        bench.study.clear()
+        stopped = stop(bench.study.start(), signal.SIGINT, with_jobs=True, after=bench.moment())
+        yield bench.mended("interrupted, resumed" if stopped else "over before the interrupt")
+
+
+def mount(*arguments: str) -> None:
+    """Mount, or say that this is not allowed."""
+    done = subprocess.run(["mount", *arguments], capture_output=True, text=True)
+    if done.returncode:
+        raise NotRun(done.stderr.strip())
+
+
+@contextmanager
+def mounted(folder: Path, *arguments: str) -> Iterator[None]:
+    """Mount onto a folder for a while."""
+    mount(*arguments, str(folder))
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", str(folder)], check=True)
+
+
+def disk_full(bench: Bench) -> Iterator[tuple[bool, str]]:
+    """Run on a disk that holds part of the results; give it room; run again."""
+    for _ in range(bench.tries):
+        bench.study.clear()
+        room = int(bench.size * bench.rng.uniform(0.05, 0.95))
+        with mounted(bench.study.results, "-t", "tmpfs", "-o", f"size={room}", "tmpfs"):
+            done = bench.study.run()
+            mount("-o", f"remount,size={4 * bench.size}", str(bench.study.results))
+            yield bench.mended(f"{done.refusal or 'stopped by Snakemake'}; resumed with room")
+
+
+def read_only(bench: Bench) -> Iterator[tuple[bool, str]]:
+    """Run on results, whole in part, that cannot be written; make them writable; run again."""
+    for _ in range(bench.tries):
+        bench.study.clear()
+        stop(bench.study.start(), signal.SIGKILL, with_jobs=True, after=bench.moment())
+        with mounted(bench.study.results, "--bind", str(bench.study.results)):
+            mount("-o", "remount,ro,bind", str(bench.study.results))
+            done = bench.study.run()
+        yield bench.mended(f"{done.refusal or 'Snakemake had nothing to do'}; resumed")
+
+
+def clock_back(bench: Bench) -> Iterator[tuple[bool, str]]:
+    """Kill a run that lives a day ahead, and go on today: its files are from the future."""
+    if not shutil.which("faketime"):
+        raise NotRun("faketime is not installed")
+    for _ in range(bench.tries):
+        bench.study.clear()
+        run = bench.study.start(before=("faketime", "-f", f"+{DAY}s"))
+        stop(run, signal.SIGKILL, with_jobs=True, after=bench.moment())
+        for folder in (bench.study.results, bench.study.folder / ".snakemake"):
+            for file in folder.rglob("*"):  # faketime shifts what programs see, not what the disk says
+                date = file.stat().st_mtime + DAY
+                os.utime(file, (date, date))
+        yield bench.mended("killed a day ahead, resumed today")
+
+
+def two_runs(bench: Bench) -> Iterator[tuple[bool, str]]:
+    """Start two at once: one works, the other is refused."""
+    for _ in range(bench.tries):
+        bench.study.clear()
+        runs = [bench.study.start() for _ in range(2)]
+        codes = sorted(run.wait() for run in runs)
+        same = bench.study.hashes() == bench.expected
+        yield same and codes == [0, 2], f"exit codes {codes[0]} and {codes[1]}"
+
+
+def damage(bench: Bench, spoil: Callable[[Path], None]) -> Iterator[tuple[bool, str]]:
+    """Spoil one file after another; each must be refused by name, then made again."""
+    study = bench.study
+    for number in range(2 * bench.tries):
+        if study.hashes() != bench.expected:
+            study.run()
+        path = bench.rng.choice(sealed_files(study.results))
+        name, before = str(path.relative_to(study.folder)), path.stat()
+        spoil(path)
+        told = name in study.pneumo("verify").output
+        if number % 2:
+            os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # nothing but its content tells
+            removed = study.pneumo("verify", "--remove").code == 0 and not path.exists()
+            same, what = bench.mended("named and removed by `pneumo verify`, made again")
+        else:
+            removed = name in study.run().refusal and not path.exists()
+            same, what = bench.mended(
+                "refused by name and removed by the next run, made again by the one after"
+            )
+        yield same and told and removed, what if told and removed else f"{name}: NOT refused"
+
+
+def flip(bench: Bench, path: Path) -> None:
+    """Flip one bit."""
+    content = bytearray(path.read_bytes())
+    content[bench.rng.randrange(len(content))] ^= 1 << bench.rng.randrange(8)
+    path.write_bytes(content)
+
+
+def cut(bench: Bench, path: Path) -> None:
+    """Cut a file short."""
+    os.truncate(path, bench.rng.randrange(path.stat().st_size))
+
+
+def replace(bench: Bench, path: Path) -> None:
+    """Put something else in its place: text, an unsealed file, or that of another experiment."""
+    others = [file for file in path.parent.glob("E*.nc") if file != path]
+    before, after = SEALS[path.suffix]
+    kind = bench.rng.choice(["text", "unsealed", "other"] if others else ["text", "unsealed"])
+    if kind == "text":
+        path.write_text("Shopping: eggs, flour\n")
+    elif kind == "unsealed":
+        os.truncate(path, path.stat().st_size - len(before) - 64 - len(after))
+    else:
+        path.write_bytes(bench.rng.choice(others).read_bytes())
+
+
+FAULTS: dict[str, Fault] = {
+    "sigkill": sigkill,
+    "sigint": sigint,
+    "disk_full": disk_full,
+    "read_only": read_only,
+    "clock_back": clock_back,
+    "two_runs": two_runs,
+    "bit_flip": lambda bench: damage(bench, functools.partial(flip, bench)),
+    "truncated": lambda bench: damage(bench, functools.partial(cut, bench)),
+    "foreign": lambda bench: damage(bench, functools.partial(replace, bench)),
+}
+
+
+def tried(name: str, bench: Bench, study: str) -> dict[str, object]:
+    """Try one fault, with a line for each try."""
+    same, outcomes = [], Counter()
+    try:
+        for one, outcome in FAULTS[name](bench):
+            same.append(one)
+            outcomes[outcome] += 1
+            print(f"{name} {len(same)}: {'same bytes' if one else 'OTHER BYTES'}: {outcome}", flush=True)
+    except NotRun as reason:
+        outcomes[f"not run: {reason}"] += 1
+        print(f"{name}: not run: {reason}", flush=True)
+    text = "; ".join(
+        f"{number} x {outcome}" if number > 1 else outcome for outcome, number in outcomes.items()
+    )
+    return {"tried": len(same), "identical": sum(same), "outcome": f"{study}: {text}"}
+
+
+def main() -> int:
+    """Try the faults asked for and add what came of them to the evidence."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--config", default="", help="configuration on top of the paper's")
+    parser.add_argument("--faults", nargs="+", default=list(FAULTS), choices=FAULTS)
+    parser.add_argument("--kills", type=int, default=40, help="tries of sigkill")
+    parser.add_argument("--tries", type=int, default=3, help="tries of every other fault")
+    parser.add_argument("--seed", type=int, default=2006)
+    parser.add_argument("--evidence", type=Path, default=ROOT / "results/evidence/torture.json")
+    options = parser.parse_args()
+    print(f"seed {options.seed}", flush=True)
+    with tempfile.TemporaryDirectory(prefix="torture ") as scratch:
+        study = Study(Path(scratch, "a checkout"), options.config, {"NUMBA_CACHE_DIR": f"{scratch}/compiled"})
+        study.run("-j2", "--configfile", "config/smoke.yaml")  # compiles
+        study.clear()
+        start = time.perf_counter()
+        done = study.run()
+        seconds = time.perf_counter() - start
+        if done.code:
+            print(done.output)
+            return 1
+        expected, size = study.hashes(), study.size()
+        print(f"undisturbed: {len(expected)} files, {seconds:.0f} s", flush=True)
+        name = Path(options.config).stem or "paper"
+        found = json.loads(options.evidence.read_text()) if options.evidence.exists() else {}
+        for fault in options.faults:
+            rng = random.Random(f"{options.seed} {fault}")
+            bench = Bench(study, expected, seconds, size, rng, options.kills, options.tries)
+            found[fault] = tried(fault, bench, name)
+            write_text(json.dumps(found, indent=1) + "\n", options.evidence)
+    return int(any(found[fault]["tried"] != found[fault]["identical"] for fault in options.faults))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,114 @@
+"""A copy of the checkout in a scratch folder, and its study: run it, disturb it, compare the bytes."""
+
+import hashlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+NOT_COMPARED = {"logs", "evidence", "run.json", "bench.json", "README.md"}  # times, hosts, measurements
+TWO_JOBS = ("-j2",)
+
+
+class Done(NamedTuple):
+    """How a run ended."""
+
+    code: int
+    output: str
+
+    @property
+    def refusal(self) -> str:
+        """The last line for the user, or nothing."""
+        lines = [line for line in self.output.splitlines() if line.startswith("pneumo: ")]
+        return lines[-1].removeprefix("pneumo: ") if lines else ""
+
+
+class Study:
+    """A checkout's copy and the study in it.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where to; it must not exist.
+    config : str
+        Configuration on top of the paper's, or nothing.
+    environment : mapping
+        Variables on top of those of this process.
+    """
+
+    def __init__(self, folder: Path, config: str, environment: Mapping[str, str] | None = None):
+        self.folder, self.results = folder, folder / "results"
+        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout
+        for name in filter(None, listed.decode().split("\0")):
+            target = folder / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, target, follow_symlinks=False)
+        self.command = [sys.executable, "-m", "snakemake", "--rerun-incomplete"]
+        self.command += ["--configfile", config] if config else []
+        python_path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
+        self.environment = os.environ | {"PYTHONPATH": python_path} | dict(environment or {})
+
+    def start(
+        self, *arguments: str, before: tuple[str, ...] = (), output: int = subprocess.DEVNULL
+    ) -> subprocess.Popen[str]:
+        """Start a run, with two jobs unless told otherwise, in a process group of its own."""
+        return subprocess.Popen(
+            [*before, *self.command, *(arguments or TWO_JOBS)],
+            cwd=self.folder,
+            env=self.environment,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+
+    def run(self, *arguments: str, before: tuple[str, ...] = ()) -> Done:
+        """Run to the end."""
+        run = self.start(*arguments, before=before, output=subprocess.PIPE)
+        output, _ = run.communicate()
+        return Done(run.returncode, output)
+
+    def pneumo(self, *arguments: str) -> Done:
+        """Run a command of the package on this copy."""
+        command = [sys.executable, "-c", "from pneumo.cli.commands import main; main()", *arguments]
+        done = subprocess.run(command, cwd=self.folder, env=self.environment, capture_output=True, text=True)
+        return Done(done.returncode, done.stdout + done.stderr)
+
+    def hashes(self) -> dict[str, str]:
+        """SHA-256 of every file of results that must not change."""
+        files = (file.relative_to(self.results) for file in self.results.rglob("*"))
+        return {
+            str(file): hashlib.sha256((self.results / file).read_bytes()).hexdigest()
+            for file in sorted(files)
+            if not NOT_COMPARED & set(file.parts) and (self.results / file).is_file()
+        }
+
+    def size(self) -> int:
+        """Bytes of all results."""
+        return sum(file.stat().st_size for file in self.results.rglob("*") if file.is_file())
+
+    def clear(self) -> None:
+        """Remove results and the workflow's memory."""
+        for entry in self.results.iterdir():
+            if entry.name != "README.md":
+                shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+        shutil.rmtree(self.folder / ".snakemake", ignore_errors=True)
+
+
+def stop(run: subprocess.Popen[str], number: signal.Signals, *, with_jobs: bool, after: float) -> bool:
+    """Signal a run after some seconds, alone or with its jobs; tell whether it was still at work."""
+    try:
+        run.wait(timeout=after)
+    except subprocess.TimeoutExpired:
+        if with_jobs:
+            os.killpg(run.pid, number)
+        else:
+            run.send_signal(number)
+        run.wait()
+        return True
+    return False

@@ -1,0 +1,33 @@
+"""The paper, number by number: every item of the verdict has the status that is recorded for it.
+
+A number that gets worse fails, and so does one that gets better without being recorded:
+``pneumo verdict --record`` writes paper/2006/statuses.csv anew.
+"""
+
+import pytest
+
+from pneumo.verdict.court import Court, read_statuses
+
+RECORDED = read_statuses()
+
+pytestmark = pytest.mark.results
+
+
+@pytest.fixture(scope="module")
+def court(results) -> Court:
+    return Court(results)
+
+
+@pytest.mark.parametrize(("name", "status"), RECORDED.items(), ids=RECORDED.keys())
+def test_item(court, name, status):
+    item = court.judge(court.claims.items[name])
+    assert item["status"] == status, f"{name}: {item['shown']} for {item['printed']}; {item['reason']}"
+
+
+def test_every_item_is_recorded(court):
+    assert set(RECORDED) == set(court.claims.items)
+
+
+def test_at_most_a_tenth_of_the_readable_items_is_missed():
+    statuses = [status for status in RECORDED.values() if status != "unreadable"]
+    assert statuses.count("missed") <= 0.1 * len(statuses)
