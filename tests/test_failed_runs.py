@@ -9,10 +9,10 @@ from printed_study import save
 
 from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS
-from pneumo.publish.explain import cell_story
-from pneumo.publish.markdown_tables import table_7
-from pneumo.publish.paper_figures import fig07, traces
-from pneumo.publish.verdict_page import render
+from pneumo.publish.figures.paper_figures import fig07, traces
+from pneumo.publish.pages.verdict_page import render
+from pneumo.publish.text.explain import cell_story
+from pneumo.publish.text.markdown_tables import table_7
 from pneumo.simulation.cells import grid_lanes, replay_dataset
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
 from pneumo.simulation.reference import NO_RUN, no_replay

@@ -103,7 +103,7 @@ def study(
 
     from pneumo.engineer import own_study as task
     from pneumo.engineer.errors import ApplyError
-    from pneumo.publish.study_page import tables
+    from pneumo.publish.pages.study_page import tables
 
     chosen = task.chosen(given._replace(seeds=seeds or given.seeds), cylinder or (), experiment or ())
     folder = output or Path(f"study-{chosen.name}")
@@ -169,7 +169,7 @@ def explain(
     results: Annotated[Path, typer.Option(help="folder of results")] = Path("results"),
 ):
     """Tell one item of the verdict, or one grid cell: claimed, found, and where the evidence is."""
-    from pneumo.publish.explain import cell_story, item_story
+    from pneumo.publish.text.explain import cell_story, item_story
     from pneumo.storage.files import ResultError
     from pneumo.verdict.court import Court, read_statuses
 
@@ -217,7 +217,7 @@ def assumptions(
 ):
     """Print what each alternative assumption does to Tables 5, 7, 8 and 9."""
     from pneumo.evidence.toggle_effects import effects
-    from pneumo.publish import markdown_tables as tables
+    from pneumo.publish.text import markdown_tables as tables
     from pneumo.storage.files import ResultError, read
     from pneumo.verdict.claims import read_claims
 
@@ -238,8 +238,8 @@ def ensemble(
 
     from rich.console import Console
 
-    from pneumo.publish import markdown_tables as tables
-    from pneumo.publish.ensemble_figure import probability_table, ratio_table
+    from pneumo.publish.figures.ensemble_figure import probability_table, ratio_table
+    from pneumo.publish.text import markdown_tables as tables
     from pneumo.storage.files import ResultError, read, read_json
 
     file = results / "ensemble.nc"
@@ -273,7 +273,7 @@ def identify(
     from pneumo.configuration.parameters import load, study
     from pneumo.evidence.identification import identify as identified
     from pneumo.evidence.identification import save_identification
-    from pneumo.publish.identification_figure import identification_tables
+    from pneumo.publish.figures.identification_figure import identification_tables
 
     start = time.perf_counter()
 
@@ -339,7 +339,7 @@ def fit(
     from pneumo.engineer.rate import chosen_model
     from pneumo.engineer.suspicion import suspect
     from pneumo.physics.models import MODELS
-    from pneumo.publish.fit_page import fit_page, fit_table, transient_text
+    from pneumo.publish.pages.fit_page import fit_page, fit_table, transient_text
     from pneumo.storage.files import write_text
 
     settings = study(load(*(config or [Path("config/paper.yaml")])))

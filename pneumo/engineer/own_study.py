@@ -9,7 +9,7 @@ from pneumo.configuration.experiment import Study
 from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.repeated_runs import repeated, seeds_of
 from pneumo.hashing import code_hash
-from pneumo.publish.study_page import MARK, render
+from pneumo.publish.pages.study_page import MARK, render
 from pneumo.statistics.ranking import Ranking, ranked
 from pneumo.storage.files import read, write, write_text
 from pneumo.storage.seal import ResultError

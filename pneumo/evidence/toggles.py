@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from pneumo.papers.paper_2006 import computations  # noqa: F401 - it registers its computations
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.parameters import ConfigurationError, merged, study, validated
 from pneumo.evidence.readings import first_draw_skipped, keeps_changed_sign, largest_excursions
+from pneumo.papers.paper_2006 import computations  # noqa: F401 - it registers its computations
 from pneumo.simulation.cells import grid_lanes, replay_dataset, replayed
 from pneumo.simulation.full_order import RAN, STAGES, C, Recording, record
 from pneumo.simulation.reference import EXACT, PUBLISHED

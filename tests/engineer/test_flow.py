@@ -15,7 +15,7 @@ from pneumo.engineer.suspicion import suspect
 from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
-from pneumo.publish.fit_page import fit_page
+from pneumo.publish.pages.fit_page import fit_page
 from pneumo.simulation.driven import driven_by_flow
 
 PLANT = study(load("config/paper.yaml")).experiments["E10"].plant

@@ -22,7 +22,7 @@ from pneumo.engineer.own_study import (
     simulated_time,
 )
 from pneumo.engineer.template import TEMPLATE, write_template
-from pneumo.publish.study_page import MARK
+from pneumo.publish.pages.study_page import MARK
 from pneumo.storage.files import write
 
 

@@ -22,7 +22,7 @@ from pneumo.evidence.dimensionless import GROUPS, groups
 from pneumo.evidence.random_cylinders import random_cylinder, sizes
 from pneumo.evidence.recommended import Cases, recommendation, recommendation_text, score
 from pneumo.evidence.regimes import GOOD, analysed, judged
-from pneumo.publish import regimes_figure as drawing
+from pneumo.publish.figures import regimes_figure as drawing
 from pneumo.storage.files import damaged, read, read_json
 
 ROOT = Path(__file__).parents[2]

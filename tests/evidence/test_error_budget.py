@@ -12,8 +12,8 @@ from test_vectorised import STUDY
 from pneumo.evidence import error_budget as b
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve import chamber_flows, laminar_share
-from pneumo.publish.budget_figure import error_budget
-from pneumo.publish.paper_figures import symbol
+from pneumo.publish.figures.budget_figure import error_budget
+from pneumo.publish.figures.paper_figures import symbol
 from pneumo.publish.style import paper_style, save
 from pneumo.simulation import reference as readable
 from pneumo.simulation.cells import grid_lanes

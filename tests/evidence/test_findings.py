@@ -15,9 +15,9 @@ from pneumo.configuration.parameters import load, study
 from pneumo.evidence import findings as f
 from pneumo.evidence.ensemble import analysed, complete, scores
 from pneumo.physics.models import MODELS
-from pneumo.publish import markdown_tables as tables
-from pneumo.publish.ensemble_figure import ensemble_figure, probability_table, ratio_table
+from pneumo.publish.figures.ensemble_figure import ensemble_figure, probability_table, ratio_table
 from pneumo.publish.style import save
+from pneumo.publish.text import markdown_tables as tables
 from pneumo.verdict.claims import read_claims
 from pneumo.verdict.court import Court
 from pneumo.verdict.sources import COMPUTATIONS, Finding, Results, computation

@@ -17,7 +17,7 @@ from pneumo.evidence import measured_floor as f
 from pneumo.evidence.error_budget import refined, sliced
 from pneumo.evidence.error_budget import sampled_inputs as inputs_of_the_budget
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.publish.floor_figure import LOOKS, ROWS, floor
+from pneumo.publish.figures.floor_figure import LOOKS, ROWS, floor
 from pneumo.publish.style import paper_style, save
 from pneumo.simulation import transported as t
 from pneumo.simulation.driven import driven

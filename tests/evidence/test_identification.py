@@ -16,7 +16,7 @@ from pneumo.configuration.parameters import load, study
 from pneumo.evidence import amplitudes, mechanics
 from pneumo.evidence.identification import LONG_NAMES, check, identify, save_identification
 from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2, interval, noise, rms, scale
-from pneumo.publish.identification_figure import identification, identification_tables, number
+from pneumo.publish.figures.identification_figure import identification, identification_tables, number
 from pneumo.publish.style import paper_style
 from pneumo.simulation.full_order import C, record
 from pneumo.simulation.reference import replay

@@ -20,8 +20,8 @@ from pneumo.evidence.readings import first_draw_skipped, keeps_changed_sign, lar
 from pneumo.evidence.toggle_effects import effects
 from pneumo.evidence.toggles import LATE, TABLES, VARIANTS, Case, cases, reproduced
 from pneumo.physics.cylinder import motion
-from pneumo.publish import markdown_tables as tables
-from pneumo.publish.toggles_figure import tornado
+from pneumo.publish.figures.toggles_figure import tornado
+from pneumo.publish.text import markdown_tables as tables
 from pneumo.simulation.cells import grid_lanes, replay_dataset
 from pneumo.simulation.excitation import command, reference_series
 from pneumo.simulation.full_order import STAGES, C, Recording, record

@@ -11,8 +11,8 @@ from pneumo.evidence import variants as v
 from pneumo.evidence.toggles import cases
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
+from pneumo.publish.figures.variants_figure import LEVELS, dots, name_of, table
 from pneumo.publish.style import paper_style, save
-from pneumo.publish.variants_figure import LEVELS, dots, name_of, table
 from pneumo.simulation.full_order import record
 from pneumo.simulation.reference import replay
 from pneumo.storage.files import read

@@ -7,7 +7,7 @@ import pytest
 
 from pneumo.engineer.estimate import Estimate, dataset
 from pneumo.engineer.measurement import Measurement
-from pneumo.publish.fit_page import fit_page, headings, rows
+from pneumo.publish.pages.fit_page import fit_page, headings, rows
 
 SAMPLES = 200
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from pneumo.papers.paper_2006.highlights import LEVELS
 from pneumo.physics.models import MODELS
-from pneumo.publish import manuscript as m
+from pneumo.publish.text import manuscript as m
 from pneumo.storage.files import read_json, write, write_json
 
 ROOT = Path(__file__).parents[2]

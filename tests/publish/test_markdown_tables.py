@@ -4,7 +4,7 @@ import pytest
 import xarray as xr
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.markdown_tables import table_7
+from pneumo.publish.text.markdown_tables import table_7
 from pneumo.verdict.published import table7
 
 SHARES = [1.25, 1.0]  # reproduced over published, overall and at another level

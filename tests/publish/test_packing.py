@@ -10,7 +10,15 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pneumo.publish.packing import FRACTION, LARGEST, LEAST_STEP, MISSING, packed, rounded, rounding_step
+from pneumo.publish.pages.packing import (
+    FRACTION,
+    LARGEST,
+    LEAST_STEP,
+    MISSING,
+    packed,
+    rounded,
+    rounding_step,
+)
 
 
 def unpacked(text: str, rows: Sequence[int], samples: int) -> list[np.ndarray]:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from pneumo.physics.models import MODELS
-from pneumo.publish import paper_figures as figures
+from pneumo.publish.figures import paper_figures as figures
 from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, paper_style, save
 from pneumo.statistics.averages import statistics
 from pneumo.verdict.published import table7, table9

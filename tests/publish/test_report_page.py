@@ -16,9 +16,19 @@ from test_verdict_page import CONTRAST, SHORTLY, Structure, in_chromium
 
 from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS
-from pneumo.publish.packing import FRACTION, MISSING
-from pneumo.publish.report_page import STANDS, VALUES, Part, close_up, describe, part, render, samples, stride
-from pneumo.publish.verdict_page import STATUSES
+from pneumo.publish.pages.packing import FRACTION, MISSING
+from pneumo.publish.pages.report_page import (
+    STANDS,
+    VALUES,
+    Part,
+    close_up,
+    describe,
+    part,
+    render,
+    samples,
+    stride,
+)
+from pneumo.publish.pages.verdict_page import STATUSES
 
 PAPER = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 ROWS = [len(PAPER.n) if model.has_n else 1 for model in MODELS.values() for _ in "AB"]

@@ -11,9 +11,9 @@ from test_ranking import made
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
-from pneumo.publish import study_figures
-from pneumo.publish.study_page import HEADS, MARK, cells_of, gain_text, render, tables
-from pneumo.publish.verdict_page import with_indices
+from pneumo.publish.figures import study_figures
+from pneumo.publish.pages.study_page import HEADS, MARK, cells_of, gain_text, render, tables
+from pneumo.publish.pages.verdict_page import with_indices
 from pneumo.statistics.ranking import Interval, ranked
 
 

@@ -6,8 +6,8 @@ from html.parser import HTMLParser
 import pytest
 from browser import CHROMIUM, Browser
 
-from pneumo.publish.explain import cell_story, item_story
-from pneumo.publish.verdict_page import STATUSES, render
+from pneumo.publish.pages.verdict_page import STATUSES, render
+from pneumo.publish.text.explain import cell_story, item_story
 from pneumo.storage.files import ResultError
 
 TAB, ENTER = 9, 13

@@ -22,7 +22,7 @@ rule own_page:
     input:
         parameters=rules.parameters.output[0],
         cells=expand(rules.own_cells.output[0], cylinder=OWN_CYLINDERS),
-        templates=["pneumo/publish/templates/study.html.j2", "pneumo/publish/templates/verdict.css"],
+        templates=["pneumo/publish/pages/templates/study.html.j2", "pneumo/publish/pages/templates/verdict.css"],
     output:
         "results/study.html",
     log:

@@ -78,7 +78,7 @@ rule tables:
 rule verdict_page:
     input:
         verdict=rules.verdict.output[0],
-        templates=expand("pneumo/publish/templates/{name}", name=["page.html.j2", *VERDICT_TEMPLATES]),
+        templates=expand("pneumo/publish/pages/templates/{name}", name=["page.html.j2", *VERDICT_TEMPLATES]),
     output:
         report("results/verdict.html", caption="../captions/verdict.rst", category="Pages"),
     log:
@@ -99,7 +99,7 @@ rule report:
         statistics=rules.statistics.output,
         verdict=[] if OWN_CYLINDERS else rules.verdict.output,
         templates=expand(
-            "pneumo/publish/templates/{name}", name=["page.html.j2", "verdict.css", *REPORT_TEMPLATES]
+            "pneumo/publish/pages/templates/{name}", name=["page.html.j2", "verdict.css", *REPORT_TEMPLATES]
         ),
     output:
         report("results/report.html", caption="../captions/report.rst", category="Pages"),

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from pneumo.evidence.toggle_effects import effects
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.markdown_tables import assumptions
+from pneumo.publish.figures.toggles_figure import tornado
 from pneumo.publish.style import save
-from pneumo.publish.toggles_figure import tornado
+from pneumo.publish.text.markdown_tables import assumptions
 from pneumo.storage.files import read, write_text
 from pneumo.verdict.claims import read_claims
 

@@ -7,7 +7,7 @@ import xarray as xr
 from pneumo.evidence.recommended import recommendation_text
 from pneumo.evidence.regimes import analysed, judged
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.regimes_figure import regimes
+from pneumo.publish.figures.regimes_figure import regimes
 from pneumo.publish.style import save
 from pneumo.storage.files import read, read_json, write, write_json
 

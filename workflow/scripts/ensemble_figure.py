@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.ensemble_figure import ensemble_figure
+from pneumo.publish.figures.ensemble_figure import ensemble_figure
 from pneumo.publish.style import save
 from pneumo.storage.files import read
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.budget_figure import error_budget
+from pneumo.publish.figures.budget_figure import error_budget
 from pneumo.publish.style import save
 from pneumo.storage.files import read
 

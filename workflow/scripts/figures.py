@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pneumo.configuration.exchange import from_json
 from pneumo.jobs.wrapper import logged
-from pneumo.publish import paper_figures as figures
+from pneumo.publish.figures import paper_figures as figures
 from pneumo.publish.style import save
 from pneumo.storage.files import open_grid, read, read_json
 from pneumo.verdict.published import table7, table9

@@ -8,7 +8,7 @@ import xarray as xr
 from pneumo.configuration.exchange import from_json
 from pneumo.evidence.findings import findings
 from pneumo.jobs.wrapper import logged
-from pneumo.publish import markdown_tables as tables
+from pneumo.publish.text import markdown_tables as tables
 from pneumo.storage.files import read, read_json, write_json, write_text
 from pneumo.verdict.claims import read_claims
 

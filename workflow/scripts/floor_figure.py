@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.floor_figure import floor
+from pneumo.publish.figures.floor_figure import floor
 from pneumo.publish.style import save
 from pneumo.storage.files import read
 

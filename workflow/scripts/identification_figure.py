@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.identification_figure import identification
+from pneumo.publish.figures.identification_figure import identification
 from pneumo.publish.style import save
 from pneumo.storage.files import read
 

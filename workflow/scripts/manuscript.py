@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.manuscript import compile_pdf, numbers
+from pneumo.publish.text.manuscript import compile_pdf, numbers
 from pneumo.storage.files import write_text
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pneumo.configuration.exchange import from_json
 from pneumo.engineer.own_study import joined, rankings
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.study_page import render
+from pneumo.publish.pages.study_page import render
 from pneumo.storage.files import read, read_json, write_text
 
 

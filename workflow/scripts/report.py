@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pneumo.configuration.exchange import from_json
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.report_page import part, render, stride
+from pneumo.publish.pages.report_page import part, render, stride
 from pneumo.storage.files import read, read_json, write_text
 
 

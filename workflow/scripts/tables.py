@@ -1,7 +1,7 @@
 """Write Table 7, reproduced beside published, as Markdown."""
 
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.markdown_tables import table_7
+from pneumo.publish.text.markdown_tables import table_7
 from pneumo.storage.files import read, write_text
 from pneumo.verdict.published import table7
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from pneumo.jobs.wrapper import logged
+from pneumo.publish.figures.variants_figure import dots, table
 from pneumo.publish.style import save
-from pneumo.publish.variants_figure import dots, table
 from pneumo.storage.files import read, write_text
 
 

@@ -3,7 +3,7 @@
 import json
 
 from pneumo.jobs.wrapper import logged
-from pneumo.publish.verdict_page import render
+from pneumo.publish.pages.verdict_page import render
 from pneumo.storage.files import read_json, write_text
 
 

@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.table import Table
 
-from pneumo.publish.identification_figure import ends, number
+from pneumo.publish.figures.identification_figure import ends, number
 from pneumo.publish.model_looks import MODEL_STYLE
+from pneumo.publish.pages.verdict_page import page_environment
 from pneumo.publish.style import (
     ACCENT,
     DOUBLE_MM,
@@ -22,7 +23,6 @@ from pneumo.publish.style import (
     new_figure,
     paper_style,
 )
-from pneumo.publish.verdict_page import page_environment
 
 KILO = 1e3
 SHOWN_AS = {  # parameter -> heading, unit, factor from SI

@@ -9,8 +9,8 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
 from pneumo.publish.model_looks import MODEL_STYLE, OWN_ROW
-from pneumo.publish.packing import FRACTION, packed, rounded, rounding_step
-from pneumo.publish.verdict_page import STATUSES, page_environment, with_indices
+from pneumo.publish.pages.packing import FRACTION, packed, rounded, rounding_step
+from pneumo.publish.pages.verdict_page import STATUSES, page_environment, with_indices
 from pneumo.storage.layout import CHAMBERS, story
 
 VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.paper_figures import symbol
+from pneumo.publish.figures.paper_figures import symbol
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, paper_style
 
 MSE = "Pa$^2$"

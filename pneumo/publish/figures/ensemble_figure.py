@@ -7,7 +7,7 @@ from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 from rich.table import Table
 
 from pneumo.evidence.ensemble import CRITERIA
-from pneumo.publish.paper_figures import symbol
+from pneumo.publish.figures.paper_figures import symbol
 from pneumo.publish.style import DOUBLE_MM, INK, SOURCE_MARKER, new_figure, paper_style
 from pneumo.simulation.reference import EXACT, PUBLISHED
 

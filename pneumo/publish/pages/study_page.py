@@ -11,9 +11,9 @@ from rich import box
 from rich.table import Table
 
 from pneumo.configuration.experiment import Experiment, Study
-from pneumo.publish import study_figures
+from pneumo.publish.figures import study_figures
+from pneumo.publish.pages.verdict_page import page_environment, with_indices
 from pneumo.publish.style import paper_style
-from pneumo.publish.verdict_page import page_environment, with_indices
 from pneumo.statistics.ranking import CONFIDENCE, MATERIAL, Interval, Ranking, Row
 
 MARK = "pneumo study"  # names the page's maker, so that another run may replace it

@@ -1,5 +1,5 @@
 "use strict";
-// What pneumo/publish/packing.py has packed, unpacked: one Float32Array of Pa for each row, NaN where there is no value.
+// What pneumo/publish/pages/packing.py has packed, unpacked: one Float32Array of Pa for each row, NaN where there is no value.
 const MISSING = -32768;
 
 async function unpacked(id, groups, samples) {

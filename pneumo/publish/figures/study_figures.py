@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from pneumo.physics.models import MODELS
+from pneumo.publish.figures.paper_figures import KILO, symbol
 from pneumo.publish.model_looks import MODEL_STYLE
-from pneumo.publish.paper_figures import KILO, symbol
 from pneumo.publish.style import (
     DOUBLE_MM,
     GREY,

@@ -5,9 +5,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 
-from pneumo.publish.paper_figures import symbol
+from pneumo.publish.figures.paper_figures import symbol
+from pneumo.publish.figures.toggles_figure import words
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
-from pneumo.publish.toggles_figure import words
 from pneumo.verdict.ledger import AS_TAKEN
 
 EXACT, MEAN = "exact", "mean"

@@ -1,0 +1,1 @@
+"""Text: tables, explanations of one item, and the manuscript."""
