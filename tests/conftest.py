@@ -4,11 +4,17 @@ import copy
 import time
 from pathlib import Path
 
+import hypothesis
 import numpy as np
 import pytest
 import xarray as xr
 
 from pneumo.configuration.parameters import load, study
+
+# The same examples in every run; `pytest --hypothesis-profile=random` searches for new ones.
+hypothesis.settings.register_profile("random", deadline=None)
+hypothesis.settings.register_profile("same", derandomize=True, deadline=None)
+hypothesis.settings.load_profile("same")
 
 RESULTS = Path(__file__).parents[1] / "results"
 

@@ -73,6 +73,7 @@ def test_rounding_is_below_half_a_step(values, rms):
 
 @settings(deadline=None)
 @given(st.floats(1e-3, 1e6), st.floats(0, 1e9))
+@example(16.0, 5e-324)
 def test_a_step_is_round_and_no_larger_than_it_must_be(rms, largest):
     step = rounding_step(rms, largest)
     digits = f"{step:e}"

@@ -40,7 +40,8 @@ def rounding_step(rms: float, largest: float) -> float:
         1, 2 or 5 times a power of ten, Pa, at least 1 Pa.
     """
     fine = _round_number(max(LEAST_STEP, rms / FRACTION), up=False)
-    return max(fine, _round_number(largest / LARGEST, up=True)) if largest > 0 else fine
+    # max() with LEAST_STEP first: the quotient may be NaN, or so small that it has no logarithm.
+    return max(fine, _round_number(max(LEAST_STEP, largest / LARGEST), up=True))
 
 
 def rounded(values: np.ndarray, step: float) -> np.ndarray:
