@@ -4,10 +4,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pneumo.engineer.floor_of_run import transport_floor
-    from pneumo.engineer.linear import linearise
-    from pneumo.engineer.rate import chamber_rate
+    from pneumo.engineer.linear_model import linearise
+    from pneumo.engineer.model_rate import chamber_rate
     from pneumo.engineer.runs import plant, recorded, replay, simulate
+    from pneumo.engineer.transport_floor import transport_floor
     from pneumo.physics.cylinder import Cylinder
     from pneumo.physics.models import MODELS, Model
     from pneumo.storage.files import open_grid
@@ -30,14 +30,14 @@ _HOME = {
     "Cylinder": "pneumo.physics.cylinder",
     "MODELS": "pneumo.physics.models",
     "Model": "pneumo.physics.models",
-    "chamber_rate": "pneumo.engineer.rate",
-    "linearise": "pneumo.engineer.linear",
+    "chamber_rate": "pneumo.engineer.model_rate",
+    "linearise": "pneumo.engineer.linear_model",
     "open_grid": "pneumo.storage.files",
     "plant": "pneumo.engineer.runs",
     "recorded": "pneumo.engineer.runs",
     "replay": "pneumo.engineer.runs",
     "simulate": "pneumo.engineer.runs",
-    "transport_floor": "pneumo.engineer.floor_of_run",
+    "transport_floor": "pneumo.engineer.transport_floor",
 }
 
 

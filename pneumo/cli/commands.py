@@ -73,7 +73,7 @@ def init(
     file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml"),
 ):
     """Write a commented configuration of a cylinder of one's own, to edit for `pneumo study`."""
-    from pneumo.engineer.template import write_template
+    from pneumo.engineer.cylinder_template import write_template
 
     write_template(file)
     typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
@@ -333,11 +333,11 @@ def fit(
 
     from pneumo.configuration.parameters import load, study
     from pneumo.engineer.closed_chamber import transient
+    from pneumo.engineer.confused_columns import suspect
     from pneumo.engineer.estimate import fit_measurement, save_fit
     from pneumo.engineer.export import configured_plant
-    from pneumo.engineer.measurement import read_mapping, read_measurement
-    from pneumo.engineer.rate import chosen_model
-    from pneumo.engineer.suspicion import suspect
+    from pneumo.engineer.model_rate import chosen_model
+    from pneumo.engineer.record import read_mapping, read_measurement
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page, fit_table, transient_text
     from pneumo.storage.files import write_text

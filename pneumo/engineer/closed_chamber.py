@@ -14,8 +14,8 @@ from scipy.stats import norm
 
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.errors import ApplyError
-from pneumo.engineer.intervals import LEVEL, correlations
-from pneumo.engineer.measurement import Measurement
+from pneumo.engineer.fit_intervals import LEVEL, correlations
+from pneumo.engineer.record import Measurement
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import heat_area, volume
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import sympy
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.branching import Fork, tree
+from pneumo.engineer.branches import Fork, tree
 from pneumo.physics.cylinder import Cylinder, heat_area, volume
 from pneumo.physics.models import Model, lane, model_dP_dt, temperature
 from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited

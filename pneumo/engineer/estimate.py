@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.disturbance import FEW, disturbed
-from pneumo.engineer.fitting import PARAMETERS, Problem, descended, fit, replayed, values
-from pneumo.engineer.intervals import covariances, interval
-from pneumo.engineer.measurement import Measurement
+from pneumo.engineer.added_noise import FEW, disturbed
+from pneumo.engineer.fit_intervals import covariances, interval
+from pneumo.engineer.least_squares import PARAMETERS, Problem, descended, fit, replayed, values
+from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import Signals, signals
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, Model

@@ -17,10 +17,10 @@ from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
 from pneumo.configuration.experiment import Plant, Study
-from pneumo.engineer.branching import Fork
+from pneumo.engineer.branches import Fork
 from pneumo.engineer.equations import LOOSE, Constant, Statement, statements, used
 from pneumo.engineer.errors import ApplyError
-from pneumo.engineer.rate import chosen
+from pneumo.engineer.model_rate import chosen
 from pneumo.physics.models import Model
 from pneumo.storage.files import part_of, write_text
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pneumo.configuration.experiment import Drive, Plant
 from pneumo.engineer.errors import ApplyError
-from pneumo.engineer.rate import chosen_lane
+from pneumo.engineer.model_rate import chosen_lane
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import Model, lane_array

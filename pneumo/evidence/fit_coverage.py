@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 from scipy.stats import binomtest
 
-from pneumo.engineer.disturbance import FEW, disturbed
+from pneumo.engineer.added_noise import FEW, disturbed
 from pneumo.engineer.estimate import estimate, split_of
 from pneumo.engineer.stage_signals import signals
 from pneumo.evidence.synthetic_records import Case, case

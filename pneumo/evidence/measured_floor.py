@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
-from pneumo.engineer.transport_theory import (
+from pneumo.engineer.floor_theory import (
     TRANSPORTS,
     averages,
     floor,

@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pneumo.configuration.experiment import Drive
+from pneumo.engineer.added_noise import FEW, disturbed
 from pneumo.engineer.closed_chamber import transient
-from pneumo.engineer.disturbance import FEW, disturbed
 from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.estimate import estimate, split_of
-from pneumo.engineer.fitting import PARAMETERS, Problem, evaluated, fit, replayed
-from pneumo.engineer.intervals import REACH, bounded, covariances, interval, profile
-from pneumo.engineer.measurement import Measurement
+from pneumo.engineer.fit_intervals import REACH, bounded, covariances, interval, profile
+from pneumo.engineer.least_squares import PARAMETERS, Problem, evaluated, fit, replayed
+from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import signals, smoothing
 from pneumo.evidence.fit_coverage import truth_of
 from pneumo.evidence.synthetic_records import case

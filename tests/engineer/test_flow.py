@@ -6,12 +6,12 @@ import pytest
 
 from pneumo import simulate
 from pneumo.configuration.parameters import load, study
+from pneumo.engineer.confused_columns import suspect
 from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.estimate import fit_measurement
-from pneumo.engineer.fitting import Problem, fit, replayed
-from pneumo.engineer.measurement import ANR, Measurement, read_measurement
+from pneumo.engineer.least_squares import Problem, fit, replayed
+from pneumo.engineer.record import ANR, Measurement, read_measurement
 from pneumo.engineer.stage_signals import signals, stage_times
-from pneumo.engineer.suspicion import suspect
 from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows

@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from pneumo.engineer.confused_columns import suspect
 from pneumo.engineer.errors import ApplyError
-from pneumo.engineer.measurement import Column, read_mapping, read_measurement
-from pneumo.engineer.suspicion import suspect
+from pneumo.engineer.record import Column, read_mapping, read_measurement
 from pneumo.evidence.synthetic_records import case
 
 KNOWN = case(8)

@@ -10,6 +10,7 @@ import yaml
 from pneumo.configuration.parameters import load, study, validated
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_words import named_sections, resolved
+from pneumo.engineer.cylinder_template import TEMPLATE, write_template
 from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.own_study import (
     TITLE,
@@ -21,7 +22,6 @@ from pneumo.engineer.own_study import (
     save_study,
     simulated_time,
 )
-from pneumo.engineer.template import TEMPLATE, write_template
 from pneumo.publish.pages.study_page import MARK
 from pneumo.storage.files import write
 

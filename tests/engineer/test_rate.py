@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pneumo import MODELS, Model, chamber_rate, linearise
 from pneumo import testing as some
-from pneumo.engineer.branching import Fork, tree
+from pneumo.engineer.branches import Fork, tree
 from pneumo.engineer.errors import ApplyError
 from pneumo.physics.models import lane
 from pneumo.physics.valve import choked_flow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.engineer.disturbance import disturbed
+from pneumo.engineer.added_noise import disturbed
 from pneumo.engineer.stage_signals import signals
 from pneumo.evidence.fit_coverage import (
     FITTED,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from test_vectorised import STUDY
 
 import pneumo
-from pneumo.engineer import transport_theory as theory
+from pneumo.engineer import floor_theory as theory
 from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.runs import Run
 from pneumo.evidence import measured_floor as f

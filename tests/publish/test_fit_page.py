@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pneumo.engineer.estimate import Estimate, dataset
-from pneumo.engineer.measurement import Measurement
+from pneumo.engineer.record import Measurement
 from pneumo.publish.pages.fit_page import fit_page, headings, rows
 
 SAMPLES = 200

@@ -76,7 +76,7 @@ class Problem(NamedTuple):
     fixed : dict of str to float
         Parameters that are not fitted, in SI units.
     others : sequence of numpy.ndarray
-        Disturbed inputs, of `pneumo.engineer.disturbance`; empty for plain least squares.
+        Disturbed inputs, of `pneumo.engineer.added_noise`; empty for plain least squares.
     """
 
     model: Model

@@ -3,8 +3,8 @@
 import numpy as np
 
 from pneumo.engineer.errors import ApplyError
+from pneumo.engineer.floor_theory import TRANSPORTS, predicted_error
 from pneumo.engineer.runs import Run
-from pneumo.engineer.transport_theory import TRANSPORTS, predicted_error
 
 WHOLE = 1e-6  # how far the ratio of two times may be from a whole number, for rounding
 

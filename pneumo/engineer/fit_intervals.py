@@ -13,8 +13,8 @@ import numpy as np
 from scipy.signal import fftconvolve
 from scipy.stats import t
 
-from pneumo.engineer.disturbance import PAIRS
-from pneumo.engineer.fitting import PARAMETERS, Fit, Problem, with_one_held
+from pneumo.engineer.added_noise import PAIRS
+from pneumo.engineer.least_squares import PARAMETERS, Fit, Problem, with_one_held
 
 LEVEL = 0.95
 REACH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # standard errors; they are known from as many noises

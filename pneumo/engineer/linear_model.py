@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.branching import at_point
+from pneumo.engineer.branches import at_point
 from pneumo.engineer.errors import ApplyError
-from pneumo.engineer.rate import SIDES, chosen_lane
+from pneumo.engineer.model_rate import SIDES, chosen_lane
 from pneumo.physics.models import Model
 from pneumo.simulation.reference import lane_rate
 

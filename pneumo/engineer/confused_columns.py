@@ -7,8 +7,8 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.errors import ApplyError
-from pneumo.engineer.fitting import Problem, fit
-from pneumo.engineer.measurement import Measurement
+from pneumo.engineer.least_squares import Problem, fit
+from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import signals
 from pneumo.physics.models import MODELS
 

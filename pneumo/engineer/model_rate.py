@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.branching import is_symbolic, joined, tree
+from pneumo.engineer.branches import is_symbolic, joined, tree
 from pneumo.engineer.errors import ApplyError
 from pneumo.physics.models import MODELS, Lane, Model, lane
 from pneumo.simulation.reference import lane_rate

@@ -1,6 +1,6 @@
 """A smoothed position, disturbed once more as the sensor and the smoothing disturbed it.
 
-What that does to the fitted model's pressures is what has been done to them already; `pneumo.engineer.fitting`
+What that does to the fitted model's pressures is what has been done to them already; `pneumo.engineer.least_squares`
 takes it off.
 """
 
