@@ -102,7 +102,7 @@ def study(
     from rich.progress import Progress
 
     from pneumo.engineer import own_study as task
-    from pneumo.engineer.errors import ApplyError
+    from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import tables
 
     chosen = task.chosen(given._replace(seeds=seeds or given.seeds), cylinder or (), experiment or ())
@@ -125,7 +125,7 @@ def study(
     console.print(f"{page}, {stored}", markup=False, soft_wrap=True)
     for ranking in rankings:
         if not ranking.recommended:
-            raise ApplyError(f"{ranking.cylinder}: {ranking.reason}; {page} tells which")
+            raise InputError(f"{ranking.cylinder}: {ranking.reason}; {page} tells which")
 
 
 @app.command()
@@ -169,8 +169,8 @@ def explain(
     results: Annotated[Path, typer.Option(help="folder of results")] = Path("results"),
 ):
     """Tell one item of the verdict, or one grid cell: claimed, found, and where the evidence is."""
+    from pneumo.errors import ResultError
     from pneumo.publish.text.explain import cell_story, item_story
-    from pneumo.storage.files import ResultError
     from pneumo.verdict.court import Court, read_statuses
 
     if len(what) == 3:
@@ -216,9 +216,10 @@ def assumptions(
     results: Annotated[Path, typer.Option(help="folder of results")] = Path("results"),
 ):
     """Print what each alternative assumption does to Tables 5, 7, 8 and 9."""
+    from pneumo.errors import ResultError
     from pneumo.evidence.toggle_effects import effects
     from pneumo.publish.text import markdown_tables as tables
-    from pneumo.storage.files import ResultError, read
+    from pneumo.storage.files import read
     from pneumo.verdict.claims import read_claims
 
     file = results / "assumptions.nc"
@@ -238,9 +239,10 @@ def ensemble(
 
     from rich.console import Console
 
+    from pneumo.errors import ResultError
     from pneumo.publish.figures.ensemble_figure import probability_table, ratio_table
     from pneumo.publish.text import markdown_tables as tables
-    from pneumo.storage.files import ResultError, read, read_json
+    from pneumo.storage.files import read, read_json
 
     file = results / "ensemble.nc"
     if not file.exists():
@@ -372,7 +374,8 @@ def verify(
     ] = False,
 ):
     """Check every NetCDF and JSON file against the SHA-256 at its end."""
-    from pneumo.storage.files import ResultError, damaged, sealed_files
+    from pneumo.errors import ResultError
+    from pneumo.storage.files import damaged, sealed_files
 
     files, found = sealed_files(results), damaged(results)
     if not files:
@@ -388,13 +391,11 @@ def verify(
 
 def main() -> None:
     """Run the command line; an error that the user can mend is one line and exit code 2."""
-    from pneumo.configuration.plain_yaml import ConfigurationError, printable
-    from pneumo.engineer.errors import ApplyError
-    from pneumo.storage.files import ResultError
+    from pneumo.errors import PneumoError, printable
 
     try:
         sys.exit(app(standalone_mode=False))
-    except (ApplyError, ConfigurationError, ResultError) as error:
+    except PneumoError as error:
         message = str(error)
     except Exception as error:
         if not hasattr(error, "format_message"):  # typer's errors of usage

@@ -13,10 +13,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Study
-from pneumo.configuration.plain_yaml import ConfigurationError, printable, read_yaml
+from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection, GasSection
 from pneumo.configuration.schema_words import sentence
 from pneumo.configuration.signal_file import read_column
+from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Gas, Valve, critical_ratio, sonic_coefficient

@@ -4,7 +4,6 @@ Tags, anchors, aliases, merges, keys given twice and keys that are not text are 
 needs none of them, and they are what can make objects, blow up memory or hide a value.
 """
 
-import reprlib
 from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
@@ -13,27 +12,9 @@ import yaml
 from yaml.composer import ComposerError
 from yaml.constructor import ConstructorError
 
+from pneumo.errors import ConfigurationError, printable, shown
+
 LARGEST = 1_000_000  # bytes; the paper's configuration has 3 500
-REPR = reprlib.Repr()
-REPR.maxlevel, REPR.maxlist, REPR.maxdict, REPR.maxstring, REPR.maxother = 2, 4, 3, 50, 50
-
-
-class ConfigurationError(ValueError):
-    """A configuration that cannot be used; its text is one line for the user."""
-
-
-def printable(text: str, longest: int = 80) -> str:
-    """Return a text on one line, without control characters, cut where it is long."""
-    text = text if len(text) <= longest else f"{text[: longest - 20]}...{text[-17:]}"
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-
-
-def shown(value: Any) -> str:
-    """Return the representation of a value as far as an error message needs it."""
-    try:
-        return printable(REPR.repr(value), 200)
-    except ValueError:  # Python writes no integers of more than 4300 digits
-        return "an enormous number"
 
 
 class _PlainLoader(yaml.SafeLoader):

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from pneumo.configuration.plain_yaml import printable
+from pneumo.errors import printable
 
 
 def _number(value: Any) -> Any:

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pneumo.configuration.plain_yaml import printable, shown
 from pneumo.configuration.schema import SCHEMA
+from pneumo.errors import printable, shown
 
 _BOUNDS = (
     ("greater than", "gt", "exclusiveMinimum"),

@@ -4,7 +4,7 @@ import csv
 from math import isfinite
 from pathlib import Path
 
-from pneumo.configuration.plain_yaml import ConfigurationError, printable
+from pneumo.errors import ConfigurationError, printable
 
 LARGEST = 20_000_000  # bytes
 MOST_ROWS = 100_000  # they are stored with every result of the experiment

@@ -13,9 +13,9 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.fit_intervals import LEVEL, correlations
 from pneumo.engineer.record import Measurement
+from pneumo.errors import InputError
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import heat_area, volume
 
@@ -67,18 +67,18 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
 
     Raises
     ------
-    ApplyError
+    InputError
         If the piston moves, or pressure changes too little or is not seen to settle.
     """
     first = int(np.searchsorted(measurement.t, begin))
     t, x = measurement.t[first:] - begin, measurement.x[first:]
     P = measurement.P[0 if side == "A" else 1, first:]
     if len(t) < 50:
-        raise ApplyError(f"--closed-from {begin:g} s: leaves {len(t)} samples: must be at least 50")
+        raise InputError(f"--closed-from {begin:g} s: leaves {len(t)} samples: must be at least 50")
     third = len(x) // 3
     moved = abs(float(np.mean(x[:third]) - np.mean(x[-third:])))
     if moved > MOVED * plant.cylinder.stroke:
-        raise ApplyError(
+        raise InputError(
             f"{measurement.name}: the piston moves by {moved * 1e3:.3g} mm after {begin:g} s: it must"
             f" be held, within {MOVED * plant.cylinder.stroke * 1e3:.3g} mm"
         )
@@ -98,12 +98,12 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
     # Steps between neighbours are noise, however the mean runs.
     noise = float(np.std(np.diff(P)) / np.sqrt(2))
     if abs(change) < SMALLEST_CHANGE * noise:
-        raise ApplyError(
+        raise InputError(
             f"{measurement.name}: pressure {side} changes by {abs(change):.3g} Pa at a noise of"
             f" {noise:.3g} Pa: too little; fill or empty the chamber faster"
         )
     if tau > LONGEST * span or P_inf <= 0:
-        raise ApplyError(
+        raise InputError(
             f"{measurement.name}: pressure {side} does not settle within the record's {span:.3g} s;"
             " record longer"
         )

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.least_squares import Problem, fit
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import signals
+from pneumo.errors import InputError
 from pneumo.physics.models import MODELS
 
 SECONDS = 4.0  # of the record are enough to tell
@@ -76,7 +76,7 @@ def suspect(measurement: Measurement, plant: Plant, *, held: bool = True) -> Non
 
     Raises
     ------
-    ApplyError
+    InputError
         With one line that names the mistake and both errors.
     """
     as_it_is = misfit(measurement, plant, held)
@@ -87,7 +87,7 @@ def suspect(measurement: Measurement, plant: Plant, *, held: bool = True) -> Non
     }
     best = min(mended, key=lambda text: mended[text])
     if mended[best] < BETTER * as_it_is:
-        raise ApplyError(
+        raise InputError(
             f"{measurement.name}: {best}: a quick fit of {MODEL} is off by"
             f" {mended[best] / 1e3:.3g} kPa then, and by {as_it_is / 1e3:.3g} kPa as it is;"
             " --trust skips this check"

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.engineer.errors import ApplyError
+from pneumo.errors import InputError
 from pneumo.storage.files import write_text
 
 TEMPLATE = Path(__file__).parent / "templates" / "cylinder.yaml"
@@ -13,12 +13,12 @@ def write_template(file: Path) -> None:
 
     Raises
     ------
-    ApplyError
+    InputError
         If the file is there already, or cannot be written.
     """
     if file.exists() or file.is_symlink():
-        raise ApplyError(f"{file}: is there already, so left alone; name another file")
+        raise InputError(f"{file}: is there already, so left alone; name another file")
     try:
         write_text(TEMPLATE.read_text(encoding="utf-8"), file)
     except OSError as error:
-        raise ApplyError(f"{file}: cannot be written ({error.strerror})") from None
+        raise InputError(f"{file}: cannot be written ({error.strerror})") from None

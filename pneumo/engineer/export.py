@@ -19,8 +19,8 @@ from sympy.printing.pycode import PythonCodePrinter
 from pneumo.configuration.experiment import Plant, Study
 from pneumo.engineer.branches import Fork
 from pneumo.engineer.equations import LOOSE, Constant, Statement, statements, used
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.model_rate import chosen
+from pneumo.errors import InputError
 from pneumo.physics.models import Model
 from pneumo.storage.files import part_of, write_text
 
@@ -257,18 +257,18 @@ def exported(
 
     Raises
     ------
-    ApplyError
+    InputError
         If model, n, target or precision is none that there is, or the model's name cannot name a function.
     """
     row, n = chosen(model, n)
     if target not in TARGETS:
-        raise ApplyError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
+        raise InputError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
     if precision not in PRECISIONS:
-        raise ApplyError(f"--precision {precision}: must be one of {', '.join(PRECISIONS)}")
+        raise InputError(f"--precision {precision}: must be one of {', '.join(PRECISIONS)}")
     if precision == "float" and target != "c":
-        raise ApplyError(f"--precision float: is for C; {target} computes in double precision")
+        raise InputError(f"--precision float: is for C; {target} computes in double precision")
     if not (row.name.isascii() and row.name.isidentifier()):
-        raise ApplyError(f"model name {row.name!r}: must be letters, digits and _, to name a function")
+        raise InputError(f"model name {row.name!r}: must be letters, digits and _, to name a function")
     return c99(row, plant, n, precision) if target == "c" else TARGETS[target](row, plant, n)
 
 
@@ -277,14 +277,14 @@ def configured_plant(study: Study, cylinder: str, k_0: float) -> Plant:
 
     Raises
     ------
-    ApplyError
+    InputError
         If no experiment of the study has the cylinder, or k_0 is negative.
     """
     plants = {e.cylinder: e.plant for e in study.experiments.values()}
     if cylinder not in plants:
-        raise ApplyError(f"cylinder {cylinder!r}: no such cylinder; there are {', '.join(plants)}")
+        raise InputError(f"cylinder {cylinder!r}: no such cylinder; there are {', '.join(plants)}")
     if not (isfinite(k_0) and k_0 >= 0):
-        raise ApplyError(f"k_0 = {k_0:g} W/K: must not be negative")
+        raise InputError(f"k_0 = {k_0:g} W/K: must not be negative")
     return plants[cylinder]._replace(k_0=k_0)
 
 
@@ -293,14 +293,14 @@ def write_source(text: str, path: Path) -> None:
 
     Raises
     ------
-    ApplyError
+    InputError
         If the file cannot be written.
     """
     if path.is_dir():
-        raise ApplyError(f"{path}: is a folder")
+        raise InputError(f"{path}: is a folder")
     try:
         write_text(text, path)
     except OSError as error:
         with suppress(OSError):
             part_of(path).unlink()
-        raise ApplyError(f"{path}: cannot be written: {error.strerror}") from None
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.stage_signals import Signals
+from pneumo.errors import InputError
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.models import WALL_LAWS, Model, lane, lane_array
 from pneumo.simulation.driven import driven, driven_by_flow
@@ -288,12 +288,12 @@ def fit(problem: Problem, guess: np.ndarray | None = None, tolerance: float = 1e
 
     Raises
     ------
-    ApplyError
+    InputError
         If the valve leaks or has a laminar share: replays know neither.
     """
     valve = problem.plant.valve
     if problem.signals.flow is None and (valve.leak or valve.laminar):
-        raise ApplyError(
+        raise InputError(
             f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"
             " leave leak_dm3_per_sbar out, or measure the flows m_A and m_B"
         )

@@ -8,8 +8,8 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.branches import at_point
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.model_rate import SIDES, chosen_lane
+from pneumo.errors import InputError
 from pneumo.physics.models import Model
 from pneumo.simulation.reference import lane_rate
 
@@ -39,18 +39,18 @@ class Linear(NamedTuple):
 def _checked(plant: Plant, u: float, x: float, v: float, P: dict[str, float]) -> None:
     c = plant.conditions
     if not np.isfinite([u, x, v, *P.values()]).all():
-        raise ApplyError(f"u = {u:g}, x = {x:g}, v = {v:g}, P = {tuple(P.values())}: must be finite numbers")
+        raise InputError(f"u = {u:g}, x = {x:g}, v = {v:g}, P = {tuple(P.values())}: must be finite numbers")
     if u == 0:
-        raise ApplyError("u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6")
+        raise InputError("u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6")
     if abs(u) > plant.valve.u_max:
-        raise ApplyError(f"u = {u:g} V: beyond the limiter at {plant.valve.u_max:g} V nothing depends on it")
+        raise InputError(f"u = {u:g} V: beyond the limiter at {plant.valve.u_max:g} V nothing depends on it")
     if abs(x) > plant.cylinder.stroke / 2:
-        raise ApplyError(f"x = {x:g} m: must be within half the stroke, {plant.cylinder.stroke / 2:g} m")
+        raise InputError(f"x = {x:g} m: must be within half the stroke, {plant.cylinder.stroke / 2:g} m")
     for side, pressure in P.items():
         if not pressure > 0:
-            raise ApplyError(f"P_{side} = {pressure:g} Pa: must be positive (absolute)")
+            raise InputError(f"P_{side} = {pressure:g} Pa: must be positive (absolute)")
         if pressure == (c.P_s if SIDES[side] * u > 0 else c.P_atm):
-            raise ApplyError(f"P_{side} = {pressure:g} Pa: eq (1) has no derivative at equal pressures")
+            raise InputError(f"P_{side} = {pressure:g} Pa: eq (1) has no derivative at equal pressures")
 
 
 def linearise(
@@ -91,7 +91,7 @@ def linearise(
 
     Raises
     ------
-    ApplyError
+    InputError
         If model or n is bad, or the right-hand side has no derivative at the point.
     """
     pressures = {"A": P_A, "B": P_B}

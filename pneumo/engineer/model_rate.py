@@ -8,7 +8,7 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.branches import is_symbolic, joined, tree
-from pneumo.engineer.errors import ApplyError
+from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, Lane, Model, lane
 from pneumo.simulation.reference import lane_rate
 
@@ -21,13 +21,13 @@ def chosen_model(model: Model | str) -> Model:
 
     Raises
     ------
-    ApplyError
+    InputError
         If there is no model of that name.
     """
     if isinstance(model, Model):
         return model
     if model not in MODELS:
-        raise ApplyError(f"model {model!r}: no such model; there are {', '.join(MODELS)}")
+        raise InputError(f"model {model!r}: no such model; there are {', '.join(MODELS)}")
     return MODELS[model]
 
 
@@ -43,16 +43,16 @@ def chosen(model: Model | str, n: float | None) -> tuple[Model, float]:
 
     Raises
     ------
-    ApplyError
+    InputError
         If there is no such model, or n is missing or outside 0 to 3.
     """
     model = chosen_model(model)
     if n is None:
         if model.has_n:
-            raise ApplyError(f"n: {model.name} needs a polytropic index")
+            raise InputError(f"n: {model.name} needs a polytropic index")
         n = 1.0  # plays no role
     if not (isfinite(n) and 0 < n <= N_MAX):
-        raise ApplyError(f"n = {n:g}: must be greater than 0 and at most {N_MAX:g}")
+        raise InputError(f"n = {n:g}: must be greater than 0 and at most {N_MAX:g}")
     return model, float(n)
 
 
@@ -87,11 +87,11 @@ def chamber_rate(
 
     Raises
     ------
-    ApplyError
+    InputError
         If there is no such model or side, or n is missing or out of range.
     """
     if side not in SIDES:
-        raise ApplyError(f"side = {side!r}: must be 'A' or 'B'")
+        raise InputError(f"side = {side!r}: must be 'A' or 'B'")
     row, sign = chosen_lane(model, n, plant), SIDES[side]
     area = plant.cylinder.A_A if side == "A" else plant.cylinder.A_B
 

@@ -6,13 +6,12 @@ from pathlib import Path
 import xarray as xr
 
 from pneumo.configuration.experiment import Study
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.repeated_runs import repeated, seeds_of
+from pneumo.errors import InputError, ResultError
 from pneumo.hashing import code_hash
 from pneumo.publish.pages.study_page import MARK, render
 from pneumo.statistics.ranking import Ranking, ranked
 from pneumo.storage.files import read, write, write_text
-from pneumo.storage.seal import ResultError
 
 PAGE, CELLS = "study.html", "study.nc"
 TITLE = "Reduced models on repeated runs"
@@ -23,7 +22,7 @@ def chosen(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[st
 
     Raises
     ------
-    ApplyError
+    InputError
         If there is no such cylinder or experiment, or nothing is left.
     """
     names = {
@@ -34,14 +33,14 @@ def chosen(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[st
         for name in wanted:
             if name not in names[kind]:
                 there = ", ".join(sorted(names[kind])[:20])
-                raise ApplyError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {there}")
+                raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {there}")
     left = {
         name: e
         for name, e in study.experiments.items()
         if (not cylinders or e.cylinder in cylinders) and (not experiments or name in experiments)
     }
     if not left:
-        raise ApplyError("no experiment is of the cylinders and experiments named")
+        raise InputError("no experiment is of the cylinders and experiments named")
     return study._replace(experiments=left)
 
 
@@ -50,11 +49,11 @@ def check_folder(folder: Path) -> None:
 
     Raises
     ------
-    ApplyError
+    InputError
         If it is a file, cannot be written, or holds a page or cells that no study wrote.
     """
     if folder.exists() and not folder.is_dir():
-        raise ApplyError(f"{folder}: is a file; name a folder with -o")
+        raise InputError(f"{folder}: is a file; name a folder with -o")
     page, cells = folder / PAGE, folder / CELLS
     foreign = None
     if page.exists() and not (page.is_file() and MARK.encode() in page.read_bytes()[:1000]):
@@ -65,7 +64,7 @@ def check_folder(folder: Path) -> None:
         except ResultError:
             foreign = cells
     if foreign:
-        raise ApplyError(
+        raise InputError(
             f"{foreign}: not written by `pneumo study`, so left alone; name another folder with -o"
         )
 

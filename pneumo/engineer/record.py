@@ -11,8 +11,8 @@ import xarray as xr
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.plain_yaml import printable, read_yaml
-from pneumo.engineer.errors import ApplyError
+from pneumo.configuration.plain_yaml import read_yaml
+from pneumo.errors import InputError, printable
 
 GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
 _LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
@@ -103,7 +103,7 @@ def read_mapping(path: Path) -> dict[str, Column]:
 
     Raises
     ------
-    ApplyError
+    InputError
         If a key is no quantity, or column or unit is missing.
     """
     try:
@@ -111,7 +111,7 @@ def read_mapping(path: Path) -> dict[str, Column]:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in first["loc"] if part != "[key]")
-        raise ApplyError(
+        raise InputError(
             f"{path}: {printable(field)}: must be one of {', '.join(UNITS)}, each with column and unit"
         ) from None
 
@@ -126,7 +126,7 @@ def _columns(names: list[str], units: Mapping[str, str]) -> dict[str, Column]:
             continue
         unit = units.get(name) or (match and (match["unit"] or match["suffix"])) or ""
         if quantity in found:
-            raise ApplyError(f"columns {found[quantity].column!r} and {name!r}: both are {quantity}")
+            raise InputError(f"columns {found[quantity].column!r} and {name!r}: both are {quantity}")
         found[quantity] = Column(column=name, unit=unit.replace("_per_s", "/s").replace("_g", GAUGE).strip())
     return found
 
@@ -152,10 +152,10 @@ def _table(path: Path) -> tuple[pd.DataFrame, dict[str, str], int]:
         )
         return table, {}, 2
     except FileNotFoundError:
-        raise ApplyError(f"{path}: no such file") from None
+        raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError, LookupError, RuntimeError) as error:
         text = printable(" ".join(str(error).split()), 200)
-        raise ApplyError(
+        raise InputError(
             f"{path}: not a readable {'NetCDF' if path.suffix == '.nc' else 'CSV'} file ({text})"
         ) from None
 
@@ -172,7 +172,7 @@ def _numbers(path: Path, column: Any, quantity: str, line: int) -> np.ndarray:
     if len(bad):
         shown = printable(str(column.iloc[bad[0]]), 30) or "empty"
         more = f", and {len(bad) - 1} more" if len(bad) > 1 else ""
-        raise ApplyError(
+        raise InputError(
             f"{path}: {_place(line, int(bad[0]))}, column {quantity}: {shown!r}:"
             f" must be a finite number{more}"
         )
@@ -204,7 +204,7 @@ def read_measurement(
 
     Raises
     ------
-    ApplyError
+    InputError
         With one line that says where and what is wrong, and what is expected.
     """
     path = Path(path)
@@ -215,19 +215,19 @@ def read_measurement(
     for quantity in REQUIRED + (FLOWS if measured_flow else COMMAND):
         if quantity not in columns:
             there = ", ".join(printable(name, 30) for name in names[:12])
-            raise ApplyError(
+            raise InputError(
                 f"{path}: no column {quantity}; expected a header such as"
                 f" {quantity}_{next(iter(UNITS[quantity]))}, or --columns; there are {there}"
             )
     values: dict[str, np.ndarray] = {}
     for quantity, (name, unit) in ((q, (c.column, c.unit)) for q, c in columns.items()):
         if name not in names:
-            raise ApplyError(f"{path}: no column {printable(name)!r}, which the mapping has for {quantity}")
+            raise InputError(f"{path}: no column {printable(name)!r}, which the mapping has for {quantity}")
         allowed = list(UNITS[quantity]) + (["bar(g)"] if UNITS[quantity] is _PRESSURE else [])
         bare = unit.removesuffix(GAUGE).strip() if UNITS[quantity] is _PRESSURE else unit
         if bare not in UNITS[quantity]:
             what = f"unknown unit {printable(unit, 20)!r}" if unit else "no unit in the header"
-            raise ApplyError(
+            raise InputError(
                 f"{path}: column {printable(name, 30)}: {what}; it is one of {', '.join(allowed)}"
             )
         values[quantity] = _si(
@@ -236,7 +236,7 @@ def read_measurement(
     if from_end:
         values["x"] = values["x"] - plant.cylinder.stroke / 2
     if len(values["t"]) < FEWEST:
-        raise ApplyError(f"{path}: {len(values['t'])} samples: must be at least {FEWEST}")
+        raise InputError(f"{path}: {len(values['t'])} samples: must be at least {FEWEST}")
     notes: list[str] = []
     if measured_flow:
         if "u" in values:
@@ -258,7 +258,7 @@ def _time(path: Path, t: np.ndarray, line: int, notes: list[str]) -> float:
     back = np.flatnonzero(steps <= 0)
     if len(back):
         k = int(back[0])
-        raise ApplyError(
+        raise InputError(
             f"{path}: {_place(line, k + 1)}, column t: {t[k + 1]:.9g} s follows {t[k]:.9g} s:"
             " time must increase"
         )
@@ -267,7 +267,7 @@ def _time(path: Path, t: np.ndarray, line: int, notes: list[str]) -> float:
     if len(gaps):
         k = int(gaps[0])
         more = f"; {len(gaps) - 1} more gaps" if len(gaps) > 1 else ""
-        raise ApplyError(
+        raise InputError(
             f"{path}: {_place(line, k + 1)}, column t: a gap of {steps[k]:.4g} s after"
             f" t = {t[k]:.6g} s, where samples are {usual:.4g} s apart:"
             f" cut the file there and fit one part{more}"
@@ -311,7 +311,7 @@ def _plausible(
         hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
         if np.ptp(x) > 2.2 * half:
             hint = "; is the unit right?"
-        raise ApplyError(
+        raise InputError(
             f"{path}: {_place(line, k)}, column x: {x[k] + shift:.4g} m is outside the stroke, {span}{hint}"
         )
     share = float(np.mean(np.abs(values["u"]) > u_max))
@@ -319,14 +319,14 @@ def _plausible(
         notes.append(f"column u: beyond the limiter's {u_max:g} V in {100 * share:.2g} % of samples; limited")
     for name in ("x", "P_A", "P_B", *(FLOWS if "m_A" in values else COMMAND)):
         if np.ptp(values[name]) == 0:
-            raise ApplyError(f"{path}: column {name}: {values[name][0]:.4g} in every sample: nothing to fit")
+            raise InputError(f"{path}: column {name}: {values[name][0]:.4g} in every sample: nothing to fit")
     if "T" in values and not 200 < np.mean(values["T"]) < 400:
-        raise ApplyError(
+        raise InputError(
             f"{path}: column T: {np.mean(values['T']):.4g} K on average: must lie between 200 and 400 K;"
             " is it degC?"
         )
     if not c.P_atm < c.P_s:
-        raise ApplyError(f"P_s = {c.P_s:g} Pa: must exceed P_atm")
+        raise InputError(f"P_s = {c.P_s:g} Pa: must exceed P_atm")
 
 
 def _pressure(path: Path, name: str, P: np.ndarray, plant: Plant, line: int, notes: list[str]) -> None:
@@ -340,19 +340,19 @@ def _pressure(path: Path, name: str, P: np.ndarray, plant: Plant, line: int, not
             wrong = top > TOO_LARGE * c.P_s or top < c.P_atm / TOO_LARGE
             if factor != 1 and wrong and fits:
                 as_if = f"{unit} for Pa" if factor > 1 else f"Pa for {unit}"
-                raise ApplyError(
+                raise InputError(
                     f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, where {c.P_atm:.4g}"
                     f" (atmosphere) to {c.P_s:.4g} (supply) are possible: is it {as_if}?"
                 )
     below = np.flatnonzero(0.5 * c.P_atm >= P)
     if len(below):
         k = int(below[0])
-        raise ApplyError(
+        raise InputError(
             f"{path}: {_place(line, k)}, column {name}: {P[k]:.4g} Pa is far below the atmosphere's"
             f" {c.P_atm:.4g} Pa: must be absolute; a gauge's unit is written bar(g)"
         )
     if top > OF_SUPPLY * c.P_s:
-        raise ApplyError(
+        raise InputError(
             f"{path}: column {name}: up to {top:.4g} Pa, far above the supply's {c.P_s:.4g} Pa"
             " (P_s_Pa, absolute)"
         )
@@ -370,7 +370,7 @@ def _velocity(path: Path, values: dict[str, np.ndarray], period: float, notes: l
     smooth = smooth[: len(way)]
     slope = float(way @ smooth / max(way @ way, 1e-30))
     if not 0.8 < slope < 1.25:
-        raise ApplyError(
+        raise InputError(
             f"{path}: column v: {slope:.3g} times the derivative of x: must be 1; is its unit or sign right?"
         )
     notes.append(f"column v: {slope:.3g} times the derivative of x; the fit takes that of the smoothed x")

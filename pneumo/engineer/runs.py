@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.model_rate import chosen_lane
+from pneumo.errors import InputError
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import Model, lane_array
@@ -104,7 +104,7 @@ class Prediction(NamedTuple):
 def _positive(**values: float) -> None:
     for name, value in values.items():
         if not (np.isfinite(value) and value > 0):
-            raise ApplyError(f"{name} = {value:g}: must be a positive number")
+            raise InputError(f"{name} = {value:g}: must be a positive number")
 
 
 def plant(
@@ -141,16 +141,16 @@ def plant(
 
     Raises
     ------
-    ApplyError
+    InputError
         If a number is not positive, k_0 is negative, or P_s does not exceed P_atm.
     """
     c = Cylinder._make(float(value) for value in cylinder)._replace(rests=bool(cylinder.rests))
     _positive(k_xu=k_xu, u_max=u_max, P_s=P_s, P_atm=P_atm, T_amb=T_amb)
     _positive(bore=c.bore, stroke=c.stroke, A_A=c.A_A, A_B=c.A_B, V_d=c.V_d, M=c.M)
     if not (np.isfinite(k_0) and k_0 >= 0):
-        raise ApplyError(f"k_0 = {k_0:g} W/K: must not be negative")
+        raise InputError(f"k_0 = {k_0:g} W/K: must not be negative")
     if P_s <= P_atm:
-        raise ApplyError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
+        raise InputError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
     T_in = T_amb if T_in is None else T_in
     P_0 = equilibrium_pressure(P_s, P_atm, gas) if P_0 is None else P_0
     _positive(T_in=T_in, P_0=P_0)
@@ -164,7 +164,7 @@ def _series(**signals: Any) -> list[np.ndarray]:
     length = next(iter(arrays.values())).size
     for name, values in arrays.items():
         if values.ndim != 1 or values.size != length or length < 2 or not np.isfinite(values).all():
-            raise ApplyError(f"{name}: must be one finite number for each step, all signals equally many")
+            raise InputError(f"{name}: must be one finite number for each step, all signals equally many")
     return list(arrays.values())
 
 
@@ -185,11 +185,11 @@ def simulate(plant: Plant, h: float, *, command: Any = None, reference: Any = No
 
     Raises
     ------
-    ApplyError
+    InputError
         If not exactly one of command and reference is given, or a number is out of range.
     """
     if (command is None) == (reference is None):
-        raise ApplyError("give either command or reference")
+        raise InputError("give either command or reference")
     _positive(h=h)
     if reference is None:
         drive, (signal,) = Drive(False, 0.0, np.inf), _series(command=command)
@@ -215,7 +215,7 @@ def recorded(plant: Plant, h: float, *, u: Any, x: Any, v: Any, P_A: Any = None,
 
     Raises
     ------
-    ApplyError
+    InputError
         If a signal has a wrong shape or numbers that are not finite.
     """
     _positive(h=h)
@@ -245,7 +245,7 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
 
     Raises
     ------
-    ApplyError
+    InputError
         If there is no such model, or n is missing or out of range.
     """
     lanes = lane_array([chosen_lane(model, n, run.plant)])

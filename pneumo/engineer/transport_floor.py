@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.floor_theory import TRANSPORTS, predicted_error
 from pneumo.engineer.runs import Run
+from pneumo.errors import InputError
 
 WHOLE = 1e-6  # how far the ratio of two times may be from a whole number, for rounding
 
@@ -30,18 +30,18 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
 
     Raises
     ------
-    ApplyError
+    InputError
         If there is no such transport, the period is no multiple or fraction, or the run was not simulated.
     """
     if transport not in TRANSPORTS:
-        raise ApplyError(f"transport = {transport!r}: must be one of {', '.join(TRANSPORTS)}")
+        raise InputError(f"transport = {transport!r}: must be one of {', '.join(TRANSPORTS)}")
     if not (np.isfinite(period) and period > 0):
-        raise ApplyError(f"period = {period:g}: must be a positive number")
+        raise InputError(f"period = {period:g}: must be a positive number")
     if run.drive is None:
-        raise ApplyError("run: must come from simulate; a recorded one lacks the temperatures")
+        raise InputError("run: must come from simulate; a recorded one lacks the temperatures")
     ratio = max(period / run.h, run.h / period)
     if abs(ratio - round(ratio)) > WHOLE * ratio:
-        raise ApplyError(f"period = {period:g} s: must be a multiple or a whole fraction of h = {run.h:g} s")
+        raise InputError(f"period = {period:g} s: must be a multiple or a whole fraction of h = {run.h:g} s")
     error = predicted_error(run.recording, run.drive, run.plant, run.h, period, transport)
     A, B = np.sqrt(np.mean(error**2, axis=1)).tolist()
     return A, B

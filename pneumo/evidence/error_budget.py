@@ -19,6 +19,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
 from pneumo.configuration.experiment import Experiment
+from pneumo.errors import RunError
 from pneumo.physics.models import MODELS
 from pneumo.simulation.cells import grid_lanes
 from pneumo.simulation.driven import driven, joint_rates
@@ -157,7 +158,7 @@ def reference_error(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
 
     Raises
     ------
-    ArithmeticError
+    RunError
         If the piston leaves that range or the solver gives up.
     """
     e = experiment
@@ -179,12 +180,12 @@ def reference_error(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
             atol=TOLERANCE * scale,
         )
         if not solution.success:
-            raise ArithmeticError(f"{e.name}: adaptive reference: {solution.message}")
+            raise RunError(f"{e.name}: adaptive reference: {solution.message}")
         samples[start : start + len(t)] = solution.y.T
         y = solution.y[:, -1]
     farthest = abs(samples[:, 0]).max()
     if farthest >= (e.plant.cylinder.x_max if e.drive.closed_loop else e.drive.x_reverse):
-        raise ArithmeticError(f"{e.name}: adaptive reference: x = {farthest:g} m is out of its range")
+        raise RunError(f"{e.name}: adaptive reference: x = {farthest:g} m is out of its range")
     full = samples[:, [2, 4]].T
     return full - samples[:, 6:].reshape(len(samples), len(lanes), 2).transpose(1, 2, 0)
 

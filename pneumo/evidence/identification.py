@@ -7,12 +7,13 @@ from pathlib import Path
 import xarray as xr
 
 from pneumo.configuration.experiment import Study
+from pneumo.errors import ResultError
 from pneumo.evidence.amplitudes import CYLINDERS, identify_amplitudes
 from pneumo.evidence.amplitudes import DISCREPANCY as DISCREPANCY_MSE
 from pneumo.evidence.mechanics import DISCREPANCY, SETTLING, cells, identify_mechanics
 from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2
 from pneumo.hashing import code_hash
-from pneumo.storage.files import ResultError, write
+from pneumo.storage.files import write
 from pneumo.verdict.published import table5
 
 SEED = 0

@@ -13,9 +13,9 @@ import xarray as xr
 from scipy.optimize import differential_evolution, minimize, minimize_scalar
 
 from pneumo.configuration.experiment import Experiment
+from pneumo.errors import ResultError
 from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2, interval, noise, rms, scale
 from pneumo.simulation.settling import QUANTITIES, SHORTEST_WINDOW, settle, thermal_time_constant
-from pneumo.storage.files import ResultError
 
 # E12's pressures are not understood, and below 0.5 W/K neither are the closed-loop rows.
 SETTLING = {"D": ("E09", "E10", "E13", "E14"), "E": ("E11", "E15", "E16")}

@@ -12,7 +12,8 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
-from pneumo.configuration.parameters import ConfigurationError, merged, study, validated
+from pneumo.configuration.parameters import merged, study, validated
+from pneumo.errors import ConfigurationError
 from pneumo.evidence.readings import first_draw_skipped, keeps_changed_sign, largest_excursions
 from pneumo.papers.paper_2006 import computations  # noqa: F401 - it registers its computations
 from pneumo.simulation.cells import grid_lanes, replay_dataset, replayed

@@ -12,7 +12,8 @@ from typing import Any
 from uuid import uuid4
 
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.parameters import ConfigurationError, read_yaml, study, validated
+from pneumo.configuration.parameters import read_yaml, study, validated
+from pneumo.errors import ConfigurationError
 from pneumo.hashing import code_hash, imports_of
 from pneumo.jobs.wrapper import JOBS_LOCK, RUN, RUN_LOCK
 

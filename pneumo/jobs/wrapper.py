@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from pneumo.storage.seal import DamagedError, ResultError
+from pneumo.errors import DamagedError, PneumoError
 
 # A run holds the first alone for as long as it lives, and writes its name into it; each of its jobs holds
 # the second with the others. The kernel lets go of both when a process ends, however it ends.
@@ -47,11 +47,7 @@ def logged(job: Any) -> Iterator[None]:
         with of_this_run():
             yield
     except BaseException as error:
-        mendable = (
-            isinstance(error, ResultError)
-            or type(error) is ArithmeticError
-            or getattr(error, "errno", 0) in DISK
-        )
+        mendable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in DISK
         text = " ".join(str(error).split())
         if isinstance(error, DamagedError):
             error.path.unlink(missing_ok=True)

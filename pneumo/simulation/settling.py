@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumo.configuration.experiment import Experiment, Plant
+from pneumo.errors import RunError
 from pneumo.physics.cylinder import volume
 from pneumo.simulation.full_order import RAN, RUN_STATUS, STATE, equilibrium, failure, run
 
@@ -105,12 +106,12 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
 
     Raises
     ------
-    ArithmeticError
+    RunError
         If there is no force: the cylinder has no section `settling`.
     """
     h, drive, push = experiment.h, experiment.drive, experiment.push
     if not push.force:
-        raise ArithmeticError(f"{experiment.name}: a settling run needs its cylinder's section settling")
+        raise RunError(f"{experiment.name}: a settling run needs its cylinder's section settling")
     stopped = experiment.plant._replace(cylinder=experiment.plant.cylinder._replace(x_min=push.x_stop))
     window = max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
     longest = min(LONGEST_RUN, LONGEST_IN_WINDOWS * window) if longest is None else longest

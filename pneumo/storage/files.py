@@ -15,8 +15,9 @@ from typing import Any
 import xarray as xr
 
 from pneumo.configuration.exchange import plain
+from pneumo.errors import DamagedError, ResultError
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.storage.seal import DamagedError, ResultError, seal, unsealed
+from pneumo.storage.seal import seal, unsealed
 
 DOI = "https://doi.org/10.1243/09596518JSCE203"
 COMMON = {

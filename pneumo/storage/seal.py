@@ -6,19 +6,9 @@ NetCDF readers pass over what stands behind the last byte that HDF5 knows of; in
 import hashlib
 from pathlib import Path
 
+from pneumo.errors import DamagedError
+
 SEALS = {".nc": (b"\nsha256 ", b"\n"), ".json": (b',\n "sha256": "', b'"\n}\n')}  # around the digits
-
-
-class ResultError(ValueError):
-    """A results file that cannot be used; its text is one line for the user."""
-
-
-class DamagedError(ResultError):
-    """A results file whose content is not what was once written under its name."""
-
-    def __init__(self, path: Path, reason: str):
-        super().__init__(f"{path}: {reason}")
-        self.path = path
 
 
 def seal(file: Path, kind: str) -> None:

@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from pneumo.errors import PneumoError
 from pneumo.verdict.published import STATISTICS, half_unit, read_table
 
 FOLDER = Path(__file__).resolve().parents[2] / "paper" / "2006"
@@ -22,7 +23,7 @@ Sense = Literal["equal", "at_most", "at_least"]
 Measure = Literal["absolute", "relative", "sigma", "swing", "truth", "log10"]
 
 
-class ClaimsError(ValueError):
+class ClaimsError(PneumoError, ValueError):
     """A file of claims that does not hold together; its text is one line."""
 
 

@@ -6,12 +6,13 @@ from typing import Any
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from pneumo.errors import PneumoError
 from pneumo.verdict.claims import FOLDER
 
 AS_TAKEN = "as_taken"  # stands among the alternatives for the study itself
 
 
-class AssumptionsError(ValueError):
+class AssumptionsError(PneumoError, ValueError):
     """A ledger of assumptions that does not hold together; its text is one line."""
 
 

@@ -14,8 +14,9 @@ import xarray as xr
 
 from pneumo.configuration.exchange import from_json
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.errors import ResultError
 from pneumo.statistics.averages import OVERALL, concatenated
-from pneumo.storage.files import ResultError, open_grid, read, read_json
+from pneumo.storage.files import open_grid, read, read_json
 from pneumo.storage.layout import story
 from pneumo.verdict.published import STATISTICS, table5, table7, table8, table9
 

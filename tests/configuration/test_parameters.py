@@ -17,9 +17,10 @@ from pneumo.configuration import schema_readme
 from pneumo.configuration.exchange import from_json, to_json
 from pneumo.configuration.experiment import Excitation
 from pneumo.configuration.parameters import load, merged, study, validated
-from pneumo.configuration.plain_yaml import ConfigurationError, read_yaml
+from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_words import allowed, named_sections, resolved
+from pneumo.errors import ConfigurationError
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Gas, Valve, choked_flow, exact_gas
 

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pneumo.configuration import signal_file
-from pneumo.configuration.plain_yaml import ConfigurationError
 from pneumo.configuration.signal_file import read_column
+from pneumo.errors import ConfigurationError
 
 
 @pytest.mark.parametrize(

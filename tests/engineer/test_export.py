@@ -12,8 +12,8 @@ import pytest
 
 from pneumo import MODELS, Model
 from pneumo.cli.commands import main
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.export import TARGETS, exported
+from pneumo.errors import InputError
 from pneumo.physics.models import lane
 from pneumo.physics.valve import limited
 from pneumo.simulation.reference import lane_rate
@@ -163,7 +163,7 @@ def test_source_says_what_it_is(target, plant):
 )
 def test_bad_exports_are_refused(arguments, words, plant):
     given = {"model": "M8", "n": N, "plant": plant, "target": "c", "precision": "double"} | arguments
-    with pytest.raises(ApplyError, match=words):
+    with pytest.raises(InputError, match=words):
         exported(**given)
 
 

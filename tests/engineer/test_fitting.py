@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from pneumo.configuration.experiment import Drive
 from pneumo.engineer.added_noise import FEW, disturbed
 from pneumo.engineer.closed_chamber import transient
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.estimate import estimate, split_of
 from pneumo.engineer.fit_intervals import REACH, bounded, covariances, interval, profile
 from pneumo.engineer.least_squares import PARAMETERS, Problem, evaluated, fit, replayed
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import signals, smoothing
+from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage import truth_of
 from pneumo.evidence.synthetic_records import case
 from pneumo.physics.models import MODELS, lane, lane_array
@@ -150,7 +150,7 @@ def test_a_leaking_valve_is_refused_in_one_line():
     problem = problem_of(known, "M7")
     plant = known.configured
     leaking = plant._replace(valve=plant.valve._replace(leak=1e-8))
-    with pytest.raises(ApplyError, match=r"leak = 1e-08 m2.*leak_dm3_per_sbar") as error:
+    with pytest.raises(InputError, match=r"leak = 1e-08 m2.*leak_dm3_per_sbar") as error:
         fit(problem._replace(plant=leaking))
     assert "\n" not in str(error.value)
 

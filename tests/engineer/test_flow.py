@@ -7,11 +7,11 @@ import pytest
 from pneumo import simulate
 from pneumo.configuration.parameters import load, study
 from pneumo.engineer.confused_columns import suspect
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.estimate import fit_measurement
 from pneumo.engineer.least_squares import Problem, fit, replayed
 from pneumo.engineer.record import ANR, Measurement, read_measurement
 from pneumo.engineer.stage_signals import signals, stage_times
+from pneumo.errors import InputError
 from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
@@ -110,7 +110,7 @@ def test_full_order_pressures_are_followed(measured):
 )
 def test_confused_flows_are_suspected(measured, confuse, words):
     suspect(measured, PLANT)
-    with pytest.raises(ApplyError, match=words):
+    with pytest.raises(InputError, match=words):
         suspect(confuse(measured), PLANT)
 
 
@@ -142,5 +142,5 @@ def test_columns_of_flow_are_read_in_their_units(measured, tmp_path):
 def test_one_flow_or_none_is_said(measured, tmp_path, left_out, words):
     file = tmp_path / "m.csv"
     pd.DataFrame({k: v for k, v in table(measured).items() if k not in left_out}).to_csv(file, index=False)
-    with pytest.raises(ApplyError, match=f"no column {words.removeprefix('no column ')}"):
+    with pytest.raises(InputError, match=f"no column {words.removeprefix('no column ')}"):
         read_measurement(file, PLANT)

@@ -6,8 +6,8 @@ import pytest
 import xarray as xr
 
 from pneumo.engineer.confused_columns import suspect
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.record import Column, read_mapping, read_measurement
+from pneumo.errors import InputError
 from pneumo.evidence.synthetic_records import case
 
 KNOWN = case(8)
@@ -69,7 +69,7 @@ def test_mapping_file(tmp_path):
     file.write_text("P_A: {column: pressure 1, unit: kPa}\n")
     assert read_mapping(file) == {"P_A": Column(column="pressure 1", unit="kPa")}
     file.write_text("P_C: {column: pressure 1, unit: kPa}\n")
-    with pytest.raises(ApplyError, match="P_C"):
+    with pytest.raises(InputError, match="P_C"):
         read_mapping(file)
 
 
@@ -95,7 +95,7 @@ def test_mapping_file(tmp_path):
     ],
 )
 def test_what_is_wrong_is_said_on_one_line(tmp_path, columns, words):
-    with pytest.raises(ApplyError) as caught:
+    with pytest.raises(InputError) as caught:
         read(tmp_path, columns())
     text = str(caught.value)
     assert "\n" not in text
@@ -125,5 +125,5 @@ def test_uneven_time_is_noted(tmp_path):
 def test_confused_columns_are_suspected(tmp_path, confuse, words):
     right = read(tmp_path, table())
     suspect(right, KNOWN.configured)
-    with pytest.raises(ApplyError, match=words):
+    with pytest.raises(InputError, match=words):
         suspect(confuse(right), KNOWN.configured)

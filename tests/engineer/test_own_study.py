@@ -11,7 +11,6 @@ from pneumo.configuration.parameters import load, study, validated
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_words import named_sections, resolved
 from pneumo.engineer.cylinder_template import TEMPLATE, write_template
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.own_study import (
     TITLE,
     check_folder,
@@ -22,6 +21,7 @@ from pneumo.engineer.own_study import (
     save_study,
     simulated_time,
 )
+from pneumo.errors import InputError
 from pneumo.publish.pages.study_page import MARK
 from pneumo.storage.files import write
 
@@ -97,10 +97,10 @@ def test_init_writes_once(tmp_path):
     write_template(file)
     assert file.read_bytes() == TEMPLATE.read_bytes()
     file.write_text("mine")
-    with pytest.raises(ApplyError, match=r"my\.yaml: is there already"):
+    with pytest.raises(InputError, match=r"my\.yaml: is there already"):
         write_template(file)
     assert file.read_text() == "mine"
-    with pytest.raises(ApplyError, match="cannot be written"):
+    with pytest.raises(InputError, match="cannot be written"):
         write_template(file / "below.yaml")
 
 
@@ -111,10 +111,10 @@ def test_choice_of_cylinders_and_experiments(template):
         ((["theirs"], []), "cylinder = 'theirs'"),
         (([], ["half"]), "experiment = 'half'"),
     ):
-        with pytest.raises(ApplyError, match=words):
+        with pytest.raises(InputError, match=words):
             chosen(template, *options)
     paper = study(load("config/paper.yaml"))
-    with pytest.raises(ApplyError, match="no experiment"):
+    with pytest.raises(InputError, match="no experiment"):
         chosen(paper, ["E"], ["E02"])
 
 
@@ -146,19 +146,19 @@ def test_files_of_a_study(short, cells, tmp_path):
 @pytest.mark.parametrize("name", ["study.html", "study.nc"])
 def test_foreign_files_stay(name, tmp_path, cells):
     (tmp_path / name).write_text("mine")
-    with pytest.raises(ApplyError, match=f"{name}: not written by"):
+    with pytest.raises(InputError, match=f"{name}: not written by"):
         check_folder(tmp_path)
     (tmp_path / name).unlink()
     (tmp_path / name).mkdir()
-    with pytest.raises(ApplyError, match=f"{name}: not written by"):
+    with pytest.raises(InputError, match=f"{name}: not written by"):
         check_folder(tmp_path)
 
 
 def test_results_of_something_else_stay(tmp_path, cells):
     write(cells[["mse"]], tmp_path / "study.nc", {"title": "other", "summary": "", "config_sha256": ""})
-    with pytest.raises(ApplyError, match=r"study\.nc: not written by"):
+    with pytest.raises(InputError, match=r"study\.nc: not written by"):
         check_folder(tmp_path)
-    with pytest.raises(ApplyError, match="is a file"):
+    with pytest.raises(InputError, match="is a file"):
         check_folder(tmp_path / "study.nc")
 
 

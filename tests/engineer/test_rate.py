@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pneumo import MODELS, Model, chamber_rate, linearise
 from pneumo import testing as some
 from pneumo.engineer.branches import Fork, tree
-from pneumo.engineer.errors import ApplyError
+from pneumo.errors import InputError
 from pneumo.physics.models import lane
 from pneumo.physics.valve import choked_flow
 from pneumo.simulation.full_order import chamber_rates
@@ -176,11 +176,11 @@ def test_linear_model_is_a_state_space_where_control_is_installed(plant):
 )
 def test_bad_points_are_refused_in_one_line(changes, words, plant):
     point = {"model": "M8", "n": 1.35, "u": 0.1, "P_A": 5e5, "P_B": 4e5} | changes
-    with pytest.raises(ApplyError, match=words) as caught:
+    with pytest.raises(InputError, match=words) as caught:
         linearise(point.pop("model"), point.pop("n"), plant, **point)
     assert "\n" not in str(caught.value)
 
 
 def test_bad_side_is_refused(plant):
-    with pytest.raises(ApplyError, match="side"):
+    with pytest.raises(InputError, match="side"):
         chamber_rate("M1", None, plant, 0.0, 0.0, 0.0, 5e5, "C")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import pneumo
 from pneumo import Cylinder, Model, recorded, replay, simulate
 from pneumo import testing as some
-from pneumo.engineer.errors import ApplyError
+from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation import full_order as datum
 from pneumo.simulation.reference import replay as replayed
@@ -104,7 +104,7 @@ def test_models_without_n_need_none(run):
     ],
 )
 def test_bad_signals_are_refused(options, words, mine):
-    with pytest.raises(ApplyError, match=words):
+    with pytest.raises(InputError, match=words):
         simulate(mine, **({"h": H} | options))
 
 
@@ -121,12 +121,12 @@ def test_bad_signals_are_refused(options, words, mine):
 )
 def test_bad_plants_are_refused(changes, words):
     options = {"cylinder": CYLINDER, "k_xu": 1e-7, "u_max": 10.0, "P_s": 7e5, "k_0": 0.5} | changes
-    with pytest.raises(ApplyError, match=words):
+    with pytest.raises(InputError, match=words):
         pneumo.plant(options.pop("cylinder"), **options)
 
 
 def test_signals_of_different_length_are_refused(mine):
-    with pytest.raises(ApplyError, match="x"):
+    with pytest.raises(InputError, match="x"):
         recorded(mine, H, u=COMMAND, x=COMMAND[1:], v=COMMAND)
 
 

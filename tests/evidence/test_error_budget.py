@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_vectorised import STUDY
 
+from pneumo.errors import RunError
 from pneumo.evidence import error_budget as b
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve import chamber_flows, laminar_share
@@ -99,7 +100,7 @@ def test_the_finest_step_is_next_to_the_adaptive_reference():
 @pytest.mark.uncompiled
 def test_the_adaptive_reference_refuses_a_piston_out_of_range():
     e = lasting("E13", 0.1)
-    with pytest.raises(ArithmeticError, match=r"^E13: adaptive reference: x = .* m is out of its range$"):
+    with pytest.raises(RunError, match=r"^E13: adaptive reference: x = .* m is out of its range$"):
         b.reference_error(e._replace(drive=e.drive._replace(x_reverse=1e-6)), LANES[:1])
 
 

@@ -11,8 +11,8 @@ from test_vectorised import STUDY
 
 import pneumo
 from pneumo.engineer import floor_theory as theory
-from pneumo.engineer.errors import ApplyError
 from pneumo.engineer.runs import Run
+from pneumo.errors import InputError
 from pneumo.evidence import measured_floor as f
 from pneumo.evidence.error_budget import refined, sliced
 from pneumo.evidence.error_budget import sampled_inputs as inputs_of_the_budget
@@ -267,14 +267,14 @@ def test_floor_of_ones_own_run_and_what_it_refuses(fine):
     both = np.mean(np.square(pneumo.transport_floor(run, 1e-3, "delay"))) ** 0.5
     assert both == pytest.approx(f.rms(theory.predicted_error(recording, *parts(e), 1e-3, "delay")))
     assert pneumo.transport_floor(run, e.h / 2)[0] == pytest.approx(pneumo.transport_floor(run, e.h)[0] / 2)
-    with pytest.raises(ApplyError, match=r"^transport = 'cubic': must be one of linear, hold, delay$"):
+    with pytest.raises(InputError, match=r"^transport = 'cubic': must be one of linear, hold, delay$"):
         pneumo.transport_floor(run, 1e-3, "cubic")
-    with pytest.raises(ApplyError, match=r"^period = -1: must be a positive number$"):
+    with pytest.raises(InputError, match=r"^period = -1: must be a positive number$"):
         pneumo.transport_floor(run, -1.0)
-    with pytest.raises(ApplyError, match=r"^period = 7.7e-05 s: must be a multiple or a whole fraction of"):
+    with pytest.raises(InputError, match=r"^period = 7.7e-05 s: must be a multiple or a whole fraction of"):
         pneumo.transport_floor(run, 7.7e-5)
     measured = pneumo.recorded(e.plant, e.h, u=run.u, x=run.x, v=run.v)
-    with pytest.raises(ApplyError, match=r"^run: must come from simulate"):
+    with pytest.raises(InputError, match=r"^run: must come from simulate"):
         pneumo.transport_floor(measured, 1e-3)
 
 

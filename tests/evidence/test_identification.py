@@ -13,6 +13,7 @@ from rich.console import Console
 from scipy.optimize import OptimizeResult
 
 from pneumo.configuration.parameters import load, study
+from pneumo.errors import ResultError
 from pneumo.evidence import amplitudes, mechanics
 from pneumo.evidence.identification import LONG_NAMES, check, identify, save_identification
 from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2, interval, noise, rms, scale
@@ -22,7 +23,7 @@ from pneumo.simulation.full_order import C, record
 from pneumo.simulation.reference import replay
 from pneumo.simulation.settling import NOT_SETTLED, QUANTITIES, settle
 from pneumo.statistics.averages import statistics
-from pneumo.storage.files import ResultError, read
+from pneumo.storage.files import read
 from pneumo.verdict.claims import read_claims
 from pneumo.verdict.published import table5, table7, table9
 

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from pneumo.cli.commands import app
 from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
+from pneumo.errors import ResultError
 from pneumo.evidence import toggles as assumptions
 from pneumo.evidence.amplitudes import delays
 from pneumo.evidence.readings import first_draw_skipped, keeps_changed_sign, largest_excursions
@@ -29,7 +30,7 @@ from pneumo.simulation.reference import published_inputs
 from pneumo.simulation.settling import Settling, settle
 from pneumo.simulation.vectorised import replay
 from pneumo.statistics.averages import settling_table, statistics
-from pneumo.storage.files import ResultError, open_grid, read, write, write_json
+from pneumo.storage.files import open_grid, read, write, write_json
 from pneumo.storage.layout import settling_dataset
 from pneumo.verdict.claims import read_claims
 from pneumo.verdict.court import Court

@@ -12,10 +12,10 @@ import pytest
 import xarray as xr
 
 from pneumo.configuration.parameters import load, study
+from pneumo.errors import DamagedError, ResultError, RunError
 from pneumo.jobs.snakefile import checked_study, evidence_for, fingerprints, sole_run
 from pneumo.jobs.wrapper import RUN, RUN_LOCK, logged
-from pneumo.storage.files import ResultError, write, write_json
-from pneumo.storage.seal import DamagedError
+from pneumo.storage.files import write, write_json
 
 ROOT = Path(__file__).parents[2]
 
@@ -49,7 +49,7 @@ def test_a_job_says_how_long_it_took(job):
     "error",
     [
         ResultError("E01.nc: broken"),
-        ArithmeticError("not settled"),
+        RunError("not settled"),
         OSError(errno.ENOSPC, "no space left on device"),
     ],
 )

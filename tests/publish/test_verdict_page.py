@@ -6,9 +6,9 @@ from html.parser import HTMLParser
 import pytest
 from browser import CHROMIUM, Browser
 
+from pneumo.errors import ResultError
 from pneumo.publish.pages.verdict_page import STATUSES, render
 from pneumo.publish.text.explain import cell_story, item_story
-from pneumo.storage.files import ResultError
 
 TAB, ENTER = 9, 13
 SHORTLY = "new Promise(done => setTimeout(done, 300))"

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pneumo.configuration.parameters import load, study
+from pneumo.errors import RunError
 from pneumo.simulation import settling
 from pneumo.simulation.full_order import equilibrium, run
 from pneumo.simulation.settling import settle, settling_time, settling_times, thermal_time_constant
@@ -230,5 +231,5 @@ def test_a_loop_that_swings_for_ever_is_given_up_after_so_many_time_constants(mo
 
 def test_a_cylinder_without_the_section_settling_is_told():
     e = STUDY.experiments["E14"]
-    with pytest.raises(ArithmeticError, match="E14: a settling run needs its cylinder's section settling"):
+    with pytest.raises(RunError, match="E14: a settling run needs its cylinder's section settling"):
         settle(e._replace(push=e.push._replace(force=0.0)))

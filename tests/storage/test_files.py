@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 import pneumo
 from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
+from pneumo.errors import ResultError
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.simulation.cells import grid_lanes, replay_dataset
 from pneumo.simulation.full_order import record
@@ -26,7 +27,6 @@ from pneumo.simulation.reference import replay
 from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import settling_table, statistics
 from pneumo.storage.files import (
-    ResultError,
     attributes_of,
     damaged,
     open_grid,

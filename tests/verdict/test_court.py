@@ -14,9 +14,10 @@ from typer.testing import CliRunner
 from pneumo.cli.commands import app
 from pneumo.configuration.exchange import from_json, to_json
 from pneumo.configuration.parameters import load, study
+from pneumo.errors import ResultError
 from pneumo.papers.paper_2006.highlights import scores
 from pneumo.physics.valve import choked_flow
-from pneumo.storage.files import ResultError, read_json, write, write_json
+from pneumo.storage.files import read_json, write, write_json
 from pneumo.verdict.claims import Claim, ClaimsError, ToleranceClass, read_claims
 from pneumo.verdict.court import (
     STATUSES,

@@ -6,9 +6,10 @@ import xarray as xr
 
 from pneumo.configuration.exchange import from_json
 from pneumo.configuration.experiment import Experiment
+from pneumo.errors import ResultError
 from pneumo.evidence.measured_floor import EXPERIMENTS, FINE, SWEEP, described, measure
 from pneumo.jobs.wrapper import logged
-from pneumo.storage.files import EXPERIMENT_LABELS, ResultError, read_json, write
+from pneumo.storage.files import EXPERIMENT_LABELS, read_json, write
 
 
 def main(parameters: str, output: str, threads: int, code: str) -> None:

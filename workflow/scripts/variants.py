@@ -6,15 +6,12 @@ from typing import Any
 
 from pneumo.evidence.variants import LONGEST, alternatives, study_variants
 from pneumo.jobs.wrapper import logged
-from pneumo.storage.files import ResultError, write
-from pneumo.verdict.ledger import AS_TAKEN, AssumptionsError
+from pneumo.storage.files import write
+from pneumo.verdict.ledger import AS_TAKEN
 
 
 def main(configuration: Mapping[str, Any], paper: Path, output: str, threads: int, code: str) -> None:
-    try:
-        found = alternatives(configuration, paper)
-    except AssumptionsError as error:
-        raise ResultError(str(error)) from None
+    found = alternatives(configuration, paper)
     attributes = {
         "title": "Refinements of the models under other assumptions and physics",
         "summary": "MSE of M5 to M10 under each alternative, ratios of refinements, how often they pay",

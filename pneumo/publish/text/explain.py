@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pneumo.configuration.plain_yaml import shown
-from pneumo.storage.files import ResultError, read
+from pneumo.errors import ResultError, shown
+from pneumo.storage.files import read
 
 WIDTH = 100
 
