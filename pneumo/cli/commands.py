@@ -103,11 +103,11 @@ def study(
 
     from pneumo.engineer import own_study as task
     from pneumo.errors import InputError
-    from pneumo.publish.pages.study_page import tables
+    from pneumo.publish.pages.study_page import check_folder, save_study, tables
 
-    chosen = task.chosen(given._replace(seeds=seeds or given.seeds), cylinder or (), experiment or ())
+    chosen = task.selected(given._replace(seeds=seeds or given.seeds), cylinder or (), experiment or ())
     folder = output or Path(f"study-{chosen.name}")
-    task.check_folder(folder)
+    check_folder(folder)
     console = Console()
     with Progress(console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task("full-order runs and replays", total=task.simulated_time(chosen))
@@ -121,7 +121,7 @@ def study(
         console.print(f"Recommended: {ranking.recommended or 'none'}. {ranking.reason}.", markup=False)
         for advice in ranking.advice:
             console.print(f"- {advice}", markup=False)
-    page, stored = task.save_study(chosen, cells, rankings, folder)
+    page, stored = save_study(chosen, cells, rankings, folder)
     console.print(f"{page}, {stored}", markup=False, soft_wrap=True)
     for ranking in rankings:
         if not ranking.recommended:

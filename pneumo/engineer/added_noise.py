@@ -1,7 +1,7 @@
-"""A smoothed position, disturbed once more as the sensor and the smoothing disturbed it.
+"""Noise added to a smoothed position, as large as the noise already in it (simulation extrapolation).
 
-What that does to the fitted model's pressures is what has been done to them already; `pneumo.engineer.least_squares`
-takes it off.
+The shift that added noise causes in the replayed pressures estimates the bias already there;
+`pneumo.engineer.least_squares` subtracts it.
 """
 
 import numpy as np
@@ -9,8 +9,9 @@ from scipy.interpolate import make_smoothing_spline
 
 from pneumo.engineer.stage_signals import Signals, stage_times
 
-FEW = 3  # pairs of noise and its negative, which leaves what is odd in it out: enough to go down the squares
-PAIRS = 16  # for the estimate and for what it varies by: its standard error is then known to some 15 %
+# Antithetic pairs, noise and its negative: odd-order terms cancel.
+FEW = 3  # pairs that suffice to reduce the sum of squares
+PAIRS = 16  # pairs for the estimate and its variance: the standard error is then known to some 15 %
 
 
 def disturbed(signals: Signals, pairs: int = PAIRS, seed: int = 0) -> list[np.ndarray]:

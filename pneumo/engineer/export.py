@@ -1,4 +1,4 @@
-"""A model as source code: C99, MATLAB or Octave, and CasADi in Python, printed from `pneumo.engineer.equations`.
+"""A model as source code in C99, MATLAB (Octave) or Python (CasADi), from `pneumo.engineer.equations`.
 
 Each target is one function of (u, x, v, P_A, P_B) that gives the rates of both chambers' pressures.
 """

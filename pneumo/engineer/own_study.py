@@ -1,24 +1,39 @@
-"""`pneumo study`: the ten models on a cylinder of one's own, from configuration to ranking and files."""
+"""`pneumo study`: every model on the experiments of a configuration, each run with several seeds, and ranked.
+
+Full-order runs and replays are those of the paper's study. The first run of an experiment has the
+configured seed, so that its cells equal those of `results/exact`.
+"""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Study
-from pneumo.engineer.repeated_runs import repeated, seeds_of
-from pneumo.errors import InputError, ResultError
+from pneumo.configuration.experiment import Experiment, Study
+from pneumo.errors import InputError
 from pneumo.hashing import code_hash
-from pneumo.publish.pages.study_page import MARK, render
+from pneumo.physics.models import MODELS, Lane, lane, lane_array
+from pneumo.simulation.cells import grid_lanes, replay_dataset, replayed
+from pneumo.simulation.full_order import RAN, RUN_STATUS, Recording, failure, record
+from pneumo.simulation.reference import EXACT
+from pneumo.simulation.settling import thermal_time_constant
 from pneumo.statistics.ranking import Ranking, ranked
-from pneumo.storage.files import read, write, write_text
+from pneumo.storage.files import write
+from pneumo.storage.layout import CHAMBERS, flags
 
-PAGE, CELLS = "study.html", "study.nc"
 TITLE = "Reduced models on repeated runs"
+K_0_FACTORS = (0.5, 2.0)  # the models' k_0 over the cylinder's: an estimate may be wrong by as much
+TRACED = 500  # samples of the first run that are kept, at the experiment's stride
 
 
-def chosen(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[str] = ()) -> Study:
-    """Return a study of the named cylinders and experiments only; of all where none is named.
+def ignore_progress(_seconds: float) -> None:
+    """Do nothing."""
+
+
+def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[str] = ()) -> Study:
+    """Study of the named cylinders and experiments only; of all where none is named.
 
     Raises
     ------
@@ -32,8 +47,8 @@ def chosen(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[st
     for kind, wanted in (("cylinder", cylinders), ("experiment", experiments)):
         for name in wanted:
             if name not in names[kind]:
-                there = ", ".join(sorted(names[kind])[:20])
-                raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {there}")
+                known = ", ".join(sorted(names[kind])[:20])
+                raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {known}")
     left = {
         name: e
         for name, e in study.experiments.items()
@@ -44,53 +59,155 @@ def chosen(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[st
     return study._replace(experiments=left)
 
 
-def check_folder(folder: Path) -> None:
-    """Make sure that a study may write into a folder.
+def seeds_of(experiment: Experiment, count: int) -> list[int]:
+    """Seeds of an experiment's runs: the configured one, then others drawn from it.
 
-    Raises
-    ------
-    InputError
-        If it is a file, cannot be written, or holds a page or cells that no study wrote.
+    One seed where the signal is not random. Neighbouring seeds are not used: the generator's states for
+    1, 2, 3 are multiples of one another.
     """
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is a file; name a folder with -o")
-    page, cells = folder / PAGE, folder / CELLS
-    foreign = None
-    if page.exists() and not (page.is_file() and MARK.encode() in page.read_bytes()[:1000]):
-        foreign = page
-    if cells.exists():
-        try:
-            foreign = foreign or (None if read(cells).attrs.get("title") == TITLE else cells)
-        except ResultError:
-            foreign = cells
-    if foreign:
-        raise InputError(
-            f"{foreign}: not written by `pneumo study`, so left alone; name another folder with -o"
-        )
+    first = experiment.excitation.seed
+    if not experiment.excitation.random:
+        return [first]
+    return [first, *np.random.SeedSequence(first).generate_state(count - 1).tolist()]
 
 
 def simulated_time(study: Study) -> float:
-    """Time that all runs of a study simulate together, s."""
+    """Total simulated time of all runs of a study, s."""
     return sum(e.steps * e.h * len(seeds_of(e, study.seeds)) for e in study.experiments.values())
 
 
-def run_study(study: Study, threads: int, tell: Callable[[float], None] = lambda seconds: None) -> xr.Dataset:
-    """Run every experiment of a study with its seeds.
+def models_with_wall_heat() -> list[str]:
+    """Names of the models with explicit wall heat: those that need k_0."""
+    return [name for name, model in MODELS.items() if model.wall != "none"]
+
+
+def wall_lanes(n: tuple[float, ...], gamma: float, factor: float) -> np.ndarray:
+    """Lanes of the models with explicit wall heat, model by model, with their k_0 multiplied by a factor."""
+
+    def scaled(row: Lane) -> Lane:
+        return row._replace(explicit_heat=factor * row.explicit_heat)
+
+    return lane_array([scaled(lane(MODELS[m], value, gamma)) for m in models_with_wall_heat() for value in n])
+
+
+def _mse_of_wrong_k_0(experiment: Experiment, n: tuple[float, ...], recording: Recording) -> np.ndarray:
+    """Mean square error by (factor, model, n, chamber); NaN for models without explicit wall heat."""
+    result = np.full((len(K_0_FACTORS), len(MODELS), len(n), 2), np.nan)
+    walled = models_with_wall_heat()
+    rows = [list(MODELS).index(name) for name in walled]
+    for i, factor in enumerate(K_0_FACTORS):
+        lanes = wall_lanes(n, experiment.plant.gas.gamma, factor)
+        cells = replayed(experiment, lanes, recording, transport=EXACT, stride=experiment.steps)
+        mse = np.where(cells.status != 0, np.nan, cells.mse)
+        result[i, rows] = mse.reshape(len(walled), len(n), 2)
+    return result
+
+
+def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Dataset:
+    """Cells of one full-order run and replays of the whole grid on it.
 
     Parameters
     ----------
-    study : Study
-    threads : int
-        The result does not depend on it.
-    tell : callable
-        Called after each run with the time that it simulated, s.
+    experiment : Experiment
+    n : tuple of float
+        Polytropic indices of the grid.
+    traced : bool
+        Whether the first samples of every pressure are kept as well.
 
     Returns
     -------
     xarray.Dataset
-        See `pneumo.engineer.repeated_runs.repeated`.
+        Variables of `replay_dataset` without the pressures; `run_status` and `run_failure_time`;
+        `mse_of_wrong_k_0` by (k_0_factor, model, n, chamber).
     """
-    return repeated(list(study.experiments.values()), study.n, study.seeds, threads, tell)
+    recording = record(experiment)
+    lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
+    stride = experiment.pressure_stride
+    replays = replayed(experiment, lanes, recording, transport=EXACT, stride=stride)
+    cells = replay_dataset(experiment, n, index, replays)
+    pressure = cells["pressure"].isel(t=slice(TRACED)).drop_vars("t").rename(t="sample")
+    cells = cells.drop_vars(["pressure", "t"])
+    wrong_k_0 = _mse_of_wrong_k_0(experiment, n, recording)
+    cells["mse_of_wrong_k_0"] = (("k_0_factor", "model", "n", "chamber"), wrong_k_0)
+    status, step = failure(recording.states)
+    cells["run_status"] = ((), np.int8(status), flags(RUN_STATUS, "what became of the full-order run"))
+    failure_time = step * experiment.h if status != RAN else np.nan
+    cells["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
+    if traced:
+        states = recording.states[: TRACED * stride : stride]
+        full_order = {"units": "Pa", "long_name": "full order"}
+        cells["trace_t"] = ("sample", np.arange(len(states)) * experiment.h * stride, {"units": "s"})
+        cells["trace_x"] = ("sample", states[:, 0], {"units": "m", "long_name": "piston position"})
+        cells["trace_P"] = (("chamber", "sample"), states[:, [2, 4]].T, full_order)
+        cells["trace_pressure"] = pressure
+        cells = cells.pad(sample=(0, TRACED - len(states)), constant_values=np.nan, keep_attrs=True)
+    return cells.assign_coords(
+        k_0_factor=list(K_0_FACTORS), seed=experiment.excitation.seed, chamber=CHAMBERS
+    )
+
+
+def repeated(
+    experiments: Sequence[Experiment],
+    n: tuple[float, ...],
+    seeds: int,
+    threads: int,
+    progress: Callable[[float], None] = ignore_progress,
+) -> xr.Dataset:
+    """Cells of every experiment, run with several seeds.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+    n : tuple of float
+        Polytropic indices of the grid.
+    seeds : int
+        Runs of each experiment. A signal that is not random runs once; that run counts for all seeds.
+    threads : int
+        The result does not depend on it.
+    progress : callable
+        Called after each run with its simulated time, s.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `one_run` by (experiment, run, ...); traces of each experiment's first run.
+        `time_constant`, s, and `duration`, s, by experiment.
+    """
+
+    def work(item: tuple[Experiment, int, bool]) -> xr.Dataset:
+        experiment, seed, first = item
+        excitation = experiment.excitation._replace(seed=seed)
+        cells = one_run(experiment._replace(excitation=excitation), n, first)
+        progress(experiment.steps * experiment.h)
+        return cells
+
+    plan = [(e, seed, i == 0) for e in experiments for i, seed in enumerate(seeds_of(e, seeds))]
+    longest_first = sorted(range(len(plan)), key=lambda i: -plan[i][0].steps)
+    with ThreadPoolExecutor(threads) as pool:
+        done = list(pool.map(work, [plan[i] for i in longest_first]))
+    by_plan = dict(zip(longest_first, done, strict=True))
+    count = seeds if any(e.excitation.random for e in experiments) else 1
+    parts: list[xr.Dataset] = []
+    for e in experiments:
+        runs = [by_plan[i] for i, item in enumerate(plan) if item[0] is e]
+        traces = [str(name) for name in runs[0] if str(name).startswith("trace_")]
+        cells = [run.drop_vars(traces, errors="ignore") for run in runs]
+        cells = cells * count if len(cells) == 1 else cells
+        part = xr.concat(cells, "run", coords=["seed"], compat="equals", combine_attrs="drop_conflicts")
+        part = part.assign({name: runs[0][name].drop_vars("seed") for name in traces})
+        part["time_constant"] = ((), thermal_time_constant(e.plant), {"units": "s"})
+        part["duration"] = ((), e.steps * e.h, {"units": "s", "long_name": "length of each run"})
+        part["random"] = ((), np.int8(e.excitation.random), {"long_name": "whether the seed plays a role"})
+        parts.append(part)
+    labels = ["experiment", "cylinder", "loop", "k_0", "seed"]
+    return xr.concat(
+        parts, "experiment", coords=labels, join="exact", compat="equals", combine_attrs="drop_conflicts"
+    )
+
+
+def run_study(study: Study, threads: int, progress: Callable[[float], None] = ignore_progress) -> xr.Dataset:
+    """Cells of every experiment of a study; parameters and result are those of `repeated`."""
+    return repeated(list(study.experiments.values()), study.n, study.seeds, threads, progress)
 
 
 def rankings(cells: xr.Dataset) -> list[Ranking]:
@@ -99,7 +216,7 @@ def rankings(cells: xr.Dataset) -> list[Ranking]:
 
 
 def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Put the cells of several cylinders together; the one run of a signal that is not random is repeated."""
+    """Cells of several cylinders together; the one run of a signal that is not random is repeated."""
     runs = max(part.sizes["run"] for part in parts)
     parts = [part.isel(run=[0] * runs) if part.sizes["run"] == 1 else part for part in parts]
     return xr.concat(parts, "experiment", join="exact", compat="equals", combine_attrs="drop_conflicts")
@@ -107,25 +224,14 @@ def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
 
 def save_cells(study: Study, cells: xr.Dataset, file: Path) -> None:
     """Write the cells of a study."""
+    *others, last = [name for name, model in MODELS.items() if not model.has_n]
     attributes = {
         "title": TITLE,
         "summary": "Error of every model at every n against full-order runs, over several seeds",
-        "comment": "M1, M3 and M4 have no n: they hold the same cell at every n",
+        "comment": f"{', '.join(others)} and {last} have no n: they hold the same cell at every n",
         "transport": "exact",
         "study": study.name,
         "config_sha256": study.config_sha256,
-        "code_sha256": code_hash("pneumo.engineer.repeated_runs"),
+        "code_sha256": code_hash(__name__),
     }
     write(cells, file, attributes)
-
-
-def save_study(study: Study, cells: xr.Dataset, found: Sequence[Ranking], folder: Path) -> tuple[Path, Path]:
-    """Write page and cells of a study.
-
-    Returns
-    -------
-    page, cells : pathlib.Path
-    """
-    save_cells(study, cells, folder / CELLS)
-    write_text(render(study, cells, found), folder / PAGE)
-    return folder / PAGE, folder / CELLS

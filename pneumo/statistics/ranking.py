@@ -189,7 +189,7 @@ def ranked(cells: xr.Dataset, cylinder: str) -> Ranking:
     Parameters
     ----------
     cells : xarray.Dataset
-        From `pneumo.engineer.repeated_runs.repeated`.
+        From `pneumo.engineer.own_study.repeated`.
     cylinder : str
         Its experiments count.
     """

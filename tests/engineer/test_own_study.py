@@ -13,16 +13,14 @@ from pneumo.configuration.schema_words import named_sections, resolved
 from pneumo.engineer.cylinder_template import TEMPLATE, write_template
 from pneumo.engineer.own_study import (
     TITLE,
-    check_folder,
-    chosen,
     joined,
     rankings,
     run_study,
-    save_study,
+    selected,
     simulated_time,
 )
 from pneumo.errors import InputError
-from pneumo.publish.pages.study_page import MARK
+from pneumo.publish.pages.study_page import MARK, check_folder, save_study
 from pneumo.storage.files import write
 
 
@@ -105,17 +103,17 @@ def test_init_writes_once(tmp_path):
 
 
 def test_choice_of_cylinders_and_experiments(template):
-    assert list(chosen(template).experiments) == ["open", "closed"]
-    assert list(chosen(template, ["mine"], ["closed"]).experiments) == ["closed"]
+    assert list(selected(template).experiments) == ["open", "closed"]
+    assert list(selected(template, ["mine"], ["closed"]).experiments) == ["closed"]
     for options, words in (
         ((["theirs"], []), "cylinder = 'theirs'"),
         (([], ["half"]), "experiment = 'half'"),
     ):
         with pytest.raises(InputError, match=words):
-            chosen(template, *options)
+            selected(template, *options)
     paper = study(load("config/paper.yaml"))
     with pytest.raises(InputError, match="no experiment"):
-        chosen(paper, ["E"], ["E02"])
+        selected(paper, ["E"], ["E02"])
 
 
 def test_simulated_time_counts_every_run(template):

@@ -9,10 +9,10 @@ import xarray as xr
 
 from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.repeated_runs import (
+from pneumo.engineer.own_study import (
     K_0_FACTORS,
     TRACED,
-    WITH_WALL,
+    models_with_wall_heat,
     one_run,
     repeated,
     seeds_of,
@@ -23,6 +23,7 @@ from pneumo.simulation.full_order import DIVERGED
 from pneumo.simulation.reference import NO_RUN
 from pneumo.storage.files import write_json
 
+WITH_WALL = models_with_wall_heat()
 ROOT = Path(__file__).parents[2]
 PAPER = study(load(ROOT / "config" / "paper.yaml"))
 CELLS = ("mean_error", "variance", "mse", "status", "failure_time")
@@ -97,7 +98,7 @@ def test_a_signal_that_is_not_random_runs_once():
     sweep = e._replace(excitation=e.excitation._replace(signal="sweep", band=(1e-3, 2e-3)))
     assert seeds_of(sweep, 5) == [666]
     told = []
-    found = repeated([sweep], (1.2,), seeds=5, threads=1, tell=told.append)
+    found = repeated([sweep], (1.2,), seeds=5, threads=1, progress=told.append)
     assert found.sizes["run"] == 1 and told == [pytest.approx(0.3)] and not found["random"].any()
     both = repeated([sweep, e._replace(name="E98")], (1.2,), seeds=2, threads=1)
     assert both.sizes["run"] == 2

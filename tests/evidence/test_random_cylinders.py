@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.repeated_runs import one_run
+from pneumo.engineer.own_study import one_run
 from pneumo.evidence import random_cylinders as c
 from pneumo.evidence import regimes as regime
 from pneumo.evidence.dimensionless import GROUPS, MEASURED, full_speed, groups, measured, reversal_time

@@ -3,13 +3,13 @@
 from pathlib import Path
 
 from pneumo.configuration.exchange import from_json
-from pneumo.engineer.own_study import chosen, run_study, save_cells
+from pneumo.engineer.own_study import run_study, save_cells, selected
 from pneumo.jobs.wrapper import logged
 from pneumo.storage.files import read_json
 
 
 def main(parameters: str, output: str, threads: int) -> None:
-    study = chosen(from_json(read_json(parameters)), cylinders=[Path(output).stem])
+    study = selected(from_json(read_json(parameters)), cylinders=[Path(output).stem])
     save_cells(study, run_study(study, threads), Path(output))
 
 

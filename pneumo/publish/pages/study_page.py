@@ -3,6 +3,7 @@
 import base64
 import io
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -11,12 +12,16 @@ from rich import box
 from rich.table import Table
 
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.engineer.own_study import TITLE, save_cells
+from pneumo.errors import InputError, ResultError
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.verdict_page import page_environment, with_indices
 from pneumo.publish.style import paper_style
 from pneumo.statistics.ranking import CONFIDENCE, MATERIAL, Interval, Ranking, Row
+from pneumo.storage.files import read, write_text
 
 MARK = "pneumo study"  # names the page's maker, so that another run may replace it
+PAGE, CELLS = "study.html", "study.nc"
 KILO = 1e3
 
 
@@ -35,7 +40,7 @@ def render(study: Study, cells: xr.Dataset, rankings: Sequence[Ranking]) -> str:
     ----------
     study : Study
     cells : xarray.Dataset
-        From `pneumo.engineer.repeated_runs.repeated`.
+        From `pneumo.engineer.own_study.repeated`.
     rankings : sequence of Ranking
         One for each cylinder.
 
@@ -163,3 +168,37 @@ def tables(ranking: Ranking) -> list[Table]:
     for gain in ranking.gains:
         gained.add_row(gain.refinement, f"{gain.without} to {gain.refined}", gain_text(gain.percent))
     return [table, gained]
+
+
+def check_folder(folder: Path) -> None:
+    """Make sure that a study may write into a folder.
+
+    Raises
+    ------
+    InputError
+        If it is a file, cannot be written, or holds a page or cells that no study wrote.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; name a folder with -o")
+    page, cells = folder / PAGE, folder / CELLS
+    foreign = None
+    if page.exists() and not (page.is_file() and MARK.encode() in page.read_bytes()[:1000]):
+        foreign = page
+    if cells.exists():
+        try:
+            foreign = foreign or (None if read(cells).attrs.get("title") == TITLE else cells)
+        except ResultError:
+            foreign = cells
+    if foreign:
+        raise InputError(
+            f"{foreign}: not written by `pneumo study`, so left alone; name another folder with -o"
+        )
+
+
+def save_study(
+    study: Study, cells: xr.Dataset, rankings: Sequence[Ranking], folder: Path
+) -> tuple[Path, Path]:
+    """Write page and cells of a study and return their paths."""
+    save_cells(study, cells, folder / CELLS)
+    write_text(render(study, cells, rankings), folder / PAGE)
+    return folder / PAGE, folder / CELLS
