@@ -8,8 +8,6 @@ import xarray as xr
 from fragments import table
 
 import pneumo
-from pneumo.engineer.recommend import percent, shipped
-from pneumo.evidence.tree import leaves, tightest
 from pneumo.physics.models import MODELS
 from pneumo.statistics.averages import at_n, best_n, concatenated
 
@@ -108,67 +106,52 @@ def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
     return found
 
 
-def of_interval(values: list[float]) -> str:
-    """Value with its interval."""
-    return "{:.2f} ({:.2f} to {:.2f})".format(*values)
+def with_interval(values: xr.DataArray) -> str:
+    """Value with its interval, from value, low and high."""
+    return "{:.2f} ({:.2f} to {:.2f})".format(*values.values)
 
 
-def tree_tables(known: dict) -> dict[str, str]:
-    """Tables of the random cylinders by name."""
-    pairs = [
+def share_with_interval(values: xr.DataArray) -> str:
+    """Share in per cent with its interval, from value, low and high."""
+    return "{:.0f} % ({:.0f} to {:.0f})".format(*100 * values.values)
+
+
+def cylinder_tables(runs: xr.Dataset) -> dict[str, str]:
+    """Tables of the random cylinders by name, from results/cylinders.nc."""
+    ratio, share, pairs = runs["ratio"], runs["share"], runs["pair"].values
+    by_loop = [
         [
             pair,
             loop,
-            *(of_interval(ratio[criterion]) for criterion in ratio),
-            percent(of["share"][f"{pair} < 1"]),
+            *(
+                with_interval(ratio.sel(pair=pair, loop_of=loop, criterion=c))
+                for c in runs["criterion"].values
+            ),
+            share_with_interval(share.sel(statement=f"{pair} < 1", loop_of=loop)),
         ]
-        for pair in known["compared"]["both"]["ratio"]
-        for loop, of in known["compared"].items()
-        for ratio in [of["ratio"][pair]]
+        for pair in pairs
+        for loop in runs["loop_of"].values
     ]
-    ends = []
-    for way, leaf in leaves(known["tree"]):
-        asked = [f"{step.group} {'≤' if step.below else '>'} {step.threshold:g}" for step in tightest(way)]
-        told = leaf["held_out"]
-        judged = [f"{told['right']} of {told['runs']}", f"{told['cost']:g}", f"{told['cost_at_best_n']:g}"]
-        ends.append([", ".join(asked), leaf["model"], f"{leaf['n']:g}", *judged])
-    scores = [
-        [name, percent(of["right"]), of_interval(of["cost"]), of_interval(of["cost_at_best_n"])]
-        for name, of in known["score"].items()
+    exchange = runs.sel(group="exchange")
+    by_third = [
+        [f"{at['third_from']:.3g} to {at['third_to']:.3g}"]
+        + [with_interval(at["third_ratio"].sel(pair=pair)) for pair in pairs]
+        for third in runs["third"].values
+        for at in [exchange.sel(third=third)]
     ]
-    costs = ["MSE over the best model's", "the same with n fitted"]
-    parts = [
-        [
-            f"{third['from']:g} to {third['to']:g}",
-            *(of_interval(values) for values in third["ratio"].values()),
-        ]
-        for third in known["by_exchange"]
-    ]
-    return {
-        "exchange": table(["exchange", *known["by_exchange"][0]["ratio"]], parts),
-        "cylinders": table(
-            ["ratio", "loop", "of means", "geometric mean", "of mean ranks", "cylinders below one"], pairs
-        ),
-        "leaves": table(["run", "model", "n", "right, held out", *costs], ends),
-        "scores": table(["answer", "right, held out", *costs], scores),
-    }
+    head = ["ratio", "loop", "of means", "geometric mean", "of mean ranks", "cylinders below one"]
+    return {"exchange": table(["exchange", *pairs], by_third), "cylinders": table(head, by_loop)}
 
 
-def tree_numbers(known: dict) -> dict[str, str]:
-    """Numbers of the random cylinders by name."""
-    tree, majority = known["score"]["tree"], known["score"]["majority"]
-    enough, third = known["compared"], known["by_exchange"][2]
+def cylinder_numbers(runs: xr.Dataset) -> dict[str, str]:
+    """Numbers of the random cylinders by name, from results/cylinders.nc."""
+    much = runs.sel(group="exchange", third="highest")
+    enough = runs["share"].sel(statement="M6 enough")
     return {
-        "tree right": percent(tree["right"]),
-        "majority": majority["model"],
-        "majority right": percent(majority["right"]),
-        "failed": f"{known['failed_runs']}",
-        "much air": f"{third['from']:g}",
-        "M8/M7 much air": of_interval(third["ratio"]["M8/M7"]),
-        "tree cost n fitted": of_interval(tree["cost_at_best_n"]),
-        "M8 cost n fitted": of_interval(known["score"]["always M8"]["cost_at_best_n"]),
-        "seen right": percent(known["score"]["tree of groups seen in the run"]["right"]),
-        **{f"M6 enough {loop}": percent(enough[loop]["share"]["M6 enough"]) for loop in enough},
+        "failed": f"{(runs['counts'] == 0).sum().item()}",
+        "much air": f"{much['third_from']:.3g}",
+        "M8/M7 much air": with_interval(much["third_ratio"].sel(pair="M8/M7")),
+        **{f"M6 enough {loop}": share_with_interval(enough.sel(loop_of=loop)) for loop in ("open", "closed")},
     }
 
 
@@ -181,11 +164,11 @@ def refreshed(text: str, results: Path) -> str:
         If a marker has a name for which there is nothing.
     """
     levels, mse = over_levels(results), by_experiment(results)
-    known = shipped()
-    made = {
-        "table": tables(levels, mse) | tree_tables(known),
-        "result": numbers(levels, mse) | tree_numbers(known),
-    }
+    with xr.open_dataset(results / "cylinders.nc") as runs:
+        made = {
+            "table": tables(levels, mse) | cylinder_tables(runs),
+            "result": numbers(levels, mse) | cylinder_numbers(runs),
+        }
 
     def fill(match: re.Match[str]) -> str:
         kind, name = match["kind"], match["name"]

@@ -129,24 +129,6 @@ def study(
 
 
 @app.command()
-def recommend(
-    files: Annotated[list[Path], typer.Argument(help="configuration, later files override earlier ones")],
-    as_json: Annotated[bool, typer.Option("--json", help="as JSON, with every dimensionless group")] = False,
-):
-    """Say at once which model to take for each experiment, how often that is right and what it costs."""
-    from pneumo.configuration.parameters import load, study
-    from pneumo.engineer import recommend as task
-
-    known = task.shipped()
-    found = [task.advice(e, known) for e in study(load(*files)).experiments.values()]
-    if as_json:
-        return typer.echo(task.as_json(found))
-    for answer in found:
-        typer.echo("\n".join(task.in_words(answer)))
-    typer.echo(task.worth(known))
-
-
-@app.command()
 def models():
     """Print the table of models M1 to M10."""
     from rich.console import Console

@@ -31,7 +31,7 @@ COMMON = {
 }
 LOCK = threading.Lock()  # HDF5 serves one thread at a time
 EXPERIMENT_LABELS = ("cylinder", "loop", "k_0")  # scalar coordinates of every per-experiment file
-SEALED_JSON = ("parameters.json", "verdict.json", "findings.json", "recommendation.json")
+SEALED_JSON = ("parameters.json", "verdict.json", "findings.json")
 
 GRID = ("mean_error", "variance", "mse", "status", "failure_time")  # of every cell of an experiment
 

@@ -211,7 +211,7 @@ def test_wrong_use_is_one_line_and_leaves_everything_alone(mistake, inside, tmp_
     assert {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()} == before
 
 
-@pytest.mark.parametrize("command", ["init", "study", "recommend"])
+@pytest.mark.parametrize("command", ["init", "study"])
 def test_help_of_a_command(command, inside):
     code, out, _ = inside(command, "--help")
     assert code == 0 and "Usage" in out and "--help" in out

@@ -7,6 +7,8 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.collections import PathCollection
+from test_repeated_runs import script
 
 from pneumo.configuration.parameters import load, study
 from pneumo.engineer.own_study import one_run
@@ -16,7 +18,9 @@ from pneumo.evidence.dimensionless import GROUPS, MEASURED, full_speed, groups, 
 from pneumo.evidence.regimes import GOOD, of_quotient, of_share
 from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS
+from pneumo.publish.figures.regimes_figure import regime_map
 from pneumo.simulation.full_order import Recording, equilibrium, failure, record
+from pneumo.storage.files import damaged, read
 
 PAPER = study(load("config/paper.yaml"))
 NUMBERS = range(60)
@@ -362,3 +366,32 @@ def test_everything_in_one_dataset():
     found = regime.analysed(regime.judged(invented(errors(30)), 20))
     assert found["ratio"].sizes["criterion"] == 3 and "mse" not in found
     assert all("long_name" in v.attrs for name, v in found.data_vars.items() if name.startswith("third"))
+
+
+def test_workflow_scripts_go_from_cylinders_to_comparisons_and_map(tmp_path, monkeypatch):
+    monkeypatch.setattr(c, "STEPS", 100)
+    monkeypatch.setattr(c, "HOLD", (0.005, 0.01))
+    blocks = [str(tmp_path / "cylinders" / f"{first:03}.nc") for first in (0, 18)]
+    for first, block in zip((0, 18), blocks, strict=True):
+        script("cylinders_block").main(block, list(range(first, first + 18)), 2, "")
+    cells = str(tmp_path / "cylinders.nc")
+    script("cylinders").main(blocks, 24, cells, str(tmp_path / "regimes.svg"), "")
+    found = read(cells)
+    assert found["cylinder"].values.tolist() == list(range(36))
+    assert found["held_out"].values.tolist() == [0] * 24 + [1] * 12
+    assert (found["counts"] == 1).all() and (found["cylinders"] == 24).all()
+    assert (tmp_path / "regimes.png").exists()
+    assert found["exchange"].values[7].tolist() == [groups(e)["exchange"] for e in c.random_cylinder(7)]
+    assert damaged(tmp_path) == []
+
+
+def test_map_shows_every_run():
+    runs = regime.analysed(regime.judged(invented(errors(80)), 50))
+    figure = regime_map(runs)
+    panels = [ax for ax in figure.axes if ax.get_title()]
+    points = [part for part in panels[0].collections if isinstance(part, PathCollection)]
+    drawn = np.concatenate([np.asarray(part.get_offsets()) for part in points])
+    for column, name in enumerate(("thermal", "exchange")):
+        np.testing.assert_allclose(np.sort(drawn[:, column]), np.sort(runs[name].values.ravel()))
+    ratio = np.log10(runs["lowest"].sel(model="M8") / runs["lowest"].sel(model="M7")).sel(loop="open")
+    np.testing.assert_allclose(np.asarray(points[0].get_array()), np.clip(ratio.values, -1, 1))

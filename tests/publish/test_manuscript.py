@@ -84,20 +84,33 @@ def invented_variants():
     )
 
 
-def invented_recommendation():
-    score = {"right": BOUNDS, "cost": [1.1, 1.0, 1.2], "cost_at_best_n": [1.05, 1.0, 1.1]}
-    ratio = {pair: {name: BOUNDS for name in ("mean", "geometric", "rank")} for pair in PAIRS}
-    share = {f"{pair} < 1": BOUNDS for pair in PAIRS} | {"M6 enough": BOUNDS}
-    return {
-        "within": 1.1,
-        "cylinders": {"trained": 200, "held_out": 100},
-        "failed_runs": 3,
-        "by_exchange": [
-            {"from": f, "to": 10 * f, "ratio": dict.fromkeys(PAIRS, BOUNDS)} for f in (0.01, 0.1, 1.0)
-        ],
-        "compared": {loop: {"ratio": ratio, "share": share} for loop in ("open", "closed", "both")},
-        "score": {"tree": score, "majority": score},
+def invented_cylinders():
+    statements = [*(f"{pair} < 1" for pair in PAIRS), "M6 enough"]
+    coords = {
+        "loop_of": ["open", "closed", "both"],
+        "pair": list(PAIRS),
+        "criterion": ["mean", "geometric", "rank"],
+        "statement": statements,
+        "group": ["thermal", "exchange"],
+        "third": ["lowest", "middle", "highest"],
+        "bound": ["value", "low", "high"],
     }
+
+    def full(*names):
+        shape = [len(coords[name]) for name in names]
+        return (*names, "bound"), np.broadcast_to(BOUNDS, (*shape, 3))
+
+    return xr.Dataset(
+        {
+            "ratio": full("loop_of", "pair", "criterion"),
+            "share": full("loop_of", "statement"),
+            "third_ratio": full("group", "third", "pair"),
+            "third_from": (("group", "third"), [[1.0, 2.0, 3.0], [0.01, 0.1, 4.34]]),
+            "counts": (("cylinder", "loop"), [[1, 1], [1, 0], [1, 1]]),
+            "held_out": ("cylinder", [0, 0, 1]),
+        },
+        coords,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +128,7 @@ def project(tmp_path_factory):
     write(invented_floor(), results / "floor.nc", ABOUT)
     write(invented_identification(), results / "identification.nc", ABOUT)
     write(invented_budget(), results / "error_budget.nc", ABOUT)
-    write_json(json.dumps(invented_recommendation()), results / "recommendation.json")
+    write(invented_cylinders(), results / "cylinders.nc", ABOUT)
     row = {
         "claim": "all alike",
         "published": "1.04",
@@ -163,10 +176,9 @@ def test_spans_and_intervals():
     variants = m._variants(invented_variants())
     assert variants["rows"][0] == {"pair": "M6/M5"} | dict.fromkeys(LEVELS, "2 of 3")
     assert variants["inlet"]["highest"] == "2.6"
-    tree = m._tree(invented_recommendation())
-    assert tree["scores"][0] == {"answer": "tree", "right": "80 %", "cost": "10 %", "fitted": "5 %"}
-    assert (tree["within"], tree["held_out"]) == ("10 %", "100")
-    assert m._cylinders(invented_recommendation())["enough"] == "80 % (70 % to 90 %)"
+    cylinders = m._cylinders(invented_cylinders())
+    assert cylinders["enough"] == "80 % (70 % to 90 %)" and cylinders["exchange"]["much"] == "4.3"
+    assert (cylinders["compared"], cylinders["within"], cylinders["failed"]) == ("2", "10 %", "1")
     assert m._budget(invented_budget())["typical"]["M8"] == {"model": "2.00 kPa", "transport": "2.00 kPa"}
 
 

@@ -12,7 +12,7 @@ rule manuscript:
             rules.error_budget.output[0],
             rules.floor.output[0],
             rules.variants.output[0],
-            rules.cylinders_analysis.output.tree,
+            rules.cylinders_analysis.output.cells,
         ],
         figures=expand("results/figures/{name}.svg", name=["traces", "floor", "ensemble", "regimes"]),
         sources=[

@@ -20,6 +20,7 @@ from pneumo.evidence.variants import INLET
 from pneumo.papers.paper_2006.highlights import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.simulation.reference import EXACT, PUBLISHED
+from pneumo.statistics.ranking import MATERIAL
 from pneumo.storage.files import read, read_json, written
 
 SHOWN = ("M6/M5", "M8/M7", "M10/M8")
@@ -66,7 +67,6 @@ def numbers(results: Path) -> dict[str, Any]:
     verdict = json.loads(read_json(results / "verdict.json"))
     found = json.loads(read_json(results / "findings.json"))
     ensemble = read(results / "ensemble.nc")
-    recommendation = json.loads(read_json(results / "recommendation.json"))
     return {
         "confidence": percent(CONFIDENCE),
         "stands": percent(STANDS),
@@ -77,8 +77,7 @@ def numbers(results: Path) -> dict[str, Any]:
         "ensemble": _ensemble(ensemble),
         "floor": _floor(read(results / "floor.nc")),
         "variants": _variants(read(results / "variants.nc", "ratio", "share", "counted")),
-        "cylinders": _cylinders(recommendation),
-        "tree": _tree(recommendation),
+        "cylinders": _cylinders(read(results / "cylinders.nc")),
         "statements": [
             {key: row[key] for key in ("claim", "published", "exact", "interval", "stands", "why")}
             for row in found["claims"]
@@ -286,45 +285,41 @@ def _variants(variants: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _cylinders(found: Mapping[str, Any]) -> dict[str, Any]:
+def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
     """Ratios and shares over random cylinders."""
 
-    def share(ends: Sequence[float]) -> str:
+    def share(statement: str, loop: str) -> str:
+        ends = runs["share"].sel(statement=statement, loop_of=loop).values
         value, low, high = (percent(end) for end in ends)
         return f"{value} ({low} to {high})"
 
+    exchange = runs.sel(group="exchange")
+    thirds = {"below": "lowest", "middle": "middle", "above": "highest"}
+    ratio = runs["ratio"]
     return {
+        "compared": str(int((runs["held_out"] == 0).sum())),
+        "within": percent(MATERIAL),
         "rows": [
-            {"pair": pair, "loop": loop, "share": share(compared["share"][f"{pair} < 1"])}
-            | {criterion: interval(ends, 2) for criterion, ends in compared["ratio"][pair].items()}
+            {"pair": pair, "loop": loop, "share": share(f"{pair} < 1", loop)}
+            | {
+                criterion: interval(ratio.sel(pair=pair, loop_of=loop, criterion=criterion).values, 2)
+                for criterion in ratio["criterion"].values
+            }
             for pair in SHOWN
-            for loop, compared in found["compared"].items()
+            for loop in ratio["loop_of"].values
         ],
         "exchange": {
-            "much": f"{found['by_exchange'][-1]['from']:.2g}",
+            "much": f"{exchange['third_from'].sel(third='highest').item():.2g}",
             **{
-                place: {pair: interval(found["by_exchange"][third]["ratio"][pair], 2) for pair in SHOWN}
-                for place, third in (("below", 0), ("middle", 1), ("above", -1))
+                place: {
+                    pair: interval(exchange["third_ratio"].sel(third=third, pair=pair).values, 2)
+                    for pair in SHOWN
+                }
+                for place, third in thirds.items()
             },
         },
-        "enough": share(found["compared"]["both"]["share"]["M6 enough"]),
-        "failed": str(found["failed_runs"]),
-    }
-
-
-def _tree(found: Mapping[str, Any]) -> dict[str, Any]:
-    """What is known of the decision tree on cylinders that were held out."""
-    scores = found["score"]
-
-    def row(name: str, score: Mapping[str, Any]) -> dict[str, str]:
-        cost, fitted = (percent(score[key][0] - 1) for key in ("cost", "cost_at_best_n"))
-        return {"answer": name, "right": percent(score["right"][0]), "cost": cost, "fitted": fitted}
-
-    return {
-        "trained": str(found["cylinders"]["trained"]),
-        "held_out": str(found["cylinders"]["held_out"]),
-        "within": percent(found["within"] - 1),
-        "scores": [row(name, score) for name, score in scores.items() if "right" in score],
+        "enough": share("M6 enough", "both"),
+        "failed": str(int((runs["counts"] == 0).sum())),
     }
 
 
