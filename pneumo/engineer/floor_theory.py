@@ -1,7 +1,7 @@
 """Error that the transport of recorded signals leaves in a replay, from physics, without the replay.
 
 To first order in the time between samples, sampling shifts signals in time: a jump of the command by one
-share of that time, everything that moves evenly by another (`TRANSPORTS`). A shifted jump lets a wrong mass
+share of that time, everything that moves evenly by another (`SHIFTS`). A shifted jump lets a wrong mass
 of air in, which stays until the flow through the valve has levelled it.
 """
 
@@ -10,81 +10,70 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneumo.configuration.experiment import Drive, Plant
+from pneumo.configuration.experiment import Plant
+from pneumo.engineer.jump_errors import jump_errors, mean_of_ramp, pressure_rates
 from pneumo.physics.cylinder import volume
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.full_order import Recording, command_series
-from pneumo.simulation.transported import (
-    DELAY,
-    EXACTLY,
-    HOLD,
-    LINEAR,
-    jump_errors,
-    mean_of_ramp,
-    pressure_rates,
-)
+from pneumo.simulation.signals import Transport, held, interpolated
 
 UNIFORM = 1 / 12  # variance of where a jump falls between two samples, if it may fall anywhere
 
 
-class Transport(NamedTuple):
-    """How late signals reach a replay, in times between samples.
+class Shift(NamedTuple):
+    """How sampling shifts signals in time, to first order, in times between samples.
 
     Attributes
     ----------
-    kind : int
-        Of `pneumo.simulation.transported`.
+    held : bool
+        Samples are held, not interpolated linearly.
+    late : int
+        How many samples behind the held one is.
     jump : float
-        Of a jump that falls on a sample, the sample that has the new value already.
+        Delay of a jump that falls on a sample, the sample that has the new value already.
     rest : float
-        Of whatever moves evenly: position, velocity, a command that follows them.
+        Delay of whatever moves evenly: position, velocity, a command that follows them.
     """
 
-    kind: int
+    held: bool
+    late: int
     jump: float
     rest: float
 
+    def transport(self, every: int) -> Transport:
+        """The same for a replay, with samples so many steps apart."""
+        kind = held if self.held else interpolated
+        return kind(self.late, every=every)
 
-TRANSPORTS = {
-    "linear": Transport(LINEAR, -0.5, 0.0),  # the line begins to rise one sample before the jump
-    "hold": Transport(HOLD, 0.0, 0.5),
-    "delay": Transport(DELAY, 1.0, 1.5),  # the sample before the last, held
+
+SHIFTS = {
+    "linear": Shift(False, 0, -0.5, 0.0),  # the line begins to rise one sample before the jump
+    "hold": Shift(True, 0, 0.0, 0.5),
+    "delay": Shift(True, 1, 1.0, 1.5),  # the sample before the last, held
 }
 
 
-def late_rest(recording: Recording, drive: Drive, plant: Plant, h: float, stride: int = 1) -> np.ndarray:
+def late_rest(recording: Recording, stride: int = 1) -> np.ndarray:
     """Pressure error per second by which everything but jumps comes late, Pa/s, shape (chamber, samples).
 
     A run that is late as a whole errs by the rate of its pressure; what its jumps do to that is taken out.
     """
-    jumps = jump_errors(recording, 1, EXACTLY, drive, plant, h, stride)
-    return pressure_rates(recording, drive, plant, stride) - jumps
+    return pressure_rates(recording, stride) - jump_errors(recording, 1, False, 0.0, True, stride)
 
 
 def predicted_error(
-    recording: Recording,
-    drive: Drive,
-    plant: Plant,
-    h: float,
-    period: float,
-    transport: str,
-    stride: int = 1,
-    late: np.ndarray | None = None,
+    recording: Recording, period: float, sampling: str, stride: int = 1, late: np.ndarray | None = None
 ) -> np.ndarray:
     """Pressure error of a replay on sampled signals, by linear theory along a full-order run.
 
     Parameters
     ----------
     recording : Recording
-        The run, at the step h; its jumps say where between samples they fall if `period` is longer.
-    drive, plant : Drive, Plant
-        Those of the run.
-    h : float
-        Step, s.
+        The run; its jumps say where between samples they fall if `period` is longer than its step.
     period : float
-        Time between samples, s: a multiple of h, or less than h where all jumps fall on samples.
-    transport : str
-        Key of `TRANSPORTS`.
+        Time between samples, s: a multiple of the step, or less where all jumps fall on samples.
+    sampling : str
+        Key of `SHIFTS`.
     stride : int
         Steps between errors.
     late : numpy.ndarray, optional
@@ -95,11 +84,11 @@ def predicted_error(
     numpy.ndarray
         Full-order minus replayed pressure, Pa, shape (chamber, samples).
     """
-    kind, _, rest = TRANSPORTS[transport]
-    every = max(1, round(period / h))
-    error = jump_errors(recording, every, kind, drive, plant, h, stride)
-    if rest:
-        error += rest * (late_rest(recording, drive, plant, h, stride) if late is None else late)
+    shift = SHIFTS[sampling]
+    every = max(1, round(period / recording.h))
+    error = jump_errors(recording, every, not shift.held, float(shift.late), False, stride)
+    if shift.rest:
+        error += shift.rest * (late_rest(recording, stride) if late is None else late)
     return period * error
 
 
@@ -136,8 +125,9 @@ class Averages(NamedTuple):
     early: float = 0.5
 
 
-def averages(recording: Recording, drive: Drive, plant: Plant, h: float, every: int) -> Averages:
+def averages(recording: Recording, every: int) -> Averages:
     """Averages of a run whose reference is drawn every so many steps, over both chambers."""
+    drive, plant, h = recording.drive, recording.plant, recording.h
     states, reference, u_max = recording.states, recording.reference, plant.valve.u_max
     cylinder, x = plant.cylinder, states[:, 0]
     draws = np.arange(every, len(states), every)
@@ -154,7 +144,7 @@ def averages(recording: Recording, drive: Drive, plant: Plant, h: float, every: 
         opening=float(np.mean(abs(recording.u.clip(-u_max, u_max)))),
         draw=every * h,
         speed=sqrt(np.mean(states[:, 1] ** 2)),
-        P_rate=sqrt(np.mean(pressure_rates(recording, drive, plant, 1) ** 2)),
+        P_rate=sqrt(np.mean(pressure_rates(recording, 1) ** 2)),
         V=1 / sqrt(np.mean(np.square(inverse))),
         area=(cylinder.A_A + cylinder.A_B) / 2,
         early=1 - float(np.sum(late * jumps) / np.sum(jumps**2)) if np.any(jumps) else 0.5,
@@ -228,7 +218,7 @@ def sensitivities(plant: Plant, known: Averages) -> Sensitivities:
 
 
 def floor(
-    found: Sensitivities, period: float, transport: str, *, early: float = 0.5, between: bool = False
+    found: Sensitivities, period: float, sampling: str, *, early: float = 0.5, between: bool = False
 ) -> float:
     """RMS pressure error of a replay on sampled signals, Pa: closed formula.
 
@@ -237,15 +227,15 @@ def floor(
     found : Sensitivities
     period : float
         Time between samples, s.
-    transport : str
-        Key of `TRANSPORTS`.
+    sampling : str
+        Key of `SHIFTS`.
     early : float
         See `Averages`.
     between : bool
         Jumps fall anywhere between samples, not on them.
     """
-    _, jump, rest = TRANSPORTS[transport]
-    if transport == "linear":
+    _, _, jump, rest = SHIFTS[sampling]
+    if sampling == "linear":
         jump = -early
     if between:
         jump = rest

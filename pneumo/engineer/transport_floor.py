@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pneumo.engineer.floor_theory import TRANSPORTS, predicted_error
+from pneumo.engineer.floor_theory import SHIFTS, predicted_error
 from pneumo.engineer.runs import Run
 from pneumo.errors import InputError
 
@@ -33,8 +33,8 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
     InputError
         If there is no such transport, the period is no multiple or fraction, or the run was not simulated.
     """
-    if transport not in TRANSPORTS:
-        raise InputError(f"transport = {transport!r}: must be one of {', '.join(TRANSPORTS)}")
+    if transport not in SHIFTS:
+        raise InputError(f"transport = {transport!r}: must be one of {', '.join(SHIFTS)}")
     if not (np.isfinite(period) and period > 0):
         raise InputError(f"period = {period:g}: must be a positive number")
     if run.drive is None:
@@ -42,6 +42,6 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
     ratio = max(period / run.h, run.h / period)
     if abs(ratio - round(ratio)) > WHOLE * ratio:
         raise InputError(f"period = {period:g} s: must be a multiple or a whole fraction of h = {run.h:g} s")
-    error = predicted_error(run.recording, run.drive, run.plant, run.h, period, transport)
+    error = predicted_error(run.recording, period, transport)
     A, B = np.sqrt(np.mean(error**2, axis=1)).tolist()
     return A, B

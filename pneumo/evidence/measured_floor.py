@@ -9,7 +9,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.engineer.floor_theory import (
-    TRANSPORTS,
+    SHIFTS,
     averages,
     floor,
     late_rest,
@@ -19,7 +19,9 @@ from pneumo.engineer.floor_theory import (
 from pneumo.evidence.error_budget import refined, sliced
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import Recording, record
-from pneumo.simulation.transported import EXACTLY, transported
+from pneumo.simulation.chamber_replay import replay_chambers
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.storage.layout import labels
 
 EXPERIMENTS = ("E09", "E10", "E11", "E12", "E13", "E14", "E15", "E16")  # of at most 120 s: at full length
@@ -60,16 +62,15 @@ def three_ways(
     e: Experiment, recording: Recording, periods: tuple[float, ...], between: bool = False
 ) -> np.ndarray:
     """Floor by (period, way, transport), Pa, of a run at its fine step."""
-    run, none = (e.drive, e.plant, e.h), lane_array([])
     full = recording.states[::FINE, [2, 4]].T
-    known, late = averages(recording, *run, e.excitation.every), late_rest(recording, *run, FINE)
+    known, late = averages(recording, e.excitation.every), late_rest(recording, FINE)
     found = sensitivities(e.plant, known)
-    result = np.empty((len(periods), len(WAYS), len(TRANSPORTS)))
+    result = np.empty((len(periods), len(WAYS), len(SHIFTS)))
     for i, period in enumerate(periods):
         every = round(period / e.h)
-        for j, (name, (kind, _, _)) in enumerate(TRANSPORTS.items()):
-            replayed = transported(recording, every, kind, *run, none, FINE)[0]
-            predicted = predicted_error(recording, *run, period, name, FINE, late)
+        for j, (name, shift) in enumerate(SHIFTS.items()):
+            replayed = replay_chambers(recording, shift.transport(every), FINE)
+            predicted = predicted_error(recording, period, name, FINE, late)
             scattered = between and every > 1  # if every step is a sample, all jumps fall on them
             formula = floor(found, period, name, early=known.early, between=scattered)
             result[i, :, j] = rms(full - replayed), rms(predicted), formula
@@ -79,10 +80,10 @@ def three_ways(
 def reduced_floor(e: Experiment, recording: Recording, period: float) -> list[float]:
     """Floor of one reduced model by transport, Pa: its replay on exact less that on sampled signals."""
     lanes = lane_array([lane(MODELS[MODEL], N, e.plant.gas.gamma)])
-    run = (e.drive, e.plant, e.h, lanes, FINE)
-    exact = transported(recording, 1, EXACTLY, *run)[1]
+    exact = replay(recording, lanes, EXACT_TRANSPORT, FINE).pressure[0]
     every = round(period / e.h)
-    return [rms(exact - transported(recording, every, kind, *run)[1]) for kind, _, _ in TRANSPORTS.values()]
+    sampled = [replay(recording, lanes, shift.transport(every), FINE) for shift in SHIFTS.values()]
+    return [rms(exact - replays.pressure[0]) for replays in sampled]
 
 
 def measure(experiment: Experiment) -> xr.Dataset:
@@ -115,7 +116,7 @@ def measure(experiment: Experiment) -> xr.Dataset:
     reduced = ("transport", reduced_floor(e, recording, SWEEP_PERIOD))
     coords = {"period": list(PERIODS), "rate": list(RATES), "size": list(SIZES)}
     return xr.Dataset(
-        result | {"reduced": reduced}, coords | {"transport": list(TRANSPORTS)} | labels(experiment)
+        result | {"reduced": reduced}, coords | {"transport": list(SHIFTS)} | labels(experiment)
     )
 
 

@@ -8,16 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
-from pneumo.configuration.experiment import Experiment, Plant
+from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import acceleration, heat_area, motion, stopped, volume
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command, reference_series
-from pneumo.simulation.tableau import DORMAND_PRINCE
+from pneumo.simulation.runge_kutta import STAGES, dormand_prince
 
-A, B, C = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
-STAGES = len(B)
+
+
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
 RAN, DIVERGED, NOT_POSITIVE = 0, 1, 2
 RUN_STATUS = {
@@ -45,8 +45,12 @@ def chamber_rates(u, x, v, P, T, area, plant):
 
 
 @register_jitable
-def rates(y, reference, force, drive, plant, dy):
-    """Write the rate of the six states into dy: eqs (3), (4), (5) for both chambers."""
+def full_order_rates(y, i, context, dy):
+    """Write the rates of the six states into dy: eqs (3), (4), (5) for both chambers.
+
+    `context` holds the reference, m or V, the external force, N, drive and plant; all stages see the same.
+    """
+    reference, force, drive, plant = context
     x, v, P_A, T_A, P_B, T_B = y[0], y[1], y[2], y[3], y[4], y[5]
     u = limited(command(reference, x, drive), plant.valve.u_max)
     dy[0], dy[1] = motion(x, v, acceleration(v, P_A, P_B, force, plant.cylinder), plant.cylinder)
@@ -54,16 +58,7 @@ def rates(y, reference, force, drive, plant, dy):
     dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
 
 
-@register_jitable
-def stages(y, reference, force, drive, plant, h, Y, K):
-    """Write the six stage states of one step from y, and their rates, into Y and K."""
-    for i in range(STAGES):
-        for s in range(len(y)):
-            total = 0.0
-            for j in range(i):
-                total += A[i, j] * K[j, s]
-            Y[i, s] = y[s] + h * total
-        rates(Y[i], reference, force, drive, plant, K[i])
+full_order_step = dormand_prince(full_order_rates)
 
 
 @kernel
@@ -93,12 +88,8 @@ def run(y_0, reference, force, drive, plant, h):
     states[0] = y_0
     Y, K = np.empty((STAGES, 6)), np.empty((STAGES, 6))
     for k in range(steps):
-        stages(states[k], reference[k], force, drive, plant, h, Y, K)
-        for s in range(6):
-            total = 0.0
-            for i in range(STAGES):
-                total += B[i] * K[i, s]
-            states[k + 1, s] = states[k, s] + h * total
+        context = (reference[k], force, drive, plant)
+        full_order_step(states[k], context, h, Y, K, states[k + 1])
         x, v = states[k + 1, 0], states[k + 1, 1]
         states[k + 1, 0], states[k + 1, 1] = stopped(x, v, states[k, 1], plant.cylinder)
     return states
@@ -111,8 +102,13 @@ def equilibrium(plant: Plant) -> np.ndarray:
 
 
 def failure(states: np.ndarray) -> tuple[int, int]:
-    """Say what became of a full-order run: key of `RUN_STATUS`, and the step at which it failed, or -1."""
-    finite, positive = np.all(np.isfinite(states), axis=1), np.all(states[:, 2:] > 0, axis=1)
+    """Return what became of a run: key of `RUN_STATUS`, and the step at which it failed, or -1.
+
+    A signal that is NaN from the start was not measured and does not count.
+    """
+    measured = states[:, ~np.isnan(states[0])]
+    positive = np.all((states[:, 2:] > 0) | np.isnan(states[0, 2:]), axis=1)
+    finite = np.all(np.isfinite(measured), axis=1)
     failed = ~(finite & positive)
     if not failed.any():
         return RAN, -1
@@ -121,7 +117,7 @@ def failure(states: np.ndarray) -> tuple[int, int]:
 
 
 class Recording(NamedTuple):
-    """A full-order run as the replays see it.
+    """A run, simulated or measured, as the replays see it.
 
     Attributes
     ----------
@@ -131,11 +127,18 @@ class Recording(NamedTuple):
         Reference in force from every step's start, shape (steps + 1,).
     u : numpy.ndarray
         Command before the limiter at every step, V, shape (steps + 1,).
+    drive : Drive
+    plant : Plant
+    h : float
+        Step, s.
     """
 
     states: np.ndarray
     reference: np.ndarray
     u: np.ndarray
+    drive: Drive
+    plant: Plant
+    h: float
 
 
 @kernel
@@ -154,7 +157,7 @@ def recorded(experiment: Experiment, reference: np.ndarray) -> Recording:
     status, step = failure(states)
     if status != RAN:
         states[step + 1 :] = np.nan
-    return Recording(states, reference, command_series(states, reference, drive))
+    return Recording(states, reference, command_series(states, reference, drive), drive, plant, experiment.h)
 
 
 def record(experiment: Experiment) -> Recording:

@@ -15,21 +15,14 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.polynomial import Chebyshev, Polynomial
 
-from pneumo.configuration.experiment import Drive, Plant
+from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import heat_area, volume
 from pneumo.physics.valve import Gas
-from pneumo.simulation import reference
 from pneumo.simulation.compiled import kernel
-from pneumo.simulation.full_order import STAGES, A, B, Recording
-from pneumo.simulation.reference import (
-    EXACT,
-    OK,
-    PUBLISHED,
-    Replayed,
-    exact_inputs,
-    published_inputs,
-    steps_late,
-)
+from pneumo.simulation.full_order import Recording
+from pneumo.simulation.reference import piston_area
+from pneumo.simulation.runge_kutta import STAGES, A, B
+from pneumo.simulation.signals import Reading, stage_inputs
 
 WIDTH = 8  # lanes are padded to a multiple of this; a vector register holds 2, 4 or 8
 ROW = 104  # lanes at once; 13 cache lines, an odd number, so that rows do not compete for places in the cache
@@ -206,7 +199,7 @@ def advance(W, inputs, starts, plant, h, psi, s_sonic):
         a_0, a_1, a_2, a_3, a_4 = h * A[j, 0], h * A[j, 1], h * A[j, 2], h * A[j, 3], h * A[j, 4]
         for side in range(2):
             sign = 1.0 - 2.0 * side
-            area = plant.cylinder.A_A if side == 0 else plant.cylinder.A_B
+            area = piston_area(plant.cylinder, side)
             now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
             for i in range(count):
                 early = a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i] + a_2 * W[K_2 + r + i]
@@ -226,14 +219,12 @@ def advance(W, inputs, starts, plant, h, psi, s_sonic):
 # Contracting a * b + c is the one liberty: a sum in another order would lose what `add` carries, and
 # without NaN a lane could not say that it left the range.
 @kernel(fastmath={"contract"})
-def _replay(recording, W, starts, exact, lag_steps, stride, drive, plant, h, psi, pressure):
+def _replay(recording, W, starts, reading, stride, psi, pressure):
+    plant, h = recording.plant, recording.h
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), starts[3]
-    inputs, Y, K = np.empty((STAGES, 3)), np.empty((STAGES, 6)), np.empty((STAGES, 6))
+    inputs, Y, K = np.empty((STAGES, 3)), np.empty((STAGES + 1, 6)), np.empty((STAGES, 6))
     for k in range(len(recording.states) - 1):
-        if exact:
-            exact_inputs(recording, k, drive, plant, h, Y, K, inputs)
-        else:
-            published_inputs(recording, k, lag_steps, plant.valve.u_max, inputs)
+        stage_inputs(recording, reading, k, Y, K, inputs)
         advance(W, inputs, starts, plant, h, psi, s_sonic)
         for side in range(2):
             now, errors, squares = (P_A, SUM_A, SQUARES_A) if side == 0 else (P_B, SUM_B, SQUARES_B)
@@ -255,8 +246,15 @@ def needs(lanes: np.ndarray) -> np.ndarray:
     return np.where(heat != 0, np.where(e_PT != 0, 3, 2), np.where(a != 0, 1, 0))
 
 
-def supported(lanes: np.ndarray) -> np.ndarray:
-    """Whether the kernel has what a lane asks for: the wall laws of `WALL_LAWS` and a sizeable exponent a."""
+def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
+    """Whether the kernel can follow each lane, shape (lane,).
+
+    It knows the wall laws of `pneumo.physics.models.WALL_LAWS`, sizeable exponents a, and valves without leak or
+    laminar share.
+    """
+    _, error = flow_polynomial(plant.gas)
+    if error > FLOW_TOLERANCE or plant.valve.laminar or plant.valve.leak:
+        return np.zeros(len(lanes), dtype=bool)
     _, _, _, a, _, heat, e_A, e_PT = lanes.T
     law = (e_PT == 0) & ((e_A == 0) | (e_A == 1)) | (e_PT == 0.5) & (e_A == 1)
     # |lp| > 700, which stands for P <= 0, has to be outside the reach of the exponential.
@@ -295,51 +293,26 @@ def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.ui
     return W, tuple(np.uint64(start) for start in (*starts, count))
 
 
-def replay(
-    recording: Recording,
-    lanes: np.ndarray,
-    drive: Drive,
-    plant: Plant,
-    h: float,
-    *,
-    transport: str,
-    lag: float | np.ndarray = 0.0,
-    stride: int = 1,
-) -> Replayed:
-    """Replay every lane in both chambers on one recording.
+def replay_block(
+    recording: Recording, lanes: np.ndarray, reading: Reading, stride: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Replay up to `ROW` lanes, sorted by `needs`, in both chambers on one recording.
 
-    Parameters, result and errors are those of `pneumo.simulation.reference.replay`. That one runs the lanes again
-    which the kernel cannot follow: an unusual wall law or valve, or a pressure too far from P_0.
+    Returns
+    -------
+    mean_error, mse : numpy.ndarray
+        Mean, Pa, and mean square, Pa^2, of the error, shape (lane, chamber); NaN where the kernel could not
+        follow a lane.
+    pressure : numpy.ndarray
+        Pa, shape (lane, chamber, stored steps).
     """
-    options = {"transport": transport, "lag": lag, "stride": stride}
-    if transport not in (PUBLISHED, EXACT) or (transport == EXACT and np.any(lag)):
-        return reference.replay(recording, lanes, drive, plant, h, **options)  # it says what is wrong
-    shape, samples = (len(lanes), 2), len(recording.states)
-    result = Replayed(
-        mean_error=np.empty(shape),
-        variance=np.empty(shape),
-        mse=np.empty(shape),
-        status=np.full(shape, OK, dtype=np.int8),
-        failure_step=np.full(shape, -1),
-        pressure=np.empty((*shape, (samples - 1) // stride + 1)),
-    )
-    late = steps_late(lag, h)
-    psi, error = flow_polynomial(plant.gas)
-    order = np.argsort(needs(lanes), kind="stable")
-    for first in range(0, len(lanes), ROW):
-        block = order[first : first + ROW]
-        W, starts = work_array(lanes[block], plant)
-        pressure = np.full((result.pressure.shape[2], 2, int(starts[3])), plant.conditions.P_0)
-        _replay(recording, W, starts, transport == EXACT, late, stride, drive, plant, h, psi, pressure)
-        rows = W.reshape(-1, ROW)[:, : len(block)]
-        result.mean_error[block] = rows[[int(SUM_A) // ROW, int(SUM_B) // ROW]].T / samples
-        result.mse[block] = rows[[int(SQUARES_A) // ROW, int(SQUARES_B) // ROW]].T / samples
-        result.pressure[block] = pressure[:, :, : len(block)].transpose(2, 1, 0)
-    result.variance[:] = result.mse - result.mean_error**2
-    followed = error <= FLOW_TOLERANCE and not plant.valve.laminar and not plant.valve.leak
-    outside = ~np.isfinite(result.mse).all(axis=1) | ~supported(lanes) | (not followed)
-    if outside.any():
-        rerun = reference.replay(recording, lanes[outside], drive, plant, h, **options)
-        for mine, theirs in zip(result, rerun, strict=True):
-            mine[outside] = theirs
-    return result
+    samples, count = len(recording.states), len(lanes)
+    psi, _ = flow_polynomial(recording.plant.gas)
+    W, starts = work_array(lanes, recording.plant)
+    shape = ((samples - 1) // stride + 1, 2, int(starts[3]))
+    pressure = np.full(shape, recording.plant.conditions.P_0)
+    _replay(recording, W, starts, reading, stride, psi, pressure)
+    rows = W.reshape(-1, ROW)[:, :count]
+    mean_error = rows[[int(SUM_A) // ROW, int(SUM_B) // ROW]].T / samples
+    mse = rows[[int(SQUARES_A) // ROW, int(SQUARES_B) // ROW]].T / samples
+    return mean_error, mse, pressure[:, :, :count].transpose(2, 1, 0)

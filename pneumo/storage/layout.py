@@ -6,7 +6,9 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
+from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import RUN_STATUS, STATE, Recording, failure
+from pneumo.simulation.replay import STATUS, Replayed
 from pneumo.simulation.settling import QUANTITIES, SETTLING_STATUS, Settling
 
 CHAMBERS = ["A", "B"]
@@ -93,8 +95,35 @@ def story(run: xr.Dataset, what: str = "full-order run") -> str:
     )
 
 
-def recording_from(dataset: xr.Dataset) -> Recording:
-    """Full-order run as the replays see it, from a stored datum."""
+def recording_from(dataset: xr.Dataset, experiment: Experiment) -> Recording:
+    """Full-order run of an experiment as the replays see it, from its stored datum."""
     P, T = dataset["P"].values, dataset["T"].values
     columns = [dataset["x"].values, dataset["v"].values, P[:, 0], T[:, 0], P[:, 1], T[:, 1]]
-    return Recording(np.stack(columns, axis=1), dataset["reference"].values, dataset["u"].values)
+    states, reference, u = np.stack(columns, axis=1), dataset["reference"].values, dataset["u"].values
+    return Recording(states, reference, u, experiment.drive, experiment.plant, experiment.h)
+
+
+def replay_dataset(
+    experiment: Experiment, n: tuple[float, ...], index: np.ndarray, cells: Replayed
+) -> xr.Dataset:
+    """Every grid cell of one experiment."""
+    dims = ("model", "n", "chamber")
+    failed = cells.status != 0
+
+    def cell(values: np.ndarray) -> np.ndarray:
+        return np.where(failed, np.nan, values)[index]
+
+    failure_time = np.where(failed, cells.failure_step * experiment.h, np.nan)[index]
+    status = flags(STATUS, "what became of the cell")
+    t = np.arange(cells.pressure.shape[-1]) * experiment.pressure_stride * experiment.h
+    return xr.Dataset(
+        {
+            "mean_error": (dims, cell(cells.mean_error)),
+            "variance": (dims, cell(cells.variance)),
+            "mse": (dims, cell(cells.mse)),
+            "status": (dims, cells.status[index], status),
+            "failure_time": (dims, failure_time),
+            "pressure": ((*dims, "t"), cells.pressure.astype(np.float32)[index]),
+        },
+        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": t} | labels(experiment),
+    )

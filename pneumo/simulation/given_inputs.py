@@ -1,25 +1,24 @@
-"""Reduced models on inputs given as data, and together with the full-order system as one set of equations.
-
-What the study of numerical errors needs beyond the two transports: any other transport is an array of the
-inputs at every Runge-Kutta stage, and an adaptive solver sees full-order and reduced models as one system.
-"""
+# pyright: basic
+"""Pressures of reduced models on inputs given at every Runge-Kutta stage, and joint rates for other solvers."""
 
 from math import log
 
 import numpy as np
+from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
-from pneumo.physics.models import Lane, temperature
+from pneumo.physics.models import temperature
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command
-from pneumo.simulation.full_order import STAGES, A, B, rates
-from pneumo.simulation.reference import lane_rate, rate_with_flows
+from pneumo.simulation.full_order import full_order_rates
+from pneumo.simulation.reference import lane_of, lane_rate, lane_rate_with_flows, piston_area
+from pneumo.simulation.runge_kutta import STAGES, dormand_prince
 from pneumo.simulation.vectorised import P_A, P_B, ROW, advance, flow_polynomial, needs, work_array
 
 
 @kernel(fastmath={"contract"})
-def _driven(inputs, W, starts, stride, plant, h, psi, pressure):
+def _on_inputs(inputs, W, starts, stride, plant, h, psi, pressure):
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), starts[3]
     for k in range(len(inputs)):
         advance(W, inputs[k], starts, plant, h, psi, s_sonic)
@@ -30,7 +29,7 @@ def _driven(inputs, W, starts, stride, plant, h, psi, pressure):
                     pressure[(k + 1) // stride, side, i] = P_0 * W[now + i]
 
 
-def driven(
+def pressures_on_inputs(
     inputs: np.ndarray,
     lanes: np.ndarray,
     plant: Plant,
@@ -38,7 +37,7 @@ def driven(
     stride: int,
     start: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Run reduced models on given inputs.
+    """Pressures of reduced models on given commands, positions and velocities.
 
     Parameters
     ----------
@@ -73,41 +72,41 @@ def driven(
         for row, first in zip((P_A, P_B), pressure[0, :, : len(lanes)], strict=True):
             W[int(row) : int(row) + len(lanes)] = first / plant.conditions.P_0
     psi, _ = flow_polynomial(plant.gas)
-    _driven(inputs, W, starts, stride, plant, h, psi, pressure)
+    _on_inputs(inputs, W, starts, stride, plant, h, psi, pressure)
     result = np.empty((len(lanes), 2, len(pressure)))
     result[order] = pressure[:, :, : len(lanes)].transpose(2, 1, 0)
     return result
 
 
+@register_jitable
+def _rates_from_flow(y, i, context, dy):
+    inputs, flow, side, area, plant, lane = context
+    sign, m = 1.0 - 2.0 * side, flow[i, side]
+    T = temperature(y[0], plant.conditions.P_0, plant.conditions.T_0, lane.a)
+    x, v = sign * inputs[i, 1], sign * inputs[i, 2]
+    dy[0] = lane_rate_with_flows(max(m, 0.0), max(-m, 0.0), x, v, y[0], T, area, plant, lane)
+
+
+_step_from_flow = dormand_prince(_rates_from_flow)
+
+
 @kernel
-def _driven_by_flow(inputs, flow, lanes, plant, h, stride, pressure):
-    P_0, T_0 = plant.conditions.P_0, plant.conditions.T_0
-    rate = np.empty(STAGES)
+def _on_flows(inputs, flow, lanes, plant, h, stride, pressure):
+    Y, K, P = np.empty((STAGES, 1)), np.empty((STAGES, 1)), np.empty(1)
     for index in range(len(lanes)):
-        row = lanes[index]
-        lane = Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+        lane = lane_of(lanes[index])
         for side in range(2):
-            sign = 1.0 - 2.0 * side
-            area = plant.cylinder.A_A if side == 0 else plant.cylinder.A_B
-            P = pressure[index, side, 0]
+            area = piston_area(plant.cylinder, side)
+            P[0] = pressure[index, side, 0]
             for k in range(len(inputs)):
-                for i in range(STAGES):
-                    P_i = P
-                    for j in range(i):
-                        P_i += h * A[i, j] * rate[j]
-                    x, v, m = sign * inputs[k, i, 1], sign * inputs[k, i, 2], flow[k, i, side]
-                    T = temperature(P_i, P_0, T_0, lane.a)
-                    rate[i] = rate_with_flows(max(m, 0.0), max(-m, 0.0), x, v, P_i, T, area, plant, lane)
-                for i in range(STAGES):
-                    P += h * B[i] * rate[i]
-                if not P > 0:
-                    P = np.nan
-                done = k + 1
-                if done % stride == 0:
-                    pressure[index, side, done // stride] = P
+                _step_from_flow(P, (inputs[k], flow[k], side, area, plant, lane), h, Y, K, P)
+                if not P[0] > 0:
+                    P[0] = np.nan
+                if (k + 1) % stride == 0:
+                    pressure[index, side, (k + 1) // stride] = P[0]
 
 
-def driven_by_flow(
+def pressures_on_flows(
     inputs: np.ndarray,
     flow: np.ndarray,
     lanes: np.ndarray,
@@ -116,16 +115,16 @@ def driven_by_flow(
     stride: int,
     start: np.ndarray,
 ) -> np.ndarray:
-    """Run reduced models on given mass flows in place of a valve.
+    """Pressures of reduced models on given mass flows in place of a valve.
 
     Parameters
     ----------
     inputs : numpy.ndarray
-        As `driven` takes them; the command plays no role.
+        As for `pressures_on_inputs`; the command plays no role.
     flow : numpy.ndarray
         Mass flows into chambers A and B, negative out of them, kg/s, at every stage: shape (steps, 6, 2).
     lanes, plant, h, stride, start
-        As for `driven`; any number of lanes.
+        As for `pressures_on_inputs`; any number of lanes.
 
     Returns
     -------
@@ -134,7 +133,7 @@ def driven_by_flow(
     """
     pressure = np.empty((len(lanes), 2, len(inputs) // stride + 1))
     pressure[:, :, 0] = start
-    _driven_by_flow(inputs, flow, lanes, plant, h, stride, pressure)
+    _on_flows(inputs, flow, lanes, plant, h, stride, pressure)
     return pressure
 
 
@@ -154,12 +153,11 @@ def joint_rates(y, reference, lanes, drive, plant):
     plant : Plant
     """
     dy = np.empty_like(y)
-    rates(y, reference, 0.0, drive, plant, dy)
+    full_order_rates(y, 0, (reference, 0.0, drive, plant), dy)
     x, v = y[0], y[1]
     u = limited(command(reference, x, drive), plant.valve.u_max)
     for i in range(len(lanes)):
-        row = lanes[i]
-        lane = Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+        lane = lane_of(lanes[i])
         dy[6 + 2 * i] = lane_rate(u, x, v, y[6 + 2 * i], plant.cylinder.A_A, plant, lane)
         dy[7 + 2 * i] = lane_rate(-u, -x, -v, y[7 + 2 * i], plant.cylinder.A_B, plant, lane)
     return dy

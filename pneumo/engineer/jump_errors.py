@@ -1,0 +1,138 @@
+# pyright: basic
+"""Pressure error that jumps of the command leave in a replay on sampled signals: linear theory along one run."""
+
+import numpy as np
+from numba.extending import register_jitable
+
+from pneumo.physics.valve import limited
+from pneumo.simulation.compiled import kernel
+from pneumo.simulation.excitation import command
+from pneumo.simulation.full_order import chamber_rates
+from pneumo.simulation.reference import piston_area
+
+SMALL_P, SMALL_T = 1.0, 1e-3  # Pa and K; steps of the differences that linearise the equations
+
+
+@register_jitable
+def opened(u, u_max):
+    """Integral from 0 to u of the limited command's positive part, V^2."""
+    if u <= 0:
+        return 0.0
+    return u * u / 2 if u < u_max else u_max * u - u_max * u_max / 2
+
+
+@register_jitable
+def mean_of_ramp(u, w, u_max):
+    """Means of the positive and the negative part of a limited command that runs evenly from u to w, V."""
+    positive = (opened(w, u_max) - opened(u, u_max)) / (w - u)
+    negative = (opened(-u, u_max) - opened(-w, u_max)) / (w - u)
+    return positive, negative
+
+
+@register_jitable
+def jump_rates(u, w, linear, late, f, x, v, P, T, area, plant):
+    """Error (dP, dT) that a jump from u to w leaves, per second of the interval between samples.
+
+    The jump falls at fraction 0 < f <= 1 between two samples; a line joins them, or it comes `late` intervals.
+    Rates are linear in the area of either restriction, so one of each says all.
+    """
+    u_max = plant.valve.u_max
+    P_shut, T_shut = chamber_rates(0.0, x, v, P, T, area, plant)
+    P_fill, T_fill = chamber_rates(1.0, x, v, P, T, area, plant)
+    P_vent, T_vent = chamber_rates(-1.0, x, v, P, T, area, plant)
+    before, after = limited(u, u_max), limited(w, u_max)
+    if linear:
+        fill, vent = mean_of_ramp(u, w, u_max)
+        fill = f * max(before, 0.0) + (1 - f) * max(after, 0.0) - fill
+        vent = f * max(-before, 0.0) + (1 - f) * max(-after, 0.0) - vent
+    else:
+        fill = late * (max(after, 0.0) - max(before, 0.0))
+        vent = late * (max(-after, 0.0) - max(-before, 0.0))
+    return (
+        fill * (P_fill - P_shut) + vent * (P_vent - P_shut),
+        fill * (T_fill - T_shut) + vent * (T_vent - T_shut),
+    )
+
+
+@register_jitable
+def relaxed(e_P, e_T, u, x, v, P, T, area, plant, h):
+    """Errors of pressure and temperature one step later, by the linearised equations (implicit Euler)."""
+    P_1, T_1 = chamber_rates(u, x, v, P + SMALL_P, T, area, plant)
+    P_2, T_2 = chamber_rates(u, x, v, P - SMALL_P, T, area, plant)
+    P_3, T_3 = chamber_rates(u, x, v, P, T + SMALL_T, area, plant)
+    P_4, T_4 = chamber_rates(u, x, v, P, T - SMALL_T, area, plant)
+    a, b = 1 - h * (P_1 - P_2) / (2 * SMALL_P), -h * (P_3 - P_4) / (2 * SMALL_T)
+    c, d = -h * (T_1 - T_2) / (2 * SMALL_P), 1 - h * (T_3 - T_4) / (2 * SMALL_T)
+    return (d * e_P - b * e_T) / (a * d - b * c), (a * e_T - c * e_P) / (a * d - b * c)
+
+
+@kernel
+def jump_errors(recording, every, linear, late, uniform, stride):
+    """Pressure error that jumps of the command leave, per second between samples: linear theory, no replay.
+
+    Parameters
+    ----------
+    recording : Recording
+    every : int
+        Steps between samples; says where between them a jump falls.
+    linear : bool
+        The replay interpolates samples linearly; if not, it holds them.
+    late : float
+        How many samples behind the held one is.
+    uniform : bool
+        Instead, every jump, the start from rest too, comes one second late.
+    stride : int
+        Steps between stored errors.
+
+    Returns
+    -------
+    numpy.ndarray
+        Pa/s, shape (chamber, stored steps).
+    """
+    states, reference, drive, plant = recording.states, recording.reference, recording.drive, recording.plant
+    steps = len(states) - 1
+    result = np.zeros((2, steps // stride + 1))
+    e_P, e_T = np.zeros(2), np.zeros(2)
+    now = command(reference[0], states[0, 0], drive)
+    if uniform:
+        x, v, P_A, T_A, P_B, T_B = states[0]
+        u = limited(now, plant.valve.u_max)
+        e_P[0], e_T[0] = chamber_rates(u, x, v, P_A, T_A, plant.cylinder.A_A, plant)
+        e_P[1], e_T[1] = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
+        result[:, 0] = e_P
+    for k in range(1, steps + 1):
+        x, v = states[k, 0], states[k, 1]
+        # In closed loop the command also moves between jumps, with x; then only the reference makes one.
+        before = command(reference[k - 1], x, drive) if drive.closed_loop else now
+        u = limited(before, plant.valve.u_max)
+        now = command(reference[k], x, drive)
+        f = ((k - 1) % every + 1) / every
+        delay = 1.0 if uniform else late + 1.0 - f
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            area = piston_area(plant.cylinder, side)
+            P, T = states[k, 2 + 2 * side], states[k, 3 + 2 * side]
+            X, V = sign * x, sign * v
+            e_P[side], e_T[side] = relaxed(
+                e_P[side], e_T[side], sign * u, X, V, P, T, area, plant, recording.h
+            )
+            if now != before:
+                dP, dT = jump_rates(sign * before, sign * now, linear, delay, f, X, V, P, T, area, plant)
+                e_P[side] += dP
+                e_T[side] += dT
+        if k % stride == 0:
+            result[:, k // stride] = e_P
+    return result
+
+
+@kernel
+def pressure_rates(recording, stride):
+    """Rate of pressure of a full-order run, Pa/s, shape (chamber, stored steps)."""
+    states, plant = recording.states, recording.plant
+    result = np.empty((2, (len(states) - 1) // stride + 1))
+    for i in range(result.shape[1]):
+        x, v, P_A, T_A, P_B, T_B = states[i * stride]
+        u = limited(command(recording.reference[i * stride], x, recording.drive), plant.valve.u_max)
+        result[0, i], _ = chamber_rates(u, x, v, P_A, T_A, plant.cylinder.A_A, plant)
+        result[1, i], _ = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
+    return result

@@ -1,0 +1,55 @@
+# pyright: basic
+"""Replay of the chambers' own full-order equations, in which nothing but the transport of the signals errs."""
+
+import numpy as np
+from numba.extending import register_jitable
+
+from pneumo.simulation.compiled import kernel
+from pneumo.simulation.full_order import Recording, chamber_rates
+from pneumo.simulation.reference import piston_area
+from pneumo.simulation.runge_kutta import STAGES, dormand_prince
+from pneumo.simulation.signals import Transport, stage_inputs
+
+
+@register_jitable
+def _state_rates(y, i, context, dy):
+    inputs, sign, area, plant = context
+    u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
+    dy[0], dy[1] = chamber_rates(u, x, v, y[0], y[1], area, plant)
+
+
+_chamber_step = dormand_prince(_state_rates)
+
+
+@kernel
+def _replay_chambers(recording, reading, stride):
+    steps, plant = len(recording.states) - 1, recording.plant
+    pressure = np.empty((2, steps // stride + 1))
+    inputs, Y, K = np.empty((STAGES, 3)), np.empty((STAGES + 1, 6)), np.empty((STAGES, 6))
+    Y_chamber, K_chamber, state = np.empty((STAGES, 2)), np.empty((STAGES, 2)), np.empty((2, 2))
+    for side in range(2):
+        state[side] = recording.states[0, 2 + 2 * side : 4 + 2 * side]
+    pressure[:, 0] = state[:, 0]
+    for k in range(steps):
+        stage_inputs(recording, reading, k, Y, K, inputs)
+        for side in range(2):
+            context = (inputs, 1.0 - 2.0 * side, piston_area(plant.cylinder, side), plant)
+            _chamber_step(state[side], context, recording.h, Y_chamber, K_chamber, state[side])
+        if (k + 1) % stride == 0:
+            pressure[:, (k + 1) // stride] = state[:, 0]
+    return pressure
+
+
+def replay_chambers(recording: Recording, transport: Transport, stride: int = 1) -> np.ndarray:
+    """Pressures of the full-order chambers on recorded signals, Pa, shape (chamber, stored steps).
+
+    Parameters
+    ----------
+    recording : Recording
+        A full-order run.
+    transport : Transport
+        How its signals reach the chambers.
+    stride : int
+        Steps between stored pressures.
+    """
+    return _replay_chambers(recording, transport.reading, stride)

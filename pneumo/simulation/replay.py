@@ -1,0 +1,102 @@
+"""Replays of reduced models on recorded runs, Fig. 6: the one entry, whichever kernel computes them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.simulation.full_order import RAN, Recording, failure
+from pneumo.simulation.reference import replay_lanes
+from pneumo.simulation.signals import Transport
+from pneumo.simulation.vectorised import ROW, followed, needs, replay_block
+
+OK, LEFT_RANGE, NO_RUN = 0, 1, 2
+STATUS = {OK: "ok", LEFT_RANGE: "pressure left the positive numbers", NO_RUN: "no full-order run"}
+
+
+class Replayed(NamedTuple):
+    """Replays of several lanes on one run; every array starts with (lane, chamber).
+
+    Attributes
+    ----------
+    mean_error, mse : numpy.ndarray
+        Mean, Pa, and mean square, Pa^2, of full-order minus reduced pressure over every step.
+    variance : numpy.ndarray
+        Population variance of the same error, Pa^2.
+    status : numpy.ndarray
+        Key of `STATUS`; anything but 0 makes the statistics NaN.
+    failure_step : numpy.ndarray
+        Step at which a lane failed, or -1.
+    pressure : numpy.ndarray
+        Reduced pressure, Pa, shape (lane, chamber, stored steps).
+    """
+
+    mean_error: np.ndarray
+    variance: np.ndarray
+    mse: np.ndarray
+    status: np.ndarray
+    failure_step: np.ndarray
+    pressure: np.ndarray
+
+
+def replay(recording: Recording, lanes: np.ndarray, transport: Transport, stride: int = 1) -> Replayed:
+    """Replay lanes in both chambers on a run.
+
+    The vectorised kernel replays what it can follow, the reference the rest: an unusual wall law or valve, or a
+    pressure too far from P_0. Where the run itself failed every lane has status `NO_RUN`.
+
+    Parameters
+    ----------
+    recording : Recording
+    lanes : numpy.ndarray
+        From `pneumo.physics.models.lane_array`, shape (lane, 8).
+    transport : Transport
+        How the recorded signals reach the models.
+    stride : int
+        Steps between stored pressures.
+    """
+    run_status, step = failure(recording.states)
+    if run_status != RAN:
+        return _no_replay(recording, lanes, step, stride)
+    shape, samples = (len(lanes), 2), len(recording.states)
+    result = Replayed(
+        mean_error=np.empty(shape),
+        variance=np.empty(shape),
+        mse=np.empty(shape),
+        status=np.full(shape, OK, dtype=np.int8),
+        failure_step=np.full(shape, -1),
+        pressure=np.empty((*shape, (samples - 1) // stride + 1)),
+    )
+    able = followed(lanes, recording.plant)
+    fast = np.flatnonzero(able)[np.argsort(needs(lanes[able]), kind="stable")]
+    for first in range(0, len(fast), ROW):
+        block = fast[first : first + ROW]
+        result.mean_error[block], result.mse[block], result.pressure[block] = replay_block(
+            recording, lanes[block], transport.reading, stride
+        )
+    result.variance[:] = result.mse - result.mean_error**2
+    rest = ~able
+    rest[fast] = ~np.isfinite(result.mse[fast]).all(axis=1)
+    if rest.any():
+        by_reference = replay_by_reference(recording, lanes[rest], transport, stride)
+        for own, other in zip(result, by_reference, strict=True):
+            own[rest] = other
+    return result
+
+
+def replay_by_reference(
+    recording: Recording, lanes: np.ndarray, transport: Transport, stride: int = 1
+) -> Replayed:
+    """Replay lanes with the readable kernel; parameters are those of `replay`."""
+    moments, failed_at, pressure = replay_lanes(recording, lanes, transport.reading, stride)
+    samples = len(recording.states)  # the error at t = 0 is zero by construction and counts
+    mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
+    status = np.where(failed_at >= 0, LEFT_RANGE, OK).astype(np.int8)
+    return Replayed(mean_error, mse - mean_error**2, mse, status, failed_at, pressure)
+
+
+def _no_replay(recording: Recording, lanes: np.ndarray, step: int, stride: int) -> Replayed:
+    """Return `NO_RUN` for every lane, at the step where the full-order run failed."""
+    shape, nothing = (len(lanes), 2), np.full((len(lanes), 2), np.nan)
+    pressure = np.full((*shape, (len(recording.states) - 1) // stride + 1), np.nan)
+    status, failed = np.full(shape, NO_RUN, dtype=np.int8), np.full(shape, step)
+    return Replayed(nothing, nothing, nothing, status, failed, pressure)

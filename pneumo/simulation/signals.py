@@ -1,0 +1,123 @@
+# pyright: basic
+"""How recorded signals reach a replay: what each Runge-Kutta stage reads of command, position and velocity."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from pneumo.physics.valve import limited
+from pneumo.simulation.excitation import command
+from pneumo.simulation.full_order import Recording, full_order_step
+from pneumo.simulation.runge_kutta import STAGES, C
+
+PUBLISHED, EXACT = "published", "exact"  # the study's two transports, and folders of results
+
+
+class Reading(NamedTuple):
+    """What the stages of a step read of a recorded run.
+
+    Attributes
+    ----------
+    exact : bool
+        The signals as the full-order run had them at each stage; what follows plays no role then.
+    held : bool
+        Samples are held (zero-order hold), not interpolated linearly.
+    late : numpy.ndarray
+        Delay of u, x and v at each stage, in samples, shape (6, 3); whole numbers where samples are held.
+    every : int
+        Steps between samples.
+    """
+
+    exact: bool
+    held: bool
+    late: np.ndarray
+    every: int
+
+
+class Transport(NamedTuple):
+    """How recorded signals reach a replay, Fig. 6.
+
+    Attributes
+    ----------
+    name : str
+        ``published`` and ``exact`` are those of the study.
+    reading : Reading
+    """
+
+    name: str
+    reading: Reading
+
+
+def _transport(name: str, held: bool, late: float | np.ndarray, every: int) -> Transport:
+    delays = np.array(np.broadcast_to(np.asarray(late, dtype=float), (STAGES, 3)))
+    return Transport(name, Reading(False, held, delays, every))
+
+
+def interpolated(late: float | np.ndarray = 0.0, *, every: int = 1, name: str = "linear") -> Transport:
+    """Linear interpolation between samples, `late` samples behind (one number, or shape (6, 3))."""
+    return _transport(name, False, late, every)
+
+
+def held(late: float | np.ndarray = 0.0, *, every: int = 1, name: str = "hold") -> Transport:
+    """Zero-order hold: every stage reads the sample of its step's start, or one `late` samples before it."""
+    return _transport(name, True, late, every)
+
+
+EXACT_TRANSPORT = Transport(EXACT, Reading(True, False, np.zeros((STAGES, 3)), 1))
+
+
+def study_transport(name: str, lag: float, h: float) -> Transport:
+    """Return one of the study's transports.
+
+    Parameters
+    ----------
+    name : {"published", "exact"}
+    lag : float
+        Delay of the recorded signals in the published transport, s.
+    h : float
+        Step and sample time, s.
+
+    Raises
+    ------
+    KeyError
+        If there is no transport of that name.
+    """
+    return {EXACT: EXACT_TRANSPORT, PUBLISHED: interpolated(lag / h, name=PUBLISHED)}[name]
+
+
+@register_jitable
+def sample_at(series, k, i, s, reading):
+    """Value of a signal that stage i of step k reads; s is its column of `Reading.late`."""
+    every, last = reading.every, (len(series) - 1) // reading.every
+    if reading.held:
+        at = min(max(k // every - int(reading.late[i, s]), 0), last)
+        return series[at * every]
+    position = (k + C[i]) / every - reading.late[i, s]
+    if position <= 0:
+        return series[0]
+    at = min(int(position), last - 1)
+    return series[at * every] + (position - at) * (series[(at + 1) * every] - series[at * every])
+
+
+@register_jitable
+def stage_inputs(recording, reading, k, Y, K, inputs):
+    """Write (limited u, x, v) at the six stages of step k into `inputs`, shape (6, 3).
+
+    The limiter acts on what was read. For the exact transport the stages are computed again from the stored
+    state; Y, shape (7, 6), and K, shape (6, 6), are work space.
+    """
+    u_max = recording.plant.valve.u_max
+    if reading.exact:
+        reference = recording.reference[k]
+        context = (reference, 0.0, recording.drive, recording.plant)
+        full_order_step(recording.states[k], context, recording.h, Y, K, Y[STAGES])
+        for i in range(STAGES):
+            inputs[i, 0] = limited(command(reference, Y[i, 0], recording.drive), u_max)
+            inputs[i, 1] = Y[i, 0]
+            inputs[i, 2] = Y[i, 1]
+    else:
+        for i in range(STAGES):
+            inputs[i, 0] = limited(sample_at(recording.u, k, i, 0, reading), u_max)
+            inputs[i, 1] = sample_at(recording.states[:, 0], k, i, 1, reading)
+            inputs[i, 2] = sample_at(recording.states[:, 1], k, i, 2, reading)
