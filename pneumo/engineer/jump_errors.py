@@ -1,5 +1,5 @@
 # pyright: basic
-"""Pressure error that jumps of the command leave in a replay on sampled signals: linear theory along one run."""
+"""Pressure error that jumps of the command leave in a replay on sampled signals: linear theory."""
 
 import numpy as np
 from numba.extending import register_jitable
@@ -33,7 +33,7 @@ def mean_of_ramp(u, w, u_max):
 def jump_rates(u, w, linear, late, f, x, v, P, T, area, plant):
     """Error (dP, dT) that a jump from u to w leaves, per second of the interval between samples.
 
-    The jump falls at fraction 0 < f <= 1 between two samples; a line joins them, or it comes `late` intervals.
+    The jump falls at fraction 0 < f <= 1 between two samples; a line joins them, or it comes `late`.
     Rates are linear in the area of either restriction, so one of each says all.
     """
     u_max = plant.valve.u_max

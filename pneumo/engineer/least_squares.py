@@ -16,7 +16,7 @@ from pneumo.engineer.stage_signals import Signals
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.models import WALL_LAWS, Model, lane, lane_array
-from pneumo.simulation.driven import driven, driven_by_flow
+from pneumo.simulation.given_inputs import pressures_on_flows, pressures_on_inputs
 
 LAMBDA_0 = 30.0  # W/(m^2 K); where the search for k_0 begins, between still and moving air
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
@@ -193,9 +193,9 @@ def replayed(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.nda
             shifted = inputs + np.array([0.0, moved, 0.0]) if moved else inputs
             of = (coefficients[rows], own, signals.h, stride, start[rows])
             if signals.flow is None:
-                found = driven(shifted, *of)
+                found = pressures_on_inputs(shifted, *of)
             else:
-                found = driven_by_flow(shifted, signals.flow, *of)
+                found = pressures_on_flows(shifted, signals.flow, *of)
             result[np.array(rows)[:, None], np.array(sides)] = found[:, sides]
     return result
 

@@ -15,13 +15,14 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import InputError
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
-from pneumo.simulation.cells import grid_lanes, replay_dataset, replayed
 from pneumo.simulation.full_order import RAN, RUN_STATUS, Recording, failure, record
-from pneumo.simulation.reference import EXACT
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.statistics.ranking import Ranking, ranked
 from pneumo.storage.files import write
-from pneumo.storage.layout import CHAMBERS, flags
+from pneumo.storage.layout import CHAMBERS, flags, replay_dataset
 
 TITLE = "Reduced models on repeated runs"
 K_0_FACTORS = (0.5, 2.0)  # the models' k_0 over the cylinder's: an estimate may be wrong by as much
@@ -97,7 +98,7 @@ def _mse_of_wrong_k_0(experiment: Experiment, n: tuple[float, ...], recording: R
     rows = [list(MODELS).index(name) for name in walled]
     for i, factor in enumerate(K_0_FACTORS):
         lanes = wall_lanes(n, experiment.plant.gas.gamma, factor)
-        cells = replayed(experiment, lanes, recording, transport=EXACT, stride=experiment.steps)
+        cells = replay(recording, lanes, EXACT_TRANSPORT, experiment.steps)
         mse = np.where(cells.status != 0, np.nan, cells.mse)
         result[i, rows] = mse.reshape(len(walled), len(n), 2)
     return result
@@ -123,7 +124,7 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     recording = record(experiment)
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
     stride = experiment.pressure_stride
-    replays = replayed(experiment, lanes, recording, transport=EXACT, stride=stride)
+    replays = replay(recording, lanes, EXACT_TRANSPORT, stride)
     cells = replay_dataset(experiment, n, index, replays)
     pressure = cells["pressure"].isel(t=slice(TRACED)).drop_vars("t").rename(t="sample")
     cells = cells.drop_vars(["pressure", "t"])

@@ -12,8 +12,9 @@ from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import Model, lane_array
 from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas
 from pneumo.simulation.full_order import Recording, command_series, equilibrium, run
-from pneumo.simulation.reference import EXACT, PUBLISHED, STATUS
-from pneumo.simulation.reference import replay as replayed
+from pneumo.simulation.replay import STATUS
+from pneumo.simulation.replay import replay as replay_lanes
+from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated
 
 AIR = exact_gas(287.0, 1.4)
 
@@ -197,7 +198,8 @@ def simulate(plant: Plant, h: float, *, command: Any = None, reference: Any = No
         _positive(k_p=k_p)
         drive, (signal,) = Drive(True, float(k_p), np.inf), _series(reference=reference)
     states = run(equilibrium(plant), signal, 0.0, drive, plant, float(h))
-    return Run(plant, drive, float(h), Recording(states, signal, command_series(states, signal, drive)))
+    u = command_series(states, signal, drive)
+    return Run(plant, drive, float(h), Recording(states, signal, u, drive, plant, float(h)))
 
 
 def recorded(plant: Plant, h: float, *, u: Any, x: Any, v: Any, P_A: Any = None, P_B: Any = None) -> Run:
@@ -225,7 +227,8 @@ def recorded(plant: Plant, h: float, *, u: Any, x: Any, v: Any, P_A: Any = None,
     for column, (name, P) in zip((2, 4), {"P_A": P_A, "P_B": P_B}.items(), strict=True):
         if P is not None:
             states[:, column] = _series(u=u, **{name: P})[1]
-    return Run(plant, None, float(h), Recording(states, np.zeros(len(u)), u))
+    no_drive = Drive(False, 0.0, np.inf)
+    return Run(plant, None, float(h), Recording(states, np.zeros(len(u)), u, no_drive, plant, float(h)))
 
 
 def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
@@ -249,9 +252,7 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
         If there is no such model, or n is missing or out of range.
     """
     lanes = lane_array([chosen_lane(model, n, run.plant)])
-    drive = run.drive or Drive(False, 0.0, np.inf)
-    transport = EXACT if run.drive else PUBLISHED
-    found = replayed(run.recording, lanes, drive, run.plant, run.h, transport=transport)
+    found = replay_lanes(run.recording, lanes, EXACT_TRANSPORT if run.drive else interpolated())
     P_A, P_B = found.pressure[0]
     status = tuple(STATUS[int(code)] for code in found.status[0])
     return Prediction(run.t, P_A, P_B, found.mean_error[0], found.mse[0], status)

@@ -14,10 +14,11 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.evidence.mechanics import Mapper
 from pneumo.evidence.misfit import interval, noise, rms, scale
 from pneumo.physics.models import MODELS
-from pneumo.simulation.cells import grid_lanes
-from pneumo.simulation.full_order import STAGES, C, record
-from pneumo.simulation.reference import EXACT, PUBLISHED
-from pneumo.simulation.vectorised import replay
+from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.runge_kutta import STAGES
+from pneumo.simulation.signals import EXACT_TRANSPORT, Transport, held, interpolated
 from pneumo.verdict.published import table7, table9
 
 AMPLITUDE_BOUNDS = (0.05, 10.0)  # V
@@ -28,55 +29,31 @@ LAG = 0.13e-3  # s
 CYLINDERS = ("D", "E")
 
 
-def delays(h: float) -> dict[str, np.ndarray | None]:
-    """Ways in which recorded signals may have reached the replays.
-
-    Parameters
-    ----------
-    h : float
-        Step and sample time, s.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray or None
-        Delay of u, x and v at each stage, s, shape (6, 3), of the linear interpolation; None for `exact`.
-    """
-    none = np.zeros((STAGES, 3))
-    last_stage, u_late = none.copy(), none.copy()
-    last_stage[-1] = h
-    u_late[:, 0] = h
+def transports(h: float) -> dict[str, Transport]:
+    """Ways in which recorded signals, sampled every h seconds, may have reached the replays."""
+    last_stage, u_late = np.zeros((STAGES, 3)), np.zeros((STAGES, 3))
+    last_stage[-1] = 1.0
+    u_late[:, 0] = 1.0
     return {
-        "linear": none,
-        "linear, 0.13 ms late": none + LAG,
-        "linear, last stage held": last_stage,
-        "linear, u a sample late": u_late,
-        "hold": np.tile(h * C[:, np.newaxis], 3),  # every stage reads the sample of its step's start
-        "exact": None,
+        "linear": interpolated(),
+        "linear, 0.13 ms late": interpolated(LAG / h),
+        "linear, last stage held": interpolated(last_stage),
+        "linear, u a sample late": interpolated(u_late),
+        "hold": held(),
+        "exact": EXACT_TRANSPORT,
     }
 
 
-def cell_mse(experiment: Experiment, n: tuple[float, ...], transports: tuple[str, ...]) -> np.ndarray:
+def cell_mse(experiment: Experiment, n: tuple[float, ...], names: tuple[str, ...]) -> np.ndarray:
     """Mean square errors, Pa^2, of both chambers together, shape (transport, model, n).
 
     Infinite where a replay failed.
     """
     recording = record(experiment)
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
-    ways = delays(experiment.h)
-    result = np.empty((len(transports), *index.shape))
-    for i, name in enumerate(transports):
-        lag = ways[name]
-        replayed = replay(
-            recording,
-            lanes,
-            experiment.drive,
-            experiment.plant,
-            experiment.h,
-            transport=EXACT if lag is None else PUBLISHED,
-            lag=0.0 if lag is None else lag,
-            stride=experiment.steps,
-        )
-        result[i] = replayed.mse.mean(axis=1)[index]
+    known = transports(experiment.h)
+    cells = [replay(recording, lanes, known[name], experiment.steps) for name in names]
+    result = np.stack([replays.mse.mean(axis=1)[index] for replays in cells])
     return np.where(np.isfinite(result), result, np.inf)
 
 
@@ -183,10 +160,10 @@ def identify_amplitudes(study: Study, mapper: Mapper, say: Callable[[str], None]
     centre = {cylinder: COARSE[i] for cylinder, i in zip(CYLINDERS, inner, strict=True)}
     say("amplitudes, wide bounds: " + ", ".join(f"{name} {a:.3g} V" for name, a in centre.items()))
 
-    transports = tuple(delays(1.0))
+    names = tuple(transports(1.0))
     around = {name: a * FINE for name, a in centre.items()}
-    fine = runs(study, around, transports, mapper)
-    say(f"amplitudes, refined, and {len(transports)} transports")
+    fine = runs(study, around, names, mapper)
+    say(f"amplitudes, refined, and {len(names)} transports")
 
     both = {name: np.union1d(COARSE, around[name]) for name in CYLINDERS}
     cells = coarse.mse | {key: value[:1] for key, value in fine.mse.items()}
@@ -197,7 +174,7 @@ def identify_amplitudes(study: Study, mapper: Mapper, say: Callable[[str], None]
     profiles = [deviance.min(axis=1), deviance.min(axis=0)]
     ends = [interval(np.log(both[name]), curve) for name, curve in zip(CYLINDERS, profiles, strict=True)]
 
-    misfits = [surface(study, fine, name) for name in transports]
+    misfits = [surface(study, fine, name) for name in names]
     at = [np.unravel_index(np.argmin(one[0]), one[0].shape) for one in misfits]
     return xr.Dataset(
         {
@@ -218,5 +195,5 @@ def identify_amplitudes(study: Study, mapper: Mapper, say: Callable[[str], None]
             ),
             "runs": ((), len(coarse.mse) + len(fine.mse)),
         },
-        coords={"cylinder": list(CYLINDERS), "transport": list(transports), "table": [7, 9]},
+        coords={"cylinder": list(CYLINDERS), "transport": list(names), "table": [7, 9]},
     )

@@ -11,7 +11,6 @@ The three add up exactly; their mean squares add up with a cross term, which is 
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -21,12 +20,13 @@ from scipy.interpolate import make_interp_spline
 from pneumo.configuration.experiment import Experiment
 from pneumo.errors import RunError
 from pneumo.physics.models import MODELS
-from pneumo.simulation.cells import grid_lanes
-from pneumo.simulation.driven import driven, joint_rates
 from pneumo.simulation.excitation import reference_series
-from pneumo.simulation.full_order import C, Recording, equilibrium, record
-from pneumo.simulation.reference import EXACT, PUBLISHED
-from pneumo.simulation.vectorised import replay
+from pneumo.simulation.full_order import Recording, equilibrium, record
+from pneumo.simulation.given_inputs import joint_rates, pressures_on_inputs
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.runge_kutta import C
+from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, study_transport
 from pneumo.statistics.averages import at_n, best_n
 from pneumo.storage.layout import CHAMBERS, labels
 
@@ -84,14 +84,14 @@ def exact_error(experiment: Experiment, lanes: np.ndarray, m: int) -> np.ndarray
     """Full-order minus reduced pressure at 1/m of the step, exact transport, Pa: (lane, chamber, samples)."""
     fine = refined(experiment, m)
     recording = record(fine)
-    cells = replay(recording, lanes, fine.drive, fine.plant, fine.h, transport=EXACT, stride=m)
+    cells = replay(recording, lanes, EXACT_TRANSPORT, m)
     return full_pressure(recording, m) - cells.pressure
 
 
 def published_error(experiment: Experiment, lanes: np.ndarray, lag: float) -> np.ndarray:
     """Full-order minus reduced pressure of the study itself, Pa: (lane, chamber, samples)."""
-    e, recording = experiment, record(experiment)
-    cells = replay(recording, lanes, e.drive, e.plant, e.h, transport=PUBLISHED, lag=lag)
+    recording = record(experiment)
+    cells = replay(recording, lanes, study_transport(PUBLISHED, lag, experiment.h))
     return full_pressure(recording, 1) - cells.pressure
 
 
@@ -138,14 +138,14 @@ def sampled_errors(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
     """
     fine = refined(experiment, SAMPLED_AT)
     recording = record(fine)
-    options: dict[str, Any] = {"stride": SAMPLED_AT}
-    exact = replay(recording, lanes, fine.drive, fine.plant, fine.h, transport=EXACT, **options).pressure
+    exact = replay(recording, lanes, EXACT_TRANSPORT, SAMPLED_AT).pressure
     result = np.empty((len(PERIODS), len(INTERPOLATIONS), *exact.shape[:2]))
     for i, period in enumerate(PERIODS):
         for j, interpolation in enumerate(INTERPOLATIONS):
             every, u_max = round(period / fine.h), fine.plant.valve.u_max
             inputs = sampled_inputs(recording, fine.h, every, interpolation, u_max)
-            result[i, j] = mean_square(exact - driven(inputs, lanes, fine.plant, fine.h, **options))
+            sampled = pressures_on_inputs(inputs, lanes, fine.plant, fine.h, SAMPLED_AT)
+            result[i, j] = mean_square(exact - sampled)
     return result
 
 

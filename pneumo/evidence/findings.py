@@ -16,7 +16,7 @@ from scipy import stats
 
 from pneumo.configuration.experiment import Study
 from pneumo.evidence.ensemble import complete
-from pneumo.simulation.reference import EXACT, PUBLISHED
+from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.statistics.averages import concatenated, statistics
 from pneumo.verdict.claims import UNITS, Claim, Claims, ToleranceClass
 from pneumo.verdict.court import as_printed, compare

@@ -18,8 +18,8 @@ from pneumo.engineer.floor_theory import (
 )
 from pneumo.evidence.error_budget import refined, sliced
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.chamber_replay import replay_chambers
+from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.storage.layout import labels

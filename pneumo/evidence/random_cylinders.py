@@ -13,11 +13,12 @@ from pneumo.evidence.dimensionless import GROUPS, MEASURED, full_speed, groups, 
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Valve, exact_gas
-from pneumo.simulation.cells import grid_lanes, replay_dataset, replayed
 from pneumo.simulation.full_order import RUN_STATUS, failure, record
-from pneumo.simulation.reference import EXACT
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
-from pneumo.storage.layout import flags
+from pneumo.simulation.signals import EXACT_TRANSPORT
+from pneumo.storage.layout import flags, replay_dataset
 
 ENTROPY = 29  # of all draws
 LOOPS = ("open", "closed")
@@ -122,7 +123,7 @@ def _run(experiment: Experiment) -> xr.Dataset:
     """One run: errors of the grid by (model, n), both chambers together, and its groups."""
     recording = record(experiment)
     lanes, index = grid_lanes(N, experiment.plant.gas.gamma)
-    cells = replayed(experiment, lanes, recording, transport=EXACT, stride=experiment.steps)
+    cells = replay(recording, lanes, EXACT_TRANSPORT, experiment.steps)
     mse = replay_dataset(experiment, N, index, cells)["mse"].mean("chamber", skipna=False)
     status, step = failure(recording.states)
     dataset = mse.drop_vars(["experiment", "cylinder", "loop", "k_0"]).to_dataset()

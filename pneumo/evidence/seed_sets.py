@@ -7,9 +7,11 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
-from pneumo.simulation.cells import grid_lanes, replay_dataset, replayed
 from pneumo.simulation.full_order import record
-from pneumo.simulation.reference import EXACT, PUBLISHED
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
+from pneumo.storage.layout import replay_dataset
 
 TRANSPORTS = (PUBLISHED, EXACT)
 ENTROPY = 2006  # of the seeds that are drawn
@@ -32,8 +34,8 @@ def _errors(study: Study, experiment: Experiment) -> xr.Dataset:
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     parts: list[xr.Dataset] = []
     for transport in TRANSPORTS:
-        options = {"transport": transport, "lag": study.lag, "stride": experiment.steps}
-        cells = replayed(experiment, lanes, recording, **options)
+        reading = study_transport(transport, study.lag, experiment.h)
+        cells = replay(recording, lanes, reading, experiment.steps)
         parts.append(replay_dataset(experiment, study.n, index, cells)[KEPT])
     return xr.concat(parts, xr.Variable("transport", list(TRANSPORTS)))
 

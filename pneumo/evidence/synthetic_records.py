@@ -14,8 +14,8 @@ from pneumo.configuration.experiment import Drive, Plant
 from pneumo.engineer.runs import plant as plant_of
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.simulation.driven import driven
 from pneumo.simulation.full_order import equilibrium, run
+from pneumo.simulation.given_inputs import pressures_on_inputs
 from pneumo.simulation.tableau import DORMAND_PRINCE
 
 BORES = (8e-3, 0.1)  # m
@@ -195,5 +195,5 @@ def reduced(
     result = np.empty((2, steps + 1))
     for side, volume in enumerate(V_d):
         own = plant._replace(cylinder=plant.cylinder._replace(V_d=volume))
-        result[side] = driven(inputs, row, own, FINE, 1)[0, side]
+        result[side] = pressures_on_inputs(inputs, row, own, FINE, 1)[0, side]
     return result

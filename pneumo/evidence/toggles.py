@@ -16,12 +16,14 @@ from pneumo.configuration.parameters import merged, study, validated
 from pneumo.errors import ConfigurationError
 from pneumo.evidence.readings import first_draw_skipped, keeps_changed_sign, largest_excursions
 from pneumo.papers.paper_2006 import computations  # noqa: F401 - it registers its computations
-from pneumo.simulation.cells import grid_lanes, replay_dataset, replayed
-from pneumo.simulation.full_order import RAN, STAGES, C, Recording, record
-from pneumo.simulation.reference import EXACT, PUBLISHED
+from pneumo.simulation.full_order import RAN, Recording, record
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.runge_kutta import STAGES
 from pneumo.simulation.settling import QUANTITIES, Settling, settle
+from pneumo.simulation.signals import EXACT, PUBLISHED, held, interpolated, study_transport
 from pneumo.statistics.averages import statistics
-from pneumo.storage.layout import labels
+from pneumo.storage.layout import labels, replay_dataset
 from pneumo.verdict.claims import FOLDER, Claim
 from pneumo.verdict.ledger import AS_TAKEN, AssumptionsError, read_assumptions
 from pneumo.verdict.sources import COMPUTATIONS, Absent, Results
@@ -29,10 +31,10 @@ from pneumo.verdict.sources import COMPUTATIONS, Absent, Results
 TABLES = (5, 7, 8, 9)
 LONGEST_RUN = 3000.0  # s; twice what a settling run of the study takes; one that takes longer has no time
 
-LATE = {  # steps by which the replays' stages read (u, x, v) late, shape (6, 3)
-    "hold": np.outer(C, np.ones(3)),
-    "command_late": np.outer(np.ones(STAGES), [1.0, 0.0, 0.0]),
-    "last_stage_late": np.outer(np.arange(STAGES) == STAGES - 1, np.ones(3)),
+READINGS = {  # other ways in which the replays' stages may have read (u, x, v)
+    "hold": held(),
+    "command_late": interpolated(np.outer(np.ones(STAGES), [1.0, 0.0, 0.0])),
+    "last_stage_late": interpolated(np.outer(np.arange(STAGES) == STAGES - 1, np.ones(3))),
 }
 
 
@@ -47,7 +49,7 @@ class Case(NamedTuple):
     times : callable
         Reads the four settling times off a settling run; gets the step, s, too.
     transport : str
-        ``published``, ``exact``, or a key of `LATE`.
+        ``published``, ``exact``, or a key of `READINGS`.
     sign : float
         Of the error.
     ddof : int
@@ -81,7 +83,7 @@ VARIANTS: dict[str, Callable[[Case], Case]] = {
     "generator.first_draw_skipped": lambda case: case._replace(record=first_draw_skipped),
     "sign_reversal.toggle": lambda case: case._replace(record=keeps_changed_sign),
     "transport.exact_transport": lambda case: case._replace(transport=EXACT),
-    **{f"transport.{name}": lambda case, name=name: case._replace(transport=name) for name in LATE},
+    **{f"transport.{name}": lambda case, name=name: case._replace(transport=name) for name in READINGS},
     "error_sign.reduced_minus_full": lambda case: case._replace(sign=-1.0),
     "variance_of_means.population": lambda case: case._replace(ddof=0),
 }
@@ -203,14 +205,8 @@ def _cells(
 ) -> xr.Dataset:
     """Mean error, mean square error and failure time of every cell; no pressures."""
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
-    cells = replayed(
-        experiment,
-        lanes,
-        recording,
-        transport=EXACT if transport == EXACT else PUBLISHED,
-        lag=LATE[transport] * experiment.h if transport in LATE else lag,
-        stride=experiment.steps,
-    )
+    reading = READINGS.get(transport) or study_transport(transport, lag, experiment.h)
+    cells = replay(recording, lanes, reading, experiment.steps)
     return replay_dataset(experiment, study.n, index, cells)[["mean_error", "mse", "failure_time"]]
 
 

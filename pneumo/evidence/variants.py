@@ -17,9 +17,9 @@ from pneumo.evidence.error_budget import sliced
 from pneumo.evidence.toggles import Case, cases, overridden
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS
-from pneumo.simulation.cells import grid_lanes
-from pneumo.simulation.reference import EXACT, OK, PUBLISHED
-from pneumo.simulation.vectorised import replay
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import OK, replay
+from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
 from pneumo.statistics.averages import OVERALL
 from pneumo.storage.layout import labels
 from pneumo.verdict.claims import FOLDER
@@ -115,9 +115,8 @@ def errors(experiment: Experiment, case: Case, transports: tuple[str, ...] = TRA
     recording = case.record(e)
     found = []
     for transport in transports:
-        lag = case.study.lag if transport == PUBLISHED else 0.0
-        options = {"transport": transport, "lag": lag, "stride": e.steps}
-        cells = replay(recording, lanes[rows], e.drive, e.plant, e.h, **options)
+        reading = study_transport(transport, case.study.lag, e.h)
+        cells = replay(recording, lanes[rows], reading, e.steps)
         mse = np.where(cells.status == OK, cells.mse, np.nan).mean(axis=1)
         found.append(mse.reshape(len(COMPARED), len(n)))
     return np.array(found)

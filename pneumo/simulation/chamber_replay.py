@@ -1,5 +1,5 @@
 # pyright: basic
-"""Replay of the chambers' own full-order equations, in which nothing but the transport of the signals errs."""
+"""Replay of the full-order equations of the chambers: only the transport of the signals makes it err."""
 
 import numpy as np
 from numba.extending import register_jitable

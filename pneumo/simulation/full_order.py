@@ -16,8 +16,6 @@ from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command, reference_series
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince
 
-
-
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
 RAN, DIVERGED, NOT_POSITIVE = 0, 1, 2
 RUN_STATUS = {

@@ -1,5 +1,5 @@
 # pyright: basic
-"""Pressures of reduced models on inputs given at every Runge-Kutta stage, and joint rates for other solvers."""
+"""Pressures of reduced models on inputs given at every Runge-Kutta stage; joint rates for other solvers."""
 
 from math import log
 

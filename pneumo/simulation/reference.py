@@ -61,7 +61,7 @@ def lane_rate_with_flows(m_in, m_out, x, v, P, T, area, plant, lane):
 
 @register_jitable
 def lane_rates(y, i, context, dy):
-    """Write the rate of a lane's pressure y[0] at stage i into dy; `context` starts with (u, x, v) by stage."""
+    """Write the rate of a lane's pressure y[0] at stage i into dy."""
     inputs, sign, area, plant, lane = context
     u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
     dy[0] = lane_rate(u, x, v, y[0], area, plant, lane)
@@ -100,8 +100,8 @@ def replay_lanes(recording: Recording, lanes: np.ndarray, reading: Reading, stri
             for i in range(count):
                 if failure[i, side] >= 0:
                     continue
-                own = P[i, side]
-                lane_step(own, (inputs, sign, area, plant, lane_of(lanes[i])), recording.h, Y_lane, K_lane, own)
+                own, context = P[i, side], (inputs, sign, area, plant, lane_of(lanes[i]))
+                lane_step(own, context, recording.h, Y_lane, K_lane, own)
                 if not own[0] > 0:
                     failure[i, side] = k + 1
                     own[0] = np.nan

@@ -41,8 +41,8 @@ class Replayed(NamedTuple):
 def replay(recording: Recording, lanes: np.ndarray, transport: Transport, stride: int = 1) -> Replayed:
     """Replay lanes in both chambers on a run.
 
-    The vectorised kernel replays what it can follow, the reference the rest: an unusual wall law or valve, or a
-    pressure too far from P_0. Where the run itself failed every lane has status `NO_RUN`.
+    The vectorised kernel replays what it can follow, the reference the rest: an unusual wall law or valve,
+    or a pressure too far from P_0. Where the run itself failed every lane has status `NO_RUN`.
 
     Parameters
     ----------

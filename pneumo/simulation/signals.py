@@ -1,5 +1,5 @@
 # pyright: basic
-"""How recorded signals reach a replay: what each Runge-Kutta stage reads of command, position and velocity."""
+"""How recorded signals reach a replay: what each Runge-Kutta stage reads of u, x and v."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from numba.extending import register_jitable
 
 from pneumo.physics.valve import limited
 from pneumo.simulation.excitation import command
-from pneumo.simulation.full_order import Recording, full_order_step
+from pneumo.simulation.full_order import full_order_step
 from pneumo.simulation.runge_kutta import STAGES, C
 
 PUBLISHED, EXACT = "published", "exact"  # the study's two transports, and folders of results

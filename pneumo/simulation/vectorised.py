@@ -1,11 +1,13 @@
-"""The fast replay kernel: lanes side by side in vector registers, some twenty times as fast as `replay`.
+# pyright: basic
+"""The fast replay kernel: lanes side by side in vector registers, some twenty times as fast as the reference.
 
-Same results as `pneumo.simulation.reference`, which is the one to read. What makes it fast: lanes innermost, in
-short loops over the rows of one work array, which the compiler turns into vector instructions; polynomials
-without branches for exponential and logarithm; and one logarithm per evaluation, lp = ln(P / P_0), from which
-both the temperature of eq (6) and the pressure ratio of eq (1) follow. Inside, pressures are in units of P_0.
+It computes the same as `pneumo.simulation.reference`, which is the one to read. It is fast because lanes are
+innermost, in short loops over the rows of one work array, which the compiler turns into vector instructions;
+because exponential and logarithm are polynomials without branches; and because each evaluation takes one
+logarithm, lp = ln(P / P_0), for both the temperature of eq (6) and the pressure ratio of eq (1). Pressures
+are in units of P_0.
 
-A lane for which the polynomials do not hold turns into NaN, and is then run again by the reference.
+A lane outside the range of the polynomials becomes NaN, and the reference replays it again.
 """
 
 from functools import cache
@@ -249,8 +251,8 @@ def needs(lanes: np.ndarray) -> np.ndarray:
 def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
     """Whether the kernel can follow each lane, shape (lane,).
 
-    It knows the wall laws of `pneumo.physics.models.WALL_LAWS`, sizeable exponents a, and valves without leak or
-    laminar share.
+    It knows the wall laws of `pneumo.physics.models.WALL_LAWS`, sizeable exponents a, and valves without leak
+    or laminar share.
     """
     _, error = flow_polynomial(plant.gas)
     if error > FLOW_TOLERANCE or plant.valve.laminar or plant.valve.leak:

@@ -6,19 +6,20 @@ from pathlib import Path
 from pneumo.configuration.exchange import from_json
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.jobs.wrapper import logged
-from pneumo.simulation.cells import grid_lanes, replay_dataset, replayed
-from pneumo.simulation.reference import PUBLISHED
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import PUBLISHED, study_transport
 from pneumo.storage.files import attributes_of, read, read_json, write
-from pneumo.storage.layout import recording_from
+from pneumo.storage.layout import recording_from, replay_dataset
 
 
 def replay_one(study: Study, experiment: Experiment, datum: str, outputs: list[str], code: str) -> None:
-    recording = recording_from(read(datum))
+    recording = recording_from(read(datum), experiment)
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     for output in outputs:
         transport = Path(output).parts[-3]
-        options = {"transport": transport, "lag": study.lag, "stride": experiment.pressure_stride}
-        cells = replayed(experiment, lanes, recording, **options)
+        reading = study_transport(transport, study.lag, experiment.h)
+        cells = replay(recording, lanes, reading, experiment.pressure_stride)
         attributes = {
             "title": f"Reduced models replayed on {experiment.name}, {transport} transport",
             "summary": "Error of every model at every n against the full-order run, and the pressures",

@@ -9,7 +9,7 @@ from rich.table import Table
 from pneumo.evidence.ensemble import CRITERIA
 from pneumo.publish.figures.paper_figures import symbol
 from pneumo.publish.style import DOUBLE_MM, INK, SOURCE_MARKER, new_figure, paper_style
-from pneumo.simulation.reference import EXACT, PUBLISHED
+from pneumo.simulation.signals import EXACT, PUBLISHED
 
 SHOWN = ("M6/M5", "M8/M7", "M10/M8")
 REFINED = {"M6/M5": "mixing, no wall heat", "M8/M7": "mixing, with wall heat", "M10/M8": "area, pressure"}

@@ -19,7 +19,7 @@ from pneumo.evidence.findings import CONFIDENCE, STANDS
 from pneumo.evidence.variants import INLET
 from pneumo.papers.paper_2006.highlights import LEVELS
 from pneumo.physics.models import MODELS
-from pneumo.simulation.reference import EXACT, PUBLISHED
+from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.statistics.ranking import MATERIAL
 from pneumo.storage.files import read, read_json, written
 
