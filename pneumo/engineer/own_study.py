@@ -18,8 +18,8 @@ from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.simulation.full_order import RAN, RUN_STATUS, Recording, failure, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.simulation.settling import thermal_time_constant
+from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.ranking import Ranking, ranked
 from pneumo.storage.files import write
 from pneumo.storage.layout import CHAMBERS, flags, replay_dataset
