@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pneumo.engineer.linear_model import linearise
     from pneumo.engineer.model_rate import chamber_rate
-    from pneumo.engineer.runs import plant, recorded, replay, simulate
+    from pneumo.engineer.plants import plant
+    from pneumo.engineer.runs import recorded, replay, simulate
     from pneumo.engineer.transport_floor import transport_floor
     from pneumo.physics.cylinder import Cylinder
     from pneumo.physics.models import MODELS, Model
@@ -33,7 +34,7 @@ _HOME = {
     "chamber_rate": "pneumo.engineer.model_rate",
     "linearise": "pneumo.engineer.linear_model",
     "open_grid": "pneumo.storage.files",
-    "plant": "pneumo.engineer.runs",
+    "plant": "pneumo.engineer.plants",
     "recorded": "pneumo.engineer.runs",
     "replay": "pneumo.engineer.runs",
     "simulate": "pneumo.engineer.runs",

@@ -286,7 +286,8 @@ def export(
 ):
     """Write a model as source code: rates of both chambers' pressures from u, x, v, P_A and P_B."""
     from pneumo.configuration.parameters import load, study
-    from pneumo.engineer.export import configured_plant, exported, write_source
+    from pneumo.engineer.export import exported, write_source
+    from pneumo.engineer.plants import configured_plant
 
     plant = configured_plant(study(load(*(config or [Path("config/paper.yaml")]))), cylinder, k0)
     source = exported(model, n, plant, to, precision)
@@ -319,8 +320,8 @@ def fit(
     from pneumo.engineer.closed_chamber import transient
     from pneumo.engineer.confused_columns import suspect
     from pneumo.engineer.estimate import fit_measurement, save_fit
-    from pneumo.engineer.export import configured_plant
     from pneumo.engineer.model_rate import chosen_model
+    from pneumo.engineer.plants import configured_plant
     from pneumo.engineer.record import read_mapping, read_measurement
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page, fit_table, transient_text

@@ -6,7 +6,6 @@ Each target is one function of (u, x, v, P_A, P_B) that gives the rates of both 
 from collections.abc import Callable
 from contextlib import suppress
 from importlib.metadata import version
-from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +15,7 @@ from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
-from pneumo.configuration.experiment import Plant, Study
+from pneumo.configuration.experiment import Plant
 from pneumo.engineer.branches import Fork
 from pneumo.engineer.equations import LOOSE, Constant, Statement, statements, used
 from pneumo.engineer.model_rate import chosen
@@ -270,22 +269,6 @@ def exported(
     if not (row.name.isascii() and row.name.isidentifier()):
         raise InputError(f"model name {row.name!r}: must be letters, digits and _, to name a function")
     return c99(row, plant, n, precision) if target == "c" else TARGETS[target](row, plant, n)
-
-
-def configured_plant(study: Study, cylinder: str, k_0: float) -> Plant:
-    """Find a configured cylinder's plant and give it a conductance, W/K.
-
-    Raises
-    ------
-    InputError
-        If no experiment of the study has the cylinder, or k_0 is negative.
-    """
-    plants = {e.cylinder: e.plant for e in study.experiments.values()}
-    if cylinder not in plants:
-        raise InputError(f"cylinder {cylinder!r}: no such cylinder; there are {', '.join(plants)}")
-    if not (isfinite(k_0) and k_0 >= 0):
-        raise InputError(f"k_0 = {k_0:g} W/K: must not be negative")
-    return plants[cylinder]._replace(k_0=k_0)
 
 
 def write_source(text: str, path: Path) -> None:

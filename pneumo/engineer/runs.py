@@ -1,4 +1,4 @@
-"""Plants from plain numbers, full-order runs on one's own signals, and replays of a model on them."""
+"""Full-order runs on given signals, measured signals, and replays of a model on either."""
 
 from typing import Any, NamedTuple
 
@@ -6,17 +6,13 @@ import numpy as np
 
 from pneumo.configuration.experiment import Drive, Plant
 from pneumo.engineer.model_rate import chosen_lane
+from pneumo.engineer.plants import check_positive
 from pneumo.errors import InputError
-from pneumo.physics.cylinder import Cylinder
-from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import Model, lane_array
-from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas
 from pneumo.simulation.full_order import Recording, command_series, equilibrium, run
 from pneumo.simulation.replay import STATUS
 from pneumo.simulation.replay import replay as replay_lanes
 from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated
-
-AIR = exact_gas(287.0, 1.4)
 
 
 class Run(NamedTuple):
@@ -102,63 +98,6 @@ class Prediction(NamedTuple):
     status: tuple[str, ...]
 
 
-def _positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} = {value:g}: must be a positive number")
-
-
-def plant(
-    cylinder: Cylinder,
-    *,
-    k_xu: float,
-    u_max: float,
-    P_s: float,
-    k_0: float,
-    P_atm: float = 101325.0,
-    T_amb: float = 293.15,
-    T_in: float | None = None,
-    P_0: float | None = None,
-    gas: Gas = AIR,
-) -> Plant:
-    """Put a cylinder, its valve and its supply together.
-
-    Parameters
-    ----------
-    cylinder : Cylinder
-    k_xu : float
-        Area of an open restriction of the valve per volt, m^2/V: eq (2).
-    u_max : float
-        Limit of the command, V.
-    P_s, P_atm : float
-        Absolute supply and atmospheric pressure, Pa.
-    k_0 : float
-        Thermal conductance of each chamber's wall, W/K: eq (12).
-    T_amb, T_in : float
-        Temperature of the walls and of incoming air (None: the same), K.
-    P_0 : float
-        Pressure at rest, Pa; None for that of the leaking valve, Appendix 2.
-    gas : Gas
-
-    Raises
-    ------
-    InputError
-        If a number is not positive, k_0 is negative, or P_s does not exceed P_atm.
-    """
-    c = Cylinder._make(float(value) for value in cylinder)._replace(rests=bool(cylinder.rests))
-    _positive(k_xu=k_xu, u_max=u_max, P_s=P_s, P_atm=P_atm, T_amb=T_amb)
-    _positive(bore=c.bore, stroke=c.stroke, A_A=c.A_A, A_B=c.A_B, V_d=c.V_d, M=c.M)
-    if not (np.isfinite(k_0) and k_0 >= 0):
-        raise InputError(f"k_0 = {k_0:g} W/K: must not be negative")
-    if P_s <= P_atm:
-        raise InputError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
-    T_in = T_amb if T_in is None else T_in
-    P_0 = equilibrium_pressure(P_s, P_atm, gas) if P_0 is None else P_0
-    _positive(T_in=T_in, P_0=P_0)
-    conditions = Conditions(*(float(value) for value in (P_s, P_atm, T_in, T_amb, P_0, T_amb)))
-    return Plant(gas, Valve(float(k_xu), float(u_max)), conditions, c, float(k_0))
-
-
 def _series(**signals: Any) -> list[np.ndarray]:
     """Signals as arrays of floats, one-dimensional, finite and of one length."""
     arrays = {name: np.array(values, dtype=float) for name, values in signals.items()}
@@ -191,11 +130,11 @@ def simulate(plant: Plant, h: float, *, command: Any = None, reference: Any = No
     """
     if (command is None) == (reference is None):
         raise InputError("give either command or reference")
-    _positive(h=h)
+    check_positive(h=h)
     if reference is None:
         drive, (signal,) = Drive(False, 0.0, np.inf), _series(command=command)
     else:
-        _positive(k_p=k_p)
+        check_positive(k_p=k_p)
         drive, (signal,) = Drive(True, float(k_p), np.inf), _series(reference=reference)
     states = run(equilibrium(plant), signal, 0.0, drive, plant, float(h))
     u = command_series(states, signal, drive)
@@ -220,7 +159,7 @@ def recorded(plant: Plant, h: float, *, u: Any, x: Any, v: Any, P_A: Any = None,
     InputError
         If a signal has a wrong shape or numbers that are not finite.
     """
-    _positive(h=h)
+    check_positive(h=h)
     u, x, v = _series(u=u, x=x, v=v)
     states = np.full((len(u), 6), np.nan)
     states[:, 0], states[:, 1] = x, v

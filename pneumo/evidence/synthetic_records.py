@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.engineer.runs import plant as plant_of
+from pneumo.engineer.plants import plant as plant_of
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import equilibrium, run

@@ -11,7 +11,7 @@ import xarray as xr
 
 from pneumo.cli.commands import main
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.export import configured_plant
+from pneumo.engineer.plants import configured_plant
 from pneumo.engineer.runs import simulate
 from pneumo.storage.files import write_json
 

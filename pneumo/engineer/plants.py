@@ -1,0 +1,93 @@
+"""Plants: a cylinder with its valve, supply and wall, from plain numbers or from a configuration."""
+
+from math import isfinite
+
+from pneumo.configuration.experiment import Plant, Study
+from pneumo.errors import InputError
+from pneumo.physics.cylinder import Cylinder
+from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas
+
+AIR = exact_gas(287.0, 1.4)
+
+
+def check_positive(**values: float) -> None:
+    """Refuse numbers that are not positive and finite, by name.
+
+    Raises
+    ------
+    InputError
+    """
+    for name, value in values.items():
+        if not (isfinite(value) and value > 0):
+            raise InputError(f"{name} = {value:g}: must be a positive number")
+
+
+def _check_conductance(k_0: float) -> None:
+    if not (isfinite(k_0) and k_0 >= 0):
+        raise InputError(f"k_0 = {k_0:g} W/K: must not be negative")
+
+
+def plant(
+    cylinder: Cylinder,
+    *,
+    k_xu: float,
+    u_max: float,
+    P_s: float,
+    k_0: float,
+    P_atm: float = 101325.0,
+    T_amb: float = 293.15,
+    T_in: float | None = None,
+    P_0: float | None = None,
+    gas: Gas = AIR,
+) -> Plant:
+    """Plant of a cylinder, its valve and its supply.
+
+    Parameters
+    ----------
+    cylinder : Cylinder
+    k_xu : float
+        Area of an open restriction of the valve per volt, m^2/V: eq (2).
+    u_max : float
+        Limit of the command, V.
+    P_s, P_atm : float
+        Absolute supply and atmospheric pressure, Pa.
+    k_0 : float
+        Thermal conductance of each chamber's wall, W/K: eq (12).
+    T_amb, T_in : float
+        Temperature of the walls and of incoming air (None: the same), K.
+    P_0 : float
+        Pressure at rest, Pa; None for that of the leaking valve, Appendix 2.
+    gas : Gas
+
+    Raises
+    ------
+    InputError
+        If a number is not positive, k_0 is negative, or P_s does not exceed P_atm.
+    """
+    c = Cylinder._make(float(value) for value in cylinder)._replace(rests=bool(cylinder.rests))
+    check_positive(k_xu=k_xu, u_max=u_max, P_s=P_s, P_atm=P_atm, T_amb=T_amb)
+    check_positive(bore=c.bore, stroke=c.stroke, A_A=c.A_A, A_B=c.A_B, V_d=c.V_d, M=c.M)
+    _check_conductance(k_0)
+    if P_s <= P_atm:
+        raise InputError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
+    T_in = T_amb if T_in is None else T_in
+    P_0 = equilibrium_pressure(P_s, P_atm, gas) if P_0 is None else P_0
+    check_positive(T_in=T_in, P_0=P_0)
+    conditions = Conditions(*(float(value) for value in (P_s, P_atm, T_in, T_amb, P_0, T_amb)))
+    return Plant(gas, Valve(float(k_xu), float(u_max)), conditions, c, float(k_0))
+
+
+def configured_plant(study: Study, cylinder: str, k_0: float) -> Plant:
+    """Plant of a configured cylinder with the conductance k_0, W/K.
+
+    Raises
+    ------
+    InputError
+        If no experiment of the study has the cylinder, or k_0 is negative.
+    """
+    plants = {e.cylinder: e.plant for e in study.experiments.values()}
+    if cylinder not in plants:
+        raise InputError(f"cylinder {cylinder!r}: no such cylinder; there are {', '.join(plants)}")
+    _check_conductance(k_0)
+    return plants[cylinder]._replace(k_0=k_0)
