@@ -1,4 +1,4 @@
-"""Replays: `exact` against a co-simulated run, `published` against NumPy's interpolation, failed cells."""
+"""Replays: the exact transport against a co-simulated run, samples against NumPy's, failed cells."""
 
 from pathlib import Path
 
@@ -10,14 +10,16 @@ from test_full_order import array_command, array_flows, array_rates
 
 from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS, Lane, lane, lane_array, model_dP_dt, temperature
-from pneumo.simulation import reference as replay_module
-from pneumo.simulation.cells import grid_lanes, replay_dataset
+from pneumo.simulation import replay as replay_module
 from pneumo.simulation.full_order import equilibrium, record
-from pneumo.simulation.reference import LEFT_RANGE, OK, STATUS, replay
-from pneumo.simulation.tableau import DORMAND_PRINCE
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.reference import replay_lanes
+from pneumo.simulation.replay import LEFT_RANGE, NO_RUN, OK, STATUS, replay, replay_by_reference
+from pneumo.simulation.runge_kutta import A, B, C
+from pneumo.simulation.signals import EXACT, EXACT_TRANSPORT, PUBLISHED, held, interpolated, study_transport
+from pneumo.storage.layout import replay_dataset
 
 STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
-A, B, C = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
 LANES, INDEX = grid_lanes(STUDY.n, 1.4)
 EPS = np.finfo(float).eps
 
@@ -27,8 +29,11 @@ def lasting(name, seconds):
     return e._replace(steps=round(seconds / e.h))
 
 
-def replayed(e, recording, lanes=LANES, **options):
-    return replay(recording, lanes, e.drive, e.plant, e.h, **options)
+TRANSPORTS = [interpolated(), EXACT_TRANSPORT]
+
+
+def replayed(recording, transport=EXACT_TRANSPORT, lanes=LANES, stride=1):
+    return replay_by_reference(recording, lanes, transport, stride)
 
 
 def lane_rates(u, x, v, P, e):
@@ -69,12 +74,10 @@ def cosimulated(e, reference):
     return z[:, :6], z[:, 6:].reshape(e.steps + 1, -1, 2)
 
 
-def interpolated(e, recording, lag):
-    """Every lane's pressures, by (step, lane, chamber), on inputs that NumPy interpolates."""
-    t = np.arange(e.steps + 1) * e.h
-    at = t[:-1, np.newaxis] + C * e.h - lag
+def on_samples(e, recording, read):
+    """Every lane's pressures, by (step, lane, chamber), on samples, which `read` gives by stage."""
     series = (recording.u, recording.states[:, 0], recording.states[:, 1])
-    u, x, v = (np.interp(at, t, values) for values in series)
+    u, x, v = (read(values) for values in series)
     u = np.clip(u, -e.plant.valve.u_max, e.plant.valve.u_max)
 
     def rate(P, k, i):
@@ -100,73 +103,75 @@ def test_exact_transport_equals_a_cosimulated_run(name):
     recording = record(e)
     states, pressures = cosimulated(e, recording.reference)
     mse = ((states[:, np.newaxis, [2, 4]] - pressures) ** 2).mean(axis=0)
-    cells = replayed(e, recording, transport="exact")
+    cells = replayed(recording)
     assert mse.shape == cells.mse.shape == (66, 2)
     assert (cells.status == OK).all()
     np.testing.assert_allclose(cells.mse, mse, rtol=1e-6)
     np.testing.assert_allclose(cells.pressure, np.moveaxis(pressures, 0, -1), rtol=1e-9)  # of P: 6e-4 Pa
     # It is transport that is tested: the other one is far away where the command moves.
-    other = replayed(e, recording, transport="published")
+    other = replayed(recording, interpolated())
     assert (abs(other.mse / cells.mse - 1) > 1e-3).mean() > 0.9
 
 
 @pytest.mark.parametrize(
-    ("name", "lag"),
-    [("E06", 0.0), ("E07", 0.0), ("E14", 0.13e-3), ("E03", 0.5e-3), ("E16", 1e-3), ("E06", 2.3e-3)],
+    ("name", "late", "every"),
+    [("E06", 0.0, 1), ("E07", 0.0, 2), ("E14", 0.13, 1), ("E03", 0.5, 1), ("E16", 1.0, 4), ("E06", 2.3, 1)],
 )
-def test_published_transport_equals_numpys_interpolation(name, lag):
-    # As above; k + c h/h - lag/h and (t + c h - lag)/h round differently, 1e-13 of a step.
+def test_interpolated_samples_are_numpys(name, late, every):
+    # As above; (k + c)/every - late rounds differently, 1e-13 of a step.
     e = lasting(name, 0.5)
-    recording = record(e)
-    cells = replayed(e, recording, transport="published", lag=lag)
-    pressures = interpolated(e, recording, lag)
+    recording, k = record(e), np.arange(e.steps + 1)
+    at = k[:-1, np.newaxis] + C - late * every
+    cells = replayed(recording, interpolated(late, every=every))
+    pressures = on_samples(e, recording, lambda series: np.interp(at, k[::every], series[::every]))
     np.testing.assert_allclose(cells.mse, (errors(recording, pressures) ** 2).mean(axis=0), rtol=1e-6)
     np.testing.assert_allclose(cells.pressure, np.moveaxis(pressures, 0, -1), rtol=1e-9)
 
 
-def test_a_lag_of_one_step_is_a_shift_by_one_sample():
-    # Before the first sample both hold it.
-    e = lasting("E06", 0.4)
+@pytest.mark.parametrize(("late", "every"), [(0, 1), (1, 1), (0, 5), (2, 3)])
+def test_held_samples_are_those_of_the_steps_start(late, every):
+    e = lasting("E06", 0.3)
     recording = record(e)
-    shifted = recording._replace(
-        states=np.concatenate([recording.states[:1], recording.states[:-1]]),
-        u=np.concatenate([recording.u[:1], recording.u[:-1]]),
-    )
-    lagged = replayed(e, recording, transport="published", lag=e.h).pressure
-    np.testing.assert_allclose(lagged, replayed(e, shifted, transport="published").pressure, rtol=1e-9)
-    assert not np.allclose(lagged, replayed(e, recording, transport="published").pressure, rtol=1e-6)
+    at = np.maximum(np.arange(e.steps) // every - late, 0) * every
+    cells = replayed(recording, held(late, every=every))
+    pressures = on_samples(e, recording, lambda series: np.repeat(series[at, np.newaxis], 6, axis=1))
+    np.testing.assert_allclose(cells.pressure, np.moveaxis(pressures, 0, -1), rtol=1e-9)
 
 
-def test_the_limiter_acts_after_the_interpolation():
-    e = lasting("E06", 0.05)
-    recording = record(e)
+def test_a_stage_and_a_signal_can_be_late_alone():
+    recording = record(lasting("E06", 0.2))
+    prompt, u_late, last_stage = (np.zeros((6, 3)) for _ in range(3))
+    u_late[:, 0], last_stage[-1] = 1.0, 1.0
+    found = [replayed(recording, interpolated(late)).mse for late in (prompt, u_late, last_stage)]
+    assert np.array_equal(found[0], replayed(recording, interpolated()).mse)
+    assert not np.allclose(found[1], found[0], rtol=1e-3) and not np.allclose(found[2], found[0], rtol=1e-3)
+
+
+def test_transports_of_the_study():
+    published = study_transport(PUBLISHED, 0.15e-3, 1e-3)
+    assert published.name == "published" and not published.reading.held and not published.reading.exact
+    assert (published.reading.late == 0.15e-3 / 1e-3).all() and published.reading.every == 1
+    assert study_transport(EXACT, 0.15e-3, 1e-3) is EXACT_TRANSPORT
+    with pytest.raises(KeyError):
+        study_transport("linear", 0.0, 1e-3)
+
+
+def test_the_limiter_acts_on_what_was_read():
+    recording = record(lasting("E06", 0.05))
     assert abs(recording.u).max() > 10
     limited_first = recording._replace(u=np.clip(recording.u, -10, 10))
-    late = replayed(e, recording, transport="published").pressure
-    early = replayed(e, limited_first, transport="published").pressure
+    late, early = (replayed(r, interpolated()).pressure for r in (recording, limited_first))
     assert abs(late - early).max() > 1  # Pa
-    u = np.array([0.0, 40.0, 40.0])  # crosses 10 V at a quarter of the first step
-    assert [min(max(replay_module.interpolated(u, p), -10), 10) for p in (0.1, 0.25, 0.5)] == [4, 10, 10]
-
-
-def test_what_exact_and_unknown_transports_refuse():
-    e = lasting("E06", 0.01)
-    recording = record(e)
-    with pytest.raises(ValueError, match=r"^lag = 0.0001 s: the exact transport has none$"):
-        replayed(e, recording, transport="exact", lag=1e-4)
-    with pytest.raises(ValueError, match=r"^transport = 'linear': must be 'published' or 'exact'$"):
-        replayed(e, recording, transport="linear")
 
 
 # Statistics of a cell, storage, symmetry
 
 
-@pytest.mark.parametrize("transport", ["published", "exact"])
+@pytest.mark.parametrize("transport", TRANSPORTS)
 def test_statistics_are_those_of_every_step(transport):
     # Sums of 801 terms: 801 EPS of their size at most.
-    e = lasting("E08", 0.8)
-    recording = record(e)
-    cells = replayed(e, recording, transport=transport)
+    recording = record(lasting("E08", 0.8))
+    cells = replayed(recording, transport)
     error = errors(recording, np.moveaxis(cells.pressure, -1, 0))
     np.testing.assert_allclose(cells.mse, (error**2).mean(axis=0), rtol=801 * EPS)
     size = abs(error).mean(axis=0).max()
@@ -181,48 +186,44 @@ def test_statistics_are_those_of_every_step(transport):
 @given(st.integers(1, 130))
 @settings(deadline=None, max_examples=20)
 def test_stride_thins_what_is_stored_and_not_what_is_averaged(stride):
-    e = lasting("E12", 0.12)
-    recording = record(e)
-    every, thinned = (replayed(e, recording, transport="exact", stride=s) for s in (1, stride))
+    recording = record(lasting("E12", 0.12))
+    every, thinned = (replayed(recording, stride=s) for s in (1, stride))
     assert np.array_equal(thinned.pressure, every.pressure[..., ::stride])
     for name in ("mean_error", "variance", "mse", "status", "failure_step"):
         assert np.array_equal(getattr(thinned, name), getattr(every, name))
 
 
-@pytest.mark.parametrize("transport", ["published", "exact"])
+@pytest.mark.parametrize("transport", TRANSPORTS)
 def test_mirrored_recording_swaps_the_chambers(transport):
     # IEEE arithmetic is symmetric in sign: equality.
-    e = lasting("E06", 0.5)
-    recording = record(e)
+    recording = record(lasting("E06", 0.5))
     mirrored = recording._replace(
         states=recording.states[:, [0, 1, 4, 5, 2, 3]] * [-1, -1, 1, 1, 1, 1],
         reference=-recording.reference,
         u=-recording.u,
     )
-    one, other = (replayed(e, r, transport=transport) for r in (recording, mirrored))
+    one, other = (replayed(r, transport) for r in (recording, mirrored))
     assert np.array_equal(one.pressure, other.pressure[:, ::-1])
     assert np.array_equal(one.mse, other.mse[:, ::-1])
 
 
-@pytest.mark.parametrize("transport", ["published", "exact"])
-def test_lanes_do_not_know_of_each_other(transport):
-    e = lasting("E07", 0.2)
-    recording = record(e)
-    together = replayed(e, recording, transport=transport)
+@pytest.mark.parametrize("transport", TRANSPORTS)
+def test_lanes_are_independent_of_each_other(transport):
+    recording = record(lasting("E07", 0.2))
+    together = replayed(recording, transport)
     for i in (0, 5, 30, 65):
-        alone = replayed(e, recording, LANES[i : i + 1], transport=transport)
+        alone = replayed(recording, transport, LANES[i : i + 1])
         assert np.array_equal(alone.pressure[0], together.pressure[i])
 
 
-@pytest.mark.parametrize("transport", ["published", "exact"])
+@pytest.mark.parametrize("transport", TRANSPORTS)
 def test_compiled_replay_equals_the_python_that_one_reads(transport, monkeypatch):
     # 40 steps; powers may differ by an ulp between libraries, which adds up to 1e-13 at most.
-    e = lasting("E14", 0.04)
-    recording = record(e)
+    recording = record(lasting("E14", 0.04))
     some_lanes = LANES[INDEX[[0, 3, 4, 7, 9], 5]]
-    compiled = replayed(e, recording, some_lanes, transport=transport)
-    monkeypatch.setattr(replay_module, "_replay", replay_module._replay.py_func)
-    plain = replayed(e, recording, some_lanes, transport=transport)
+    compiled = replayed(recording, transport, some_lanes)
+    monkeypatch.setattr(replay_module, "replay_lanes", getattr(replay_lanes, "py_func", replay_lanes))
+    plain = replayed(recording, transport, some_lanes)
     np.testing.assert_allclose(compiled.pressure, plain.pressure, rtol=1e-13)
     np.testing.assert_allclose(compiled.mse, plain.mse, rtol=1e-8)  # of errors of some 100 Pa
 
@@ -243,7 +244,7 @@ def test_grid_has_a_lane_for_each_model_and_n_that_matters():
 @pytest.fixture(scope="module")
 def cells():
     e = lasting("E06", 0.3)
-    replays = replayed(e, record(e), transport="exact", stride=e.pressure_stride)
+    replays = replayed(record(e), stride=e.pressure_stride)
     return e, replays, replay_dataset(e, STUDY.n, INDEX, replays)
 
 
@@ -285,10 +286,9 @@ def test_models_that_coincide_have_the_same_cells(cells):
 @settings(deadline=None, max_examples=60)
 def test_a_cell_is_either_sound_or_failed(exponent, name, steps):
     # Wall heat far beyond what a step of 1 ms can follow: the pressure runs off, down or up.
-    e = lasting(name, 0.001 * steps)
-    recording = record(e)
-    absurd = e._replace(plant=e.plant._replace(k_0=10**exponent))
-    replays = replayed(absurd, recording, transport="published")
+    recording = record(lasting(name, 0.001 * steps))
+    absurd = recording._replace(plant=recording.plant._replace(k_0=10**exponent))
+    replays = replayed(absurd, interpolated())
     failed = replays.status != OK
     for values in (replays.mean_error, replays.variance, replays.mse):
         assert np.array_equal(np.isfinite(values), ~failed)
@@ -304,16 +304,15 @@ def test_a_cell_is_either_sound_or_failed(exponent, name, steps):
 def test_failed_cells_leave_the_others_alone_and_say_when():
     e = lasting("E14", 0.2)
     recording = record(e)
-    sound = replayed(e, recording, transport="published")
-    absurd = e._replace(plant=e.plant._replace(k_0=1e7))
-    replays = replayed(absurd, recording, transport="published")
+    sound = replayed(recording, interpolated())
+    replays = replayed(recording._replace(plant=e.plant._replace(k_0=1e7)), interpolated())
     no_wall = INDEX[:6]
     assert np.array_equal(replays.mse[no_wall], sound.mse[no_wall])
     assert (replays.status[no_wall] == OK).all()
     warm = INDEX[6:, 1:]  # M7 to M10 but at n = 1, where the air is always at T_amb
     assert (replays.status[warm] == LEFT_RANGE).all()
 
-    dataset = replay_dataset(absurd, STUDY.n, INDEX, replays)
+    dataset = replay_dataset(e, STUDY.n, INDEX, replays)
     failed = dataset["status"] != OK
     for name in ("mse", "mean_error", "variance"):
         assert (dataset[name].isnull() == failed).all()
@@ -324,3 +323,18 @@ def test_failed_cells_leave_the_others_alone_and_say_when():
     )
     assert dataset["status"].attrs["flag_values"].tolist() == list(STATUS)
     assert len(dataset["status"].attrs["flag_meanings"].split()) == len(STATUS)
+
+
+def test_a_failed_run_has_no_replay_and_a_measured_one_may_lack_signals():
+    recording = record(lasting("E14", 0.05))
+    states = recording.states.copy()
+    states[20:] = np.nan
+    failed = replay(recording._replace(states=states), LANES, EXACT_TRANSPORT)
+    assert (
+        (failed.status == NO_RUN).all() and (failed.failure_step == 20).all() and np.isnan(failed.mse).all()
+    )
+    measured = recording.states.copy()
+    measured[:, 2:] = np.nan  # neither pressures nor temperatures
+    cells = replay(recording._replace(states=measured), LANES, interpolated())
+    assert (cells.status == OK).all() and np.isnan(cells.mse).all()
+    np.testing.assert_allclose(cells.pressure, replay(recording, LANES, interpolated()).pressure, rtol=1e-9)

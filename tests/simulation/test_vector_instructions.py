@@ -9,8 +9,10 @@ import pytest
 
 from pneumo.configuration.parameters import load, study
 from pneumo.simulation import vectorised as fast
-from pneumo.simulation.cells import grid_lanes
 from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import interpolated
 
 E14 = study(load(Path(__file__).parents[2] / "config/paper.yaml")).experiments["E14"]._replace(steps=20)
 WIDE = re.compile(r"[yz]mm")  # registers of four or eight doubles
@@ -28,7 +30,7 @@ def instructions() -> Counter[tuple[str, bool]]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fast, "_replay", compiled)
         lanes, _ = grid_lanes((1.0, 1.2), E14.plant.gas.gamma)
-        fast.replay(record(E14), lanes, E14.drive, E14.plant, E14.h, transport="published")
+        replay(record(E14), lanes, interpolated())
     (text,) = compiled.inspect_asm().values()
     found = re.findall(r"^\s+(v\w+[ps]d)\s(.*)$", text, re.MULTILINE)
     return Counter((re.sub(r"\d{3}", "", name), bool(WIDE.search(operands))) for name, operands in found)
