@@ -17,10 +17,13 @@ from pneumo.configuration.experiment import Experiment
 from pneumo.physics.cylinder import heat_area, volume
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import choked_flow, limited
-from pneumo.simulation import reference as readable
-from pneumo.simulation import vectorised as fast
-from pneumo.simulation.full_order import STAGES, A, B, C, Recording
-from pneumo.simulation.reference import PUBLISHED, interpolated, lane_rate
+from pneumo.simulation.full_order import Recording
+from pneumo.simulation.reference import lane_of, lane_rate
+from pneumo.simulation.replay import Replayed, replay, replay_by_reference
+from pneumo.simulation.runge_kutta import STAGES, A, B, C
+from pneumo.simulation.signals import Transport, interpolated, line_between
+
+LINEAR = interpolated()
 
 
 class Case(NamedTuple):
@@ -40,7 +43,8 @@ class Case(NamedTuple):
 
     def first(self, steps: int) -> "Case":
         """The same case, cut after some steps."""
-        recording = Recording(*(series[: steps + 1] for series in self.recording))
+        states, reference, u = (series[: steps + 1] for series in self.recording[:3])
+        recording = self.recording._replace(states=states, reference=reference, u=u)
         return self._replace(experiment=self.experiment._replace(steps=steps), recording=recording)
 
 
@@ -71,13 +75,13 @@ def mse(case: Case, P: np.ndarray) -> np.ndarray:
 # Ours
 
 
-def our_run(replay: Callable[..., readable.Replayed], case: Case, transport: str = PUBLISHED) -> Run:
+def our_run(kernel: Callable[..., Replayed], case: Case, transport: Transport = LINEAR) -> Run:
     """Prepare one of our two kernels."""
     e = case.experiment
-    options = {"transport": transport, "stride": min(e.pressure_stride, e.steps)}
+    stride = min(e.pressure_stride, e.steps)
 
     def run() -> Outcome:
-        replayed = replay(case.recording, case.lanes, e.drive, e.plant, e.h, **options)
+        replayed = kernel(case.recording, case.lanes, transport, stride)
         return Outcome(replayed.mse, STAGES * e.steps)
 
     return run
@@ -85,12 +89,12 @@ def our_run(replay: Callable[..., readable.Replayed], case: Case, transport: str
 
 def kernel(case: Case) -> Run:
     """Prepare the study's kernel, all statistics included."""
-    return our_run(fast.replay, case)
+    return our_run(replay, case)
 
 
 def scalar(case: Case) -> Run:
     """Prepare the readable kernel, one lane at a time."""
-    return our_run(readable.replay, case)
+    return our_run(replay_by_reference, case)
 
 
 # Lanes of both chambers as one array
@@ -98,9 +102,9 @@ def scalar(case: Case) -> Run:
 
 def signals(case: Case, position: float) -> tuple[float, float, float]:
     """Command (V), position (m) and velocity (m/s) after some steps, interpolated."""
-    states, _, u = case.recording
-    x, v = states[:, 0], states[:, 1]
-    return interpolated(u, position), interpolated(x, position), interpolated(v, position)
+    u, states = case.recording.u, case.recording.states
+    u_now, x, v = (line_between(series, position, 1) for series in (u, states[:, 0], states[:, 1]))
+    return u_now, x, v
 
 
 def array_rate(xp: Any, case: Case) -> Callable[[Any, Any, Any, Any], Any]:
@@ -196,7 +200,8 @@ def diffrax_dopri5(case: Case) -> Run:
     import jax.numpy as jnp  # pyright: ignore[reportMissingImports]
 
     jax.config.update("jax_enable_x64", True)
-    rate, steps, (states, _, u) = array_rate(jnp, case), case.experiment.steps, case.recording
+    rate, steps = array_rate(jnp, case), case.experiment.steps
+    states, u = case.recording.states, case.recording.u
     series = jnp.asarray(np.column_stack([u, states[:, :2]]))
 
     def of_time(t: Any, P: Any, _: None) -> Any:
@@ -227,7 +232,7 @@ def numbalsoda_lsoda(case: Case) -> Run:
 
     plant, h, steps = case.experiment.plant, case.experiment.h, case.experiment.steps
     A_A, A_B, P_0, u_max = plant.cylinder.A_A, plant.cylinder.A_B, plant.conditions.P_0, plant.valve.u_max
-    (states, _, u), samples = case.recording, steps + 1
+    states, u, samples = case.recording.states, case.recording.u, steps + 1
 
     @numba.cfunc(lsoda_sig)
     def rate(t, P, dP, data):  # pragma: no cover
@@ -235,10 +240,9 @@ def numbalsoda_lsoda(case: Case) -> Run:
         values[0] += 1
         sign, c = values[1], values[2:HEADER]
         series = values[HEADER:].reshape((3, samples))
-        u, x, v = interpolated(series[0], t), interpolated(series[1], t), interpolated(series[2], t)
-        lane = Lane(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7])
+        u, x, v = line_between(series[0], t, 1), line_between(series[1], t, 1), line_between(series[2], t, 1)
         area = A_A if sign > 0 else A_B
-        dP[0] = h * lane_rate(sign * limited(u, u_max), sign * x, sign * v, P[0], area, plant, lane)
+        dP[0] = h * lane_rate(sign * limited(u, u_max), sign * x, sign * v, P[0], area, plant, lane_of(c))
 
     address, t = rate.address, np.arange(samples, dtype=float)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba.core import config
 from numba.core.codegen import get_host_cpu_features
 
-from pneumo.simulation.full_order import STAGES
+from pneumo.simulation.runge_kutta import STAGES
 from pneumo.simulation.vectorised import needs
 
 

@@ -16,10 +16,10 @@ from benchmarks.contenders import CONTENDERS, Case, Contender, Run, our_run, sca
 from benchmarks.probe import bound, operations, probe, timed
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
-from pneumo.simulation import vectorised as fast
-from pneumo.simulation.cells import grid_lanes
 from pneumo.simulation.full_order import record
-from pneumo.simulation.reference import EXACT
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import EXACT_TRANSPORT
 
 ROOT = Path(__file__).parents[1]
 EXPERIMENT = "E14"
@@ -90,7 +90,7 @@ def compare(contenders: dict[str, Contender], repeats: int) -> dict[str, Any]:
         checks[name] = {"mse_relative": found, "tolerance": contender.tolerance, "reason": contender.reason}
         runs[name] = run, evaluations(case, run().calls)
         if name == "kernel":
-            runs["kernel_exact"] = our_run(fast.replay, case, EXACT), runs[name][1]
+            runs["kernel_exact"] = our_run(replay, case, EXACT_TRANSPORT), runs[name][1]
             runs["kernel_exact"][0]()  # compiles
     rows, probes = {name: [] for name in runs}, []
     for _ in range(repeats):
@@ -125,7 +125,7 @@ def growth(repeats: int) -> dict[str, list[dict[str, float]]]:
     def shortest(name: str, steps: int, lanes: int) -> float:
         case = case_of(name, steps)
         case = case._replace(lanes=case.lanes[np.arange(lanes) % len(case.lanes)])
-        run = our_run(fast.replay, case)
+        run = our_run(replay, case)
         return min(timed(run) for _ in range(repeats))
 
     grid = len(grid_lanes(paper().n, 1.4)[0])

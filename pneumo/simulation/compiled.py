@@ -1,7 +1,7 @@
 """Where functions get compiled.
 
-Numba's cache does not notice edits in imported functions, so the cache folder carries a hash of
-every source that can end up in compiled code: a stale kernel cannot be loaded.
+Numba's cache does not notice edits in imported functions. So each kernel's cache folder carries a hash of its
+module and of every module that this one imports: a stale kernel cannot be loaded.
 """
 
 import os
@@ -11,21 +11,13 @@ from typing import Any
 
 import numba
 
-from pneumo.hashing import ROOT, code_hash
+from pneumo.hashing import code_hash
 
 
-def _cache_folder() -> Path:
+def cache_folder(module: str) -> Path:
+    """Folder for the compiled functions of a module."""
     home = os.environ.get("NUMBA_CACHE_DIR") or Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "pneumo")
-    names = [
-        f"pneumo.{room}.{file.stem}"
-        for room in ("physics", "simulation")
-        for file in sorted((ROOT / room).glob("*.py"))
-        if file.stem != "__init__"
-    ]
-    return Path(home).expanduser() / code_hash(*names)[:16]
-
-
-numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
+    return Path(home).expanduser() / code_hash(module)[:16]
 
 
 def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = frozenset()) -> Any:
@@ -39,4 +31,9 @@ def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = f
         Liberties the compiler may take with floats, by LLVM's names.
     """
     compiled = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=set(fastmath))
-    return compiled if function is None else compiled(function)
+
+    def cached(function: Callable[..., Any]) -> Any:
+        numba.config.CACHE_DIR = str(cache_folder(function.__module__))  # type: ignore[attr-defined]
+        return compiled(function)
+
+    return cached if function is None else cached(function)

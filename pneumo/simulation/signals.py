@@ -87,17 +87,22 @@ def study_transport(name: str, lag: float, h: float) -> Transport:
 
 
 @register_jitable
-def sample_at(series, k, i, s, reading):
-    """Value of a signal that stage i of step k reads; s is its column of `Reading.late`."""
-    every, last = reading.every, (len(series) - 1) // reading.every
-    if reading.held:
-        at = min(max(k // every - int(reading.late[i, s]), 0), last)
-        return series[at * every]
-    position = (k + C[i]) / every - reading.late[i, s]
+def line_between(series, position, every):
+    """Linear interpolation between samples `every` steps apart; `position` counts samples."""
     if position <= 0:
         return series[0]
-    at = min(int(position), last - 1)
-    return series[at * every] + (position - at) * (series[(at + 1) * every] - series[at * every])
+    k = min(int(position), (len(series) - 1) // every - 1)
+    return series[k * every] + (position - k) * (series[(k + 1) * every] - series[k * every])
+
+
+@register_jitable
+def signal_at(series, k, i, s, reading):
+    """Value of a signal that stage i of step k reads; s is its column of `Reading.late`."""
+    every = reading.every
+    if reading.held:
+        sample = k // every - int(reading.late[i, s])
+        return series[min(max(sample, 0), (len(series) - 1) // every) * every]
+    return line_between(series, (k + C[i]) / every - reading.late[i, s], every)
 
 
 @register_jitable
@@ -118,6 +123,6 @@ def stage_inputs(recording, reading, k, Y, K, inputs):
             inputs[i, 2] = Y[i, 1]
     else:
         for i in range(STAGES):
-            inputs[i, 0] = limited(sample_at(recording.u, k, i, 0, reading), u_max)
-            inputs[i, 1] = sample_at(recording.states[:, 0], k, i, 1, reading)
-            inputs[i, 2] = sample_at(recording.states[:, 1], k, i, 2, reading)
+            inputs[i, 0] = limited(signal_at(recording.u, k, i, 0, reading), u_max)
+            inputs[i, 1] = signal_at(recording.states[:, 0], k, i, 1, reading)
+            inputs[i, 2] = signal_at(recording.states[:, 1], k, i, 2, reading)
