@@ -4,17 +4,18 @@
 import numpy as np
 from numba.extending import register_jitable
 
+from pneumo.configuration.experiment import Plant
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command
-from pneumo.simulation.full_order import chamber_rates
+from pneumo.simulation.full_order import Recording, chamber_rates
 from pneumo.simulation.reference import piston_area
 
 SMALL_P, SMALL_T = 1.0, 1e-3  # Pa and K; steps of the differences that linearise the equations
 
 
 @register_jitable
-def opened(u, u_max):
+def opened(u: float, u_max: float) -> float:
     """Integral from 0 to u of the limited command's positive part, V^2."""
     if u <= 0:
         return 0.0
@@ -22,7 +23,7 @@ def opened(u, u_max):
 
 
 @register_jitable
-def mean_of_ramp(u, w, u_max):
+def mean_of_ramp(u: float, w: float, u_max: float) -> tuple[float, float]:
     """Means of the positive and the negative part of a limited command that runs evenly from u to w, V."""
     positive = (opened(w, u_max) - opened(u, u_max)) / (w - u)
     negative = (opened(-u, u_max) - opened(-w, u_max)) / (w - u)
@@ -30,7 +31,19 @@ def mean_of_ramp(u, w, u_max):
 
 
 @register_jitable
-def jump_rates(u, w, linear, late, f, x, v, P, T, area, plant):
+def jump_rates(
+    u: float,
+    w: float,
+    linear: bool,
+    late: float,
+    f: float,
+    x: float,
+    v: float,
+    P: float,
+    T: float,
+    area: float,
+    plant: Plant,
+) -> tuple[float, float]:
     """Error (dP, dT) that a jump from u to w leaves, per second of the interval between samples.
 
     The jump falls at fraction 0 < f <= 1 between two samples; a line joins them, or it comes `late`.
@@ -55,7 +68,18 @@ def jump_rates(u, w, linear, late, f, x, v, P, T, area, plant):
 
 
 @register_jitable
-def relaxed(e_P, e_T, u, x, v, P, T, area, plant, h):
+def relaxed(
+    e_P: float,
+    e_T: float,
+    u: float,
+    x: float,
+    v: float,
+    P: float,
+    T: float,
+    area: float,
+    plant: Plant,
+    h: float,
+) -> tuple[float, float]:
     """Errors of pressure and temperature one step later, by the linearised equations (implicit Euler)."""
     P_1, T_1 = chamber_rates(u, x, v, P + SMALL_P, T, area, plant)
     P_2, T_2 = chamber_rates(u, x, v, P - SMALL_P, T, area, plant)
@@ -67,7 +91,9 @@ def relaxed(e_P, e_T, u, x, v, P, T, area, plant, h):
 
 
 @kernel
-def jump_errors(recording, every, linear, late, uniform, stride):
+def jump_errors(
+    recording: Recording, every: int, linear: bool, late: float, uniform: bool, stride: int
+) -> np.ndarray:
     """Pressure error that jumps of the command leave, per second between samples: linear theory, no replay.
 
     Parameters
@@ -126,7 +152,7 @@ def jump_errors(recording, every, linear, late, uniform, stride):
 
 
 @kernel
-def pressure_rates(recording, stride):
+def pressure_rates(recording: Recording, stride: int) -> np.ndarray:
     """Rate of pressure of a full-order run, Pa/s, shape (chamber, stored steps)."""
     states, plant = recording.states, recording.plant
     result = np.empty((2, (len(states) - 1) // stride + 1))

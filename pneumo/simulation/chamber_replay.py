@@ -1,6 +1,8 @@
 # pyright: basic
 """Replay of the full-order equations of the chambers: only the transport of the signals makes it err."""
 
+from typing import Any
+
 import numpy as np
 from numba.extending import register_jitable
 
@@ -8,11 +10,11 @@ from pneumo.simulation.compiled import kernel
 from pneumo.simulation.full_order import Recording, chamber_rates
 from pneumo.simulation.reference import piston_area
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince
-from pneumo.simulation.signals import Transport, stage_inputs
+from pneumo.simulation.signals import Reading, Transport, stage_inputs
 
 
 @register_jitable
-def _state_rates(y, i, context, dy):
+def _state_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
     inputs, sign, area, plant = context
     u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
     dy[0], dy[1] = chamber_rates(u, x, v, y[0], y[1], area, plant)
@@ -22,7 +24,7 @@ _chamber_step = dormand_prince(_state_rates)
 
 
 @kernel
-def _replay_chambers(recording, reading, stride):
+def _replay_chambers(recording: Recording, reading: Reading, stride: int) -> np.ndarray:
     steps, plant = len(recording.states) - 1, recording.plant
     pressure = np.empty((2, steps // stride + 1))
     inputs, Y, K = np.empty((STAGES, 3)), np.empty((STAGES + 1, 6)), np.empty((STAGES, 6))

@@ -70,7 +70,7 @@ def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.nda
 
 
 @register_jitable
-def command(reference, x, drive):
+def command(reference: float, x: float, drive: Drive) -> float:
     """Command to the valve before its limiter, V: Figs 4 and 5."""
     if drive.closed_loop:
         return drive.k_p * (reference - x)

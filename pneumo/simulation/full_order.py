@@ -3,7 +3,7 @@
 State of the sixth-order model: (x, v, P_A, T_A, P_B, T_B).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
@@ -26,7 +26,9 @@ RUN_STATUS = {
 
 
 @register_jitable
-def chamber_rates(u, x, v, P, T, area, plant):
+def chamber_rates(
+    u: float, x: float, v: float, P: float, T: float, area: float, plant: Plant
+) -> tuple[float, float]:
     """Full-order rates of one chamber, (dP/dt, dT/dt), with u, x, v counted outward from it."""
     gas, conditions = plant.gas, plant.conditions
     V = volume(x, area, plant.cylinder)
@@ -43,7 +45,7 @@ def chamber_rates(u, x, v, P, T, area, plant):
 
 
 @register_jitable
-def full_order_rates(y, i, context, dy):
+def full_order_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:  # noqa: ARG001
     """Write the rates of the six states into dy: eqs (3), (4), (5) for both chambers.
 
     `context` holds the reference, m or V, the external force, N, drive and plant; all stages see the same.
@@ -60,7 +62,9 @@ full_order_step = dormand_prince(full_order_rates)
 
 
 @kernel
-def run(y_0, reference, force, drive, plant, h):
+def run(
+    y_0: np.ndarray, reference: np.ndarray, force: float, drive: Drive, plant: Plant, h: float
+) -> np.ndarray:
     """Integrate the full-order system with a fixed step.
 
     Parameters
@@ -140,7 +144,7 @@ class Recording(NamedTuple):
 
 
 @kernel
-def command_series(states, reference, drive):
+def command_series(states: np.ndarray, reference: np.ndarray, drive: Drive) -> np.ndarray:
     """Command before the limiter at every step, V, shape (steps + 1,)."""
     u = np.empty(len(reference))
     for k in range(len(u)):

@@ -2,11 +2,12 @@
 """Pressures of reduced models on inputs given at every Runge-Kutta stage; joint rates for other solvers."""
 
 from math import log
+from typing import Any
 
 import numpy as np
 from numba.extending import register_jitable
 
-from pneumo.configuration.experiment import Plant
+from pneumo.configuration.experiment import Drive, Plant
 from pneumo.physics.models import temperature
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import kernel
@@ -18,7 +19,16 @@ from pneumo.simulation.vectorised import P_A, P_B, ROW, advance, flow_polynomial
 
 
 @kernel(fastmath={"contract"})
-def _on_inputs(inputs, W, starts, stride, plant, h, psi, pressure):
+def _on_inputs(
+    inputs: np.ndarray,
+    W: np.ndarray,
+    starts: tuple[np.uint64, ...],
+    stride: int,
+    plant: Plant,
+    h: float,
+    psi: tuple[float, ...],
+    pressure: np.ndarray,
+) -> None:
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), starts[3]
     for k in range(len(inputs)):
         advance(W, inputs[k], starts, plant, h, psi, s_sonic)
@@ -79,7 +89,7 @@ def pressures_on_inputs(
 
 
 @register_jitable
-def _rates_from_flow(y, i, context, dy):
+def _rates_from_flow(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
     inputs, flow, side, area, plant, lane = context
     sign, m = 1.0 - 2.0 * side, flow[i, side]
     T = temperature(y[0], plant.conditions.P_0, plant.conditions.T_0, lane.a)
@@ -91,7 +101,15 @@ _step_from_flow = dormand_prince(_rates_from_flow)
 
 
 @kernel
-def _on_flows(inputs, flow, lanes, plant, h, stride, pressure):
+def _on_flows(
+    inputs: np.ndarray,
+    flow: np.ndarray,
+    lanes: np.ndarray,
+    plant: Plant,
+    h: float,
+    stride: int,
+    pressure: np.ndarray,
+) -> None:
     Y, K, P = np.empty((STAGES, 1)), np.empty((STAGES, 1)), np.empty(1)
     for index in range(len(lanes)):
         lane = lane_of(lanes[index])
@@ -138,7 +156,7 @@ def pressures_on_flows(
 
 
 @kernel
-def joint_rates(y, reference, lanes, drive, plant):
+def joint_rates(y: np.ndarray, reference: float, lanes: np.ndarray, drive: Drive, plant: Plant) -> np.ndarray:
     """Rates of the six full-order states and of every lane's two pressures, all in one vector.
 
     Parameters

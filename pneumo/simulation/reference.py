@@ -4,10 +4,13 @@
 `pneumo.simulation.vectorised` computes the same some twenty times as fast.
 """
 
+from typing import Any
+
 import numpy as np
 from numba.extending import register_jitable
 
-from pneumo.physics.cylinder import heat_area, volume
+from pneumo.configuration.experiment import Plant
+from pneumo.physics.cylinder import Cylinder, heat_area, volume
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import kernel
@@ -17,19 +20,19 @@ from pneumo.simulation.signals import Reading, stage_inputs
 
 
 @register_jitable
-def lane_of(row):
+def lane_of(row: np.ndarray) -> Lane:
     """Return the `Lane` of a row of `pneumo.physics.models.lane_array`."""
     return Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
 
 
 @register_jitable
-def piston_area(cylinder, side):
+def piston_area(cylinder: Cylinder, side: int) -> float:
     """Piston area of chamber A (side 0) or B (side 1), m^2."""
     return cylinder.A_A if side == 0 else cylinder.A_B
 
 
 @register_jitable
-def lane_rate(u, x, v, P, area, plant, lane):
+def lane_rate(u: float, x: float, v: float, P: float, area: float, plant: Plant, lane: Lane) -> float:
     """Rate of a reduced model's pressure, Pa/s, with u, x, v counted outward from the chamber."""
     T = temperature(P, plant.conditions.P_0, plant.conditions.T_0, lane.a)
     m_in, m_out = chamber_flows(u, P, T, plant.valve, plant.gas, plant.conditions)
@@ -37,7 +40,9 @@ def lane_rate(u, x, v, P, area, plant, lane):
 
 
 @register_jitable
-def lane_rate_with_flows(m_in, m_out, x, v, P, T, area, plant, lane):
+def lane_rate_with_flows(
+    m_in: float, m_out: float, x: float, v: float, P: float, T: float, area: float, plant: Plant, lane: Lane
+) -> float:
     """Rate of a reduced model's pressure, Pa/s, with known flows, kg/s; x and v count outward."""
     conditions, gas = plant.conditions, plant.gas
     return model_dP_dt(
@@ -60,7 +65,7 @@ def lane_rate_with_flows(m_in, m_out, x, v, P, T, area, plant, lane):
 
 
 @register_jitable
-def lane_rates(y, i, context, dy):
+def lane_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
     """Write the rate of a lane's pressure y[0] at stage i into dy."""
     inputs, sign, area, plant, lane = context
     u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
@@ -71,7 +76,9 @@ lane_step = dormand_prince(lane_rates)
 
 
 @kernel
-def replay_lanes(recording: Recording, lanes: np.ndarray, reading: Reading, stride: int):
+def replay_lanes(
+    recording: Recording, lanes: np.ndarray, reading: Reading, stride: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Replay every lane in both chambers on one recording.
 
     Returns

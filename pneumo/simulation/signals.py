@@ -8,7 +8,7 @@ from numba.extending import register_jitable
 
 from pneumo.physics.valve import limited
 from pneumo.simulation.excitation import command
-from pneumo.simulation.full_order import full_order_step
+from pneumo.simulation.full_order import Recording, full_order_step
 from pneumo.simulation.runge_kutta import STAGES, C
 
 PUBLISHED, EXACT = "published", "exact"  # the study's two transports, and folders of results
@@ -87,7 +87,7 @@ def study_transport(name: str, lag: float, h: float) -> Transport:
 
 
 @register_jitable
-def line_between(series, position, every):
+def line_between(series: np.ndarray, position: float, every: int) -> float:
     """Linear interpolation between samples `every` steps apart; `position` counts samples."""
     if position <= 0:
         return series[0]
@@ -96,7 +96,7 @@ def line_between(series, position, every):
 
 
 @register_jitable
-def signal_at(series, k, i, s, reading):
+def signal_at(series: np.ndarray, k: int, i: int, s: int, reading: Reading) -> float:
     """Value of a signal that stage i of step k reads; s is its column of `Reading.late`."""
     every = reading.every
     if reading.held:
@@ -106,7 +106,9 @@ def signal_at(series, k, i, s, reading):
 
 
 @register_jitable
-def stage_inputs(recording, reading, k, Y, K, inputs):
+def stage_inputs(
+    recording: Recording, reading: Reading, k: int, Y: np.ndarray, K: np.ndarray, inputs: np.ndarray
+) -> None:
     """Write (limited u, x, v) at the six stages of step k into `inputs`, shape (6, 3).
 
     The limiter acts on what was read. For the exact transport the stages are computed again from the stored

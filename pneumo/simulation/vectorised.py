@@ -10,8 +10,10 @@ are in units of P_0.
 A lane outside the range of the polynomials becomes NaN, and the reference replays it again.
 """
 
+from collections.abc import Callable
 from functools import cache
 from math import factorial, log, sqrt
+from typing import Any
 
 import numpy as np
 from numba.extending import register_jitable
@@ -43,7 +45,7 @@ CARRY = np.uint64(ROW)
 RATES_B = np.uint64(STAGES * ROW)  # from chamber A's rates to chamber B's
 
 
-def coefficients(function, low, high, degree):
+def coefficients(function: Callable[[Any], Any], low: float, high: float, degree: int) -> tuple[float, ...]:
     """Return the polynomial, lowest power first, that meets a function at the Chebyshev nodes."""
     fit = Chebyshev.interpolate(function, degree, domain=[low, high])
     return tuple(float(c) for c in fit.convert(kind=Polynomial).coef)
@@ -65,7 +67,7 @@ FLOW_TOLERANCE = 1e-13
 
 
 @register_jitable
-def polynomial(c, x):
+def polynomial(c: tuple[float, ...], x: float) -> float:
     """Value of a polynomial of 4 n or 4 n + 2 coefficients, lowest power first.
 
     Horner's rule in x^4: short chains that do not wait for one another.
@@ -82,7 +84,7 @@ def polynomial(c, x):
 
 
 @register_jitable
-def exponent_and_z(x):
+def exponent_and_z(x: float) -> tuple[float, float]:
     """Split x = m 2^exponent; return the exponent and z = (m - 1)/(m + 1) of `LOG`."""
     bits = np.float64(x).view(np.int64) + (ONE - ROOT_HALF)
     exponent = np.int64((np.uint64(bits) >> np.uint64(52)) | LARGE_BITS).view(np.float64) - (LARGE + 1023.0)
@@ -91,13 +93,13 @@ def exponent_and_z(x):
 
 
 @register_jitable
-def logarithm(exponent, z):
+def logarithm(exponent: float, z: float) -> float:
     """ln(x) of a positive x; a finite number beyond +-700 of anything that is not positive and finite."""
     return exponent * LN_2 + z * polynomial(LOG, z * z)
 
 
 @register_jitable
-def exponential(t):
+def exponential(t: float) -> float:
     """exp(t), or NaN outside the reach of the polynomial."""
     return polynomial(EXP, t) if abs(t) <= EXP_REACH else np.nan
 
@@ -117,7 +119,7 @@ def flow_polynomial(gas: Gas) -> tuple[tuple[float, ...], float]:
     """
     g, b, s_sonic = gas.gamma, gas.critical_ratio, -log(gas.critical_ratio)
 
-    def function(s):
+    def function(s: np.ndarray) -> np.ndarray:
         if gas.elliptic:
             below = -np.expm1(-s) / (1 - b)
             return gas.sonic_coefficient * np.sqrt(below * (2 - below) / s)
@@ -134,7 +136,7 @@ def flow_polynomial(gas: Gas) -> tuple[tuple[float, ...], float]:
 
 
 @register_jitable
-def shared_terms(u, x, v, area, plant):
+def shared_terms(u: float, x: float, v: float, area: float, plant: Plant) -> tuple[float, ...]:
     """What all lanes of a chamber share at one stage, with u, x, v counted outward from the chamber."""
     c, inverse_V = plant.conditions, 1 / volume(x, area, plant.cylinder)
     throat = plant.gas.R * plant.valve.k_xu * abs(u) * inverse_V  # (2)
@@ -155,7 +157,15 @@ def shared_terms(u, x, v, area, plant):
 
 
 @register_jitable
-def write_rates(W, rate, starts, shared, plant, psi, s_sonic):
+def write_rates(
+    W: np.ndarray,
+    rate: np.uint64,
+    starts: tuple[np.uint64, ...],
+    shared: tuple[float, ...],
+    plant: Plant,
+    psi: tuple[float, ...],
+    s_sonic: float,
+) -> None:
     """Write the rate of every lane's pressure into the row that begins at `rate`."""
     p_port, l_port, inward, outward, compression, wall, area_ratio = shared
     polytropic, heated, heated_PT, count = starts
@@ -184,7 +194,7 @@ def write_rates(W, rate, starts, shared, plant, psi, s_sonic):
 
 
 @register_jitable
-def add(W, sums, i, term):
+def add(W: np.ndarray, sums: np.uint64, i: int, term: float) -> None:
     """Add to a sum and keep what rounding took from it (Kahan)."""
     term -= W[sums + CARRY + i]
     total = W[sums + i] + term
@@ -193,7 +203,15 @@ def add(W, sums, i, term):
 
 
 @register_jitable(inline="always")  # as a function of its own it would take a fifth longer
-def advance(W, inputs, starts, plant, h, psi, s_sonic):
+def advance(
+    W: np.ndarray,
+    inputs: np.ndarray,
+    starts: tuple[np.uint64, ...],
+    plant: Plant,
+    h: float,
+    psi: tuple[float, ...],
+    s_sonic: float,
+) -> None:
     """Advance every lane's pressures in both chambers by one step; NaN beyond P > 0."""
     count = starts[3]
     # One chamber's stage does not wait for the other's, so the processor works on both.
@@ -221,7 +239,15 @@ def advance(W, inputs, starts, plant, h, psi, s_sonic):
 # Contracting a * b + c is the one liberty: a sum in another order would lose what `add` carries, and
 # without NaN a lane could not say that it left the range.
 @kernel(fastmath={"contract"})
-def _replay(recording, W, starts, reading, stride, psi, pressure):
+def _replay(
+    recording: Recording,
+    W: np.ndarray,
+    starts: tuple[np.uint64, ...],
+    reading: Reading,
+    stride: int,
+    psi: tuple[float, ...],
+    pressure: np.ndarray,
+) -> None:
     plant, h = recording.plant, recording.h
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), starts[3]
     inputs, Y, K = np.empty((STAGES, 3)), np.empty((STAGES + 1, 6)), np.empty((STAGES, 6))
