@@ -1,1 +1,1 @@
-"""What the paper says: valve, cylinder, chamber, reduced models and their parameters."""
+"""What the paper says: valve, cylinder, chamber, equilibrium and the reduced models."""

@@ -4,17 +4,17 @@ The equations use only + - * / **, so they take floats, NumPy arrays, quantities
 symbols alike. Wall heat enters with the sign that opposes the temperature difference.
 """
 
-from numba.extending import register_jitable
+from pneumo.physics.jitable import jitable
 
 
-@register_jitable
-def wall_heat(T, conductance, T_amb):
+@jitable
+def wall_heat(T: float, conductance: float, T_amb: float) -> float:
     """Heat flow from the wall into the air, W: eqs (7), (11), (13) with T_amb - T as in the text."""
     return conductance * (T_amb - T)
 
 
-@register_jitable
-def wall_conductance(k_0, area_ratio, PT_ratio, e_A, e_PT):
+@jitable
+def wall_conductance(k_0: float, area_ratio: float, PT_ratio: float, e_A: float, e_PT: float) -> float:
     """Thermal conductance of the wall, W/K.
 
     Parameters
@@ -31,8 +31,22 @@ def wall_conductance(k_0, area_ratio, PT_ratio, e_A, e_PT):
     return k_0 * area_ratio**e_A * PT_ratio**e_PT  # (8)
 
 
-@register_jitable
-def dP_dt(P, T, V, dV_dt, m_in, m_out, T_inlet, heat, n_V, n_in, n_out, R, gamma):
+@jitable
+def dP_dt(
+    P: float,
+    T: float,
+    V: float,
+    dV_dt: float,
+    m_in: float,
+    m_out: float,
+    T_inlet: float,
+    heat: float,
+    n_V: float,
+    n_in: float,
+    n_out: float,
+    R: float,
+    gamma: float,
+) -> float:
     """Rate of pressure, Pa/s: eq (4) when all three indices are gamma, and M1-M10 otherwise.
 
     Parameters
@@ -55,9 +69,23 @@ def dP_dt(P, T, V, dV_dt, m_in, m_out, T_inlet, heat, n_V, n_in, n_out, R, gamma
     ) / V  # (4)
 
 
-@register_jitable
-def dT_dt(P, T, V, dV_dt, m_in, m_out, T_in, heat, R, gamma):
-    """Rate of temperature, K/s: eq (5), with the factor T that its last term lacks in print."""
+@jitable
+def dT_dt(
+    P: float,
+    T: float,
+    V: float,
+    dV_dt: float,
+    m_in: float,
+    m_out: float,
+    T_in: float,
+    heat: float,
+    R: float,
+    gamma: float,
+) -> float:
+    """Rate of temperature, K/s: eq (5), with the factor T that its last term lacks in print.
+
+    Parameters are those of `dP_dt`; inflow enters at T_in.
+    """
     return (
         T / V * dV_dt * (1 - gamma)
         - m_out * R * T**2 / (V * P) * (gamma - 1)

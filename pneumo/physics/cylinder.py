@@ -6,7 +6,7 @@ A chamber sees the piston position that enlarges it: x for chamber A, -x for cha
 from math import pi
 from typing import NamedTuple
 
-from numba.extending import register_jitable
+from pneumo.physics.jitable import Real, jitable
 
 
 class Cylinder(NamedTuple):
@@ -27,7 +27,8 @@ class Cylinder(NamedTuple):
     x_min, x_max : float
         End stops, m from the central position.
     rests : bool
-        A piston that stands on a stop and is pushed onto it stays; if not, the stop only clips.
+        Whether a piston at rest on a stop stays while the force points into the stop; else the stop only
+        clips the position.
     load : float
         Constant force towards a larger chamber A, N: gravity, the atmosphere's on a rod.
     coulomb : float
@@ -48,20 +49,20 @@ class Cylinder(NamedTuple):
     coulomb: float = 0.0
 
 
-@register_jitable
-def volume(x, area, cylinder):
+@jitable
+def volume(x: Real, area: float, cylinder: Cylinder) -> Real:
     """Chamber volume, m^3, at outward position x, m, for piston area `area`, m^2."""
     return cylinder.V_d + area * (cylinder.stroke / 2 + x)
 
 
-@register_jitable
-def heat_area(x, cylinder):
+@jitable
+def heat_area(x: float, cylinder: Cylinder) -> float:
     """Heat transfer area A_q(x), m^2: two end faces and the uncovered wall (before eq (12))."""
     return pi / 2 * cylinder.bore**2 + abs(pi * cylinder.bore * (x + cylinder.stroke / 2))
 
 
-@register_jitable
-def acceleration(v, P_A, P_B, force, cylinder):
+@jitable
+def acceleration(v: float, P_A: float, P_B: float, force: float, cylinder: Cylinder) -> float:
     """Piston acceleration, m/s^2: eq (3) with friction, the cylinder's load and an external force, N."""
     F = P_A * cylinder.A_A - P_B * cylinder.A_B - cylinder.k_f * v + force
     if cylinder.load:
@@ -71,28 +72,28 @@ def acceleration(v, P_A, P_B, force, cylinder):
     return F / cylinder.M  # (3)
 
 
-@register_jitable
-def beyond_coulomb(F, v, coulomb):
-    """Force that is left of F, N, beside Coulomb friction."""
+@jitable
+def beyond_coulomb(F: float, v: float, coulomb: float) -> float:
+    """Net force, N: F less the Coulomb friction that opposes motion, or holds a piston at rest."""
     if v == 0 and abs(F) <= coulomb:
         return 0.0
     return F - coulomb if v > 0 or (v == 0 and F > 0) else F + coulomb
 
 
-@register_jitable
-def motion(x, v, a, cylinder):
-    """Rates of position and velocity; a piston that rests on a stop and is pushed onto it stays."""
+@jitable
+def motion(x: float, v: float, a: float, cylinder: Cylinder) -> tuple[float, float]:
+    """Rates of position, m/s, and velocity, m/s^2; both are 0 for a piston held on a stop by the force."""
     pushed = (x == cylinder.x_min and a < 0) or (x == cylinder.x_max and a > 0)
     if cylinder.rests and v == 0 and pushed:
         return 0.0, 0.0
     return v, a
 
 
-@register_jitable
-def stopped(x, v, v_before, cylinder):
-    """Position and velocity after the end stops: position clipped, impact fully plastic.
+@jitable
+def stopped(x: float, v: float, v_before: float, cylinder: Cylinder) -> tuple[float, float]:
+    """Position, m, and velocity, m/s, after the end stops: position clipped, impact fully plastic.
 
-    With Coulomb friction a piston also comes to rest in a step at whose end it would move the other way.
+    With Coulomb friction, a step that reverses the velocity leaves the piston at rest.
     """
     if cylinder.coulomb and v * v_before < 0:
         v = 0.0

@@ -1,15 +1,15 @@
 """The ten reduced-order models of section 3 as one table and one right-hand side.
 
-The models differ in six cells. Everything that needs a model (replays, Table 1, the property
-tests, exports) derives from `MODELS`; a new model is a new row.
+The models differ in six cells. All that uses models (replays, Table 1, property tests, exports) derives
+from `MODELS`; a new model is a new row.
 """
 
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.physics.chamber import dP_dt, wall_conductance, wall_heat
+from pneumo.physics.jitable import jitable
 
 Index = Literal["n", "gamma"] | float
 
@@ -96,7 +96,7 @@ class Lane(NamedTuple):
 
 
 def lane(model: Model, n: float, gamma: float) -> Lane:
-    """Fill the indices of a model in.
+    """Return a model's coefficients at one n.
 
     Parameters
     ----------
@@ -116,14 +116,30 @@ def lane(model: Model, n: float, gamma: float) -> Lane:
     return Lane(n_V, n_in, n_out, a, float(model.mixing), explicit_heat, e_A, e_PT)
 
 
-@register_jitable
-def temperature(P, P_0, T_0, a):
+@jitable
+def temperature(P: float, P_0: float, T_0: float, a: float) -> float:
     """Temperature that a model assigns to a pressure, K: eq (6); constant where a = 0."""
     return T_0 * (P / P_0) ** a  # (6)
 
 
-@register_jitable
-def model_dP_dt(P, T, V, dV_dt, m_in, m_out, area_ratio, k_0, P_0, T_0, T_in, T_amb, R, gamma, lane):
+@jitable
+def model_dP_dt(
+    P: float,
+    T: float,
+    V: float,
+    dV_dt: float,
+    m_in: float,
+    m_out: float,
+    area_ratio: float,
+    k_0: float,
+    P_0: float,
+    T_0: float,
+    T_in: float,
+    T_amb: float,
+    R: float,
+    gamma: float,
+    lane: Lane,
+) -> float:
     """Right-hand side of every reduced model, Pa/s.
 
     Parameters

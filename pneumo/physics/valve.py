@@ -1,12 +1,12 @@
 """Servo-valve: mass flow through a restriction, eqs (1) and (2).
 
-Every function works on floats, in plain Python and inside compiled kernels; `mass_flow` and
-`choked_flow` also take quantities with units.
+Functions take floats, in plain Python and in compiled kernels; `mass_flow` and `choked_flow` also take
+quantities with units.
 """
 
 from typing import NamedTuple
 
-from numba.extending import register_jitable
+from pneumo.physics.jitable import Real, jitable
 
 
 class Gas(NamedTuple):
@@ -23,8 +23,8 @@ class Gas(NamedTuple):
     critical_ratio : float
         Flow is sonic at and below this P_d / P_u.
     elliptic : bool
-        The subsonic branch is the ellipse of ISO 6358, with the critical ratio b of a valve's catalogue,
-        and not that of eq (1).
+        Whether the subsonic branch is the ellipse of ISO 6358, with the critical ratio b of a valve's
+        catalogue, instead of eq (1).
     """
 
     R: float
@@ -35,7 +35,7 @@ class Gas(NamedTuple):
 
 
 class Valve(NamedTuple):
-    """Servo-valve, section 2.1; matched and symmetric restrictions unless told otherwise.
+    """Servo-valve, section 2.1; matched and symmetric restrictions by default.
 
     Attributes
     ----------
@@ -58,14 +58,35 @@ class Valve(NamedTuple):
     leak: float = 0.0
 
 
-@register_jitable
-def critical_ratio(gamma):
+class Conditions(NamedTuple):
+    """Supply, surroundings and the equilibrium from which runs start.
+
+    Attributes
+    ----------
+    P_s, P_atm : float
+        Absolute supply and atmospheric pressure, Pa.
+    T_in, T_amb : float
+        Temperature of incoming air and of the cylinder's walls, K.
+    P_0, T_0 : float
+        Equilibrium pressure, Pa, and temperature, K.
+    """
+
+    P_s: float
+    P_atm: float
+    T_in: float
+    T_amb: float
+    P_0: float
+    T_0: float
+
+
+@jitable
+def critical_ratio(gamma: float) -> float:
     """Pressure ratio P_d / P_u at which the throat becomes sonic (0.5283 for air)."""
     return (2 / (gamma + 1)) ** (gamma / (gamma - 1))
 
 
-@register_jitable
-def sonic_coefficient(R, gamma):
+@jitable
+def sonic_coefficient(R: float, gamma: float) -> float:
     """Exact coefficient of the sonic branch of eq (1), s K^0.5/m (printed: 0.0404).
 
     Eq (17) misprints it; this form makes the two branches of eq (1) meet.
@@ -73,19 +94,19 @@ def sonic_coefficient(R, gamma):
     return (2 / (gamma + 1)) ** (1 / (gamma - 1)) * (2 * gamma / ((gamma + 1) * R)) ** 0.5
 
 
-def exact_gas(R, gamma):
+def exact_gas(R: float, gamma: float) -> Gas:
     """Return the `Gas` whose two constants follow from R and gamma to full precision."""
     return Gas(R, gamma, sonic_coefficient(R, gamma), critical_ratio(gamma))
 
 
-@register_jitable
-def choked_flow(A_t, P_u, T_u, gas):
+@jitable
+def choked_flow(A_t: Real, P_u: float, T_u: float, gas: Gas) -> Real:
     """Sonic mass flow, kg/s: second branch of eq (1)."""
     return gas.sonic_coefficient * P_u * A_t / T_u**0.5
 
 
-@register_jitable
-def mass_flow(A_t, P_u, P_d, T_u, gas):
+@jitable
+def mass_flow(A_t: float, P_u: float, P_d: float, T_u: float, gas: Gas) -> float:
     """Mass flow through a restriction, kg/s: eq (1), or ISO 6358 where the gas is `elliptic`.
 
     Parameters
@@ -110,25 +131,28 @@ def mass_flow(A_t, P_u, P_d, T_u, gas):
     return A_t * P_u * (2 * g / ((g - 1) * gas.R * T_u) * subsonic) ** 0.5  # (1)
 
 
-@register_jitable
-def laminar_share(P_u, P_d, laminar):
-    """Fraction of eq (1) that flows where pressures are nearly equal.
+@jitable
+def laminar_share(P_u: float, P_d: float, laminar: float) -> float:
+    """Factor on eq (1) where pressures are nearly equal.
 
-    Eq (1) goes there with the root of 1 - P_d / P_u, at an infinite slope that no step can follow; times this
-    share it is proportional to the difference below `laminar`, and as printed above.
+    Near P_d = P_u eq (1) is proportional to the root of 1 - P_d / P_u; its slope is infinite there and no
+    step can follow it. With this factor the flow is proportional to 1 - P_d / P_u wherever that is less than
+    `laminar`; elsewhere the factor is 1.
     """
     difference = 1 - P_d / P_u
     return (difference / laminar) ** 0.5 if difference < laminar else 1.0
 
 
-@register_jitable
-def limited(u, u_max):
+@jitable
+def limited(u: float, u_max: float) -> float:
     """Command after the limiter, V."""
     return min(max(u, -u_max), u_max)
 
 
-@register_jitable
-def port_flows(A_t, P_port, P, T, valve, gas, conditions):
+@jitable
+def port_flows(
+    A_t: float, P_port: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions
+) -> tuple[float, float]:
     """Mass flows into and out of a chamber, kg/s, through one restriction; one of them is 0."""
     if P_port >= P:
         if valve.laminar:
@@ -139,13 +163,15 @@ def port_flows(A_t, P_port, P, T, valve, gas, conditions):
     return 0.0, mass_flow(A_t, P, P_port, T, gas)
 
 
-@register_jitable
-def chamber_flows(u, P, T, valve, gas, conditions):
+@jitable
+def chamber_flows(
+    u: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions
+) -> tuple[float, float]:
     """Mass flows into and out of one chamber, kg/s, through the restriction that eq (2) opens.
 
-    Air goes whichever way the pressures drive it: a chamber above supply pressure flows back into
-    the supply line, and one below atmospheric pressure draws air in through the exhaust. Where the valve
-    leaks, air goes through the other restriction too.
+    The pressures decide the direction: a chamber above supply pressure flows back into the supply line, and
+    one below atmospheric pressure draws air in through the exhaust. A leaking valve also lets air through the
+    other restriction.
 
     Parameters
     ----------
@@ -175,24 +201,3 @@ def chamber_flows(u, P, T, valve, gas, conditions):
     m_in, m_out = port_flows(A_t + valve.leak, P_port, P, T, valve, gas, conditions)
     leak_in, leak_out = port_flows(valve.leak, P_other, P, T, valve, gas, conditions)
     return m_in + leak_in, m_out + leak_out
-
-
-class Conditions(NamedTuple):
-    """Supply, surroundings and the equilibrium from which runs start.
-
-    Attributes
-    ----------
-    P_s, P_atm : float
-        Absolute supply and atmospheric pressure, Pa.
-    T_in, T_amb : float
-        Temperature of incoming air and of the cylinder's walls, K.
-    P_0, T_0 : float
-        Equilibrium pressure, Pa, and temperature, K.
-    """
-
-    P_s: float
-    P_atm: float
-    T_in: float
-    T_amb: float
-    P_0: float
-    T_0: float
