@@ -55,7 +55,6 @@ def test_printed_factor_of_eq_17_is_a_misprint():
     assert f"{mended:.4f}" == "0.0404"
 
 
-@settings(deadline=None)
 @given(some.gas_constants(), some.gammas())
 def test_sonic_coefficient_is_the_flow_at_the_critical_ratio(R, gamma):
     r = critical_ratio(gamma)
@@ -67,20 +66,16 @@ def test_sonic_coefficient_is_the_flow_at_the_critical_ratio(R, gamma):
 # One restriction
 
 
-@settings(deadline=None)
 @given(some.pressures(), st.floats(0.01, 1.0), some.temperatures(), some.throat_areas())
 def test_flow_is_that_of_the_literal_equation(P_u, ratio, T_u, A_t):
     # The same constants and two orders of writing: a few roundings of at most half an ulp each, and the
     # square root of a difference of powers, good to 2 ulp of 1.
-    ours, literal = (
-        mass_flow(A_t, P_u, ratio * P_u, T_u, PRINTED),
-        paper.mass_flow(A_t, P_u, ratio * P_u, T_u, 1.4, 287.0),
-    )
+    ours = mass_flow(A_t, P_u, ratio * P_u, T_u, PRINTED)
+    literal = paper.mass_flow(A_t, P_u, ratio * P_u, T_u, 1.4, 287.0)
     scale = subsonic_scale(A_t, P_u, T_u, PRINTED)
     assert ours**2 == pytest.approx(literal**2, rel=16 * EPS, abs=4 * EPS * scale**2)
 
 
-@settings(deadline=None)
 @given(some.gases(), some.pressures(), some.pressure_ratios(), some.pressure_ratios(), some.temperatures())
 def test_flow_does_not_rise_with_downstream_pressure(gas, P_u, one, other, T_u):
     low, high = sorted((one * P_u, other * P_u))
@@ -91,7 +86,6 @@ def test_flow_does_not_rise_with_downstream_pressure(gas, P_u, one, other, T_u):
     assert mass_flow(1e-6, P_u, high, T_u, gas) ** 2 <= mass_flow(1e-6, P_u, low, T_u, gas) ** 2 + lost
 
 
-@settings(deadline=None)
 @given(some.gases(), some.pressures(), some.pressures(), some.pressure_ratios(), some.temperatures())
 def test_flow_rises_with_upstream_pressure(gas, one, other, ratio, T_u):
     low, high = sorted((one, other))
@@ -103,11 +97,11 @@ def test_flow_rises_with_upstream_pressure(gas, one, other, ratio, T_u):
         assert above > below
 
 
-@settings(deadline=None)
 @given(some.gases(), some.pressures(), some.temperatures())
 def test_branches_meet_at_the_critical_ratio(gas, P_u, T_u):
-    sonic = mass_flow(1e-6, P_u, 0.9999999 * gas.critical_ratio * P_u, T_u, gas)
-    subsonic = mass_flow(1e-6, P_u, 1.0000001 * gas.critical_ratio * P_u, T_u, gas)
+    sonic, subsonic = (
+        mass_flow(1e-6, P_u, share * gas.critical_ratio * P_u, T_u, gas) for share in (0.9999999, 1.0000001)
+    )
     # The maximum is flat: 1e-7 away the flow differs by about its square. The rest as for the coefficient.
     assert subsonic == pytest.approx(sonic, rel=1e-13 + 16 * EPS * (gas.gamma + 1) / (gas.gamma - 1))
 
@@ -125,18 +119,6 @@ def test_printed_constants_drop_at_the_critical_ratio_and_nowhere_else():
     assert (np.diff(exact) >= -4 * EPS * exact[1:]).all()  # flat to rounding where it is sonic or nearly so
 
 
-@settings(deadline=None)
-@given(some.pressures(), st.floats(0.0, 0.5283), st.floats(0.0, 0.5283), some.temperatures())
-def test_printed_constants_are_monotone_on_either_side(P_u, one, other, T_u):
-    # 0.5283 on a scale from 0 to 1 in each branch; 1e-12 keeps P_d / P_u on its side of the critical ratio.
-    for branch in (lambda s: (1 - 1e-12) * s, lambda s: 0.5283 + 1e-12 + s / 0.5283 * (1 - 0.5283 - 1e-12)):
-        low, high = sorted((branch(one) * P_u, branch(other) * P_u))
-        scale = subsonic_scale(1e-6, P_u, T_u, PRINTED)
-        above, below = (mass_flow(1e-6, P_u, P_d, T_u, PRINTED) for P_d in (low, high))
-        assert below**2 <= above**2 + 4 * EPS * scale**2  # the bracket is good to 4 ulp of 1
-
-
-@settings(deadline=None)
 @given(some.pressures(), some.temperatures(), some.throat_areas().filter(bool))
 def test_size_of_the_drop_depends_on_nothing(P_u, T_u, A_t):
     sonic, subsonic = (mass_flow(A_t, P_u, (0.5283 + s) * P_u, T_u, PRINTED) for s in (-1e-9, 1e-9))
@@ -144,26 +126,18 @@ def test_size_of_the_drop_depends_on_nothing(P_u, T_u, A_t):
     assert 1 - sonic / subsonic == pytest.approx(1 - 0.0404 / AIR.sonic_coefficient, abs=1e-8)
 
 
-@settings(deadline=None)
-@given(
-    some.gases(), some.pressures(), some.temperatures(), st.floats(0, 1), st.floats(0, 1), some.throat_areas()
-)
-def test_choked_flow_does_not_know_what_is_downstream(gas, P_u, T_u, one, other, A_t):
+@given(some.gases(), some.pressures(), some.temperatures(), st.floats(0, 1), some.throat_areas())
+def test_choked_flow_does_not_depend_on_the_downstream_pressure(gas, P_u, T_u, fraction, A_t):
     # 0.999999: the division P_d / P_u may round up by an ulp
-    flows = {
-        mass_flow(A_t, P_u, 0.999999 * fraction * gas.critical_ratio * P_u, T_u, gas)
-        for fraction in (one, other)
-    }
-    assert flows == {choked_flow(A_t, P_u, T_u, gas)}
+    flow = mass_flow(A_t, P_u, 0.999999 * fraction * gas.critical_ratio * P_u, T_u, gas)
+    assert flow == choked_flow(A_t, P_u, T_u, gas)
 
 
-@settings(deadline=None)
 @given(some.gases(), some.pressures(), some.temperatures(), some.throat_areas())
 def test_no_flow_at_equal_pressures(gas, P, T, A_t):
     assert mass_flow(A_t, P, P, T, gas) == 0
 
 
-@settings(deadline=None)
 @given(some.gases(), some.pressures(), some.temperatures(), st.integers(0, 100))
 @example(exact_gas(287.0, 4 / 3), 1e5, 293.0, 1)  # (1 - eps)^(2/gamma) is half-way between two floats
 def test_flow_is_real_and_forward_however_near_the_pressures(gas, P, T, ulps):
@@ -173,7 +147,6 @@ def test_flow_is_real_and_forward_however_near_the_pressures(gas, P, T, ulps):
     assert flow >= 0
 
 
-@settings(deadline=None)
 @given(some.gases(), some.pressures(), some.pressure_ratios(), some.temperatures(), some.throat_areas())
 def test_flow_is_proportional_to_area_and_falls_with_the_root_of_temperature(gas, P_u, ratio, T_u, A_t):
     flow = mass_flow(A_t, P_u, ratio * P_u, T_u, gas)
@@ -184,7 +157,6 @@ def test_flow_is_proportional_to_area_and_falls_with_the_root_of_temperature(gas
 # The whole valve
 
 
-@settings(deadline=None)
 @given(some.voltages(1000.0), st.floats(0.1, 100.0))
 def test_limiter(u, u_max):
     out = limited(u, u_max)
@@ -192,7 +164,6 @@ def test_limiter(u, u_max):
     assert out == u if abs(u) <= u_max else out == math.copysign(u_max, u)
 
 
-@settings(deadline=None)
 @given(some.plants(), some.voltages(), some.temperatures(), some.pressures())
 def test_areas_are_symmetric_in_the_sign_of_the_command(plant, u, T, P):
     # With the same pressure and temperature at either port, the sign of u must not matter: eq (2), mended.
@@ -205,7 +176,6 @@ def test_areas_are_symmetric_in_the_sign_of_the_command(plant, u, T, P):
     assert max(m_in, m_out) >= 0
 
 
-@settings(deadline=None)
 @given(some.plants(), some.voltages(), some.pressures(), some.pressures(), some.temperatures())
 def test_flow_is_antisymmetric_at_equal_temperatures(plant, u, P_1, P_2, T):
     there = Conditions(P_1, P_1, T, T, P_1, T)
@@ -215,50 +185,28 @@ def test_flow_is_antisymmetric_at_equal_temperatures(plant, u, P_1, P_2, T):
     assert math.copysign(1, forward) == math.copysign(1, P_1 - P_2) or forward == 0
 
 
-@settings(deadline=None)
 @given(some.plants(), some.voltages(), some.temperatures())
-def test_no_flow_where_chamber_and_port_are_equal(plant, u, T):
+def test_no_flow_where_chamber_and_port_are_equal_or_the_valve_is_shut(plant, u, T):
     P = plant.conditions.P_s if u >= 0 else plant.conditions.P_atm
     assert chamber_flows(u, P, T, plant.valve, plant.gas, plant.conditions) == (0, 0)
+    assert chamber_flows(0.0, 0.9 * P, T, plant.valve, plant.gas, plant.conditions) == (0, 0)
 
 
-@settings(deadline=None)
-@given(some.plants(), some.pressures(), some.temperatures())
-def test_closed_valve_passes_nothing(plant, P, T):
-    assert chamber_flows(0.0, P, T, plant.valve, plant.gas, plant.conditions) == (0, 0)
+@pytest.mark.parametrize(("port", "sign"), [("P_s", 1), ("P_atm", -1)])
+@given(plant=some.plants(), u=st.floats(1e-6, 10.0), excess=st.floats(1e-3, 2.0), T=some.temperatures())
+def test_flow_goes_either_way_through_the_open_port(port, sign, plant, u, excess, T):
+    c, gas, A_t = plant.conditions, plant.gas, plant.valve.k_xu * u
+    P = getattr(c, port)
+    P_high, P_low = P * (1 + excess), P / (1 + excess)
+    out = chamber_flows(sign * u, P_high, T, plant.valve, gas, c)
+    assert out == (0, mass_flow(A_t, P_high, P, T, gas)) and sum(out) > 0  # the chamber's own air, at its T
+    drawn_in = chamber_flows(sign * u, P_low, T, plant.valve, gas, c)
+    assert drawn_in == (mass_flow(A_t, P, P_low, c.T_in, gas), 0)  # at the inlet temperature
 
 
-@settings(deadline=None)
-@given(some.plants(), st.floats(1e-6, 10.0), st.floats(1e-3, 2.0), some.temperatures())
-def test_filling_and_back_flow_through_the_supply_port(plant, u, excess, T):
-    c, gas = plant.conditions, plant.gas
-    A_t = plant.valve.k_xu * u
-    P_high, P_low = c.P_s * (1 + excess), c.P_s / (1 + excess)
-    # Above supply pressure the chamber's own air flows back, so at the chamber's temperature.
-    assert chamber_flows(u, P_high, T, plant.valve, gas, c) == (0, mass_flow(A_t, P_high, c.P_s, T, gas))
-    assert chamber_flows(u, P_low, T, plant.valve, gas, c) == (mass_flow(A_t, c.P_s, P_low, c.T_in, gas), 0)
-    assert sum(chamber_flows(u, P_high, T, plant.valve, gas, c)) > 0
-
-
-@settings(deadline=None)
-@given(some.plants(), st.floats(1e-6, 10.0), st.floats(1e-3, 2.0), some.temperatures())
-def test_emptying_and_drawing_in_through_the_exhaust_port(plant, u, excess, T):
-    c, gas = plant.conditions, plant.gas
-    A_t = plant.valve.k_xu * u
-    P_high, P_low = c.P_atm * (1 + excess), c.P_atm / (1 + excess)
-    assert chamber_flows(-u, P_high, T, plant.valve, gas, c) == (0, mass_flow(A_t, P_high, c.P_atm, T, gas))
-    # Below atmospheric pressure air is drawn in, at the inlet temperature.
-    assert chamber_flows(-u, P_low, T, plant.valve, gas, c) == (
-        mass_flow(A_t, c.P_atm, P_low, c.T_in, gas),
-        0,
-    )
-    assert sum(chamber_flows(-u, P_low, T, plant.valve, gas, c)) > 0
-
-
-@settings(deadline=None)
 @given(some.plants(), some.voltages(), some.pressures(), some.temperatures())
 def test_chamber_flows_against_the_literal_equation(plant, u, P, T):
-    gas = Gas(287.0, 1.4, 0.0404, 0.5283)
+    gas = PRINTED
     c = plant.conditions
     P_port = c.P_s if u >= 0 else c.P_atm
     A_t = plant.valve.k_xu * abs(u)
@@ -268,18 +216,15 @@ def test_chamber_flows_against_the_literal_equation(plant, u, P, T):
     literal = paper.mass_flow(A_t, P_u, P_d, T_u, 1.4, 287.0)
     assert (m_out if into else m_in) == 0
     scale = subsonic_scale(A_t, P_u, T_u, gas)
-    assert max(m_in, m_out) ** 2 == pytest.approx(
-        literal**2, rel=16 * EPS, abs=4 * EPS * scale**2
-    )  # as above
+    assert max(m_in, m_out) ** 2 == pytest.approx(literal**2, rel=16 * EPS, abs=4 * EPS * scale**2)
 
 
 # What a bought valve has beside: ISO 6358's ellipse, asymmetry, leakage
 
 
-@settings(deadline=None)
 @given(some.pressures(), some.temperatures(), st.floats(0.05, 0.6), st.floats(0.0, 1.0))
 def test_ellipse_of_iso_6358(P_u, T_u, b, fraction):
-    gas = exact_gas(287.0, 1.4)._replace(critical_ratio=b, elliptic=True)
+    gas = AIR._replace(critical_ratio=b, elliptic=True)
     ratio = b + fraction * (1 - b)
     choked = choked_flow(1e-6, P_u, T_u, gas)
     flow = mass_flow(1e-6, P_u, ratio * P_u, T_u, gas)
@@ -288,7 +233,6 @@ def test_ellipse_of_iso_6358(P_u, T_u, b, fraction):
     assert mass_flow(1e-6, P_u, 0.9 * b * P_u, T_u, gas) == choked
 
 
-@settings(deadline=None)
 @given(some.plants(), some.voltages(), some.pressures(), some.temperatures(), st.floats(0.1, 3.0))
 def test_exhaust_scales_the_path_to_the_atmosphere_alone(plant, u, P, T, exhaust):
     flows = chamber_flows(u, P, T, plant.valve._replace(exhaust=exhaust), plant.gas, plant.conditions)
@@ -297,7 +241,6 @@ def test_exhaust_scales_the_path_to_the_atmosphere_alone(plant, u, P, T, exhaust
     assert flows == pytest.approx([factor * m for m in usual], rel=4 * EPS)  # products in another order
 
 
-@settings(deadline=None)
 @given(some.plants(), some.voltages(), some.pressures(), some.temperatures(), st.floats(1e-12, 1e-6))
 def test_leak_is_a_restriction_to_either_port_beside_the_valve(plant, u, P, T, leak):
     c, gas = plant.conditions, plant.gas
@@ -312,11 +255,10 @@ def test_leak_is_a_restriction_to_either_port_beside_the_valve(plant, u, P, T, l
     assert [m_in, m_out] == pytest.approx(expected, rel=8 * EPS)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(some.temperatures())
 def test_leaking_chamber_of_a_shut_valve_rests_at_the_pressure_of_the_half_bridge(T):
-    gas = exact_gas(287.0, 1.4)
-    P_0 = equilibrium_pressure(7e5, 1e5, gas)
+    P_0 = equilibrium_pressure(7e5, 1e5, AIR)
     c = Conditions(7e5, 1e5, T, T, P_0, T)
-    m_in, m_out = chamber_flows(0.0, P_0, T, Valve(1e-7, 10.0, leak=1e-9), gas, c)
+    m_in, m_out = chamber_flows(0.0, P_0, T, Valve(1e-7, 10.0, leak=1e-9), AIR, c)
     assert m_in == pytest.approx(m_out, rel=1e-8)  # the root of P_0 is found to 1e-9 P_atm

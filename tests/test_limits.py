@@ -1,0 +1,119 @@
+"""Limiting cases of section 3 of the paper: where one model is another, and what a closed chamber keeps.
+
+Equalities between models are exact: the same operations run on the same numbers, and the terms left out are
+multiplied by zero or raised to the power zero.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from model_rates import evaluate, rate
+
+from pneumo import testing as some
+from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.physics.valve import Gas, exact_gas
+
+EPS = np.finfo(float).eps
+
+# A model, the model that it becomes, and where: argument -> number, or name of the argument that it equals.
+LIMITS = [
+    ("M2", "M1", {"n": 1.0}),
+    ("M2", "M3", {"n": "gamma"}),
+    ("M5", "M1", {"n": 1.0}),
+    ("M6", "M1", {"n": 1.0, "T_in": "T_0"}),
+    ("M7", "M3", {"n": 1.0, "T_amb": "T_0"}),
+    ("M8", "M3", {"n": 1.0, "T_amb": "T_0", "T_in": "T_0"}),
+    ("M9", "M3", {"n": 1.0, "T_amb": "T_0", "T_in": "T_0"}),
+    ("M10", "M3", {"n": 1.0, "T_amb": "T_0", "T_in": "T_0"}),
+    ("M7", "M5", {"n": "gamma", "k_0": 0.0}),
+    ("M8", "M6", {"n": "gamma", "k_0": 0.0}),
+    ("M9", "M6", {"n": "gamma", "k_0": 0.0}),
+    ("M10", "M6", {"n": "gamma", "k_0": 0.0}),
+    ("M6", "M5", {"m_in": 0.0}),
+    ("M8", "M7", {"m_in": 0.0}),
+    ("M6", "M5", {"T_in": "T"}),
+    ("M8", "M7", {"T_in": "T"}),
+    ("M9", "M8", {"A_q": "A_q0"}),
+]
+
+
+def at(a, where):
+    """Arguments with those of `where` set; "T" is the polytropic temperature, eq (6)."""
+    a = a | {"T": evaluate("M5", a)[0]}
+    return {**a, **{key: a[value] if isinstance(value, str) else value for key, value in where.items()}}
+
+
+@pytest.mark.parametrize(("model", "limit", "where"), LIMITS)
+@given(a=some.model_arguments())
+def test_a_model_is_another_in_its_limit(model, limit, where, a):
+    assert evaluate(model, at(a, where)) == evaluate(limit, at(a, where))
+
+
+@pytest.mark.parametrize(("model", "limit", "where"), LIMITS)
+def test_the_two_models_differ_elsewhere(model, limit, where):
+    a = dict(P=4e5, V=2e-5, dV_dt=1e-4, m_in=3e-4, m_out=2e-4, T_amb=291.0, T_in=297.0, P_0=5.65e5, T_0=293.0)
+    a |= dict(n=1.2, gamma=1.4, R=287.0, k_0=0.3, A_q=4e-3, A_q0=3e-3)
+    for left_out in where:
+        a_little_off = at(a, {key: value for key, value in where.items() if key != left_out})
+        assert evaluate(model, a_little_off) != evaluate(limit, a_little_off)
+
+
+@given(some.model_arguments(), st.sampled_from([0.5, 1.0, 2.0]))
+def test_M8_M9_and_M10_are_one_at_the_equilibrium_area_and_product_of_P_and_T(a, factor):
+    T = a["T_0"] / factor
+    a = a | {"P": a["P_0"] * factor, "A_q": a["A_q0"]}  # powers of two: P T = P_0 T_0 exactly
+    assert rate("M8", a, T) == rate("M9", a, T) == rate("M10", a, T)
+
+
+@given(some.model_arguments(), some.temperatures())
+def test_M10_is_M9_at_the_equilibrium_product_of_P_and_T(a, T):
+    a = a | {"P": a["P_0"] * a["T_0"] / T}
+    heat = (a["gamma"] - 1) * a["k_0"] * a["A_q"] / a["A_q0"] * abs(a["T_amb"] - T)
+    flows = a["R"] * (a["m_in"] * a["T_in"] + a["m_out"] * T)
+    scale = (heat + a["gamma"] * (a["P"] * abs(a["dV_dt"]) + flows)) / a["V"]
+    # P T / (P_0 T_0) is 1 but for three roundings.
+    assert rate("M10", a, T) == pytest.approx(rate("M9", a, T), abs=4 * EPS * scale)
+
+
+CLOSED = {"m_in": 0.0, "m_out": 0.0, "k_0": 0.0}
+
+
+@pytest.mark.parametrize("model", ["M1", "M2", "M5", "M6"])
+@given(a=some.model_arguments())
+def test_an_isothermal_closed_chamber_keeps_P_V(model, a):
+    _, dP_dt = evaluate(model, a | CLOSED, n=1.0)
+    assert dP_dt / a["P"] == pytest.approx(-a["dV_dt"] / a["V"], rel=2 * EPS)  # four roundings
+
+
+@pytest.mark.parametrize("model", ["M2", "M3", "M5", "M6", "M7", "M8", "M9", "M10"])
+@given(a=some.model_arguments())
+def test_an_adiabatic_closed_chamber_keeps_P_V_to_the_gamma(model, a):
+    _, dP_dt = evaluate(model, a | CLOSED, n=a["gamma"])
+    assert dP_dt / a["P"] == pytest.approx(-a["gamma"] * a["dV_dt"] / a["V"], rel=4 * EPS)  # six roundings
+
+
+# Equilibrium pressure, Appendix 2
+
+ROOT = 0.807458  # P_0 / P_s of the exact law for air, found independently of this code
+SONIC_FROM = 2.344  # P_s / P_atm from which the leak to the atmosphere is sonic
+
+
+@given(some.gas_constants(), st.floats(SONIC_FROM, 100.0), some.pressures(0.5e5, 2e5))
+def test_P_0_is_0_807458_P_s_for_air_wherever_the_exhaust_is_sonic(R, ratio, P_atm):
+    P_0 = equilibrium_pressure(ratio * P_atm, P_atm, exact_gas(R, 1.4))
+    assert P_0 / (ratio * P_atm) == pytest.approx(ROOT, abs=1e-6)
+
+
+@pytest.mark.parametrize("P_s", [3e5, 7e5])
+def test_P_0_is_the_printed_0_8077_P_s(P_s):
+    # 3e-4 covers the rounded 0.0404 of the paper, and an R near 287 that it does not print.
+    assert equilibrium_pressure(P_s, 1e5, exact_gas(287.0, 1.4)) / P_s == pytest.approx(0.8077, abs=3e-4)
+    printed = Gas(287.0, 1.4, 0.0404, 0.5283)
+    assert equilibrium_pressure(P_s, 1e5, printed) / P_s == pytest.approx(0.80760, abs=5e-6)  # five digits
+
+
+@pytest.mark.parametrize("ratio", [2.3, 2.0, 1.5, 1.1])
+def test_P_0_is_another_part_of_P_s_below_that_limit(ratio):
+    P_0 = equilibrium_pressure(ratio * 1e5, 1e5, exact_gas(287.0, 1.4))
+    assert abs(P_0 / (ratio * 1e5) - ROOT) > 5e-5  # 7e-5 at 2.3
