@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pneumo.simulation.cells import grid_lanes, replay_dataset
 from printed_study import save
 
 from pneumo.configuration.parameters import load, study
@@ -13,13 +14,12 @@ from pneumo.publish.figures.paper_figures import fig07, traces
 from pneumo.publish.pages.verdict_page import render
 from pneumo.publish.text.explain import cell_story
 from pneumo.publish.text.markdown_tables import table_7
-from pneumo.simulation.cells import grid_lanes, replay_dataset
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
 from pneumo.simulation.reference import NO_RUN, no_replay
 from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import settling_table, statistics
 from pneumo.storage.files import open_grid, read
-from pneumo.storage.layout import datum_dataset, settling_dataset, story
+from pneumo.storage.layout import datum_dataset, failure_text, settling_dataset
 from pneumo.verdict.court import verdict
 from pneumo.verdict.published import table7
 
@@ -52,7 +52,7 @@ def test_a_run_that_fails_has_status_time_and_state(name):
     assert datum["status"].attrs["flag_values"][int(datum["status"])] == status
     assert datum["failure_time"] == step * E06.h
     np.testing.assert_array_equal(datum["status"].attrs["last_state"], recording.states[step - 1])
-    assert f"failed at t = {step * E06.h:g} s: " in story(datum)
+    assert f"failed at t = {step * E06.h:g} s: " in failure_text(datum)
 
 
 def test_a_run_that_does_not_fail():

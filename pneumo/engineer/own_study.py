@@ -22,7 +22,7 @@ from pneumo.simulation.settling import thermal_time_constant
 from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.ranking import Ranking, ranked
 from pneumo.storage.files import write
-from pneumo.storage.layout import CHAMBERS, flags, replay_dataset
+from pneumo.storage.layout import CHAMBERS, replay_dataset, status_attributes
 
 TITLE = "Reduced models on repeated runs"
 K_0_FACTORS = (0.5, 2.0)  # the models' k_0 over the cylinder's: an estimate may be wrong by as much
@@ -131,7 +131,11 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     wrong_k_0 = _mse_of_wrong_k_0(experiment, n, recording)
     cells["mse_of_wrong_k_0"] = (("k_0_factor", "model", "n", "chamber"), wrong_k_0)
     status, step = failure(recording.states)
-    cells["run_status"] = ((), np.int8(status), flags(RUN_STATUS, "what became of the full-order run"))
+    cells["run_status"] = (
+        (),
+        np.int8(status),
+        status_attributes(RUN_STATUS, "what became of the full-order run"),
+    )
     failure_time = step * experiment.h if status != RAN else np.nan
     cells["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
     if traced:

@@ -28,7 +28,7 @@ from pneumo.simulation.replay import replay
 from pneumo.simulation.runge_kutta import C
 from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, study_transport
 from pneumo.statistics.averages import at_n, best_n
-from pneumo.storage.layout import CHAMBERS, labels
+from pneumo.storage.layout import CHAMBERS, experiment_labels
 
 SLICE = 10.0  # s from the start of a run
 REFERENCE_SLICE = 2.0  # s from the start, for the adaptive reference
@@ -251,7 +251,7 @@ def budget(experiment: Experiment, n: tuple[float, ...], lag: float) -> xr.Datas
         coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS}
         | {"step": [e.h / m for m in HALVINGS[:-1]]}
         | {"period": list(PERIODS), "interpolation": list(INTERPOLATIONS)}
-        | labels(experiment),
+        | experiment_labels(experiment),
     )
 
 

@@ -22,7 +22,7 @@ from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import EXACT_TRANSPORT
-from pneumo.storage.layout import labels
+from pneumo.storage.layout import experiment_labels
 
 EXPERIMENTS = ("E09", "E10", "E11", "E12", "E13", "E14", "E15", "E16")  # of at most 120 s: at full length
 FINE = 10  # steps within one of the study's: every period is a multiple
@@ -116,7 +116,7 @@ def measure(experiment: Experiment) -> xr.Dataset:
     reduced = ("transport", reduced_floor(e, recording, SWEEP_PERIOD))
     coords = {"period": list(PERIODS), "rate": list(RATES), "size": list(SIZES)}
     return xr.Dataset(
-        result | {"reduced": reduced}, coords | {"transport": list(SHIFTS)} | labels(experiment)
+        result | {"reduced": reduced}, coords | {"transport": list(SHIFTS)} | experiment_labels(experiment)
     )
 
 

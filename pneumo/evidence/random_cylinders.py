@@ -18,7 +18,7 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.simulation.signals import EXACT_TRANSPORT
-from pneumo.storage.layout import flags, replay_dataset
+from pneumo.storage.layout import replay_dataset, status_attributes
 
 ENTROPY = 29  # of all draws
 LOOPS = ("open", "closed")
@@ -127,7 +127,11 @@ def _run(experiment: Experiment) -> xr.Dataset:
     mse = replay_dataset(experiment, N, index, cells)["mse"].mean("chamber", skipna=False)
     status, step = failure(recording.states)
     dataset = mse.drop_vars(["experiment", "cylinder", "loop", "k_0"]).to_dataset()
-    dataset["run_status"] = ((), np.int8(status), flags(RUN_STATUS, "what became of the full-order run"))
+    dataset["run_status"] = (
+        (),
+        np.int8(status),
+        status_attributes(RUN_STATUS, "what became of the full-order run"),
+    )
     failure_time = step * experiment.h if status else np.nan
     dataset["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
     for name, value in (groups(experiment) | measured(experiment, recording)).items():

@@ -23,7 +23,7 @@ from pneumo.simulation.runge_kutta import STAGES
 from pneumo.simulation.settling import QUANTITIES, Settling, settle
 from pneumo.simulation.signals import EXACT, PUBLISHED, held, interpolated, study_transport
 from pneumo.statistics.averages import statistics
-from pneumo.storage.layout import labels, replay_dataset
+from pneumo.storage.layout import experiment_labels, replay_dataset
 from pneumo.verdict.claims import FOLDER, Claim
 from pneumo.verdict.ledger import AS_TAKEN, AssumptionsError, read_assumptions
 from pneumo.verdict.sources import COMPUTATIONS, Absent, Results
@@ -189,7 +189,7 @@ def run_experiment(name: str, alternatives: Mapping[str, Case]) -> dict[str, Run
         if key not in runs:
             settling = settled[same_run]
             values = case.times(settling, e.h) if settling.status == RAN else settling.times
-            coords = {"quantity": list(QUANTITIES)} | labels(e)
+            coords = {"quantity": list(QUANTITIES)} | experiment_labels(e)
             runs[key] = xr.DataArray(values, coords, ("quantity",), "settling_time")
         times[alternative] = runs[key]
     replays = sum(map(len, by_recording.values()))

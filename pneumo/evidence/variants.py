@@ -21,7 +21,7 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay
 from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
 from pneumo.statistics.averages import OVERALL
-from pneumo.storage.layout import labels
+from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.claims import FOLDER
 from pneumo.verdict.ledger import AS_TAKEN
 
@@ -135,7 +135,7 @@ def of_experiment(name: str, found: Mapping[str, Case]) -> xr.Dataset:
     print(f"{name}: {len(made)} full-order runs under {len(found)} alternatives, done", flush=True)
     dims = ("alternative", "transport", "model", "n")
     coords = {"alternative": list(found), "transport": list(TRANSPORTS), "model": list(COMPARED)}
-    coords |= {"n": list(case.study.n)} | labels(case.study.experiments[name])
+    coords |= {"n": list(case.study.n)} | experiment_labels(case.study.experiments[name])
     return xr.Dataset({"mse": (dims, np.array(values))}, coords)
 
 

@@ -15,8 +15,8 @@ CHAMBERS = ["A", "B"]
 LONGEST_TRACE = 20_000  # samples of a settling trace; the settling times come from every step
 
 
-def labels(experiment: Experiment) -> dict[str, object]:
-    """Scalar coordinates that say which experiment a file is about."""
+def experiment_labels(experiment: Experiment) -> dict[str, object]:
+    """Scalar coordinates of every file about one experiment: its name, cylinder, loop and k_0."""
     return {
         "experiment": experiment.name,
         "cylinder": experiment.cylinder,
@@ -25,7 +25,7 @@ def labels(experiment: Experiment) -> dict[str, object]:
     }
 
 
-def flags(meanings: Mapping[int, str], what: str) -> dict[str, object]:
+def status_attributes(meanings: Mapping[int, str], what: str) -> dict[str, object]:
     """CF attributes of a status."""
     return {
         "long_name": what,
@@ -50,8 +50,8 @@ def _states_dataset(states: np.ndarray, t: np.ndarray) -> xr.Dataset:
 def _add_outcome(
     dataset: xr.Dataset, states: np.ndarray, status: int, step: int, h: float, meanings: Mapping[int, str]
 ) -> None:
-    """Add what became of a run: status and time, and the last good state of one that has failed."""
-    dataset["status"] = ((), np.int8(status), flags(meanings, "what became of the run"))
+    """Add the status of a run, the time of its failure and its last state before that."""
+    dataset["status"] = ((), np.int8(status), status_attributes(meanings, "what became of the run"))
     dataset["failure_time"] = ((), step * h if status else np.nan)
     if status:
         dataset["status"].attrs["last_state"] = states[max(step - 1, 0)]
@@ -70,7 +70,7 @@ def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
     dataset["release_time"].attrs["long_name"] = "time at which the force is released"
     outcome = settling.status, settling.failure_step, experiment.h, SETTLING_STATUS
     _add_outcome(dataset, settling.states, *outcome)
-    return dataset.assign_coords(quantity=list(QUANTITIES)).assign_coords(labels(experiment))
+    return dataset.assign_coords(quantity=list(QUANTITIES)).assign_coords(experiment_labels(experiment))
 
 
 def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
@@ -82,11 +82,11 @@ def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
     dataset["reference"] = ("t", recording.reference, {"units": unit, "long_name": what})
     status, step = failure(recording.states)
     _add_outcome(dataset, recording.states, status, step, experiment.h, RUN_STATUS)
-    return dataset.assign_coords(labels(experiment))
+    return dataset.assign_coords(experiment_labels(experiment))
 
 
-def story(run: xr.Dataset, what: str = "full-order run") -> str:
-    """Tell when and where a full-order or settling run failed."""
+def failure_text(run: xr.Dataset, what: str = "full-order run") -> str:
+    """Sentence on when and in which state a full-order or settling run failed."""
     meaning = run["status"].attrs["flag_meanings"].split()[int(run["status"])].replace("_", " ")
     x, v, P_A, T_A, P_B, T_B = run["status"].attrs["last_state"].tolist()
     return (
@@ -114,7 +114,7 @@ def replay_dataset(
         return np.where(failed, np.nan, values)[index]
 
     failure_time = np.where(failed, cells.failure_step * experiment.h, np.nan)[index]
-    status = flags(STATUS, "what became of the cell")
+    status = status_attributes(STATUS, "what became of the cell")
     t = np.arange(cells.pressure.shape[-1]) * experiment.pressure_stride * experiment.h
     return xr.Dataset(
         {
@@ -125,5 +125,6 @@ def replay_dataset(
             "failure_time": (dims, failure_time),
             "pressure": ((*dims, "t"), cells.pressure.astype(np.float32)[index]),
         },
-        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": t} | labels(experiment),
+        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": t}
+        | experiment_labels(experiment),
     )

@@ -17,7 +17,7 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import ResultError
 from pneumo.statistics.averages import OVERALL, concatenated
 from pneumo.storage.files import open_grid, read, read_json
-from pneumo.storage.layout import story
+from pneumo.storage.layout import failure_text
 from pneumo.verdict.published import STATISTICS, table5, table7, table8, table9
 
 
@@ -113,13 +113,13 @@ class Results:
     @cached_property
     def failures(self) -> dict[str, str]:
         """What happened to the experiments that failed."""
-        return {name: story(self.datum(name)) for name in _failed(self.statistics)}
+        return {name: failure_text(self.datum(name)) for name in _failed(self.statistics)}
 
     @cached_property
     def settling_failures(self) -> dict[str, str]:
         """What happened to the settling runs that failed."""
         failed = _failed(read(self.folder / "settling.nc"))
-        return {name: story(self.settling(name), "settling run") for name in failed}
+        return {name: failure_text(self.settling(name), "settling run") for name in failed}
 
     def settling(self, experiment: str) -> xr.Dataset:
         """Settling run of one experiment."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pneumo.simulation.driven import driven
 
 from pneumo.configuration.experiment import Drive
 from pneumo.engineer.added_noise import FEW, disturbed
@@ -17,7 +18,6 @@ from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage import truth_of
 from pneumo.evidence.synthetic_records import case
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.simulation.driven import driven
 from pneumo.simulation.full_order import run
 
 

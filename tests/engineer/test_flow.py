@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from pneumo.simulation.driven import driven_by_flow
 
 from pneumo import simulate
 from pneumo.configuration.parameters import load, study
@@ -16,7 +17,6 @@ from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.pages.fit_page import fit_page
-from pneumo.simulation.driven import driven_by_flow
 
 PLANT = study(load("config/paper.yaml")).experiments["E10"].plant
 C, GAS = PLANT.cylinder, PLANT.gas

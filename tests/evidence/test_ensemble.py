@@ -8,13 +8,13 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from pneumo.simulation.cells import grid_lanes
 from scipy import stats
 
 from pneumo.configuration.parameters import load, study
 from pneumo.evidence import ensemble as e
 from pneumo.evidence.seed_sets import seed_sets, with_seeds
 from pneumo.physics.models import MODELS
-from pneumo.simulation.cells import grid_lanes
 from pneumo.simulation.full_order import record
 from pneumo.simulation.vectorised import replay
 

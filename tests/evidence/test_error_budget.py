@@ -7,6 +7,8 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from pneumo.simulation.cells import grid_lanes
+from pneumo.simulation.driven import driven
 from test_vectorised import STUDY
 
 from pneumo.errors import RunError
@@ -17,8 +19,6 @@ from pneumo.publish.figures.budget_figure import error_budget
 from pneumo.publish.figures.paper_figures import symbol
 from pneumo.publish.style import paper_style, save
 from pneumo.simulation import reference as readable
-from pneumo.simulation.cells import grid_lanes
-from pneumo.simulation.driven import driven
 from pneumo.simulation.full_order import record
 from pneumo.simulation.vectorised import replay
 from pneumo.storage.files import EXPERIMENT_LABELS

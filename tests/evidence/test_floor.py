@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pneumo.simulation.driven import driven
 from test_vectorised import STUDY
 
 import pneumo
@@ -20,7 +21,6 @@ from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.publish.figures.floor_figure import LOOKS, ROWS, floor
 from pneumo.publish.style import paper_style, save
 from pneumo.simulation import transported as t
-from pneumo.simulation.driven import driven
 from pneumo.simulation.full_order import record
 from pneumo.simulation.reference import replay
 from pneumo.storage.files import read

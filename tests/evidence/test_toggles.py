@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
+from pneumo.simulation.cells import grid_lanes, replay_dataset
 from typer.testing import CliRunner
 
 from pneumo.cli.commands import app
@@ -23,7 +24,6 @@ from pneumo.evidence.toggles import LATE, TABLES, VARIANTS, Case, cases, reprodu
 from pneumo.physics.cylinder import motion
 from pneumo.publish.figures.toggles_figure import tornado
 from pneumo.publish.text import markdown_tables as tables
-from pneumo.simulation.cells import grid_lanes, replay_dataset
 from pneumo.simulation.excitation import command, reference_series
 from pneumo.simulation.full_order import STAGES, C, Recording, record
 from pneumo.simulation.reference import published_inputs

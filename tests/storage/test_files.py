@@ -15,13 +15,13 @@ import xarray as xr
 from compliance_checker.runner import CheckSuite
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pneumo.simulation.cells import grid_lanes, replay_dataset
 
 import pneumo
 from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import ResultError
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.simulation.cells import grid_lanes, replay_dataset
 from pneumo.simulation.full_order import record
 from pneumo.simulation.reference import replay
 from pneumo.simulation.settling import settle

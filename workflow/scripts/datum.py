@@ -8,7 +8,7 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.jobs.wrapper import logged
 from pneumo.simulation.full_order import Recording, record
 from pneumo.storage.files import attributes_of, read_json, write
-from pneumo.storage.layout import datum_dataset, story
+from pneumo.storage.layout import datum_dataset, failure_text
 
 
 def main(parameters: str, outputs: list[str], code: str) -> None:
@@ -34,7 +34,7 @@ def save(study: Study, experiment: Experiment, recording: Recording, output: str
     write(dataset, output, attributes)
     print(f"{experiment.name}: full-order run, {experiment.steps * experiment.h:g} s, done", flush=True)
     if dataset["status"]:
-        print(f"{experiment.name}: {story(dataset)}", flush=True)
+        print(f"{experiment.name}: {failure_text(dataset)}", flush=True)
 
 
 if job := globals().get("snakemake"):

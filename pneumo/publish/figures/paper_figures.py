@@ -29,7 +29,7 @@ from pneumo.publish.style import (
 )
 from pneumo.simulation.settling import CRITERION
 from pneumo.statistics.averages import OVERALL, concatenated
-from pneumo.storage.layout import story
+from pneumo.storage.layout import failure_text
 
 SOURCE_OF = {"published": "reproduced", "exact": "exact"}  # transport -> source
 SOURCE_NAME = {
@@ -85,7 +85,7 @@ def fig07(settling: xr.Dataset) -> Figure:
     """
     release = settling["release_time"].item()
     if settling["status"]:
-        return _message(f"{settling['experiment'].item()}: {story(settling, 'settling run')}")
+        return _message(f"{settling['experiment'].item()}: {failure_text(settling, 'settling run')}")
     end = release + 1.5 * settling["settling_time"].max().item()
     shown = settling.sel(t=slice(0, end))
     push = json.loads(settling.attrs["experiment_parameters"])["push"]

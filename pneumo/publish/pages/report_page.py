@@ -11,7 +11,7 @@ from pneumo.physics.models import MODELS
 from pneumo.publish.model_looks import MODEL_STYLE, OWN_ROW
 from pneumo.publish.pages.packing import FRACTION, packed, rounded, rounding_step
 from pneumo.publish.pages.verdict_page import STATUSES, page_environment, with_indices
-from pneumo.storage.layout import CHAMBERS, story
+from pneumo.storage.layout import CHAMBERS, failure_text
 
 VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB
 CLOSE_UP = (3, 8)  # from a third of the run on, an eighth of it, every stored sample is on the page
@@ -96,7 +96,7 @@ def part(
     facts: dict[str, Any] = {
         "name": experiment.name,
         "text": describe(experiment),
-        "failed": story(datum) if datum["status"] else None,
+        "failed": failure_text(datum) if datum["status"] else None,
         "dt": experiment.h * experiment.pressure_stride,
         "stored": stored,
         "close_up": close_up(stored),
