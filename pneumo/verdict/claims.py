@@ -1,10 +1,10 @@
-"""What the paper claims, from ``paper/2006/claims.yaml``: one `Claim` per printed number or statement.
+"""What a paper claims, from ``claims.yaml``: one `Claim` per printed number or statement.
 
 The cells of the tables come from the transcriptions, through one rule per table; the text's claims are
 written out. Reading them needs no result.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -12,35 +12,34 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pneumo.errors import PneumoError
-from pneumo.verdict.published import STATISTICS, half_unit, read_table
+from pneumo.verdict import PAPER_FOLDER
+from pneumo.verdict.published import STATISTICS, Cell, half_unit, read_table
 
-FOLDER = Path(__file__).resolve().parents[2] / "paper" / "2006"
-
-UNITS = {"Pa2": "Pa²", "m2": "m²", "m3": "m³", "W m-2 K-1": "W/(m² K)", "1": ""}  # UDUNITS -> as read
+UNITS_IN_TEXT = {"Pa2": "Pa²", "m2": "m²", "m3": "m³", "W m-2 K-1": "W/(m² K)", "1": ""}  # from UDUNITS
 
 Kind = Literal["exact", "rounded", "ratio", "ranking", "qualitative"]
 Sense = Literal["equal", "at_most", "at_least"]
 Measure = Literal["absolute", "relative", "sigma", "swing", "truth", "log10"]
 
 
-class ClaimsError(PneumoError, ValueError):
-    """A file of claims that does not hold together; its text is one line."""
+class PaperError(PneumoError, ValueError):
+    """A file of claims or assumptions that does not hold together."""
 
 
-class _Part(BaseModel):
+class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class ToleranceClass(_Part):
+class ToleranceClass(_Strict):
     """A tolerance class, as decided in ``paper/decisions/0010-tolerance-classes.md``.
 
     Attributes
     ----------
     limit : float
-        How far an item may be off and still be close.
+        Largest deviation at which an item is still close.
     measure : str
-        What the limit is counted in: the number's own unit, the printed number, the row's sigma, the
-        swing of the run, decades; or truth, for statements.
+        Unit of the limit: the number's own, the printed number, the row's sigma, the swing of the run,
+        decades; or truth, for statements.
     floor : float
         Smallest limit, in the number's unit.
     """
@@ -50,41 +49,37 @@ class ToleranceClass(_Part):
     floor: float = 0.0
 
 
-class Evidence(_Part):
+class Evidence(_Strict):
     """The file that shows an item, and where in it."""
 
     path: str
     select: str
 
 
-class Claim(_Part):
+class Claim(_Strict):
     """One printed number or statement and how it is judged.
 
     Attributes
     ----------
     id, where, statement : str
         Name, place in the paper, and what is claimed, in other words than the paper's.
-    printed : str
-        As printed.
-    unit : str
-        Unit of the value.
-    scale : float
-        The printed number times this is the value.
+    printed, unit, scale : str, str, float
+        The number as printed; times ``scale`` it is the value in ``unit``.
     digits : int or None
-        Significant digits, where zeros fill up.
+        Significant digits, where the authors filled up with zeros.
     sense, kind : str
         Direction and kind of the claim.
     tolerance : str
-        Tolerance class, under the key ``class``.
-    compute : str
-        Name of a computation; ``arguments`` (key ``with``) are its arguments.
+        Name of the tolerance class (key ``class`` of the file).
+    compute, arguments : str, mapping
+        Name of the computation and its arguments (key ``with``).
     evidence : Evidence
     models : bool
         A statement about models, judged with exact transport and on the paper's own tables too.
     headline : bool
-        One of those that stand in short lists.
+        Stands in short lists.
     arithmetic : bool
-        Needs nothing but the paper's own numbers and formulas.
+        Needs only the paper's own numbers and formulas.
     used_in_identification : bool
         Constants that the paper leaves open were found from this number.
     erratum, assumption, see : str or None
@@ -93,8 +88,8 @@ class Claim(_Part):
         Scale of class ``mu``, Pa.
     unreadable : str
         Why the print cannot be read, or empty.
-    table : int or None
-        Table of the paper that the item is a cell of; its ``row``, ``column`` and ``level``.
+    table, row, column, level : int or None, str, str, str
+        Cell of the paper's tables that the item is, if it is one.
     """
 
     id: str
@@ -142,7 +137,7 @@ class Claims(NamedTuple):
     items: dict[str, Claim]
 
 
-def read_claims(folder: Path = FOLDER) -> Claims:
+def read_claims(folder: Path = PAPER_FOLDER) -> Claims:
     """Read the claims and, through their rules, the published tables.
 
     Parameters
@@ -150,96 +145,89 @@ def read_claims(folder: Path = FOLDER) -> Claims:
     folder
         Folder that holds ``claims.yaml`` and ``published/``.
 
-    Returns
-    -------
-    Claims
-
     Raises
     ------
-    ClaimsError
+    PaperError
         If the file has an unknown key, a name twice, or a tolerance class that it does not define.
     """
     file = folder / "claims.yaml"
     content = yaml.safe_load(file.read_text(encoding="utf-8"))
     try:
         classes = {name: ToleranceClass(**value) for name, value in content["classes"].items()}
-        claims = [claim for rule in content["tables"] for claim in _cells(rule, folder / "published")]
-        claims += [_claim(**entry) for entry in content["claims"]]
+        claims = [claim for rule in content["tables"] for claim in _cells_of_table(rule, folder)]
+        claims += [_claim_of_text(**entry) for entry in content["claims"]]
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(map(str, first["loc"]))
-        raise ClaimsError(f"{file}: {error.title}: {place} = {first['input']!r}: {first['msg']}") from None
+        raise PaperError(f"{file}: {error.title}: {place} = {first['input']!r}: {first['msg']}") from None
     items: dict[str, Claim] = {}
     for claim in claims:
         if claim.id in items:
-            raise ClaimsError(f"{file}: id = {claim.id!r}: stands there twice")
+            raise PaperError(f"{file}: id = {claim.id!r}: stands there twice")
         if claim.tolerance not in classes:
-            raise ClaimsError(
+            raise PaperError(
                 f"{file}: {claim.id}: class = {claim.tolerance!r}: must be one of {', '.join(classes)}"
             )
         items[claim.id] = claim
     return Claims(classes, items)
 
 
-def _claim(**entry: Any) -> Claim:
+def _claim_of_text(**entry: Any) -> Claim:
+    """Claim from an entry under ``claims``."""
     entry["tolerance"] = entry.pop("class")
     entry["arguments"] = entry.pop("with", {})
     return Claim(**entry)
 
 
-def _cells(rule: Mapping[str, Any], folder: Path) -> list[Claim]:
-    """Claims of one table's cells: names in braces are filled from the columns of the transcription."""
+def _cells_of_table(rule: Mapping[str, Any], folder: Path) -> Iterator[Claim]:
+    """Claims of one table's cells: names in braces are filled from the keys of the cell."""
     number = rule["table"]
     cells = read_table(number, folder)
     if "columns" in rule:
-        cells = cells[cells["column"].isin(rule["columns"])]
+        cells = [cell for cell in cells if cell["column"] in rule["columns"]]
     used = rule.get("used_in_identification", {})
-    claims = []
-    for line in cells.itertuples(index=False):
-        cell: dict[str, str] = dict(zip(cells.columns, line, strict=True))
-        row, column, level = cell["row"], cell["column"], cell.get("level", "")
+    for cell in cells:
+        row, column, note = cell["row"], cell["column"], cell["note"]
         names = cell | {"variable": STATISTICS.get(column, ("",))[0]}
-
-        def filled(text: Any, names: Mapping[str, str] = names) -> Any:
-            return text.format(**names) if isinstance(text, str) else text
-
-        name = filled(rule["id"])
+        name = _filled(rule["id"], names)
         tolerance = rule["class"] if isinstance(rule["class"], str) else rule["class"][column]
-        note = cell["note"]
-        claims.append(
-            Claim(
-                id=name,
-                where=f"Table {number}, {filled(rule.get('where', '{row}, {column}'))}",
-                statement=filled(rule.get("statement", "")),
-                printed=cell["printed"],
-                unit=cell.get("unit", ""),
-                scale=float(cell.get("scale", 1)),
-                digits=rule.get("digits"),
-                kind=rule["kind"],
-                tolerance=tolerance,
-                compute=rule["compute"],
-                arguments={key: filled(text) for key, text in rule["with"].items()},
-                evidence=Evidence(**{key: filled(text) for key, text in rule["evidence"].items()}),
-                models=rule.get("models", False),
-                arithmetic=rule.get("arithmetic", False),
-                used_in_identification=column in used.get("columns", []) and row in used.get("rows", [row]),
-                erratum=rule.get("errata", {}).get(name),
-                assumption=rule.get("assumptions", {}).get(name),
-                sigma=_sigma(cells, cell) if tolerance == "mu" else None,
-                unreadable=note.removeprefix("unreadable: ") if note.startswith("unreadable") else "",
-                table=number,
-                row=row,
-                column=column,
-                level=level,
-            )
+        yield Claim(
+            id=name,
+            where=f"Table {number}, {_filled(rule.get('where', '{row}, {column}'), names)}",
+            statement=_filled(rule.get("statement", ""), names),
+            printed=cell["printed"],
+            unit=cell.get("unit", ""),
+            scale=float(cell.get("scale", 1)),
+            digits=rule.get("digits"),
+            kind=rule["kind"],
+            tolerance=tolerance,
+            compute=rule["compute"],
+            arguments={key: _filled(text, names) for key, text in rule["with"].items()},
+            evidence=Evidence(**{key: _filled(text, names) for key, text in rule["evidence"].items()}),
+            models=rule.get("models", False),
+            arithmetic=rule.get("arithmetic", False),
+            used_in_identification=column in used.get("columns", []) and row in used.get("rows", [row]),
+            erratum=rule.get("errata", {}).get(name),
+            assumption=rule.get("assumptions", {}).get(name),
+            sigma=_sigma(cells, cell) if tolerance == "mu" else None,
+            unreadable=note.removeprefix("unreadable: ") if note.startswith("unreadable") else "",
+            table=number,
+            row=row,
+            column=column,
+            level=cell.get("level", ""),
         )
-    return claims
 
 
-def _sigma(cells: Any, cell: Mapping[str, str]) -> float:
-    """Return the standard deviation printed in the row of a mean error, Pa."""
-    same = (cells["row"] == cell["row"]) & (cells["column"] == "sigma")
-    if "level" in cell:
-        same &= cells["level"] == cell["level"]
-    (sigma,) = cells[same].to_dict("records")
+def _filled(text: Any, names: Mapping[str, str]) -> Any:
+    """A text with its names in braces filled in; anything else as it is."""
+    return text.format(**names) if isinstance(text, str) else text
+
+
+def _sigma(cells: Sequence[Cell], of: Cell) -> float:
+    """Standard deviation printed in the row of a mean error, Pa."""
+    (sigma,) = (
+        cell
+        for cell in cells
+        if cell["column"] == "sigma" and all(cell.get(key) == of.get(key) for key in ("row", "level"))
+    )
     return float(sigma["printed"]) * float(sigma.get("scale", 1))

@@ -1,25 +1,20 @@
-"""The errata of the paper and their proofs, each a check that is run with every verdict.
+"""Errata of a paper: ``errata.yaml``, each entry with the outcome of its proof.
 
-A proof uses the paper's own numbers and formulas, and no result of ours.
+A proof is a function that uses the paper's own numbers and formulas and no result of ours. It runs with
+every verdict.
 """
 
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import yaml
 
-from pneumo.papers.paper_2006 import arithmetic as paper
-from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.models import MODELS
-from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, exact_gas, sonic_coefficient
-from pneumo.verdict.claims import FOLDER
-from pneumo.verdict.published import half_unit, read_table, table5, table7, table9
+Proof = Callable[[], tuple[bool, str]]
 
 
 class Erratum(NamedTuple):
-    """One entry of ``paper/2006/errata.yaml`` with the outcome of its proof.
+    """One entry of ``errata.yaml`` with the outcome of its proof.
 
     Attributes
     ----------
@@ -28,11 +23,11 @@ class Erratum(NamedTuple):
     values : mapping
         Claim -> number that takes the printed one's place.
     proof : str
-        Name of the check in this module.
+        Name of the function that proves it.
     passes : bool
         Whether the printed form fails and the meant one holds.
     evidence : str
-        What the check found.
+        The numbers that the proof compared.
     """
 
     id: str
@@ -46,213 +41,20 @@ class Erratum(NamedTuple):
     evidence: str
 
 
-def _lines(table: int) -> list[dict[str, str]]:
-    return [
-        dict(zip(cells, line, strict=True)) for cells in [read_table(table)] for line in cells.values.tolist()
-    ]
+def read_errata(folder: Path, proofs: Mapping[str, Proof]) -> dict[str, Erratum]:
+    """Read the errata by name and run their proofs.
 
-
-Proof = Callable[[], tuple[bool, str]]
-
-
-def read_errata(folder: Path = FOLDER) -> dict[str, Erratum]:
-    """Read the errata and run their proofs."""
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Folder of ``errata.yaml``.
+    proofs : mapping of str to callable
+        Functions by the name that ``errata.yaml`` gives under ``proof``; each returns `Erratum.passes`
+        and `Erratum.evidence`.
+    """
     content = yaml.safe_load((folder / "errata.yaml").read_text(encoding="utf-8"))
-    errata = {}
+    errata: dict[str, Erratum] = {}
     for name, entry in content.items():
-        passes, evidence = PROOFS[entry["proof"]]()
+        passes, evidence = proofs[entry["proof"]]()
         errata[name] = Erratum(**{"id": name, "values": {}, "passes": passes, "evidence": evidence} | entry)
     return errata
-
-
-def wall_heat_sign() -> tuple[bool, str]:
-    """Air 20 K above ambient: heated as printed, cooled as meant."""
-    hot = paper.T_AMB + 20
-    printed, meant = paper.wall_heat_rate(hot, -1.0), paper.wall_heat_rate(hot, 1.0)
-    reduced = paper.wall_heat_pressure_rate(hot, -1.0), paper.wall_heat_pressure_rate(hot, 1.0)
-    return (
-        printed > 0 > meant and reduced[0] > 0 > reduced[1],
-        f"air at {hot:g} K: {printed:+.3g} K/s as printed, {meant:+.3g} K/s as meant",
-    )
-
-
-def eq5_factor_T() -> tuple[bool, str]:
-    """Mass and energy balance give eq (5) with the factor and not without."""
-    printed, meant = paper.temperature_equation_fits(False), paper.temperature_equation_fits(True)
-    return meant and not printed, "20 states: mass and energy balance are met with the factor T, not without"
-
-
-def n_step() -> tuple[bool, str]:
-    """Nine values from 1 to 1.4, and every n of Table 8, lie on a step of 0.05."""
-    values = [float(n) for n in read_table(8)["printed"]]
-    on_step = {
-        step: all(abs((n - 1) / step - round((n - 1) / step)) < 1e-9 for n in values) for step in (0.5, 0.05)
-    }
-    count = round(0.4 / 0.05) + 1
-    return count == 9 and on_step[0.05] and not on_step[0.5], f"{count} values; all 96 n of Table 8 lie on it"
-
-
-def number_of_runs() -> tuple[bool, str]:
-    """Seven models of section 3 carry n, so that 912 misses one of them in each experiment at each n."""
-    carrying = sum(model.has_n for model in MODELS.values())
-    printed, meant = 16 * (6 * 9 + 3), 16 * (carrying * 9 + len(MODELS) - carrying)
-    return (
-        carrying == 7 and printed == 912 and meant == 1056,
-        f"{carrying} models carry n: 16 (6 x 9 + 3) = {printed}, 16 ({carrying} x 9 + 3) = {meant}",
-    )
-
-
-def eq17_sonic() -> tuple[bool, str]:
-    """The printed factor is not the 0.0404 of eq (1), the meant one is."""
-    printed, meant = paper.sonic_factor_as_printed(), sonic_coefficient(paper.R, paper.GAMMA)
-    half = half_unit("0.0404")
-    return (
-        abs(printed - paper.SONIC) > half >= abs(meant - paper.SONIC),
-        f"{printed:.4f} as printed, {meant:.5f} as meant, 0.0404 in eq (1)",
-    )
-
-
-def P_0_ratio() -> tuple[bool, str]:
-    """The exact root rounds to 0.8075 for any R, the root with 0.0404 to 0.8076 for R = 287."""
-    half = half_unit("0.8077")
-    ratios = {}
-    for R in (286.9, 287.0, 287.1):
-        gases = exact_gas(R, paper.GAMMA), Gas(R, paper.GAMMA, paper.SONIC, paper.CRITICAL)
-        ratios[R] = [equilibrium_pressure(paper.P_S, paper.P_ATM, gas) / paper.P_S for gas in gases]
-    exact = [exact for exact, _ in ratios.values()]
-    same = max(exact) - min(exact) < 1e-8
-    misses = abs(ratios[287.0][0] - 0.8077) > half and abs(ratios[287.0][1] - 0.8077) > half
-    words = ", ".join(f"{printed:.5f} at R = {R:g}" for R, (_, printed) in ratios.items())
-    return same and misses, f"exact law {exact[0]:.6f}; with 0.0404: {words}"
-
-
-def P_s_condition() -> tuple[bool, str]:
-    """The exact root is the same from 2.344 P_atm on, and not below."""
-    gas = exact_gas(paper.R, paper.GAMMA)
-    ratios = {
-        r: equilibrium_pressure(r * paper.P_ATM, paper.P_ATM, gas) / (r * paper.P_ATM)
-        for r in (2.3, 2.344, 3.6)
-    }
-    return (
-        abs(ratios[2.344] - ratios[3.6]) < 1e-6 < abs(ratios[2.3] - ratios[3.6]),
-        ", ".join(f"{ratio:.6f} at {r:g} P_atm" for r, ratio in ratios.items()),
-    )
-
-
-def eq2_areas() -> tuple[bool, str]:
-    """With the magnitude, a negative command empties chamber A; the area that is printed is negative."""
-    valve, gas = Valve(1e-7, 10.0), exact_gas(paper.R, paper.GAMMA)
-    conditions = Conditions(paper.P_S, paper.P_ATM, paper.T_AMB, paper.T_AMB, paper.P_0, paper.T_AMB)
-    m_in, m_out = chamber_flows(-1.0, paper.P_0, paper.T_AMB, valve, gas, conditions)
-    area = valve.k_xu * -1.0
-    return (
-        area < 0 and m_in == 0 and m_out > 0,
-        f"at u = -1 V: {area:g} m^2 as printed; {m_out:.3g} kg/s leave chamber A as meant",
-    )
-
-
-def valve_flow() -> tuple[bool, str]:
-    """Choked flow at 10 V by eq (1) in litres of 293.15 K and 101325 Pa."""
-    density = paper.STANDARD[0] / (paper.R * paper.STANDARD[1])
-    flows = [paper.SONIC * paper.P_S * gain * 10 / paper.T_AMB**0.5 / density * 6e4 for gain in (1e-7, 1e-6)]
-    return all(
-        abs(flow - meant) <= 0.5 for flow, meant in zip(flows, (82, 823), strict=True)
-    ), f"{flows[0]:.1f} and {flows[1]:.1f} slpm"
-
-
-def lambda_E() -> tuple[bool, str]:
-    """0.02 W/K over cylinder E's area rounds to 1.30; the other seven cells of Table 4 round as printed."""
-    sizes = {(cell["row"], cell["column"]): float(cell["printed"]) * 1e-3 for cell in _lines(2)}
-    wrong = []
-    for cell in _lines(4):
-        bore, stroke = sizes[cell["row"], "bore"], sizes[cell["row"], "stroke"]
-        meant = float(cell["k_0"]) / (math.pi * (bore**2 + bore * stroke) / 2)
-        if abs(meant - float(cell["printed"])) > half_unit(cell["printed"]):
-            wrong.append(f"{cell['row']} at {cell['k_0']} W/K is {meant:.4f} W/(m^2 K)")
-    return wrong == ["E at 0.02 W/K is 1.2961 W/(m^2 K)"], f"only cell off: {'; '.join(wrong)}"
-
-
-def valve_units() -> tuple[bool, str]:
-    """Exponents of length and voltage: x_v = k_u u and A = k_x x_v."""
-    length_of_x_v, volt_of_x_v = 1, 0
-    k_u = (length_of_x_v, volt_of_x_v - 1)  # x_v over u
-    k_x = (2 - length_of_x_v, -volt_of_x_v)  # area over x_v
-    product = (k_u[0] + k_x[0], k_u[1] + k_x[1])
-    return (
-        k_u == (1, -1) and k_x == (1, 0) and product == (2, -1),
-        "x_v = k_u u makes k_u a length per volt; A = k_x x_v makes k_x a length, not a length per volt",
-    )
-
-
-def unreadable_cells() -> tuple[bool, str]:
-    """The three cells have another number of decimals than all others, or repeat E2's."""
-    cells = {f"{cell['row']} {cell['column']}": cell["printed"] for cell in _lines(5)}
-    odd = [name for name, printed in cells.items() if len(printed.split(".")[1]) != 3]
-    repeats = [name for name, printed in cells.items() if printed == cells["E02 T_B"] and name != "E02 T_B"]
-    missing = int(table5().isnull().sum())
-    return (
-        odd == ["E04 P_B"] and repeats == ["E04 T_A", "E08 T_A"] and missing == 3,
-        f"not three decimals: {', '.join(odd)}; repeats E02's T_B: {', '.join(repeats)}",
-    )
-
-
-def variance_D() -> tuple[bool, str]:
-    """Table 3 gives cylinder D the same variance in V^2 and in m^2, and cylinder E two different ones."""
-    variance = {(c["row"], c["type"]): c["printed"] for c in _lines(3) if c["column"] == "variance"}
-    D, E = ([variance[cylinder, loop] for loop in ("open", "closed")] for cylinder in "DE")
-    opening = [float(D[0]) ** 0.5 * 1e-7, float(E[0]) ** 0.5 * 1e-6]
-    return (
-        D[0] == D[1] and E[0] != E[1],
-        f"D: {D[0]} V² and {D[1]} m²; E: {E[0]} V² and {E[1]} m²; "
-        f"valve areas of {opening[0]:.1g} and {opening[1]:.1g} m²",
-    )
-
-
-def M7_is_M8() -> tuple[bool, str]:
-    """Table 9, typical level: M8's row gives the four numbers that the text gives for M7, M7's row none."""
-    row = table9().sel(level="typical")
-    M6, classical = float(row["mse"].sel(model="M6")), float(row["mse"].sel(model=["M1", "M2", "M3"]).min())
-
-    def says(model: str) -> list[bool]:
-        own = row.sel(model=model)
-        mse = float(own["mse"])
-        return [
-            round(mse / M6, 2) == 0.40,
-            round(mse / classical, 2) == 0.10,
-            float(own["mean_error"]) == 140,
-            float(own["std"]) == 2400,
-        ]
-
-    shares = table9()["mse"] / table9()["mse"].sel(model="M6", drop=True)
-    at_most = {model: float(shares.sel(model=model).max()) for model in ("M7", "M8", "M9", "M10")}
-    overall = table7()["mse"]
-    holds_63 = float(overall.sel(model="M7") / overall.sel(model="M6"))
-    own = row.sel(model="M7")
-    only_M7 = [model for model, share in at_most.items() if share > 0.725]
-    return (
-        all(says("M8")) and not any(says("M7")) and only_M7 == ["M7"] and holds_63 < 0.635,
-        f"M7's row: {float(own['mse']) / M6:.0%} of M6, {float(own['mse']) / classical:.0%} of M2, "
-        f"{float(own['mean_error']):.0f} Pa, {float(own['std']):.0f} Pa; largest share of M6 at any level: "
-        + ", ".join(f"{model} {share:.0%}" for model, share in at_most.items()),
-    )
-
-
-PROOFS: dict[str, Proof] = {
-    proof.__name__: proof
-    for proof in (
-        wall_heat_sign,
-        eq5_factor_T,
-        n_step,
-        number_of_runs,
-        eq17_sonic,
-        P_0_ratio,
-        P_s_condition,
-        eq2_areas,
-        valve_flow,
-        lambda_E,
-        valve_units,
-        unreadable_cells,
-        variance_D,
-        M7_is_M8,
-    )
-}

@@ -1,4 +1,4 @@
-"""The numbers that the paper printed, from ``paper/2006/published/table1.csv`` ... ``table9.csv``.
+"""The numbers that the paper printed, from ``published/table1.csv`` ... ``table9.csv``.
 
 Every array carries two coordinates beside its values: ``printed``, the string with the printed digits, and
 ``half_unit``, half a unit in the last of those digits, so that ``abs(reproduced - table) <= table.half_unit``
@@ -6,16 +6,16 @@ says "equal as printed". In a dataset they are called ``mean_error_printed``, ``
 and so on.
 """
 
+import csv
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 
-FOLDER = Path(__file__).resolve().parents[2] / "paper" / "2006" / "published"
+from pneumo.verdict import PAPER_FOLDER
 
 STATISTICS = {  # name in the tables -> (name in the datasets, long name, unit)
     "mu": ("mean_error", "expected value of the pressure error", "Pa"),
@@ -23,21 +23,23 @@ STATISTICS = {  # name in the tables -> (name in the datasets, long name, unit)
     "mse": ("mse", "average mean square error of the pressure", "Pa2"),
 }
 
+Cell = Mapping[str, str]
 
-def read_table(number: int, folder: Path = FOLDER) -> pd.DataFrame:
-    """Read one printed table, every cell a string.
+
+def read_table(number: int, folder: Path = PAPER_FOLDER) -> list[dict[str, str]]:
+    """Read one printed table, every value a string.
 
     Parameters
     ----------
     number
         Number of the table in the paper, 1 to 9.
     folder
-        Folder that holds ``table1.csv`` ... ``table9.csv``.
+        Folder of the paper; the tables are in its ``published/``.
 
     Returns
     -------
-    pandas.DataFrame
-        One line per cell: ``row``, ``column``, ``printed``, ``note``, then the keys of that table.
+    list of dict
+        One for each cell: ``row``, ``column``, ``printed``, ``note``, then the keys of that table.
 
     Raises
     ------
@@ -48,13 +50,14 @@ def read_table(number: int, folder: Path = FOLDER) -> pd.DataFrame:
     """
     if number not in range(1, 10):
         raise ValueError(f"number = {number!r}: the paper has Tables 1 to 9")
-    path = folder / f"table{number}.csv"
+    path = folder / "published" / f"table{number}.csv"
     if not path.is_file():
         raise FileNotFoundError(
-            f"Table {number} is not in {folder}: the published tables are read from paper/2006/published, "
-            "the folder beside the package in a source checkout"
+            f"Table {number} is not in {path.parent}: the published tables are read from"
+            " paper/2006/published, the folder beside the package in a source checkout"
         )
-    return pd.read_csv(path, dtype=str, keep_default_na=False, encoding="utf-8")
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def half_unit(printed: str, digits: int | None = None) -> float:
@@ -104,16 +107,12 @@ def table5() -> xr.DataArray:
 
     Quantities are ``P_A``, ``P_B``, ``T_A``, ``T_B``; experiments carry ``cylinder``, ``type`` and ``k_0``.
     """
-    cells = read_table(5)
-    times = _with_experiments(_array(cells, {"experiment": "row", "quantity": "column"}), cells)
-    return times.rename("settling_time").assign_attrs(long_name="settling time", units="s")
+    return _by_experiment(5, "settling_time", "settling time", "s", {"quantity": "column"})
 
 
 def table6() -> xr.DataArray:
     """Table 6: simulation times in s by (experiment), which carries ``cylinder``, ``type`` and ``k_0``."""
-    cells = read_table(6)
-    times = _with_experiments(_array(cells, {"experiment": "row"}), cells)
-    return times.rename("simulation_time").assign_attrs(long_name="simulation time", units="s")
+    return _by_experiment(6, "simulation_time", "simulation time", "s", {})
 
 
 def table7() -> xr.Dataset:
@@ -126,9 +125,7 @@ def table8() -> xr.DataArray:
 
     Experiments carry ``cylinder``, ``type`` and ``k_0``.
     """
-    cells = read_table(8)
-    best = _with_experiments(_array(cells, {"experiment": "row", "model": "column"}), cells)
-    return best.rename("best_n").assign_attrs(long_name="n of the lowest mean square error", units="1")
+    return _by_experiment(8, "best_n", "n of the lowest mean square error", "1", {"model": "column"})
 
 
 def table9() -> xr.Dataset:
@@ -137,62 +134,81 @@ def table9() -> xr.Dataset:
     Levels are ``adiabatic``, ``typical`` and ``isothermal``; ``k_0_low`` and ``k_0_high`` belong to them.
     """
     cells = read_table(9)
-    levels = cells.drop_duplicates("level")
-    return _statistics(cells, {"level": "level", "model": "row"}, digits=2).assign_coords(
-        k_0_low=("level", levels["k_0_low"].astype(float).to_numpy(), {"units": "W K-1"}),
-        k_0_high=("level", levels["k_0_high"].astype(float).to_numpy(), {"units": "W K-1"}),
-    )
+    levels = _first_of_each(cells, "level")
+    bounds = {
+        name: ("level", [float(cell[name]) for cell in levels], {"units": "W K-1"})
+        for name in ("k_0_low", "k_0_high")
+    }
+    return _statistics(cells, {"level": "level", "model": "row"}, digits=2).assign_coords(bounds)
 
 
-def _array(cells: pd.DataFrame, keys: Mapping[str, str], digits: int | None = None) -> xr.DataArray:
+def _first_of_each(cells: Sequence[Cell], key: str) -> list[Cell]:
+    """First cell with each value of a key."""
+    return list({cell[key]: cell for cell in reversed(cells)}.values())[::-1]
+
+
+def _array(cells: Sequence[Cell], keys: Mapping[str, str], digits: int | None = None) -> xr.DataArray:
     """Put a complete table into an array.
 
     Parameters
     ----------
     cells
-        Lines of a table, in the order of ``keys``.
+        Cells of a table, in the order of ``keys``.
     keys
-        Dimension of the array -> column of the table that names its labels.
+        Dimension of the array -> key of the cells that names its labels.
     digits
         See `half_unit`.
     """
-    labels = {dim: list(dict.fromkeys(cells[key])) for dim, key in keys.items()}
+    labels = {dim: list(dict.fromkeys(cell[key] for cell in cells)) for dim, key in keys.items()}
     expected = list(itertools.product(*labels.values()))
-    found = list(zip(*(cells[key] for key in keys.values()), strict=True))
-    if found != expected:
-        wrong = sorted(set(expected) ^ set(found)) or "their order"
+    present = [tuple(cell[key] for key in keys.values()) for cell in cells]
+    if present != expected:
+        wrong = sorted(set(expected) ^ set(present)) or "their order"
         raise ValueError(f"cells by {tuple(keys)} are not one of each, in order; look at {wrong}")
 
-    scale = cells["scale"].astype(float) if "scale" in cells else pd.Series(1.0, index=cells.index)
-    readable = ~cells["note"].str.startswith("unreadable")
-    values = cells["printed"].where(readable, "nan").astype(float) * scale
-    half_units = cells["printed"].map(lambda printed: half_unit(printed, digits)).where(readable) * scale
-
+    values = np.full((2, len(cells)), np.nan)  # the number and its half unit
+    for i, cell in enumerate(cells):
+        if not cell["note"].startswith("unreadable"):
+            printed = cell["printed"]
+            values[:, i] = np.array([float(printed), half_unit(printed, digits)]) * float(
+                cell.get("scale", 1)
+            )
     shape = tuple(len(names) for names in labels.values())
     return xr.DataArray(
-        values.to_numpy(float).reshape(shape),
+        values[0].reshape(shape),
         dims=tuple(labels),
         coords={
             **labels,
-            "printed": (tuple(labels), np.array(cells["printed"].tolist()).reshape(shape)),
-            "half_unit": (tuple(labels), half_units.to_numpy(float).reshape(shape)),
+            "printed": (tuple(labels), np.array([cell["printed"] for cell in cells]).reshape(shape)),
+            "half_unit": (tuple(labels), values[1].reshape(shape)),
         },
     )
 
 
-def _with_experiments(values: xr.DataArray, cells: pd.DataFrame) -> xr.DataArray:
-    experiments = cells.drop_duplicates("row")
-    return values.assign_coords(
-        cylinder=("experiment", experiments["cylinder"].tolist()),
-        type=("experiment", experiments["type"].tolist(), {"long_name": "open or closed loop"}),
-        k_0=("experiment", experiments["k_0"].astype(float).to_numpy(), {"units": "W K-1"}),
+def _by_experiment(
+    number: int, name: str, long_name: str, unit: str, keys: Mapping[str, str]
+) -> xr.DataArray:
+    """Table of one quantity by experiment and `keys`."""
+    cells = read_table(number)
+    experiments = _first_of_each(cells, "row")
+    k_0 = [float(cell["k_0"]) for cell in experiments]
+    return (
+        _array(cells, {"experiment": "row", **keys})
+        .assign_coords(
+            cylinder=("experiment", [cell["cylinder"] for cell in experiments]),
+            type=("experiment", [cell["type"] for cell in experiments], {"long_name": "open or closed loop"}),
+            k_0=("experiment", k_0, {"units": "W K-1"}),
+        )
+        .rename(name)
+        .assign_attrs(long_name=long_name, units=unit)
     )
 
 
-def _statistics(cells: pd.DataFrame, keys: Mapping[str, str], digits: int | None = None) -> xr.Dataset:
+def _statistics(cells: Sequence[Cell], keys: Mapping[str, str], digits: int | None = None) -> xr.Dataset:
+    """Table of mean, standard deviation and mean square as a dataset."""
     dataset = xr.Dataset()
     for symbol, (name, long_name, unit) in STATISTICS.items():
-        values = _array(cells.loc[cells["column"] == symbol, :], keys, digits)
+        values = _array([cell for cell in cells if cell["column"] == symbol], keys, digits)
         values = values.rename(printed=f"{name}_printed", half_unit=f"{name}_half_unit")
         dataset[name] = values.assign_attrs(long_name=long_name, units=unit)
     return dataset

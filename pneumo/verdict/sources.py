@@ -1,8 +1,7 @@
-"""Where evidence comes from: the results of a study through one transport, or the paper's own tables.
+"""What claims are compared with: results of a study through one transport, or the paper's own tables.
 
-A computation takes one of these, `Results` or `Printed`, and the arguments that stand with the claim in
-``paper/2006/claims.yaml``; it returns a `Finding`. Computations are in `pneumo.papers.paper_2006.computations` and
-`pneumo.papers.paper_2006.arithmetic`.
+A computation takes one of these, `StudyResults` or `PrintedTables`, and the arguments that stand with the
+claim; it returns a `Finding`.
 """
 
 from collections.abc import Callable
@@ -21,8 +20,8 @@ from pneumo.storage.layout import failure_text
 from pneumo.verdict.published import STATISTICS, table5, table7, table8, table9
 
 
-class Absent(LookupError):
-    """The evidence is not there: another study, or nothing that the paper prints."""
+class MissingEvidence(LookupError):
+    """A claim cannot be judged: the study lacks what it needs, or the paper prints nothing about it."""
 
 
 class Finding(NamedTuple):
@@ -31,7 +30,7 @@ class Finding(NamedTuple):
     Attributes
     ----------
     value : float or None
-        The reproduced number, in the claim's unit (a fraction where the claim has per cent).
+        The number, in the claim's unit (a fraction where the claim has per cent).
     holds : bool or None
         Whether a statement is true, where there is no number to compare.
     shown : str
@@ -51,28 +50,21 @@ class Finding(NamedTuple):
 
 
 Computation = Callable[..., Finding]
-COMPUTATIONS: dict[str, Computation] = {}
 
 
-def computation(function: Computation) -> Computation:
-    """Make a function known under its name to ``paper/2006/claims.yaml``."""
-    COMPUTATIONS[function.__name__] = function
-    return function
-
-
-def _failed(table: xr.Dataset) -> list[str]:
-    """Names of the experiments that have a failure time."""
+def _with_failure_time(table: xr.Dataset) -> list[str]:
+    """Names of the experiments that failed."""
     time = table["failure_time"]
     return time["experiment"].values[time.notnull()].tolist()
 
 
-class Results:
+class StudyResults:
     """Results of a study, replayed with one transport; every file is read when first needed.
 
     Parameters
     ----------
     folder : pathlib.Path
-        The results folder.
+        Folder of results.
     transport : str
         ``published`` or ``exact``.
     """
@@ -103,7 +95,7 @@ class Results:
 
     @cached_property
     def cells(self) -> xr.Dataset:
-        """Both chambers' errors joined, by (experiment, model, n)."""
+        """Errors of both chambers as one vector, by (experiment, model, n)."""
         grid = open_grid(self.folder / self.transport)
         missing = set(self.study.experiments) - set(grid["experiment"].values.tolist())
         if missing:
@@ -112,13 +104,13 @@ class Results:
 
     @cached_property
     def failures(self) -> dict[str, str]:
-        """What happened to the experiments that failed."""
-        return {name: failure_text(self.datum(name)) for name in _failed(self.statistics)}
+        """When and how each failed full-order run ended, by experiment."""
+        return {name: failure_text(self.datum(name)) for name in _with_failure_time(self.statistics)}
 
     @cached_property
     def settling_failures(self) -> dict[str, str]:
-        """What happened to the settling runs that failed."""
-        failed = _failed(read(self.folder / "settling.nc"))
+        """When and how each failed settling run ended, by experiment."""
+        failed = _with_failure_time(read(self.folder / "settling.nc"))
         return {name: failure_text(self.settling(name), "settling run") for name in failed}
 
     def settling(self, experiment: str) -> xr.Dataset:
@@ -127,32 +119,38 @@ class Results:
         return read(self.folder / "settling" / f"{experiment}.nc")
 
     def datum(self, experiment: str, *variables: str) -> xr.Dataset:
-        """Full-order run of one experiment."""
+        """Full-order run of one experiment, or some of its variables."""
         self.experiment(experiment)
         return read(self.folder / "datum" / f"{experiment}.nc", *variables)
 
     def experiment(self, name: str) -> Experiment:
         """Parameters of one experiment."""
         if name not in self.study.experiments:
-            raise Absent(f"this study has no experiment {name}")
+            raise MissingEvidence(f"this study has no experiment {name}")
         return self.study.experiments[name]
 
     def experiments(
         self, cylinder: str | None = None, closed_loop: bool | None = None
     ) -> dict[str, Experiment]:
-        """Return the experiments of a cylinder and a loop."""
-        found = {
+        """Experiments of a cylinder and a loop, at least one, by name; None stands for any."""
+        selected = {
             name: experiment
             for name, experiment in self.study.experiments.items()
             if cylinder in (None, experiment.cylinder) and closed_loop in (None, experiment.drive.closed_loop)
         }
-        if not found:
-            raise Absent("this study has no such experiment")
-        return found
+        if not selected:
+            raise MissingEvidence("this study has no such experiment")
+        return selected
 
 
-class Printed(Results):
-    """The paper's own Tables 5, 7, 8 and 9 in the place of results."""
+class PrintedTables(StudyResults):
+    """The paper's own Tables 5, 7, 8 and 9 in the place of results.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Folder of the results whose study it is.
+    """
 
     def __init__(self, folder: Path):
         super().__init__(folder, "printed")
@@ -160,10 +158,11 @@ class Printed(Results):
     @cached_property
     def statistics(self) -> xr.Dataset:
         """Tables 7 to 9 as printed."""
-        overall = table7().expand_dims(level=[OVERALL])
         names = [name for name, *_ in STATISTICS.values()]
-        levels = table9()
-        parts = [part[names].drop_vars(set(part.coords) - {"level", "model"}) for part in (overall, levels)]
+        parts = [
+            part[names].drop_vars(set(part.coords) - {"level", "model"})
+            for part in (table7().expand_dims(level=[OVERALL]), table9())
+        ]
         result = xr.concat(parts, "level")
         result["best_n"] = table8().drop_vars(["printed", "half_unit"])
         return result
@@ -176,12 +175,12 @@ class Printed(Results):
     @cached_property
     def cells(self) -> xr.Dataset:
         """The paper prints no cells."""
-        raise Absent("the paper prints no single cells")
+        raise MissingEvidence("the paper prints no single cells")
 
     def settling(self, experiment: str) -> xr.Dataset:
         """The paper prints no runs."""
-        raise Absent(f"the paper prints no run of {experiment}")
+        raise MissingEvidence(f"the paper prints no run of {experiment}")
 
     def datum(self, experiment: str, *variables: str) -> xr.Dataset:
         """The paper prints no runs."""
-        raise Absent(f"the paper prints no run of {experiment}")
+        raise MissingEvidence(f"the paper prints no run of {experiment}")

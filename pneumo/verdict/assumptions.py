@@ -1,4 +1,4 @@
-"""What the paper leaves open and what is taken: ``paper/2006/assumptions.yaml``, whose head explains the keys."""
+"""What the paper leaves open and what is taken: ``assumptions.yaml``, whose head explains the keys."""
 
 from pathlib import Path
 from typing import Any
@@ -6,18 +6,14 @@ from typing import Any
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pneumo.errors import PneumoError
-from pneumo.verdict.claims import FOLDER
+from pneumo.verdict import PAPER_FOLDER
+from pneumo.verdict.claims import PaperError
 
-AS_TAKEN = "as_taken"  # stands among the alternatives for the study itself
-
-
-class AssumptionsError(PneumoError, ValueError):
-    """A ledger of assumptions that does not hold together; its text is one line."""
+AS_TAKEN = "as_taken"  # name of the unchanged study among the alternatives
 
 
 class Assumption(BaseModel):
-    """One entry of the ledger."""
+    """One entry of ``assumptions.yaml``."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -31,21 +27,21 @@ class Assumption(BaseModel):
     left_out: dict[str, str] = {}
 
 
-def read_assumptions(folder: Path = FOLDER) -> dict[str, Assumption]:
-    """Read the ledger.
+def read_assumptions(folder: Path = PAPER_FOLDER) -> dict[str, Assumption]:
+    """Read the assumptions by name.
 
     Raises
     ------
-    AssumptionsError
+    PaperError
         If an entry has an unknown or a missing key.
     """
     file = folder / "assumptions.yaml"
-    ledger = {}
+    assumptions: dict[str, Assumption] = {}
     for name, entry in yaml.safe_load(file.read_text(encoding="utf-8")).items():
         try:
-            ledger[name] = Assumption.model_validate(entry)
+            assumptions[name] = Assumption.model_validate(entry)
         except ValidationError as error:
             first = error.errors()[0]
             place = ".".join(map(str, (name, *first["loc"])))
-            raise AssumptionsError(f"{file}: {place}: {first['msg']}") from None
-    return ledger
+            raise PaperError(f"{file}: {place}: {first['msg']}") from None
+    return assumptions

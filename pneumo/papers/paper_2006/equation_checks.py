@@ -1,0 +1,267 @@
+"""Sections 2 and 3: what the paper's own formulas and constants say, without any run.
+
+Equations are tried on a fixed sample of states. Mass and energy balance are written out here once more, so
+that no equation is compared with itself.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
+from pneumo.physics.valve import Gas, choked_flow, critical_ratio, exact_gas, mass_flow, sonic_coefficient
+from pneumo.verdict.sources import Finding, StudyResults
+
+SONIC, CRITICAL = 0.0404, 0.5283  # eq (1) as printed
+GAMMA = 1.4
+R = 287.0  # J/(kg K), ASSUME: not printed
+P_S, P_ATM, T_AMB, P_0 = 7e5, 1e5, 293.0, 5.65e5  # Pa and K; P_ATM is not printed
+STANDARD = (101325.0, 293.15)  # Pa, K: standard litre, Appendix 1
+ROUNDING = 1e-12  # relative; double precision after some ten operations
+
+
+class State(NamedTuple):
+    """A chamber at one instant, SI units; heat is the flow from the wall into the air, W."""
+
+    P: float
+    T: float
+    V: float
+    dV_dt: float
+    m_in: float
+    m_out: float
+    T_in: float
+    heat: float
+
+
+def twenty_states() -> Iterator[State]:
+    """Yield twenty random states of a chamber, always the same."""
+    random = np.random.Generator(np.random.PCG64(2006))
+    low = np.array([1.5e5, 250.0, 5e-6, -1e-4, 0.0, 0.0, 280.0, -20.0])
+    high = np.array([6.9e5, 340.0, 2e-4, 1e-4, 1e-3, 1e-3, 310.0, 20.0])
+    for row in low + (high - low) * random.random((20, len(low))):
+        yield State(*map(float, row))
+
+
+def balances(s: State) -> tuple[float, float]:
+    """Rates of pressure and temperature from mass and energy balance of a perfect gas, Pa/s and K/s."""
+    c_v = R / (GAMMA - 1)
+    m = s.P * s.V / (R * s.T)
+    energy = s.m_in * GAMMA * c_v * s.T_in - s.m_out * GAMMA * c_v * s.T - s.P * s.dV_dt + s.heat
+    rate_T = (energy / c_v - s.T * (s.m_in - s.m_out)) / m
+    rate_P = (energy * (GAMMA - 1) - s.P * s.dV_dt) / s.V  # P V = (gamma - 1) m c_v T
+    return rate_P, rate_T
+
+
+def _nearly_equal(one: float, other: float, scale: float = 0.0) -> bool:
+    return abs(one - other) <= ROUNDING * max(abs(one), abs(other), scale)
+
+
+def _size_of_terms(s: State) -> float:
+    """Sum of the magnitudes of the pressure equation's terms, Pa/s; rounding is a fraction of it."""
+    flows = R * (s.m_in * max(s.T_in, s.T) + s.m_out * s.T)
+    return GAMMA * (s.P * abs(s.dV_dt) + flows + abs(s.heat)) / s.V
+
+
+def _plant(results: StudyResults, cylinder: str) -> Plant:
+    return next(iter(results.experiments(cylinder).values())).plant
+
+
+# Section 2: flow and equilibrium
+
+
+def critical_pressure_ratio(_: StudyResults) -> Finding:
+    """Pressure ratio of sonic flow for gamma = 1.4."""
+    return Finding(critical_ratio(GAMMA))
+
+
+def coefficient_of_sonic_flow(_: StudyResults) -> Finding:
+    """Exact coefficient of the sonic branch of eq (1), s K^0.5/m."""
+    return Finding(sonic_coefficient(R, GAMMA), shown=f"with R = {R:g} J/(kg K)")
+
+
+def branches_meet(_: StudyResults) -> Finding:
+    """Whether both branches of eq (1) agree at 0.5283, to half a unit of 0.0404."""
+    gas = Gas(R, GAMMA, SONIC, CRITICAL)
+    sonic = choked_flow(1e-6, P_S, T_AMB, gas)
+    subsonic = mass_flow(1e-6, P_S, (CRITICAL + 1e-9) * P_S, T_AMB, gas)
+    return Finding(
+        holds=abs(subsonic / sonic - 1) <= 0.00005 / SONIC,
+        shown=f"subsonic over sonic flow {subsonic / sonic:.5f}",
+    )
+
+
+def areas_as_printed(results: StudyResults) -> Finding:
+    """Whether eq (2) as printed gives no negative area."""
+    area = _plant(results, "D").valve.k_xu * -1.0
+    return Finding(holds=area >= 0, shown=f"at u = -1 V cylinder D's valve has an area of {area:g} m^2")
+
+
+def equilibrium_pressure_as_printed(_: StudyResults) -> Finding:
+    """0.8077 times the supply pressure, Pa."""
+    return Finding(0.8077 * P_S)
+
+
+def half_bridge_ratio(_: StudyResults) -> Finding:
+    """Root of eq (17) with the exact coefficient, over P_s."""
+    exact = equilibrium_pressure(P_S, P_ATM, exact_gas(R, GAMMA)) / P_S
+    printed = equilibrium_pressure(P_S, P_ATM, Gas(R, GAMMA, SONIC, CRITICAL)) / P_S
+    return Finding(exact, shown=f"{printed:.5f} with the printed 0.0404 and R = {R:g} J/(kg K)")
+
+
+def three_ranges_from(_: StudyResults) -> Finding:
+    """P_s / P_atm at which P_atm / 0.5283 meets 0.5283 P_s."""
+    return Finding(CRITICAL**-2)
+
+
+def root_in_range(_: StudyResults, ranges: str) -> Finding:
+    """Whether the first range of Appendix 2 holds the root of eq (17), or the two others hold none."""
+    gas = exact_gas(R, GAMMA)
+    root = equilibrium_pressure(P_S, P_ATM, gas)
+    if ranges == "first":
+        inside = CRITICAL * P_S < root < P_S and P_ATM / root <= CRITICAL
+        return Finding(holds=inside, shown=f"P_0 = {root / P_S:.4f} P_s")
+    pressures = np.linspace(P_ATM, CRITICAL * P_S, 2001)
+    surplus = [
+        mass_flow(1.0, P_S, P, T_AMB, gas) / mass_flow(1.0, P, P_ATM, T_AMB, gas) for P in pressures[1:]
+    ]
+    return Finding(holds=min(surplus) > 1, shown=f"flow in is at least {min(surplus):.2f} times the flow out")
+
+
+def sonic_factor_as_printed() -> float:
+    """Right-hand factor of eq (17) as printed, s K^0.5/m."""
+    return 2 / (GAMMA + 1) * (2 * GAMMA / ((GAMMA - 1) * R)) ** 0.5
+
+
+def eq_17_as_printed(_: StudyResults) -> Finding:
+    """Whether the sonic factor printed in eq (17) is the 0.0404 of eq (1)."""
+    factor = sonic_factor_as_printed()
+    return Finding(holds=abs(factor - SONIC) <= 0.00005, shown=f"it is {factor:.4f}")
+
+
+def largest_flow(results: StudyResults, cylinder: str) -> Finding:
+    """Choked flow from supply at the largest command, standard litres per minute."""
+    plant = _plant(results, cylinder)
+    flow = SONIC * P_S * plant.valve.k_xu * plant.valve.u_max / T_AMB**0.5
+    density = STANDARD[0] / (R * STANDARD[1])
+    return Finding(flow / density * 6e4)
+
+
+def units_as_printed(_: StudyResults) -> Finding:
+    """Whether mm/V for k_x and for k_u makes k_x k_u u an area."""
+    length, volt = 1 + 1, -1 - 1 + 1  # exponents of mm/V times mm/V times V
+    return Finding(holds=(length, volt) == (2, 0), shown="mm/V times mm/V times V is mm^2/V, not an area")
+
+
+# Sections 2.3 and 3: equations
+
+
+def pressure_equation_keeps_energy(_: StudyResults) -> Finding:
+    """Whether eq (4), with wall heat counted into the air, is the energy balance."""
+    g = GAMMA
+    holds = all(
+        _nearly_equal(
+            dP_dt(s.P, s.T, s.V, s.dV_dt, s.m_in, s.m_out, s.T_in, s.heat, g, g, g, R, g),
+            balances(s)[0],
+            _size_of_terms(s),
+        )
+        for s in twenty_states()
+    )
+    return Finding(holds=holds, shown="20 states")
+
+
+def temperature_rate(s: State, factor_T: bool) -> float:
+    """Rate of eq (5), K/s, with or without a factor T in its last term."""
+    without_heat = dT_dt(s.P, s.T, s.V, s.dV_dt, s.m_in, s.m_out, s.T_in, 0.0, R, GAMMA)
+    return without_heat + (GAMMA - 1) / (s.P * s.V) * s.heat * (s.T if factor_T else 1.0)
+
+
+def temperature_equation_fits(factor_T: bool) -> bool:
+    """Whether eq (5) follows from the balances, with or without a factor T in its last term."""
+    return all(
+        _nearly_equal(temperature_rate(s, factor_T), balances(s)[1], s.T * _size_of_terms(s) / s.P)
+        for s in twenty_states()
+    )
+
+
+def temperature_equation_as_printed(_: StudyResults) -> Finding:
+    """Whether eq (5) as printed, its sign of wall heat aside, follows from the balances."""
+    return Finding(
+        holds=temperature_equation_fits(factor_T=False), shown="the last term has the unit 1/s, not K/s"
+    )
+
+
+def wall_heat_rate(T: float, sign: float) -> float:
+    """Rate of temperature by wall heat alone, K/s, with Q of eq (7) times a sign."""
+    heat = sign * wall_heat(T, 0.5, T_AMB)
+    return dT_dt(P_0, T, 1e-5, 0.0, 0.0, 0.0, T_AMB, heat, R, GAMMA)
+
+
+def wall_heat_pressure_rate(T: float, sign: float) -> float:
+    """Rate of pressure by wall heat alone in M7, Pa/s, with k_0 (T_amb - T) times a sign."""
+    return (GAMMA - 1) / 1e-5 * sign * wall_heat(T, 0.5, T_AMB)
+
+
+def wall_heat_as_printed(_: StudyResults, equations: str) -> Finding:
+    """Whether wall heat, signed as printed, brings hot and cold air back to ambient temperature."""
+    rate = wall_heat_rate if equations == "full" else wall_heat_pressure_rate
+    rates = {T: rate(T, -1.0) for T in (T_AMB - 20, T_AMB + 20)}
+    holds = all(value * (T_AMB - T) > 0 for T, value in rates.items())
+    unit = "K/s" if equations == "full" else "Pa/s"
+    words = ", ".join(f"{value:+.3g} {unit} at {T:g} K" for T, value in rates.items())
+    return Finding(holds=holds, shown=words)
+
+
+def _eq_9(s: State, T: float, rate_T: float) -> float:
+    """Rate of pressure by eq (9), Pa/s, from temperature and its rate."""
+    return -s.P / s.V * s.dV_dt + R / s.V * T * (s.m_in - s.m_out) + s.P / T * rate_T
+
+
+def gas_law_differentiated(_: StudyResults) -> Finding:
+    """Whether eq (9), fed with the balance of temperature, gives the balance of pressure."""
+    holds = True
+    for s in twenty_states():
+        rate_P, rate_T = balances(s)
+        holds &= _nearly_equal(_eq_9(s, s.T, rate_T), rate_P, _size_of_terms(s))
+    return Finding(holds=holds, shown="20 states")
+
+
+def _by_model(
+    name: str, s: State, n: float, area_ratio: float, k_0: float, T_in: float
+) -> tuple[float, float]:
+    """Temperature, K, and rate of pressure, Pa/s, of a reduced model."""
+    row = lane(MODELS[name], n, GAMMA)
+    T = temperature(s.P, P_0, T_AMB, row.a)
+    flows = s.m_in, s.m_out
+    return T, model_dP_dt(
+        s.P, T, s.V, s.dV_dt, *flows, area_ratio, k_0, P_0, T_AMB, T_in, T_AMB, R, GAMMA, row
+    )
+
+
+def polytropic_pressure_equation(_: StudyResults) -> Finding:
+    """Whether eq (10), as M5 has it, solves eq (9) with dT/dt from eq (6)."""
+    holds = True
+    for s in twenty_states():
+        for n in (1.0, 1.2, 1.4):
+            T, rate = _by_model("M5", s, n, 1.0, 0.5, T_AMB)
+            rate_T = (n - 1) / n * T / s.P * rate  # (6), differentiated
+            holds &= _nearly_equal(_eq_9(s, T, rate_T), rate, _size_of_terms(s))
+    return Finding(holds=holds, shown="20 states at n = 1, 1.2 and 1.4")
+
+
+def wall_laws_agree(_: StudyResults) -> Finding:
+    """Whether eqs (7), (11) and (13) give one conductance at P_0, T_0 and x_0."""
+    laws = [wall_conductance(0.5, 1.0, 1.0, e_A, e_PT) for e_A, e_PT in ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5))]
+    return Finding(holds=len(set(laws)) == 1)
+
+
+def same_right_hand_side(_: StudyResults, one: str, other: str, n: float, k_0: float) -> Finding:
+    """Whether two models have the same rate of pressure at one n and k_0."""
+    holds = True
+    for s in twenty_states():
+        rates = [_by_model(name, s, n, 1.3, k_0, s.T_in)[1] for name in (one, other)]
+        holds &= _nearly_equal(rates[0], rates[1], _size_of_terms(s))
+    return Finding(holds=holds, shown="20 states")

@@ -1,0 +1,68 @@
+"""Statements about runs: excursions, air in the chambers, settling runs."""
+
+import numpy as np
+import xarray as xr
+
+from pneumo.statistics.averages import OVERALL
+from pneumo.verdict.sources import Finding, StudyResults
+
+
+def swing(results: StudyResults, quantity: str, side: str) -> Finding:
+    """Largest excursion from equilibrium over both chambers, in each closed-loop experiment of cylinder D."""
+    excursions: dict[str, float] = {}
+    for name, experiment in results.experiments("D", closed_loop=True).items():
+        values = results.datum(name, quantity)[quantity].values
+        conditions = experiment.plant.conditions
+        rest = conditions.P_0 if quantity == "P" else conditions.T_amb
+        excursions[name] = float(values.max() - rest if side == "up" else rest - values.min())
+    words = ", ".join(f"{name} {value:.3g}" for name, value in excursions.items())
+    return Finding(low=min(excursions.values()), high=max(excursions.values()), shown=words)
+
+
+def number_of_states(results: StudyResults) -> Finding:
+    """Count position, velocity and the pressures and temperatures of the chambers."""
+    datum = results.datum(next(iter(results.study.experiments)), "x", "v", "P", "T")
+    return Finding(sum(datum[name].sizes.get("chamber", 1) for name in ("x", "v", "P", "T")))
+
+
+def air_is_kept(results: StudyResults) -> Finding:
+    """Whether the mass of air in both chambers stays, from release on, in every open-loop settling run."""
+    worst = 0.0
+    for name, experiment in results.experiments(closed_loop=False).items():
+        run = results.settling(name)
+        run = run.sel(t=slice(float(run["release_time"]), None))
+        c = experiment.plant.cylinder
+        outward = run["x"] * xr.DataArray([1.0, -1.0], {"chamber": ["A", "B"]})
+        volume = c.V_d + c.A_A * (c.stroke / 2 + outward)
+        mass = run["P"] * volume / (experiment.plant.gas.R * run["T"])
+        worst = max(worst, float(np.abs(mass / mass.isel(t=0) - 1).max()))
+    # The integrator keeps mass to its own error, not exactly: P and T are its states, not the mass.
+    return Finding(holds=worst <= 1e-3, shown=f"mass changes by at most {worst:.1g} of itself")
+
+
+def piston_stays_off_the_ends(results: StudyResults) -> Finding:
+    """Whether the open-loop piston never reaches the ends of the stroke."""
+    reach = {
+        name: float(np.abs(results.datum(name, "x")["x"]).max()) / experiment.plant.cylinder.x_max
+        for name, experiment in results.experiments(closed_loop=False).items()
+    }
+    far = max(reach, key=lambda name: reach[name])
+    return Finding(holds=reach[far] < 1, shown=f"{100 * reach[far]:.1f} % of the half-stroke at most ({far})")
+
+
+def number_of_experiments(results: StudyResults) -> Finding:
+    """Count the experiments behind the averages of Table 7."""
+    return Finding(int(results.statistics["experiments"].sel(level=OVERALL)))
+
+
+def release_time(results: StudyResults, experiment: str) -> Finding:
+    """Time at which the force is released, s."""
+    return Finding(float(results.settling(experiment)["release_time"]))
+
+
+def final_value(results: StudyResults, experiment: str, quantity: str, chamber: str) -> Finding:
+    """Value at the end of a settling run, and its change since the release."""
+    run = results.settling(experiment)
+    free = run[quantity].sel(chamber=chamber, t=slice(float(run["release_time"]), None))
+    last = float(free[-1])
+    return Finding(last, swing=float(np.abs(free - last).max()))

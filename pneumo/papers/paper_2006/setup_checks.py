@@ -1,0 +1,94 @@
+"""Section 4's set-up: counts and ranges that follow from the paper's own numbers."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneumo.papers.paper_2006.table1 import PAPER_MODELS, processes
+from pneumo.verdict.published import read_table, table7, table9
+from pneumo.verdict.sources import Finding, MissingEvidence, StudyResults
+
+
+def excitation_bandwidth(results: StudyResults) -> Finding:
+    """Half the rate of new random values, Hz."""
+    experiment = next(iter(results.experiments("D").values()))
+    return Finding(1 / (2 * experiment.excitation.every * experiment.h))
+
+
+def conductances_enclose(results: StudyResults, low: float, high: float) -> Finding:
+    """Whether the two middle conductances enclose a range that the two others leave out."""
+    k_0 = sorted({experiment.plant.k_0 for experiment in results.study.experiments.values()})
+    if len(k_0) != 4:
+        raise MissingEvidence("this study has not the paper's four conductances")
+    holds = k_0[0] < k_0[1] <= low and high <= k_0[2] < k_0[3]
+    return Finding(holds=holds, shown=f"{k_0[1]:g} to {k_0[2]:g} W/K")
+
+
+def step_of_n(results: StudyResults) -> Finding:
+    """Step of the grid of n."""
+    return Finding(float(np.round(np.diff(results.study.n).mean(), 9)))
+
+
+def number_of_n(results: StudyResults) -> Finding:
+    """Count the values of n."""
+    return Finding(len(results.study.n))
+
+
+def models_with_n(_: StudyResults) -> Finding:
+    """Count the models that carry n."""
+    names = [model.name for model in PAPER_MODELS.values() if model.has_n]
+    return Finding(len(names), shown=", ".join(names))
+
+
+def models_without_n(_: StudyResults) -> Finding:
+    """Count the models that carry no n."""
+    names = [model.name for model in PAPER_MODELS.values() if not model.has_n]
+    return Finding(len(names), shown=", ".join(names))
+
+
+def number_of_runs(results: StudyResults) -> Finding:
+    """Experiments times (models with n times values of n, plus models without)."""
+    carrying = sum(model.has_n for model in PAPER_MODELS.values())
+    experiments = len(read_table(6))
+    values = len(results.study.n)
+    runs = experiments * (carrying * values + len(PAPER_MODELS) - carrying)
+    return Finding(runs, shown=f"{experiments} ({carrying} x {values} + {len(PAPER_MODELS) - carrying})")
+
+
+def simplest(_: StudyResults, models: Sequence[str], claimed: str) -> Finding:
+    """Whether a model carries the fewest processes."""
+    count = {model: processes(model) for model in models}
+    alone = all(count[claimed] < count[model] for model in models if model != claimed)
+    return Finding(
+        holds=alone, shown=", ".join(f"{model} carries {number}" for model, number in count.items())
+    )
+
+
+def rows_within(divisor_is_N: bool) -> tuple[int, int]:
+    """Rows of Tables 7 and 9 that eq (16) can produce, of how many.
+
+    mu^2 + sigma^2 = MSE + s^2/N with the sample variance s^2 of the N means, which lies between 0 and
+    sigma^2; with N as divisor of the variance, mu^2 + sigma^2 = MSE.
+    """
+    rows = [(table7().sel(model=model), 16) for model in PAPER_MODELS]
+    levels = table9()
+    rows += [
+        (levels.sel(level=level, model=model), 8)
+        for level in levels["level"].values
+        for model in PAPER_MODELS
+    ]
+    fits = 0
+    for row, N in rows:
+        mu, sigma, mse = (float(row[name]) for name in ("mean_error", "std", "mse"))
+        d_mu, d_sigma, d_mse = (float(row[f"{name}_half_unit"]) for name in ("mean_error", "std", "mse"))
+        low = max(abs(mu) - d_mu, 0) ** 2 + (sigma - d_sigma) ** 2 - (mse + d_mse)
+        high = (abs(mu) + d_mu) ** 2 + (sigma + d_sigma) ** 2 - (mse - d_mse)
+        fits += low <= (0 if divisor_is_N else (sigma + d_sigma) ** 2 / N) and high >= 0
+    return fits, len(rows)
+
+
+def rows_fit_eq_16(_: StudyResults) -> Finding:
+    """Whether every row of Tables 7 and 9 is what eq (16) can give."""
+    fits, rows = rows_within(divisor_is_N=False)
+    other, _ = rows_within(divisor_is_N=True)
+    return Finding(holds=fits == rows, shown=f"{fits} of {rows} rows fit with N - 1, {other} with N")

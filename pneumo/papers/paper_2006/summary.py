@@ -1,0 +1,138 @@
+"""What stands at the head of the verdict: how near the tables are met, and the two findings.
+
+The findings are the row that the text of section 4 takes for M7's, and what exact transport of the recorded
+signals does to the ranking of the good models.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import xarray as xr
+
+from pneumo.papers.paper_2006.table1 import PAPER_MODELS
+from pneumo.verdict.judging import Item, Sources
+from pneumo.verdict.published import read_table
+from pneumo.verdict.sources import StudyResults
+
+LEVELS = ("adiabatic", "typical", "isothermal")
+PAIRS = (("M6", "M5"), ("M8", "M7"), ("M10", "M8"))
+
+
+def _six_digits(value: float) -> float | None:
+    return float(f"{value:.6g}") if math.isfinite(value) else None
+
+
+def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
+    """Summarise the verdict.
+
+    Parameters
+    ----------
+    sources : mapping of str to StudyResults
+        ``published``, ``exact`` and ``printed``.
+    items : sequence of dict
+        The judged items.
+
+    Returns
+    -------
+    dict
+        ``scores``; ``wrong_row``, the numbers of M7 and M8 at the typical level; ``transport``, quotients
+        of mean square errors by level and transport; ``by_experiment``, the same by experiment. The
+        last three are None for a study that is not the paper's, or in which an experiment failed.
+    """
+    summary: dict[str, Any] = {"scores": scores(items)}
+    published = sources["published"]
+    whole = list(published.study.experiments) == _experiments() and not published.failures
+    for part in (wrong_row, transport, by_experiment):
+        summary[part.__name__] = part(sources) if whole else None
+    return summary
+
+
+def _experiments() -> list[str]:
+    """Names of the paper's sixteen experiments."""
+    return list(dict.fromkeys(cell["row"] for cell in read_table(6)))
+
+
+def scores(items: Sequence[Item]) -> dict[str, Any]:
+    """How near Tables 5, 7, 8 and 9 are met: cells, their deviations, how many are exact or close."""
+
+    def cells(table: int, column: str | None = None) -> list[Item]:
+        return [
+            item
+            for item in items
+            if item["table"] == table
+            and column in (None, item["column"])
+            and item["status"] != "unreadable"
+            and isinstance(item["reproduced"], float)
+        ]
+
+    result: dict[str, Any] = {}
+    for table in (7, 9):
+        logs = [math.log1p(item["deviation"]) for item in cells(table, "mse") if item["deviation"] > -1]
+        if logs:
+            result[f"table_{table}_mse"] = {
+                "cells": len(logs),
+                "rms_of_ln_ratio": _six_digits(math.sqrt(sum(log**2 for log in logs) / len(logs))),
+                "lowest_ratio": _six_digits(math.exp(min(logs))),
+                "highest_ratio": _six_digits(math.exp(max(logs))),
+            }
+    for table in (8, 5):
+        statuses = [item["status"] for item in cells(table)]
+        exact = statuses.count("exact")
+        close = statuses.count("close")
+        result[f"table_{table}"] = {"cells": len(statuses), "exact": exact, "exact_or_close": exact + close}
+    readable = [item["status"] for item in items if item["status"] != "unreadable"]
+    result["missed_of_readable"] = _six_digits(readable.count("missed") / len(readable))
+    return result
+
+
+def wrong_row(sources: Sources) -> list[dict[str, Any]]:
+    """M7 and M8 at the typical level in Table 9 and in both transports, by quantity."""
+
+    def row(source: StudyResults, model: str) -> dict[str, float | None]:
+        level = source.statistics.sel(level="typical")
+        mse = level["mse"]
+        of_model = float(mse.sel(model=model))
+        return {
+            "of_M6": _six_digits(of_model / float(mse.sel(model="M6"))),
+            "of_classical": _six_digits(of_model / float(mse.sel(model=["M1", "M2", "M3"]).min())),
+            "mu": _six_digits(float(level["mean_error"].sel(model=model))),
+            "sigma": _six_digits(float(level["std"].sel(model=model))),
+        }
+
+    return [
+        {"model": model, "source": name} | row(sources[name], model)
+        for name in ("printed", "published", "exact")
+        for model in ("M7", "M8")
+    ]
+
+
+def transport(sources: Sources) -> list[dict[str, Any]]:
+    """Mean square errors of M5 to M10 by level, and quotients of pairs, for each transport."""
+    rows: list[dict[str, Any]] = []
+    for level in LEVELS:
+        for name in ("printed", "published", "exact"):
+            mse = sources[name].statistics["mse"].sel(level=level)
+            values = {model: float(mse.sel(model=model)) for model in list(PAPER_MODELS)[4:]}
+            rows.append(
+                {
+                    "level": level,
+                    "source": name,
+                    "mse": {model: _six_digits(value) for model, value in values.items()},
+                    "quotients": {f"{a}/{b}": _six_digits(values[a] / values[b]) for a, b in PAIRS},
+                }
+            )
+    return rows
+
+
+def by_experiment(sources: Sources) -> dict[str, Any]:
+    """M8 over M7 in every experiment, each at its own best n, for both transports, and the geometric mean."""
+    experiments = _experiments()
+    quotients: dict[str, Any] = {"experiments": experiments}
+    for name in ("published", "exact"):
+        best: xr.DataArray = sources[name].cells["mse"].min("n").sel(experiment=experiments)
+        ratio = (best.sel(model="M8") / best.sel(model="M7")).values
+        quotients[name] = [_six_digits(float(value)) for value in ratio]
+        mean = math.exp(sum(math.log(value) for value in ratio) / len(ratio))
+        quotients[f"{name}_geometric_mean"] = _six_digits(mean)
+    return quotients

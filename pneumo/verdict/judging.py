@@ -1,0 +1,274 @@
+"""The verdict: every printed number and statement of a paper, judged against the results."""
+
+import csv
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import xarray as xr
+
+from pneumo.storage.files import read
+from pneumo.verdict import PAPER_FOLDER
+from pneumo.verdict.assumptions import read_assumptions
+from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, read_claims
+from pneumo.verdict.comparison import Comparison, as_printed, compare, deviation_in_words
+from pneumo.verdict.errata import Proof, read_errata
+from pneumo.verdict.sources import Computation, Finding, MissingEvidence, PrintedTables, StudyResults
+from pneumo.verdict.stored_verdict import fingerprints
+
+STATUSES = ("exact", "close", "explained", "contradicted", "missed", "unreadable")
+
+Item = dict[str, Any]  # one judged claim, as in verdict.json
+Sources = Mapping[str, StudyResults]  # "published", "exact" and "printed"
+
+
+class Paper(NamedTuple):
+    """A paper that can be judged.
+
+    Attributes
+    ----------
+    folder : pathlib.Path
+        Folder of claims, errata, assumptions, recorded statuses and published tables.
+    computations : mapping of str to Computation
+        Functions by the name that ``claims.yaml`` gives under ``compute``.
+    proofs : mapping of str to Proof
+        Functions by the name that ``errata.yaml`` gives under ``proof``.
+    highlights : callable
+        Makes what stands at the head of the verdict, from `Sources` and the judged items.
+    module : str
+        Name of the module that defines the paper; with all it imports it is the code behind the verdict.
+    """
+
+    folder: Path
+    computations: Mapping[str, Computation]
+    proofs: Mapping[str, Proof]
+    highlights: Callable[[Sources, Sequence[Item]], dict[str, Any]]
+    module: str
+
+
+class Judge:
+    """Judges the claims of a paper one at a time.
+
+    Parameters
+    ----------
+    results : pathlib.Path
+        Folder of results.
+    paper : Paper
+    """
+
+    def __init__(self, results: Path, paper: Paper):
+        self.paper = paper
+        self.claims = read_claims(paper.folder)
+        self.errata = read_errata(paper.folder, paper.proofs)
+        self.sources: dict[str, StudyResults] = {
+            "published": StudyResults(results, "published"),
+            "exact": StudyResults(results, "exact"),
+            "printed": PrintedTables(results),
+        }
+        toggled = results / "assumptions.nc"
+        self.alternatives = read(toggled, "reproduced")["reproduced"] if toggled.exists() else None
+
+    def finding(self, claim: Claim, source: str) -> Finding:
+        """Run a claim's computation on a source: ``published``, ``exact`` or ``printed``.
+
+        Raises
+        ------
+        MissingEvidence
+            If the source lacks what the computation needs.
+        """
+        try:
+            finding = self.paper.computations[claim.compute](self.sources[source], **claim.arguments)
+        except KeyError as error:
+            raise MissingEvidence(f"the results have no {error}") from None
+        if any(value is not None and not math.isfinite(value) for value in (finding.value, finding.low)):
+            raise MissingEvidence("a run that it needs failed")
+        return finding
+
+    def judge(self, claim: Claim) -> Item:
+        """Judge one claim.
+
+        Returns
+        -------
+        dict
+            An item of ``results/verdict.json``.
+        """
+        tolerance = self.claims.classes[claim.tolerance]
+        stands_exact, shown_exact = self._stands(claim, "exact")
+        stands_printed, shown_printed = self._stands(claim, "printed")
+        try:
+            finding = self.finding(claim, "published")
+        except MissingEvidence as error:
+            finding, comparison = Finding(), Comparison(None, None, tolerance.limit)
+            status, reason = "missed", f"not to be judged: {error}"
+        else:
+            comparison = compare(claim, tolerance, finding)
+            refuted = shown_printed if stands_printed is False else None
+            status, reason = self._status(claim, finding, comparison, refuted)
+        if claim.unreadable:
+            status, reason = "unreadable", claim.unreadable
+        evidence = claim.evidence.model_dump()
+        return {
+            "id": claim.id,
+            "where": claim.where,
+            "statement": claim.statement,
+            "printed": claim.printed,
+            "reproduced": _reproduced(finding),
+            "shown": _in_words(claim, finding, comparison),
+            "deviation": None if claim.unreadable else _six_digits(comparison.deviation),
+            "tolerance": {
+                "class": claim.tolerance,
+                "limit": _six_digits(comparison.limit),
+                "measure": tolerance.measure,
+                "sense": claim.sense,
+            },
+            "unit": claim.unit,
+            "scale": claim.scale,
+            "kind": claim.kind,
+            "status": status,
+            "stands_exact": stands_exact,
+            "shown_exact": shown_exact,
+            "stands_printed": stands_printed,
+            "shown_printed": shown_printed,
+            "used_in_identification": claim.used_in_identification,
+            "reason": reason,
+            "erratum": claim.erratum or claim.see,
+            "assumption": claim.assumption,
+            "evidence": evidence | {"compute": claim.compute, "command": f"pneumo explain {claim.id}"},
+            "table": claim.table,
+            "row": claim.row,
+            "column": claim.column,
+            "level": claim.level,
+        }
+
+    def _stands(self, claim: Claim, source: str) -> tuple[bool | None, str]:
+        """Whether a claim about models holds on another source, and what was found there."""
+        compared_with_itself = source == "printed" and claim.table is not None
+        if not claim.models or claim.unreadable or compared_with_itself:
+            return None, ""
+        try:
+            finding = self.finding(claim, source)
+        except MissingEvidence as error:
+            return None, str(error)
+        comparison = compare(claim, self.claims.classes[claim.tolerance], finding)
+        return comparison.agreement is not None, _in_words(claim, finding, comparison)
+
+    def _status(
+        self, claim: Claim, finding: Finding, comparison: Comparison, refuted: str | None
+    ) -> tuple[str, str]:
+        """Status and reason; `refuted` is what the paper's own tables say against the claim, if they do."""
+        deviation = deviation_in_words(comparison, self.claims.classes[claim.tolerance])
+        if comparison.agreement == "exact":
+            statement = finding.holds is not None or claim.tolerance == "decade" or claim.sense == "at_most"
+            return "exact", "true as stated" if statement else "equal at the printed digits"
+        if comparison.agreement == "close":
+            return "close", f"{deviation}, inside class {claim.tolerance}"
+        if reason := self._explanation(claim, finding):
+            return "explained", reason
+        outside = f"{deviation}, outside class {claim.tolerance}" if deviation else "not so"
+        if claim.arithmetic:
+            return "contradicted", f"{outside}: the paper's own formulas and numbers say otherwise"
+        if refuted is not None:
+            return "contradicted", f"{outside}; the paper's own tables refute it too: {refuted}"
+        return "missed", f"{outside}; no erratum and no alternative assumption explains it"
+
+    def _explanation(self, claim: Claim, finding: Finding) -> str:
+        """Erratum or alternative assumption that brings an item inside its class; empty if none does."""
+        tolerance = self.claims.classes[claim.tolerance]
+        erratum = self.errata[claim.erratum] if claim.erratum else None
+        if erratum and erratum.passes:
+            meant = erratum.values.get(claim.id)
+            if meant is None:
+                holds = finding.holds is False
+            else:
+                corrected = claim.model_copy(update={"printed": meant})
+                holds = compare(corrected, tolerance, finding).agreement is not None
+            if holds:
+                return f"erratum {erratum.id}: {erratum.meant}"
+        if claim.assumption and self.alternatives is not None:
+            value = _of_alternative(self.alternatives, claim.assumption, claim.id)
+            if value is not None and compare(claim, tolerance, finding._replace(value=value)).agreement:
+                return f"assumption {claim.assumption}: {as_printed(value, claim, False)}"
+        return ""
+
+
+def _of_alternative(alternatives: xr.DataArray, assumption: str, item: str) -> float | None:
+    """Value of an item under an alternative assumption, or None if that was not run."""
+    try:
+        return float(alternatives.sel(alternative=assumption, item=item))
+    except KeyError:
+        return None
+
+
+def _in_words(claim: Claim, finding: Finding, comparison: Comparison) -> str:
+    """A finding as text, its number written like the printed one."""
+    if finding.value is None or claim.tolerance == "decade":
+        return finding.shown
+    text = as_printed(finding.value, claim, comparison.agreement == "exact")
+    if claim.scale in (1.0, 0.01):
+        text = f"{text} {UNITS_IN_TEXT.get(claim.unit, claim.unit)}".rstrip()
+    return f"{text} ({finding.shown})" if finding.shown else text
+
+
+def _six_digits(value: float | None) -> float | None:
+    """Six significant digits: more would differ between machines and say nothing."""
+    return None if value is None or not math.isfinite(value) else float(f"{value:.6g}")
+
+
+def _reproduced(finding: Finding) -> float | list[float | None] | str | bool | None:
+    """A finding as verdict.json holds it: a number, an interval, true or false, or text."""
+    if finding.value is not None:
+        return _six_digits(finding.value)
+    if finding.low is not None and finding.high is not None:
+        return [_six_digits(finding.low), _six_digits(finding.high)]
+    return finding.shown if finding.holds is None else bool(finding.holds)
+
+
+def verdict(results: Path, paper: Paper) -> dict[str, Any]:
+    """Judge every claim of a paper.
+
+    Parameters
+    ----------
+    results : pathlib.Path
+        Folder of results.
+    paper : Paper
+
+    Returns
+    -------
+    dict
+        ``study``, ``counts`` by status, ``failures`` and ``settling_failures`` by experiment, ``highlights``,
+        ``items``, ``classes``, ``errata``, ``assumptions``, whether their alternatives were run
+        (``assumptions_run``), and the hashes of what it was made from.
+    """
+    made_from = fingerprints(results, paper.folder, paper.module)
+    judge = Judge(results, paper)
+    items = [judge.judge(claim) for claim in judge.claims.items.values()]
+    counts = {status: sum(item["status"] == status for item in items) for status in STATUSES}
+    published = judge.sources["published"]
+    return {
+        "study": published.study.name,
+        "counts": {"items": len(items)} | counts,
+        "failures": published.failures,
+        "settling_failures": published.settling_failures,
+        "highlights": paper.highlights(judge.sources, items),
+        "items": items,
+        "classes": {name: tolerance.model_dump() for name, tolerance in judge.claims.classes.items()},
+        "errata": [erratum._asdict() for erratum in judge.errata.values()],
+        "assumptions": {name: entry.model_dump() for name, entry in read_assumptions(paper.folder).items()},
+        "assumptions_run": judge.alternatives is not None,
+        **made_from,
+    }
+
+
+def read_statuses(folder: Path = PAPER_FOLDER) -> dict[str, str]:
+    """Recorded status of every item, from ``statuses.csv``; empty if there is no such file."""
+    file = folder / "statuses.csv"
+    if not file.exists():
+        return {}
+    with file.open(encoding="utf-8", newline="") as lines:
+        return {row["id"]: row["status"] for row in csv.DictReader(lines)}
+
+
+def statuses_text(items: Sequence[Item]) -> str:
+    """Text of ``statuses.csv`` for judged items."""
+    return "".join(["id,status\n", *(f"{item['id']},{item['status']}\n" for item in items)])

@@ -1,0 +1,66 @@
+"""The verdict that a folder of results holds, and whether it is that of the files beside it.
+
+Imports nothing slow: showing a stored verdict takes less time than importing what judges.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from pneumo.errors import DamagedError
+from pneumo.hashing import code_hash
+from pneumo.storage.seal import unsealed
+
+READ = (  # what a verdict reads: files of the paper, files of results
+    ("*.yaml", "published/*.csv"),
+    ("parameters.json", "settling.nc", "assumptions.nc", "settling/*.nc", "datum/*.nc")
+    + ("published/statistics.nc", "published/replay/*.nc", "exact/statistics.nc", "exact/replay/*.nc"),
+)
+SEAL = 100  # bytes at the end of a results file, among them its SHA-256
+
+
+def fingerprints(results: Path, paper: Path, module: str) -> dict[str, str]:
+    """Hashes of what a verdict is made from.
+
+    Parameters
+    ----------
+    results, paper : pathlib.Path
+        Folder of results; folder of the paper.
+    module : str
+        Name of the module whose code, with all that it imports, makes the verdict.
+
+    Returns
+    -------
+    dict of str to str
+        ``code_sha256`` and ``inputs_sha256``; the latter over the paper's files and the SHA-256 with which
+        each results file ends.
+    """
+    digest = hashlib.sha256()
+    for folder, patterns in zip((paper, results), READ, strict=True):
+        for file in sorted(file for pattern in patterns for file in folder.glob(pattern)):
+            content = file.read_bytes() if folder == paper else _end(file)
+            digest.update(str(file.relative_to(folder)).encode() + b"\0" + content + b"\0")
+    return {"code_sha256": code_hash(module), "inputs_sha256": digest.hexdigest()}
+
+
+def _end(file: Path) -> bytes:
+    with file.open("rb") as opened:
+        opened.seek(max(0, file.stat().st_size - SEAL))
+        return opened.read()
+
+
+def stored_verdict(results: Path, paper: Path, module: str) -> dict[str, Any] | None:
+    """Read ``verdict.json`` of a folder of results; None where judging anew might say something else.
+
+    Parameters
+    ----------
+    results, paper, module
+        As in `fingerprints`.
+    """
+    try:
+        found: dict[str, Any] = json.loads(unsealed(results / "verdict.json") + b"}")
+    except (OSError, DamagedError, ValueError):
+        return None
+    current = fingerprints(results, paper, module).items()
+    return found if current <= found.items() else None
