@@ -13,6 +13,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from pneumo.cli.commands import app
+from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.verdict.errata import Erratum, read_errata
@@ -40,7 +41,9 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 def errata() -> dict[str, str]:
     """A box for every entry of paper/2006/errata.yaml, by name, with the outcome of its proof."""
-    return {name: _box(erratum) for name, erratum in read_errata().items()}
+    return {
+        name: _box(erratum) for name, erratum in read_errata(PAPER_2006.folder, PAPER_2006.proofs).items()
+    }
 
 
 def _box(erratum: Erratum) -> str:

@@ -65,9 +65,10 @@ def printed_once(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def _judged_once(printed_once) -> dict:
-    from pneumo.verdict.court import verdict
+    from pneumo.papers.paper_2006.paper import PAPER_2006
+    from pneumo.verdict.judging import verdict
 
-    return verdict(printed_once)
+    return verdict(printed_once, PAPER_2006)
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS, lane
 from pneumo.storage.files import write, write_json
 from pneumo.verdict.published import table5
-from pneumo.verdict.sources import Printed
+from pneumo.verdict.sources import PrintedTables
 
 CONFIG = Path(__file__).parents[1] / "config" / "paper.yaml"
 CHAMBERS = ["A", "B"]
@@ -29,7 +29,7 @@ def write_printed_study(folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     paper = study(load(CONFIG))
     write_json(to_json(paper), folder / "parameters.json")
-    statistics = Printed(folder).statistics
+    statistics = PrintedTables(folder).statistics
     statistics["experiments"] = ("level", [16, 8, 8, 8])
     statistics["failure_time"] = ("experiment", [np.nan] * 16)
     statistics["constant_n"] = xr.full_like(statistics["mse"], 1.35)

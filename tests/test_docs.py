@@ -18,6 +18,7 @@ from snakemake.cli import parse_args
 
 import pneumo
 from pneumo.cli import commands as cli
+from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.verdict.errata import read_errata
 
 ROOT = Path(__file__).parents[1]
@@ -202,7 +203,7 @@ def test_sentences_of_which_model_hold(results):
 
 def test_every_erratum_stands_once_beside_the_theory():
     named = re.findall(r"\{\{ errata\.(\w+) \}\}", (DOCS / "theory.md").read_text(encoding="utf-8"))
-    assert sorted(named) == sorted(read_errata())
+    assert sorted(named) == sorted(read_errata(PAPER_2006.folder, PAPER_2006.proofs))
 
 
 def test_equations_carry_the_papers_numbers():

@@ -9,6 +9,7 @@ from pneumo.simulation.cells import grid_lanes, replay_dataset
 from printed_study import save
 
 from pneumo.configuration.parameters import load, study
+from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.paper_figures import fig07, traces
 from pneumo.publish.pages.verdict_page import render
@@ -20,7 +21,7 @@ from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import settling_table, statistics
 from pneumo.storage.files import open_grid, read
 from pneumo.storage.layout import datum_dataset, failure_text, settling_dataset
-from pneumo.verdict.court import verdict
+from pneumo.verdict.judging import verdict
 from pneumo.verdict.published import table7
 
 pytestmark = pytest.mark.xdist_group("printed")
@@ -96,7 +97,7 @@ def test_the_page_tells_which_settling_run_failed(printed_once, tmp_path):
     parts = {"E06": settling_dataset(experiment, settle(experiment))}
     save(parts["E06"], folder / "settling" / "E06.nc")
     save(settling_table(parts, {"E06": 60.0}), folder / "settling.nc")
-    found = verdict(folder)
+    found = verdict(folder, PAPER_2006)
     assert not found["failures"]
     assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in render(found)
 
@@ -144,7 +145,7 @@ def test_averages_leave_it_out_and_count(folder):
 
 
 def test_table_and_page_and_figure_tell(folder):
-    found = verdict(folder)
+    found = verdict(folder, PAPER_2006)
     assert list(found["failures"]) == ["E06"]
     assert found["highlights"]["by_experiment"] is None
     page = render(found)

@@ -152,8 +152,9 @@ def explain(
 ):
     """Tell one item of the verdict, or one grid cell: claimed, found, and where the evidence is."""
     from pneumo.errors import ResultError
+    from pneumo.papers.paper_2006.paper import PAPER_2006
     from pneumo.publish.text.explain import cell_story, item_story
-    from pneumo.verdict.court import Court, read_statuses
+    from pneumo.verdict.judging import Judge, read_statuses
 
     if len(what) == 3:
         try:
@@ -163,13 +164,13 @@ def explain(
         return typer.echo(cell_story(results, what[0], what[1], n))
     if len(what) != 1:
         raise ResultError("name one item, such as T7.M8.mse, or one cell, such as E07 M8 1.35")
-    court = Court(results)
-    if what[0] not in court.claims.items:
-        near = [name for name in court.claims.items if name.startswith(what[0].split(".")[0] + ".")]
-        there = ", ".join(near[:6] or list(court.claims.items)[::60])
+    judge = Judge(results, PAPER_2006)
+    if what[0] not in judge.claims.items:
+        near = [name for name in judge.claims.items if name.startswith(what[0].split(".")[0] + ".")]
+        there = ", ".join(near[:6] or list(judge.claims.items)[::60])
         raise ResultError(f"{what[0][:50]}: no such item; there are {there} ...")
-    errata = {name: erratum._asdict() for name, erratum in court.errata.items()}
-    item = court.judge(court.claims.items[what[0]])
+    errata = {name: erratum._asdict() for name, erratum in judge.errata.items()}
+    item = judge.judge(judge.claims.items[what[0]])
     typer.echo(item_story(item, errata, read_statuses().get(what[0])))
 
 
@@ -179,18 +180,19 @@ def verdict(
     record: Annotated[bool, typer.Option("--record", help="write paper/2006/statuses.csv anew")] = False,
 ):
     """Judge every claim: counts, and what is missed or contradicted; `--record` accepts the statuses."""
-    from pneumo.storage.files import write_text
-    from pneumo.verdict.claims import FOLDER
-    from pneumo.verdict.court import statuses_text
-    from pneumo.verdict.court import verdict as judged
+    from pneumo.papers.paper_2006.current_verdict import current_verdict
 
-    found = judged(results)
+    found = current_verdict(results)
     for item in found["items"]:
         if item["status"] in ("missed", "contradicted"):
             typer.echo(f"{item['status']:12}  {item['id']:24}  {item['printed']:>10}  {item['reason']}")
     typer.echo(", ".join(f"{number} {name}" for name, number in found["counts"].items()))
     if record:
-        write_text(statuses_text(found["items"]), FOLDER / "statuses.csv")
+        from pneumo.storage.files import write_text
+        from pneumo.verdict import PAPER_FOLDER
+        from pneumo.verdict.judging import statuses_text
+
+        write_text(statuses_text(found["items"]), PAPER_FOLDER / "statuses.csv")
 
 
 @app.command()

@@ -16,17 +16,18 @@ from scipy import stats
 
 from pneumo.configuration.experiment import Study
 from pneumo.evidence.ensemble import complete
+from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.statistics.averages import concatenated, statistics
-from pneumo.verdict.claims import UNITS, Claim, Claims, ToleranceClass
-from pneumo.verdict.court import as_printed, compare
-from pneumo.verdict.sources import COMPUTATIONS, Absent, Finding, Printed, Results
+from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, Claims, ToleranceClass
+from pneumo.verdict.comparison import as_printed, compare
+from pneumo.verdict.sources import Finding, MissingEvidence, PrintedTables, StudyResults
 
 CONFIDENCE = 0.95
 STANDS = 0.95  # of the seed sets, for "yes"; one less this, for "no"
 
 
-class SeedSet(Results):
+class SeedSet(StudyResults):
     """One seed set of the ensemble, replayed with one transport, in the place of results."""
 
     def __init__(self, study: Study, cells: xr.Dataset, transport: str):
@@ -70,7 +71,7 @@ def _measured(claim: Claim, finding: Finding) -> float:
     return math.nan if finding.holds is not None or finding.value is None else finding.value
 
 
-def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[Results]) -> Judged:
+def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]) -> Judged:
     """Judge one statement on each of several sources.
 
     Parameters
@@ -78,7 +79,7 @@ def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[Results]) -> 
     claim : Claim
     claims : Claims
         All claims, with the tolerance classes.
-    sources : iterable of Results
+    sources : iterable of StudyResults
         One for each seed set.
     """
     values, holds = [], []
@@ -107,7 +108,7 @@ def number(value: float, claim: Claim) -> str:
     scaled = value / claim.scale
     if abs(scaled) < 10:
         text = f"{scaled:.{len(text.partition('.')[2]) + 1}f}"
-    return f"{text} {UNITS.get(claim.unit, claim.unit)}".rstrip()
+    return f"{text} {UNITS_IN_TEXT.get(claim.unit, claim.unit)}".rstrip()
 
 
 def claimed(claim: Claim, classes: Mapping[str, ToleranceClass]) -> str:
@@ -115,7 +116,7 @@ def claimed(claim: Claim, classes: Mapping[str, ToleranceClass]) -> str:
     if claim.tolerance == "decade":
         sense = "at most" if claim.sense == "at_most" else "at least"
         return f"{claim.statement} (quotient of MSE {sense} {10 ** classes['decade'].limit:.2f})"
-    printed = f"{claim.printed} {UNITS.get(claim.unit, claim.unit)}".rstrip()
+    printed = f"{claim.printed} {UNITS_IN_TEXT.get(claim.unit, claim.unit)}".rstrip()
     if claim.statement.endswith(("about", "at most")):
         return f"{claim.statement} {printed}"
     numeric = claim.kind not in ("ranking", "qualitative")
@@ -194,7 +195,7 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
         }
         try:
             judged = {name: over_seed_sets(claim, claims, of) for name, of in sources.items()}
-        except Absent as error:
+        except MissingEvidence as error:
             nothing = {"published": "", "exact": "", "interval": "", "stands": "not run", "why": str(error)}
             rows.append(row | nothing | {"printed_stands": _printed(claim, claims, results), "numbers": {}})
             continue
@@ -234,7 +235,7 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
 def _printed(claim: Claim, claims: Claims, results: Path) -> bool | None:
     """Whether the paper's own tables bear a statement out; None where they print nothing about it."""
     try:
-        finding = COMPUTATIONS[claim.compute](Printed(results), **claim.arguments)
-    except Absent:
+        finding = COMPUTATIONS[claim.compute](PrintedTables(results), **claim.arguments)
+    except MissingEvidence:
         return None
     return compare(claim, claims.classes[claim.tolerance], finding).agreement is not None

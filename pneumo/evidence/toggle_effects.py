@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from pneumo.verdict.assumptions import AS_TAKEN
 from pneumo.verdict.claims import Claim, Claims
-from pneumo.verdict.court import compare
-from pneumo.verdict.ledger import AS_TAKEN
+from pneumo.verdict.comparison import compare
 from pneumo.verdict.sources import Finding
 
 LOGARITHMIC = (5, 7, 9)  # tables whose settling times or mean square errors are compared as logarithms

@@ -16,6 +16,7 @@ from pneumo.configuration.parameters import merged, study, validated
 from pneumo.errors import ConfigurationError
 from pneumo.evidence.readings import first_draw_skipped, keeps_changed_sign, largest_excursions
 from pneumo.papers.paper_2006 import computations  # noqa: F401 - it registers its computations
+from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.simulation.full_order import RAN, Recording, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
@@ -24,9 +25,10 @@ from pneumo.simulation.settling import QUANTITIES, Settling, settle
 from pneumo.simulation.signals import EXACT, PUBLISHED, held, interpolated, study_transport
 from pneumo.statistics.averages import statistics
 from pneumo.storage.layout import experiment_labels, replay_dataset
-from pneumo.verdict.claims import FOLDER, Claim
-from pneumo.verdict.ledger import AS_TAKEN, AssumptionsError, read_assumptions
-from pneumo.verdict.sources import COMPUTATIONS, Absent, Results
+from pneumo.verdict import PAPER_FOLDER
+from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
+from pneumo.verdict.claims import Claim, PaperError
+from pneumo.verdict.sources import MissingEvidence, StudyResults
 
 TABLES = (5, 7, 8, 9)
 LONGEST_RUN = 3000.0  # s; twice what a settling run of the study takes; one that takes longer has no time
@@ -89,7 +91,7 @@ VARIANTS: dict[str, Callable[[Case], Case]] = {
 }
 
 
-def cases(configuration: Mapping[str, Any], folder: Path = FOLDER) -> dict[str, Case]:
+def cases(configuration: Mapping[str, Any], folder: Path = PAPER_FOLDER) -> dict[str, Case]:
     """Every alternative of the ledger, named ``assumption.alternative``, after the study `AS_TAKEN`.
 
     Parameters
@@ -101,7 +103,7 @@ def cases(configuration: Mapping[str, Any], folder: Path = FOLDER) -> dict[str, 
 
     Raises
     ------
-    AssumptionsError
+    PaperError
         If an alternative in words has no code, or names a key that the configuration lacks.
     """
     file = folder / "assumptions.yaml"
@@ -112,7 +114,7 @@ def cases(configuration: Mapping[str, Any], folder: Path = FOLDER) -> dict[str, 
             name = f"{assumption}.{alternative}"
             if isinstance(change, str):
                 if name not in VARIANTS:
-                    raise AssumptionsError(f"{file}: {name}: no code for {change!r}; left_out takes a reason")
+                    raise PaperError(f"{file}: {name}: no code for {change!r}; left_out takes a reason")
                 found[name] = VARIANTS[name](taken)
                 continue
             found[name] = overridden(configuration, change, f"{file}: {name}")
@@ -124,7 +126,7 @@ def overridden(configuration: Mapping[str, Any], change: Mapping[str, Any], sour
 
     Raises
     ------
-    AssumptionsError
+    PaperError
         If the values are none for a configuration; `source` says where they come from.
     """
     override: dict[str, Any] = {}
@@ -134,7 +136,7 @@ def overridden(configuration: Mapping[str, Any], change: Mapping[str, Any], sour
     try:
         return Case(study(validated(merged(configuration, override), sources)))
     except ConfigurationError as error:
-        raise AssumptionsError(str(error)) from None
+        raise PaperError(str(error)) from None
 
 
 def _nested(path: Sequence[str], value: Any) -> Any:
@@ -210,7 +212,7 @@ def _cells(
     return replay_dataset(experiment, study.n, index, cells)[["mean_error", "mse", "failure_time"]]
 
 
-class Toggled(Results):
+class Toggled(StudyResults):
     """Tables 5, 7, 8 and 9 of one alternative in the place of results."""
 
     def __init__(self, case: Case, runs: Mapping[str, Run]):
@@ -235,7 +237,7 @@ class Toggled(Results):
         """What a claim's computation finds here; NaN if it finds nothing."""
         try:
             value = COMPUTATIONS[claim.compute](self, **claim.arguments).value
-        except Absent:
+        except MissingEvidence:
             return np.nan
         return np.nan if value is None else value
 

@@ -22,8 +22,8 @@ from pneumo.simulation.replay import OK, replay
 from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
 from pneumo.statistics.averages import OVERALL
 from pneumo.storage.layout import experiment_labels
-from pneumo.verdict.claims import FOLDER
-from pneumo.verdict.ledger import AS_TAKEN
+from pneumo.verdict import PAPER_FOLDER
+from pneumo.verdict.assumptions import AS_TAKEN
 
 LONGEST = 60.0  # s
 COMPARED = ("M5", "M6", "M7", "M8", "M9", "M10")
@@ -76,7 +76,7 @@ def run_of(case: Case, name: str) -> tuple[Any, ...]:
     return e.plant, e.drive, e.excitation, e.h, e.steps, case.record
 
 
-def alternatives(configuration: Mapping[str, Any], folder: Path = FOLDER) -> dict[str, Case]:
+def alternatives(configuration: Mapping[str, Any], folder: Path = PAPER_FOLDER) -> dict[str, Case]:
     """Every alternative that makes other full-order runs, after the study `AS_TAKEN`.
 
     Parameters
@@ -88,7 +88,7 @@ def alternatives(configuration: Mapping[str, Any], folder: Path = FOLDER) -> dic
 
     Raises
     ------
-    AssumptionsError
+    PaperError
         If the ledger or a value does not fit the configuration.
     """
     ledger = cases(configuration, folder)

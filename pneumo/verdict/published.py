@@ -169,10 +169,8 @@ def _array(cells: Sequence[Cell], keys: Mapping[str, str], digits: int | None = 
     values = np.full((2, len(cells)), np.nan)  # the number and its half unit
     for i, cell in enumerate(cells):
         if not cell["note"].startswith("unreadable"):
-            printed = cell["printed"]
-            values[:, i] = np.array([float(printed), half_unit(printed, digits)]) * float(
-                cell.get("scale", 1)
-            )
+            number = np.array([float(cell["printed"]), half_unit(cell["printed"], digits)])
+            values[:, i] = number * float(cell.get("scale", 1))
     shape = tuple(len(names) for names in labels.values())
     return xr.DataArray(
         values[0].reshape(shape),

@@ -12,10 +12,10 @@ from pneumo.errors import DamagedError
 from pneumo.hashing import code_hash
 from pneumo.storage.seal import unsealed
 
-READ = (  # what a verdict reads: files of the paper, files of results
-    ("*.yaml", "published/*.csv"),
-    ("parameters.json", "settling.nc", "assumptions.nc", "settling/*.nc", "datum/*.nc")
-    + ("published/statistics.nc", "published/replay/*.nc", "exact/statistics.nc", "exact/replay/*.nc"),
+OF_PAPER = ("*.yaml", "published/*.csv")  # what a verdict reads
+OF_RESULTS = (
+    *("parameters.json", "settling.nc", "assumptions.nc", "settling/*.nc", "datum/*.nc"),
+    *("published/statistics.nc", "published/replay/*.nc", "exact/statistics.nc", "exact/replay/*.nc"),
 )
 SEAL = 100  # bytes at the end of a results file, among them its SHA-256
 
@@ -37,7 +37,7 @@ def fingerprints(results: Path, paper: Path, module: str) -> dict[str, str]:
         each results file ends.
     """
     digest = hashlib.sha256()
-    for folder, patterns in zip((paper, results), READ, strict=True):
+    for folder, patterns in ((paper, OF_PAPER), (results, OF_RESULTS)):
         for file in sorted(file for pattern in patterns for file in folder.glob(pattern)):
             content = file.read_bytes() if folder == paper else _end(file)
             digest.update(str(file.relative_to(folder)).encode() + b"\0" + content + b"\0")

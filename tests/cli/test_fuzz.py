@@ -26,7 +26,7 @@ from hypothesis import strategies as st
 # Kernels make numba's cache folder when they are first imported, before anything is watched.
 import pneumo.engineer.estimate
 import pneumo.evidence.variants
-import pneumo.verdict.court  # noqa: F401
+import pneumo.papers.paper_2006.paper  # noqa: F401
 from pneumo.cli import commands as cli
 
 ROOT = Path(__file__).parents[2]

@@ -14,13 +14,15 @@ from scipy import stats
 from pneumo.configuration.parameters import load, study
 from pneumo.evidence import findings as f
 from pneumo.evidence.ensemble import analysed, complete, scores
+from pneumo.papers.paper_2006.computations import COMPUTATIONS
+from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.ensemble_figure import ensemble_figure, probability_table, ratio_table
 from pneumo.publish.style import save
 from pneumo.publish.text import markdown_tables as tables
 from pneumo.verdict.claims import read_claims
-from pneumo.verdict.court import Court
-from pneumo.verdict.sources import COMPUTATIONS, Finding, Results, computation
+from pneumo.verdict.judging import Judge
+from pneumo.verdict.sources import Finding, StudyResults
 
 ROOT = Path(__file__).parents[2]
 STUDY = study(load(ROOT / "config/paper.yaml"))
@@ -73,7 +75,7 @@ def invented():
     def of_the_test(source):
         return source
 
-    computation(of_the_test)
+    COMPUTATIONS[name] = of_the_test
     yield CLAIMS.items["S4.alike.overall"].model_copy(update={"compute": name, "arguments": {}})
     del COMPUTATIONS[name]
 
@@ -217,11 +219,11 @@ def test_own_seeds_give_what_the_verdict_says():
     from pneumo.storage.files import read
 
     first = read(block, "mean_error", "mse", "failure_time").sel(seeds=0)
-    court = Court(results)
+    judge = Judge(results, PAPER_2006)
     for name, transport in (("published", "published"), ("exact", "exact")):
         own = f.SeedSet(STUDY, first.sel(transport=transport).drop_attrs(), transport)
-        of_study = Results(results, name)
-        for claim in court.claims.items.values():
+        of_study = StudyResults(results, name)
+        for claim in judge.claims.items.values():
             if claim.models and claim.table is None:
                 compute = COMPUTATIONS[claim.compute]
                 a, b = compute(own, **claim.arguments), compute(of_study, **claim.arguments)

@@ -21,6 +21,7 @@ from pneumo.evidence.amplitudes import delays
 from pneumo.evidence.readings import first_draw_skipped, keeps_changed_sign, largest_excursions
 from pneumo.evidence.toggle_effects import effects
 from pneumo.evidence.toggles import LATE, TABLES, VARIANTS, Case, cases, reproduced
+from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.cylinder import motion
 from pneumo.publish.figures.toggles_figure import tornado
 from pneumo.publish.text import markdown_tables as tables
@@ -32,10 +33,10 @@ from pneumo.simulation.vectorised import replay
 from pneumo.statistics.averages import settling_table, statistics
 from pneumo.storage.files import open_grid, read, write, write_json
 from pneumo.storage.layout import settling_dataset
-from pneumo.verdict.claims import read_claims
-from pneumo.verdict.court import Court
-from pneumo.verdict.ledger import AS_TAKEN, AssumptionsError, read_assumptions
-from pneumo.verdict.sources import Absent, Printed
+from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
+from pneumo.verdict.claims import PaperError, read_claims
+from pneumo.verdict.judging import Judge
+from pneumo.verdict.sources import MissingEvidence, PrintedTables
 
 pytestmark = pytest.mark.xdist_group("printed")
 ROOT = Path(__file__).parents[2]
@@ -104,7 +105,7 @@ def test_every_alternative_runs_or_carries_a_reason():
 )
 def test_what_cannot_be_run_is_one_line(paper, old, new, words):
     edit(paper / "assumptions.yaml", old, new)
-    with pytest.raises(AssumptionsError, match=re.escape(words)) as raised:
+    with pytest.raises(PaperError, match=re.escape(words)) as raised:
         cases(CONFIG, paper)
     assert "\n" not in str(raised.value)
 
@@ -125,14 +126,14 @@ def test_baseline_is_what_the_verdict_finds(tiny, tmp_path):
     parts = {name: settling_dataset(e, settle(e)) for name, e in two.experiments.items()}
     write(settling_table(parts, dict.fromkeys(parts, 1.0)), tmp_path / "settling.nc", {})
 
-    court = Court(tmp_path)
+    judge = Judge(tmp_path, PAPER_2006)
     numbers = 0
     for name in tiny["item"].values.tolist():
         found = tiny.sel(alternative=AS_TAKEN, item=name).item()
         try:
-            assert court.finding(CLAIMS.items[name], "published").value == pytest.approx(found, rel=1e-12)
+            assert judge.finding(CLAIMS.items[name], "published").value == pytest.approx(found, rel=1e-12)
             numbers += 1
-        except Absent:
+        except MissingEvidence:
             assert np.isnan(found), name
     assert numbers == 120
 
@@ -271,7 +272,7 @@ def test_without_the_rest_rule_a_stop_only_clips():
 @pytest.fixture
 def invented(tmp_path) -> xr.DataArray:
     """The print as the study, and alternatives that are off by a known factor."""
-    printed = Printed(tmp_path)
+    printed = PrintedTables(tmp_path)
     items = {name: claim for name, claim in CLAIMS.items.items() if claim.table in TABLES}
     values = np.array([np.nan if claim.unreadable else claim.value for claim in items.values()])
     mse = np.array([claim.column == "mse" for claim in items.values()])
@@ -359,20 +360,20 @@ def test_the_recorded_baseline_is_the_study(results):
     if not (results / "assumptions.nc").exists():
         pytest.skip("results/assumptions.nc is not there: `snakemake -j2 evidence` makes it")
     toggled = read(results / "assumptions.nc")["reproduced"].sel(alternative=AS_TAKEN)
-    court = Court(results)
-    found = [court.finding(court.claims.items[name], "published").value for name in toggled["item"].values]
+    judge = Judge(results, PAPER_2006)
+    found = [judge.finding(judge.claims.items[name], "published").value for name in toggled["item"].values]
     np.testing.assert_allclose(toggled, found, rtol=1e-9)
 
 
 def test_an_alternative_that_nobody_ran_explains_nothing(printed_once):
-    court = Court(printed_once)
-    assert court.toggled is None
+    judge = Judge(printed_once, PAPER_2006)
+    assert judge.alternatives is None
     claim = CLAIMS.items["T5.E14.P_A"].model_copy(
         update={"assumption": "hold.hold_longer", "printed": "9.99"}
     )
-    assert court.judge(claim)["status"] == "missed"
+    assert judge.judge(claim)["status"] == "missed"
     labels = {"alternative": ["hold.hold_shorter"], "item": ["T5.E14.P_A"]}
-    court.toggled = xr.DataArray([[9.99]], labels)
-    assert court.judge(claim)["status"] == "missed"
-    court.toggled = court.toggled.assign_coords(alternative=["hold.hold_longer"])
-    assert court.judge(claim)["status"] == "explained"
+    judge.alternatives = xr.DataArray([[9.99]], labels)
+    assert judge.judge(claim)["status"] == "missed"
+    judge.alternatives = judge.alternatives.assign_coords(alternative=["hold.hold_longer"])
+    assert judge.judge(claim)["status"] == "explained"

@@ -16,7 +16,7 @@ from pneumo.publish.style import paper_style, save
 from pneumo.simulation.full_order import record
 from pneumo.simulation.reference import replay
 from pneumo.storage.files import read
-from pneumo.verdict.ledger import AS_TAKEN
+from pneumo.verdict.assumptions import AS_TAKEN
 
 ROOT = Path(__file__).parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/paper.yaml").read_text(encoding="utf-8"))

@@ -13,7 +13,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pneumo.papers.paper_2006.highlights import LEVELS
+from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.publish.text import manuscript as m
 from pneumo.storage.files import read_json, write, write_json

@@ -6,7 +6,8 @@ A number that gets worse fails, and so does one that gets better without being r
 
 import pytest
 
-from pneumo.verdict.court import Court, read_statuses
+from pneumo.papers.paper_2006.paper import PAPER_2006
+from pneumo.verdict.judging import Judge, read_statuses
 
 RECORDED = read_statuses()
 
@@ -14,18 +15,18 @@ pytestmark = pytest.mark.results
 
 
 @pytest.fixture(scope="module")
-def court(results) -> Court:
-    return Court(results)
+def judge(results) -> Judge:
+    return Judge(results, PAPER_2006)
 
 
 @pytest.mark.parametrize(("name", "status"), RECORDED.items(), ids=RECORDED.keys())
-def test_item(court, name, status):
-    item = court.judge(court.claims.items[name])
+def test_item(judge, name, status):
+    item = judge.judge(judge.claims.items[name])
     assert item["status"] == status, f"{name}: {item['shown']} for {item['printed']}; {item['reason']}"
 
 
-def test_every_item_is_recorded(court):
-    assert set(RECORDED) == set(court.claims.items)
+def test_every_item_is_recorded(judge):
+    assert set(RECORDED) == set(judge.claims.items)
 
 
 def test_at_most_a_tenth_of_the_readable_items_is_missed():

@@ -7,8 +7,8 @@ from typing import Any
 from pneumo.evidence.toggles import cases, reproduced
 from pneumo.jobs.wrapper import logged
 from pneumo.storage.files import write
+from pneumo.verdict.assumptions import AS_TAKEN
 from pneumo.verdict.claims import read_claims
-from pneumo.verdict.ledger import AS_TAKEN
 
 
 def main(configuration: Mapping[str, Any], paper: Path, output: str, threads: int, code: str) -> None:

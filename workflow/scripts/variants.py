@@ -7,7 +7,7 @@ from typing import Any
 from pneumo.evidence.variants import LONGEST, alternatives, study_variants
 from pneumo.jobs.wrapper import logged
 from pneumo.storage.files import write
-from pneumo.verdict.ledger import AS_TAKEN
+from pneumo.verdict.assumptions import AS_TAKEN
 
 
 def main(configuration: Mapping[str, Any], paper: Path, output: str, threads: int, code: str) -> None:

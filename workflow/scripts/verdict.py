@@ -4,12 +4,13 @@ import json
 from pathlib import Path
 
 from pneumo.jobs.wrapper import logged
+from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.storage.files import write_json
-from pneumo.verdict.court import verdict
+from pneumo.verdict.judging import verdict
 
 
 def main(results: Path, paper: Path, output: str) -> None:
-    found = verdict(results, paper)
+    found = verdict(results, PAPER_2006._replace(folder=paper))
     write_json(json.dumps(found, ensure_ascii=False, indent=1, allow_nan=False) + "\n", output)
 
 

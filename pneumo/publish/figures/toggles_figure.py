@@ -9,7 +9,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, StrMethodFormatter
 
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
-from pneumo.verdict.ledger import AS_TAKEN
+from pneumo.verdict.assumptions import AS_TAKEN
 
 PANELS = {7: "Table 7, MSE", 9: "Table 9, MSE", 5: "Table 5, settling times"}
 LEAST = 1e-3  # an effect that is smaller in all panels gets no row

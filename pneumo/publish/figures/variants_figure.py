@@ -8,7 +8,7 @@ from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 from pneumo.publish.figures.paper_figures import symbol
 from pneumo.publish.figures.toggles_figure import words
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
-from pneumo.verdict.ledger import AS_TAKEN
+from pneumo.verdict.assumptions import AS_TAKEN
 
 EXACT, MEAN = "exact", "mean"
 LEVELS = {

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from pneumo.verdict.claims import UNITS
+from pneumo.verdict.claims import UNITS_IN_TEXT
 from pneumo.verdict.published import read_table
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -90,7 +90,7 @@ def render(verdict: Mapping[str, Any]) -> str:
     Parameters
     ----------
     verdict : mapping
-        From `pneumo.verdict.court.verdict`, or what its JSON file holds.
+        From `pneumo.verdict.judging.verdict`, or what its JSON file holds.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def render(verdict: Mapping[str, Any]) -> str:
     """
     environment = page_environment()
     environment.filters |= {
-        "unit": lambda unit: UNITS.get(unit, unit),
+        "unit": lambda unit: UNITS_IN_TEXT.get(unit, unit),
         "short": _short,
         "percent": _percent,
         "math": with_indices,
@@ -180,13 +180,13 @@ def _grid(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
 
 def _by_conductance(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
     """Tables 5 and 6 as printed: cylinders below each other, loops and conductances beside each other."""
-    lines = read_table(table).drop_duplicates("row").set_index("row")
+    lines = {cell["row"]: cell for cell in read_table(table)}
     places = {
         (
-            lines.loc[item["row"], "cylinder"],
+            lines[item["row"]]["cylinder"],
             item["column"],
-            lines.loc[item["row"], "type"],
-            lines.loc[item["row"], "k_0"],
+            lines[item["row"]]["type"],
+            lines[item["row"]]["k_0"],
         ): item["id"]
         for item in items
     }

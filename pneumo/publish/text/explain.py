@@ -18,7 +18,7 @@ def item_story(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str
     Parameters
     ----------
     item : mapping
-        From `pneumo.verdict.court.Court.judge`.
+        From `pneumo.verdict.judging.Judge.judge`.
     errata : mapping
         Errata by name, with ``printed``, ``meant``, ``passes`` and ``evidence``.
     recorded : str or None

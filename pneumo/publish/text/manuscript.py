@@ -17,7 +17,7 @@ from pneumo.configuration.exchange import from_json
 from pneumo.configuration.experiment import Study
 from pneumo.evidence.findings import CONFIDENCE, STANDS
 from pneumo.evidence.variants import INLET
-from pneumo.papers.paper_2006.highlights import LEVELS
+from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.statistics.ranking import MATERIAL

@@ -15,23 +15,19 @@ from pneumo.cli.commands import app
 from pneumo.configuration.exchange import from_json, to_json
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import ResultError
-from pneumo.papers.paper_2006.highlights import scores
+from pneumo.papers.paper_2006.computations import COMPUTATIONS
+from pneumo.papers.paper_2006.erratum_proofs import PROOFS
+from pneumo.papers.paper_2006.paper import PAPER_2006
+from pneumo.papers.paper_2006.summary import scores
 from pneumo.physics.valve import choked_flow
 from pneumo.storage.files import read_json, write, write_json
-from pneumo.verdict.claims import Claim, ClaimsError, ToleranceClass, read_claims
-from pneumo.verdict.court import (
-    STATUSES,
-    Court,
-    as_printed,
-    compare,
-    read_statuses,
-    statuses_text,
-    verdict,
-)
-from pneumo.verdict.errata import PROOFS, read_errata
-from pneumo.verdict.ledger import read_assumptions
+from pneumo.verdict.assumptions import read_assumptions
+from pneumo.verdict.claims import Claim, PaperError, ToleranceClass, read_claims
+from pneumo.verdict.comparison import as_printed, compare
+from pneumo.verdict.errata import read_errata
+from pneumo.verdict.judging import STATUSES, Judge, read_statuses, statuses_text, verdict
 from pneumo.verdict.published import read_table
-from pneumo.verdict.sources import COMPUTATIONS, Finding, Results
+from pneumo.verdict.sources import Finding, StudyResults
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "paper/2006"
@@ -67,8 +63,8 @@ def paper(tmp_path) -> Path:
 
 
 def status(results: Path, name: str, paper: Path = PAPER) -> str:
-    court = Court(results, paper)
-    return court.judge(court.claims.items[name])["status"]
+    judge = Judge(results, PAPER_2006._replace(folder=paper))
+    return judge.judge(judge.claims.items[name])["status"]
 
 
 def edit(file: Path, old: str, new: str) -> None:
@@ -101,7 +97,7 @@ def test_classes_are_those_of_the_decision():
 
 def decided() -> dict[str, tuple[float, str]]:
     """Class -> (limit, unit words) from the table of decision 10."""
-    text = (PAPER / "decisions/0010-tolerance-classes.md").read_text(encoding="utf-8")
+    text = (ROOT / "paper/decisions/0010-tolerance-classes.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \| ([\d.e-]+)( %)?(.*?) \|", text, re.MULTILINE)
     words = {"": "absolute", " absolute": "absolute", " of the row's printed sigma": "sigma"}
     words |= {" of the swing": "swing", " of log10": "log10", " or 1 ms": "relative"}
@@ -120,7 +116,7 @@ def classes_of(paper: Path) -> dict[str, tuple[float, str]]:
 
 def test_every_claim_can_be_judged():
     claims = read_claims()
-    errata, assumptions = read_errata(), read_assumptions()
+    errata, assumptions = read_errata(PAPER, PROOFS), read_assumptions()
     for claim in claims.items.values():
         assert claim.compute in COMPUTATIONS, claim.id
         assert claim.statement or claim.table, claim.id
@@ -146,7 +142,7 @@ def test_proof_of_erratum(name):
 
 
 def test_every_proof_belongs_to_an_erratum():
-    errata = read_errata()
+    errata = read_errata(PAPER, PROOFS)
     assert [erratum.proof for erratum in errata.values()] == list(PROOFS)
     claims = read_claims().items
     assert {name for erratum in errata.values() for name in erratum.values} <= set(claims)
@@ -215,7 +211,7 @@ def test_counts_and_highlights(judged):
 
 
 def test_the_same_results_give_the_same_text(judged, printed):
-    texts = [json.dumps(found, allow_nan=False) for found in (judged, verdict(printed))]
+    texts = [json.dumps(found, allow_nan=False) for found in (judged, verdict(printed, PAPER_2006))]
     assert texts[0] == texts[1]
 
 
@@ -295,7 +291,7 @@ def test_another_study_is_judged_without_the_papers_experiments(results):
         with xr.open_dataset(results / file) as opened:
             dataset = opened.load()
         write(dataset.sel(experiment=list(few)), results / file, {})
-    found = verdict(results)
+    found = verdict(results, PAPER_2006)
     items = {item["id"]: item for item in found["items"]}
     assert found["study"] == "smoke"
     assert found["highlights"]["transport"] is None
@@ -308,7 +304,7 @@ def test_another_study_is_judged_without_the_papers_experiments(results):
 def test_parameters_that_are_no_study_are_refused(tmp_path, text):
     write_json(text, tmp_path / "parameters.json")
     with pytest.raises(ResultError, match=r"parameters\.json: does not hold a study"):
-        _ = Results(tmp_path, "published").study
+        _ = StudyResults(tmp_path, "published").study
 
 
 def test_scores_of_known_items():
@@ -342,7 +338,7 @@ def test_the_largest_flow_is_in_standard_litres_per_minute(printed):
     valve = PLANT_D.valve
     kg_per_s = choked_flow(valve.k_xu * valve.u_max, 7e5, 293.0, PLANT_D.gas)
     litre = 101325 * 1e-3 / (287.0 * 293.15)  # kg
-    found = COMPUTATIONS["largest_flow"](Results(printed, "published"), "D").value
+    found = COMPUTATIONS["largest_flow"](StudyResults(printed, "published"), "D").value
     assert found == pytest.approx(kg_per_s / litre * 60, rel=1e-12)
 
 
@@ -468,7 +464,7 @@ def test_as_printed(value, changes, exact, text):
 )
 def test_bad_claims_are_named(paper, old, new, words):
     edit(paper / "claims.yaml", old, new)
-    with pytest.raises(ClaimsError, match=re.escape(words)):
+    with pytest.raises(PaperError, match=re.escape(words)):
         read_claims(paper)
 
 
