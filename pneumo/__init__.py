@@ -1,49 +1,65 @@
 """pneumo: reduced-order thermodynamic models of servo-pneumatic actuator chambers, reproduced and judged."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pneumo.engineer.linear_model import linearise
-    from pneumo.engineer.model_rate import chamber_rate
-    from pneumo.engineer.plants import plant
-    from pneumo.engineer.runs import recorded, replay, simulate
-    from pneumo.engineer.transport_floor import transport_floor
-    from pneumo.physics.cylinder import Cylinder
-    from pneumo.physics.models import MODELS, Model
-    from pneumo.storage.files import open_grid
+    from pneumo.configuration.experiment import Plant as Plant
+    from pneumo.engineer.linear_model import Linear as Linear
+    from pneumo.engineer.linear_model import linearise as linearise
+    from pneumo.engineer.model_rate import chamber_rate as chamber_rate
+    from pneumo.engineer.plants import plant as plant
+    from pneumo.engineer.runs import Prediction as Prediction
+    from pneumo.engineer.runs import Run as Run
+    from pneumo.engineer.runs import recorded as recorded
+    from pneumo.engineer.runs import replay as replay
+    from pneumo.engineer.runs import simulate as simulate
+    from pneumo.engineer.transport_floor import transport_floor as transport_floor
+    from pneumo.errors import ConfigurationError as ConfigurationError
+    from pneumo.errors import DamagedError as DamagedError
+    from pneumo.errors import InputError as InputError
+    from pneumo.errors import PneumoError as PneumoError
+    from pneumo.errors import ResultError as ResultError
+    from pneumo.errors import RunError as RunError
+    from pneumo.physics.cylinder import Cylinder as Cylinder
+    from pneumo.physics.models import MODELS as MODELS
+    from pneumo.physics.models import Model as Model
+    from pneumo.physics.valve import Conditions as Conditions
+    from pneumo.physics.valve import Gas as Gas
+    from pneumo.physics.valve import Valve as Valve
+    from pneumo.storage.files import open_grid as open_grid
 
-__all__ = [
-    "MODELS",
-    "Cylinder",
-    "Model",
-    "chamber_rate",
-    "linearise",
-    "open_grid",
-    "plant",
-    "recorded",
-    "replay",
-    "simulate",
-    "transport_floor",
-]
+    __version__: str
+else:
+    _NAMES = {
+        "configuration.experiment": ["Plant"],
+        "engineer.linear_model": ["Linear", "linearise"],
+        "engineer.model_rate": ["chamber_rate"],
+        "engineer.plants": ["plant"],
+        "engineer.runs": ["Prediction", "Run", "recorded", "replay", "simulate"],
+        "engineer.transport_floor": ["transport_floor"],
+        "errors": [
+            *("ConfigurationError", "DamagedError", "InputError", "PneumoError", "ResultError", "RunError")
+        ],
+        "physics.cylinder": ["Cylinder"],
+        "physics.models": ["MODELS", "Model"],
+        "physics.valve": ["Conditions", "Gas", "Valve"],
+        "storage.files": ["open_grid"],
+    }
+    _MODULE_OF = {name: f"pneumo.{module}" for module, names in _NAMES.items() for name in names}
+    __all__ = ["__version__", *sorted(_MODULE_OF)]
 
-_HOME = {
-    "Cylinder": "pneumo.physics.cylinder",
-    "MODELS": "pneumo.physics.models",
-    "Model": "pneumo.physics.models",
-    "chamber_rate": "pneumo.engineer.model_rate",
-    "linearise": "pneumo.engineer.linear_model",
-    "open_grid": "pneumo.storage.files",
-    "plant": "pneumo.engineer.plants",
-    "recorded": "pneumo.engineer.runs",
-    "replay": "pneumo.engineer.runs",
-    "simulate": "pneumo.engineer.runs",
-    "transport_floor": "pneumo.engineer.transport_floor",
-}
+    def __dir__() -> list[str]:
+        """Public names, loaded or not."""
+        return __all__
 
+    def __getattr__(name: str) -> object:
+        """Load a public name on first use, so that `import pneumo` is fast."""
+        if name == "__version__":
+            from importlib.metadata import version
 
-def __getattr__(name: str) -> Any:
-    """Load a public name on first use, so that importing one room does not import all."""
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'pneumo' has no attribute {name!r}")
+            return version("pneumo")
+        if name not in _MODULE_OF:
+            raise AttributeError(f"module 'pneumo' has no attribute {name!r}")
+        from importlib import import_module
+
+        return getattr(import_module(_MODULE_OF[name]), name)
