@@ -57,7 +57,7 @@ def same_model(seed: int) -> xr.Dataset:
             "fitted_model": name,
             "held_out": float(np.sqrt(np.mean(found.held_out**2))),
             "seconds": seconds,
-            **experiment_labels(known),
+            **case_labels(known),
         },
         coords={"parameter": list(JUDGED)},
     )
@@ -97,7 +97,7 @@ def full_order(seed: int) -> xr.Dataset:
     )
 
 
-def experiment_labels(known: Case) -> dict[str, float]:
+def case_labels(known: Case) -> dict[str, float]:
     """What sort of case it is."""
     c = known.truth.cylinder
     return {
