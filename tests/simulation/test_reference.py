@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from array_equations import array_command, array_flows, array_rates
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_full_order import array_command, array_flows, array_rates
 
 from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS, Lane, lane, lane_array, model_dP_dt, temperature
