@@ -1,13 +1,18 @@
 """How each model is drawn, in figures and on pages; needs no plotting library."""
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
+
+from pneumo.physics.models import MODELS
+
+LineStyle = str | tuple[int, tuple[float, ...]]
 
 
 class Look(NamedTuple):
     """How one model is drawn; no two models share both line style and marker."""
 
     color: str
-    linestyle: str | tuple[int, tuple[float, ...]]
+    linestyle: LineStyle
     marker: str
 
     def line(self) -> dict[str, Any]:
@@ -32,7 +37,7 @@ _DASH_DOT_DOT = (0, (5.0, 1.4, 1.2, 1.4, 1.2, 1.4))
 
 # One hue per error level of Fig. 9 (blue: constant T; orange: polytropic T; bluish green: explicit heat
 # transfer; grey: M4), and within a hue a ladder of lightness, so that the order survives a grey printer.
-MODEL_STYLE: dict[str, Look] = {
+PAPER_LOOKS: dict[str, Look] = {
     "M1": Look("#04194a", "-", "o"),
     "M2": Look("#2f74b5", _DASH, "s"),
     "M3": Look("#7fb3dc", _DASH_DOT, "^"),
@@ -44,4 +49,28 @@ MODEL_STYLE: dict[str, Look] = {
     "M9": Look("#24a884", _SHORT, ">"),
     "M10": Look("#7ccfb3", _DASH_DOT_DOT, "h"),
 }
-OWN_ROW = Look("#7f7f7f", "-", "o")  # a model that is not the paper's
+# Models added to the paper's: hues and markers that no model of the paper has.
+_COLORS = ("#6a3d9a", "#c51b7d", "#8a6d1f")
+_LINES: tuple[LineStyle, ...] = ("-", _DASH, _DASH_DOT, _LONG, _SHORT, _DASH_DOT_DOT)
+_MARKERS = ("*", "d", "p", "8", "H")  # as many as share no divisor with the line styles: 30 different pairs
+
+
+def looks_of(models: Iterable[str]) -> dict[str, Look]:
+    """Return the look of each model: the paper's, or for an added model the next free one.
+
+    Parameters
+    ----------
+    models : iterable of str
+        Names, in the order of the table of models.
+    """
+    names = list(models)
+    added = [name for name in names if name not in PAPER_LOOKS]
+    free = {
+        name: Look(_COLORS[i % len(_COLORS)], _LINES[i % len(_LINES)], _MARKERS[i % len(_MARKERS)])
+        for i, name in enumerate(added)
+    }
+    return {name: PAPER_LOOKS.get(name) or free[name] for name in names}
+
+
+MODEL_LOOKS = looks_of(MODELS)
+ADDED_MODELS = [name for name in MODELS if name not in PAPER_LOOKS]

@@ -6,13 +6,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.paper_figures import symbol
+from pneumo.publish.figures.panels import every_decade, model_ticks
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, paper_style
 
-MSE = "Pa$^2$"
 TOTAL = "#c22f1f"
 PARTS: dict[str, tuple[str, dict[str, Any]]] = {
     "model_error": ("model", {"facecolor": "#cfcfcf", "edgecolor": INK}),
@@ -55,16 +53,13 @@ def error_budget(budget: xr.Dataset) -> Figure:
             style = {"markersize": 4.0, "markeredgecolor": INK, "linestyle": "none"} | look
             alone.plot(x, data[f"level_{name}"], label=label, **style)
         alone.set_yscale("log")
-        alone.yaxis.set_major_locator(LogLocator(10.0, numticks=20))
-        alone.yaxis.set_minor_formatter(NullFormatter())
-        alone.grid(axis="y")
-        alone.set_xticks(x, [symbol(model) for model in models])
-        alone.tick_params(axis="x", length=0)
+        every_decade(alone.yaxis)
+        model_ticks(alone, models)
         alone.sharey(axes[1, 0])
         alone.tick_params(labelleft=alone is axes[1, 0])
         stack.set_title(str(level))
-    axes[0, 0].set_ylabel(axis_label("MSE, parts stacked", MSE))
-    axes[1, 0].set_ylabel(axis_label("MSE of each part", MSE))
+    axes[0, 0].set_ylabel(axis_label("MSE, parts stacked", "Pa$^2$"))
+    axes[1, 0].set_ylabel(axis_label("MSE of each part", "Pa$^2$"))
     fig.align_ylabels()
     fig.legend(
         *axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.5
@@ -94,4 +89,3 @@ def _stacked(ax: Axes, x: np.ndarray, data: xr.Dataset) -> None:
         text = rf"${total[i] / 10**power:.1f}\times10^{{{power}}}$"
         ax.text(x[i], 0.96 * top, text, rotation=90, va="top", ha="center", fontsize=7.5)
     ax.grid(axis="y")
-    ax.set_xlim(-0.6, len(x) - 0.4)

@@ -7,8 +7,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from pneumo.publish.figures.panels import every_decade
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, paper_style
 
 COLUMNS = 4  # experiments side by side: both cylinders, both loops
@@ -72,9 +73,8 @@ def _panel(ax: Axes, one: xr.Dataset, prefix: str, dimension: str, scale: float)
         ax.plot(at, way["measured"], linestyle="none", markerfacecolor="white", **look)
     ax.set_xscale("log")
     ax.set_yscale("log")
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_minor_formatter(NullFormatter())
-    ax.yaxis.set_major_locator(LogLocator(10.0, numticks=20))
+    every_decade(ax.yaxis)
+    ax.xaxis.set_minor_formatter(NullFormatter())
     if dimension != "period":
         ax.set_xticks(at)
         ax.set_xticks([], minor=True)

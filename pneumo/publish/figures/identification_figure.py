@@ -1,6 +1,5 @@
-"""What `pneumo identify` found, as a figure and as tables for the terminal."""
+"""Figure of the identification: profiles, regions, amplitudes, force and transports."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullFormatter
-from rich.table import Table
 
 from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2
 from pneumo.publish.style import (
@@ -21,9 +19,10 @@ from pneumo.publish.style import (
     new_figure,
     paper_style,
 )
+from pneumo.publish.text.formatting import ends_text, significant
+from pneumo.publish.text.terminal_tables import IDENTIFIED_UNIT
 
 SYMBOL = {"M": "$M$", "k_f": "$k_f$", "stop": "stop / half-stroke"}
-UNIT = {"M": "kg", "k_f": "N s/m", "stop": ""}
 LINE: dict[str, dict[str, Any]] = {
     "D": {"color": ACCENT, "marker": "o", "markersize": 2.4, "lw": 0.9},
     "E": {"color": "#b8480b", "marker": "D", "markersize": 2.4, "lw": 0.9},
@@ -33,12 +32,12 @@ TOP = 12.0  # deviance at the upper edge of a panel
 
 
 @paper_style()
-def identification(found: xr.Dataset) -> Figure:
+def identification(identified: xr.Dataset) -> Figure:
     """Profiles, regions, amplitudes, force and transports.
 
     Parameters
     ----------
-    found : xarray.Dataset
+    identified : xarray.Dataset
         ``results/identification.nc``, of both cylinders.
 
     Returns
@@ -49,45 +48,21 @@ def identification(found: xr.Dataset) -> Figure:
     fig = new_figure(DOUBLE_MM, 158)
     own_rows, both = fig.subfigures(2, 1, height_ratios=[2, 1])  # pyright: ignore[reportGeneralTypeIssues]
     panels = own_rows.subplots(2, 4)
-    for row, cylinder in enumerate(found["cylinder"].values):
-        own = found.sel(cylinder=cylinder)
-        for column, parameter in enumerate(found["parameter"].values):
+    for row, cylinder in enumerate(identified["cylinder"].values):
+        own = identified.sel(cylinder=cylinder)
+        for column, parameter in enumerate(identified["parameter"].values):
             ax = panels[row, column]
             _profile(ax, own.sel(parameter=parameter))
             if column == 0:
                 ax.set_ylabel(f"Cylinder {cylinder}: deviance")
         _region(panels[row, 3], own)
     amplitudes, force, transports = both.subplots(1, 3, width_ratios=[1, 1, 1.5])
-    _amplitudes(amplitudes, found)
-    _force(force, found)
-    _transports(transports, found)
+    _amplitudes(amplitudes, identified)
+    _force(force, identified)
+    _transports(transports, identified)
     for letter, ax in zip("abcdefghijk", [*own_rows.axes, *both.axes], strict=True):
         ax.set_title(f"({letter}) {ax.get_title(loc='left')}", loc="left", fontsize=8.0)
     return fig
-
-
-def number(value: float) -> str:
-    """Three or, from 1 to 2, four digits.
-
-    Examples
-    --------
-    >>> number(1.4987), number(99.76), number(0.30057), number(5.312)
-    ('1.499', '99.8', '0.301', '5.31')
-    """
-    leading = f"{value:e}"[0]
-    digits = 4 if leading == "1" else 3
-    return f"{value:#.{digits}g}".rstrip(".")
-
-
-def ends(low: float, high: float) -> str:
-    """An interval; an end beyond what was searched is open.
-
-    Examples
-    --------
-    >>> ends(1.4662, 1.511), ends(0.0, 1.1514)
-    ('1.466 to 1.511', 'open to 1.151')
-    """
-    return " to ".join(number(end) if 0 < end < np.inf else "open" for end in (low, high))
 
 
 def _threshold(ax: Axes, value: float = THRESHOLD) -> None:
@@ -106,8 +81,8 @@ def _profile(ax: Axes, own: xr.Dataset) -> None:
     if np.isfinite(room):
         ax.set_xlim(low - room, high + room)
     ax.xaxis.set_major_locator(MaxNLocator(3))
-    ax.set_xlabel(axis_label(SYMBOL[name], UNIT[name]))
-    ax.set_title(f"{number(estimate)}, {ends(low, high)}", loc="left")
+    ax.set_xlabel(axis_label(SYMBOL[name], IDENTIFIED_UNIT[name]))
+    ax.set_title(f"{significant(estimate)}, {ends_text(low, high)}", loc="left")
 
 
 def _region(ax: Axes, own: xr.Dataset) -> None:
@@ -125,11 +100,11 @@ def _region(ax: Axes, own: xr.Dataset) -> None:
     ax.set_title(f"95 %, $r(M, k_f)$ = {own['correlation'].item():.3f}", loc="left")
 
 
-def _amplitudes(ax: Axes, found: xr.Dataset) -> None:
+def _amplitudes(ax: Axes, identified: xr.Dataset) -> None:
     """Draw the profile of both amplitudes over the whole of their bounds."""
     _threshold(ax)
-    for cylinder in found["cylinder"].values:
-        own = found.sel(cylinder=cylinder)
+    for cylinder in identified["cylinder"].values:
+        own = identified.sel(cylinder=cylinder)
         deviance = own["amplitude_deviance"].where(np.isfinite(own["amplitude_deviance"]))
         ax.plot(own["amplitude_value"], deviance, label=cylinder, **LINE[cylinder])
     ax.set_xscale("log")
@@ -144,11 +119,11 @@ def _amplitudes(ax: Axes, found: xr.Dataset) -> None:
     ax.set_title("open loop", loc="left")
 
 
-def _force(ax: Axes, found: xr.Dataset) -> None:
+def _force(ax: Axes, identified: xr.Dataset) -> None:
     """Draw the deviance over the push force."""
     _threshold(ax)
-    for cylinder in found["cylinder"].values:
-        own = found.sel(cylinder=cylinder)
+    for cylinder in identified["cylinder"].values:
+        own = identified.sel(cylinder=cylinder)
         force = -own["push_force"] * own["force_ratio"]
         ax.plot(force, own["force_deviance"], label=cylinder, **LINE[cylinder])
     ax.set_xscale("log")
@@ -161,59 +136,21 @@ def _force(ax: Axes, found: xr.Dataset) -> None:
     ax.set_title("settling runs", loc="left")
 
 
-def _transports(ax: Axes, found: xr.Dataset) -> None:
+def _transports(ax: Axes, identified: xr.Dataset) -> None:
     """Draw the misfit of Tables 7 and 9 for each transport."""
-    y = np.arange(found.sizes["transport"])[::-1]
+    y = np.arange(identified.sizes["transport"])[::-1]
     looks = {7: SOURCE_BAR["reproduced"], 9: SOURCE_BAR["published"]}
     words = {7: "Table 7, fitted", 9: "Table 9, scored"}
     for shift, table in ((0.19, 7), (-0.19, 9)):
-        values = found["transport_rms"].sel(table=table).values
+        values = identified["transport_rms"].sel(table=table).values
         ax.barh(y + shift, values, 0.36, label=words[table], **looks[table])
         for value, place in zip(values, y + shift, strict=True):
             ax.annotate(
                 f"{value:.3f}", (value, place), (2, 0), textcoords="offset points", va="center", fontsize=7.0
             )
-    ax.set_xlim(0, 1.15 * found["transport_rms"].max().item())
-    ax.set_yticks(y, found["transport"].values)
+    ax.set_xlim(0, 1.15 * identified["transport_rms"].max().item())
+    ax.set_yticks(y, identified["transport"].values)
     ax.tick_params(axis="y", length=0)
     ax.set_xlabel("rms of ln(reproduced / published MSE)")
     ax.legend(loc="upper right")
     ax.set_title("transport of the signals", loc="left")
-
-
-def identification_tables(found: xr.Dataset) -> Iterator[Table]:
-    """Tables for a terminal: parameters by cylinder, then, if there, amplitudes and transports."""
-    table = Table("cylinder", "parameter", "estimate", "95 % interval", "searched", title="Table 5")
-    for cylinder in found["cylinder"].values:
-        for parameter in found["parameter"].values:
-            own = found.sel(cylinder=cylinder, parameter=parameter)
-            unit = UNIT[parameter] or "of the half-stroke"
-            table.add_row(
-                cylinder,
-                f"{parameter} ({unit})",
-                number(own["estimate"].item()),
-                ends(own["low"].item(), own["high"].item()),
-                f"{own['bound_low'].item():g} to {own['bound_high'].item():g}",
-            )
-    yield table
-    table = Table("cylinder", "rms fitted", "rms scored", "r(M, k_f)", "widening", "evaluations")
-    for cylinder in found["cylinder"].values:
-        own = found.sel(cylinder=cylinder)
-        rms = (f"{own[key].item():.2%}" for key in ("fitted_rms", "scored_rms"))
-        r, widening = own["correlation"].item(), own["widening"].item()
-        table.add_row(cylinder, *rms, f"{r:.2f}", f"{widening:.2f}", str(own["evaluations"].item()))
-    yield table
-    if "amplitude" not in found:
-        return
-    table = Table("cylinder", "amplitude (V)", "95 % interval", title="Table 7, linear transport")
-    for cylinder in found["cylinder"].values:
-        own = found.sel(cylinder=cylinder)
-        both = ends(own["amplitude_low"].item(), own["amplitude_high"].item())
-        table.add_row(cylinder, number(own["amplitude"].item()), both)
-    yield table
-    table = Table("transport", "rms Table 7", "rms Table 9", "amplitudes D, E (V)")
-    for transport in found["transport"].values:
-        own = found.sel(transport=transport)
-        amplitudes = ", ".join(number(value) for value in own["transport_amplitude"].values)
-        table.add_row(transport, *(f"{value:.4f}" for value in own["transport_rms"].values), amplitudes)
-    yield table

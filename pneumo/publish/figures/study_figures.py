@@ -2,12 +2,13 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.paper_figures import KILO, symbol
-from pneumo.publish.model_looks import MODEL_STYLE
+from pneumo.publish.figures.panels import KILO, symbol
+from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import (
     DOUBLE_MM,
     GREY,
@@ -23,7 +24,7 @@ PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 SHOWN_S = 2.0  # length of the traces
 
 
-def _log_kpa(axis) -> None:
+def _log_kpa(axis: Axis) -> None:
     """Decades with their halves and fifths, written out."""
     axis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0), numticks=20))
     axis.set_major_formatter(PLAIN)
@@ -37,7 +38,7 @@ def places(ranking: Ranking) -> Figure:
     ax = fig.subplots()
     rows = [row for row in ranking.rows if np.isfinite(row.mse.value)]
     for y, row in enumerate(rows):
-        look = MODEL_STYLE[row.model]
+        look = MODEL_LOOKS[row.model]
         rms, low, high = (max(value, 0.0) ** 0.5 / KILO for value in row.mse)
         if row.mse.known:
             # A lower end at or below zero has no place on a scale of decades.
@@ -71,7 +72,7 @@ def over_n(cells: xr.Dataset, ranking: Ranking) -> Figure:
     own = own.sel(run=(own["run_status"] == 0).all("experiment"))
     rms = own["mse"].mean(("experiment", "run", "chamber"), skipna=False) ** 0.5 / KILO
     for name in MODELS:
-        look, row = MODEL_STYLE[name], ranking.row(name)
+        look, row = MODEL_LOOKS[name], ranking.row(name)
         ax.plot(rms["n"], rms.sel(model=name), label=symbol(name), **look.line())
         if np.isfinite(row.n):
             ax.plot(row.n, row.mse.value**0.5 / KILO, **look.points())
@@ -93,7 +94,7 @@ def gains(ranking: Ranking) -> Figure:
         value, low, high = gain.percent
         if not np.isfinite(value):
             continue
-        color = MODEL_STYLE[gain.refined].color
+        color = MODEL_LOOKS[gain.refined].color
         if gain.percent.known:
             ax.plot([low, high], [y, y], color=color, lw=1.4)
         ax.plot(value, y, "o", color=color)
@@ -131,7 +132,7 @@ def traces(cells: xr.Dataset, ranking: Ranking, experiment: str) -> Figure:
             n = ranking.row(name).n
             predicted = own["trace_pressure"].sel(model=name, chamber=chamber)
             predicted = predicted.sel(n=n) if np.isfinite(n) else predicted.isel(n=0)
-            look = {"color": MODEL_STYLE[name].color, "ls": style, "lw": 0.9}
+            look = {"color": MODEL_LOOKS[name].color, "ls": style, "lw": 0.9}
             label = symbol(name) if chamber == "A" else None
             error.plot(t[shown], (full - predicted.values)[shown] / KILO, label=label, **look)
     pressure.set_ylabel(axis_label("full-order $P$", "kPa"))

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, StrMethodFormatter
 
+from pneumo.publish.figures.panels import name_rows, row_panel
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
 from pneumo.verdict.assumptions import AS_TAKEN
 
@@ -18,13 +19,13 @@ NEARER = {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.5}
 FARTHER = {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.5}
 
 
-def words(name: str) -> str:
-    """Name of an alternative as it is read.
+def alternative_name(name: str) -> str:
+    """Return the name of an alternative in plain words.
 
     Examples
     --------
-    >>> words("step.step_0_5_ms"), words("amplitude_D.amplitude_D_sqrt_0_3"), words("gas_constant.R_286_9")
-    ('step 0.5 ms', 'amplitude D sqrt 0.3', 'R 286.9')
+    >>> [alternative_name(name) for name in ("step.step_0_5_ms", "gas_constant.R_286_9")]
+    ['step 0.5 ms', 'R 286.9']
     """
     parts = name.partition(".")[2].split("_")
     text = parts[0]
@@ -45,7 +46,7 @@ def tornado(effects: pd.DataFrame) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        One row per alternative; bars to the left bring the numbers nearer to the print.
+        One row per alternative; a bar to the left: the numbers come nearer to the print.
     """
     changes = effects.drop(index=AS_TAKEN)[[f"worse_{table}" for table in PANELS]].fillna(0.0)
     size = changes.abs().max(axis=1).to_numpy()
@@ -60,20 +61,15 @@ def tornado(effects: pd.DataFrame) -> Figure:
         for look, chosen in ((NEARER, width < 0), (FARTHER, width > 0)):
             ax.barh(y[chosen], width[chosen], 0.62, **look)
         ax.axvline(0, color=INK, lw=0.7)
-        ax.set_title(f"{title}\n(as taken: {effects.loc[AS_TAKEN, f'misfit_{table}']:.3f})")
-        ax.grid(axis="x")
-        ax.tick_params(axis="y", length=0)
-        ax.spines["left"].set_visible(False)
+        row_panel(ax, f"{title}\n(as taken: {effects.loc[AS_TAKEN, f'misfit_{table}']:.3f})")
     axes[0].set_xscale("symlog", linthresh=LINEAR, linscale=0.6)
     axes[0].xaxis.set_major_locator(FixedLocator([-0.1, -0.01, 0, 0.01, 0.1, 1]))
     axes[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    restless = effects.loc[shown.index, "no_number"] > effects.loc[AS_TAKEN, "no_number"]
-    names = [words(str(name)) + " *" * bool(restless[name]) for name in shown.index]
-    axes[0].set_yticks(y, names)
+    unsettled = effects.loc[shown.index, "no_number"] > effects.loc[AS_TAKEN, "no_number"]
+    names = [alternative_name(str(name)) + " *" * bool(unsettled[name]) for name in shown.index]
+    note = "; * some settling runs do not come to rest" * bool(unsettled.any())
+    name_rows(fig, axes[0], y, names, "Change of the root mean square of ln(reproduced / printed)" + note)
     axes[0].set_ylim(-0.7, max(len(shown), 1) - 0.3)
-    note = "; * some settling runs do not come to rest" * bool(restless.any())
-    fig.supxlabel("Change of the root mean square of ln(reproduced / printed)" + note, fontsize=8.5)
     patches = [Patch(label="nearer to the print", **NEARER), Patch(label="farther from it", **FARTHER)]
-    fig.set_layout_engine("constrained", w_pad=0.08)  # names of alternatives stay inside the page
     fig.legend(handles=patches, loc="outside upper center", ncols=2)
     return fig

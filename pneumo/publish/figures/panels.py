@@ -1,0 +1,77 @@
+"""Parts that several figures share: names, axes on a scale of decades, legends, rows with names."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from pneumo.publish.style import DOUBLE_MM, axis_label, new_figure
+
+SOURCE_OF = {"published": "reproduced", "exact": "exact"}  # transport -> source
+TRANSPORT_LABEL = {"published": "transport as published", "exact": "exact transport"}
+MSE = axis_label("MSE", "Pa$^2$")
+KILO = 1e3
+
+
+def symbol(name: str) -> str:
+    """Return a model's or an experiment's name as the paper sets it: M10 becomes M with a subscript.
+
+    Examples
+    --------
+    >>> symbol("M10"), symbol("E06")
+    ('$M_{10}$', '$E_{6}$')
+    """
+    return f"${name[0]}_{{{int(name[1:])}}}$" if name[1:].isdigit() else name
+
+
+def message_figure(text: str) -> Figure:
+    """Return a figure that holds a sentence only, for results that failed."""
+    fig = new_figure(DOUBLE_MM, 30)
+    fig.text(0.5, 0.5, textwrap.fill(text, 90), ha="center", va="center")
+    return fig
+
+
+def decades(ax: Axes) -> None:
+    """Put labelled ticks at decades of y and unlabelled ones between."""
+    ax.yaxis.set_major_locator(LogLocator(10.0))
+    ax.yaxis.set_minor_locator(LogLocator(10.0, subs="auto"))
+    ax.yaxis.set_minor_formatter(NullFormatter())
+
+
+def every_decade(axis: Axis) -> None:
+    """Put a tick at each decade, however many there are."""
+    axis.set_major_locator(LogLocator(10.0, numticks=20))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def model_ticks(ax: Axes, models: Sequence[str]) -> None:
+    """Name the models below their places 0, 1, 2 ... on x."""
+    ax.set_xticks(np.arange(len(models)), [symbol(model) for model in models])
+    ax.tick_params(axis="x", which="both", length=0)
+    ax.set_xlim(-0.6, len(models) - 0.4)
+    ax.grid(axis="y")
+
+
+def legend_above(fig: Figure, ax: Axes, columns: int, **keywords: Any) -> None:
+    """Put the legend of a panel above the figure; `keywords` go to `Figure.legend`."""
+    fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=columns, **keywords)
+
+
+def row_panel(ax: Axes, title: str) -> None:
+    """Prepare a panel whose rows are named at the left of the figure."""
+    ax.set_title(title)
+    ax.grid(axis="x")
+    ax.tick_params(axis="y", length=0)
+    ax.spines["left"].set_visible(False)
+
+
+def name_rows(fig: Figure, ax: Axes, y: np.ndarray, names: Sequence[str], xlabel: str) -> None:
+    """Name the rows at y left of the first panel, and the common axis below; names stay inside the page."""
+    ax.set_yticks(y, names)
+    fig.supxlabel(xlabel, fontsize=8.5)
+    fig.set_layout_engine("constrained", w_pad=0.08)

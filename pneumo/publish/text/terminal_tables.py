@@ -1,0 +1,237 @@
+"""Tables for the terminal; pages show the rows of some of them too."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+from rich import box
+from rich.table import Table
+
+from pneumo.engineer.closed_chamber import Transient
+from pneumo.evidence.ensemble import CRITERIA
+from pneumo.publish.text.formatting import ends_text, no_exponent, significant
+from pneumo.statistics.ranking import CONFIDENCE, Interval, Ranking, Row
+
+KILO = 1e3
+
+# --- pneumo study ----------------------------------------------------------------------------------
+
+STUDY_HEADS = (
+    *("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "geom.", "wins", "A (kPa)", "B (kPa)"),
+)
+IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
+
+
+def ranking_cells(row: Row) -> list[str]:
+    """Cells of a model's line, by `STUDY_HEADS`."""
+    if not np.isfinite(row.mse.value):
+        return ["–", row.model, "–", "–", f"failed in {row.failed} runs", "–", "–", str(row.wins), "–", "–"]
+    mse, _, high = (value / KILO**2 for value in row.mse)
+    over = no_exponent(row.over_best.value)
+    if row.place > 1 and row.over_best.known:
+        over += f" ({no_exponent(row.over_best.low)} to {no_exponent(row.over_best.high)})"
+    return [
+        str(row.place),
+        row.model,
+        f"{row.n:g}" if np.isfinite(row.n) else "–",
+        no_exponent(mse**0.5),
+        f"{no_exponent(mse)} ± {no_exponent(high - mse)}" if row.mse.known else no_exponent(mse),
+        over,
+        str(row.geometric_place),
+        str(row.wins),
+        *(no_exponent(value / KILO) for value in row.rms),
+    ]
+
+
+def gain_text(percent: Interval) -> str:
+    """Write what a refinement takes from the error, in per cent, with its interval."""
+    if not np.isfinite(percent.value):
+        return "–"
+    interval = f" ({percent.low:.0f} to {percent.high:.0f})" if percent.known else ""
+    return f"{percent.value:.0f} %{interval}"
+
+
+def study_tables(ranking: Ranking) -> list[Table]:
+    """Ranking of the models, and gain of each refinement, of one cylinder."""
+    experiments, confidence = ", ".join(ranking.experiments), f"{100 * CONFIDENCE:.0f} %"
+    title = f"{ranking.cylinder}: {experiments}, {ranking.runs} runs each; intervals {confidence} over seeds"
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for head in STUDY_HEADS[:IN_TERMINAL]:
+        table.add_column(head, justify="left" if head == "model" else "right")
+    for row in ranking.rows:
+        style = "bold" if row.model == ranking.recommended else ""
+        table.add_row(*ranking_cells(row)[:IN_TERMINAL], style=style)
+    gains = Table(
+        "refinement", "models", "gain", title="Taken from the MSE", title_justify="left", box=box.SIMPLE_HEAD
+    )
+    for gain in ranking.gains:
+        gains.add_row(gain.refinement, f"{gain.without} to {gain.refined}", gain_text(gain.percent))
+    return [table, gains]
+
+
+# --- pneumo fit ------------------------------------------------------------------------------------
+
+FITTED = {  # parameter -> heading, unit, factor from SI
+    "n": ("n", "", 1.0),
+    "k_0": ("k_0", "W/K", 1.0),
+    "k_xu": ("k_x k_u", "mm²/V", 1e6),
+    "V_d_A": ("V_d of A", "cm³", 1e6),
+    "V_d_B": ("V_d of B", "cm³", 1e6),
+}
+FIT_HEADS = [
+    *("model", "rms held out (kPa)", "rms fitted (kPa)"),
+    *(f"{name} ({unit})" if unit else name for name, unit, _ in FITTED.values()),
+]
+
+
+def rms_of_chambers(by_chamber: xr.DataArray) -> float:
+    """Root mean square of both chambers together."""
+    return float(np.sqrt(np.mean(by_chamber.values**2)))
+
+
+def fit_rows(fit: xr.Dataset) -> list[list[str]]:
+    """Cells by `FIT_HEADS`, a row per model, best first; an end that the data do not limit is open.
+
+    Parameters
+    ----------
+    fit : xarray.Dataset
+        From `pneumo.engineer.estimate.fit_measurement`.
+    """
+    rows = []
+    for model in fit["model"].values:
+        own = fit.sel(model=model)
+        row = [str(model)]
+        row += [f"{rms_of_chambers(own[name]) / KILO:.3g}" for name in ("rms_held_out", "rms_fitted")]
+        for parameter, (_, _, factor) in FITTED.items():
+            best, low, high = (
+                factor * own[key].sel(parameter=parameter).item() for key in ("estimate", "low", "high")
+            )
+            row.append("" if np.isnan(best) else f"{significant(best)} ({ends_text(low, high)})")
+        rows.append(row)
+    return rows
+
+
+def fit_table(fit: xr.Dataset) -> Table:
+    """Ranking, estimates and 95 per cent intervals of the fitted models."""
+    table = Table(*FIT_HEADS, title="Ranked by error on the part held out; in brackets 95 % intervals")
+    for row in fit_rows(fit):
+        table.add_row(*row)
+    return table
+
+
+def transient_text(transient: Transient) -> str:
+    """Conductance from the transient of a closed chamber, on three lines."""
+    tau, k_0 = (
+        ends_text(transient.tau_low, transient.tau_high),
+        ends_text(transient.k_0_low, transient.k_0_high),
+    )
+    return "\n".join(
+        [
+            f"thermal time constant  {significant(transient.tau)} s ({tau})",
+            f"conductance now        {significant(transient.k)} W/K, at {transient.P_inf / KILO:.4g} kPa",
+            f"k_0, eqs (7) and (8)   {significant(transient.k_0)} W/K ({k_0}); {transient.rms:.3g} Pa rms are left",
+        ]
+    )
+
+
+# --- pneumo paper identify -------------------------------------------------------------------------
+
+IDENTIFIED_UNIT = {"M": "kg", "k_f": "N s/m", "stop": ""}
+
+
+def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
+    """Identified parameters by cylinder, then, where there are any, amplitudes and transports.
+
+    Parameters
+    ----------
+    identified : xarray.Dataset
+        ``results/identification.nc``.
+    """
+    cylinders = identified["cylinder"].values
+    table = Table("cylinder", "parameter", "estimate", "95 % interval", "searched", title="Table 5")
+    for cylinder in cylinders:
+        for parameter in identified["parameter"].values:
+            own = identified.sel(cylinder=cylinder, parameter=parameter)
+            unit = IDENTIFIED_UNIT[parameter] or "of the half-stroke"
+            table.add_row(
+                cylinder,
+                f"{parameter} ({unit})",
+                significant(own["estimate"].item()),
+                ends_text(own["low"].item(), own["high"].item()),
+                f"{own['bound_low'].item():g} to {own['bound_high'].item():g}",
+            )
+    yield table
+    table = Table("cylinder", "rms fitted", "rms scored", "r(M, k_f)", "widening", "evaluations")
+    for cylinder in cylinders:
+        own = identified.sel(cylinder=cylinder)
+        rms = (f"{own[key].item():.2%}" for key in ("fitted_rms", "scored_rms"))
+        r, widening = own["correlation"].item(), own["widening"].item()
+        table.add_row(cylinder, *rms, f"{r:.2f}", f"{widening:.2f}", str(own["evaluations"].item()))
+    yield table
+    if "amplitude" not in identified:
+        return
+    table = Table("cylinder", "amplitude (V)", "95 % interval", title="Table 7, linear transport")
+    for cylinder in cylinders:
+        own = identified.sel(cylinder=cylinder)
+        ends = ends_text(own["amplitude_low"].item(), own["amplitude_high"].item())
+        table.add_row(cylinder, significant(own["amplitude"].item()), ends)
+    yield table
+    table = Table("transport", "rms Table 7", "rms Table 9", "amplitudes D, E (V)")
+    for transport in identified["transport"].values:
+        own = identified.sel(transport=transport)
+        amplitudes = ", ".join(significant(value) for value in own["transport_amplitude"].values)
+        table.add_row(transport, *(f"{value:.4f}" for value in own["transport_rms"].values), amplitudes)
+    yield table
+
+
+# --- pneumo paper ensemble -------------------------------------------------------------------------
+
+TRANSPORT_HEADS = {"published": "transport as published", "exact": "exact transport"}
+AVERAGE_HEADS = {"mean": "mean", "geometric": "geom. mean"}
+
+
+def ratio_table(ensemble: xr.Dataset) -> Table:
+    """Quotients of mean square errors per level, with the interval of the mean and what one seed resolves.
+
+    Parameters
+    ----------
+    ensemble : xarray.Dataset
+        ``results/ensemble.nc``.
+    """
+    table = Table("refinement", "level", "average", title="Quotient of mean square errors, [95 % interval]")
+    for head in TRANSPORT_HEADS.values():
+        table.add_column(head, justify="right")
+        table.add_column("one seed resolves", justify="right")
+    for ratio in ensemble["ratio"].values:
+        for level in ensemble["level"].values:
+            for averaged, average_head in AVERAGE_HEADS.items():
+                cells = []
+                for transport in TRANSPORT_HEADS:
+                    at = ensemble.sel(ratio=ratio, level=level, averaged=averaged, transport=transport)
+                    value, low, high, least = (
+                        at[f"ratio_{name}"].item() for name in ("value", "low", "high", "resolvable")
+                    )
+                    cells += [f"{value:.3f} [{low:.3f}, {high:.3f}]", f"{100 * (least - 1):.0f} %"]
+                table.add_row(ratio, level, average_head, *cells)
+    return table
+
+
+def probability_table(ensemble: xr.Dataset, transport: str, level: str) -> Table:
+    """How often each model from M5 on has the lower error than another, by the three criteria."""
+    models = ensemble["model"].values[4:]
+    sets = int(ensemble["complete"].sum())
+    title = (
+        f"Of {sets} seed sets, per cent in which the row beats the column; "
+        f"{TRANSPORT_HEADS[transport]}, {level}"
+    )
+    table = Table("criterion", "model", *models, title=title, caption="* not told apart (Holm, 5 %)")
+    for criterion in CRITERIA:
+        here = ensemble.sel(criterion=criterion, transport=transport, level=level)
+        for model in models:
+            cells = []
+            for other in models:
+                at = here.sel(model=model, other=other)
+                mark = "" if at["resolved"].item() else " *"
+                cells.append("" if model == other else f"{100 * at['probability'].item():.0f}{mark}")
+            table.add_row(criterion, model, *cells)
+    return table
