@@ -320,7 +320,7 @@ def fit(
 
     from pneumo.configuration.parameters import load, study
     from pneumo.engineer.closed_chamber import transient
-    from pneumo.engineer.confused_columns import suspect
+    from pneumo.engineer.confused_columns import check_columns
     from pneumo.engineer.estimate import fit_measurement, save_fit
     from pneumo.engineer.model_rate import chosen_model
     from pneumo.engineer.plants import configured_plant
@@ -340,9 +340,9 @@ def fit(
         return typer.echo(transient_text(transient(measured, plant, closed.value, closed_from)))
     held = command is Command.held
     if not trust:
-        suspect(measured, plant, held=held)
+        check_columns(measured, plant, held=held)
     found = fit_measurement(
-        measured, plant, names, held=held, part=part, say=lambda text: typer.echo(text, err=True)
+        measured, plant, names, held=held, part=part, progress=lambda text: typer.echo(text, err=True)
     )
     Console().print(fit_table(found))
     if output is not None:

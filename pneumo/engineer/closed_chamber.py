@@ -1,7 +1,8 @@
 """k_0 from the thermal time constant of a closed chamber.
 
-Fill or empty a chamber quickly, close the valve and hold the piston: volume and mass stay, temperature
-returns to that of the wall, and pressure with it. From m c_v dT/dt = k (T_amb - T), eqs (4) and (7) at rest,
+Fill or empty a chamber quickly, close the valve and hold the piston: volume and mass stay constant, the
+temperature returns to that of the wall, and the pressure follows. From m c_v dT/dt = k (T_amb - T), eqs (4)
+and (7) at rest,
 
     tau = m c_v / k,  and with m = P V / (R T):  k = P_inf V / ((gamma - 1) T_amb tau).
 """
@@ -19,26 +20,27 @@ from pneumo.errors import InputError
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import heat_area, volume
 
+FEWEST_SAMPLES = 50
 SMALLEST_CHANGE = 3.0  # of the pressure over the noise in it
-LONGEST = 3.0  # time constant over the length of the record, beyond which its end cannot be told
-MOVED = 0.02  # of the stroke, by which the piston may move while it is held
+LONGEST_TAU = 3.0  # time constant over the record's length, beyond which the final pressure is not seen
+LARGEST_MOTION = 0.02  # of the stroke, of a piston that is held
 
 
 class Transient(NamedTuple):
-    """What a closed chamber's transient tells.
+    """Result of a closed chamber's transient.
 
     Attributes
     ----------
     tau, tau_low, tau_high : float
         Thermal time constant and its 95 per cent interval, s.
     P_inf : float
-        Pressure in the end, Pa.
+        Final pressure, Pa.
     k : float
         Conductance during the transient, W/K.
     k_0, k_0_low, k_0_high : float
         Conductance at equilibrium by eqs (7) and (8), and its interval, W/K.
     rms : float
-        Of what is left of the measured pressure, Pa.
+        Of measured minus fitted pressure, Pa.
     """
 
     tau: float
@@ -53,7 +55,7 @@ class Transient(NamedTuple):
 
 
 def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 0.0) -> Transient:
-    """Find the thermal time constant of a closed chamber.
+    """Thermal time constant of a closed chamber, and its conductance.
 
     Parameters
     ----------
@@ -61,26 +63,29 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
     plant : Plant
         Its dead volume counts.
     side : {"A", "B"}
-        The chamber that is closed.
+        The closed chamber.
     begin : float
-        When it is closed and the piston stands, s.
+        Time from which it is closed and the piston is held, s.
 
     Raises
     ------
     InputError
-        If the piston moves, or pressure changes too little or is not seen to settle.
+        If the piston moves, or pressure changes too little or does not settle within the record.
     """
     first = int(np.searchsorted(measurement.t, begin))
     t, x = measurement.t[first:] - begin, measurement.x[first:]
     P = measurement.P[0 if side == "A" else 1, first:]
-    if len(t) < 50:
-        raise InputError(f"--closed-from {begin:g} s: leaves {len(t)} samples: must be at least 50")
-    third = len(x) // 3
-    moved = abs(float(np.mean(x[:third]) - np.mean(x[-third:])))
-    if moved > MOVED * plant.cylinder.stroke:
+    if len(t) < FEWEST_SAMPLES:
         raise InputError(
-            f"{measurement.name}: the piston moves by {moved * 1e3:.3g} mm after {begin:g} s: it must"
-            f" be held, within {MOVED * plant.cylinder.stroke * 1e3:.3g} mm"
+            f"--closed-from {begin:g} s: leaves {len(t)} samples: must be at least {FEWEST_SAMPLES}"
+        )
+    third = len(x) // 3
+    motion = abs(float(np.mean(x[:third]) - np.mean(x[-third:])))
+    allowed = LARGEST_MOTION * plant.cylinder.stroke
+    if motion > allowed:
+        raise InputError(
+            f"{measurement.name}: the piston moves by {motion * 1e3:.3g} mm after {begin:g} s: it must"
+            f" be held, within {allowed * 1e3:.3g} mm"
         )
 
     def curve(theta: np.ndarray) -> np.ndarray:
@@ -90,31 +95,29 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
     guess = np.array(
         [P[-third:].mean(), P[: max(1, third // 10)].mean() - P[-third:].mean(), np.log(span / 5)]
     )
-    scale = np.array([1e5, 1e5, 1.0])
-    found = least_squares(lambda theta: curve(theta) - P, guess, x_scale=scale)
-    P_inf, change, log_tau = found.x
-    residual, tau = -found.fun, float(np.exp(log_tau))
+    optimum = least_squares(lambda theta: curve(theta) - P, guess, x_scale=np.array([1e5, 1e5, 1.0]))
+    P_inf, change, log_tau = optimum.x
+    residual, tau = -optimum.fun, float(np.exp(log_tau))
     rms = float(np.sqrt(np.mean(residual**2)))
-    # Steps between neighbours are noise, however the mean runs.
-    noise = float(np.std(np.diff(P)) / np.sqrt(2))
+    noise = float(np.std(np.diff(P)) / np.sqrt(2))  # the mean changes little from sample to sample
     if abs(change) < SMALLEST_CHANGE * noise:
         raise InputError(
             f"{measurement.name}: pressure {side} changes by {abs(change):.3g} Pa at a noise of"
             f" {noise:.3g} Pa: too little; fill or empty the chamber faster"
         )
-    if tau > LONGEST * span or P_inf <= 0:
+    if tau > LONGEST_TAU * span or P_inf <= 0:
         raise InputError(
             f"{measurement.name}: pressure {side} does not settle within the record's {span:.3g} s;"
             " record longer"
         )
-    c, inward = plant.conditions, 1.0 if side == "A" else -1.0
+    c, outward = plant.conditions, 1.0 if side == "A" else -1.0
     area = plant.cylinder.A_A if side == "A" else plant.cylinder.A_B
-    here = inward * float(np.mean(x))
-    k = P_inf * volume(here, area, plant.cylinder) / ((plant.gas.gamma - 1) * c.T_amb * tau)
-    ratio = heat_area(here, plant.cylinder) / heat_area(0.0, plant.cylinder)
+    position = outward * float(np.mean(x))
+    k = P_inf * volume(position, area, plant.cylinder) / ((plant.gas.gamma - 1) * c.T_amb * tau)
+    ratio = heat_area(position, plant.cylinder) / heat_area(0.0, plant.cylinder)
     k_0 = k / wall_conductance(1.0, ratio, P_inf * c.T_amb / (c.P_0 * c.T_0), 1.0, 0.5)  # (7), (8)
-    widening = float(np.exp(norm.ppf(0.5 + LEVEL / 2) * _standard_error(found.jac, residual)))
-    return Transient(tau, tau / widening, tau * widening, P_inf, k, k_0, k_0 / widening, k_0 * widening, rms)
+    factor = float(np.exp(norm.ppf(0.5 + LEVEL / 2) * _standard_error(optimum.jac, residual)))
+    return Transient(tau, tau / factor, tau * factor, P_inf, k, k_0, k_0 / factor, k_0 * factor, rms)
 
 
 def _standard_error(jacobian: np.ndarray, residual: np.ndarray) -> float:

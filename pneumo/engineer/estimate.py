@@ -1,4 +1,4 @@
-"""Models fitted to a measurement: estimates, intervals, and how well each predicts the part held out."""
+"""Models fitted to a measurement: estimates, intervals, and the error of each on the part held out."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -8,18 +8,18 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.added_noise import FEW, disturbed
-from pneumo.engineer.fit_intervals import covariances, interval
-from pneumo.engineer.least_squares import PARAMETERS, Problem, descended, fit, replayed, values
+from pneumo.engineer.fit_intervals import covariances, parameter_interval
+from pneumo.engineer.fit_parameters import PARAMETERS, Problem, replayed_pressures
+from pneumo.engineer.least_squares import descend, fit
 from pneumo.engineer.record import Measurement
-from pneumo.engineer.stage_signals import Signals, signals
+from pneumo.engineer.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, Model
 from pneumo.storage.files import write
 
 PART = 0.6  # of the record that is fitted
 FLOW = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
-SHOWN = tuple(name for name in PARAMETERS if not name.startswith("start"))
+REPORTED = tuple(name for name in PARAMETERS if not name.startswith("start"))
 
 
 class Estimate(NamedTuple):
@@ -28,11 +28,11 @@ class Estimate(NamedTuple):
     Attributes
     ----------
     values : dict of str to float
-        Parameters in SI units, corrected for what noise in the position does; fixed ones too.
+        Parameters in SI units, corrected for the bias that noise in the position causes; fixed ones too.
     low, high : dict of str to float
-        Ends of their 95 per cent intervals; NaN where an end is open or none was asked for.
+        Ends of their 95 per cent intervals; NaN where an end is open.
     rms, held_out : numpy.ndarray
-        Root of the mean square of measured minus replayed pressure, Pa, of the part fitted and of that held
+        Root mean square of measured minus replayed pressure, Pa, of the part fitted and of the part held
         out, chambers A and B.
     pressure : numpy.ndarray
         Replayed, Pa, shape (chamber, samples): the part fitted, then that held out, each from its own start.
@@ -49,11 +49,11 @@ class Estimate(NamedTuple):
 def estimate(
     model: Model,
     plant: Plant,
-    record: Signals,
+    record: StageSignals,
     *,
-    others: list[np.ndarray],
+    noisy_inputs: Sequence[np.ndarray],
     fixed: dict[str, float] | None = None,
-    intervals: Iterable[str] = SHOWN,
+    intervals: Iterable[str] = REPORTED,
     part: float = PART,
 ) -> Estimate:
     """Fit a model to the first part of a record and replay the rest.
@@ -63,9 +63,9 @@ def estimate(
     model : Model
     plant : Plant
         As configured.
-    record : Signals
-    others : list of numpy.ndarray
-        From `disturbed`, of the part fitted.
+    record : StageSignals
+    noisy_inputs : sequence of numpy.ndarray
+        From `with_added_noise`, of the part fitted.
     fixed : dict of str to float, optional
         Parameters that are known, in SI units.
     intervals : iterable of str
@@ -74,11 +74,11 @@ def estimate(
         Fraction of the record that is fitted.
     """
     split = split_of(record, part)
-    problem = Problem(model, plant, record.part(0, split), fixed or {}, others)
-    few = problem._replace(others=others[: 2 * FEW])
+    problem = Problem(model, plant, record.part(0, split), fixed or {}, noisy_inputs)
+    few = problem._replace(noisy_inputs=noisy_inputs[: 2 * FEW_PAIRS])
     rough = fit(few)
     # From so near, two steps are enough.
-    best = descended(problem, rough.theta, most=2) if len(others) > 2 * FEW else rough
+    best = descend(problem, rough.theta, most=2) if len(noisy_inputs) > 2 * FEW_PAIRS else rough
     both, theta = covariances(best), best.theta
     low: dict[str, float] = {}
     high: dict[str, float] = {}
@@ -86,52 +86,47 @@ def estimate(
         if name in intervals:
             low[name], high[name] = (
                 PARAMETERS[name].outer(end) if np.isfinite(end) else np.nan
-                for end in interval(few, rough, best, i, both)
+                for end in parameter_interval(few, rough, best, i, both)
             )
-    fitted = replayed(problem, theta[None], problem.signals.inputs)[0]
-    predicted, left = held_out(
-        problem._replace(signals=record.part(split, record.P.shape[1] - 1), others=()), theta
+    fitted = replayed_pressures(problem, theta[None], problem.signals.inputs)[0]
+    predicted, held_out_rms = predict_rest(
+        problem._replace(signals=record.part(split, record.P.shape[1] - 1), noisy_inputs=()), theta
     )
-    return Estimate(
-        values(problem, theta),
-        low,
-        high,
-        np.sqrt(np.mean((problem.signals.P - fitted) ** 2, axis=1)),
-        left,
-        np.concatenate([fitted[:, :-1], predicted], axis=1),
-    )
+    rms = np.sqrt(np.mean((problem.signals.P - fitted) ** 2, axis=1))
+    pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
+    return Estimate(problem.values(theta), low, high, rms, held_out_rms, pressure)
 
 
-def split_of(record: Signals, part: float = PART) -> int:
+def split_of(record: StageSignals, part: float = PART) -> int:
     """Last sample of the part that is fitted."""
     return round(part * (record.P.shape[1] - 1))
 
 
-def held_out(rest: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Replay a fitted model on what it has not seen.
+def predict_rest(rest: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Replay a fitted model on the part held out.
 
-    No model says which pressure a record begins with: that alone is fitted, for every model.
+    Only the pressure at its start is fitted there, for every model: no model predicts it.
 
     Returns
     -------
     pressure : numpy.ndarray
         Pa, shape (chamber, samples).
     rms : numpy.ndarray
-        Root of the mean square of measured minus replayed pressure, Pa, chambers A and B.
+        Root mean square of measured minus replayed pressure, Pa, chambers A and B.
     """
-    known = {k: v for k, v in values(rest, theta).items() if not k.startswith("start")}
-    begin = rest._replace(fixed=rest.fixed | known)
-    pressure = replayed(begin, fit(begin).theta[None], rest.signals.inputs)[0]
+    known = {k: v for k, v in rest.values(theta).items() if not k.startswith("start")}
+    start = rest._replace(fixed=rest.fixed | known)
+    pressure = replayed_pressures(start, fit(start).theta[None], rest.signals.inputs)[0]
     return pressure, np.sqrt(np.mean((rest.signals.P - pressure) ** 2, axis=1))
 
 
-def prepared(measurement: Measurement, plant: Plant, *, held: bool = True) -> tuple[Plant, Signals]:
-    """Plant at the temperature that was measured, where it was, and signals as replays read them."""
+def prepared(measurement: Measurement, plant: Plant, *, held: bool = True) -> tuple[Plant, StageSignals]:
+    """Plant at the measured temperature, if there is one, and the signals that replays read."""
     if np.isfinite(measurement.T):
         c = plant.conditions._replace(T_amb=measurement.T, T_in=measurement.T, T_0=measurement.T)
         plant = plant._replace(conditions=c)
     m = measurement
-    return plant, signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
+    return plant, stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
 
 
 def fit_measurement(
@@ -141,7 +136,7 @@ def fit_measurement(
     *,
     held: bool = True,
     part: float = PART,
-    say: Callable[[str], None] = lambda text: None,
+    progress: Callable[[str], None] = lambda _text: None,
 ) -> xr.Dataset:
     """Fit models to a measurement and rank them by their error on the part held out.
 
@@ -155,58 +150,64 @@ def fit_measurement(
         Whether a command holds until the next sample.
     part : float
         Fraction of the record that is fitted.
-    say : callable
-        Told what was just done.
+    progress : callable
+        Called with a line of text after each model.
 
     Returns
     -------
     xarray.Dataset
-        Estimates and intervals by (model, parameter), errors by (model, chamber), pressures by (chamber, t)
-        and (model, chamber, t), models ranked.
+        From `dataset`, the best model first.
     """
     plant, record = prepared(measurement, plant, held=held)
-    others = disturbed(record.part(0, split_of(record, part)))
-    found: dict[str, Estimate] = {}
+    split = split_of(record, part)
+    noisy_inputs = with_added_noise(record.part(0, split))
+    fits: dict[str, Estimate] = {}
     for name in models:
-        found[name] = estimate(MODELS[name], plant, record, others=others, part=part)
-        say(f"{name}: rms {np.sqrt(np.mean(found[name].held_out ** 2)) / 1e3:.3g} kPa on the part held out")
-    ranked = sorted(found, key=lambda name: float(np.mean(found[name].held_out ** 2)))
-    return dataset(measurement, {name: found[name] for name in ranked}, split_of(record, part))
+        fits[name] = estimate(MODELS[name], plant, record, noisy_inputs=noisy_inputs, part=part)
+        rms = np.sqrt(np.mean(fits[name].held_out ** 2))
+        progress(f"{name}: rms {rms / 1e3:.3g} kPa on the part held out")
+    ranked = sorted(fits, key=lambda name: float(np.mean(fits[name].held_out ** 2)))
+    return dataset(measurement, {name: fits[name] for name in ranked}, split)
 
 
-def dataset(measurement: Measurement, found: dict[str, Estimate], split: int) -> xr.Dataset:
-    """Put fits, best first, into a dataset."""
+def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> xr.Dataset:
+    """Dataset of several fits, in their order.
 
-    def table(field: str) -> np.ndarray:
-        return np.array([[getattr(e, field).get(name, np.nan) for name in SHOWN] for e in found.values()])
+    Returns
+    -------
+    xarray.Dataset
+        Estimates and intervals by (model, parameter), errors by (model, chamber), measured and replayed
+        pressures by (chamber, t) and (model, chamber, t).
+    """
 
-    by_parameter = {
-        "estimate": ("estimate, in parameter_unit", table("values")),
-        "low": ("lower end of the 95 per cent interval, in parameter_unit; NaN where open", table("low")),
-        "high": ("upper end of the 95 per cent interval, in parameter_unit; NaN where open", table("high")),
-    }
-    by_chamber = {
-        "rms_fitted": ("root mean square error on the part fitted", [e.rms for e in found.values()]),
-        "rms_held_out": ("root mean square error on the part held out", [e.held_out for e in found.values()]),
-    }
-    pressure = np.array([e.pressure for e in found.values()])
+    def by_parameter(field: str, name: str) -> tuple[tuple[str, str], np.ndarray, dict[str, str]]:
+        rows = [[getattr(e, field).get(p, np.nan) for p in REPORTED] for e in fits.values()]
+        return ("model", "parameter"), np.array(rows), {"long_name": name}
+
+    def by_chamber(field: str, part: str) -> tuple[tuple[str, str], np.ndarray, dict[str, str]]:
+        attributes = {"long_name": f"root mean square error on the part {part}", "units": "Pa"}
+        return ("model", "chamber"), np.array([getattr(e, field) for e in fits.values()]), attributes
+
+    interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
+    measured = {"u": ("t", measurement.u)}
+    if measurement.m is not None:
+        measured = {"m": (("chamber", "t"), measurement.m, FLOW)}
     result = xr.Dataset(
         {
-            **{k: (("model", "parameter"), v, {"long_name": n}) for k, (n, v) in by_parameter.items()},
-            **{
-                k: (("model", "chamber"), v, {"long_name": n, "units": "Pa"})
-                for k, (n, v) in by_chamber.items()
-            },
-            "pressure": (("model", "chamber", "t"), pressure),
+            "estimate": by_parameter("values", "estimate, in parameter_unit"),
+            "low": by_parameter("low", f"lower {interval}"),
+            "high": by_parameter("high", f"upper {interval}"),
+            "rms_fitted": by_chamber("rms", "fitted"),
+            "rms_held_out": by_chamber("held_out", "held out"),
+            "pressure": (("model", "chamber", "t"), np.array([e.pressure for e in fits.values()])),
             "P": (("chamber", "t"), measurement.P, {"long_name": "measured absolute pressure"}),
-            **({"u": ("t", measurement.u)} if measurement.m is None else {}),
-            **({} if measurement.m is None else {"m": (("chamber", "t"), measurement.m, FLOW)}),
+            **measured,
             "x": ("t", measurement.x),
         },
         coords={
-            "model": list(found),
-            "parameter": list(SHOWN),
-            "parameter_unit": ("parameter", [PARAMETERS[name].unit for name in SHOWN]),
+            "model": list(fits),
+            "parameter": list(REPORTED),
+            "parameter_unit": ("parameter", [PARAMETERS[name].unit for name in REPORTED]),
             "chamber": ["A", "B"],
             "t": measurement.t,
         },
@@ -214,12 +215,12 @@ def dataset(measurement: Measurement, found: dict[str, Estimate], split: int) ->
     return result.assign_attrs(held_out_from=float(measurement.t[split]), notes="\n".join(measurement.notes))
 
 
-def save_fit(found: xr.Dataset, config_sha256: str, path: Path) -> None:
-    """Write what `fit_measurement` found."""
-    about = {
+def save_fit(fits: xr.Dataset, config_sha256: str, path: Path) -> None:
+    """Write the dataset of `fit_measurement`."""
+    attributes = {
         "title": "Reduced models fitted to a measurement",
         "summary": "Parameters with 95 per cent intervals, errors fitted and held out, pressures",
         "config_sha256": config_sha256,
         "code_sha256": code_hash(__name__),
     }
-    write(found, path, found.attrs | about)
+    write(fits, path, fits.attrs | attributes)

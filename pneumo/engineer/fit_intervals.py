@@ -1,10 +1,10 @@
 """Confidence intervals of fitted parameters where residuals are correlated.
 
-Noise in pressures is white, but noise in the position reaches the residual through the replay, which
-remembers, and so does what the model lacks. The usual covariance of least squares would be far too small. Two
-others are found: that of the noises, which replays with disturbed positions give, and that of whatever the
-residual shows, from its own auto- and cross-correlation of both chambers. The larger one counts. Standard
-errors make the interval where it is narrow; elsewhere the profile of the sum of squares does, in their unit.
+Noise in pressures is white. Noise in the position and what the model lacks reach the residual through the
+replay, which has memory: the usual covariance of least squares would be far too small. Two others are
+computed, from replays with added noise and from the auto- and cross-correlation of both chambers'
+residuals, and the larger one is used. A narrow interval comes from the standard error, a wide one from the
+profile of the sum of squares.
 """
 
 from typing import NamedTuple
@@ -13,22 +13,24 @@ import numpy as np
 from scipy.signal import fftconvolve
 from scipy.stats import t
 
-from pneumo.engineer.added_noise import PAIRS
-from pneumo.engineer.least_squares import PARAMETERS, Fit, Problem, with_one_held
+from pneumo.engineer.fit_parameters import PARAMETERS, Problem
+from pneumo.engineer.least_squares import Fit, fit_with_one_fixed
+from pneumo.engineer.stage_signals import PAIRS
 
 LEVEL = 0.95
-REACH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # standard errors; they are known from as many noises
-WIDE = 0.3  # on the scale of the search; beyond, no model is linear enough for standard errors
-LOOSE = 1.0  # half an interval on the scale of the search: a factor of e
-GOES_WITH = 0.7  # correlation with a loose one
-UNSEEN = 1e-9  # derivative, over the largest, that is none
-SMALLEST = 1e-6  # curvature, over the largest, below which a direction is as good as flat
-NOTHING_KNOWN = 1e6  # variance on the scale of the search
-CLOSE = 0.05  # relative distance at which the end of an interval is found
+REACH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # half an interval in standard errors, known from PAIRS noises
+# On the scale of the search:
+WIDE = 0.3  # half an interval beyond which the model is too far from linear for standard errors
+LOOSE = 1.0  # half an interval of a loosely known parameter: a factor of e
+UNKNOWN = 1e6  # variance of a parameter that the record does not determine
+CORRELATED = 0.7  # correlation with a loosely known parameter that counts
+UNSEEN = 1e-9  # derivative, over the largest, that is taken for zero
+SMALLEST = 1e-6  # curvature, over the largest, below which a direction is flat
+CLOSE = 0.05  # relative accuracy of the end of an interval
 MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
 
 
-class Interval(NamedTuple):
+class ParameterInterval(NamedTuple):
     """A parameter's confidence interval on the scale of the search; an open end is infinite."""
 
     low: float
@@ -36,7 +38,7 @@ class Interval(NamedTuple):
 
 
 def correlations(residual: np.ndarray) -> np.ndarray:
-    """Auto- and cross-covariance of both chambers' residuals, tapered (Parzen).
+    """Auto- and cross-covariance of both chambers' residuals, with a Parzen taper.
 
     Parameters
     ----------
@@ -58,15 +60,15 @@ def correlations(residual: np.ndarray) -> np.ndarray:
 
 
 def covariances(fit: Fit) -> np.ndarray:
-    """Covariances of the parameters on the scale of the search, shape (2, parameter, parameter).
+    """Two covariances of the parameters on the scale of the search, shape (2, parameter, parameter).
 
-    From the noises, H^-1 (S + s^2 J'J) H^-1 with S what positions disturbed once more make of the slope and
-    s the residual's white part; and from what is left, H^-1 J' Gamma J H^-1 with Gamma the residual's
-    covariance.
+    From noise: H^-1 (S + s^2 J'J) H^-1, where H is the curvature, S the scatter of the slope under added
+    noise and s^2 the variance of the residual's white part. From the residual: H^-1 J' Gamma J H^-1, where
+    Gamma is its covariance.
     """
-    J, inverse = fit.jacobian, bread(fit)
-    flat = J.reshape(-1, J.shape[2])
-    # What the replay remembers changes little from sample to sample: differences are those of white noise.
+    J, inverse = fit.jacobian, inverse_curvature(fit)
+    flat_J = J.reshape(-1, J.shape[2])
+    # Correlated errors change little from sample to sample: differences are those of white noise.
     white = np.mean(np.diff(fit.residual, axis=1) ** 2) / 2
     gamma = correlations(fit.residual)
     middle = sum(
@@ -74,16 +76,16 @@ def covariances(fit: Fit) -> np.ndarray:
         for a in range(2)
         for b in range(2)
     )
-    inner = np.array([fit.scatter + white * flat.T @ flat, middle])
-    seen = np.sqrt(np.sum(flat**2, axis=0))
-    # What changes nothing has no noise either; its variance is none that any bound allows.
-    return inverse @ inner @ inverse + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, NOTHING_KNOWN))
+    inner = np.array([fit.scatter + white * flat_J.T @ flat_J, middle])
+    seen = np.sqrt(np.sum(flat_J**2, axis=0))
+    # The record does not determine a parameter that changes nothing: infinite variance.
+    return inverse @ inner @ inverse + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, UNKNOWN))
 
 
 def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Covariance in which no direction is less known than the bounds say.
+    """Covariance limited in every direction to half the distance between the bounds.
 
-    Else one that the measurement leaves open would make all parameters with a little of it as uncertain.
+    Without the limit, one flat direction would make every parameter with a small part in it uncertain.
 
     Parameters
     ----------
@@ -97,8 +99,8 @@ def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     return (axes * np.clip(size, 0.0, 1.0)) @ axes.T * np.outer(half, half)
 
 
-def bread(fit: Fit) -> np.ndarray:
-    """Inverse of the curvature, shape (parameter, parameter); finite where that is not positive definite."""
+def inverse_curvature(fit: Fit) -> np.ndarray:
+    """Inverse of the curvature, shape (parameter, parameter), with flat directions at `SMALLEST`."""
     J = fit.jacobian.reshape(-1, len(fit.theta))
     scale = np.sqrt(np.sum(J**2, axis=0))
     scale = np.maximum(scale, UNSEEN * scale.max())
@@ -106,18 +108,20 @@ def bread(fit: Fit) -> np.ndarray:
     return (axes / np.maximum(size, SMALLEST * size.max())) @ axes.T / np.outer(scale, scale)
 
 
-def interval(problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarray) -> Interval:
-    """Interval of one parameter: of standard errors, or of the profile where that is wide or meets a bound.
+def parameter_interval(
+    problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarray
+) -> ParameterInterval:
+    """Interval of one parameter, from its standard error where that is small, else from the profile.
 
-    A parameter of no wide interval that goes with one that has gets what both ways leave possible: the
-    valley of the sum of squares is curved there.
+    A parameter correlated with a loosely known one gets the union of both intervals: the sum of squares has
+    a curved valley there.
 
     Parameters
     ----------
     problem : Problem
-        With few disturbed inputs.
+        With `FEW_PAIRS` of noisy inputs.
     rough, best : Fit
-        Of that, and with all of them.
+        With those, and with all noisy inputs.
     index : int
         Of the parameter.
     both : numpy.ndarray
@@ -129,21 +133,23 @@ def interval(problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarr
     halves = REACH * np.sqrt(np.diag(limited))
     start, end = best.theta[index] - halves[index], best.theta[index] + halves[index]
     logarithmic = PARAMETERS[problem.names[index]].logarithmic
-    beyond = logarithmic and (halves[index] > WIDE or start <= low or end >= high)
-    shared = np.abs(limited[index]) / np.sqrt(limited[index, index] * np.diag(limited))
-    if beyond or np.any((halves > LOOSE) & (shared > GOES_WITH)):
-        found = profile(problem, rough, index, float(both[:, index, index].max()))
-        moved = best.theta[index] - rough.theta[index]
-        ends = found.low + moved, found.high + moved
-        start, end = ends if beyond else (min(start, ends[0]), max(end, ends[1]))
-    return Interval(start if start > low else -np.inf, end if end < high else np.inf)
+    wide = logarithmic and (halves[index] > WIDE or start <= low or end >= high)
+    correlation = np.abs(limited[index]) / np.sqrt(limited[index, index] * np.diag(limited))
+    if wide or np.any((halves > LOOSE) & (correlation > CORRELATED)):
+        by_profile = profile_interval(problem, rough, index, float(both[:, index, index].max()))
+        offset = best.theta[index] - rough.theta[index]
+        ends = by_profile.low + offset, by_profile.high + offset
+        start, end = ends if wide else (min(start, ends[0]), max(end, ends[1]))
+    return ParameterInterval(start if start > low else -np.inf, end if end < high else np.inf)
 
 
-def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int = 3) -> Interval:
+def profile_interval(
+    problem: Problem, fit: Fit, index: int, variance: float, rounds: int = 3
+) -> ParameterInterval:
     """Interval of one parameter from the profile of the sum of squares.
 
-    A value is inside as long as the lowest sum of squares with it exceeds the least one by no more than
-    `REACH` squared, in units that make its curvature the inverse of the variance.
+    A value is inside as long as the lowest sum of squares with this value exceeds the minimum by no more
+    than `REACH` squared, in units in which the curvature is the inverse of the variance.
 
     Parameters
     ----------
@@ -154,28 +160,28 @@ def profile(problem: Problem, fit: Fit, index: int, variance: float, rounds: int
     variance : float
         Its variance, the larger one of `covariances`.
     rounds : int
-        Profile points at either side.
+        Points of the profile on either side.
     """
     threshold = REACH**2
-    scale = variance / bread(fit)[index, index]
+    scale = variance / inverse_curvature(fit)[index, index]
     low, high = (bound[index] for bound in problem.bounds())
     best = fit.theta[index]
-    ends = []
+    ends: list[float] = []
     for sign, bound in ((-1.0, low), (1.0, high)):
-        reach = abs(bound - best)
-        at, end, before, like = np.sqrt(threshold * variance), np.inf, 0.0, None
+        limit = abs(bound - best)
+        distance, end, before, start = np.sqrt(threshold * variance), np.inf, 0.0, None
         for _ in range(rounds):
-            tried = min(at, reach)
-            if like is not None:
-                like = fit.theta + (like - fit.theta) * tried / before
-            found = with_one_held(problem, fit, index, best + sign * tried, like)
-            deviance, like, before = (found.squares - fit.squares) / scale, found.theta, tried
-            if tried == reach and deviance < threshold:
+            trial = min(distance, limit)
+            if start is not None:
+                start = fit.theta + (start - fit.theta) * trial / before
+            there = fit_with_one_fixed(problem, fit, index, best + sign * trial, start)
+            deviance, start, before = (there.squares - fit.squares) / scale, there.theta, trial
+            if trial == limit and deviance < threshold:
                 end = np.inf
                 break
-            # The deviance is near a parabola: the next point is where that crosses the threshold.
-            at = end = tried * float(np.clip(np.sqrt(threshold / max(deviance, 1e-9)), 0.25, 4.0))
-            if abs(end / tried - 1) < CLOSE:
+            # The deviance is nearly a parabola: the next point is where that crosses the threshold.
+            distance = end = trial * float(np.clip(np.sqrt(threshold / max(deviance, 1e-9)), 0.25, 4.0))
+            if abs(end / trial - 1) < CLOSE:
                 break
-        ends.append(best + sign * end if end < reach else sign * np.inf)
-    return Interval(*ends)
+        ends.append(best + sign * end if end < limit else sign * np.inf)
+    return ParameterInterval(*ends)

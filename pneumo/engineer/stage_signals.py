@@ -1,9 +1,11 @@
-"""From sampled signals to what a replay reads at every Runge-Kutta stage.
+"""Measured signals at every Runge-Kutta stage of a replay: smoothed position, velocity, command or flows.
 
-Position and velocity come from one smoothing spline, so that the velocity is the derivative of the position
-that goes with it and what noise there is in one is the noise of the other. How much to smooth is chosen by
-generalised cross-validation (Craven and Wahba 1979), in the cosine spectrum (Garcia 2010), where it costs
-nothing.
+Position and velocity come from one smoothing spline, so that noise in the velocity is the derivative of noise
+in the position. Generalised cross-validation chooses the smoothing (Craven and Wahba 1979), computed in
+the cosine spectrum (Garcia 2010), where it is cheap.
+
+What is left of the noise biases a replay. `with_added_noise` adds as much noise again: the shift that this
+causes estimates the bias already there, and `pneumo.engineer.least_squares` subtracts it.
 """
 
 from typing import NamedTuple
@@ -15,10 +17,13 @@ from scipy.interpolate import make_smoothing_spline
 from pneumo.simulation.tableau import DORMAND_PRINCE
 
 LONGEST_STEP = 1e-3  # s; the step of the paper's study
-SMOOTHING = np.logspace(-6, 14, 201)  # of a sample's neighbours by a second difference, from none to a line
+SMOOTHING = np.logspace(-6, 14, 201)  # weights of the squared second difference, from none to a straight line
+# Antithetic pairs, noise and its negative, cancel odd-order terms.
+FEW_PAIRS = 3  # enough to minimise the corrected sum of squares
+PAIRS = 16  # for the estimate and its variance: the standard error is then known to some 15 %
 
 
-class Signals(NamedTuple):
+class StageSignals(NamedTuple):
     """Signals of a measurement, uniform in time, as a replay reads them.
 
     Attributes
@@ -32,7 +37,7 @@ class Signals(NamedTuple):
     P : numpy.ndarray
         Measured pressures, Pa, shape (chamber, samples).
     penalty, noise : float
-        How much the position was smoothed, s^3, and the noise in it, m: from `smoothing`.
+        Smoothing of the position, s^3, and the noise in it, m: from `smoothing`.
     flow : numpy.ndarray or None
         Mass flows into chambers A and B, kg/s, at every stage, shape (steps, 6, 2), where those were
         measured; the command then plays no role.
@@ -51,15 +56,15 @@ class Signals(NamedTuple):
         """Steps between samples."""
         return round(self.period / self.h)
 
-    def part(self, first: int, last: int) -> "Signals":
-        """From one sample to another, both included."""
+    def part(self, first: int, last: int) -> "StageSignals":
+        """Signals from one sample to another, both included."""
         steps = slice(first * self.stride, last * self.stride)
         flow = None if self.flow is None else self.flow[steps]
         return self._replace(inputs=self.inputs[steps], P=self.P[:, first : last + 1], flow=flow)
 
 
 def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
-    """Choose how much to smooth a signal, uniform in time.
+    """Choose the smoothing of a signal, uniform in time, by generalised cross-validation.
 
     Parameters
     ----------
@@ -73,7 +78,7 @@ def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
     penalty : float
         Weight of the integrated squared second derivative against the sum of squared residuals, s^3.
     noise : float
-        Standard deviation of the white noise that this takes for granted, in units of x.
+        Estimated standard deviation of white noise in the signal, in units of x.
     """
     count = len(x)
     spectrum = dct(x - np.linspace(x[0], x[-1], count), norm="ortho")
@@ -93,7 +98,7 @@ def stage_times(steps: int, h: float) -> np.ndarray:
     return (np.arange(steps)[:, None] + DORMAND_PRINCE.c) * h
 
 
-def signals(
+def stage_signals(
     period: float,
     u: np.ndarray,
     x: np.ndarray,
@@ -102,8 +107,8 @@ def signals(
     *,
     held: bool = True,
     m: np.ndarray | None = None,
-) -> Signals:
-    """Put command, or mass flows, and position where the stages of a replay read them.
+) -> StageSignals:
+    """Signals at the stages of a replay, from samples.
 
     Parameters
     ----------
@@ -116,8 +121,8 @@ def signals(
     u_max : float
         Limit of the command, V.
     held : bool
-        Whether a command holds until the next sample, as that of a digital controller; else it is
-        interpolated linearly.
+        Hold the command until the next sample (zero-order hold, as a digital controller does); else
+        interpolate it linearly.
     m : numpy.ndarray, optional
         Mass flows into the chambers, kg/s, shape (chamber, samples), interpolated linearly.
     """
@@ -131,4 +136,40 @@ def signals(
     spline = make_smoothing_spline(t, x, lam=penalty)
     inputs[:, :, 1], inputs[:, :, 2] = spline(at), spline.derivative()(at)
     flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
-    return Signals(period, h, inputs, P, penalty, noise, flow)
+    return StageSignals(period, h, inputs, P, penalty, noise, flow)
+
+
+def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> list[np.ndarray]:
+    """Inputs of a replay with noise added to the position, which is then smoothed again.
+
+    Parameters
+    ----------
+    signals : StageSignals
+        Of the part that is fitted.
+    pairs : int
+        Antithetic pairs.
+    seed : int
+        Of the noise.
+
+    Returns
+    -------
+    list of numpy.ndarray
+        Each shaped as `StageSignals.inputs`; each noise is followed by its negative.
+    """
+    steps, stride = signals.inputs[:, :, 1], signals.stride
+    x = np.append(steps[::stride, 0], steps[-1, -1])
+    t, at = signals.period * np.arange(len(x)), stage_times(len(steps), signals.h)
+    rng = np.random.default_rng(seed)
+
+    def smoothed(values: np.ndarray) -> np.ndarray:
+        spline = make_smoothing_spline(t, values, lam=signals.penalty)
+        return np.stack([spline(at), spline.derivative()(at)], axis=-1)
+
+    motion = smoothed(x)
+    result: list[np.ndarray] = []
+    for noise in smoothed(rng.normal(0.0, signals.noise, (pairs, len(x))).T).transpose(2, 0, 1, 3):
+        for sign in (1.0, -1.0):
+            inputs = signals.inputs.copy()
+            inputs[:, :, 1:] = motion + sign * noise
+            result.append(inputs)
+    return result

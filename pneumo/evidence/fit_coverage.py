@@ -12,9 +12,8 @@ import pandas as pd
 import xarray as xr
 from scipy.stats import binomtest
 
-from pneumo.engineer.added_noise import FEW, disturbed
 from pneumo.engineer.estimate import estimate, split_of
-from pneumo.engineer.stage_signals import signals
+from pneumo.engineer.stage_signals import FEW_PAIRS, stage_signals, with_added_noise
 from pneumo.evidence.synthetic_records import Case, case
 from pneumo.physics.models import MODELS
 
@@ -39,9 +38,9 @@ def same_model(seed: int) -> xr.Dataset:
     name = FITTED[seed % len(FITTED)]
     known = case(seed, name)
     begun = time.thread_time()
-    record = signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
-    others = disturbed(record.part(0, split_of(record)))
-    found = estimate(MODELS[name], known.configured, record, others=others, intervals=JUDGED)
+    record = stage_signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
+    noisy_inputs = with_added_noise(record.part(0, split_of(record)))
+    found = estimate(MODELS[name], known.configured, record, noisy_inputs=noisy_inputs, intervals=JUDGED)
     seconds = time.thread_time() - begun
     truth = truth_of(known)
 
@@ -66,14 +65,14 @@ def same_model(seed: int) -> xr.Dataset:
 def full_order(seed: int) -> xr.Dataset:
     """Fit every model to a case whose pressures come from the full-order system."""
     known = case(seed)
-    record = signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
-    others = disturbed(record.part(0, split_of(record)), FEW)
+    record = stage_signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
+    noisy_inputs = with_added_noise(record.part(0, split_of(record)), FEW_PAIRS)
     first = split_of(record)
     exact = known.P_exact[:, first:]
     rows = []
     for model in MODELS.values():
         begun = time.thread_time()
-        found = estimate(model, known.configured, record, others=others, intervals=())
+        found = estimate(model, known.configured, record, noisy_inputs=noisy_inputs, intervals=())
         clean = found.pressure[:, first:] - exact
         rows.append(
             [

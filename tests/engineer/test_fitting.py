@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from pneumo.simulation.driven import driven
 
 from pneumo.configuration.experiment import Drive
-from pneumo.engineer.added_noise import FEW, disturbed
 from pneumo.engineer.closed_chamber import transient
 from pneumo.engineer.estimate import estimate, split_of
-from pneumo.engineer.fit_intervals import REACH, bounded, covariances, interval, profile
-from pneumo.engineer.least_squares import PARAMETERS, Problem, evaluated, fit, replayed
+from pneumo.engineer.fit_intervals import REACH, bounded, covariances, parameter_interval, profile_interval
+from pneumo.engineer.fit_parameters import PARAMETERS, Problem, replayed_pressures
+from pneumo.engineer.least_squares import evaluate, fit
 from pneumo.engineer.record import Measurement
-from pneumo.engineer.stage_signals import signals, smoothing
+from pneumo.engineer.stage_signals import smoothing, stage_signals, with_added_noise
 from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage import truth_of
 from pneumo.evidence.synthetic_records import case
@@ -22,7 +22,7 @@ from pneumo.simulation.full_order import run
 
 
 def problem_of(known, model):
-    record = signals(known.period, known.u, known.x, known.P, 10.0)
+    record = stage_signals(known.period, known.u, known.x, known.P, 10.0)
     return Problem(MODELS[model], known.configured, record.part(0, split_of(record)), {})
 
 
@@ -32,7 +32,7 @@ def test_replayed_pressures_give_their_parameters_back(model):
     problem = problem_of(known, model)
     theta = problem.guess()
     theta += [0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01]
-    P = replayed(problem, theta[None], problem.signals.inputs)[0]
+    P = replayed_pressures(problem, theta[None], problem.signals.inputs)[0]
     exact = problem._replace(signals=problem.signals._replace(P=P))
     found = fit(exact, tolerance=1e-12)
     np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
@@ -46,7 +46,7 @@ def test_lanes_stand_for_valve_wall_and_dead_volumes(model):
     n, k_0, k_xu, V_A, V_B, *_ = (
         PARAMETERS[name].outer(value) for name, value in zip(problem.names, theta, strict=True)
     )
-    found = replayed(problem, theta[None], problem.signals.inputs)[0]
+    found = replayed_pressures(problem, theta[None], problem.signals.inputs)[0]
 
     rows = lane_array([lane(MODELS[model], n, 1.4)])
     start = np.exp(theta[None, -2:])
@@ -62,21 +62,21 @@ def test_lanes_stand_for_valve_wall_and_dead_volumes(model):
 
 def test_slope_is_that_of_the_corrected_squares():
     known = case(6, "M9")
-    record = signals(known.period, known.u, known.x, known.P, 10.0)
+    record = stage_signals(known.period, known.u, known.x, known.P, 10.0)
     first = record.part(0, split_of(record))
-    pair = disturbed(first, 1)
+    pair = with_added_noise(first, 1)
     middle = np.mean(pair, axis=0)
     # Ten times the noise, so that what it does to the slope counts beside what is measured.
     problem = Problem(
         MODELS["M9"], known.configured, first, {}, [middle + 10 * (one - middle) for one in pair]
     )
-    near = fit(problem._replace(others=())).theta  # where only the correction has a slope left
+    near = fit(problem._replace(noisy_inputs=())).theta  # where only the correction has a slope left
     step = 1e-4
     for theta in (problem.guess(), near):
-        here = evaluated(problem, theta)
+        here = evaluate(problem, theta)
         for i in range(3):
             move = step * np.eye(len(theta))[i]
-            up, down = evaluated(problem, theta + move), evaluated(problem, theta - move)
+            up, down = evaluate(problem, theta + move), evaluate(problem, theta - move)
             # One-sided differences of the replay are off by half a step times its second derivative.
             assert (down.squares - up.squares) / (4 * step) == pytest.approx(here.slope[i], rel=5e-2)
 
@@ -99,17 +99,17 @@ def test_interval_holds_what_is_known_and_is_open_where_nothing_is():
     both = covariances(best)
     i = problem.names.index("k_xu")
     variance = both[:, i, i].max()
-    found = profile(problem, best, i, variance)
+    found = profile_interval(problem, best, i, variance)
     assert found.low < np.log(known.truth.valve.k_xu) < found.high
     # The interval of a near-linear parameter is that of its standard error.
     assert found.high - found.low == pytest.approx(2 * REACH * np.sqrt(variance), rel=0.15)
-    short = interval(problem, best, best, i, both)
+    short = parameter_interval(problem, best, best, i, both)
     assert short.high - short.low == pytest.approx(2 * REACH * np.sqrt(variance), rel=1e-6)
     still = problem.signals.inputs.copy()
     still[:, :, 0] = 0.0  # a closed valve says nothing of its area
     blind = problem._replace(signals=problem.signals._replace(inputs=still))
     shut = fit(blind)
-    width = interval(blind, shut, shut, i, covariances(shut))
+    width = parameter_interval(blind, shut, shut, i, covariances(shut))
     assert not np.isfinite(width.low)
     assert not np.isfinite(width.high)
 
@@ -133,9 +133,9 @@ def test_noise_of_position_and_pressure_is_what_estimates_scatter_by():
         rng = np.random.default_rng(seed)
         x = known.x_exact + rng.normal(0, known.noise * known.truth.cylinder.stroke, len(known.x))
         P = known.P_exact + rng.normal(0, known.noise * 1e6, known.P.shape)
-        record = signals(known.period, known.u, x, P, 10.0)
+        record = stage_signals(known.period, known.u, x, P, 10.0)
         first = record.part(0, split_of(record))
-        problem = Problem(MODELS["M7"], known.configured, first, {}, disturbed(first, FEW, seed))
+        problem = Problem(MODELS["M7"], known.configured, first, {}, with_added_noise(first, FEW_PAIRS, seed))
         best = fit(problem)
         spread.append(best.theta)
         said.append(np.diagonal(covariances(best), axis1=1, axis2=2).max(axis=0))
@@ -159,9 +159,9 @@ def test_estimates_of_a_few_cases_hold_the_truth():
     inside = []
     for seed in (8, 16):
         known = case(seed, "M7")
-        record = signals(known.period, known.u, known.x, known.P, 10.0)
-        others = disturbed(record.part(0, split_of(record)))
-        found = estimate(MODELS["M7"], known.configured, record, others=others, intervals=("k_xu",))
+        record = stage_signals(known.period, known.u, known.x, known.P, 10.0)
+        others = with_added_noise(record.part(0, split_of(record)))
+        found = estimate(MODELS["M7"], known.configured, record, noisy_inputs=others, intervals=("k_xu",))
         inside.append(found.low["k_xu"] <= truth_of(known)["k_xu"] <= found.high["k_xu"])
         # Nothing can be nearer than the noise; the right model is not much farther.
         assert 0.95 < found.held_out.mean() / (known.noise * 1e6) < 1.3
@@ -197,13 +197,13 @@ def test_thermal_time_constant_of_a_full_order_transient(plant, side):
 
 def test_exact_signals_leave_nothing_in_the_part_held_out():
     known = case(8, "M7")
-    whole = signals(known.period, known.u, known.x, known.P, 10.0)
+    whole = stage_signals(known.period, known.u, known.x, known.P, 10.0)
     record = whole.part(0, min(1000, whole.P.shape[1] - 1))
     problem = Problem(MODELS["M7"], known.configured, record, {})
     theta = problem.guess() + np.array([0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01])
-    exact = record._replace(P=replayed(problem, theta[None], record.inputs)[0])
+    exact = record._replace(P=replayed_pressures(problem, theta[None], record.inputs)[0])
     split = split_of(record)
-    found = estimate(MODELS["M7"], known.configured, exact, others=[], intervals=())
+    found = estimate(MODELS["M7"], known.configured, exact, noisy_inputs=[], intervals=())
     assert found.pressure.shape == exact.P.shape and found.low == {}
     # Its own beginning is fitted, and one part in 1e4 of the parameters is what the differences allow.
     np.testing.assert_allclose(found.pressure, exact.P, rtol=1e-3)
@@ -215,7 +215,9 @@ def test_exact_signals_leave_nothing_in_the_part_held_out():
     assert split == round(0.6 * (exact.P.shape[1] - 1))
     wider = theta + np.array([0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0])
     P = np.where(
-        np.arange(exact.P.shape[1]) > split, replayed(problem, wider[None], record.inputs)[0], exact.P
+        np.arange(exact.P.shape[1]) > split,
+        replayed_pressures(problem, wider[None], record.inputs)[0],
+        exact.P,
     )
-    changed = estimate(MODELS["M7"], known.configured, exact._replace(P=P), others=[], intervals=())
+    changed = estimate(MODELS["M7"], known.configured, exact._replace(P=P), noisy_inputs=[], intervals=())
     assert np.all(changed.rms < 100.0) and np.all(changed.held_out > 1000.0)

@@ -7,11 +7,12 @@ from pneumo.simulation.driven import driven_by_flow
 
 from pneumo import simulate
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.confused_columns import suspect
+from pneumo.engineer.confused_columns import check_columns
 from pneumo.engineer.estimate import fit_measurement
-from pneumo.engineer.least_squares import Problem, fit, replayed
+from pneumo.engineer.fit_parameters import Problem, replayed_pressures
+from pneumo.engineer.least_squares import fit
 from pneumo.engineer.record import ANR, Measurement, read_measurement
-from pneumo.engineer.stage_signals import signals, stage_times
+from pneumo.engineer.stage_signals import stage_signals, stage_times
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS, lane, lane_array
@@ -79,13 +80,13 @@ def test_a_lane_that_empties_is_not_a_number():
 
 @pytest.mark.parametrize("model", ["M6", "M9"])
 def test_a_models_own_pressures_give_its_parameters_back(measured, model):
-    s = signals(H, measured.u, measured.x, measured.P, 10.0, m=measured.m)
+    s = stage_signals(H, measured.u, measured.x, measured.P, 10.0, m=measured.m)
     problem = Problem(MODELS[model], PLANT, s, {})
     assert "k_xu" not in problem.names
     theta = problem.guess()
     theta[problem.names.index("n")] += 0.05
     theta[problem.names.index("V_d_A")] += 0.1
-    P = replayed(problem, theta[None], s.inputs)[0]
+    P = replayed_pressures(problem, theta[None], s.inputs)[0]
     assert np.isfinite(P).all()
     found = fit(problem._replace(signals=s._replace(P=P)), tolerance=1e-12)
     np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
@@ -109,9 +110,9 @@ def test_full_order_pressures_are_followed(measured):
     ],
 )
 def test_confused_flows_are_suspected(measured, confuse, words):
-    suspect(measured, PLANT)
+    check_columns(measured, PLANT)
     with pytest.raises(InputError, match=words):
-        suspect(confuse(measured), PLANT)
+        check_columns(confuse(measured), PLANT)
 
 
 def table(measured):

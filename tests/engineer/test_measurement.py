@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from pneumo.engineer.confused_columns import suspect
+from pneumo.engineer.confused_columns import check_columns
 from pneumo.engineer.record import Column, read_mapping, read_measurement
 from pneumo.errors import InputError
 from pneumo.evidence.synthetic_records import case
@@ -124,6 +124,6 @@ def test_uneven_time_is_noted(tmp_path):
 )
 def test_confused_columns_are_suspected(tmp_path, confuse, words):
     right = read(tmp_path, table())
-    suspect(right, KNOWN.configured)
+    check_columns(right, KNOWN.configured)
     with pytest.raises(InputError, match=words):
-        suspect(confuse(right), KNOWN.configured)
+        check_columns(confuse(right), KNOWN.configured)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.engineer.added_noise import disturbed
-from pneumo.engineer.stage_signals import signals
+from pneumo.engineer.stage_signals import stage_signals, with_added_noise
 from pneumo.evidence.fit_coverage import (
     FITTED,
     JUDGED,
@@ -28,7 +27,7 @@ def record():
     t = PERIOD * np.arange(400)
     u = np.where(np.arange(400) % 40 < 20, 12.0, -3.0)
     x = 0.05 * np.sin(8 * t) + np.random.default_rng(5).normal(0, 2e-4, 400)
-    return t, u, x, signals(PERIOD, u, x, np.zeros((2, 400)), 10.0)
+    return t, u, x, stage_signals(PERIOD, u, x, np.zeros((2, 400)), 10.0)
 
 
 def test_stages_have_the_limited_command_and_a_motion_with_its_derivative(record):
@@ -45,13 +44,13 @@ def test_stages_have_the_limited_command_and_a_motion_with_its_derivative(record
 
 def test_linear_command_is_between_samples(record):
     _, u, x, _ = record
-    found = signals(PERIOD, u, x, np.zeros((2, 400)), 20.0, held=False)
+    found = stage_signals(PERIOD, u, x, np.zeros((2, 400)), 20.0, held=False)
     np.testing.assert_allclose(found.inputs[1::2, 0, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)
 
 
 def test_noise_is_made_again_as_it_was(record):
     *_, found = record
-    made = disturbed(found, 4, seed=1)
+    made = with_added_noise(found, 4, seed=1)
     assert len(made) == 8
     for plus, minus in zip(made[::2], made[1::2], strict=True):
         np.testing.assert_array_equal(plus[:, :, 0], found.inputs[:, :, 0])

@@ -1,0 +1,219 @@
+"""Parameters of a fit, and the pressures of a reduced model as a function of them.
+
+A replay starts once, from a pressure that is fitted too, and then sees position and command (or mass flows)
+only: measured minus replayed pressure is the model's error and the noise (output error). Each chamber has
+its own dead volume, as the hoses make it.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.engineer.stage_signals import StageSignals
+from pneumo.physics.cylinder import heat_area
+from pneumo.physics.models import WALL_LAWS, Model, lane, lane_array
+from pneumo.simulation.given_inputs import pressures_on_flows, pressures_on_inputs
+
+LAMBDA_0 = 30.0  # W/(m^2 K), between still and moving air: start of the search for k_0
+STEP = 1e-4  # of finite differences, on the scale of the search
+
+
+class Parameter(NamedTuple):
+    """A parameter that can be fitted.
+
+    Attributes
+    ----------
+    unit : str
+    low, high : float
+        Bounds in SI units; where `relative`, multiples of `Problem.reference`.
+    relative : bool
+    logarithmic : bool
+        Search and interval are on a logarithmic scale.
+    """
+
+    unit: str
+    low: float
+    high: float
+    relative: bool = False
+    logarithmic: bool = True
+
+    def inner(self, value: float) -> float:
+        """Value on the scale of the search."""
+        return float(np.log(value)) if self.logarithmic else float(value)
+
+    def outer(self, value: float) -> float:
+        """Value in SI units."""
+        return float(np.exp(value)) if self.logarithmic else float(value)
+
+
+PARAMETERS = {
+    "n": Parameter("1", 0.8, 1.8, logarithmic=False),
+    "k_0": Parameter("W K-1", 0.3, 1000.0, relative=True),  # W/(m^2 K) times A_q0
+    "k_xu": Parameter("m2 V-1", 0.05, 20.0, relative=True),
+    "V_d_A": Parameter("m3", 0.02, 50.0, relative=True),
+    "V_d_B": Parameter("m3", 0.02, 50.0, relative=True),
+    "start_A": Parameter("Pa", 0.1, 3.0, relative=True),  # of P_0
+    "start_B": Parameter("Pa", 0.1, 3.0, relative=True),
+}
+
+
+def _without_chamber(name: str) -> str:
+    return name.removesuffix("_A").removesuffix("_B")
+
+
+class Problem(NamedTuple):
+    """A model to be fitted to a measurement.
+
+    Attributes
+    ----------
+    model : Model
+    plant : Plant
+        As configured; fitted parameters replace its k_0, k_xu and V_d.
+    signals : StageSignals
+    fixed : dict of str to float
+        Parameters that are not fitted, in SI units.
+    noisy_inputs : sequence of numpy.ndarray
+        From `pneumo.engineer.stage_signals.with_added_noise`; empty for plain least squares.
+    """
+
+    model: Model
+    plant: Plant
+    signals: StageSignals
+    fixed: dict[str, float]
+    noisy_inputs: Sequence[np.ndarray] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the fitted parameters."""
+        absent = {"n"} if not self.model.has_n else set[str]()
+        absent |= {"k_0"} if self.model.wall == "none" else set()
+        absent |= {"k_xu"} if self.signals.flow is not None else set()
+        return tuple(name for name in PARAMETERS if name not in absent | set(self.fixed))
+
+    def reference(self, name: str) -> float:
+        """Value in SI units of which a parameter's bounds are multiples."""
+        p = self.plant
+        values = {"k_xu": p.valve.k_xu, "V_d": p.cylinder.V_d, "start": p.conditions.P_0}
+        values["k_0"] = heat_area(0.0, p.cylinder)
+        return values[_without_chamber(name)] if PARAMETERS[name].relative else 1.0
+
+    def bounds(self) -> np.ndarray:
+        """Lower and upper bounds on the scale of the search, shape (2, parameter)."""
+        ends = [
+            [p.inner(end * self.reference(name)) for end in (p.low, p.high)]
+            for name, p in ((name, PARAMETERS[name]) for name in self.names)
+        ]
+        return np.array(ends).T
+
+    def guess(self) -> np.ndarray:
+        """Start of the search: the configured values and the first measured pressures."""
+        first = self.signals.P[:, : max(1, round(2e-3 / self.signals.period))].mean(axis=1)
+        values = {
+            "n": 1.2,
+            "k_0": LAMBDA_0 * self.reference("k_0"),
+            "start_A": first[0],
+            "start_B": first[1],
+        }
+        inner = [PARAMETERS[k].inner(values.get(k, self.reference(k))) for k in self.names]
+        low, high = self.bounds()
+        return np.clip(inner, low + STEP, high - STEP)
+
+    def values(self, theta: np.ndarray) -> dict[str, float]:
+        """Parameters in SI units, fixed ones too, from `theta` on the scale of the search."""
+        return self.fixed | {k: PARAMETERS[k].outer(x) for k, x in zip(self.names, theta, strict=True)}
+
+
+def replayed_pressures(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    """Pressures of a model with several sets of parameters.
+
+    Lanes of one replay share their plant. Flow is proportional to k_xu, and wall heat to k_0, so both become
+    coefficients of a lane; another dead volume needs another replay.
+
+    Parameters
+    ----------
+    problem : Problem
+    thetas : numpy.ndarray
+        Shape (set, parameter), on the scale of the search.
+    inputs : numpy.ndarray
+        Those of the problem's signals, or noisy ones.
+
+    Returns
+    -------
+    numpy.ndarray
+        Pa, shape (set, chamber, samples); NaN where a replay left the positive numbers.
+    """
+    plant, signals = problem.plant._replace(k_0=1.0), problem.signals
+    lanes, start, V_d = [], np.empty((len(thetas), 2)), np.empty((len(thetas), 2))
+    for i, theta in enumerate(thetas):
+        value = problem.values(theta)
+        row = lane(problem.model, value.get("n", 1.0), plant.gas.gamma)
+        flow = value.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu  # 1 where flows were measured
+        lanes.append(
+            row._replace(
+                n_in=row.n_in * flow,
+                n_out=row.n_out * flow,
+                explicit_heat=row.explicit_heat * value.get("k_0", 0.0),
+            )
+        )
+        start[i] = value["start_A"], value["start_B"]
+        V_d[i] = value["V_d_A"], value["V_d_B"]
+    coefficients, stride = lane_array(lanes), signals.stride
+    result = np.empty((len(thetas), 2, len(inputs) // stride + 1))
+    pairs, which = np.unique(V_d, axis=0, return_inverse=True)
+    for i, pair in enumerate(pairs):
+        rows = np.flatnonzero(which.ravel() == i)
+        for sides, changed, offset in _plants_with_dead_volumes(plant, pair, problem.model):
+            shifted = inputs + np.array([0.0, offset, 0.0]) if offset else inputs
+            rest = (coefficients[rows], changed, signals.h, stride, start[rows])
+            if signals.flow is None:
+                P = pressures_on_inputs(shifted, *rest)
+            else:
+                P = pressures_on_flows(shifted, signals.flow, *rest)
+            result[np.array(rows)[:, None], np.array(sides)] = P[:, sides]
+    return result
+
+
+def _plants_with_dead_volumes(
+    plant: Plant, V_d: np.ndarray, model: Model
+) -> list[tuple[list[int], Plant, float]]:
+    """Chambers, plant and offset of the position, m, of each replay that two dead volumes need.
+
+    One replay is enough, with equal dead volumes and the piston offset, unless the wall's area plays a role.
+    """
+    c = plant.cylinder
+    if WALL_LAWS[model.wall][1] == 0 or V_d[0] == V_d[1]:
+        offset = (V_d[0] - V_d[1]) / (c.A_A + c.A_B)
+        return [([0, 1], plant._replace(cylinder=c._replace(V_d=V_d[0] - c.A_A * offset)), offset)]
+    return [([side], plant._replace(cylinder=c._replace(V_d=V_d[side])), 0.0) for side in (0, 1)]
+
+
+def pressure_and_jacobian(
+    problem: Problem, theta: np.ndarray, inputs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Replayed pressure and its derivative by finite differences.
+
+    Returns
+    -------
+    pressure : numpy.ndarray
+        In units of P_s, shape (chamber, samples); NaN where the replay left the positive numbers.
+    jacobian : numpy.ndarray
+        Shape (chamber, samples, parameter); differences are one-sided, away from the nearer bound.
+    """
+    low, high = problem.bounds()
+    steps = np.where(theta - low > high - theta, -STEP, STEP)
+    # Parameters of one chamber vary together with the same ones of the other: fewer replays.
+    groups: dict[str, list[int]] = {}
+    for i, name in enumerate(problem.names):
+        groups.setdefault(_without_chamber(name), []).append(i)
+    thetas = np.tile(theta, (len(groups) + 1, 1))
+    for row, members in zip(thetas[1:], groups.values(), strict=True):
+        row[members] += steps[members]
+    P = replayed_pressures(problem, thetas, inputs) / problem.plant.conditions.P_s
+    jacobian = np.zeros((*P[0].shape, len(theta)))
+    for change, members in zip(P[1:] - P[0], groups.values(), strict=True):
+        for i in members:
+            side = {"A": slice(0, 1), "B": slice(1, 2)}.get(problem.names[i][-1], slice(0, 2))
+            jacobian[side, :, i] = change[side] / steps[i]
+    return P[0], np.where(np.isfinite(jacobian), jacobian, 0.0)

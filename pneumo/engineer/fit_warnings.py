@@ -1,0 +1,165 @@
+"""Checks of a measurement's columns: errors for what is impossible, notes for what is unlikely."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.errors import InputError
+
+GAP = 3.0  # periods between samples that are a gap
+UNEVEN = 1e-3  # periods beside a uniform grid that are negligible
+OF_SUPPLY = 1.3  # pressure over the supply's that a sensor may show
+TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
+PRESSURE_UNITS = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757, "MPa": 1e6}
+AVERAGING = 0.02  # s, over which noise is small beside the motion of the piston
+
+
+class Samples(NamedTuple):
+    """Columns of a file.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+    first_line : int
+        Line of the first sample; 0 where the file has no lines.
+    values : dict of str to numpy.ndarray
+        Signals in SI units by quantity.
+    """
+
+    path: Path
+    first_line: int
+    values: dict[str, np.ndarray]
+
+    def place(self, index: int, quantity: str) -> str:
+        """Text that says where a sample stands."""
+        row = f"line {index + self.first_line}" if self.first_line else f"sample {index}"
+        return f"{self.path}: {row}, column {quantity}"
+
+
+def check_time(samples: Samples) -> tuple[float, list[str]]:
+    """Period of the time column, s, and notes.
+
+    Raises
+    ------
+    InputError
+        If time does not increase, or has gaps.
+    """
+    t = samples.values["t"]
+    steps = np.diff(t)
+    back = np.flatnonzero(steps <= 0)
+    if len(back):
+        k = int(back[0])
+        raise InputError(
+            f"{samples.place(k + 1, 't')}: {t[k + 1]:.9g} s follows {t[k]:.9g} s: time must increase"
+        )
+    usual = float(np.median(steps))
+    gaps = np.flatnonzero(steps > GAP * usual)
+    if len(gaps):
+        k = int(gaps[0])
+        more = f"; {len(gaps) - 1} more gaps" if len(gaps) > 1 else ""
+        raise InputError(
+            f"{samples.place(k + 1, 't')}: a gap of {steps[k]:.4g} s after t = {t[k]:.6g} s, where samples"
+            f" are {usual:.4g} s apart: cut the file there and fit one part{more}"
+        )
+    period = float(t[-1] - t[0]) / (len(t) - 1)
+    uneven = float(np.max(np.abs(t - t[0] - period * np.arange(len(t))))) / period
+    if uneven <= UNEVEN:
+        return period, []
+    return period, [
+        f"time is not uniform: samples stand up to {uneven:.2g} periods of {period:.4g} s beside"
+        " a uniform grid; signals are interpolated to it"
+    ]
+
+
+def check_signals(samples: Samples, plant: Plant, from_end: bool) -> list[str]:
+    """Notes on pressures, position and command.
+
+    Raises
+    ------
+    InputError
+        If a pressure, position or temperature is impossible, or a signal is constant.
+    """
+    path, values = samples.path, samples.values
+    c, half, u_max = plant.conditions, plant.cylinder.stroke / 2, plant.valve.u_max
+    notes = [note for name in ("P_A", "P_B") for note in _check_pressure(samples, name, plant)]
+    x = values["x"]
+    beyond = np.flatnonzero(np.abs(x) > 1.05 * half)
+    if len(beyond):
+        k = int(beyond[0])
+        shift = half if from_end else 0.0
+        span = f"{shift - half:g} to {shift + half:g} m"
+        hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
+        if np.ptp(x) > 2.2 * half:
+            hint = "; is the unit right?"
+        raise InputError(f"{samples.place(k, 'x')}: {x[k] + shift:.4g} m is outside the stroke, {span}{hint}")
+    share = float(np.mean(np.abs(values["u"]) > u_max))
+    if share:
+        notes.append(f"column u: beyond the limiter's {u_max:g} V in {100 * share:.2g} % of samples; limited")
+    for name in ("x", "P_A", "P_B", *(("m_A", "m_B") if "m_A" in values else ("u",))):
+        if np.ptp(values[name]) == 0:
+            raise InputError(f"{path}: column {name}: {values[name][0]:.4g} in every sample: nothing to fit")
+    if "T" in values and not 200 < np.mean(values["T"]) < 400:
+        raise InputError(
+            f"{path}: column T: {np.mean(values['T']):.4g} K on average: must lie between 200 and 400 K;"
+            " is it degC?"
+        )
+    if not c.P_atm < c.P_s:
+        raise InputError(f"P_s = {c.P_s:g} Pa: must exceed P_atm")
+    return notes
+
+
+def _check_pressure(samples: Samples, name: str, plant: Plant) -> list[str]:
+    """Compare a pressure with what supply and atmosphere allow."""
+    path, P, c = samples.path, samples.values[name], plant.conditions
+    top, low = float(np.percentile(P, 99)), float(np.percentile(P, 1))
+    for unit, scale in PRESSURE_UNITS.items():
+        for factor in (scale, 1 / scale):
+            fits = 0.5 * c.P_atm < top * factor < OF_SUPPLY * c.P_s and low * factor > 0.5 * c.P_atm
+            wrong = top > TOO_LARGE * c.P_s or top < c.P_atm / TOO_LARGE
+            if factor != 1 and wrong and fits:
+                as_if = f"{unit} for Pa" if factor > 1 else f"Pa for {unit}"
+                raise InputError(
+                    f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, where {c.P_atm:.4g}"
+                    f" (atmosphere) to {c.P_s:.4g} (supply) are possible: is it {as_if}?"
+                )
+    below = np.flatnonzero(0.5 * c.P_atm >= P)
+    if len(below):
+        k = int(below[0])
+        raise InputError(
+            f"{samples.place(k, name)}: {P[k]:.4g} Pa is far below the atmosphere's {c.P_atm:.4g} Pa:"
+            " must be absolute; a gauge's unit is written bar(g)"
+        )
+    if top > OF_SUPPLY * c.P_s:
+        raise InputError(
+            f"{path}: column {name}: up to {top:.4g} Pa, far above the supply's {c.P_s:.4g} Pa"
+            " (P_s_Pa, absolute)"
+        )
+    if low < 0.9 * c.P_atm:
+        return [f"column {name}: down to {low:.4g} Pa, below the atmosphere: is it absolute?"]
+    return []
+
+
+def check_velocity(samples: Samples, period: float) -> list[str]:
+    """Note on a measured velocity, if there is one; the fit uses the derivative of the position.
+
+    Raises
+    ------
+    InputError
+        If the velocity is far from the derivative of the position.
+    """
+    if "v" not in samples.values:
+        return []
+    v, x = samples.values["v"], samples.values["x"]
+    width = max(1, round(AVERAGING / period))
+    smooth = np.convolve(v, np.ones(width) / width, mode="valid")
+    difference = (x[width:] - x[:-width]) / (width * period)
+    smooth = smooth[: len(difference)]
+    slope = float(difference @ smooth / max(difference @ difference, 1e-30))
+    if not 0.8 < slope < 1.25:
+        raise InputError(
+            f"{samples.path}: column v: {slope:.3g} times the derivative of x: must be 1;"
+            " is its unit or sign right?"
+        )
+    return [f"column v: {slope:.3g} times the derivative of x; the fit takes that of the smoothed x"]
