@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pneumo.simulation.driven import driven
 
 from pneumo.configuration.experiment import Drive
 from pneumo.engineer.closed_chamber import transient
@@ -13,12 +12,13 @@ from pneumo.engineer.fit_intervals import REACH, bounded, covariances, parameter
 from pneumo.engineer.fit_parameters import PARAMETERS, Problem, replayed_pressures
 from pneumo.engineer.least_squares import evaluate, fit
 from pneumo.engineer.record import Measurement
-from pneumo.engineer.stage_signals import smoothing, stage_signals, with_added_noise
+from pneumo.engineer.stage_signals import FEW_PAIRS, smoothing, stage_signals, with_added_noise
 from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage import truth_of
 from pneumo.evidence.synthetic_records import case
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import run
+from pneumo.simulation.given_inputs import pressures_on_inputs
 
 
 def problem_of(known, model):
@@ -54,7 +54,7 @@ def test_lanes_stand_for_valve_wall_and_dead_volumes(model):
         p = problem.plant
         own = p._replace(k_0=k_0, valve=p.valve._replace(k_xu=k_xu), cylinder=p.cylinder._replace(V_d=V_d))
         s = problem.signals
-        expected = driven(s.inputs, rows, own, s.h, s.stride, start)[0, side]
+        expected = pressures_on_inputs(s.inputs, rows, own, s.h, s.stride, start)[0, side]
         np.testing.assert_allclose(
             found[side], expected, rtol=1e-9
         )  # the order of sums, over thousands of steps
@@ -173,7 +173,7 @@ def test_start_is_where_the_replay_begins(plant):
 
     rows = lane_array([lane(MODELS["M10"], 1.3, 1.4), lane(MODELS["M1"], 1.0, 1.4)])
     start = np.array([[4e5, 5e5], [3e5, 6e5]])
-    found = driven(inputs, rows, plant, 1e-3, 1, start)
+    found = pressures_on_inputs(inputs, rows, plant, 1e-3, 1, start)
     np.testing.assert_array_equal(found[:, :, 0], start)
     # A closed valve and constant temperature leave M1 where it is.
     np.testing.assert_allclose(found[1], np.repeat(start[1][:, None], 6, axis=1), rtol=1e-12)

@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from pneumo.simulation.driven import driven_by_flow
 
 from pneumo import simulate
 from pneumo.configuration.parameters import load, study
@@ -18,6 +17,7 @@ from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.pages.fit_page import fit_page
+from pneumo.simulation.given_inputs import pressures_on_flows
 
 PLANT = study(load("config/paper.yaml")).experiments["E10"].plant
 C, GAS = PLANT.cylinder, PLANT.gas
@@ -52,7 +52,7 @@ def test_a_constant_flow_into_a_still_chamber_raises_pressure_on_a_line():
     inputs, flow = np.zeros((steps, 6, 3)), np.broadcast_to(m, (steps, 6, 2))
     start = np.full((1, 2), 4e5)
     adiabatic = lane_array([lane(MODELS["M3"], 1.4, GAS.gamma)])
-    found = driven_by_flow(inputs, flow, adiabatic, PLANT, H, 1, start)[0]
+    found = pressures_on_flows(inputs, flow, adiabatic, PLANT, H, 1, start)[0]
     c = PLANT.conditions
     rate = GAS.gamma * GAS.R * c.T_0 * m / volume(0.0, C.A_A, C)  # (10) with dV_dt = 0 and T = T_0
     np.testing.assert_allclose(found, 4e5 + rate[:, None] * H * np.arange(steps + 1), rtol=1e-11)
@@ -64,7 +64,9 @@ def test_a_closed_chamber_keeps_P_V_to_the_n():
     x, v = 0.03 * np.sin(8 * at), 0.24 * np.cos(8 * at)
     inputs, flow = np.stack([0 * x, x, v], axis=-1), np.zeros((steps, 6, 2))
     start = np.full((1, 2), 4e5)
-    found = driven_by_flow(inputs, flow, lane_array([lane(MODELS["M5"], n, GAS.gamma)]), PLANT, H, 1, start)
+    found = pressures_on_flows(
+        inputs, flow, lane_array([lane(MODELS["M5"], n, GAS.gamma)]), PLANT, H, 1, start
+    )
     V = np.array([volume(0.03 * s * np.sin(8 * H * np.arange(steps + 1)), C.A_A, C) for s in (1, -1)])
     # The step is 1e-3 of a radian's time: a fifth-order method leaves some (8e-3)^5 = 3e-11 per step at most.
     np.testing.assert_allclose(found[0] * V**n, np.broadcast_to(4e5 * V[:, :1] ** n, V.shape), rtol=1e-8)
@@ -74,7 +76,7 @@ def test_a_lane_that_empties_is_not_a_number():
     steps = 50
     flow = np.full((steps, 6, 2), -1.0)
     lanes = lane_array([lane(MODELS["M3"], 1.4, GAS.gamma)])
-    found = driven_by_flow(np.zeros((steps, 6, 3)), flow, lanes, PLANT, H, 1, np.full((1, 2), 4e5))
+    found = pressures_on_flows(np.zeros((steps, 6, 3)), flow, lanes, PLANT, H, 1, np.full((1, 2), 4e5))
     assert np.isnan(found[..., -1]).all()
 
 

@@ -20,7 +20,7 @@ from pneumo.engineer.own_study import (
 )
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import DIVERGED
-from pneumo.simulation.reference import NO_RUN
+from pneumo.simulation.replay import NO_RUN
 from pneumo.storage.files import write_json
 
 WITH_WALL = models_with_wall_heat()

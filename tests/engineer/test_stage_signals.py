@@ -1,23 +1,9 @@
-"""Signals between sensors and replay: limits, stages, noise made again; random cylinders as drawn."""
-
-from pathlib import Path
+"""Signals between sensors and replay: limiter, stages, added noise."""
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from pneumo.engineer.stage_signals import stage_signals, with_added_noise
-from pneumo.evidence.fit_coverage import (
-    FITTED,
-    JUDGED,
-    full_order_truth,
-    held,
-    labels,
-    same_model,
-    summary,
-    truth_of,
-)
-from pneumo.evidence.synthetic_records import case, sensed
 
 PERIOD = 2e-3
 
@@ -61,66 +47,3 @@ def test_noise_is_made_again_as_it_was(record):
         assert 0.05 * found.noise < np.std(half) < 0.8 * found.noise  # smoothed, too
         slope = np.gradient(half[:, 0], found.h)
         assert np.corrcoef(slope, (plus - minus)[:, 0, 2])[0, 1] > 0.99
-
-
-def test_sensors_are_noisy_and_quantised():
-    found = sensed(np.random.default_rng(0), np.zeros(4000), 8.0, 0.01, 10)
-    np.testing.assert_array_equal(found / (8 / 1024), np.round(found / (8 / 1024)))
-    assert np.std(found) == pytest.approx(0.08, rel=0.05)  # 4000 samples: 1.1 %
-
-
-def test_cases_are_as_drawn():
-    known = case(8, "M7")
-    half = known.truth.cylinder.stroke / 2
-    assert np.ptp(known.x_exact) > 0.2 * half and np.abs(known.x_exact).max() < half
-    assert known.truth.cylinder.V_d == known.V_d[0] != known.V_d[1]
-    assert known.configured.valve.k_xu != known.truth.valve.k_xu
-    np.testing.assert_array_equal(case(8, "M7").P, known.P)
-    assert np.std(known.P - known.P_exact) == pytest.approx(known.noise * 1e6, rel=0.05)
-    assert np.std(known.x - known.x_exact) == pytest.approx(known.noise * 2 * half, rel=0.05)
-    told = truth_of(known)
-    assert (told["n"], told["k_0"], told["V_d_B"]) == (known.n, known.truth.k_0, known.V_d[1])
-    assert told["k_xu"] == known.truth.valve.k_xu
-    assert labels(known)["noise"] == known.noise
-
-
-def test_a_case_is_fitted_by_the_model_that_made_it():
-    found = same_model(1032)  # little noise, long in motion: k_0 is seen
-    assert found["fitted_model"].item() == FITTED[1032 % 4]
-    assert list(found["parameter"].values) == list(JUDGED)
-    np.testing.assert_allclose(found["estimate"] / found["truth"], 1.0, atol=0.6)
-    assert np.all(found["low"] < found["estimate"]) and np.all(found["estimate"] < found["high"])
-    # The truth of the valve's coefficient is within ten of its standard errors.
-    spread = (found["high"] - found["low"]).sel(parameter="k_xu")
-    assert abs(found["estimate"] - found["truth"]).sel(parameter="k_xu") < 2.5 * spread
-
-
-def test_intervals_held_are_counted_and_open_ends_set_no_limit():
-    nan = np.nan
-    found = xr.Dataset(
-        {
-            "truth": (("case", "parameter"), [[1.2], [1.2], [1.2], [1.2]]),
-            "low": (("case", "parameter"), [[1.1], [nan], [1.3], [1.1]]),
-            "high": (("case", "parameter"), [[1.3], [1.25], [1.4], [nan]]),
-            "full_k_0": (("case", "model"), [[nan, 0.5], [nan, 1.0], [nan, 2.0], [nan, 1.0]]),
-            "full_true_k_0": ("case", [1.0, 1.0, 1.0, 0.5]),
-            "full_held_out": (("case", "model"), 1e3 * np.array([[1.0, 2.0]] * 4)),
-            "full_seconds": (("case", "model"), np.ones((4, 2))),
-        },
-        coords={"parameter": ["n"], "model": ["M6", "M7"]},
-    )
-    row = held(found).loc["n"]
-    assert (row["held"], row["cases"], row["closed_held"], row["closed"]) == (3, 4, 1, 2)
-    assert full_order_truth(found).loc["M7", "k_0_median"] == 1.5
-    text = summary(found)
-    assert "| n | 3 of 4 |" in text and "| M6 |  | 1.0 |" in text and "| M7 | 1.50 (" in text
-
-
-@pytest.mark.results
-def test_the_page_shows_the_coverage_that_was_found(results):
-    file = results / "fit_coverage.md"
-    if not file.exists():
-        pytest.skip("no results/fit_coverage.md: `snakemake -j2 fit_coverage` makes it")
-    page = (Path(__file__).parents[2] / "docs/fit.md").read_text(encoding="utf-8")
-    shown = page.partition("<!-- coverage:")[2].partition("-->")[2].partition("<!-- /coverage -->")[0]
-    assert shown.strip() == file.read_text(encoding="utf-8").strip()
