@@ -18,7 +18,8 @@ from pneumo.publish.text.markdown_tables import table_7
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
 from pneumo.simulation.reference import NO_RUN, no_replay
 from pneumo.simulation.settling import settle
-from pneumo.statistics.averages import settling_table, statistics
+from pneumo.statistics.averages import statistics
+from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import open_grid, read
 from pneumo.storage.layout import datum_dataset, failure_text, settling_dataset
 from pneumo.verdict.judging import verdict
@@ -112,7 +113,7 @@ def folder(printed_once, tmp_path_factory):
     for transport in ("published", "exact"):
         save(replays_of(experiment, recording), folder / transport / "replay" / "E06.nc")
         grid = open_grid(folder / transport)
-        save(statistics(grid, STUDY.levels), folder / transport / "statistics.nc")
+        save(statistics(grid, STUDY.experiments_by_level), folder / transport / "statistics.nc")
     return folder
 
 
@@ -136,7 +137,7 @@ def test_averages_leave_it_out_and_count(folder):
         **{"overall": 15, "adiabatic": 7, "typical": 7, "isothermal": 8},
     }
     others = open_grid(folder / "published").drop_sel(experiment="E06")
-    expected = statistics(others, STUDY.levels)
+    expected = statistics(others, STUDY.experiments_by_level)
     for name in ("mse", "mean_error", "std", "p10", "p90", "constant_n"):
         np.testing.assert_array_equal(found[name], expected[name])
     assert bool(found["best_n"].sel(experiment="E06").isnull().all())
@@ -162,6 +163,6 @@ def test_a_study_in_which_everything_failed():
     recording = record(broken("no mass"))
     grid = replays_of(broken("no mass"), recording).drop_vars("pressure").expand_dims("experiment")
     grid = grid.assign_coords(k_0=("experiment", [E06.plant.k_0]))
-    found = statistics(grid, STUDY.levels)
+    found = statistics(grid, STUDY.experiments_by_level)
     assert found["experiments"].values.tolist() == [0, 0, 0, 0]
     assert bool(found[["mse", "std", "p10", "best_n"]].isnull().all().to_array().all())

@@ -154,3 +154,11 @@ class Study(NamedTuple):
     lag: float
     config_sha256: str
     seeds: int = 5
+
+    @property
+    def experiments_by_level(self) -> dict[str, list[str]]:
+        """Names of the experiments of each heat-transfer level."""
+        return {
+            level: [name for name, experiment in self.experiments.items() if experiment.plant.k_0 in k_0]
+            for level, k_0 in self.levels.items()
+        }

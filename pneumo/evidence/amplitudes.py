@@ -4,7 +4,7 @@ Fitted is Table 7, scored is Table 9. An open-loop amplitude concerns its own cy
 only, so each experiment runs once per amplitude, and every pair of amplitudes follows by averaging.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -62,11 +62,9 @@ def table_7(mse: np.ndarray) -> np.ndarray:
     return mse.min(axis=-1).mean(axis=-2)
 
 
-def table_9(mse: np.ndarray, k_0: np.ndarray, levels: Mapping[str, tuple[float, ...]]) -> np.ndarray:
+def table_9(mse: np.ndarray, names: Sequence[str], levels: Mapping[str, Sequence[str]]) -> np.ndarray:
     """Average over each level's experiments, each model at its best n of that level, shape (level, model)."""
-    return np.stack(
-        [mse[np.isin(k_0, conductances)].mean(axis=0).min(axis=-1) for conductances in levels.values()]
-    )
+    return np.stack([mse[np.isin(names, members)].mean(axis=0).min(axis=-1) for members in levels.values()])
 
 
 class Printed(NamedTuple):
@@ -129,7 +127,7 @@ def grid_of(study: Study, done: Runs, transport: str, a_D: float, a_E: float) ->
 def surface(study: Study, done: Runs, transport: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Deviance of Table 7, and rms of Tables 7 and 9, for every pair of amplitudes of D and E."""
     seven, nine = printed(table7()), printed(table9())
-    k_0 = np.array([experiment.plant.k_0 for experiment in study.experiments.values()])
+    names = list(study.experiments)
     shape = tuple(len(done.amplitudes[cylinder]) for cylinder in CYLINDERS)
     deviance, rms_7, rms_9 = np.empty(shape), np.empty(shape), np.empty(shape)
     for i, a_D in enumerate(done.amplitudes["D"]):
@@ -138,7 +136,7 @@ def surface(study: Study, done: Runs, transport: str) -> tuple[np.ndarray, np.nd
             ratio_7 = np.log(table_7(mse) / seven.mse)
             deviance[i, j] = np.sum((ratio_7 / seven.sigma) ** 2)
             rms_7[i, j] = rms(ratio_7)
-            rms_9[i, j] = rms(np.log(table_9(mse, k_0, study.levels) / nine.mse))
+            rms_9[i, j] = rms(np.log(table_9(mse, names, study.experiments_by_level) / nine.mse))
     return deviance, rms_7, rms_9
 
 

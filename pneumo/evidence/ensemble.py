@@ -4,7 +4,7 @@ Seed sets are independent repetitions of the whole study; models are compared wi
 makes a set hard for all of them drops out.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -53,7 +53,7 @@ def spread(values: xr.DataArray) -> xr.DataArray:
     return xr.concat([mean, std, mean - half, mean + half], xr.Variable("spread", list(SPREAD)))
 
 
-def tables(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.Dataset:
+def tables(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Tables 7, 8 and 9 of every seed set by (seeds, transport, ...), as `statistics` names them."""
     by_seeds = [
         xr.concat(
@@ -68,7 +68,7 @@ def tables(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.
     return xr.concat(by_seeds, ensemble["seeds"])
 
 
-def complete(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.DataArray:
+def complete(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
     """Seed sets in which nothing is missing, so that averages of all of them are of the same experiments.
 
     Every full-order run succeeded, and every model has an n at which its replays did: one for each
@@ -81,21 +81,21 @@ def complete(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> x
     """
     mse = concatenated(ensemble)["mse"]
     found = mse.min("n").notnull().all("experiment")
-    for conductances in levels.values():
-        part = mse.sel(experiment=np.isin(mse["k_0"], conductances))
+    for names in levels.values():
+        part = mse.sel(experiment=np.isin(mse["experiment"], names))
         found &= part.notnull().all("experiment").any("n")
     return found.all(("transport", "model"))
 
 
-def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.DataArray:
+def scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
     """Score of each model by each criterion, lower is better, by (criterion, level, ..., model).
 
     Parameters
     ----------
     mse : xarray.DataArray
-        Pa^2, both chambers joined, by (..., experiment, model, n) and with `k_0` by experiment.
-    levels : mapping of str to tuple of float
-        Conductances of each level, W/K. At a level each model has the one n of the lowest mean (or
+        Pa^2, both chambers joined, by (..., experiment, model, n).
+    levels : mapping of str to sequence of str
+        Experiments of each level. At a level each model has the one n of the lowest mean (or
         geometric mean) square error; "overall" takes each experiment at its own best n, as Table 7 does.
 
     Returns
@@ -104,8 +104,8 @@ def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.Dat
         Pa^2; ranks from 1 for the criterion "rank".
     """
     found = {OVERALL: _scores(mse.min("n"), mse.min("n"))}
-    for level, conductances in levels.items():
-        part = mse.sel(experiment=np.isin(mse["k_0"], conductances))
+    for level, names in levels.items():
+        part = mse.sel(experiment=np.isin(mse["experiment"], names))
         n = part.mean("experiment", skipna=False).fillna(np.inf).argmin("n")  # never where a cell failed
         geometric = _exp(_log(part).mean("experiment", skipna=False)).min("n")
         found[level] = _scores(part.isel(n=n), part.isel(n=n), geometric)
@@ -208,15 +208,15 @@ def ratios(score: xr.DataArray) -> xr.Dataset:
     )
 
 
-def analysed(ensemble: xr.Dataset, levels: Mapping[str, tuple[float, ...]]) -> xr.Dataset:
+def analysed(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Everything that the ensemble says, in one dataset.
 
     Parameters
     ----------
     ensemble : xarray.Dataset
         `mean_error`, `mse`, `failure_time` by (seeds, transport, experiment, model, n, chamber).
-    levels : mapping of str to tuple of float
-        Conductances of each level, W/K.
+    levels : mapping of str to sequence of str
+        Experiments of each level.
 
     Returns
     -------

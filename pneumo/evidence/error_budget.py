@@ -275,15 +275,15 @@ def told_apart(total: xr.DataArray, model_error: xr.DataArray) -> xr.DataArray:
     return abs(seen - true) < abs(true)
 
 
-def summary(cells: xr.Dataset, levels: Mapping[str, Sequence[float]]) -> xr.Dataset:
+def summary(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Budget by experiment and by level, joined over chambers.
 
     Parameters
     ----------
     cells : xarray.Dataset
         Of `budget`, joined along "experiment".
-    levels : mapping of str to sequence of float
-        Conductances k_0, W/K, of each level.
+    levels : mapping of str to sequence of str
+        Experiments of each level.
 
     Returns
     -------
@@ -302,8 +302,8 @@ def summary(cells: xr.Dataset, levels: Mapping[str, Sequence[float]]) -> xr.Data
     best = best_n(joined["total"])
     result = xr.Dataset({"best_n": best, "told_apart": apart(at_n(joined, best))})
     averages, constant = [], []
-    for conductances in levels.values():
-        inside = np.isin(cells["k_0"], conductances)
+    for names in levels.values():
+        inside = np.isin(cells["experiment"], names)
         none = xr.full_like(joined.isel(experiment=0, drop=True), np.nan)
         average = joined.sel(experiment=inside).mean("experiment", skipna=False) if inside.any() else none
         constant.append(best_n(average["total"]))

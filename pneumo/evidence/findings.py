@@ -33,7 +33,7 @@ class SeedSet(StudyResults):
     def __init__(self, study: Study, cells: xr.Dataset, transport: str):
         super().__init__(Path(), transport)
         self.study = study
-        self.statistics = statistics(cells, study.levels)
+        self.statistics = statistics(cells, study.experiments_by_level)
         self.cells = concatenated(cells)
 
 
@@ -174,7 +174,7 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
         tables bear it out (``printed_stands``), and the ``numbers`` of both transports; ``seed_sets`` that
         are complete, of those ``drawn``; ``note``; ``config_sha256``.
     """
-    whole = complete(ensemble, study.levels)
+    whole = complete(ensemble, study.experiments_by_level)
     drawn, sets = len(whole), ensemble["seeds"].values[whole.values]
     sources = {
         transport: [

@@ -225,7 +225,7 @@ class Toggled(StudyResults):
         )
         grid["mean_error"] = case.sign * grid["mean_error"]
         self.study = case.study
-        self.statistics = statistics(grid, case.study.levels, case.ddof)
+        self.statistics = statistics(grid, case.study.experiments_by_level, case.ddof)
         self.settling_times = xr.concat(
             [run.times for run in runs.values()],
             "experiment",

@@ -4,7 +4,7 @@ Ratios of mean square errors with and without a refinement, under every alternat
 reaches the grid and under other physics beside it. Runs are cut to `LONGEST` s, the shortest of Table 6.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -139,15 +139,15 @@ def of_experiment(name: str, found: Mapping[str, Case]) -> xr.Dataset:
     return xr.Dataset({"mse": (dims, np.array(values))}, coords)
 
 
-def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.DataArray:
+def scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
     """Error of each model over the experiments of a level, at its best constant n there.
 
     Parameters
     ----------
     mse : xarray.DataArray
-        By (experiment, model, n) and more, with `k_0` beside the experiments.
-    levels : mapping of str to tuple of float
-        Conductances k_0, W/K, of each level.
+        By (experiment, model, n) and more.
+    levels : mapping of str to sequence of str
+        Experiments of each level.
 
     Returns
     -------
@@ -163,8 +163,8 @@ def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.Dat
         return xr.concat([mean, geometric], xr.Variable("criterion", list(CRITERIA)))
 
     found = {OVERALL: both(mse.min("n"), logarithm.min("n"))}
-    for level, conductances in levels.items():
-        inside = np.isin(mse["k_0"], conductances)
+    for level, names in levels.items():
+        inside = np.isin(mse["experiment"], names)
         if inside.any():
             found[level] = both(mse.sel(experiment=inside), logarithm.sel(experiment=inside)).min("n")
         else:
@@ -174,7 +174,7 @@ def scores(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.Dat
     )
 
 
-def summary(mse: xr.DataArray, levels: Mapping[str, tuple[float, ...]]) -> xr.Dataset:
+def summary(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Ratios of the refinements and how often they pay.
 
     Returns
@@ -213,4 +213,4 @@ def study_variants(found: Mapping[str, Case], threads: int = 1) -> xr.Dataset:
     with ThreadPoolExecutor(threads) as pool:
         parts = list(pool.map(lambda name: of_experiment(name, found), study.experiments))
     cells = xr.concat(parts, "experiment", coords=["cylinder", "loop", "k_0"], compat="equals")
-    return cells.merge(summary(cells["mse"], study.levels))
+    return cells.merge(summary(cells["mse"], study.experiments_by_level))

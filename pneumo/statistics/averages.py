@@ -1,13 +1,11 @@
 """Statistics over experiments: eqs (14) to (16), Tables 7 to 9 and the percentiles of Figs 9 and 11."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 
-from pneumo.storage.files import EXPERIMENT_LABELS
-
-OVERALL = "overall"  # the pseudo-level of Table 7: all experiments, each model at its best n in each
+OVERALL = "overall"  # Table 7's level: all experiments, each model at its best n in each
 
 
 def concatenated(grid: xr.Dataset) -> xr.Dataset:
@@ -17,6 +15,11 @@ def concatenated(grid: xr.Dataset) -> xr.Dataset:
     ----------
     grid : xarray.Dataset
         From `pneumo.open_grid`; both chambers have the same number of samples.
+
+    Returns
+    -------
+    xarray.Dataset
+        `mean_error`, Pa, `mse` and `variance`, Pa^2; NaN where a chamber failed.
     """
     mean_error = grid["mean_error"].mean("chamber", skipna=False)
     mse = grid["mse"].mean("chamber", skipna=False)
@@ -24,10 +27,7 @@ def concatenated(grid: xr.Dataset) -> xr.Dataset:
 
 
 def best_n(mse: xr.DataArray) -> xr.DataArray:
-    """Index n of the lowest mean square error; failed cells never win, NaN where all failed.
-
-    Ties (models without n) go to the lowest n.
-    """
+    """The n of the lowest mean square error; of equals (models without n) the lowest, NaN where all failed."""
     filled = mse.fillna(np.inf)
     return filled.idxmin("n").where(np.isfinite(filled.min("n")))
 
@@ -60,15 +60,15 @@ def over_experiments(cells: xr.Dataset, ddof: int = 1) -> xr.Dataset:
     )
 
 
-def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]], ddof: int = 1) -> xr.Dataset:
+def statistics(grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int = 1) -> xr.Dataset:
     """Tables 7, 8 and 9 of a grid.
 
     Parameters
     ----------
     grid : xarray.Dataset
         From `pneumo.open_grid`.
-    levels : mapping of str to tuple of float
-        Conductances k_0, W/K, of each heat-transfer level.
+    levels : mapping of str to sequence of str
+        Names of the experiments of each heat-transfer level.
     ddof : int
         The variance of means in eq (16) is divided by N - ddof. ASSUME: 1, as Tables 7 and 9 say.
 
@@ -78,21 +78,21 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]], ddof: 
         `best_n` by (experiment, model): Table 8. `mean_error`, `std`, `mse`, `p10`, `p90` by
         (level, model): level "overall" is Table 7, the others Table 9. `constant_n` by
         (level, model): the n that Table 9's rows use, NaN for "overall". `experiments` by level:
-        how many it averages (with none all is NaN, with one `std` is). An experiment in which every
-        cell failed is left out and has a `failure_time`, s; a model that failed throughout another
-        has NaN where that one counts.
+        number of experiments averaged (with none all is NaN, with one `std` is). An experiment in which
+        every cell failed is left out and has a `failure_time`, s; where a model failed at every n in an
+        experiment, its averages over that experiment are NaN.
     """
     ran = grid["mse"].notnull().any(("model", "n", "chamber"))
     failure_time = grid["failure_time"].max(("model", "n", "chamber")).where(~ran)
     grid = grid.drop_attrs()  # or a percentile would keep the long name and unit of what it is one of
     cells = concatenated(grid)
     best = best_n(cells["mse"])
-    cells, k_0 = cells.sel(experiment=ran), grid["k_0"][ran]
+    cells = cells.sel(experiment=ran)
     tables = {OVERALL: over_experiments(at_n(cells, best.sel(experiment=ran)), ddof)}
     constant = {OVERALL: xr.full_like(best.isel(experiment=0, drop=True), np.nan)}
     count = {OVERALL: cells.sizes["experiment"]}
-    for level, conductances in levels.items():
-        part = cells.sel(experiment=np.isin(k_0, conductances))
+    for level, names in levels.items():
+        part = cells.sel(experiment=np.isin(cells["experiment"], names))
         count[level] = part.sizes["experiment"]
         if not count[level]:
             tables[level], constant[level] = xr.full_like(tables[OVERALL], np.nan), constant[OVERALL]
@@ -104,34 +104,7 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, tuple[float, ...]], ddof: 
     result["constant_n"] = xr.concat(list(constant.values()), level, coords="minimal", compat="override")
     result["constant_n"].attrs = {"units": "1", "long_name": "n of the lowest mean square error of the level"}
     result["best_n"] = best
-    counted = {"units": "1", "long_name": "number of experiments that the level averages"}
-    result["experiments"] = ("level", np.array(list(count.values()), dtype=np.int32), counted)
+    attributes = {"units": "1", "long_name": "number of experiments that the level averages"}
+    result["experiments"] = ("level", np.array(list(count.values()), dtype=np.int32), attributes)
     result["failure_time"] = failure_time
     return result
-
-
-def settling_table(parts: Mapping[str, xr.Dataset], durations: Mapping[str, float]) -> xr.Dataset:
-    """Table 5 as reproduced, and the ten-times rule for the durations of Table 6.
-
-    Parameters
-    ----------
-    parts : mapping of str to xarray.Dataset
-        Settling runs by experiment.
-    durations : mapping of str to float
-        Length of each full-order run, s.
-    """
-    runs = [part["settling_time"] for part in parts.values()]
-    times = xr.concat(runs, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
-    duration = xr.DataArray(list(durations.values()), {"experiment": list(durations)}, name="duration")
-    table = times.to_dataset()
-    table["failure_time"] = xr.concat(
-        [part["failure_time"] for part in parts.values()], "experiment", coords="minimal", compat="override"
-    )
-    table["duration"] = duration.reindex(experiment=times["experiment"]).assign_attrs(
-        units="s", long_name="length of the full-order run"
-    )
-    ratio = table["duration"] / times.max("quantity")
-    table["duration_per_settling_time"] = ratio.assign_attrs(
-        units="1", long_name="length of the run over the longest settling time"
-    )
-    return table

@@ -20,7 +20,7 @@ from pneumo.simulation.vectorised import replay
 
 CONFIG = Path(__file__).parents[2] / "config"
 STUDY = study(load(CONFIG / "paper.yaml"))
-LEVELS = {"low": (0.1,), "high": (0.5, 2.5)}
+LEVELS = {"low": ["E00", "E03"], "high": ["E01", "E02"]}
 
 
 def short(steps, *names):

@@ -40,7 +40,7 @@ def cells():
 
 @pytest.fixture(scope="module")
 def dataset(cells):
-    levels = {"adiabatic": (0.1,), "typical": (0.1, 0.5), "isothermal": (2.5,)}
+    levels = {"adiabatic": ["E06"], "typical": ["E06", "E12"], "isothermal": []}
     return b.described(cells.merge(b.summary(cells, levels)))
 
 

@@ -175,7 +175,7 @@ def test_a_seed_set_that_lacks_something_is_left_out_and_counted(ensemble):
     assert (some["seed_sets"], some["drawn"], fewer["drawn"]) == (2, 3, 2)
     assert some["claims"] == fewer["claims"]
     assert "1 more are left out" in some["note"] and "left out" not in fewer["note"]
-    found, expected = (analysed(e, STUDY.levels) for e in (lacking, without))
+    found, expected = (analysed(e, STUDY.experiments_by_level) for e in (lacking, without))
     assert found["complete"].values.tolist() == [1, 0, 1]
     assert found["failed_sets"].sel(experiment="E04") == 1 == found["failed_sets"].sum()
     names = ["table_mse", "probability", "ratio_value", "experiment_ratio_high"]
@@ -187,9 +187,9 @@ def test_an_n_that_fails_somewhere_is_no_constant_n(ensemble):
     best = {"seeds": 0, "transport": "exact", "experiment": "E05", "model": "M8", "n": 1.2}
     lacking["mse"].loc[{**best, "experiment": slice(None)}] = 1.0  # by far the lowest everywhere, but
     lacking["mse"].loc[best] = np.nan
-    assert complete(lacking, STUDY.levels).all()
+    assert complete(lacking, STUDY.experiments_by_level).all()
     mse = lacking["mse"].mean("chamber", skipna=False).sel(seeds=0, transport="exact")
-    of_M8 = scores(mse, STUDY.levels).sel(model="M8", criterion="mean")
+    of_M8 = scores(mse, STUDY.experiments_by_level).sel(model="M8", criterion="mean")
     assert of_M8.sel(level="typical") > 1.0 and of_M8.sel(level="isothermal") == 1.0
 
 
@@ -197,7 +197,7 @@ def test_as_table_figure_and_on_the_terminal(found, ensemble, tmp_path):
     text = tables.findings(found)
     assert text.count("\n| ") == 1 + sum(row["headline"] for row in found["claims"]) - 1
     assert tables.findings(found, headlines=False).count("\n| ") == len(found["claims"])
-    everything = analysed(ensemble, STUDY.levels)
+    everything = analysed(ensemble, STUDY.experiments_by_level)
     console = Console(width=200, record=True)
     console.print(ratio_table(everything), probability_table(everything, "exact", "overall"))
     shown = console.export_text()

@@ -203,18 +203,17 @@ def test_tables_of_the_grid_are_those_of_the_statistics():
     rng = np.random.default_rng(3)
     names, models = list(STUDY.experiments), [f"M{i}" for i in range(1, 11)]
     mse = rng.uniform(1, 2, (16, 10, 9))
-    k_0 = np.array([e.plant.k_0 for e in STUDY.experiments.values()])
     dims = ("experiment", "model", "n", "chamber")
     both = np.repeat(mse[..., np.newaxis], 2, axis=-1)
     grid = xr.Dataset(
         {"mse": (dims, both), "mean_error": (dims, 0 * both), "failure_time": (dims, np.nan * both)},
-        coords={"experiment": names, "model": models, "n": list(STUDY.n), "k_0": ("experiment", k_0)},
+        coords={"experiment": names, "model": models, "n": list(STUDY.n)},
     )
-    expected = statistics(grid, STUDY.levels)["mse"]
-    levels = list(STUDY.levels)
+    expected = statistics(grid, STUDY.experiments_by_level)["mse"]
+    levels = list(STUDY.experiments_by_level)
     np.testing.assert_allclose(amplitudes.table_7(mse), expected.sel(level="overall"), rtol=1e-14)
     np.testing.assert_allclose(
-        amplitudes.table_9(mse, k_0, STUDY.levels), expected.sel(level=levels), rtol=1e-14
+        amplitudes.table_9(mse, names, STUDY.experiments_by_level), expected.sel(level=levels), rtol=1e-14
     )
     assert list(table9()["level"].values) == levels
 

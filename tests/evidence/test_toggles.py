@@ -30,7 +30,8 @@ from pneumo.simulation.full_order import STAGES, C, Recording, record
 from pneumo.simulation.reference import published_inputs
 from pneumo.simulation.settling import Settling, settle
 from pneumo.simulation.vectorised import replay
-from pneumo.statistics.averages import settling_table, statistics
+from pneumo.statistics.averages import statistics
+from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import open_grid, read, write, write_json
 from pneumo.storage.layout import settling_dataset
 from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
@@ -121,7 +122,7 @@ def test_baseline_is_what_the_verdict_finds(tiny, tmp_path):
         lanes, index = grid_lanes(two.n, e.plant.gas.gamma)
         cells = replay(record(e), lanes, e.drive, e.plant, e.h, transport="published", lag=two.lag)
         write(replay_dataset(e, two.n, index, cells), tmp_path / f"published/replay/{name}.nc", {})
-    found = statistics(open_grid(tmp_path / "published"), two.levels)
+    found = statistics(open_grid(tmp_path / "published"), two.experiments_by_level)
     write(found, tmp_path / "published/statistics.nc", {})
     parts = {name: settling_dataset(e, settle(e)) for name, e in two.experiments.items()}
     write(settling_table(parts, dict.fromkeys(parts, 1.0)), tmp_path / "settling.nc", {})

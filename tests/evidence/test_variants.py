@@ -21,7 +21,7 @@ from pneumo.verdict.assumptions import AS_TAKEN
 ROOT = Path(__file__).parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/paper.yaml").read_text(encoding="utf-8"))
 TINY = CONFIG | {"run": {"experiments": ["E06", "E12"], "duration_limit_s": 0.5}}
-LEVEL = {"adiabatic": (0.1,), "typical": (0.1, 0.5), "isothermal": (2.5,)}
+LEVEL = {"adiabatic": ["E06"], "typical": ["E06", "E12"], "isothermal": []}
 
 
 @pytest.fixture(scope="module")
@@ -94,9 +94,9 @@ def by_hand():
     models = {model: values.get(model, [[1.0, 1.0], [1.0, 1.0]]) for model in v.COMPARED}
     mse = xr.DataArray(
         np.array(list(models.values())).transpose(1, 0, 2),
-        {"experiment": ["E1", "E2"], "model": list(models), "n": [1.0, 1.4]},
+        {"experiment": ["E06", "E12"], "model": list(models), "n": [1.0, 1.4]},
         ("experiment", "model", "n"),
-    ).assign_coords(k_0=("experiment", [0.1, 0.5]))
+    )
     return xr.concat([mse, 4 * mse, np.nan * mse], xr.Variable("alternative", [AS_TAKEN, "b.b", "c.c"]))
 
 

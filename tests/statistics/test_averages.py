@@ -10,15 +10,13 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from pneumo.configuration.parameters import load, study
-from pneumo.statistics.averages import OVERALL, best_n, concatenated, settling_table, statistics
-from pneumo.verdict import published
+from pneumo.statistics.averages import OVERALL, best_n, concatenated, statistics
 
 STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 EPS = np.finfo(float).eps
 WITHOUT_SHRINKING = [Phase.explicit, Phase.reuse, Phase.generate]  # one seed is as simple as another
 MODELS = [f"M{i}" for i in range(1, 11)]
-K_0 = [0.02, 0.1, 0.5, 2.5]
-LEVELS = {"adiabatic": (0.02, 0.1), "typical": (0.1, 0.5), "isothermal": (0.5, 2.5)}
+LEVELS = STUDY.experiments_by_level
 
 
 def random_errors(seed, experiments=16, models=10, n=9, samples=11):
@@ -29,11 +27,9 @@ def random_errors(seed, experiments=16, models=10, n=9, samples=11):
     return size * (rng.normal(size=shape) + rng.normal(size=shape[:-1])[..., np.newaxis])
 
 
-def grid_of(errors, n=None, k_0=None):
+def grid_of(errors):
     """What `open_grid` gives for these errors."""
     dims = ("experiment", "model", "n", "chamber")
-    experiments = errors.shape[0]
-    k_0 = [K_0[j // 4 % 4] for j in range(experiments)] if k_0 is None else k_0
     return xr.Dataset(
         {
             "mean_error": (dims, errors.mean(-1), {"units": "Pa", "long_name": "mean"}),
@@ -43,11 +39,10 @@ def grid_of(errors, n=None, k_0=None):
             "failure_time": (dims, np.full(errors.shape[:-1], np.nan)),
         },
         {
-            "experiment": [f"E{j + 1:02d}" for j in range(experiments)],
+            "experiment": list(STUDY.experiments)[: errors.shape[0]],
             "model": MODELS[: errors.shape[1]],
-            "n": list(STUDY.n)[: errors.shape[2]] if n is None else n,
+            "n": list(STUDY.n)[: errors.shape[2]],
             "chamber": ["A", "B"],
-            "k_0": ("experiment", k_0),
         },
     )
 
@@ -88,21 +83,23 @@ def matches(table, joined):
 @settings(deadline=None, max_examples=10, phases=WITHOUT_SHRINKING)
 def test_tables_are_those_of_the_error_vectors(seed, experiments):
     errors = random_errors(seed, experiments, models=3, n=4)
-    k_0 = np.random.default_rng(seed).choice(K_0, experiments)
+    names = np.array(list(STUDY.experiments)[:experiments])
+    draw = np.random.default_rng(seed).choice
+    levels = {level: list(draw(names, draw(experiments), replace=False)) for level in LEVELS}
     joined = np.concatenate([errors[..., 0, :], errors[..., 1, :]], axis=-1)  # chambers A and B in one vector
     square = (joined**2).mean(-1)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        table = statistics(grid_of(errors, k_0=k_0), LEVELS)
-    assert table["level"].values.tolist() == [OVERALL, *LEVELS]
+        table = statistics(grid_of(errors), levels)
+    assert table["level"].values.tolist() == [OVERALL, *levels]
     for i, model in enumerate(MODELS[:3]):
         best = square[:, i].argmin(axis=1)
         assert np.array_equal(table["best_n"].sel(model=model), np.array(STUDY.n)[best])
         own = np.array([joined[j, i, best[j]] for j in range(experiments)])
         matches(table.sel(level=OVERALL, model=model), own)
         assert np.isnan(table["constant_n"].sel(level=OVERALL, model=model))
-        for level, conductances in LEVELS.items():
-            chosen = np.isin(k_0, conductances)
+        for level, members in levels.items():
+            chosen = np.isin(names, members)
             row = table.sel(level=level, model=model)
             assert row["experiments"] == chosen.sum()
             if chosen.sum() >= 2:
@@ -242,7 +239,7 @@ def test_a_model_that_failed_throughout_an_experiment_poisons_the_averages_it_co
 
 
 def test_levels_of_the_study_take_eight_experiments_each(grid):
-    table = statistics(grid, STUDY.levels)
+    table = statistics(grid, LEVELS)
     assert dict(zip(table["level"].values, table["experiments"].values, strict=True)) == {
         OVERALL: 16,
         "adiabatic": 8,
@@ -260,8 +257,8 @@ def test_a_level_of_one_experiment_has_no_deviation_and_a_level_of_none_has_noth
     errors = random_errors(3, experiments=2)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        table = statistics(grid_of(errors, k_0=[0.02, 0.5]), LEVELS | {"none": (7.0,)})
-    one = table.sel(level="adiabatic")
+        table = statistics(grid_of(errors), {"one": ["E02"], "none": ["E09"]})
+    one = table.sel(level="one")
     assert one["std"].isnull().all() and (one["experiments"] == 1).all()
     for name in ("mean_error", "mse", "p10", "p90", "constant_n"):
         assert one[name].notnull().all()
@@ -284,31 +281,3 @@ def test_units_are_those_of_what_is_stored_and_not_of_what_it_came_from(grid):
         assert table[name].attrs == {}
     assert table["constant_n"].attrs["units"] == "1" and "n of" in table["constant_n"].attrs["long_name"]
     assert table["experiments"].attrs["units"] == "1"
-
-
-# Settling times and durations
-
-
-def settling_part(name, times):
-    coords = {"quantity": ["P_A", "P_B", "T_A", "T_B"], "experiment": name, "cylinder": "D", "loop": "open"}
-    return xr.Dataset({"settling_time": ("quantity", times), "failure_time": np.nan}, coords | {"k_0": 0.1})
-
-
-def test_settling_table_and_the_ten_times_rule():
-    parts = {
-        "E01": settling_part("E01", [1.0, 2.0, 3.0, 2.5]),
-        "E02": settling_part("E02", [8.0, 1.0, 2.0, 3.0]),
-    }
-    table = settling_table(parts, {"E02": 60.0, "E01": 30.0})  # in any order
-    assert table["settling_time"].sel(experiment="E01").values.tolist() == [1.0, 2.0, 3.0, 2.5]
-    assert table["duration"].values.tolist() == [30.0, 60.0]
-    assert table["duration_per_settling_time"].values.tolist() == [30.0 / 3.0, 60.0 / 8.0]
-    assert table["k_0"].dims == table["cylinder"].dims == ("experiment",)
-    assert table["duration"].attrs["units"] == "s"
-    assert table["duration_per_settling_time"].attrs["units"] == "1"
-
-
-def test_durations_of_the_study_are_those_of_table_6():
-    printed = published.table6()
-    for name, e in STUDY.experiments.items():
-        assert e.steps * e.h == pytest.approx(float(printed.sel(experiment=name)), rel=1e-12)

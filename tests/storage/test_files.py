@@ -25,7 +25,8 @@ from pneumo.physics.symbols import SYMBOLS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.reference import replay
 from pneumo.simulation.settling import settle
-from pneumo.statistics.averages import settling_table, statistics
+from pneumo.statistics.averages import statistics
+from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import (
     attributes_of,
     damaged,
@@ -60,7 +61,7 @@ def results(tmp_path_factory):
         cells = replay(recording, lanes, e.drive, e.plant, e.h, transport="exact", stride=stride)
         path = folder / f"exact/replay/{name}.nc"
         write(replay_dataset(e, STUDY.n, index, cells), path, attributes(e))
-    table = statistics(open_grid(folder / "exact"), STUDY.levels)
+    table = statistics(open_grid(folder / "exact"), STUDY.experiments_by_level)
     write(table, folder / "exact/statistics.nc", ATTRIBUTES)
     durations = {name: e.steps * e.h for name, e in experiments.items()}
     write(settling_table(settled, durations), folder / "settling.nc", ATTRIBUTES)

@@ -19,7 +19,7 @@ def main(parameters: str, blocks: list[str], output: str, code: str) -> None:
         "config_sha256": study.config_sha256,
         "code_sha256": code,
     }
-    write(analysed(ensemble, study.levels), output, attributes)
+    write(analysed(ensemble, study.experiments_by_level), output, attributes)
 
 
 if job := globals().get("snakemake"):

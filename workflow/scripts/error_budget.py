@@ -31,7 +31,7 @@ def main(parameters: str, output: str, threads: int, code: str) -> None:
         "config_sha256": study.config_sha256,
         "code_sha256": code,
     }
-    write(described(cells.merge(summary(cells, study.levels))), output, attributes)
+    write(described(cells.merge(summary(cells, study.experiments_by_level))), output, attributes)
 
 
 if job := globals().get("snakemake"):

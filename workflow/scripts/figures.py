@@ -24,7 +24,7 @@ def main(parameters: str, settling: str, datum: str, statistics: list[str], fold
     save(figures.fig10(averages, table7()), folder / "fig10")
     save(figures.fig11(averages, table9()), folder / "fig11")
     save(figures.traces(read(datum), replays, averages), folder / "traces")
-    save(figures.mse_over_n(grids, study.levels), folder / "mse_over_n")
+    save(figures.mse_over_n(grids, study.experiments_by_level), folder / "mse_over_n")
 
 
 if job := globals().get("snakemake"):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pneumo.configuration.exchange import from_json
 from pneumo.jobs.wrapper import logged
-from pneumo.statistics.averages import settling_table
+from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import read, read_json, write
 
 

@@ -20,7 +20,7 @@ def main(parameters: str, outputs: list[str], code: str) -> None:
             "config_sha256": study.config_sha256,
             "code_sha256": code,
         }
-        write(statistics(grid, study.levels), output, attributes)
+        write(statistics(grid, study.experiments_by_level), output, attributes)
 
 
 if job := globals().get("snakemake"):

@@ -94,15 +94,15 @@ def _with_n(model: str, best: xr.DataArray) -> str:
 
 
 @paper_style()
-def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[float]]) -> Figure:
+def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[str]]) -> Figure:
     """MSE against n, averaged over the experiments of each level of heat transfer.
 
     Parameters
     ----------
     grids : mapping of str to xarray.Dataset
         Transport -> grid from `pneumo.storage.files.open_grid`.
-    levels : mapping of str to sequence of float
-        Conductances k_0, W/K, of each level.
+    levels : mapping of str to sequence of str
+        Experiments of each level.
 
     Returns
     -------
@@ -114,9 +114,9 @@ def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[fl
     for row, (transport, grid) in zip(axes, grids.items(), strict=True):
         mse = concatenated(grid)["mse"]
         mse = mse.dropna("experiment", how="all")  # those that failed
-        for ax, conductances in zip(row, levels.values(), strict=True):
+        for ax, names in zip(row, levels.values(), strict=True):
             ax.set_yscale("log")
-            inside = np.isin(mse["k_0"], conductances)
+            inside = np.isin(mse["experiment"], names)
             none = xr.DataArray(np.nan, {"n": mse["n"], "model": mse["model"]}, ["model", "n"])
             mean = mse.sel(experiment=inside).mean("experiment", skipna=False) if inside.any() else none
             for model, look in MODEL_LOOKS.items():

@@ -1,0 +1,38 @@
+"""Settling times beside the lengths of the runs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from pneumo.configuration.parameters import load, study
+from pneumo.statistics.settling_times import settling_table
+from pneumo.verdict import published
+
+STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
+
+
+def settling_part(name, times):
+    coords = {"quantity": ["P_A", "P_B", "T_A", "T_B"], "experiment": name, "cylinder": "D", "loop": "open"}
+    return xr.Dataset({"settling_time": ("quantity", times), "failure_time": np.nan}, coords | {"k_0": 0.1})
+
+
+def test_settling_table_and_the_ten_times_rule():
+    parts = {
+        "E01": settling_part("E01", [1.0, 2.0, 3.0, 2.5]),
+        "E02": settling_part("E02", [8.0, 1.0, 2.0, 3.0]),
+    }
+    table = settling_table(parts, {"E02": 60.0, "E01": 30.0})  # in any order
+    assert table["settling_time"].sel(experiment="E01").values.tolist() == [1.0, 2.0, 3.0, 2.5]
+    assert table["duration"].values.tolist() == [30.0, 60.0]
+    assert table["duration_per_settling_time"].values.tolist() == [30.0 / 3.0, 60.0 / 8.0]
+    assert table["k_0"].dims == table["cylinder"].dims == ("experiment",)
+    assert table["duration"].attrs["units"] == "s"
+    assert table["duration_per_settling_time"].attrs["units"] == "1"
+
+
+def test_durations_of_the_study_are_those_of_table_6():
+    printed = published.table6()
+    for name, e in STUDY.experiments.items():
+        assert e.steps * e.h == pytest.approx(float(printed.sel(experiment=name)), rel=1e-12)
