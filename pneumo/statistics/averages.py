@@ -27,7 +27,7 @@ def concatenated(grid: xr.Dataset) -> xr.Dataset:
 
 
 def best_n(mse: xr.DataArray) -> xr.DataArray:
-    """The n of the lowest mean square error; of equals (models without n) the lowest, NaN where all failed."""
+    """The n of the lowest mean square error, the lowest of equals (models without n); NaN if all failed."""
     filled = mse.fillna(np.inf)
     return filled.idxmin("n").where(np.isfinite(filled.min("n")))
 
