@@ -6,7 +6,9 @@ import sys
 
 from snakemake.utils import min_version
 
-from pneumo.jobs.snakefile import checked_study, code_behind, evidence_for, fingerprints, own_cylinders, sole_run
+from pneumo.jobs.checked_study import checked_study, own_cylinders
+from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints
+from pneumo.jobs.run_lock import take_run_lock
 
 min_version("9.0")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
@@ -17,7 +19,7 @@ configfile: "config/paper.yaml"
 
 onstart:
     if workflow.is_main_process:
-        sole_run()
+        take_run_lock()
 
 
 STUDY = checked_study(config, workflow.config_settings.configfiles, workflow.config_settings.config)

@@ -31,19 +31,19 @@ def small_study(results: Path, override: Path) -> None:
     """
     names = ", ".join(EXPERIMENTS)
     override.write_text(f"name: small\nrun: {{experiments: [{names}], duration_limit_s: 1.0}}\n")
-    parameters = str(results / "parameters.json")
+    parameters = results / "parameters.json"
     write_json(to_json(study(load(ROOT / "config/paper.yaml", override))), parameters)
 
-    def each(folder: str) -> list[str]:
-        return [str(results / folder / f"{name}.nc") for name in EXPERIMENTS]
+    def each(folder: str) -> list[Path]:
+        return [results / folder / f"{name}.nc" for name in EXPERIMENTS]
 
     code = "0" * 64
     with open(os.devnull, "w") as nowhere, redirect_stdout(nowhere):
         script("settling")(parameters, each("settling"), code)
-        script("settling_table")(parameters, each("settling"), str(results / "settling.nc"), code)
+        script("settling_table")(parameters, each("settling"), results / "settling.nc", code)
         script("datum")(parameters, each("datum"), code)
         replays = [file for transport in TRANSPORTS for file in each(f"{transport}/replay")]
         script("replay")(parameters, each("datum"), replays, 2, code)
-        statistics = [str(results / transport / "statistics.nc") for transport in TRANSPORTS]
+        statistics = [results / transport / "statistics.nc" for transport in TRANSPORTS]
         script("statistics")(parameters, statistics, code)
-        script("verdict")(results, ROOT / "paper/2006", str(results / "verdict.json"))
+        script("verdict")(parameters, ROOT / "paper/2006/claims.yaml", results / "verdict.json")

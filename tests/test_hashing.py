@@ -11,7 +11,7 @@ import pytest
 
 from pneumo import hashing as provenance
 from pneumo.hashing import code_hash, imports_of, modules_behind
-from pneumo.jobs import snakefile as workflow
+from pneumo.jobs import rerun_triggers
 
 ROOT = Path(__file__).parents[1]
 STEPS = ["datum.py", "settling.py", "replay.py", "statistics.py", "settling_table.py"]
@@ -147,15 +147,15 @@ def test_two_modules_that_swap_their_text_change_the_hash(copy):
     ],
 )
 def test_which_steps_of_the_workflow_an_edit_concerns(copy, file, old, new, changed):
-    before = {step: workflow.code_behind(step) for step in STEPS}
+    before = {step: rerun_triggers.code_behind(step) for step in STEPS}
     edited(copy / "pneumo" / file, old, new)
-    assert {step for step in STEPS if workflow.code_behind(step) != before[step]} == changed
+    assert {step for step in STEPS if rerun_triggers.code_behind(step) != before[step]} == changed
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_every_script_has_code_behind_it(script, monkeypatch):
     monkeypatch.chdir(ROOT)
-    assert re.fullmatch("[0-9a-f]{64}", workflow.code_behind(script))
+    assert re.fullmatch("[0-9a-f]{64}", rerun_triggers.code_behind(script))
 
 
 # Compiled code

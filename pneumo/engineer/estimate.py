@@ -15,7 +15,7 @@ from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, Model
-from pneumo.storage.files import write
+from pneumo.storage.files import attributes, write
 
 PART = 0.6  # of the record that is fitted
 FLOW = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
@@ -217,10 +217,6 @@ def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> 
 
 def save_fit(fits: xr.Dataset, config_sha256: str, path: Path) -> None:
     """Write the dataset of `fit_measurement`."""
-    attributes = {
-        "title": "Reduced models fitted to a measurement",
-        "summary": "Parameters with 95 per cent intervals, errors fitted and held out, pressures",
-        "config_sha256": config_sha256,
-        "code_sha256": code_hash(__name__),
-    }
-    write(fits, path, fits.attrs | attributes)
+    title = "Reduced models fitted to a measurement"
+    summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
+    write(fits, path, fits.attrs | attributes(title, summary, config_sha256, code_hash(__name__)))

@@ -21,7 +21,7 @@ from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.ranking import Ranking, ranked
-from pneumo.storage.files import write
+from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, replay_dataset, status_attributes
 
 TITLE = "Reduced models on repeated runs"
@@ -230,13 +230,13 @@ def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
 def save_cells(study: Study, cells: xr.Dataset, file: Path) -> None:
     """Write the cells of a study."""
     *others, last = [name for name, model in MODELS.items() if not model.has_n]
-    attributes = {
-        "title": TITLE,
-        "summary": "Error of every model at every n against full-order runs, over several seeds",
-        "comment": f"{', '.join(others)} and {last} have no n: they hold the same cell at every n",
-        "transport": "exact",
-        "study": study.name,
-        "config_sha256": study.config_sha256,
-        "code_sha256": code_hash(__name__),
-    }
-    write(cells, file, attributes)
+    about = attributes(
+        TITLE,
+        "Error of every model at every n against full-order runs, over several seeds",
+        study.config_sha256,
+        code_hash(__name__),
+        comment=f"{', '.join(others)} and {last} have no n: they hold the same cell at every n",
+        transport="exact",
+        study=study.name,
+    )
+    write(cells, file, about)

@@ -13,21 +13,16 @@ from pneumo.evidence.amplitudes import DISCREPANCY as DISCREPANCY_MSE
 from pneumo.evidence.mechanics import DISCREPANCY, SETTLING, cells, identify_mechanics
 from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2
 from pneumo.hashing import code_hash
-from pneumo.storage.files import write
+from pneumo.storage.files import attributes, write
 from pneumo.verdict.published import table5
 
 SEED = 0
-ATTRIBUTES = {
-    "title": "Identification of the constants that the paper leaves open",
-    "summary": "M, k_f and end stop from Table 5, open-loop amplitudes and transport from Tables 7 and 9,"
-    " from wide bounds",
-    "comment": "Deviance: sum of squared ln(reproduced/printed) over noise, above its lowest, over widening."
-    " Noise: printed rounding and a discrepancy. stop is a fraction of the half-stroke.",
-    "discrepancy_settling_time": DISCREPANCY,
-    "discrepancy_mse": DISCREPANCY_MSE,
-    "threshold_interval": THRESHOLD,
-    "threshold_region": THRESHOLD_2,
-}
+TITLE = "Identification of the constants that the paper leaves open"
+SUMMARY = "M, k_f and end stop from Table 5, open-loop amplitudes and transport from Tables 7 and 9, from wide bounds"
+COMMENT = (
+    "Deviance: sum of squared ln(reproduced/printed) over noise, above its lowest, over widening."
+    " Noise: printed rounding and a discrepancy. stop is a fraction of the half-stroke."
+)
 LONG_NAMES = {  # name -> (long name, unit); a parameter's own unit stands in parameter_unit
     "estimate": ("estimate, in parameter_unit", ""),
     "low": ("lower end of the 95 per cent interval, in parameter_unit", ""),
@@ -139,5 +134,16 @@ def described(parts: Sequence[xr.Dataset]) -> xr.Dataset:
 
 def save_identification(found: xr.Dataset, study: Study, seed: int, path: Path | str) -> None:
     """Write what `identify` found; the same bytes for the same seed."""
-    made_from = {"seed": seed, "config_sha256": study.config_sha256, "code_sha256": code_hash(__name__)}
-    write(found, path, ATTRIBUTES | made_from)
+    about = attributes(
+        TITLE,
+        SUMMARY,
+        study.config_sha256,
+        code_hash(__name__),
+        comment=COMMENT,
+        discrepancy_settling_time=DISCREPANCY,
+        discrepancy_mse=DISCREPANCY_MSE,
+        threshold_interval=THRESHOLD,
+        threshold_region=THRESHOLD_2,
+        seed=seed,
+    )
+    write(found, path, about)

@@ -1,51 +1,44 @@
 """What every workflow script does around its work."""
 
 import errno
-import fcntl
-import os
+import inspect
 import sys
 import time
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from pneumo.errors import DamagedError, PneumoError
+from pneumo.jobs.run_lock import job_lock
 
-# A run holds the first alone for as long as it lives, and writes its name into it; each of its jobs holds
-# the second with the others. The kernel lets go of both when a process ends, however it ends.
-RUN_LOCK, JOBS_LOCK = Path(".snakemake/pneumo.run"), Path(".snakemake/pneumo.jobs")
-RUN = "PNEUMO_RUN"  # name of the run in the environment of its jobs
 DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)  # full, or not to be written
 
 
-@contextmanager
-def of_this_run() -> Iterator[None]:
-    """Keep the next run waiting until this job ends; end at once if the next has begun already."""
-    with JOBS_LOCK.open("a") as lock:
-        fcntl.flock(lock, fcntl.LOCK_SH)
-        if os.environ.get(RUN) not in (None, RUN_LOCK.read_text(encoding="utf-8")):
-            sys.exit("pneumo: the run that started this job was killed, and another has begun")
-        yield
+def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
+    """Call a workflow script's main function with what its rule gives, if Snakemake runs the script.
 
-
-@contextmanager
-def logged(job: Any) -> Iterator[None]:
-    """Write to the job's log how long its work took, or what stopped it.
-
-    An error that the user can mend is also one line on standard error, and the exit code is 2. A damaged
-    file that the job was to read is removed, so that the next run makes it again.
+    Writes to the job's log how long the work took, or what stopped it. An error that the user can mend is
+    also one line on standard error, and the exit code is 2. A damaged file that the job was to read is
+    removed, so that the next run makes it again.
 
     Parameters
     ----------
-    job : snakemake.script.Snakemake
+    main : callable
+        Each parameter takes what the rule has under its name: a path or a list of paths of the input or
+        output, a value of params or wildcards, or ``threads``.
+    script : mapping
+        The script's ``globals()``, into which Snakemake puts its job.
     """
+    job = script.get("snakemake")
+    if job is None:
+        return
     start = time.perf_counter()
     log = Path(job.log[0])
     try:
-        with of_this_run():
-            yield
+        with job_lock():
+            main(**arguments(main, job))
     except BaseException as error:
         mendable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in DISK
         text = " ".join(str(error).split())
@@ -59,3 +52,13 @@ def logged(job: Any) -> Iterator[None]:
         print(f"pneumo: {text}", file=sys.stderr)
         sys.exit(2)
     log.write_text(f"{job.rule}: {time.perf_counter() - start:.2f} s\n", encoding="utf-8")
+
+
+def arguments(main: Callable[..., object], job: Any) -> dict[str, Any]:
+    """Return the arguments of a script's main function, by name, from a snakemake.script.Snakemake."""
+    files = {
+        name: Path(file) if isinstance(file, str) else [Path(each) for each in file]
+        for name, file in [*job.input.items(), *job.output.items()]
+    }
+    given = {**job.wildcards, **job.params, **files, "threads": job.threads}
+    return {name: given[name] for name in inspect.signature(main).parameters}

@@ -14,7 +14,8 @@ from typing import Any
 
 import xarray as xr
 
-from pneumo.configuration.exchange import plain
+from pneumo.configuration.exchange import from_json, plain
+from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import DamagedError, ResultError
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.storage.seal import seal, unsealed
@@ -62,6 +63,32 @@ def described(dataset: xr.Dataset) -> xr.Dataset:
         if symbol:
             variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
     return dataset
+
+
+def attributes(
+    title: str,
+    summary: str,
+    config_sha256: str,
+    code_sha256: str,
+    experiment: Experiment | None = None,
+    **others: object,
+) -> dict[str, Any]:
+    """Return the global attributes of a results file: what it holds and what it was made from.
+
+    Parameters
+    ----------
+    title, summary : str
+    config_sha256, code_sha256 : str
+        Of the configuration and the code that made the file.
+    experiment : Experiment, optional
+        The one that the file is about; its parameters are stored as JSON.
+    **others
+        Further attributes.
+    """
+    about = {"title": title, "summary": summary, **others}
+    if experiment is not None:
+        about["experiment_parameters"] = json.dumps(plain(experiment))
+    return {**about, "config_sha256": config_sha256, "code_sha256": code_sha256}
 
 
 def write(dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any]) -> None:
@@ -116,6 +143,11 @@ def read_json(path: Path | str) -> str:
         raise _absent(path) from None
     except OSError as error:
         raise ResultError(f"{path}: not readable ({error.strerror})") from None
+
+
+def read_study(parameters: Path | str) -> Study:
+    """Read a study from its ``parameters.json``."""
+    return from_json(read_json(parameters))
 
 
 def _absent(path: Path | str) -> ResultError:
@@ -206,8 +238,3 @@ def open_grid(folder: Path | str) -> xr.Dataset:
     parts = [read(file, *GRID).drop_vars("t", errors="ignore") for file in files]
     labels = list(EXPERIMENT_LABELS)
     return xr.concat(parts, "experiment", coords=labels, compat="equals", combine_attrs="drop_conflicts")
-
-
-def attributes_of(value: Any) -> str:
-    """JSON text of nested named tuples, for an attribute that records what a file was made from."""
-    return json.dumps(plain(value))

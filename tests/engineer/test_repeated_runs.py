@@ -1,11 +1,11 @@
 """Repeated runs: the workflow's bits for the configuration's seed, other seeds, a wrong k_0, failures."""
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from workflow_scripts import script
 
 from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
@@ -39,22 +39,13 @@ def runs():
     return repeated([short("E02"), short("E01", 1.0)], PAPER.n, seeds=3, threads=2)
 
 
-def script(name):
-    """A script of the workflow, as a module."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "workflow" / "scripts" / f"{name}.py")
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_first_run_is_the_workflows_bit_for_bit(runs, tmp_path):
     cut = PAPER._replace(experiments={"E02": short("E02")})
     write_json(to_json(cut), tmp_path / "parameters.json")
-    parameters, datum = str(tmp_path / "parameters.json"), str(tmp_path / "datum" / "E02.nc")
-    replayed = str(tmp_path / "exact" / "replay" / "E02.nc")
-    script("datum").main(parameters, [datum], "")
-    script("replay").main(parameters, [datum], [replayed], 1, "")
+    parameters, datum = tmp_path / "parameters.json", tmp_path / "datum" / "E02.nc"
+    replayed = tmp_path / "exact" / "replay" / "E02.nc"
+    script("datum")(parameters, [datum], "")
+    script("replay")(parameters, [datum], [replayed], 1, "")
     mine = runs.sel(experiment="E02").isel(run=0)
     with xr.open_dataset(replayed) as theirs:
         for name in CELLS:

@@ -8,7 +8,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
-from test_repeated_runs import script
+from workflow_scripts import script
 
 from pneumo.configuration.parameters import load, study
 from pneumo.engineer.own_study import one_run
@@ -371,11 +371,13 @@ def test_everything_in_one_dataset():
 def test_workflow_scripts_go_from_cylinders_to_comparisons_and_map(tmp_path, monkeypatch):
     monkeypatch.setattr(c, "STEPS", 100)
     monkeypatch.setattr(c, "HOLD", (0.005, 0.01))
-    blocks = [str(tmp_path / "cylinders" / f"{first:03}.nc") for first in (0, 18)]
+    blocks = [tmp_path / "cylinders" / f"{first:03}.nc" for first in (0, 18)]
     for first, block in zip((0, 18), blocks, strict=True):
-        script("cylinders_block").main(block, list(range(first, first + 18)), 2, "")
-    cells = str(tmp_path / "cylinders.nc")
-    script("cylinders").main(blocks, 24, cells, str(tmp_path / "regimes.svg"), "")
+        script("cylinders_block")(block, list(range(first, first + 18)), 2, "")
+    cells = tmp_path / "cylinders.nc"
+    script("cylinders")(blocks, 24, cells, "")
+    draw = "pneumo.publish.figures.regimes_figure.regime_map"
+    script("figure")(cells, draw, [tmp_path / "regimes.svg"])
     found = read(cells)
     assert found["cylinder"].values.tolist() == list(range(36))
     assert found["held_out"].values.tolist() == [0] * 24 + [1] * 12

@@ -6,7 +6,7 @@ rule statistics:
         parameters=rules.parameters.output[0],
         cells=rules.replay.output,
     output:
-        expand("results/{transport}/statistics.nc", transport=TRANSPORTS),
+        tables=expand("results/{transport}/statistics.nc", transport=TRANSPORTS),
     log:
         "results/logs/statistics.log",
     params:
@@ -22,7 +22,7 @@ rule settling_table:
         parameters=rules.parameters.output[0],
         runs=rules.settling.output,
     output:
-        "results/settling.nc",
+        table="results/settling.nc",
     log:
         "results/logs/settling_table.log",
     params:
@@ -48,7 +48,7 @@ rule verdict:
         assumptions="paper/2006/assumptions.yaml",
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
     output:
-        "results/verdict.json",
+        judged="results/verdict.json",
     log:
         "results/logs/verdict.log",
     params:

@@ -7,7 +7,7 @@ CYLINDER_BLOCKS = [f"{first:03}" for first in range(0, CYLINDERS, CYLINDER_BLOCK
 
 rule cylinders_block:
     output:
-        "results/cylinders/{first}.nc",
+        block="results/cylinders/{first}.nc",
     log:
         "results/logs/cylinders_{first}.log",
     wildcard_constraints:
@@ -24,17 +24,16 @@ rule cylinders_block:
 
 rule cylinders_analysis:
     input:
-        expand("results/cylinders/{first}.nc", first=CYLINDER_BLOCKS),
+        blocks=expand("results/cylinders/{first}.nc", first=CYLINDER_BLOCKS),
     output:
         cells="results/cylinders.nc",
-        figure=expand("results/figures/regimes.{kind}", kind=["svg", "png"]),
     log:
         "results/logs/cylinders.log",
     params:
         compared=COMPARED,
         code=code_behind("cylinders.py"),
     message:
-        "Random cylinders: models compared, and the map of regimes"
+        "Random cylinders: models compared"
     script:
         "../scripts/cylinders.py"
 
@@ -42,3 +41,4 @@ rule cylinders_analysis:
 rule cylinders:
     input:
         rules.cylinders_analysis.output,
+        expand("results/figures/regimes.{kind}", kind=["svg", "png"]),

@@ -7,9 +7,9 @@ BLOCKS = [f"{first:03}" for first in range(0, SEED_SETS, BLOCK)]
 
 rule ensemble_block:
     input:
-        rules.parameters.output,
+        parameters=rules.parameters.output[0],
     output:
-        "results/ensemble/{first}.nc",
+        block="results/ensemble/{first}.nc",
     log:
         "results/logs/ensemble_{first}.log",
     wildcard_constraints:
@@ -30,7 +30,7 @@ rule ensemble_statistics:
         parameters=rules.parameters.output[0],
         blocks=expand("results/ensemble/{first}.nc", first=BLOCKS),
     output:
-        "results/ensemble.nc",
+        tables="results/ensemble.nc",
     log:
         "results/logs/ensemble_statistics.log",
     params:
@@ -39,21 +39,6 @@ rule ensemble_statistics:
         "Ensemble: tables with their spread, models compared"
     script:
         "../scripts/ensemble_statistics.py"
-
-
-rule ensemble_figure:
-    input:
-        rules.ensemble_statistics.output,
-    output:
-        expand("results/figures/ensemble.{kind}", kind=["svg", "png"]),
-    log:
-        "results/logs/ensemble_figure.log",
-    params:
-        code=code_behind("ensemble_figure.py"),
-    message:
-        "Figure of the ensemble"
-    script:
-        "../scripts/ensemble_figure.py"
 
 
 rule findings:
@@ -78,5 +63,5 @@ rule findings:
 rule ensemble:
     input:
         rules.ensemble_statistics.output,
-        rules.ensemble_figure.output,
+        expand("results/figures/ensemble.{kind}", kind=["svg", "png"]),
         rules.findings.output,

@@ -1,13 +1,49 @@
 # What the study rests on; not part of it: `snakemake -j2 evidence`, then `snakemake -j2` for the verdict.
 
 
+# Figures that one function draws from one file of evidence: where they are from, and how they are drawn.
+DRAWN = {
+    figure: {
+        "results": f"results/{results}.nc",
+        "draw": f"pneumo.publish.figures.{module}.{function}",
+        "code": code_behind("figure.py", f"pneumo.publish.figures.{module}"),
+    }
+    for figure, results, module, function in [
+        ("identification", "identification", "identification_figure", "identification"),
+        ("error_budget", "error_budget", "budget_figure", "error_budget"),
+        ("floor", "floor", "floor_figure", "floor"),
+        ("ensemble", "ensemble", "ensemble_figure", "ensemble_figure"),
+        ("regimes", "cylinders", "regimes_figure", "regime_map"),
+        ("variants", "variants", "variants_figure", "dots"),
+    ]
+}
+
+
+rule evidence_figure:
+    input:
+        results=lookup("{drawn}/results", within=DRAWN),
+    output:
+        figure=expand("results/figures/{{drawn}}.{kind}", kind=["svg", "png"]),
+    log:
+        "results/logs/figure_{drawn}.log",
+    wildcard_constraints:
+        drawn="|".join(DRAWN),
+    params:
+        draw=lookup("{drawn}/draw", within=DRAWN),
+        code=lookup("{drawn}/code", within=DRAWN),
+    message:
+        "Figure {wildcards.drawn}"
+    script:
+        "../scripts/figure.py"
+
+
 rule assumptions:
     input:
         claims="paper/2006/claims.yaml",
         assumptions="paper/2006/assumptions.yaml",
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
     output:
-        "results/assumptions.nc",
+        toggled="results/assumptions.nc",
     log:
         "results/logs/assumptions.log",
     threads: all_cores
@@ -22,7 +58,7 @@ rule assumptions:
 
 rule assumptions_effects:
     input:
-        assumptions=rules.assumptions.output[0],
+        toggled=rules.assumptions.output[0],
         claims="paper/2006/claims.yaml",
     output:
         table="results/assumptions.md",
@@ -42,7 +78,7 @@ rule identification:
         parameters=rules.parameters.output[0],
         published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 9]),
     output:
-        "results/identification.nc",
+        estimates="results/identification.nc",
     log:
         "results/logs/identification.log",
     threads: all_cores
@@ -54,26 +90,11 @@ rule identification:
         "../scripts/identification.py"
 
 
-rule identification_figure:
-    input:
-        rules.identification.output,
-    output:
-        expand("results/figures/identification.{kind}", kind=["svg", "png"]),
-    log:
-        "results/logs/identification_figure.log",
-    params:
-        code=code_behind("identification_figure.py"),
-    message:
-        "Figure of the identification"
-    script:
-        "../scripts/identification_figure.py"
-
-
 rule error_budget:
     input:
-        rules.parameters.output,
+        parameters=rules.parameters.output[0],
     output:
-        "results/error_budget.nc",
+        budgets="results/error_budget.nc",
     log:
         "results/logs/error_budget.log",
     threads: all_cores
@@ -85,26 +106,11 @@ rule error_budget:
         "../scripts/error_budget.py"
 
 
-rule error_budget_figure:
-    input:
-        rules.error_budget.output,
-    output:
-        expand("results/figures/error_budget.{kind}", kind=["svg", "png"]),
-    log:
-        "results/logs/error_budget_figure.log",
-    params:
-        code=code_behind("error_budget_figure.py"),
-    message:
-        "Figure of the error budget"
-    script:
-        "../scripts/error_budget_figure.py"
-
-
 rule floor:
     input:
-        rules.parameters.output,
+        parameters=rules.parameters.output[0],
     output:
-        "results/floor.nc",
+        floors="results/floor.nc",
     log:
         "results/logs/floor.log",
     threads: all_cores
@@ -116,26 +122,11 @@ rule floor:
         "../scripts/floor.py"
 
 
-rule floor_figure:
-    input:
-        rules.floor.output,
-    output:
-        expand("results/figures/floor.{kind}", kind=["svg", "png"]),
-    log:
-        "results/logs/floor_figure.log",
-    params:
-        code=code_behind("floor_figure.py"),
-    message:
-        "Figure of the floor"
-    script:
-        "../scripts/floor_figure.py"
-
-
 rule variants:
     input:
         assumptions="paper/2006/assumptions.yaml",
     output:
-        "results/variants.nc",
+        cells="results/variants.nc",
     log:
         "results/logs/variants.log",
     threads: all_cores
@@ -150,16 +141,15 @@ rule variants:
 
 rule variants_summary:
     input:
-        rules.variants.output,
+        cells=rules.variants.output[0],
     output:
         table="results/variants.md",
-        figure=expand("results/figures/variants.{kind}", kind=["svg", "png"]),
     log:
         "results/logs/variants_summary.log",
     params:
         code=code_behind("variants_summary.py"),
     message:
-        "Refinements under other assumptions: table and figure"
+        "Refinements under other assumptions: table"
     script:
         "../scripts/variants_summary.py"
 
@@ -170,7 +160,7 @@ CASE_BLOCKS = [f"{first:03}" for first in range(0, CASES, CASES_IN_BLOCK)]
 
 rule fit_coverage_block:
     output:
-        "results/fit_coverage/{first}.nc",
+        block="results/fit_coverage/{first}.nc",
     log:
         "results/logs/fit_coverage_{first}.log",
     wildcard_constraints:
@@ -186,7 +176,7 @@ rule fit_coverage_block:
 
 rule fit_coverage:
     input:
-        expand(rules.fit_coverage_block.output, first=CASE_BLOCKS),
+        blocks=expand(rules.fit_coverage_block.output, first=CASE_BLOCKS),
     output:
         cells="results/fit_coverage.nc",
         table="results/fit_coverage.md",
@@ -203,10 +193,8 @@ rule fit_coverage:
 rule evidence:
     input:
         rules.assumptions_effects.output,
-        rules.identification_figure.output,
-        rules.error_budget_figure.output,
-        rules.floor_figure.output,
         rules.variants_summary.output,
+        expand("results/figures/{name}.{kind}", name=DRAWN, kind=["svg", "png"]),
         rules.fit_coverage.output,
         rules.cylinders.input,
         rules.ensemble.input,

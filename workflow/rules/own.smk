@@ -3,9 +3,9 @@
 
 rule own_cells:
     input:
-        rules.parameters.output,
+        parameters=rules.parameters.output[0],
     output:
-        "results/study/{cylinder}.nc",
+        cells="results/study/{cylinder}.nc",
     log:
         "results/logs/study/{cylinder}.log",
     wildcard_constraints:
@@ -22,9 +22,12 @@ rule own_page:
     input:
         parameters=rules.parameters.output[0],
         cells=expand(rules.own_cells.output[0], cylinder=OWN_CYLINDERS),
-        templates=["pneumo/publish/pages/templates/study.html.j2", "pneumo/publish/pages/templates/verdict.css"],
+        templates=[
+            "pneumo/publish/pages/templates/study.html.j2",
+            "pneumo/publish/pages/templates/verdict.css",
+        ],
     output:
-        "results/study.html",
+        page="results/study.html",
     log:
         "results/logs/own_page.log",
     params:

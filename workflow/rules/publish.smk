@@ -18,13 +18,13 @@ FIGURES = ["fig07", "fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"]
 
 rule schemes:
     output:
-        report(
+        svg=report(
             expand("results/figures/fig{number}.svg", number=SCHEMES),
             caption="../captions/schemes.rst",
             category="Figures",
             subcategory="Schemes",
         ),
-        expand("results/figures/fig{number}.png", number=SCHEMES),
+        png=expand("results/figures/fig{number}.png", number=SCHEMES),
     log:
         "results/logs/schemes.log",
     params:
@@ -43,13 +43,13 @@ rule figures:
         cells=rules.replay.output,
         statistics=rules.statistics.output,
     output:
-        report(
+        svg=report(
             expand("results/figures/{name}.svg", name=FIGURES),
             caption="../captions/figures.rst",
             category="Figures",
             subcategory="Results",
         ),
-        expand("results/figures/{name}.png", name=FIGURES),
+        png=expand("results/figures/{name}.png", name=FIGURES),
     log:
         "results/logs/figures.log",
     params:
@@ -62,9 +62,9 @@ rule figures:
 
 rule tables:
     input:
-        "results/published/statistics.nc",
+        statistics="results/published/statistics.nc",
     output:
-        "results/table7.md",
+        table="results/table7.md",
     log:
         "results/logs/tables.log",
     params:
@@ -80,7 +80,7 @@ rule verdict_page:
         verdict=rules.verdict.output[0],
         templates=expand("pneumo/publish/pages/templates/{name}", name=["page.html.j2", *VERDICT_TEMPLATES]),
     output:
-        report("results/verdict.html", caption="../captions/verdict.rst", category="Pages"),
+        page=report("results/verdict.html", caption="../captions/verdict.rst", category="Pages"),
     log:
         "results/logs/verdict_page.log",
     params:
@@ -102,7 +102,7 @@ rule report:
             "pneumo/publish/pages/templates/{name}", name=["page.html.j2", "verdict.css", *REPORT_TEMPLATES]
         ),
     output:
-        report("results/report.html", caption="../captions/report.rst", category="Pages"),
+        page=report("results/report.html", caption="../captions/report.rst", category="Pages"),
     log:
         "results/logs/report.log",
     params:

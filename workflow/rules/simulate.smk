@@ -3,7 +3,7 @@
 
 rule parameters:
     output:
-        "results/parameters.json",
+        parameters="results/parameters.json",
     log:
         "results/logs/parameters.log",
     params:
@@ -17,9 +17,9 @@ rule parameters:
 
 rule settling:
     input:
-        rules.parameters.output,
+        parameters=rules.parameters.output[0],
     output:
-        expand("results/settling/{experiment}.nc", experiment=STUDY.experiments),
+        runs=expand("results/settling/{experiment}.nc", experiment=STUDY.experiments),
     log:
         "results/logs/settling.log",
     params:
@@ -32,9 +32,9 @@ rule settling:
 
 rule datum:
     input:
-        rules.parameters.output,
+        parameters=rules.parameters.output[0],
     output:
-        expand("results/datum/{experiment}.nc", experiment=STUDY.experiments),
+        runs=expand("results/datum/{experiment}.nc", experiment=STUDY.experiments),
     log:
         "results/logs/datum.log",
     priority: 1  # the replays wait for it
@@ -51,7 +51,7 @@ rule replay:
         parameters=rules.parameters.output[0],
         datum=rules.datum.output,
     output:
-        expand(
+        cells=expand(
             "results/{transport}/replay/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments
         ),
     log:

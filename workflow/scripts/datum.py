@@ -3,40 +3,25 @@
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from pneumo.configuration.exchange import from_json
-from pneumo.configuration.experiment import Experiment, Study
-from pneumo.jobs.wrapper import logged
-from pneumo.simulation.full_order import Recording, record
-from pneumo.storage.files import attributes_of, read_json, write
+from pneumo.jobs.wrapper import run_job
+from pneumo.simulation.full_order import record
+from pneumo.storage.files import attributes, read_study, write
 from pneumo.storage.layout import datum_dataset, failure_text
 
 
-def main(parameters: str, outputs: list[str], code: str) -> None:
-    study = from_json(read_json(parameters))
-    experiments = [study.experiments[Path(output).stem] for output in outputs]
+def main(parameters: Path, runs: list[Path], code: str) -> None:
+    study = read_study(parameters)
+    experiments = [study.experiments[run.stem] for run in runs]
+    title = "Full-order run of {}"
+    summary = "Every step of the sixth-order model, eqs (3) to (8), against which models are judged"
     # The kernel holds no lock: the next runs are computed while one is written.
     with ThreadPoolExecutor(1) as ahead:
-        recordings = ahead.map(record, experiments)
-        for output, experiment, recording in zip(outputs, experiments, recordings, strict=True):
-            save(study, experiment, recording, output, code)
+        for run, e, recording in zip(runs, experiments, ahead.map(record, experiments), strict=True):
+            dataset = datum_dataset(e, recording)
+            write(dataset, run, attributes(title.format(e.name), summary, study.config_sha256, code, e))
+            print(f"{e.name}: full-order run, {e.steps * e.h:g} s, done", flush=True)
+            if dataset["status"]:
+                print(f"{e.name}: {failure_text(dataset)}", flush=True)
 
 
-def save(study: Study, experiment: Experiment, recording: Recording, output: str, code: str) -> None:
-    """Write one run and say how it went."""
-    attributes = {
-        "title": f"Full-order run of {experiment.name}",
-        "summary": "Every step of the sixth-order model, eqs (3) to (8), against which models are judged",
-        "experiment_parameters": attributes_of(experiment),
-        "config_sha256": study.config_sha256,
-        "code_sha256": code,
-    }
-    dataset = datum_dataset(experiment, recording)
-    write(dataset, output, attributes)
-    print(f"{experiment.name}: full-order run, {experiment.steps * experiment.h:g} s, done", flush=True)
-    if dataset["status"]:
-        print(f"{experiment.name}: {failure_text(dataset)}", flush=True)
-
-
-if job := globals().get("snakemake"):
-    with logged(job):
-        main(job.input[0], list(job.output), job.params.code)
+run_job(main, globals())

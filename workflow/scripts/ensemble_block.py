@@ -1,15 +1,16 @@
 """Run the whole grid with a block of seed sets."""
 
+from pathlib import Path
+
 import xarray as xr
 
-from pneumo.configuration.exchange import from_json
 from pneumo.evidence.seed_sets import seed_sets, with_seeds
-from pneumo.jobs.wrapper import logged
-from pneumo.storage.files import read_json, write
+from pneumo.jobs.wrapper import run_job
+from pneumo.storage.files import attributes, read_study, write
 
 
-def main(parameters: str, output: str, sets: list[int], of: int, threads: int, code: str) -> None:
-    study = from_json(read_json(parameters))
+def main(parameters: Path, block: Path, sets: list[int], of: int, threads: int, code: str) -> None:
+    study = read_study(parameters)
     seeds = seed_sets(study, of)
     parts: list[xr.Dataset] = []
     for number in sets:
@@ -19,17 +20,9 @@ def main(parameters: str, output: str, sets: list[int], of: int, threads: int, c
     for cylinder in seeds[0]:
         values = [seeds[number][cylinder] for number in sets]
         dataset[f"seed_{cylinder}"] = ("seeds", values, {"long_name": f"seed of cylinder {cylinder}"})
-    attributes = {
-        "title": f"Ensemble, sets of seeds {sets[0]} to {sets[-1]}",
-        "summary": "Error of every cell of the grid, both transports; set 0 has the study's own",
-        "lag_s": study.lag,
-        "config_sha256": study.config_sha256,
-        "code_sha256": code,
-    }
-    write(dataset, output, attributes)
+    title = f"Ensemble, sets of seeds {sets[0]} to {sets[-1]}"
+    summary = "Error of every cell of the grid, both transports; set 0 has the study's own"
+    write(dataset, block, attributes(title, summary, study.config_sha256, code, lag_s=study.lag))
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        p = job.params
-        main(job.input[0], job.output[0], list(p.sets), p.of, job.threads, p.code)
+run_job(main, globals())

@@ -1,27 +1,26 @@
 """Tables with their spread over sets of seeds, and which model beats which."""
 
+from pathlib import Path
+
 import xarray as xr
 
-from pneumo.configuration.exchange import from_json
 from pneumo.evidence.ensemble import analysed
-from pneumo.jobs.wrapper import logged
-from pneumo.storage.files import read, read_json, write
+from pneumo.jobs.wrapper import run_job
+from pneumo.storage.files import attributes, read, read_study, write
 
 
-def main(parameters: str, blocks: list[str], output: str, code: str) -> None:
-    study = from_json(read_json(parameters))
+def main(parameters: Path, blocks: list[Path], tables: Path, code: str) -> None:
+    study = read_study(parameters)
     parts: list[xr.Dataset] = [read(block) for block in blocks]
     ensemble: xr.Dataset = xr.concat(parts, "seeds")
-    attributes = {
-        "title": "Ensemble of the study over sets of seeds",
-        "summary": "Tables 7 to 9 with their spread over sets of seeds; models compared",
-        "seed_sets": ensemble.sizes["seeds"],
-        "config_sha256": study.config_sha256,
-        "code_sha256": code,
-    }
-    write(analysed(ensemble, study.experiments_by_level), output, attributes)
+    about = attributes(
+        "Ensemble of the study over sets of seeds",
+        "Tables 7 to 9 with their spread over sets of seeds; models compared",
+        study.config_sha256,
+        code,
+        seed_sets=ensemble.sizes["seeds"],
+    )
+    write(analysed(ensemble, study.experiments_by_level), tables, about)
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        main(job.input.parameters, list(job.input.blocks), job.output[0], job.params.code)
+run_job(main, globals())

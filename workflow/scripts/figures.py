@@ -2,19 +2,18 @@
 
 from pathlib import Path
 
-from pneumo.configuration.exchange import from_json
-from pneumo.jobs.wrapper import logged
+from pneumo.jobs.wrapper import run_job
 from pneumo.publish.figures import paper_figures as figures
 from pneumo.publish.style import save
-from pneumo.storage.files import open_grid, read, read_json
+from pneumo.storage.files import open_grid, read, read_study
 from pneumo.verdict.published import table7, table9
 
 
-def main(parameters: str, settling: str, datum: str, statistics: list[str], folder: Path) -> None:
-    study = from_json(read_json(parameters))
-    transports = {Path(file).parent.name: Path(file).parent for file in statistics}
+def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], svg: list[Path]) -> None:
+    study, folder = read_study(parameters), svg[0].parent
+    transports = {file.parent.name: file.parent for file in statistics}
     averages = {name: read(path / "statistics.nc") for name, path in transports.items()}
-    replays = {name: read(path / "replay" / Path(datum).name) for name, path in transports.items()}
+    replays = {name: read(path / "replay" / datum.name) for name, path in transports.items()}
     grids = {
         name: open_grid(path).sel(experiment=list(study.experiments)) for name, path in transports.items()
     }
@@ -27,7 +26,4 @@ def main(parameters: str, settling: str, datum: str, statistics: list[str], fold
     save(figures.mse_over_n(grids, study.experiments_by_level), folder / "mse_over_n")
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        files, folder = job.input, Path(job.output[0]).parent
-        main(files.parameters, files.settling, files.datum, list(files.statistics), folder)
+run_job(main, globals())

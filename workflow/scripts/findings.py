@@ -5,23 +5,19 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.configuration.exchange import from_json
-from pneumo.evidence.findings import findings
-from pneumo.jobs.wrapper import logged
-from pneumo.publish.text import markdown_tables as tables
-from pneumo.storage.files import read, read_json, write_json, write_text
+from pneumo.evidence.findings import findings as judged_statements
+from pneumo.jobs.wrapper import run_job
+from pneumo.publish.text import markdown_tables
+from pneumo.storage.files import read, read_study, write_json, write_text
 from pneumo.verdict.claims import read_claims
 
 
-def main(parameters: str, blocks: list[str], paper: Path, output: str, table: str) -> None:
-    study = from_json(read_json(parameters))
+def main(parameters: Path, blocks: list[Path], claims: Path, findings: Path, table: Path) -> None:
+    study = read_study(parameters)
     ensemble = xr.concat([read(block, "mean_error", "mse", "failure_time") for block in blocks], "seeds")
-    found = findings(study, ensemble, read_claims(paper), Path(output).parent)
-    write_json(json.dumps(found, indent=1, ensure_ascii=False), output)
-    write_text(tables.findings(found), table)
+    judged = judged_statements(study, ensemble, read_claims(claims.parent), findings.parent)
+    write_json(json.dumps(judged, indent=1, ensure_ascii=False), findings)
+    write_text(markdown_tables.findings(judged), table)
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        files, made = job.input, job.output
-        main(files.parameters, list(files.blocks), Path(files.claims).parent, made.findings, made.table)
+run_job(main, globals())

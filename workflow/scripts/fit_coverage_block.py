@@ -1,21 +1,21 @@
 """Fit a block of random cylinders with known truth."""
 
+from pathlib import Path
+
 from pneumo.evidence.fit_coverage import coverage
-from pneumo.jobs.wrapper import logged
-from pneumo.storage.files import write
-
-ABOUT = {
-    "title": "Coverage of the intervals of pneumo fit",
-    "summary": "Random cylinders with noisy sensors: truth, estimates, intervals, errors held out",
-    "config_sha256": "none: cylinders are drawn in pneumo.evidence.synthetic_records",
-}
+from pneumo.jobs.wrapper import run_job
+from pneumo.storage.files import attributes, write
 
 
-def main(output: str, first: int, count: int, code: str) -> None:
-    found = coverage(range(first, first + count), lambda text: print(text, flush=True))
-    write(found, output, ABOUT | {"code_sha256": code})
+def main(block: Path, first: str, cases: int, code: str) -> None:
+    found = coverage(range(int(first), int(first) + cases), lambda text: print(text, flush=True))
+    about = attributes(
+        "Coverage of the intervals of pneumo fit",
+        "Random cylinders with noisy sensors: truth, estimates, intervals, errors held out",
+        "none: cylinders are drawn in pneumo.evidence.synthetic_records",
+        code,
+    )
+    write(found, block, about)
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        main(job.output[0], int(job.wildcards.first), job.params.cases, job.params.code)
+run_job(main, globals())

@@ -1,17 +1,16 @@
 """Identify what the paper leaves open: M, k_f, stop, amplitudes and transport."""
 
-from pneumo.configuration.exchange import from_json
+from pathlib import Path
+
 from pneumo.evidence.identification import SEED, identify, save_identification
-from pneumo.jobs.wrapper import logged
-from pneumo.storage.files import read_json
+from pneumo.jobs.wrapper import run_job
+from pneumo.storage.files import read_study
 
 
-def main(parameters: str, output: str, threads: int) -> None:
-    study = from_json(read_json(parameters))
+def main(parameters: Path, estimates: Path, threads: int) -> None:
+    study = read_study(parameters)
     found = identify(study, ["D", "E"], SEED, threads, lambda text: print(text, flush=True))
-    save_identification(found, study, SEED, output)
+    save_identification(found, study, SEED, estimates)
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        main(job.input.parameters, job.output[0], job.threads)
+run_job(main, globals())

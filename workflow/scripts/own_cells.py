@@ -2,17 +2,14 @@
 
 from pathlib import Path
 
-from pneumo.configuration.exchange import from_json
 from pneumo.engineer.own_study import run_study, save_cells, selected
-from pneumo.jobs.wrapper import logged
-from pneumo.storage.files import read_json
+from pneumo.jobs.wrapper import run_job
+from pneumo.storage.files import read_study
 
 
-def main(parameters: str, output: str, threads: int) -> None:
-    study = selected(from_json(read_json(parameters)), cylinders=[Path(output).stem])
-    save_cells(study, run_study(study, threads), Path(output))
+def main(parameters: Path, cylinder: str, cells: Path, threads: int) -> None:
+    study = selected(read_study(parameters), cylinders=[cylinder])
+    save_cells(study, run_study(study, threads), cells)
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        main(job.input[0], job.output[0], job.threads)
+run_job(main, globals())

@@ -1,9 +1,15 @@
 """Write the checked study in SI units."""
 
+from pathlib import Path
+
 from pneumo.configuration.exchange import to_json
-from pneumo.jobs.wrapper import logged
+from pneumo.configuration.experiment import Study
+from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import write_json
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        write_json(to_json(job.params.study), job.output[0])
+
+def main(study: Study, parameters: Path) -> None:
+    write_json(to_json(study), parameters)
+
+
+run_job(main, globals())

@@ -2,16 +2,14 @@
 
 from pathlib import Path
 
-from pneumo.jobs.wrapper import logged
+from pneumo.jobs.wrapper import run_job
 from pneumo.publish.schemes import SCHEMES
 from pneumo.publish.style import save
 
 
-def main(folder: Path) -> None:
+def main(svg: list[Path]) -> None:
     for name, draw in SCHEMES.items():
-        save(draw(), folder / name)
+        save(draw(), svg[0].parent / name)
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        main(Path(job.output[0]).parent)
+run_job(main, globals())

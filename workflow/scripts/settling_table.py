@@ -2,26 +2,18 @@
 
 from pathlib import Path
 
-from pneumo.configuration.exchange import from_json
-from pneumo.jobs.wrapper import logged
+from pneumo.jobs.wrapper import run_job
 from pneumo.statistics.settling_times import settling_table
-from pneumo.storage.files import read, read_json, write
+from pneumo.storage.files import attributes, read, read_study, write
 
 
-def main(parameters: str, runs: list[str], output: str, code: str) -> None:
-    study = from_json(read_json(parameters))
+def main(parameters: Path, runs: list[Path], table: Path, code: str) -> None:
+    study = read_study(parameters)
     durations = {name: e.steps * e.h for name, e in study.experiments.items()}
-    parts = {Path(run).stem: read(run, "settling_time", "failure_time") for run in runs}
-    attributes = {
-        "title": "Settling times",
-        "summary": "Table 5 as reproduced, and how many settling times each full-order run lasts",
-        "config_sha256": study.config_sha256,
-        "code_sha256": code,
-    }
-    write(settling_table(parts, durations), output, attributes)
+    parts = {run.stem: read(run, "settling_time", "failure_time") for run in runs}
+    summary = "Table 5 as reproduced, and how many settling times each full-order run lasts"
+    about = attributes("Settling times", summary, study.config_sha256, code)
+    write(settling_table(parts, durations), table, about)
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        files, code = job.input, job.params.code
-        main(files.parameters, list(files.runs), job.output[0], code)
+run_job(main, globals())

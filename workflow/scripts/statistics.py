@@ -2,27 +2,24 @@
 
 from pathlib import Path
 
-from pneumo.configuration.exchange import from_json
-from pneumo.jobs.wrapper import logged
+from pneumo.jobs.wrapper import run_job
 from pneumo.statistics.averages import statistics
-from pneumo.storage.files import open_grid, read_json, write
+from pneumo.storage.files import attributes, open_grid, read_study, write
 
 
-def main(parameters: str, outputs: list[str], code: str) -> None:
-    study = from_json(read_json(parameters))
-    for output in outputs:
-        transport = Path(output).parent
-        grid = open_grid(transport).sel(experiment=list(study.experiments))
-        attributes = {
-            "title": f"Performance of the reduced models, {transport.name} transport",
-            "summary": "Tables 7 (level overall), 8 (best_n) and 9 (other levels); eqs (14) to (16)",
-            "transport": transport.name,
-            "config_sha256": study.config_sha256,
-            "code_sha256": code,
-        }
-        write(statistics(grid, study.experiments_by_level), output, attributes)
+def main(parameters: Path, tables: list[Path], code: str) -> None:
+    study = read_study(parameters)
+    for table in tables:
+        transport = table.parent.name
+        about = attributes(
+            f"Performance of the reduced models, {transport} transport",
+            "Tables 7 (level overall), 8 (best_n) and 9 (other levels); eqs (14) to (16)",
+            study.config_sha256,
+            code,
+            transport=transport,
+        )
+        grid = open_grid(table.parent).sel(experiment=list(study.experiments))
+        write(statistics(grid, study.experiments_by_level), table, about)
 
 
-if job := globals().get("snakemake"):
-    with logged(job):
-        main(job.input.parameters, list(job.output), job.params.code)
+run_job(main, globals())

@@ -1,0 +1,42 @@
+"""The study that the Snakefile plans, checked before any job starts."""
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pneumo.configuration.experiment import Study
+from pneumo.configuration.parameters import read_yaml, study, validated
+from pneumo.errors import ConfigurationError
+
+BASE = Path("config/paper.yaml")
+
+
+def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any]) -> Study:
+    """Return the study that a merged Snakemake configuration describes.
+
+    Ends the process with exit code 2 and one line on standard error if it describes none.
+
+    Parameters
+    ----------
+    config : mapping
+        The merged configuration.
+    files : sequence of pathlib.Path
+        Configuration files given on the command line.
+    options : mapping
+        Values given on the command line with ``--config``.
+    """
+    try:
+        sources = [(os.path.relpath(file), read_yaml(file)) for file in (BASE, *files)]
+        return study(validated(config, [*sources, ("--config", options)]))
+    except ConfigurationError as error:
+        print(f"pneumo: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+def own_cylinders(study: Study) -> list[str]:
+    """Return the cylinders of a study that has an experiment which is not the paper's; else none."""
+    if set(study.experiments) <= set(read_yaml(BASE)["experiments"]):
+        return []
+    return list(dict.fromkeys(e.cylinder for e in study.experiments.values()))

@@ -1,0 +1,69 @@
+"""One run in a folder at a time, and none beside jobs that a killed run has left behind."""
+
+import fcntl
+import os
+import sys
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from uuid import uuid4
+
+# A run holds RUN_LOCK alone and writes its name into it; its jobs hold JOBS_LOCK together. The kernel
+# releases both when a process ends, however it ends.
+RUN_LOCK, JOBS_LOCK = Path(".snakemake/pneumo.run"), Path(".snakemake/pneumo.jobs")
+RUN = "PNEUMO_RUN"  # name of the run in the environment of its jobs
+RESULTS = Path("results")
+DATED = ("results", "paper", "pneumo", "workflow")  # folders of files whose times Snakemake compares
+
+
+def take_run_lock() -> None:
+    """Take the run lock of this folder until this process ends; wait for jobs of a killed run.
+
+    Ends the process with exit code 2 and one line on standard error if another run holds the lock, or if
+    results cannot be written.
+    """
+    RESULTS.mkdir(exist_ok=True)
+    if not os.access(RESULTS, os.W_OK):
+        print(f"pneumo: {RESULTS}: cannot be written; is it mounted read-only?", file=sys.stderr)
+        sys.exit(2)
+    RUN_LOCK.parent.mkdir(exist_ok=True)
+    lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a number, which nothing closes before the process ends
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        print("pneumo: another run is at work in this folder; wait for it or stop it", file=sys.stderr)
+        sys.exit(2)
+    os.environ[RUN] = uuid4().hex
+    os.ftruncate(lock, 0)
+    os.pwrite(lock, os.environ[RUN].encode(), 0)
+    with JOBS_LOCK.open("a") as jobs:
+        try:
+            fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print("pneumo: waiting for a job of a killed run to end", file=sys.stderr)
+            fcntl.flock(jobs, fcntl.LOCK_EX)
+    date_back()
+
+
+@contextmanager
+def job_lock() -> Generator[None]:
+    """Hold the lock of the run's jobs; end the process if the run was killed and another has begun."""
+    with JOBS_LOCK.open("a") as lock:
+        fcntl.flock(lock, fcntl.LOCK_SH)
+        if os.environ.get(RUN) not in (None, RUN_LOCK.read_text(encoding="utf-8")):
+            sys.exit("pneumo: the run that started this job was killed, and another has begun")
+        yield
+
+
+def date_back() -> None:
+    """Date files from the future to now, in their order.
+
+    After the clock has jumped back, Snakemake would refuse every output that is older than its input.
+    """
+    now = time.time_ns()
+    files = [file for folder in DATED for file in Path(folder).rglob("*") if file.is_file()]
+    future = {file: date for file in files if (date := file.stat().st_mtime_ns) > now}
+    for age, date in enumerate(sorted(set(future.values()), reverse=True)):
+        for file in (file for file in future if future[file] == date):
+            os.utime(file, ns=(now - age * 1000, now - age * 1000))

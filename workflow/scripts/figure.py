@@ -1,0 +1,15 @@
+"""Draw one figure from one file of results."""
+
+from pathlib import Path
+from pkgutil import resolve_name
+
+from pneumo.jobs.wrapper import run_job
+from pneumo.publish.style import save
+from pneumo.storage.files import read
+
+
+def main(results: Path, draw: str, figure: list[Path]) -> None:
+    save(resolve_name(draw)(read(results)), figure[0].with_suffix(""))
+
+
+run_job(main, globals())
