@@ -7,6 +7,7 @@ from typing import Any
 from pneumo.evidence.toggles import cases, reproduced
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
+from pneumo.verdict.assumptions import AS_TAKEN
 from pneumo.verdict.claims import read_claims
 
 
