@@ -3,7 +3,9 @@
 from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.figures import paper_figures as figures
+from pneumo.publish.figures.performance_figures import fig08, fig09, fig10, fig11
+from pneumo.publish.figures.settling_figure import fig07
+from pneumo.publish.traces_figure import mse_over_n, traces
 from pneumo.publish.style import save
 from pneumo.storage.files import open_grid, read, read_study
 from pneumo.verdict.published import table7, table9
@@ -17,6 +19,7 @@ def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], 
     grids = {
         name: open_grid(path).sel(experiment=list(study.experiments)) for name, path in transports.items()
     }
+<<<<<<< HEAD
     save(figures.fig07(read(settling)), folder / "fig07")
     save(figures.fig08(averages, table7()), folder / "fig08")
     save(figures.fig09(averages, table7()), folder / "fig09")
@@ -24,6 +27,15 @@ def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], 
     save(figures.fig11(averages, table9()), folder / "fig11")
     save(figures.traces(read(datum), replays, averages), folder / "traces")
     save(figures.mse_over_n(grids, study.experiments_by_level), folder / "mse_over_n")
+=======
+    save(fig07(read(settling)), folder / "fig07")
+    save(fig08(averages, table7()), folder / "fig08")
+    save(fig09(averages, table7()), folder / "fig09")
+    save(fig10(averages, table7()), folder / "fig10")
+    save(fig11(averages, table9()), folder / "fig11")
+    save(traces(read(datum), replays, averages), folder / "traces")
+    save(mse_over_n(grids, study.experiments_by_level), folder / "mse_over_n")
+>>>>>>> 41c387c (Figures script follows)
 
 
 run_job(main, globals())
