@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pneumo.publish.figures.paper_figures import fig07, traces
 from pneumo.simulation.cells import grid_lanes, replay_dataset
 from printed_study import save
 
 from pneumo.configuration.parameters import load, study
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.paper_figures import fig07, traces
 from pneumo.publish.pages.verdict_page import render
 from pneumo.publish.text.explain import cell_story
 from pneumo.publish.text.markdown_tables import table_7

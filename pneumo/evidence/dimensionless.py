@@ -12,7 +12,7 @@ from pneumo.simulation.excitation import reference_series
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.settling import thermal_time_constant
 
-GROUPS = {
+KNOWN_GROUPS = {
     "thermal": "thermal time constant over mean time between reversals of the excitation",
     "exchange": "air through the valve in a thermal time constant over the air in a chamber",
     "breath": "air through the valve between reversals over the air in a chamber",
@@ -25,7 +25,7 @@ GROUPS = {
     "supply": "supply pressure over atmospheric pressure",
     "closed": "1 in closed, 0 in open loop",
 }
-MEASURED = {
+SEEN_GROUPS = {
     "seen_exchange": "air exchanged in a thermal time constant over the air in a chamber, in the run",
     "seen_swing": "standard deviation of the pressure over the pressure at rest, in the run",
     "seen_heat": "standard deviation of the temperature over the surroundings' temperature, in the run",
@@ -50,8 +50,8 @@ def reversal_time(reference: np.ndarray, h: float) -> float:
     return len(reference) * h / (1 + int(np.count_nonzero(np.diff(signs))))
 
 
-def groups(experiment: Experiment) -> dict[str, float]:
-    """Groups that are known before a run: `GROUPS`.
+def known_groups(experiment: Experiment) -> dict[str, float]:
+    """Groups that are known before a run: `KNOWN_GROUPS`.
 
     Parameters
     ----------
@@ -91,8 +91,8 @@ def groups(experiment: Experiment) -> dict[str, float]:
     }
 
 
-def measured(experiment: Experiment, recording: Recording) -> dict[str, float]:
-    """Groups that a full-order run shows, averages of both chambers: `MEASURED`; NaN where it failed."""
+def seen_groups(experiment: Experiment, recording: Recording) -> dict[str, float]:
+    """Groups that a full-order run shows, averages of both chambers: `SEEN_GROUPS`; NaN where it failed."""
     plant, conditions, h = experiment.plant, experiment.plant.conditions, experiment.h
     cylinder, time_constant = plant.cylinder, thermal_time_constant(plant)
     x, P, T = recording.states[:, 0], recording.states[:, [2, 4]], recording.states[:, [3, 5]]

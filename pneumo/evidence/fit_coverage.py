@@ -1,7 +1,7 @@
-"""How far `pneumo fit` can be trusted: random cylinders with known truth, measured and fitted.
+"""Whether the intervals of `pneumo fit` hold the truth: fits to random cylinders whose truth is known.
 
-Truth from the same reduced model tells whether 95 per cent intervals hold the truth; full-order truth, which
-has no n, tells the bias of k_0 and which models predict best.
+A truth made by the fitted model shows how often 95 per cent intervals hold it; a truth made by the full-order
+system, which has no n, shows the bias of k_0 and which models predict best.
 """
 
 import time
@@ -14,38 +14,40 @@ from scipy.stats import binomtest
 
 from pneumo.engineer.estimate import estimate, split_of
 from pneumo.engineer.stage_signals import FEW_PAIRS, stage_signals, with_added_noise
-from pneumo.evidence.synthetic_records import Case, case
+from pneumo.evidence.synthetic_records import SyntheticRecord, synthetic_record
 from pneumo.physics.models import MODELS
 
-FIRST = 10_000  # seed of the first case; the method was developed on lower ones
-FITTED = ("M7", "M8", "M9", "M10")  # have k_0 and n both
-JUDGED = ("n", "k_0", "k_xu", "V_d_A", "V_d_B")
+FIRST_SEED = 10_000  # seed of the first case; the method was developed on lower ones
+FITTED_MODELS = ("M7", "M8", "M9", "M10")  # have k_0 and n both
+JUDGED_PARAMETERS = ("n", "k_0", "k_xu", "V_d_A", "V_d_B")
 
 
-def truth_of(case: Case) -> dict[str, float]:
-    """True parameters of a case."""
+def true_parameters(known: SyntheticRecord) -> dict[str, float]:
+    """True value of each of `JUDGED_PARAMETERS`."""
     return {
-        "n": case.n,
-        "k_0": case.truth.k_0,
-        "k_xu": case.truth.valve.k_xu,
-        "V_d_A": case.V_d[0],
-        "V_d_B": case.V_d[1],
+        "n": known.n,
+        "k_0": known.truth.k_0,
+        "k_xu": known.truth.valve.k_xu,
+        "V_d_A": known.V_d[0],
+        "V_d_B": known.V_d[1],
     }
 
 
-def same_model(seed: int) -> xr.Dataset:
-    """Fit a case whose pressures come from the model that is fitted, one of `FITTED` by turns."""
-    name = FITTED[seed % len(FITTED)]
-    known = case(seed, name)
+def fit_same_model(seed: int) -> xr.Dataset:
+    """Fit a case whose pressures come from the model that is fitted, one of `FITTED_MODELS` by turns."""
+    name = FITTED_MODELS[seed % len(FITTED_MODELS)]
+    known = synthetic_record(seed, name)
     begun = time.thread_time()
     record = stage_signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
     noisy_inputs = with_added_noise(record.part(0, split_of(record)))
-    found = estimate(MODELS[name], known.configured, record, noisy_inputs=noisy_inputs, intervals=JUDGED)
+    found = estimate(
+        MODELS[name], known.configured, record, noisy_inputs=noisy_inputs, intervals=JUDGED_PARAMETERS
+    )
     seconds = time.thread_time() - begun
-    truth = truth_of(known)
+    truth = true_parameters(known)
 
     def row(of: dict[str, float]) -> tuple[str, list[float]]:
-        return "parameter", [of.get(p, np.nan) for p in JUDGED]
+        return "parameter", [of.get(p, np.nan) for p in JUDGED_PARAMETERS]
 
     return xr.Dataset(
         {
@@ -56,15 +58,15 @@ def same_model(seed: int) -> xr.Dataset:
             "fitted_model": name,
             "held_out": float(np.sqrt(np.mean(found.held_out**2))),
             "seconds": seconds,
-            **case_labels(known),
+            **record_properties(known),
         },
-        coords={"parameter": list(JUDGED)},
+        coords={"parameter": list(JUDGED_PARAMETERS)},
     )
 
 
-def full_order(seed: int) -> xr.Dataset:
+def fit_full_order_truth(seed: int) -> xr.Dataset:
     """Fit every model to a case whose pressures come from the full-order system."""
-    known = case(seed)
+    known = synthetic_record(seed)
     record = stage_signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
     noisy_inputs = with_added_noise(record.part(0, split_of(record)), FEW_PAIRS)
     first = split_of(record)
@@ -96,8 +98,8 @@ def full_order(seed: int) -> xr.Dataset:
     )
 
 
-def case_labels(known: Case) -> dict[str, float]:
-    """What sort of case it is."""
+def record_properties(known: SyntheticRecord) -> dict[str, float]:
+    """Size, supply and sensors of a record."""
     c = known.truth.cylinder
     return {
         "bore": c.bore,
@@ -109,36 +111,18 @@ def case_labels(known: Case) -> dict[str, float]:
     }
 
 
-def coverage(cases: Iterable[int], say: Callable[[str], None]) -> xr.Dataset:
-    """Fit cases.
-
-    Parameters
-    ----------
-    cases : iterable of int
-        Their numbers; seeds begin at `FIRST`.
-    say : callable
-        Told which case is done.
-
-    Returns
-    -------
-    xarray.Dataset
-        By case.
-    """
+def coverage(cases: Iterable[int], progress: Callable[[str], None]) -> xr.Dataset:
+    """Fit cases, by their numbers from 0; `progress` gets a line for each. The result is by case."""
     parts: list[xr.Dataset] = []
     numbers = list(cases)
     for number in numbers:
-        parts.append(same_model(FIRST + number).merge(full_order(FIRST + number)))
-        say(f"case {number}: done")
+        parts.append(fit_same_model(FIRST_SEED + number).merge(fit_full_order_truth(FIRST_SEED + number)))
+        progress(f"case {number}: done")
     return xr.concat(parts, xr.Variable("case", numbers))
 
 
-def held(found: xr.Dataset) -> pd.DataFrame:
-    """How often 95 per cent intervals held the truth; an open end sets no limit.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        From `coverage`.
+def intervals_that_hold(found: xr.Dataset) -> pd.DataFrame:
+    """Count the 95 per cent intervals of `coverage` that hold the truth; an open end sets no limit.
 
     Returns
     -------
@@ -160,13 +144,13 @@ def held(found: xr.Dataset) -> pd.DataFrame:
 
 
 def full_order_truth(found: xr.Dataset) -> pd.DataFrame:
-    """What fits to full-order truth give: no interval, since no reduced model is the truth.
+    """Summarise the fits to full-order truth; without intervals, since no reduced model is the truth.
 
     Returns
     -------
     pandas.DataFrame
         By model: median, 10th and 90th percentile of k_0 over the truth (NaN for models without), median of
-        the error held out, kPa, and of the processor's time per fit, s.
+        the error on the part held out, kPa, and of the processor's time per fit, s.
     """
     rows = []
     for model in found["model"].values:
@@ -186,14 +170,14 @@ def full_order_truth(found: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(rows, index=found["model"].values, columns=columns)
 
 
-def summary(found: xr.Dataset) -> str:
-    """Both as Markdown."""
+def coverage_tables(found: xr.Dataset) -> str:
+    """Both tables as Markdown."""
     names = {"n": "n", "k_0": "k_0", "k_xu": "valve coefficient", "V_d_A": "V_d of A", "V_d_B": "V_d of B"}
     lines = [
         "| truth: the model fitted | intervals that hold it | 95 % of that share | of those with two ends |",
         "|---|---|---|---|",
     ]
-    for name, row in held(found).iterrows():
+    for name, row in intervals_that_hold(found).iterrows():
         share = f"{row['held']:.0f} of {row['cases']:.0f} | {row['low']:.3f} to {row['high']:.3f}"
         lines.append(f"| {names[str(name)]} | {share} | {row['closed_held']:.0f} of {row['closed']:.0f} |")
     lines += [

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from pneumo.evidence.dimensionless import GROUPS
+from pneumo.evidence.dimensionless import KNOWN_GROUPS
 from pneumo.physics.models import MODELS
 from pneumo.statistics.ranking import MATERIAL, cost
 
@@ -24,7 +24,7 @@ CRITERIA = {
     "rank": "rank among the ten models, averaged over runs",
 }
 LOOPS = ("open", "closed", "both")
-CONTINUOUS = [name for name in GROUPS if name != "closed"]
+CONTINUOUS = [name for name in KNOWN_GROUPS if name != "closed"]
 BOUNDS = ("value", "low", "high")
 CONFIDENCE, RESAMPLES = 0.95, 2000
 
@@ -35,7 +35,7 @@ def judged(cells: xr.Dataset, trained: int) -> xr.Dataset:
     Parameters
     ----------
     cells : xarray.Dataset
-        From `pneumo.evidence.random_cylinders.cylinder_cells` by cylinder.
+        From `pneumo.evidence.cylinder_runs.cylinder_cells` by cylinder.
     trained : int
         Cylinders from here on are held out.
 

@@ -14,8 +14,8 @@ from pneumo.engineer.least_squares import evaluate, fit
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import FEW_PAIRS, smoothing, stage_signals, with_added_noise
 from pneumo.errors import InputError
-from pneumo.evidence.fit_coverage import truth_of
-from pneumo.evidence.synthetic_records import case
+from pneumo.evidence.fit_coverage import true_parameters
+from pneumo.evidence.synthetic_records import synthetic_record
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import run
 from pneumo.simulation.given_inputs import pressures_on_inputs
@@ -28,7 +28,7 @@ def problem_of(known, model):
 
 @pytest.mark.parametrize("model", ["M7", "M10"])
 def test_replayed_pressures_give_their_parameters_back(model):
-    known = case(8, model)
+    known = synthetic_record(8, model)
     problem = problem_of(known, model)
     theta = problem.guess()
     theta += [0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01]
@@ -40,7 +40,7 @@ def test_replayed_pressures_give_their_parameters_back(model):
 
 @pytest.mark.parametrize("model", ["M8", "M9"])
 def test_lanes_stand_for_valve_wall_and_dead_volumes(model):
-    known = case(8)
+    known = synthetic_record(8)
     problem = problem_of(known, model)
     theta = problem.guess() + np.array([0.05, 0.4, 0.2, 0.3, -0.3, 0.02, -0.02])
     n, k_0, k_xu, V_A, V_B, *_ = (
@@ -61,7 +61,7 @@ def test_lanes_stand_for_valve_wall_and_dead_volumes(model):
 
 
 def test_slope_is_that_of_the_corrected_squares():
-    known = case(6, "M9")
+    known = synthetic_record(6, "M9")
     record = stage_signals(known.period, known.u, known.x, known.P, 10.0)
     first = record.part(0, split_of(record))
     pair = with_added_noise(first, 1)
@@ -93,7 +93,7 @@ def test_smoothing_finds_the_noise(noise, seed):
 
 
 def test_interval_holds_what_is_known_and_is_open_where_nothing_is():
-    known = case(8, "M7")
+    known = synthetic_record(8, "M7")
     problem = problem_of(known, "M7")
     best = fit(problem)
     both = covariances(best)
@@ -127,7 +127,7 @@ def test_bounds_limit_an_open_direction_and_nothing_else():
 
 def test_noise_of_position_and_pressure_is_what_estimates_scatter_by():
     """Fits of one motion with fresh noises scatter by what one of them says of itself."""
-    known = case(8, "M7")
+    known = synthetic_record(8, "M7")
     spread, said = [], []
     for seed in range(8):
         rng = np.random.default_rng(seed)
@@ -146,7 +146,7 @@ def test_noise_of_position_and_pressure_is_what_estimates_scatter_by():
 
 
 def test_a_leaking_valve_is_refused_in_one_line():
-    known = case(8, "M7")
+    known = synthetic_record(8, "M7")
     problem = problem_of(known, "M7")
     plant = known.configured
     leaking = plant._replace(valve=plant.valve._replace(leak=1e-8))
@@ -158,11 +158,11 @@ def test_a_leaking_valve_is_refused_in_one_line():
 def test_estimates_of_a_few_cases_hold_the_truth():
     inside = []
     for seed in (8, 16):
-        known = case(seed, "M7")
+        known = synthetic_record(seed, "M7")
         record = stage_signals(known.period, known.u, known.x, known.P, 10.0)
         others = with_added_noise(record.part(0, split_of(record)))
         found = estimate(MODELS["M7"], known.configured, record, noisy_inputs=others, intervals=("k_xu",))
-        inside.append(found.low["k_xu"] <= truth_of(known)["k_xu"] <= found.high["k_xu"])
+        inside.append(found.low["k_xu"] <= true_parameters(known)["k_xu"] <= found.high["k_xu"])
         # Nothing can be nearer than the noise; the right model is not much farther.
         assert 0.95 < found.held_out.mean() / (known.noise * 1e6) < 1.3
     assert any(inside)  # both miss once in 400
@@ -196,7 +196,7 @@ def test_thermal_time_constant_of_a_full_order_transient(plant, side):
 
 
 def test_exact_signals_leave_nothing_in_the_part_held_out():
-    known = case(8, "M7")
+    known = synthetic_record(8, "M7")
     whole = stage_signals(known.period, known.u, known.x, known.P, 10.0)
     record = whole.part(0, min(1000, whole.P.shape[1] - 1))
     problem = Problem(MODELS["M7"], known.configured, record, {})

@@ -8,9 +8,9 @@ import xarray as xr
 from pneumo.engineer.confused_columns import check_columns
 from pneumo.engineer.record import Column, read_mapping, read_measurement
 from pneumo.errors import InputError
-from pneumo.evidence.synthetic_records import case
+from pneumo.evidence.synthetic_records import synthetic_record
 
-KNOWN = case(8)
+KNOWN = synthetic_record(8)
 HALF = KNOWN.configured.cylinder.stroke / 2
 ATMOSPHERE = KNOWN.configured.conditions.P_atm
 

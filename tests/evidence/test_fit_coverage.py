@@ -7,16 +7,16 @@ import pytest
 import xarray as xr
 
 from pneumo.evidence.fit_coverage import (
-    FITTED,
-    JUDGED,
-    experiment_labels,
+    FITTED_MODELS,
+    JUDGED_PARAMETERS,
+    coverage_tables,
+    fit_same_model,
     full_order_truth,
-    held,
-    same_model,
-    summary,
-    truth_of,
+    intervals_that_hold,
+    record_properties,
+    true_parameters,
 )
-from pneumo.evidence.synthetic_records import case, sensed
+from pneumo.evidence.synthetic_records import sensed, synthetic_record
 
 
 def test_sensors_are_noisy_and_quantised():
@@ -26,24 +26,24 @@ def test_sensors_are_noisy_and_quantised():
 
 
 def test_cases_are_as_drawn():
-    known = case(8, "M7")
+    known = synthetic_record(8, "M7")
     half = known.truth.cylinder.stroke / 2
     assert np.ptp(known.x_exact) > 0.2 * half and np.abs(known.x_exact).max() < half
     assert known.truth.cylinder.V_d == known.V_d[0] != known.V_d[1]
     assert known.configured.valve.k_xu != known.truth.valve.k_xu
-    np.testing.assert_array_equal(case(8, "M7").P, known.P)
+    np.testing.assert_array_equal(synthetic_record(8, "M7").P, known.P)
     assert np.std(known.P - known.P_exact) == pytest.approx(known.noise * 1e6, rel=0.05)
     assert np.std(known.x - known.x_exact) == pytest.approx(known.noise * 2 * half, rel=0.05)
-    told = truth_of(known)
+    told = true_parameters(known)
     assert (told["n"], told["k_0"], told["V_d_B"]) == (known.n, known.truth.k_0, known.V_d[1])
     assert told["k_xu"] == known.truth.valve.k_xu
-    assert experiment_labels(known)["noise"] == known.noise
+    assert record_properties(known)["noise"] == known.noise
 
 
 def test_a_case_is_fitted_by_the_model_that_made_it():
-    found = same_model(1032)  # little noise, long in motion: k_0 is seen
-    assert found["fitted_model"].item() == FITTED[1032 % 4]
-    assert list(found["parameter"].values) == list(JUDGED)
+    found = fit_same_model(1032)  # little noise, long in motion: k_0 is seen
+    assert found["fitted_model"].item() == FITTED_MODELS[1032 % 4]
+    assert list(found["parameter"].values) == list(JUDGED_PARAMETERS)
     np.testing.assert_allclose(found["estimate"] / found["truth"], 1.0, atol=0.6)
     assert np.all(found["low"] < found["estimate"]) and np.all(found["estimate"] < found["high"])
     # The truth of the valve's coefficient is within ten of its standard errors.
@@ -65,10 +65,10 @@ def test_intervals_held_are_counted_and_open_ends_set_no_limit():
         },
         coords={"parameter": ["n"], "model": ["M6", "M7"]},
     )
-    row = held(found).loc["n"]
+    row = intervals_that_hold(found).loc["n"]
     assert (row["held"], row["cases"], row["closed_held"], row["closed"]) == (3, 4, 1, 2)
     assert full_order_truth(found).loc["M7", "k_0_median"] == 1.5
-    text = summary(found)
+    text = coverage_tables(found)
     assert "| n | 3 of 4 |" in text and "| M6 |  | 1.0 |" in text and "| M7 | 1.50 (" in text
 
 

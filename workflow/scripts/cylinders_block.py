@@ -5,7 +5,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.evidence.random_cylinders import cylinder_cells
+from pneumo.evidence.cylinder_runs import cylinder_cells
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 

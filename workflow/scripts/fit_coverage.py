@@ -4,7 +4,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.evidence.fit_coverage import summary
+from pneumo.evidence.fit_coverage import coverage_tables
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, write, write_text
 
@@ -14,7 +14,7 @@ def main(blocks: list[Path], cells: Path, table: Path, code: str) -> None:
     cases: xr.Dataset = xr.concat(parts, "case", combine_attrs="drop_conflicts")
     about = [parts[0].attrs[name] for name in ("title", "summary", "config_sha256")]
     write(cases, cells, attributes(*about, code))
-    write_text(summary(cases), table)
+    write_text(coverage_tables(cases), table)
 
 
 run_job(main, globals())
