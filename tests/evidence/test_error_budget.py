@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from pneumo.publish.figures.paper_figures import symbol
 from pneumo.simulation.cells import grid_lanes
 from pneumo.simulation.driven import driven
 from test_vectorised import STUDY
@@ -16,7 +17,6 @@ from pneumo.evidence import error_budget as b
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve import chamber_flows, laminar_share
 from pneumo.publish.figures.budget_figure import error_budget
-from pneumo.publish.figures.paper_figures import symbol
 from pneumo.publish.style import paper_style, save
 from pneumo.simulation import reference as readable
 from pneumo.simulation.full_order import record
