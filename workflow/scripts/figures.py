@@ -19,15 +19,6 @@ def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], 
     grids = {
         name: open_grid(path).sel(experiment=list(study.experiments)) for name, path in transports.items()
     }
-<<<<<<< HEAD
-    save(figures.fig07(read(settling)), folder / "fig07")
-    save(figures.fig08(averages, table7()), folder / "fig08")
-    save(figures.fig09(averages, table7()), folder / "fig09")
-    save(figures.fig10(averages, table7()), folder / "fig10")
-    save(figures.fig11(averages, table9()), folder / "fig11")
-    save(figures.traces(read(datum), replays, averages), folder / "traces")
-    save(figures.mse_over_n(grids, study.experiments_by_level), folder / "mse_over_n")
-=======
     save(fig07(read(settling)), folder / "fig07")
     save(fig08(averages, table7()), folder / "fig08")
     save(fig09(averages, table7()), folder / "fig09")
@@ -35,7 +26,6 @@ def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], 
     save(fig11(averages, table9()), folder / "fig11")
     save(traces(read(datum), replays, averages), folder / "traces")
     save(mse_over_n(grids, study.experiments_by_level), folder / "mse_over_n")
->>>>>>> 41c387c (Figures script follows)
 
 
 run_job(main, globals())
