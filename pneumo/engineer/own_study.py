@@ -20,7 +20,8 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.simulation.signals import EXACT_TRANSPORT
-from pneumo.statistics.ranking import Ranking, ranked
+from pneumo.statistics.ranking import Ranking, rank_models
+from pneumo.statistics.recommendation import recommend
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, replay_dataset, status_attributes
 
@@ -217,7 +218,8 @@ def run_study(study: Study, threads: int, progress: Callable[[float], None] = ig
 
 def rankings(cells: xr.Dataset) -> list[Ranking]:
     """Rank the models on each cylinder of a study, in the order of the configuration."""
-    return [ranked(cells, name) for name in dict.fromkeys(cells["cylinder"].values.tolist())]
+    names = dict.fromkeys(cells["cylinder"].values.tolist())
+    return [recommend(rank_models(cells, name), cells) for name in names]
 
 
 def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:

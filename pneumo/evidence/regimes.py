@@ -12,7 +12,8 @@ from scipy import stats
 
 from pneumo.evidence.dimensionless import KNOWN_GROUPS
 from pneumo.physics.models import MODELS
-from pneumo.statistics.ranking import MATERIAL, cost
+from pneumo.statistics.ranking import cost
+from pneumo.statistics.recommendation import MATERIAL
 
 GOOD = ("M5", "M6", "M7", "M8", "M9", "M10")
 CHEAPEST_FIRST = sorted(GOOD, key=lambda name: (cost(MODELS[name]), GOOD.index(name)))

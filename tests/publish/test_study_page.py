@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.console import Console
-from test_ranking import made
+from test_ranking import made, ranked
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.study_page import HEADS, MARK, cells_of, gain_text, render, tables
 from pneumo.publish.pages.verdict_page import with_indices
-from pneumo.statistics.ranking import Interval, ranked
+from pneumo.statistics.intervals import Interval
 
 
 def with_traces(cells):

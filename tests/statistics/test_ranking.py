@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from pneumo.physics.models import MODELS
-from pneumo.statistics.ranking import MATERIAL, Interval, cost, interval, ranked, ratio
+from pneumo.statistics.intervals import Interval, paired_ratio, student_interval
+from pneumo.statistics.ranking import Ranking, cost, rank_models
+from pneumo.statistics.recommendation import MATERIAL, recommend
 
 N = [1.2, 1.3, 1.4]
 LEVEL = {
@@ -58,6 +60,10 @@ def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e
             "seed": (dims[:2], np.arange(np.prod(shape[:2])).reshape(shape[:2])),
         },
     )
+
+
+def ranked(cells, cylinder) -> Ranking:
+    return recommend(rank_models(cells, cylinder), cells)
 
 
 def test_order_n_and_recommendation():
@@ -199,7 +205,7 @@ def test_intervals_that_hold_the_limit_ask_for_more_seeds():
 @settings(deadline=None)
 @given(st.lists(st.floats(0.1, 1e3), min_size=2, max_size=20))
 def test_interval_is_students(samples):
-    found = interval(np.array(samples))
+    found = student_interval(np.array(samples))
     if np.ptp(samples) == 0:
         low = high = samples[0]
     else:
@@ -211,6 +217,6 @@ def test_interval_is_students(samples):
 @given(st.lists(st.tuples(st.floats(0.1, 1e3), st.floats(0.1, 1e3)), min_size=2, max_size=20))
 def test_ratio_of_exchanged_samples_is_the_reciprocal(pairs):
     upper, lower = np.array(pairs).T
-    one, other = ratio(upper, lower), ratio(lower, upper)
+    one, other = paired_ratio(upper, lower), paired_ratio(lower, upper)
     assert one.value == pytest.approx(1 / other.value)
     assert (one.low, one.high) == pytest.approx((1 / other.high, 1 / other.low))

@@ -17,7 +17,8 @@ from pneumo.publish.style import (
     new_figure,
     paper_style,
 )
-from pneumo.statistics.ranking import CONFIDENCE, Ranking
+from pneumo.statistics.intervals import CONFIDENCE
+from pneumo.statistics.ranking import Ranking
 
 RMS = axis_label("RMS error", "kPa")
 PLAIN = FuncFormatter(lambda value, _: f"{value:g}")

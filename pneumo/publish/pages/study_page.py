@@ -17,7 +17,9 @@ from pneumo.errors import InputError, ResultError
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.verdict_page import page_environment, with_indices
 from pneumo.publish.style import paper_style
-from pneumo.statistics.ranking import CONFIDENCE, MATERIAL, Interval, Ranking, Row
+from pneumo.statistics.intervals import CONFIDENCE, Interval
+from pneumo.statistics.ranking import RankedModel, Ranking
+from pneumo.statistics.recommendation import MATERIAL
 from pneumo.storage.files import read, write_text
 
 MARK = "pneumo study"  # names the page's maker, so that another run may replace it
@@ -124,7 +126,7 @@ def _around(value: float) -> str:
     return f"{value:.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
 
 
-def cells_of(row: Row) -> list[str]:
+def cells_of(row: RankedModel) -> list[str]:
     """Cells of a model's line, by `HEADS`."""
     if not np.isfinite(row.mse.value):
         return ["–", row.model, "–", "–", f"failed in {row.failed} runs", "–", "–", str(row.wins), "–", "–"]

@@ -20,7 +20,7 @@ from pneumo.evidence.variants import INLET
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.simulation.signals import EXACT, PUBLISHED
-from pneumo.statistics.ranking import MATERIAL
+from pneumo.statistics.recommendation import MATERIAL
 from pneumo.storage.files import read, read_json, written
 
 SHOWN = ("M6/M5", "M8/M7", "M10/M8")

@@ -10,7 +10,8 @@ from rich.table import Table
 from pneumo.engineer.closed_chamber import Transient
 from pneumo.evidence.ensemble import CRITERIA
 from pneumo.publish.text.formatting import ends_text, no_exponent, significant
-from pneumo.statistics.ranking import CONFIDENCE, Interval, Ranking, Row
+from pneumo.statistics.intervals import CONFIDENCE, Interval
+from pneumo.statistics.ranking import RankedModel, Ranking
 
 KILO = 1e3
 
@@ -22,7 +23,7 @@ STUDY_HEADS = (
 IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
 
 
-def ranking_cells(row: Row) -> list[str]:
+def ranking_cells(row: RankedModel) -> list[str]:
     """Cells of a model's line, by `STUDY_HEADS`."""
     if not np.isfinite(row.mse.value):
         return ["–", row.model, "–", "–", f"failed in {row.failed} runs", "–", "–", str(row.wins), "–", "–"]

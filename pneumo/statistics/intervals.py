@@ -1,0 +1,36 @@
+"""Student's intervals of independent samples and of ratios of paired samples."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+CONFIDENCE = 0.95
+
+
+class Interval(NamedTuple):
+    """An estimate with the ends of its interval; the ends are NaN where one sample leaves no interval."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def known(self) -> bool:
+        """Whether there is an interval."""
+        return bool(np.isfinite(self.low) and np.isfinite(self.high))
+
+
+def student_interval(samples: np.ndarray) -> Interval:
+    """Mean of independent samples with its interval by Student's t."""
+    from scipy.stats import t  # here: the import takes half a second
+
+    mean, count = float(np.mean(samples)), len(samples)
+    if count < 2:
+        return Interval(mean, np.nan, np.nan)
+    half = float(t.ppf((1 + CONFIDENCE) / 2, count - 1) * np.std(samples, ddof=1) / count**0.5)
+    return Interval(mean, mean - half, mean + half)
+
+
+def paired_ratio(upper: np.ndarray, lower: np.ndarray) -> Interval:
+    """Geometric mean of the ratio of paired samples with its interval."""
+    return Interval(*(float(np.exp(value)) for value in student_interval(np.log(upper / lower))))
