@@ -2,6 +2,7 @@
 
 import ast
 import hashlib
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 
@@ -16,14 +17,14 @@ def _source(module: str) -> Path | None:
 
 
 def imports_of(file: Path) -> set[str]:
-    """Pneumo modules that a Python file imports directly."""
+    """Modules of pneumo that a Python file imports directly."""
     return {name for name in _imported(file.read_text(encoding="utf-8")) if _source(name)}
 
 
 @cache
 def _imported(text: str) -> frozenset[str]:
     """Names under pneumo that a source imports: modules, and what is imported from them."""
-    names = set()
+    names: set[str] = set()
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
@@ -33,25 +34,50 @@ def _imported(text: str) -> frozenset[str]:
 
 
 def modules_behind(*modules: str) -> list[str]:
-    """Pneumo modules that the given ones import, directly or not, with themselves, sorted."""
-    found: set[str] = set()
+    """Return the given modules of pneumo and all that they import, directly or not, sorted."""
+    behind: set[str] = set()
     queue = list(modules)
     while queue:
         module = queue.pop()
         file = _source(module)
         if file is None:
             raise ModuleNotFoundError(f"no pneumo module {module!r}")
-        if module not in found:
-            found.add(module)
+        if module not in behind:
+            behind.add(module)
             queue += imports_of(file)
-    return sorted(found)
+    return sorted(behind)
 
 
 def code_hash(*modules: str) -> str:
     """Return the SHA-256 of the named pneumo modules and of every pneumo module behind them."""
+    return _digest(modules, lambda text: text)
+
+
+def compiled_hash(*modules: str) -> str:
+    """Return the same of what a compiler sees: comments, docstrings and layout do not count."""
+    return _digest(modules, _meaning)
+
+
+def _digest(modules: Iterable[str], content: Callable[[str], str]) -> str:
     digest = hashlib.sha256()
     for module in modules_behind(*modules):
         source = _source(module)
         assert source is not None
-        digest.update(module.encode() + b"\0" + source.read_bytes() + b"\0")
+        text = content(source.read_text(encoding="utf-8"))
+        digest.update(module.encode() + b"\0" + text.encode() + b"\0")
     return digest.hexdigest()
+
+
+@cache
+def _meaning(text: str) -> str:
+    """Syntax tree of a source without expressions that are only text."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            node.body = [statement for statement in node.body if not _is_text(statement)]
+    return ast.dump(tree)
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    value = statement.value if isinstance(statement, ast.Expr) else None
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)

@@ -23,7 +23,8 @@ from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.ranking import Ranking, rank_models
 from pneumo.statistics.recommendation import recommend
 from pneumo.storage.files import attributes, write
-from pneumo.storage.layout import CHAMBERS, replay_dataset, status_attributes
+from pneumo.storage.grid_layout import replay_dataset
+from pneumo.storage.layout import CHAMBERS, status_attributes
 
 TITLE = "Reduced models on repeated runs"
 K_0_FACTORS = (0.5, 2.0)  # the models' k_0 over the cylinder's: an estimate may be wrong by as much

@@ -18,7 +18,8 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.simulation.signals import EXACT_TRANSPORT
-from pneumo.storage.layout import replay_dataset, status_attributes
+from pneumo.storage.grid_layout import replay_dataset
+from pneumo.storage.layout import status_attributes
 
 CYLINDERS_SEED = 29
 LOOPS = ("open", "closed")

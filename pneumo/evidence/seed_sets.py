@@ -11,7 +11,7 @@ from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
-from pneumo.storage.layout import replay_dataset
+from pneumo.storage.grid_layout import replay_dataset
 
 TRANSPORTS = (PUBLISHED, EXACT)
 ENTROPY = 2006  # of the seeds that are drawn

@@ -24,7 +24,8 @@ from pneumo.simulation.runge_kutta import STAGES
 from pneumo.simulation.settling import QUANTITIES, Settling, settle
 from pneumo.simulation.signals import EXACT, PUBLISHED, held, interpolated, study_transport
 from pneumo.statistics.averages import statistics
-from pneumo.storage.layout import experiment_labels, replay_dataset
+from pneumo.storage.grid_layout import replay_dataset
+from pneumo.storage.layout import experiment_labels
 from pneumo.verdict import PAPER_FOLDER
 from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
 from pneumo.verdict.claims import Claim, PaperError

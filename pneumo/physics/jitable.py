@@ -4,14 +4,14 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
-from numba.extending import register_jitable
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-Real = TypeVar(
-    "Real", float, np.ndarray
-)  # quantities with units and symbols go the same way, unseen by types
+Real = TypeVar("Real", float, np.ndarray)
+
+JITABLE: list[Callable[..., Any]] = []  # functions that kernels may call; `simulation.compiled` tells Numba
 
 
 def jitable(function: Function) -> Function:
-    """Return a function as it is, and make it known to Numba: its decorator has no types."""
-    return register_jitable(function)
+    """Return a function as it is, noted in `JITABLE`, so that physics does not load Numba."""
+    JITABLE.append(function)
+    return function

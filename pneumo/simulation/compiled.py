@@ -1,7 +1,7 @@
 """Where functions get compiled.
 
 Numba's cache does not notice edits in imported functions. So each kernel's cache folder carries a hash of its
-module and of every module that this one imports: a stale kernel cannot be loaded.
+module and of every module that this one imports, comments left out: a stale kernel cannot be loaded.
 """
 
 import os
@@ -10,14 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.extending import register_jitable
 
-from pneumo.hashing import code_hash
+from pneumo.hashing import compiled_hash
+from pneumo.physics.jitable import JITABLE
 
 
 def cache_folder(module: str) -> Path:
     """Folder for the compiled functions of a module."""
     home = os.environ.get("NUMBA_CACHE_DIR") or Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "pneumo")
-    return Path(home).expanduser() / code_hash(module)[:16]
+    return Path(home).expanduser() / compiled_hash(module)[:16]
 
 
 def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = frozenset()) -> Any:
@@ -33,6 +35,8 @@ def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = f
     compiled = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=set(fastmath))
 
     def cached(function: Callable[..., Any]) -> Any:
+        while JITABLE:  # imported by now: what a kernel calls stands above it
+            register_jitable(JITABLE.pop())
         numba.config.CACHE_DIR = str(cache_folder(function.__module__))  # type: ignore[attr-defined]
         return compiled(function)
 

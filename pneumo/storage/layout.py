@@ -1,4 +1,4 @@
-"""From arrays of a run to the datasets that are stored, and back."""
+"""From arrays of a full-order or settling run to the datasets that are stored, and back."""
 
 from collections.abc import Mapping
 
@@ -6,9 +6,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
-from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import RUN_STATUS, STATE, Recording, failure
-from pneumo.simulation.replay import STATUS, Replayed
 from pneumo.simulation.settling import QUANTITIES, SETTLING_STATUS, Settling
 
 CHAMBERS = ["A", "B"]
@@ -101,30 +99,3 @@ def recording_from(dataset: xr.Dataset, experiment: Experiment) -> Recording:
     columns = [dataset["x"].values, dataset["v"].values, P[:, 0], T[:, 0], P[:, 1], T[:, 1]]
     states, reference, u = np.stack(columns, axis=1), dataset["reference"].values, dataset["u"].values
     return Recording(states, reference, u, experiment.drive, experiment.plant, experiment.h)
-
-
-def replay_dataset(
-    experiment: Experiment, n: tuple[float, ...], index: np.ndarray, cells: Replayed
-) -> xr.Dataset:
-    """Every grid cell of one experiment."""
-    dims = ("model", "n", "chamber")
-    failed = cells.status != 0
-
-    def cell(values: np.ndarray) -> np.ndarray:
-        return np.where(failed, np.nan, values)[index]
-
-    failure_time = np.where(failed, cells.failure_step * experiment.h, np.nan)[index]
-    status = status_attributes(STATUS, "what became of the cell")
-    t = np.arange(cells.pressure.shape[-1]) * experiment.pressure_stride * experiment.h
-    return xr.Dataset(
-        {
-            "mean_error": (dims, cell(cells.mean_error)),
-            "variance": (dims, cell(cells.variance)),
-            "mse": (dims, cell(cells.mse)),
-            "status": (dims, cells.status[index], status),
-            "failure_time": (dims, failure_time),
-            "pressure": ((*dims, "t"), cells.pressure.astype(np.float32)[index]),
-        },
-        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": t}
-        | experiment_labels(experiment),
-    )

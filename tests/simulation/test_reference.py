@@ -17,7 +17,7 @@ from pneumo.simulation.reference import replay_lanes
 from pneumo.simulation.replay import LEFT_RANGE, NO_RUN, OK, STATUS, replay, replay_by_reference
 from pneumo.simulation.runge_kutta import A, B, C
 from pneumo.simulation.signals import EXACT, EXACT_TRANSPORT, PUBLISHED, held, interpolated, study_transport
-from pneumo.storage.layout import replay_dataset
+from pneumo.storage.grid_layout import replay_dataset
 
 STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 LANES, INDEX = grid_lanes(STUDY.n, 1.4)

@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
+from pneumo.publish.traces_figure import mse_over_n, traces
+
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.figures.performance_figures import fig08, fig09, fig10, fig11
 from pneumo.publish.figures.settling_figure import fig07
-from pneumo.publish.traces_figure import mse_over_n, traces
 from pneumo.publish.style import save
 from pneumo.storage.files import open_grid, read, read_study
 from pneumo.verdict.published import table7, table9

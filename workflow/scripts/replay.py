@@ -9,7 +9,8 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import PUBLISHED, study_transport
 from pneumo.storage.files import attributes, read, read_study, write
-from pneumo.storage.layout import recording_from, replay_dataset
+from pneumo.storage.grid_layout import replay_dataset
+from pneumo.storage.layout import recording_from
 
 
 def replay_one(study: Study, datum: Path, outputs: list[Path], code: str) -> None:

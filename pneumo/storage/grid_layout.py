@@ -1,0 +1,36 @@
+"""From arrays of replays to the dataset of grid cells that is stored."""
+
+import numpy as np
+import xarray as xr
+
+from pneumo.configuration.experiment import Experiment
+from pneumo.physics.models import MODELS
+from pneumo.simulation.replay import STATUS, Replayed
+from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
+
+
+def replay_dataset(
+    experiment: Experiment, n: tuple[float, ...], index: np.ndarray, cells: Replayed
+) -> xr.Dataset:
+    """Every grid cell of one experiment."""
+    dims = ("model", "n", "chamber")
+    failed = cells.status != 0
+
+    def cell(values: np.ndarray) -> np.ndarray:
+        return np.where(failed, np.nan, values)[index]
+
+    failure_time = np.where(failed, cells.failure_step * experiment.h, np.nan)[index]
+    status = status_attributes(STATUS, "what became of the cell")
+    t = np.arange(cells.pressure.shape[-1]) * experiment.pressure_stride * experiment.h
+    return xr.Dataset(
+        {
+            "mean_error": (dims, cell(cells.mean_error)),
+            "variance": (dims, cell(cells.variance)),
+            "mse": (dims, cell(cells.mse)),
+            "status": (dims, cells.status[index], status),
+            "failure_time": (dims, failure_time),
+            "pressure": ((*dims, "t"), cells.pressure.astype(np.float32)[index]),
+        },
+        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": t}
+        | experiment_labels(experiment),
+    )
