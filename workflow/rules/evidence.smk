@@ -14,7 +14,7 @@ DRAWN = {
         ("floor", "floor", "floor_figure", "floor"),
         ("ensemble", "ensemble", "ensemble_figure", "ensemble_figure"),
         ("regimes", "cylinders", "regimes_figure", "regime_map"),
-        ("variants", "variants", "variants_figure", "dots"),
+        ("variants", "variants", "variants_figure", "variants_figure"),
     ]
 }
 
