@@ -5,15 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pneumo.publish.figures.paper_figures import fig07, traces
+from pneumo.publish.figures.paper_figures import fig07
 from pneumo.simulation.cells import grid_lanes, replay_dataset
 from printed_study import save
 
 from pneumo.configuration.parameters import load, study
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS
-from pneumo.publish.pages.verdict_page import render
-from pneumo.publish.text.explain import cell_story
+from pneumo.publish.figures.settling_figure import fig07
+from pneumo.publish.figures.traces_figure import time_traces
+from pneumo.publish.pages.verdict_page import verdict_page
+from pneumo.publish.text.explain import cell_text
 from pneumo.publish.text.markdown_tables import table_7
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
 from pneumo.simulation.reference import NO_RUN, no_replay
@@ -100,7 +102,7 @@ def test_the_page_tells_which_settling_run_failed(printed_once, tmp_path):
     save(settling_table(parts, {"E06": 60.0}), folder / "settling.nc")
     found = verdict(folder, PAPER_2006)
     assert not found["failures"]
-    assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in render(found)
+    assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in verdict_page(found)
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +128,7 @@ def test_no_replays_of_a_run_that_failed(folder):
 
 
 def test_the_story_of_a_cell_tells(folder):
-    story_of_E06 = cell_story(folder, "E06", "M8", 1.35)
+    story_of_E06 = cell_text(folder, "E06", "M8", 1.35)
     assert story_of_E06.count("failed at t = 0.001 s: no full-order run") == 4
     assert "best n" not in story_of_E06
 
@@ -149,13 +151,13 @@ def test_table_and_page_and_figure_tell(folder):
     found = verdict(folder, PAPER_2006)
     assert list(found["failures"]) == ["E06"]
     assert found["highlights"]["by_experiment"] is None
-    page = render(found)
+    page = verdict_page(found)
     assert "E06 is left out of every average:</strong> full-order run failed at t = 0.001 s" in page
     missed = {item["id"] for item in found["items"] if item["status"] == "missed"}
     assert {f"T8.E06.{model}" for model in MODELS} & {item["id"] for item in found["items"]} <= missed
     table = table_7(read(folder / "published" / "statistics.nc"), table7())
     assert "E06 is left out: its full-order run failed at t = 0.001 s." in table
-    figure = traces(read(folder / "datum" / "E06.nc"), {}, {})
+    figure = time_traces(read(folder / "datum" / "E06.nc"), {}, {})
     assert "E06: the full-order run failed at t = 0.001 s" in figure.texts[0].get_text()
 
 

@@ -92,7 +92,7 @@ def test_editing_a_model_reruns_replays_and_what_follows_only(smoke):
 
 
 def test_editing_a_figure_reruns_figures_only(smoke):
-    figures = smoke / "pneumo/publish/figures.py"
+    figures = smoke / "pneumo/publish/figures/settling_figure.py"
     original = figures.read_text()
     figures.write_text(original + "\n# edited\n")
     try:

@@ -103,7 +103,8 @@ def study(
 
     from pneumo.engineer import own_study as task
     from pneumo.errors import InputError
-    from pneumo.publish.pages.study_page import check_folder, save_study, tables
+    from pneumo.publish.pages.study_page import check_folder, save_study
+    from pneumo.publish.text.terminal_tables import study_tables
 
     chosen = task.selected(given._replace(seeds=seeds or given.seeds), cylinder or (), experiment or ())
     folder = output or Path(f"study-{chosen.name}")
@@ -114,10 +115,10 @@ def study(
         cells = task.run_study(chosen, threads, lambda seconds: bar.advance(line, seconds))
     rankings = task.rankings(cells)
     for ranking in rankings:
-        for table in tables(ranking):
+        for table in study_tables(ranking):
             console.print(table)
-        for story in ranking.left_out:
-            console.print(f"Left out: {story}.", markup=False)
+        for reason in ranking.left_out:
+            console.print(f"Left out: {reason}.", markup=False)
         console.print(f"Recommended: {ranking.recommended or 'none'}. {ranking.reason}.", markup=False)
         for advice in ranking.advice:
             console.print(f"- {advice}", markup=False)
@@ -153,7 +154,7 @@ def explain(
     """Tell one item of the verdict, or one grid cell: claimed, found, and where the evidence is."""
     from pneumo.errors import ResultError
     from pneumo.papers.paper_2006.paper import PAPER_2006
-    from pneumo.publish.text.explain import cell_story, item_story
+    from pneumo.publish.text.explain import cell_text, item_text
     from pneumo.verdict.judging import Judge, read_statuses
 
     if len(what) == 3:
@@ -161,7 +162,7 @@ def explain(
             n = float(what[2])
         except ValueError:
             raise ResultError(f"n = {what[2][:50]!r}: must be a number, such as 1.35") from None
-        return typer.echo(cell_story(results, what[0], what[1], n))
+        return typer.echo(cell_text(results, what[0], what[1], n))
     if len(what) != 1:
         raise ResultError("name one item, such as T7.M8.mse, or one cell, such as E07 M8 1.35")
     judge = Judge(results, PAPER_2006)
@@ -171,7 +172,7 @@ def explain(
         raise ResultError(f"{what[0][:50]}: no such item; there are {there} ...")
     errata = {name: erratum._asdict() for name, erratum in judge.errata.items()}
     item = judge.judge(judge.claims.items[what[0]])
-    typer.echo(item_story(item, errata, read_statuses().get(what[0])))
+    typer.echo(item_text(item, errata, read_statuses().get(what[0])))
 
 
 @app.command()
@@ -202,14 +203,14 @@ def assumptions(
     """Print what each alternative assumption does to Tables 5, 7, 8 and 9."""
     from pneumo.errors import ResultError
     from pneumo.evidence.toggle_effects import effects
-    from pneumo.publish.text import markdown_tables as tables
+    from pneumo.publish.text.markdown_tables import assumptions_table
     from pneumo.storage.files import read
     from pneumo.verdict.claims import read_claims
 
     file = results / "assumptions.nc"
     if not file.exists():
         raise ResultError(f"{file}: no such file; `snakemake -j2 evidence` makes it")
-    typer.echo(tables.assumptions(effects(read(file, "reproduced")["reproduced"], read_claims())), nl=False)
+    typer.echo(assumptions_table(effects(read(file, "reproduced")["reproduced"], read_claims())), nl=False)
 
 
 @app.command()
@@ -224,8 +225,8 @@ def ensemble(
     from rich.console import Console
 
     from pneumo.errors import ResultError
-    from pneumo.publish.figures.ensemble_figure import probability_table, ratio_table
-    from pneumo.publish.text import markdown_tables as tables
+    from pneumo.publish.text.markdown_tables import findings_table
+    from pneumo.publish.text.terminal_tables import probability_table, ratio_table
     from pneumo.storage.files import read, read_json
 
     file = results / "ensemble.nc"
@@ -238,7 +239,7 @@ def ensemble(
     console.print(ratio_table(found))
     console.print(probability_table(found, transport.value, level))
     statements = json.loads(read_json(results / "findings.json"))
-    console.print(tables.findings(statements, headlines=False), markup=False, soft_wrap=True)
+    console.print(findings_table(statements, headlines=False), markup=False, soft_wrap=True)
 
 
 @app.command()
@@ -259,7 +260,7 @@ def identify(
     from pneumo.configuration.parameters import load, study
     from pneumo.evidence.identification import identify as identified
     from pneumo.evidence.identification import save_identification
-    from pneumo.publish.figures.identification_figure import identification_tables
+    from pneumo.publish.text.terminal_tables import identification_tables
 
     start = time.perf_counter()
 
@@ -326,7 +327,8 @@ def fit(
     from pneumo.engineer.plants import configured_plant
     from pneumo.engineer.record import read_mapping, read_measurement
     from pneumo.physics.models import MODELS
-    from pneumo.publish.pages.fit_page import fit_page, fit_table, transient_text
+    from pneumo.publish.pages.fit_page import fit_page
+    from pneumo.publish.text.terminal_tables import fit_table, transient_text
     from pneumo.storage.files import write_text
 
     settings = study(load(*(config or [Path("config/paper.yaml")])))

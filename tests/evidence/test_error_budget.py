@@ -16,7 +16,8 @@ from pneumo.errors import RunError
 from pneumo.evidence import error_budget as b
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve import chamber_flows, laminar_share
-from pneumo.publish.figures.budget_figure import error_budget
+from pneumo.publish.figures.budget_figure import error_budget_figure
+from pneumo.publish.figures.panels import symbol
 from pneumo.publish.style import paper_style, save
 from pneumo.simulation import reference as readable
 from pneumo.simulation.full_order import record
@@ -220,7 +221,7 @@ def test_every_variable_has_its_unit(dataset):
 
 
 def test_figure_stacks_the_parts_and_is_unclipped(dataset, tmp_path):
-    fig = error_budget(dataset)
+    fig = error_budget_figure(dataset)
     svg, png = save(fig, tmp_path / "error_budget")
     assert svg.stat().st_size > 10_000 and png.stat().st_size > 10_000
     heights = [[bar.get_height() for bar in bars] for bars in fig.axes[0].containers]

@@ -17,9 +17,10 @@ from pneumo.evidence.ensemble import analysed, complete, scores
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.ensemble_figure import ensemble_figure, probability_table, ratio_table
+from pneumo.publish.figures.ensemble_figure import ensemble_figure
 from pneumo.publish.style import save
-from pneumo.publish.text import markdown_tables as tables
+from pneumo.publish.text.markdown_tables import findings_table
+from pneumo.publish.text.terminal_tables import probability_table, ratio_table
 from pneumo.verdict.claims import read_claims
 from pneumo.verdict.judging import Judge
 from pneumo.verdict.sources import Finding, StudyResults
@@ -194,9 +195,9 @@ def test_an_n_that_fails_somewhere_is_no_constant_n(ensemble):
 
 
 def test_as_table_figure_and_on_the_terminal(found, ensemble, tmp_path):
-    text = tables.findings(found)
+    text = findings_table(found)
     assert text.count("\n| ") == 1 + sum(row["headline"] for row in found["claims"]) - 1
-    assert tables.findings(found, headlines=False).count("\n| ") == len(found["claims"])
+    assert findings_table(found, headlines=False).count("\n| ") == len(found["claims"])
     everything = analysed(ensemble, STUDY.experiments_by_level)
     console = Console(width=200, record=True)
     console.print(ratio_table(everything), probability_table(everything, "exact", "overall"))
@@ -240,4 +241,4 @@ def test_readme_shows_what_was_found():
 
     shown = (ROOT / "README.md").read_text(encoding="utf-8")
     between = shown.partition("<!-- findings:")[2].partition("-->")[2].partition("<!-- /findings -->")[0]
-    assert between.strip() == tables.findings(json.loads(read_json(file))).strip()
+    assert between.strip() == findings_table(json.loads(read_json(file))).strip()

@@ -18,7 +18,7 @@ from pneumo.evidence import measured_floor as f
 from pneumo.evidence.error_budget import refined, sliced
 from pneumo.evidence.error_budget import sampled_inputs as inputs_of_the_budget
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.publish.figures.floor_figure import LOOKS, ROWS, floor
+from pneumo.publish.figures.floor_figure import ROWS, TRANSPORT_LOOKS, floor_figure
 from pneumo.publish.style import paper_style, save
 from pneumo.simulation import transported as t
 from pneumo.simulation.full_order import record
@@ -308,17 +308,17 @@ def test_sweeps_meet_where_they_are_the_same(dataset):
 
 
 def test_figure_shows_every_point_and_is_unclipped(dataset, tmp_path):
-    fig = floor(dataset)
+    fig = floor_figure(dataset)
     svg, png = save(fig, tmp_path / "floor")
     assert svg.stat().st_size > 10_000 and png.stat().st_size > 10_000
     axes = np.reshape(fig.axes, (len(ROWS), 2))
     for row, (prefix, dimension, scale, _) in zip(axes, ROWS, strict=True):
         for ax, name in zip(row, dataset["experiment"].values, strict=True):
             lines = ax.get_lines()
-            shown = [lines[3 * i + j].get_ydata() for i in range(len(LOOKS)) for j in range(3)]
+            shown = [lines[3 * i + j].get_ydata() for i in range(len(TRANSPORT_LOOKS)) for j in range(3)]
             one = dataset.sel(experiment=name)
             ways = ("predicted", "formula", "measured")
-            expected = [one[prefix + way].sel(transport=kind) for kind in LOOKS for way in ways]
+            expected = [one[prefix + way].sel(transport=kind) for kind in TRANSPORT_LOOKS for way in ways]
             np.testing.assert_array_equal(shown, expected)
             np.testing.assert_allclose(lines[0].get_xdata(), dataset[dimension] * scale)
     with paper_style():

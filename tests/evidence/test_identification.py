@@ -17,8 +17,10 @@ from pneumo.errors import ResultError
 from pneumo.evidence import amplitudes, mechanics
 from pneumo.evidence.identification import LONG_NAMES, check, identify, save_identification
 from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2, interval, noise, rms, scale
-from pneumo.publish.figures.identification_figure import identification, identification_tables, number
+from pneumo.publish.figures.identification_figure import identification_figure
 from pneumo.publish.style import paper_style
+from pneumo.publish.text.formatting import significant
+from pneumo.publish.text.terminal_tables import identification_tables
 from pneumo.simulation.full_order import C, record
 from pneumo.simulation.reference import replay
 from pneumo.simulation.settling import NOT_SETTLED, QUANTITIES, settle
@@ -366,7 +368,7 @@ def test_amplitudes_are_those_of_the_lowest_deviance(hasty):
 
 
 def test_figure_and_tables_show_what_was_found(hasty, tmp_path):
-    figure = identification(hasty)
+    figure = identification_figure(hasty)
     with paper_style():
         figure.canvas.draw()
     axes = figure.findobj(Axes)
@@ -390,7 +392,7 @@ def test_figure_and_tables_show_what_was_found(hasty, tmp_path):
     for words in ("M (kg)", "stop (of the half-stroke)", "0.1 to 20", "Table 7, linear transport", "hold"):
         assert words in text
     first = next(iter(identification_tables(hasty)))
-    assert list(first.columns[2].cells) == [number(v) for v in hasty["estimate"].values.ravel()]
+    assert list(first.columns[2].cells) == [significant(v) for v in hasty["estimate"].values.ravel()]
     alone = hasty.sel(cylinder=["D"]).drop_vars("amplitude")
     assert len(list(identification_tables(alone))) == 2
 

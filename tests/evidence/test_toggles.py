@@ -24,7 +24,7 @@ from pneumo.evidence.toggles import LATE, TABLES, VARIANTS, Case, cases, reprodu
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.cylinder import motion
 from pneumo.publish.figures.toggles_figure import tornado
-from pneumo.publish.text import markdown_tables as tables
+from pneumo.publish.text.markdown_tables import assumptions_table
 from pneumo.simulation.excitation import command, reference_series
 from pneumo.simulation.full_order import STAGES, C, Recording, record
 from pneumo.simulation.reference import published_inputs
@@ -339,7 +339,7 @@ def test_a_run_that_does_not_rest_is_marked(invented):
 
 def test_table_and_tornado(invented):
     found = effects(invented, CLAIMS)
-    text = tables.assumptions(found)
+    text = assumptions_table(found)
     assert "| step | step_2_ms | 0.000, 0.000 | 0.182, 0.182 | 0.182, 0.182 | 0 |" in text
     figure = tornado(found)
     assert [tick.get_text() for tick in figure.axes[0].get_yticklabels()] == ["step 2 ms"]
@@ -351,7 +351,7 @@ def test_table_and_tornado(invented):
 def test_command_line_prints_the_table(invented, tmp_path):
     write(invented.to_dataset(name="reproduced"), tmp_path / "assumptions.nc", {})
     done = CliRunner().invoke(app, ["assumptions", "--results", str(tmp_path)])
-    assert done.stdout == tables.assumptions(effects(invented, CLAIMS))
+    assert done.stdout == assumptions_table(effects(invented, CLAIMS))
     with pytest.raises(ResultError, match="`snakemake -j2 evidence` makes it"):
         CliRunner().invoke(app, ["assumptions", "--results", str(tmp_path / "x")], catch_exceptions=False)
 

@@ -11,8 +11,9 @@ from pneumo.evidence import variants as v
 from pneumo.evidence.toggles import cases
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
-from pneumo.publish.figures.variants_figure import LEVELS, dots, name_of, table
+from pneumo.publish.figures.variants_figure import LEVEL_MARKS, clear_name, variants_figure
 from pneumo.publish.style import paper_style, save
+from pneumo.publish.text.markdown_tables import variants_table
 from pneumo.simulation.full_order import record
 from pneumo.simulation.reference import replay
 from pneumo.storage.files import read
@@ -128,7 +129,7 @@ def test_shares_count_alternatives_that_have_a_ratio():
 
 
 def test_table_tells_shares_and_ratios(dataset):
-    lines = table(dataset).splitlines()
+    lines = variants_table(dataset).splitlines()
     one = dataset.sel(transport="exact", criterion="mean", pair="M8/M7", level="typical")
     pays = int((one["ratio"] < 1).sum() - (one["ratio"].sel(alternative=AS_TAKEN) < 1))
     (row,) = [line for line in lines if line.startswith("| exact | mean | M8/M7 |")]
@@ -140,15 +141,15 @@ def test_table_tells_shares_and_ratios(dataset):
 
 
 def test_figure_has_a_mark_for_every_ratio_and_is_unclipped(dataset, tmp_path):
-    fig = dots(dataset)
+    fig = variants_figure(dataset)
     svg, png = save(fig, tmp_path / "variants")
     assert svg.stat().st_size > 10_000 and png.stat().st_size > 10_000
     for ax, pair in zip(fig.axes, v.PAIRS, strict=True):
-        for line, level in zip(ax.get_lines()[1:], LEVELS, strict=True):
+        for line, level in zip(ax.get_lines()[1:], LEVEL_MARKS, strict=True):
             ratio = dataset["ratio"].sel(pair=pair, level=level, transport="exact", criterion="mean")
             np.testing.assert_array_equal(line.get_xdata(), ratio)
     shown = [label.get_text() for label in fig.axes[0].get_yticklabels()]
-    assert shown == [name_of(name) for name in dataset["alternative"].values]
+    assert shown == [clear_name(name) for name in dataset["alternative"].values]
     assert shown[0] == "as taken" and shown[-2:] == ["supply 10 bar", "inlet colder"]
     heights = fig.axes[0].get_lines()[1].get_ydata()
     assert heights[0] == max(heights)  # the study on top

@@ -7,7 +7,8 @@ import pytest
 
 from pneumo.engineer.estimate import Estimate, dataset
 from pneumo.engineer.record import Measurement
-from pneumo.publish.pages.fit_page import fit_page, headings, rows
+from pneumo.publish.pages.fit_page import fit_page
+from pneumo.publish.text.terminal_tables import FIT_HEADS, fit_rows
 
 SAMPLES = 200
 
@@ -27,7 +28,7 @@ def found():
 
 
 def test_cells_have_the_fits_numbers_in_the_headings_units(found):
-    cells = [dict(zip(headings(), row, strict=True)) for row in rows(found)]
+    cells = [dict(zip(FIT_HEADS, row, strict=True)) for row in fit_rows(found)]
     assert [row["model"] for row in cells] == ["M8", "M3"]
     assert [row["rms held out (kPa)"] for row in cells] == ["1", "3"]
     assert cells[0]["k_0 (W/K)"] == "0.300 (0.200 to open)"

@@ -12,7 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures import paper_figures as figures
+from pneumo.publish.figures import performance_figures as figures
+from pneumo.publish.figures.panels import symbol
+from pneumo.publish.figures.settling_figure import fig07
+from pneumo.publish.figures.traces_figure import mse_over_n, time_traces
 from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, paper_style, save
 from pneumo.statistics.averages import statistics
 from pneumo.verdict.published import table7, table9
@@ -84,17 +87,17 @@ def a_replay(datum: xr.Dataset, bias: float) -> xr.Dataset:
 def draw_traces(seconds: float = 3.0) -> Figure:
     datum = a_datum(seconds)
     replays = {transport: a_replay(datum, bias) for transport, bias in (("published", 3e3), ("exact", 1e3))}
-    return figures.traces(datum, replays, STATISTICS)
+    return time_traces(datum, replays, STATISTICS)
 
 
 DRAW: dict[str, Callable[[], Figure]] = {
-    "fig07": lambda: figures.fig07(a_settling()),
+    "fig07": lambda: fig07(a_settling()),
     "fig08": lambda: figures.fig08(STATISTICS, table7()),
     "fig09": lambda: figures.fig09(STATISTICS, table7()),
     "fig10": lambda: figures.fig10(STATISTICS, table7()),
     "fig11": lambda: figures.fig11(STATISTICS, table9()),
     "traces": draw_traces,
-    "mse_over_n": lambda: figures.mse_over_n(GRIDS, LEVELS),
+    "mse_over_n": lambda: mse_over_n(GRIDS, LEVELS),
 }
 
 
@@ -148,7 +151,7 @@ def test_fig11_says_which_level_has_no_experiments():
 
 def test_ranges_leave_out_m4():
     labels = [text.get_text() for text in DRAW["fig09"]().axes[0].get_xticklabels()]
-    assert labels == [figures.symbol(model) for model in MODELS if model != "M4"]
+    assert labels == [symbol(model) for model in MODELS if model != "M4"]
 
 
 @pytest.mark.parametrize(("seconds", "window"), [(1.0, (0.0, 1.0)), (3.0, (1.0, 3.0)), (23.0, (20.0, 22.0))])
@@ -170,7 +173,7 @@ def test_a_model_that_failed_everywhere_is_left_out():
     failed = dict.fromkeys(TRANSPORTS, statistics(grid, LEVELS))
     datum = a_datum(3.0)
     replays = dict.fromkeys(TRANSPORTS, a_replay(datum, 1e3))
-    assert len(figures.traces(datum, replays, failed).axes[2].lines) == 2  # zero and M1
+    assert len(time_traces(datum, replays, failed).axes[2].lines) == 2  # zero and M1
     assert "$M_{5}$" in texts(figures.fig10(failed, table7()))  # its printed value still stands there
 
 
@@ -187,6 +190,6 @@ def test_averages_name_the_experiments_that_they_leave_out(name):
 def test_models_without_n_are_horizontal_lines():
     for ax in DRAW["mse_over_n"]().axes:
         lines = {line.get_label(): line for line in ax.lines}
-        assert set(lines) == {figures.symbol(model) for model in MODELS}
+        assert set(lines) == {symbol(model) for model in MODELS}
         bare = {label for label, line in lines.items() if line.get_marker() == "None"}
         assert bare == {"$M_{1}$", "$M_{3}$", "$M_{4}$"}

@@ -17,18 +17,18 @@ from test_verdict_page import CONTRAST, SHORTLY, Structure, in_chromium
 from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS
 from pneumo.publish.pages.packing import FRACTION, MISSING
+from pneumo.publish.pages.page import STATUS_LOOKS
 from pneumo.publish.pages.report_page import (
+    MOST_VALUES,
     STANDS,
-    VALUES,
     Part,
     close_up,
     describe,
     part,
-    render,
+    report_page,
     samples,
     stride,
 )
-from pneumo.publish.pages.verdict_page import STATUSES
 
 PAPER = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 ROWS = [len(PAPER.n) if model.has_n else 1 for model in MODELS.values() for _ in "AB"]
@@ -96,7 +96,7 @@ def parts(made):
 
 @pytest.fixture(scope="module")
 def verdict():
-    return {"counts": {"items": 432} | {status: 10 + i for i, status in enumerate(STATUSES)}}
+    return {"counts": {"items": 432} | {status: 10 + i for i, status in enumerate(STATUS_LOOKS)}}
 
 
 def findings():
@@ -110,7 +110,7 @@ def findings():
 
 @pytest.fixture(scope="module")
 def page(parts, verdict):
-    return render(PAPER, parts, verdict, None, False)
+    return report_page(PAPER, parts, verdict, None, False)
 
 
 # What is on the page
@@ -191,7 +191,7 @@ def test_a_run_that_failed_says_so(made, verdict):
     none = {name: xr.full_like(values, np.nan) for name, values in best.items()}
     found = part(PAPER.experiments["E06"], failed, lost, none, EVERY)
     assert found.facts["failed"].startswith("full-order run failed at t = 1.5 s: left the finite numbers")
-    text = render(PAPER, [found], verdict, None, False)
+    text = report_page(PAPER, [found], verdict, None, False)
     assert "<strong>E06 is left out of every average:</strong> full-order run failed" in text
 
 
@@ -210,7 +210,7 @@ def test_the_page_of_any_study_has_room():
         stored = [e.steps // e.pressure_stride + 1 for e in one.experiments.values()]
         return 2 * sum(ROWS) * sum(len(samples(count, every)) for count in stored)
 
-    assert EVERY > 1 and values(PAPER, EVERY) <= VALUES < values(PAPER, EVERY - 1)
+    assert EVERY > 1 and values(PAPER, EVERY) <= MOST_VALUES < values(PAPER, EVERY - 1)
     few = PAPER._replace(experiments={"E06": PAPER.experiments["E06"]})
     assert stride(few) == 1
 
@@ -230,7 +230,7 @@ def test_one_file_that_loads_nothing(page):
 
 
 def test_the_same_results_give_the_same_page(parts, verdict, page):
-    assert render(PAPER, parts, verdict, None, False) == page
+    assert report_page(PAPER, parts, verdict, None, False) == page
 
 
 @pytest.mark.results
@@ -239,7 +239,7 @@ def test_the_papers_page_stays_below_its_bound(results):
 
 
 def test_counts_lead_to_the_verdict(page, verdict):
-    for status, (symbol, _) in STATUSES.items():
+    for status, (symbol, _) in STATUS_LOOKS.items():
         badge = rf'class="badge {status}" href="verdict.html"[^>]*>.*?{re.escape(html.escape(symbol))}</span>'
         assert re.search(rf"{badge} {verdict['counts'][status]} {status}</a>", page)
     assert "432 printed numbers" in page
@@ -247,7 +247,7 @@ def test_counts_lead_to_the_verdict(page, verdict):
 
 def test_claims(parts, verdict, page):
     assert "not run: <code>snakemake -j2 ensemble</code>" in page
-    text = render(PAPER, parts[:1], verdict, findings(), False)
+    text = report_page(PAPER, parts[:1], verdict, findings(), False)
     assert "not run: <code>" not in text
     rows = re.findall(r'<tr data-id="c(\d)">(.*?)</tr>', text, re.DOTALL)
     assert [int(number) for number, _ in rows] == [0, 1, *range(len(STANDS))]  # headlines, then all
@@ -262,16 +262,16 @@ def test_claims(parts, verdict, page):
 
 def test_links_to_what_is_there(parts, verdict):
     one = parts[:1]
-    assert 'href="paper.pdf"' not in render(PAPER, one, verdict, None, False)
-    assert 'href="paper.pdf"' in render(PAPER, one, verdict, None, True)
-    own = render(PAPER._replace(name="mine"), one, None, None, False)
+    assert 'href="paper.pdf"' not in report_page(PAPER, one, verdict, None, False)
+    assert 'href="paper.pdf"' in report_page(PAPER, one, verdict, None, True)
+    own = report_page(PAPER._replace(name="mine"), one, None, None, False)
     assert "verdict.html" not in own and "2006" not in own and "mine: reduced models" in own
 
 
 def hostile(made):
     experiment = PAPER.experiments["E06"]._replace(name=HOSTILE, cylinder="<b>&")
     mine = PAPER._replace(name="<script>alert(2)</script>", experiments={HOSTILE: experiment})
-    return render(mine, [part(experiment, *made["E06"], EVERY)], None, None, False)
+    return report_page(mine, [part(experiment, *made["E06"], EVERY)], None, None, False)
 
 
 def test_text_is_escaped(made):

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from pneumo.publish import drawing
-from pneumo.publish.model_looks import MODEL_STYLE
+from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.schemes import SCHEMES
 from pneumo.publish.style import (
     DOUBLE_MM,
@@ -181,8 +181,8 @@ def lab(color: str, vision: str) -> np.ndarray:
 
 @pytest.mark.parametrize("vision", VISION)
 def test_models_can_be_told_apart(vision):
-    assert list(MODEL_STYLE) == [f"M{i}" for i in range(1, 11)]
-    for (one, look), (other, another) in itertools.combinations(MODEL_STYLE.items(), 2):
+    assert list(MODEL_LOOKS) == [f"M{i}" for i in range(1, 11)]
+    for (one, look), (other, another) in itertools.combinations(MODEL_LOOKS.items(), 2):
         assert look.marker != another.marker
         # 12 in CIE76 is some five times the just noticeable 2.3; a pair below it must differ in dashes.
         close = np.linalg.norm(lab(look.color, vision) - lab(another.color, vision)) < 12

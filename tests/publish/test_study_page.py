@@ -12,8 +12,9 @@ from test_ranking import made, ranked
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
 from pneumo.publish.figures import study_figures
-from pneumo.publish.pages.study_page import HEADS, MARK, cells_of, gain_text, render, tables
-from pneumo.publish.pages.verdict_page import with_indices
+from pneumo.publish.pages.page import with_indices
+from pneumo.publish.pages.study_page import MARK, study_page
+from pneumo.publish.text.terminal_tables import STUDY_HEADS, gain_text, ranking_cells, study_tables
 from pneumo.statistics.intervals import Interval
 
 
@@ -39,14 +40,14 @@ def paper():
 def page(paper):
     cells = with_traces(made())
     mine = paper._replace(name="mine", experiments={"X": paper.experiments["E06"]})
-    return render(mine, cells, [ranked(cells, "mine")])
+    return study_page(mine, cells, [ranked(cells, "mine")])
 
 
 def test_page_holds_every_model_and_the_recommendation(page):
     ranking = ranked(made(), "mine")
     assert "Take M9" in page and with_indices(ranking.reason) in page
     for row in ranking.rows:
-        line = "".join(f"<td>{text}</td>" for text in cells_of(row))
+        line = "".join(f"<td>{text}</td>" for text in ranking_cells(row))
         assert line in page
     assert page.count("<img") == 4
 
@@ -62,20 +63,20 @@ def test_texts_are_escaped(paper):
     cells["run_status"][:] = 1
     ranking = ranked(cells, "mine")._replace(left_out=("<b>&",), reason="<i>")
     mine: Study = paper._replace(name="<script>", experiments={"X": paper.experiments["E06"]})
-    page = render(mine, cells, [ranking])
+    page = study_page(mine, cells, [ranking])
     assert "<b>&" not in page and "&lt;b&gt;&amp;" in page and "&lt;i&gt;" in page
     assert "<script>" not in page and "<img" not in page
 
 
 def test_cells_of_a_line():
     row = ranked(made(noise=1e-9), "mine").row("M8")
-    texts = dict(zip(HEADS, cells_of(row), strict=True))
+    texts = dict(zip(STUDY_HEADS, ranking_cells(row), strict=True))
     assert (texts["rank"], texts["model"], texts["n"]) == ("3", "M8", "1.3")
     assert texts["MSE (kPa²)"] == "3.00 ± 0.00" and texts["RMS (kPa)"] == "1.73"
     assert texts["MSE / best"] == "1.25 (1.25 to 1.25)"
     cells = made()
     cells["mse"].loc[{"model": "M8"}] = np.nan
-    assert "failed in 4 runs" in cells_of(ranked(cells, "mine").row("M8"))
+    assert "failed in 4 runs" in ranking_cells(ranked(cells, "mine").row("M8"))
 
 
 def test_gain_with_and_without_interval():
@@ -93,7 +94,7 @@ def marked(ax, marker):
 
 def test_picture_of_the_places():
     ranking = ranked(made(), "mine")
-    ax = study_figures.places(ranking).axes[0]
+    ax = study_figures.ranking_figure(ranking).axes[0]
     assert ax.get_yticklabels()[0].get_text() == "$M_{10}$"
     for y, row in enumerate(ranking.rows):
         bar, point = ax.lines[2 * y : 2 * y + 2]
@@ -106,7 +107,7 @@ def test_picture_over_n_leaves_failed_runs_out():
     cells = made()
     cells["run_status"][0, 1] = 1
     ranking = ranked(cells, "mine")
-    ax = study_figures.over_n(cells, ranking).axes[0]
+    ax = study_figures.error_over_n(cells, ranking).axes[0]
     curve = next(line for line in ax.lines if line.get_label() == "$M_{8}$")
     kept = cells["mse"].sel(model="M8").isel(run=[0, 2, 3])
     assert curve.get_ydata() == pytest.approx(kept.mean(("experiment", "run", "chamber")).values ** 0.5 / 1e3)
@@ -116,14 +117,14 @@ def test_picture_over_n_leaves_failed_runs_out():
 
 def test_picture_of_the_gains():
     ranking = ranked(made(), "mine")
-    points = marked(study_figures.gains(ranking).axes[0], "o")
+    points = marked(study_figures.gain_figure(ranking).axes[0], "o")
     assert [point.get_xdata()[0] for point in points] == [gain.percent.value for gain in ranking.gains]
 
 
 def test_picture_of_the_traces():
     cells = with_traces(made())
     ranking = ranked(cells, "mine")
-    _, pressure, error = study_figures.traces(cells, ranking, "X").axes
+    _, pressure, error = study_figures.first_run(cells, ranking, "X").axes
     own = cells.sel(experiment="X")
     full = own["trace_P"].sel(chamber="A").values / 1e3
     assert pressure.lines[0].get_ydata() == pytest.approx(full)
@@ -136,7 +137,7 @@ def test_picture_of_the_traces():
 
 def test_tables_fit_a_terminal():
     console = Console(width=80, record=True, file=io.StringIO())
-    for table in tables(ranked(made(), "mine")):
+    for table in study_tables(ranked(made(), "mine")):
         console.print(table)
     text = console.export_text()
     assert all(f" M{i} " in text for i in range(1, 11))

@@ -7,8 +7,9 @@ import pytest
 from browser import CHROMIUM, Browser
 
 from pneumo.errors import ResultError
-from pneumo.publish.pages.verdict_page import STATUSES, render
-from pneumo.publish.text.explain import cell_story, item_story
+from pneumo.publish.pages.page import STATUS_LOOKS
+from pneumo.publish.pages.verdict_page import verdict_page
+from pneumo.publish.text.explain import cell_text, item_text
 
 TAB, ENTER = 9, 13
 SHORTLY = "new Promise(done => setTimeout(done, 300))"
@@ -40,7 +41,7 @@ def judged(judged_once):
 
 @pytest.fixture(scope="module")
 def page(judged):
-    return render(judged)
+    return verdict_page(judged)
 
 
 class Structure(HTMLParser):
@@ -70,7 +71,7 @@ def test_one_file_that_loads_nothing(page):
 
 
 def test_the_same_verdict_gives_the_same_page(judged, page):
-    assert render(judged) == page
+    assert verdict_page(judged) == page
 
 
 def test_every_item_has_an_anchor_and_every_link_a_target(judged, page):
@@ -97,7 +98,7 @@ def test_what_is_no_formula_is_escaped_too(judged):
     ledger = judged["assumptions"]
     name = next(iter(ledger))
     spoilt = judged | {"assumptions": ledger | {name: ledger[name] | {"unit": "<b>kg</b>"}}}
-    text = render(spoilt)
+    text = verdict_page(spoilt)
     assert "&lt;b&gt;kg&lt;/b&gt;" in text
     assert "<b>kg</b>" not in text
 
@@ -109,9 +110,11 @@ def test_findings_stand_before_the_items(page):
 
 
 def test_another_study_says_so(judged):
-    text = render(judged | {"study": "smoke", "highlights": judged["highlights"] | {"by_experiment": None}})
+    text = verdict_page(
+        judged | {"study": "smoke", "highlights": judged["highlights"] | {"by_experiment": None}}
+    )
     assert "not the paper's" in text
-    text = render(
+    text = verdict_page(
         judged
         | {
             "highlights": {"scores": judged["highlights"]["scores"]}
@@ -160,7 +163,7 @@ class TestInBrowser:
     def test_filters(self, browser, judged):
         counts = judged["counts"]
         assert self.shown(browser) == counts["items"]
-        for status in STATUSES:
+        for status in STATUS_LOOKS:
             browser.run(f"document.querySelector('.tile.{status}').click()")
             assert self.shown(browser) == counts[status]
             browser.run(f"document.querySelector('.tile.{status}').click()")
@@ -237,9 +240,9 @@ class TestInBrowser:
             "Object.fromEntries([...document.querySelectorAll('td[data-id]')]"
             ".map(cell => [cell.className.split(' ')[0], cell.querySelector('.symbol').textContent]))"
         )
-        assert symbols == {status: STATUSES[status][0] for status in symbols}
+        assert symbols == {status: STATUS_LOOKS[status][0] for status in symbols}
         assert {"exact", "explained", "missed", "unreadable"} <= set(symbols)
-        assert len({symbol for symbol, _ in STATUSES.values()}) == len(STATUSES)
+        assert len({symbol for symbol, _ in STATUS_LOOKS.values()}) == len(STATUS_LOOKS)
 
 
 CONTRAST = """
@@ -273,23 +276,23 @@ CONTRAST = """
 # The same in a terminal
 
 
-def test_item_story(judged):
+def test_item_text(judged):
     errata = {erratum["id"]: erratum for erratum in judged["errata"]}
     items = {item["id"]: item for item in judged["items"]}
-    story = item_story(items["S4.M7_40"], errata, "contradicted")
+    story = item_text(items["S4.M7_40"], errata, "contradicted")
     words = ["Section 4", "40 %", "54 %", "class fraction", "erratum", "proof", "statistics.nc"]
     assert all(word in story for word in words), story
-    assert "(recorded: exact)" in item_story(items["T7.M5.mse"], errata, "exact")
+    assert "(recorded: exact)" in item_text(items["T7.M5.mse"], errata, "exact")
     assert max(map(len, story.splitlines())) <= 100
 
 
-def test_cell_story(results):
-    story = cell_story(results, "E07", "M8", 1.35)
+def test_cell_text(results):
+    story = cell_text(results, "E07", "M8", 1.35)
     assert len(story.splitlines()) == 6
     first = story.splitlines()[0]
     mse, mean, sigma = (float(re.search(rf"{name} (\S+)", first)[1]) for name in ("MSE", "mean", "sigma"))
     assert mse == pytest.approx(mean**2 + sigma**2, rel=1e-3)  # four printed digits
     with pytest.raises(ResultError, match=r"n = 1\.33: must be one of 1\.0, 1\.05"):
-        cell_story(results, "E07", "M8", 1.33)
+        cell_text(results, "E07", "M8", 1.33)
     with pytest.raises(ResultError, match="model = 'M11': must be one of M1"):
-        cell_story(results, "E07", "M11", 1.35)
+        cell_text(results, "E07", "M11", 1.35)

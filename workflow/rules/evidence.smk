@@ -9,9 +9,9 @@ DRAWN = {
         "code": code_behind("figure.py", f"pneumo.publish.figures.{module}"),
     }
     for figure, results, module, function in [
-        ("identification", "identification", "identification_figure", "identification"),
-        ("error_budget", "error_budget", "budget_figure", "error_budget"),
-        ("floor", "floor", "floor_figure", "floor"),
+        ("identification", "identification", "identification_figure", "identification_figure"),
+        ("error_budget", "error_budget", "budget_figure", "error_budget_figure"),
+        ("floor", "floor", "floor_figure", "floor_figure"),
         ("ensemble", "ensemble", "ensemble_figure", "ensemble_figure"),
         ("regimes", "cylinders", "regimes_figure", "regime_map"),
         ("variants", "variants", "variants_figure", "variants_figure"),

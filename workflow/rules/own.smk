@@ -23,8 +23,9 @@ rule own_page:
         parameters=rules.parameters.output[0],
         cells=expand(rules.own_cells.output[0], cylinder=OWN_CYLINDERS),
         templates=[
+            "pneumo/publish/pages/templates/page.html.j2",
             "pneumo/publish/pages/templates/study.html.j2",
-            "pneumo/publish/pages/templates/verdict.css",
+            "pneumo/publish/pages/templates/page.css",
         ],
     output:
         page="results/study.html",

@@ -7,7 +7,7 @@ SHOWN = {
     for figure, experiment in {"fig07": "E14", "traces": "E06"}.items()
 }
 
-VERDICT_TEMPLATES = ["verdict.html.j2", "verdict.css", "verdict.js"]
+VERDICT_TEMPLATES = ["verdict.html.j2", "page.css", "verdict.js"]
 REPORT_TEMPLATES = [
     *["report.html.j2", "report.css", "report_traces.js", "report.js", "report_choice.js"],
     *["uplot/uPlot.iife.min.js", "uplot/uPlot.min.css", "uplot/LICENSE"],
@@ -99,7 +99,7 @@ rule report:
         statistics=rules.statistics.output,
         verdict=[] if OWN_CYLINDERS else rules.verdict.output,
         templates=expand(
-            "pneumo/publish/pages/templates/{name}", name=["page.html.j2", "verdict.css", *REPORT_TEMPLATES]
+            "pneumo/publish/pages/templates/{name}", name=["page.html.j2", "page.css", *REPORT_TEMPLATES]
         ),
     output:
         page=report("results/report.html", caption="../captions/report.rst", category="Pages"),

@@ -6,14 +6,14 @@ from pneumo.evidence.toggle_effects import effects
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.figures.toggles_figure import tornado
 from pneumo.publish.style import save
-from pneumo.publish.text.markdown_tables import assumptions
+from pneumo.publish.text.markdown_tables import assumptions_table
 from pneumo.storage.files import read, write_text
 from pneumo.verdict.claims import read_claims
 
 
 def main(toggled: Path, claims: Path, table: Path, figure: list[Path]) -> None:
     by_assumption = effects(read(toggled, "reproduced")["reproduced"], read_claims(claims.parent))
-    write_text(assumptions(by_assumption), table)
+    write_text(assumptions_table(by_assumption), table)
     save(tornado(by_assumption), figure[0].with_suffix(""))
 
 

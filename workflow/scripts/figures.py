@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-from pneumo.publish.traces_figure import mse_over_n, traces
-
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.figures.performance_figures import fig08, fig09, fig10, fig11
 from pneumo.publish.figures.settling_figure import fig07
+from pneumo.publish.figures.traces_figure import mse_over_n, time_traces
 from pneumo.publish.style import save
 from pneumo.storage.files import open_grid, read, read_study
 from pneumo.verdict.published import table7, table9
@@ -25,7 +24,7 @@ def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], 
     save(fig09(averages, table7()), folder / "fig09")
     save(fig10(averages, table7()), folder / "fig10")
     save(fig11(averages, table9()), folder / "fig11")
-    save(traces(read(datum), replays, averages), folder / "traces")
+    save(time_traces(read(datum), replays, averages), folder / "traces")
     save(mse_over_n(grids, study.experiments_by_level), folder / "mse_over_n")
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 
 from pneumo.evidence.findings import findings as judged_statements
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.text import markdown_tables
+from pneumo.publish.text.markdown_tables import findings_table
 from pneumo.storage.files import read, read_study, write_json, write_text
 from pneumo.verdict.claims import read_claims
 
@@ -17,7 +17,7 @@ def main(parameters: Path, blocks: list[Path], claims: Path, findings: Path, tab
     ensemble = xr.concat([read(block, "mean_error", "mse", "failure_time") for block in blocks], "seeds")
     judged = judged_statements(study, ensemble, read_claims(claims.parent), findings.parent)
     write_json(json.dumps(judged, indent=1, ensure_ascii=False), findings)
-    write_text(markdown_tables.findings(judged), table)
+    write_text(findings_table(judged), table)
 
 
 run_job(main, globals())

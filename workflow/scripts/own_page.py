@@ -4,13 +4,13 @@ from pathlib import Path
 
 from pneumo.engineer.own_study import joined, rankings
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.pages.study_page import render
+from pneumo.publish.pages.study_page import study_page
 from pneumo.storage.files import read, read_study, write_text
 
 
 def main(parameters: Path, cells: list[Path], page: Path) -> None:
     together = joined([read(file) for file in cells])
-    write_text(render(read_study(parameters), together, rankings(together)), page)
+    write_text(study_page(read_study(parameters), together, rankings(together)), page)
 
 
 run_job(main, globals())

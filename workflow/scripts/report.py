@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.pages.report_page import part, render, stride
+from pneumo.publish.pages.report_page import part, report_page, stride
 from pneumo.storage.files import read, read_json, read_study, write_text
 
 
@@ -33,7 +33,7 @@ def main(
         parts.append(part(experiment, datum, replays, best, every))
     first = (next(iter(files), None) for files in (verdict, findings))
     write_text(
-        render(study, parts, *(json.loads(read_json(f)) if f else None for f in first), manuscript), page
+        report_page(study, parts, *(json.loads(read_json(f)) if f else None for f in first), manuscript), page
     )
 
 

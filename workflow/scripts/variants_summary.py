@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.figures.variants_figure import table as markdown
+from pneumo.publish.text.markdown_tables import variants_table
 from pneumo.storage.files import read, write_text
 
 
 def main(cells: Path, table: Path) -> None:
-    write_text(markdown(read(cells, "ratio", "share", "counted")), table)
+    write_text(variants_table(read(cells, "ratio", "share", "counted")), table)
 
 
 run_job(main, globals())

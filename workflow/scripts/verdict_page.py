@@ -4,12 +4,12 @@ import json
 from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.pages.verdict_page import render
+from pneumo.publish.pages.verdict_page import verdict_page
 from pneumo.storage.files import read_json, write_text
 
 
 def main(verdict: Path, page: Path) -> None:
-    write_text(render(json.loads(read_json(verdict))), page)
+    write_text(verdict_page(json.loads(read_json(verdict))), page)
 
 
 run_job(main, globals())

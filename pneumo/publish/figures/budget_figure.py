@@ -27,7 +27,7 @@ POINTS: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 @paper_style()
-def error_budget(budget: xr.Dataset) -> Figure:
+def error_budget_figure(budget: xr.Dataset) -> Figure:
     """Draw the parts of each model's MSE at each level.
 
     Parameters

@@ -13,7 +13,7 @@ from pneumo.publish.figures.panels import every_decade
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, paper_style
 
 COLUMNS = 4  # experiments side by side: both cylinders, both loops
-LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
+TRANSPORT_LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
     "linear": ("linear interpolation", {"color": INK, "marker": "o"}),
     "hold": ("last sample held", {"color": "#c2701f", "marker": "s"}),
     "delay": ("one sample late", {"color": ACCENT, "marker": "^"}),
@@ -28,12 +28,12 @@ ROWS = (  # prefix of the variables, dimension, scale of its ticks, label
 
 
 @paper_style()
-def floor(found: xr.Dataset) -> Figure:
+def floor_figure(floor: xr.Dataset) -> Figure:
     """Draw the floor of the first four experiments.
 
     Parameters
     ----------
-    found : xarray.Dataset
+    floor : xarray.Dataset
         ``results/floor.nc``.
 
     Returns
@@ -42,23 +42,23 @@ def floor(found: xr.Dataset) -> Figure:
         A column per experiment; rows by time between samples, rate of the excitation and size of the valve.
         Marks are measured, lines predicted along the run, dashes the closed formula.
     """
-    experiments = found["experiment"].values[:COLUMNS]
+    experiments = floor["experiment"].values[:COLUMNS]
     fig = new_figure(DOUBLE_MM, 165)
     axes = fig.subplots(len(ROWS), len(experiments), sharex="row", sharey="row", squeeze=False)
     for row, (prefix, dimension, scale, label) in zip(axes, ROWS, strict=True):
         for ax, name in zip(row, experiments, strict=True):
-            _panel(ax, found.sel(experiment=name), prefix, dimension, scale)
+            _panel(ax, floor.sel(experiment=name), prefix, dimension, scale)
             ax.tick_params(labelleft=ax is row[0])
         row[0].set_ylabel(axis_label("RMS error", "Pa"))
         row[len(row) // 2].set_xlabel(label, x=0.0 if len(row) % 2 == 0 else 0.5)
     for ax, name in zip(axes[0], experiments, strict=True):
-        one = found.sel(experiment=name)
+        one = floor.sel(experiment=name)
         ax.set_title(f"{name}: {one['cylinder'].item()}, {one['loop'].item()} loop")
     fig.align_ylabels()
     handles = [
-        Line2D([], [], linestyle="none", markerfacecolor="white", label=words, **look)
-        for words, look in LOOKS.values()
-    ] + [Line2D([], [], color=INK, linestyle=style, label=words) for style, words in THEORIES]
+        Line2D([], [], linestyle="none", markerfacecolor="white", label=label, **look)
+        for label, look in TRANSPORT_LOOKS.values()
+    ] + [Line2D([], [], color=INK, linestyle=style, label=label) for style, label in THEORIES]
     fig.legend(handles=handles, loc="outside upper center", ncols=len(handles), columnspacing=1.3)
     return fig
 
@@ -66,7 +66,7 @@ def floor(found: xr.Dataset) -> Figure:
 def _panel(ax: Axes, one: xr.Dataset, prefix: str, dimension: str, scale: float) -> None:
     """Draw one experiment's floor along one dimension."""
     at = one[dimension].values * scale
-    for name, (_, look) in LOOKS.items():
+    for name, (_, look) in TRANSPORT_LOOKS.items():
         way = {kind: one[prefix + kind].sel(transport=name) for kind in ("measured", "predicted", "formula")}
         ax.plot(at, way["predicted"], "-", color=look["color"])
         ax.plot(at, way["formula"], linestyle=DASHED, color=look["color"], linewidth=0.8)

@@ -32,7 +32,7 @@ TOP = 12.0  # deviance at the upper edge of a panel
 
 
 @paper_style()
-def identification(identified: xr.Dataset) -> Figure:
+def identification_figure(identified: xr.Dataset) -> Figure:
     """Profiles, regions, amplitudes, force and transports.
 
     Parameters

@@ -15,7 +15,6 @@ from pneumo.publish.style import DOUBLE_MM, axis_label, new_figure
 SOURCE_OF = {"published": "reproduced", "exact": "exact"}  # transport -> source
 TRANSPORT_LABEL = {"published": "transport as published", "exact": "exact transport"}
 MSE = axis_label("MSE", "Pa$^2$")
-KILO = 1e3
 
 
 def symbol(name: str) -> str:

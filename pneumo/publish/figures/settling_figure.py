@@ -7,10 +7,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pneumo.publish.figures.panels import KILO, message_figure
+from pneumo.publish.figures.panels import message_figure
 from pneumo.publish.style import DOUBLE_MM, GREY, INK, axis_label, new_figure, paper_style
+from pneumo.publish.text.formatting import KILO
 from pneumo.simulation.settling import CRITERION
-from pneumo.storage.layout import story
+from pneumo.storage.layout import failure_text
 
 
 @paper_style()
@@ -29,7 +30,7 @@ def fig07(settling: xr.Dataset) -> Figure:
     """
     release = settling["release_time"].item()
     if settling["status"]:
-        return message_figure(f"{settling['experiment'].item()}: {story(settling, 'settling run')}")
+        return message_figure(f"{settling['experiment'].item()}: {failure_text(settling, 'settling run')}")
     end = release + 1.5 * settling["settling_time"].max().item()
     shown = settling.sel(t=slice(0, end))
     push = json.loads(settling.attrs["experiment_parameters"])["push"]

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.panels import KILO, symbol
+from pneumo.publish.figures.panels import symbol
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import (
     DOUBLE_MM,
@@ -17,6 +17,7 @@ from pneumo.publish.style import (
     new_figure,
     paper_style,
 )
+from pneumo.publish.text.formatting import KILO
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
 
@@ -33,7 +34,7 @@ def _log_kpa(axis: Axis) -> None:
 
 
 @paper_style()
-def places(ranking: Ranking) -> Figure:
+def ranking_figure(ranking: Ranking) -> Figure:
     """Draw every model's RMS error with its interval, best on top."""
     fig = new_figure(DOUBLE_MM, 74)
     ax = fig.subplots()
@@ -65,7 +66,7 @@ def places(ranking: Ranking) -> Figure:
 
 
 @paper_style()
-def over_n(cells: xr.Dataset, ranking: Ranking) -> Figure:
+def error_over_n(cells: xr.Dataset, ranking: Ranking) -> Figure:
     """Draw the RMS error of every model over n; open marks at each model's best n."""
     fig = new_figure(DOUBLE_MM, 84)
     ax = fig.subplots()
@@ -87,7 +88,7 @@ def over_n(cells: xr.Dataset, ranking: Ranking) -> Figure:
 
 
 @paper_style()
-def gains(ranking: Ranking) -> Figure:
+def gain_figure(ranking: Ranking) -> Figure:
     """Draw what each refinement takes from the mean square error, with its interval."""
     fig = new_figure(DOUBLE_MM, 62)
     ax = fig.subplots()
@@ -112,7 +113,7 @@ def gains(ranking: Ranking) -> Figure:
 
 
 @paper_style()
-def traces(cells: xr.Dataset, ranking: Ranking, experiment: str) -> Figure:
+def first_run(cells: xr.Dataset, ranking: Ranking, experiment: str) -> Figure:
     """Draw the beginning of an experiment's first run: position, pressures, and errors of three models.
 
     The models are the recommended one and the best.

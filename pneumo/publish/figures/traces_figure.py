@@ -9,7 +9,6 @@ from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.panels import (
-    KILO,
     MSE,
     TRANSPORT_LABEL,
     decades,
@@ -19,6 +18,7 @@ from pneumo.publish.figures.panels import (
 )
 from pneumo.publish.model_looks import ADDED_MODELS, MODEL_LOOKS
 from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_style
+from pneumo.publish.text.formatting import KILO
 from pneumo.statistics.averages import concatenated
 
 TRACED = (("M1", "M5"), ("M7", "M8", *ADDED_MODELS))  # models of the second and the third row
@@ -26,7 +26,7 @@ WITHOUT_N = [name for name, model in MODELS.items() if not model.has_n]
 
 
 @paper_style()
-def traces(
+def time_traces(
     datum: xr.Dataset,
     replays: Mapping[str, xr.Dataset],
     statistics: Mapping[str, xr.Dataset],

@@ -11,7 +11,7 @@ from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
 from pneumo.verdict.assumptions import AS_TAKEN
 
 EXACT, MEAN = "exact", "mean"
-LEVELS = {
+LEVEL_MARKS = {
     "adiabatic": {"marker": "o", "markerfacecolor": ACCENT},
     "typical": {"marker": "s", "markerfacecolor": "#cfcfcf"},
     "isothermal": {"marker": "^", "markerfacecolor": "white"},
@@ -57,7 +57,7 @@ def variants_figure(variants: xr.Dataset) -> Figure:
     for ax, pair in zip(axes, variants["pair"].values, strict=True):
         one = ratio.sel(pair=pair)
         ax.axvline(1.0, color=INK, linewidth=0.7)
-        for level, look in LEVELS.items():
+        for level, look in LEVEL_MARKS.items():
             if level in one["level"]:
                 values = one.sel(level=level).values
                 ax.plot(values, y, linestyle="none", markeredgecolor=INK, markersize=3.6, label=level, **look)
@@ -71,5 +71,5 @@ def variants_figure(variants: xr.Dataset) -> Figure:
     xlabel = "Ratio of mean square errors, exact transport; below 1 the refinement pays"
     name_rows(fig, axes[0], y, [clear_name(name) for name in names], xlabel)
     axes[0].set_ylim(-0.7, len(names) - 0.3)
-    legend_above(fig, axes[0], columns=len(LEVELS))
+    legend_above(fig, axes[0], columns=len(LEVEL_MARKS))
     return fig

@@ -8,14 +8,14 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
-from pneumo.publish.model_looks import MODEL_STYLE, OWN_ROW
+from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.pages.packing import FRACTION, packed, rounded, rounding_step
-from pneumo.publish.pages.verdict_page import STATUSES, page_environment, with_indices
+from pneumo.publish.pages.page import STATUS_LOOKS, page_text
 from pneumo.storage.layout import CHAMBERS, failure_text
 
-VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB
+MOST_VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB
 CLOSE_UP = (3, 8)  # from a third of the run on, an eighth of it, every stored sample is on the page
-TRANSPORTS = {"published": "as published", "exact": "exact"}
+TRANSPORT_BUTTONS = {"published": "as published", "exact": "exact"}
 FIRST_SHOWN = ["M5", "M7", "M8"]
 STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
     "yes": ("✓", "close"),
@@ -45,7 +45,7 @@ def stride(study: Study) -> int:
     """Return which of the stored samples the page has outside of close-ups, so that all of it fits."""
     rows = sum(len(study.n) if model.has_n else 1 for model in MODELS.values())
     stored = [e.steps // e.pressure_stride + 1 for e in study.experiments.values()]
-    room = VALUES / (rows * len(TRANSPORTS) * len(CHAMBERS))
+    room = MOST_VALUES / (rows * len(TRANSPORT_BUTTONS) * len(CHAMBERS))
     every = 1
     while sum(len(samples(count, every)) for count in stored) > room and every < max(stored):
         every += 1
@@ -156,7 +156,7 @@ def _shortened(values: np.ndarray) -> Any:
     return float(f"{values:.{DIGITS}g}") if np.isfinite(values) else None
 
 
-def render(
+def report_page(
     study: Study,
     parts: Sequence[Part],
     verdict: Mapping[str, Any] | None,
@@ -193,26 +193,25 @@ def render(
             "first": model.name in FIRST_SHOWN,
         }
         for model in MODELS.values()
-        for look in [MODEL_STYLE.get(model.name, OWN_ROW)]
+        for look in [MODEL_LOOKS[model.name]]
     ]
     data = {
         "models": models,
         "n": list(study.n),
         "chambers": CHAMBERS,
-        "transports": list(TRANSPORTS),
+        "transports": list(TRANSPORT_BUTTONS),
         "fraction": FRACTION,
         "every": stride(study),
         "experiments": [part.facts for part in parts],
     }
-    environment = page_environment()
-    environment.filters["math"] = with_indices
-    return environment.get_template("report.html.j2").render(
+    return page_text(
+        "report.html.j2",
         study=study,
         data=data,
-        transports=TRANSPORTS,
+        transports=TRANSPORT_BUTTONS,
         parts=parts,
         verdict=verdict,
-        statuses=STATUSES,
+        statuses=STATUS_LOOKS,
         findings=findings,
         stands=STANDS,
         manuscript=manuscript,

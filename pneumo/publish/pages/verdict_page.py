@@ -1,31 +1,13 @@
-"""The verdict as one self-contained HTML page; it was judged elsewhere, nothing is computed here."""
+"""Page of the verdict: one self-contained HTML file; judging is done in `pneumo.verdict`."""
 
 import math
-import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup, escape
-
-from pneumo.verdict.claims import UNITS_IN_TEXT
+from pneumo.publish.pages.page import STATUS_LOOKS, page_text
 from pneumo.verdict.published import read_table
 
-TEMPLATES = Path(__file__).parent / "templates"
-
-STATUSES = {  # status -> symbol, which tells it in grey, and what it means
-    "exact": ("=", "equal at the printed digits, or true as stated"),
-    "close": ("≈", "inside the tolerance class that was set before the results"),
-    "explained": (
-        "†",
-        "differs; one named erratum, or one alternative assumption for the whole study, accounts for it",
-    ),
-    "contradicted": ("≠", "false: the paper's own formulas or tables refute it as well"),
-    "missed": ("!", "differs, and nothing explains it"),
-    "unreadable": ("?", "the scan does not show it"),
-}
-LEVELS = {"adiabatic": "0.02, 0.1", "typical": "0.1, 0.5", "isothermal": "0.5, 2.5"}
+CONDUCTANCES_OF_LEVEL = {"adiabatic": "0.02, 0.1", "typical": "0.1, 0.5", "isothermal": "0.5, 2.5"}
 QUANTITIES = {
     "mu": "μ",
     "sigma": "σ",
@@ -48,7 +30,7 @@ CAPTIONS = {
     8: "Best n",
     9: "Average error with the best constant n of each level: μ in 10² Pa, σ in 10³ Pa, MSE in 10⁶ Pa²",
 }
-CLOSED = {"open": "open loop", "closed": "closed loop"}
+LOOP_HEADS = {"open": "open loop", "closed": "closed loop"}
 CHART = {"left": 150.0, "width": 560.0, "row": 17.0, "lowest": 0.05, "highest": 4.0}  # of M8/M7, in px
 
 
@@ -72,19 +54,7 @@ class Grid(NamedTuple):
     rows: Sequence[tuple[str, Sequence[str | None]]]
 
 
-def page_environment() -> Environment:
-    """Return the templates' environment; it escapes whatever is put in."""
-    return Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-
-
-def render(verdict: Mapping[str, Any]) -> str:
+def verdict_page(verdict: Mapping[str, Any]) -> str:
     """Write the page.
 
     Parameters
@@ -97,19 +67,14 @@ def render(verdict: Mapping[str, Any]) -> str:
     str
         HTML with its style and script inside; the same text for the same verdict.
     """
-    environment = page_environment()
-    environment.filters |= {
-        "unit": lambda unit: UNITS_IN_TEXT.get(unit, unit),
-        "short": _short,
-        "percent": _percent,
-        "math": with_indices,
-    }
     items = {item["id"]: item for item in verdict["items"]}
     grids = [_grid(table, verdict["items"]) for table in CAPTIONS]
-    return environment.get_template("verdict.html.j2").render(
+    return page_text(
+        "verdict.html.j2",
         verdict=verdict,
         items=items,
-        statuses=STATUSES,
+        statuses=STATUS_LOOKS,
+        short=_short,
         grids=grids,
         groups=_groups(verdict["items"]),
         chart=_chart(verdict["highlights"]["by_experiment"]),
@@ -120,15 +85,6 @@ def render(verdict: Mapping[str, Any]) -> str:
 def _short(item: Mapping[str, Any]) -> str:
     """Reproduced value without its comment, for a cell of a table."""
     return str(item["shown"] if isinstance(item["reproduced"], str) else item["shown"].split(" ", 1)[0])
-
-
-def with_indices(text: str) -> Markup:
-    """Escape a text and set its indices, such as that of k_0, low."""
-    return Markup(re.sub(r"\b([A-Za-z]|λ)_([A-Za-z0-9]+)", r"\1<sub>\2</sub>", str(escape(text))))
-
-
-def _percent(value: float, digits: int = 0) -> str:
-    return f"{100 * value:.{digits}f} %"
 
 
 def _groups(items: Sequence[Mapping[str, Any]]) -> list[tuple[str, str, list[Mapping[str, Any]]]]:
@@ -174,7 +130,7 @@ def _grid(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
     ]
     heads = [[(QUANTITIES.get(column, str(column)), 1) for _, column in columns]]
     if table == 9:
-        heads.insert(0, [(f"{level}, k₀ = {k_0} W/K", 3) for level, k_0 in LEVELS.items()])
+        heads.insert(0, [(f"{level}, k₀ = {k_0} W/K", 3) for level, k_0 in CONDUCTANCES_OF_LEVEL.items()])
     return Grid(table, CAPTIONS[table], heads, rows)
 
 
@@ -195,7 +151,7 @@ def _by_conductance(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
     names = list(dict.fromkeys((cylinder, column) for cylinder, column, _, _ in places))
     names.sort(key=lambda name: name[0])
     heads = [
-        [(CLOSED[kind], 4) for kind in CLOSED],
+        [(LOOP_HEADS[kind], 4) for kind in LOOP_HEADS],
         [(f"k₀ = {k_0}", 1) for _, k_0 in columns],
     ]
     rows = [

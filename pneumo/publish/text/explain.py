@@ -12,8 +12,8 @@ from pneumo.storage.files import read
 WIDTH = 100
 
 
-def item_story(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str | None) -> str:
-    """Tell what was claimed, found and concluded.
+def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str | None) -> str:
+    """Return what was claimed, found and concluded.
 
     Parameters
     ----------
@@ -63,8 +63,8 @@ def _line(label: str, text: str) -> str:
     return textwrap.fill(f"  {label:26}{text}", WIDTH, subsequent_indent=indent, break_long_words=False)
 
 
-def cell_story(results: Path, experiment: str, model: str, n: float) -> str:
-    """Tell the errors of a model at one n in one experiment, for both transports and chambers.
+def cell_text(results: Path, experiment: str, model: str, n: float) -> str:
+    """Return the errors of a model at one n in one experiment, for both transports and chambers.
 
     Parameters
     ----------

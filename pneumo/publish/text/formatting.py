@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+KILO = 1e3
+
 
 def significant(value: float) -> str:
     """Write three significant digits or, where the first is 1, four.

@@ -1,12 +1,11 @@
 """The manuscript as PDF: its numbers from results, its text and layout in ``paper/manuscript``.
 
-`numbers` collects every number of the text, formatted; they go into one JSON file that the Typst source
-reads. The source itself types none.
+`manuscript_numbers` returns every number of the text as text; written to a JSON file, it is read by the Typst
+source, in whose sentences no number stands typed.
 """
 
 import json
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +18,14 @@ from pneumo.evidence.findings import CONFIDENCE, STANDS
 from pneumo.evidence.variants import INLET
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
+from pneumo.publish.text.formatting import percent_text, with_interval
 from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.statistics.recommendation import MATERIAL
 from pneumo.storage.files import read, read_json, written
 
-SHOWN = ("M6/M5", "M8/M7", "M10/M8")
+REFINEMENTS = ("M6/M5", "M8/M7", "M10/M8")
+TRANSPORTS = (PUBLISHED, EXACT)
+ENDS = ("value", "low", "high")
 CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
     "of_M6": "S4.M7_40",
     "of_classical": "S4.M7_10",
@@ -33,24 +35,7 @@ CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
 }
 
 
-def percent(value: float, digits: int = 0) -> str:
-    """Write a fraction in per cent.
-
-    Examples
-    --------
-    >>> percent(0.0254, 1), percent(0.4)
-    ('2.5 %', '40 %')
-    """
-    return f"{100 * value:.{digits}f} %"
-
-
-def interval(ends: Sequence[float], digits: int) -> str:
-    """Write a number with its interval, from value, low and high: ``0.18 (0.17 to 0.19)``."""
-    value, low, high = ends
-    return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
-
-
-def numbers(results: Path) -> dict[str, Any]:
+def manuscript_numbers(results: Path) -> dict[str, Any]:
     """Collect every number of the manuscript, as text.
 
     Parameters
@@ -65,40 +50,40 @@ def numbers(results: Path) -> dict[str, Any]:
     """
     study = from_json(read_json(results / "parameters.json"))
     verdict = json.loads(read_json(results / "verdict.json"))
-    found = json.loads(read_json(results / "findings.json"))
-    ensemble = read(results / "ensemble.nc")
+    claims = json.loads(read_json(results / "findings.json"))["claims"]
     return {
-        "confidence": percent(CONFIDENCE),
-        "stands": percent(STANDS),
+        "confidence": percent_text(CONFIDENCE),
+        "stands": percent_text(STANDS),
         "setup": _setup(study),
         "verdict": _verdict(verdict),
         "identified": _identified(read(results / "identification.nc")),
         "budget": _budget(read(results / "error_budget.nc")),
-        "ensemble": _ensemble(ensemble),
+        "ensemble": _ensemble(read(results / "ensemble.nc")),
         "floor": _floor(read(results / "floor.nc")),
         "variants": _variants(read(results / "variants.nc", "ratio", "share", "counted")),
         "cylinders": _cylinders(read(results / "cylinders.nc")),
         "statements": [
             {key: row[key] for key in ("claim", "published", "exact", "interval", "stands", "why")}
-            for row in found["claims"]
+            for row in claims
             if row["headline"]
         ],
         "standing": {
-            answer: str(sum(row["stands"] == answer for row in found["claims"]))
-            for answer in ("yes", "in part", "no")
+            answer: str(sum(row["stands"] == answer for row in claims)) for answer in ("yes", "in part", "no")
         }
-        | {"all": str(len(found["claims"]))},
+        | {"all": str(len(claims))},
         "models": [_model(name) for name in MODELS],
     }
 
 
 def _model(name: str) -> dict[str, str]:
     row = MODELS[name]
-    index = str(row.n_V).replace("gamma", "γ") if row.n_V == row.n_in == row.n_out else "own"
-    indices = f"{row.n_V:g}, {row.n_in:g}, {row.n_out:g}" if index == "own" else index
+    indices = [
+        f"{index:g}" if isinstance(index, float) else index.replace("gamma", "γ")
+        for index in (row.n_V, row.n_in, row.n_out)
+    ]
     return {
         "name": name,
-        "index": indices,
+        "index": str(row.n_V).replace("gamma", "γ") if len(set(indices)) == 1 else ", ".join(indices),
         "temperature": row.temperature,
         "mixing": "yes" if row.mixing else "no",
         "wall": row.wall,
@@ -135,23 +120,23 @@ def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
         "counts": {"all": str(counts.pop("items"))} | {name: str(count) for name, count in counts.items()},
         "places": str(len(verdict["errata"])),
         "claimed": {key: printed[item] for key, item in CLAIMED.items()},
-        "exact": {level: percent(row["quotients"]["M8/M7"]) for level, row in exact.items()},
-        "missed_share": percent(verdict["counts"]["missed"] / readable, 1),
+        "exact": {level: percent_text(row["quotients"]["M8/M7"]) for level, row in exact.items()},
+        "missed_share": percent_text(verdict["counts"]["missed"] / readable, 1),
         "readable": str(readable),
         "errata": [
             {key: erratum[key] for key in ("where", "printed", "meant")} for erratum in verdict["errata"]
         ],
         "scores": {
-            "table_7": percent(scores["table_7_mse"]["rms_of_ln_ratio"], 1),
-            "table_9": percent(scores["table_9_mse"]["rms_of_ln_ratio"], 1),
+            "table_7": percent_text(scores["table_7_mse"]["rms_of_ln_ratio"], 1),
+            "table_9": percent_text(scores["table_9_mse"]["rms_of_ln_ratio"], 1),
             "table_8": f"{scores['table_8']['exact']} of {scores['table_8']['cells']}",
             "table_8_close": str(scores["table_8"]["exact_or_close"] - scores["table_8"]["exact"]),
             "table_5": f"{scores['table_5']['exact_or_close']} of {scores['table_5']['cells']}",
         },
         "wrong_row": {
             model: {
-                "of_M6": percent(rows[model, "printed"]["of_M6"]),
-                "of_classical": percent(rows[model, "printed"]["of_classical"]),
+                "of_M6": percent_text(rows[model, "printed"]["of_M6"]),
+                "of_classical": percent_text(rows[model, "printed"]["of_classical"]),
                 "mu": f"{rows[model, 'printed']['mu']:.0f} Pa",
                 "sigma": f"{rows[model, 'printed']['sigma']:.0f} Pa",
             }
@@ -164,24 +149,20 @@ def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
             for row in verdict["highlights"]["transport"]
         ],
         "by_experiment": {
-            name: {
-                "lowest": f"{min(verdict['highlights']['by_experiment'][name]):.2f}",
-                "highest": f"{max(verdict['highlights']['by_experiment'][name]):.2f}",
-            }
-            for name in (PUBLISHED, EXACT)
+            name: _span(xr.DataArray(verdict["highlights"]["by_experiment"][name])) for name in TRANSPORTS
         },
     }
 
 
-def _identified(found: xr.Dataset) -> dict[str, Any]:
+def _identified(identified: xr.Dataset) -> dict[str, Any]:
     digits = {"M": 2, "k_f": 0, "stop": 2}
     return {
         cylinder: {
-            name: interval([at[key].item() for key in ("estimate", "low", "high")], digits[name])
+            name: with_interval([at[key].item() for key in ("estimate", "low", "high")], digits[name])
             for name in digits
-            for at in [found.sel(cylinder=cylinder, parameter=name)]
+            for at in [identified.sel(cylinder=cylinder, parameter=name)]
         }
-        for cylinder in found["cylinder"].values
+        for cylinder in identified["cylinder"].values
     }
 
 
@@ -199,54 +180,42 @@ def _budget(budget: xr.Dataset) -> dict[str, Any]:
 
 
 def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
-    def at(prefix: str, names: tuple[str, ...], **labels: str) -> list[float]:
-        here = ensemble.sel(labels)
-        return [here[f"{prefix}_{name}"].item() for name in names]
+    def ratio(name: str, **labels: str) -> float:
+        return ensemble[f"ratio_{name}"].sel(labels).item()
 
-    middle = ("value", "low", "high")
+    over_all = {"ratio": "M8/M7", "level": "overall", "averaged": "mean"}
     return {
         "sets": str(int(ensemble["complete"].sum())),
         "drawn": str(ensemble.sizes["seeds"]),
         "left_out": str(int((ensemble["complete"] == 0).sum())),
         "failing": " and ".join(ensemble["experiment"].values[ensemble["failed_sets"].values > 0].tolist()),
         "rows": [
-            {"ratio": ratio, "level": level}
+            {"ratio": pair, "level": level}
             | {
-                f"{transport} {averaged}": interval(
-                    at("ratio", middle, ratio=ratio, level=level, averaged=averaged, transport=transport), 2
-                )
-                for transport in (PUBLISHED, EXACT)
+                f"{transport} {averaged}": with_interval([ratio(end, **labels) for end in ENDS], 2)
+                for transport in TRANSPORTS
                 for averaged in ("mean", "geometric")
+                for labels in [{"ratio": pair, "level": level, "averaged": averaged, "transport": transport}]
             }
-            for ratio in SHOWN
+            for pair in REFINEMENTS
             for level in (*LEVELS, "overall")
         ],
         "resolvable": {
-            transport: percent(
-                at(
-                    "ratio",
-                    ("resolvable",),
-                    ratio="M8/M7",
-                    level="overall",
-                    averaged="mean",
-                    transport=transport,
-                )[0]
-                - 1
-            )
-            for transport in (PUBLISHED, EXACT)
+            transport: percent_text(ratio("resolvable", transport=transport, **over_all) - 1)
+            for transport in TRANSPORTS
         },
         "extremes": {
-            ratio: {
-                transport: {"lowest": f"{values.min().item():.2f}", "highest": f"{values.max().item():.2f}"}
-                for transport in (PUBLISHED, EXACT)
-                for values in [ensemble["experiment_ratio_value"].sel(ratio=ratio, transport=transport)]
+            pair: {
+                transport: _span(ensemble["experiment_ratio_value"].sel(ratio=pair, transport=transport))
+                for transport in TRANSPORTS
             }
-            for ratio in (*SHOWN, "M6/M7")
+            for pair in (*REFINEMENTS, "M6/M7")
         },
     }
 
 
 def _span(values: xr.DataArray, digits: int = 2) -> dict[str, str]:
+    """Lowest and highest value as text."""
     return {"lowest": f"{values.min().item():.{digits}f}", "highest": f"{values.max().item():.{digits}f}"}
 
 
@@ -278,7 +247,7 @@ def _variants(variants: xr.Dataset) -> dict[str, Any]:
 
     return {
         "rows": [
-            {"pair": pair} | {level: pays(pair=pair, level=level) for level in LEVELS} for pair in SHOWN
+            {"pair": pair} | {level: pays(pair=pair, level=level) for level in LEVELS} for pair in REFINEMENTS
         ],
         "inlet": _span(inlet, 1),
         "inlet_step": f"{INLET:g} K",
@@ -290,7 +259,7 @@ def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
 
     def share(statement: str, loop: str) -> str:
         ends = runs["share"].sel(statement=statement, loop_of=loop).values
-        value, low, high = (percent(end) for end in ends)
+        value, low, high = (percent_text(end) for end in ends)
         return f"{value} ({low} to {high})"
 
     exchange = runs.sel(group="exchange")
@@ -298,22 +267,22 @@ def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
     ratio = runs["ratio"]
     return {
         "compared": str(int((runs["held_out"] == 0).sum())),
-        "within": percent(MATERIAL),
+        "within": percent_text(MATERIAL),
         "rows": [
             {"pair": pair, "loop": loop, "share": share(f"{pair} < 1", loop)}
             | {
-                criterion: interval(ratio.sel(pair=pair, loop_of=loop, criterion=criterion).values, 2)
+                criterion: with_interval(ratio.sel(pair=pair, loop_of=loop, criterion=criterion).values, 2)
                 for criterion in ratio["criterion"].values
             }
-            for pair in SHOWN
+            for pair in REFINEMENTS
             for loop in ratio["loop_of"].values
         ],
         "exchange": {
             "much": f"{exchange['third_from'].sel(third='highest').item():.2g}",
             **{
                 place: {
-                    pair: interval(exchange["third_ratio"].sel(third=third, pair=pair).values, 2)
-                    for pair in SHOWN
+                    pair: with_interval(exchange["third_ratio"].sel(third=third, pair=pair).values, 2)
+                    for pair in REFINEMENTS
                 }
                 for place, third in thirds.items()
             },
@@ -321,24 +290,6 @@ def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
         "enough": share("M6 enough", "both"),
         "failed": str(int((runs["counts"] == 0).sum())),
     }
-
-
-def typed_numbers(source: str) -> list[str]:
-    """Numerals that stand typed in the running text of a Typst source.
-
-    Left out are comments, code, mathematics, references, names of models and of standards, equations and
-    tables of the paper, and its year.
-    """
-    text = re.sub(r"//[^\n]*", "", source)
-    text = re.sub(r"\$[^$]*\$|`[^`]*`", "", text)
-    text = re.sub(r"(?m)^#(let|set|show|import)\b.*(\n[ })\]].*)*", "", text)
-    text = re.sub(r"#[a-z_]+(\.[a-zA-Z_0-9]+)*(\.at\(\"[^\"]*\"\)[.\w]*)*", "", text)
-    text = re.sub(r"@[\w-]+|<[\w-]+>", "", text)
-    text = re.sub(r'"[^"]*"', "", text)
-    text = re.sub(r"\bM\d+\b|\bE\d\d?\b|\bISO 6358\b|\b2006\b|\bDOI\b", "", text)
-    text = re.sub(r"\b(eqs?|Tables?|Figs?|[Ss]ections?)[ ~]\(?\d+\)?((, | to | and )\(?\d+\)?)*", "", text)
-    text = re.sub(r"\b[\d.]+(pt|mm|cm|em|fr|%)", "", text)
-    return re.findall(r"\d+(?:\.\d+)?", text)
 
 
 def compile_pdf(source: Path, root: Path, output: Path) -> None:

@@ -9,11 +9,9 @@ from rich.table import Table
 
 from pneumo.engineer.closed_chamber import Transient
 from pneumo.evidence.ensemble import CRITERIA
-from pneumo.publish.text.formatting import ends_text, no_exponent, significant
+from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.ranking import RankedModel, Ranking
-
-KILO = 1e3
 
 # --- pneumo study ----------------------------------------------------------------------------------
 
@@ -130,7 +128,8 @@ def transient_text(transient: Transient) -> str:
         [
             f"thermal time constant  {significant(transient.tau)} s ({tau})",
             f"conductance now        {significant(transient.k)} W/K, at {transient.P_inf / KILO:.4g} kPa",
-            f"k_0, eqs (7) and (8)   {significant(transient.k_0)} W/K ({k_0}); {transient.rms:.3g} Pa rms are left",
+            f"k_0, eqs (7) and (8)   {significant(transient.k_0)} W/K ({k_0});"
+            f" {transient.rms:.3g} Pa rms are left",
         ]
     )
 

@@ -1,0 +1,70 @@
+"""Figures of `pneumo fit`: pressures of the best model with their residuals, and every model's error."""
+
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pneumo.publish.model_looks import MODEL_LOOKS
+from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, PALE, axis_label, new_figure, paper_style
+from pneumo.publish.text.formatting import KILO
+from pneumo.publish.text.terminal_tables import rms_of_chambers
+
+MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
+
+
+@paper_style()
+def residual_figure(fit: xr.Dataset) -> Figure:
+    """Measured and replayed pressures of the best model, residuals, and the ranking.
+
+    Parameters
+    ----------
+    fit : xarray.Dataset
+        From `pneumo.engineer.estimate.fit_measurement`.
+    """
+    best = str(fit["model"].values[0])
+    fig = new_figure(DOUBLE_MM, 150)
+    panels = fig.subplots(4, 1, sharex=True, height_ratios=[2, 1, 2, 1])
+    every = max(1, fit.sizes["t"] // MOST_SAMPLES)
+    t = fit["t"].values[::every]
+    for side, chamber in enumerate("AB"):
+        measured = fit["P"].sel(chamber=chamber).values[::every]
+        replayed = fit["pressure"].sel(chamber=chamber, model=best).values[::every]
+        above, below = panels[2 * side], panels[2 * side + 1]
+        above.plot(t, measured / KILO, color=GREY, lw=0.5, label="measured")
+        above.plot(t, replayed / KILO, color=ACCENT, lw=0.9, label=best)
+        above.set_ylabel(axis_label(f"$P_{chamber}$", "kPa"))
+        below.plot(t, (measured - replayed) / KILO, color=INK, lw=0.4)
+        below.axhline(0.0, color=GREY, lw=0.5)
+        below.set_ylabel(axis_label("residual", "kPa"))
+    for ax in panels:
+        _held_out(ax, fit)
+    panels[0].legend(loc="upper left", ncols=2, bbox_to_anchor=(0.0, 1.18))
+    panels[-1].set_xlabel(axis_label("$t$", "s"))
+    panels[-1].set_xlim(t[0], t[-1])
+    return fig
+
+
+def _held_out(ax: Axes, fit: xr.Dataset) -> None:
+    """Shade the part that was not fitted."""
+    ax.axvspan(fit.attrs["held_out_from"], fit["t"].values[-1], color=PALE, lw=0, zorder=0)
+
+
+@paper_style()
+def held_out_figure(fit: xr.Dataset) -> Figure:
+    """Error of every model on the part fitted and on that held out."""
+    models = [str(name) for name in fit["model"].values]
+    fig = new_figure(DOUBLE_MM, 20 + 5 * len(models))
+    ax = fig.subplots()
+    for place, model in enumerate(models):
+        own, color = fit.sel(model=model), MODEL_LOOKS[model].color
+        fitted, left = rms_of_chambers(own["rms_fitted"]) / KILO, rms_of_chambers(own["rms_held_out"]) / KILO
+        ax.plot([fitted, left], [place, place], color=GREY, lw=0.6, zorder=1)
+        ax.plot(fitted, place, ls="none", marker="o", markerfacecolor="white", markeredgecolor=color)
+        ax.plot(left, place, ls="none", marker="o", color=color)
+    ax.set_yticks(range(len(models)), models)
+    ax.invert_yaxis()
+    ax.set_xscale("log")
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.xaxis.set_minor_formatter("{x:g}")
+    ax.set_xlabel(axis_label("root mean square error; open: fitted, filled: held out", "kPa"))
+    return fig
