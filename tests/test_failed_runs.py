@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pneumo.publish.figures.paper_figures import fig07
-from pneumo.simulation.cells import grid_lanes, replay_dataset
 from printed_study import save
 
 from pneumo.configuration.parameters import load, study
@@ -18,11 +16,13 @@ from pneumo.publish.pages.verdict_page import verdict_page
 from pneumo.publish.text.explain import cell_text
 from pneumo.publish.text.markdown_tables import table_7
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
+from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.reference import NO_RUN, no_replay
 from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import statistics
 from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import open_grid, read
+from pneumo.storage.grid_layout import replay_dataset
 from pneumo.storage.layout import datum_dataset, failure_text, settling_dataset
 from pneumo.verdict.judging import verdict
 from pneumo.verdict.published import table7

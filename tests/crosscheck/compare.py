@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pneumo.simulation.cells import grid_lanes
 
 from pneumo.configuration.parameters import load, read_yaml, study
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.reference import EXACT, PUBLISHED, replay
 from pneumo.storage.files import write_text
 

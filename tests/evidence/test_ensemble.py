@@ -8,7 +8,6 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pneumo.simulation.cells import grid_lanes
 from scipy import stats
 
 from pneumo.configuration.parameters import load, study
@@ -16,6 +15,7 @@ from pneumo.evidence import ensemble as e
 from pneumo.evidence.seed_sets import seed_sets, with_seeds
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.vectorised import replay
 
 CONFIG = Path(__file__).parents[2] / "config"

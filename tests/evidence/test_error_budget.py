@@ -7,8 +7,6 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
-from pneumo.publish.figures.paper_figures import symbol
-from pneumo.simulation.cells import grid_lanes
 from pneumo.simulation.driven import driven
 from test_vectorised import STUDY
 
@@ -21,6 +19,7 @@ from pneumo.publish.figures.panels import symbol
 from pneumo.publish.style import paper_style, save
 from pneumo.simulation import reference as readable
 from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.vectorised import replay
 from pneumo.storage.files import EXPERIMENT_LABELS
 

@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
-from pneumo.simulation.cells import grid_lanes, replay_dataset
 from typer.testing import CliRunner
 
 from pneumo.cli.commands import app
@@ -27,12 +26,14 @@ from pneumo.publish.figures.toggles_figure import tornado
 from pneumo.publish.text.markdown_tables import assumptions_table
 from pneumo.simulation.excitation import command, reference_series
 from pneumo.simulation.full_order import STAGES, C, Recording, record
+from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.reference import published_inputs
 from pneumo.simulation.settling import Settling, settle
 from pneumo.simulation.vectorised import replay
 from pneumo.statistics.averages import statistics
 from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import open_grid, read, write, write_json
+from pneumo.storage.grid_layout import replay_dataset
 from pneumo.storage.layout import settling_dataset
 from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
 from pneumo.verdict.claims import PaperError, read_claims

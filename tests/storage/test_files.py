@@ -15,7 +15,6 @@ import xarray as xr
 from compliance_checker.runner import CheckSuite
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from pneumo.simulation.cells import grid_lanes, replay_dataset
 
 import pneumo
 from pneumo.configuration.exchange import to_json
@@ -23,6 +22,7 @@ from pneumo.configuration.parameters import load, study
 from pneumo.errors import ResultError
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.reference import replay
 from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import statistics
@@ -37,6 +37,7 @@ from pneumo.storage.files import (
     write,
     write_json,
 )
+from pneumo.storage.grid_layout import replay_dataset
 from pneumo.storage.layout import datum_dataset, recording_from, settling_dataset
 
 STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
