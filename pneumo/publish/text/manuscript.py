@@ -14,8 +14,8 @@ import xarray as xr
 
 from pneumo.configuration.exchange import from_json
 from pneumo.configuration.experiment import Study
+from pneumo.evidence.alternatives import INLET
 from pneumo.evidence.findings import CONFIDENCE, STANDS
-from pneumo.evidence.variants import INLET
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text, with_interval

@@ -1,7 +1,4 @@
-"""Runs as the paper could have meant them otherwise; `paper/2006/assumptions.yaml` says where each stands.
-
-The runs of the study itself are in `pneumo.simulation.full_order` and `pneumo.simulation.settling`.
-"""
+"""Full-order and settling runs as the paper could have meant them otherwise: paper/2006/assumptions.yaml."""
 
 import numpy as np
 

@@ -1,0 +1,28 @@
+"""Work on every experiment of a study in threads, and its results in one dataset."""
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+import xarray as xr
+
+from pneumo.configuration.experiment import Experiment
+from pneumo.storage.files import EXPERIMENT_LABELS
+
+Found = TypeVar("Found")
+Labelled = TypeVar("Labelled", xr.Dataset, xr.DataArray)
+
+
+def for_each_experiment(
+    experiments: Mapping[str, Experiment], work: Callable[[Experiment], Found], threads: int
+) -> dict[str, Found]:
+    """Return what `work` returns for each experiment, by name; the longest begin first."""
+    longest_first = sorted(experiments.values(), key=lambda experiment: -experiment.steps)
+    with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run
+        results = dict(zip((e.name for e in longest_first), pool.map(work, longest_first), strict=True))
+    return {name: results[name] for name in experiments}
+
+
+def side_by_side(parts: Mapping[str, Labelled]) -> Labelled:
+    """Join datasets of experiments along "experiment"."""
+    return xr.concat(list(parts.values()), "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
