@@ -57,7 +57,7 @@ class Judge:
     paper : Paper
     """
 
-    def __init__(self, results: Path, paper: Paper):
+    def __init__(self, results: Path, paper: Paper) -> None:
         self.paper = paper
         self.claims = read_claims(paper.folder)
         self.errata = read_errata(paper.folder, paper.proofs)

@@ -69,7 +69,7 @@ class StudyResults:
         ``published`` or ``exact``.
     """
 
-    def __init__(self, folder: Path, transport: str):
+    def __init__(self, folder: Path, transport: str) -> None:
         self.folder, self.transport = folder, transport
 
     @cached_property
@@ -152,7 +152,7 @@ class PrintedTables(StudyResults):
         Folder of the results whose study it is.
     """
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path) -> None:
         super().__init__(folder, "printed")
 
     @cached_property
@@ -174,13 +174,13 @@ class PrintedTables(StudyResults):
 
     @cached_property
     def cells(self) -> xr.Dataset:
-        """The paper prints no cells."""
+        """Raise `MissingEvidence`: the paper prints no cells."""
         raise MissingEvidence("the paper prints no single cells")
 
     def settling(self, experiment: str) -> xr.Dataset:
-        """The paper prints no runs."""
+        """Raise `MissingEvidence`: the paper prints no runs."""
         raise MissingEvidence(f"the paper prints no run of {experiment}")
 
-    def datum(self, experiment: str, *variables: str) -> xr.Dataset:
-        """The paper prints no runs."""
+    def datum(self, experiment: str, *_: str) -> xr.Dataset:
+        """Raise `MissingEvidence`: the paper prints no runs."""
         raise MissingEvidence(f"the paper prints no run of {experiment}")

@@ -27,7 +27,7 @@ def number_at(values: xr.DataArray, **labels: str) -> float:
     return value
 
 
-def feature(results: StudyResults, model: str, column: str) -> Finding:
+def feature(_: StudyResults, model: str, column: str) -> Finding:
     """One cell of Table 1, derived from the table of models."""
     return Finding(shown=table_1_row(PAPER_MODELS[model])[column])
 
