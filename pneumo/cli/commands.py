@@ -202,7 +202,7 @@ def assumptions(
 ):
     """Print what each alternative assumption does to Tables 5, 7, 8 and 9."""
     from pneumo.errors import ResultError
-    from pneumo.evidence.toggle_effects import effects
+    from pneumo.evidence.toggle_effects import toggle_effects
     from pneumo.publish.text.markdown_tables import assumptions_table
     from pneumo.storage.files import read
     from pneumo.verdict.claims import read_claims
@@ -210,7 +210,9 @@ def assumptions(
     file = results / "assumptions.nc"
     if not file.exists():
         raise ResultError(f"{file}: no such file; `snakemake -j2 evidence` makes it")
-    typer.echo(assumptions_table(effects(read(file, "reproduced")["reproduced"], read_claims())), nl=False)
+    typer.echo(
+        assumptions_table(toggle_effects(read(file, "reproduced")["reproduced"], read_claims())), nl=False
+    )
 
 
 @app.command()

@@ -1,7 +1,7 @@
-"""What other seeds say: Tables 7 to 9 with their spread, and which model beats which, by three criteria.
+"""Statistics over seed sets: Tables 7 to 9 with their spread, and which model beats which, by three criteria.
 
-Seed sets are independent repetitions of the whole study; models are compared within each set, so that what
-makes a set hard for all of them drops out.
+Seed sets are independent repetitions of the whole study. Models are compared within each set, which removes
+what a set does to all of them alike.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,17 +10,12 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from pneumo.evidence.model_pairs import CRITERIA, MODEL_PAIRS, pair_ratios
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.statistics.averages import OVERALL, concatenated, statistics
+from pneumo.statistics.ranking import CONFIDENCE
 
-CONFIDENCE = 0.95
-CRITERIA = {
-    "mean": "mean square error, averaged over experiments",
-    "geometric": "geometric mean over experiments of the mean square error",
-    "rank": "rank among the ten models, averaged over experiments",
-}
-RATIOS = {"M6/M5": ("M6", "M5"), "M8/M7": ("M8", "M7"), "M10/M8": ("M10", "M8"), "M6/M7": ("M6", "M7")}
-LONG_NAMES = {
+ENSEMBLE_LONG_NAMES = {
     "complete": "whether every run of the seed set, and of each model a replay, succeeded",
     "failed_sets": "seed sets in which the full-order run, or every replay of a model, failed",
     "constant_n": "n of the lowest mean square error of the level",
@@ -34,7 +29,12 @@ LONG_NAMES = {
     "ratio_single_high": "upper end of where one more seed set falls in 95 per cent of cases",
     "ratio_resolvable": "smallest ratio above 1 that one seed set tells from 1",
 }
-SPREAD = ("mean", "std", "low", "high")  # of a number over seed sets; low and high: interval of its mean
+SPREAD_PARTS = (
+    "mean",
+    "std",
+    "low",
+    "high",
+)  # of a number over seed sets; low and high: interval of its mean
 
 
 def _log(values: xr.DataArray) -> xr.DataArray:
@@ -45,15 +45,15 @@ def _exp(values: xr.DataArray) -> xr.DataArray:
     return xr.apply_ufunc(np.exp, values)
 
 
-def spread(values: xr.DataArray) -> xr.DataArray:
+def spread_over_seeds(values: xr.DataArray) -> xr.DataArray:
     """Mean, standard deviation and Student's interval of the mean over seed sets, along `spread`."""
     count = values.sizes["seeds"]
     mean, std = values.mean("seeds"), values.std("seeds", ddof=1)
     half = stats.t.ppf((1 + CONFIDENCE) / 2, count - 1) * std / np.sqrt(count)
-    return xr.concat([mean, std, mean - half, mean + half], xr.Variable("spread", list(SPREAD)))
+    return xr.concat([mean, std, mean - half, mean + half], xr.Variable("spread", list(SPREAD_PARTS)))
 
 
-def tables(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
+def tables_by_seeds(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Tables 7, 8 and 9 of every seed set by (seeds, transport, ...), as `statistics` names them."""
     by_seeds = [
         xr.concat(
@@ -68,8 +68,8 @@ def tables(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Data
     return xr.concat(by_seeds, ensemble["seeds"])
 
 
-def complete(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
-    """Seed sets in which nothing is missing, so that averages of all of them are of the same experiments.
+def complete_sets(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
+    """Seed sets in which nothing is missing, so that all averages are over the same experiments.
 
     Every full-order run succeeded, and every model has an n at which its replays did: one for each
     experiment, and one for all experiments of each level, with both transports.
@@ -87,7 +87,7 @@ def complete(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Da
     return found.all(("transport", "model"))
 
 
-def scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
+def scores_by_criterion(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
     """Score of each model by each criterion, lower is better, by (criterion, level, ..., model).
 
     Parameters
@@ -135,7 +135,7 @@ def beats(score: xr.DataArray) -> xr.Dataset:
     Parameters
     ----------
     score : xarray.DataArray
-        From `scores`, by (seeds, ..., model).
+        From `scores_by_criterion`, by (seeds, ..., model).
 
     Returns
     -------
@@ -172,7 +172,7 @@ def holm(p: np.ndarray) -> np.ndarray:
     return result
 
 
-def ratios(score: xr.DataArray) -> xr.Dataset:
+def ratio_intervals(score: xr.DataArray) -> xr.Dataset:
     """Ratios of scores between models that differ in one refinement, over seed sets.
 
     Parameters
@@ -187,11 +187,8 @@ def ratios(score: xr.DataArray) -> xr.Dataset:
         `single_low` to `single_high`, between which one seed set falls in 95 per cent of cases;
         `resolvable`, the smallest ratio above 1 that one seed set can tell from 1.
     """
-    logs = xr.concat(
-        [_log(score.sel(model=a, drop=True) / score.sel(model=b, drop=True)) for a, b in RATIOS.values()],
-        xr.Variable("ratio", list(RATIOS)),
-    )
-    of_mean = _exp(spread(logs).sel(spread=["mean", "low", "high"]))
+    logs = _log(pair_ratios(score, list(MODEL_PAIRS), "ratio"))
+    of_mean = _exp(spread_over_seeds(logs).sel(spread=["mean", "low", "high"]))
     count = logs.sizes["seeds"]
     alone = logs.std("seeds", ddof=1) * stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)
     reach = alone * (1 + 1 / count) ** 0.5  # of one more seed set
@@ -208,8 +205,8 @@ def ratios(score: xr.DataArray) -> xr.Dataset:
     )
 
 
-def analysed(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
-    """Everything that the ensemble says, in one dataset.
+def ensemble_statistics(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
+    """All statistics of the ensemble in one dataset.
 
     Parameters
     ----------
@@ -224,27 +221,27 @@ def analysed(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Da
         ``table_mse``, ``table_mean_error``, ``table_std``, ``table_best_n``, ``table_constant_n`` with their
         `spread`; ``probability``, ``p_value``, ``resolved`` by (criterion, transport, level, model, other);
         ``ratio_...`` by (ratio, criterion, transport, level) and ``experiment_ratio_...`` by (ratio,
-        transport, experiment): all over the seed sets that are `complete`. ``complete`` by seeds, and
+        transport, experiment): all over the seed sets that are complete. ``complete`` by seeds, and
         ``failed_sets`` by experiment, how many sets lack something there.
     """
-    whole = complete(ensemble, levels)
+    whole = complete_sets(ensemble, levels)
     lacking = concatenated(ensemble)["mse"].min("n").isnull().any(("transport", "model"))
     ensemble = ensemble.sel(seeds=whole)
     mse = concatenated(ensemble)["mse"]
-    found = tables(ensemble, levels)
+    found = tables_by_seeds(ensemble, levels)
     result = xr.Dataset(
         {
-            f"table_{name}": spread(found[name].astype(float))
+            f"table_{name}": spread_over_seeds(found[name].astype(float))
             for name in ("mse", "mean_error", "std", "best_n", "constant_n")
         }
     )
-    score = scores(mse, levels)
+    score = scores_by_criterion(mse, levels)
     result = result.merge(beats(score), compat="no_conflicts")
-    of_levels = ratios(score.sel(criterion=["mean", "geometric"]))
+    of_levels = ratio_intervals(score.sel(criterion=["mean", "geometric"]))
     result = result.merge(
         of_levels.rename({name: f"ratio_{name}" for name in of_levels.data_vars}).rename(criterion="averaged")
     )
-    own = ratios(mse.min("n"))
+    own = ratio_intervals(mse.min("n"))
     result = result.merge(
         own.rename({name: f"experiment_ratio_{name}" for name in own.data_vars}), compat="no_conflicts"
     )
@@ -255,6 +252,8 @@ def analysed(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Da
         known = SYMBOLS.get(quantity)
         variable.attrs = {
             "units": known.unit if known else "1",
-            "long_name": known.long_name if known else LONG_NAMES[quantity.removeprefix("experiment_")],
+            "long_name": known.long_name
+            if known
+            else ENSEMBLE_LONG_NAMES[quantity.removeprefix("experiment_")],
         }
     return result.drop_vars(["n"], errors="ignore")

@@ -1,8 +1,8 @@
-"""Error budget: how much of a cell's error is the model's, the signal transport's and the step's.
+"""Error budget: how much of a cell's error comes from the model, the signal transport and the step.
 
-Everything is full-order minus reduced pressure on the samples of the study's step, over a slice of a run.
-With F_m and R_m the full-order and the reduced pressure at 1/m of the study's step and exact transport, and R
-the study's own replay, which reads recorded signals:
+Errors are full-order minus reduced pressure at the samples of the study's step, over a slice of a run. F_m and
+R_m are the full-order and the reduced pressure at 1/m of the study's step with exact transport, R is the
+study's own replay, which reads recorded signals:
 
     F_1 - R  =  (F_16 - R_16)  +  (R_1 - R)  +  ((F_1 - R_1) - (F_16 - R_16))
     total    =  model          +  transport  +  discretisation
@@ -34,13 +34,13 @@ SLICE = 10.0  # s from the start of a run
 REFERENCE_SLICE = 2.0  # s from the start, for the adaptive reference
 HALVINGS = (1, 2, 4, 8, 16)  # steps within one of the study's
 SAMPLED_AT = 20  # steps within one of the study's where transports are compared: every period is a multiple
-PERIODS = (1e-4, 1e-3, 1e-2)  # s between samples of a recorded signal
+SAMPLE_PERIODS = (1e-4, 1e-3, 1e-2)  # s between samples of a recorded signal
 INTERPOLATIONS = ("hold", "linear", "cubic")
 LAMINAR = 1e-3  # 1 - P_d / P_u below which the regularised flow law is linear
-TOLERANCE = 1e-10  # of the adaptive reference, relative to the scale of each state
-STUDIES = ("published", "exact")  # whose models are to be told apart
+SOLVER_TOLERANCE = 1e-10  # of the adaptive reference, relative to the scale of each state
+BUDGETED_STUDIES = ("published", "exact")  # transports with which the models are compared
 
-LONG_NAMES = {
+BUDGET_LONG_NAMES = {
     "total": "MSE of the study, published transport",
     "total_exact": "MSE of the study, exact transport",
     "model_error": "mean square of the model's own error, 1/16 of the study's step, exact transport",
@@ -139,8 +139,8 @@ def sampled_errors(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
     fine = refined(experiment, SAMPLED_AT)
     recording = record(fine)
     exact = replay(recording, lanes, EXACT_TRANSPORT, SAMPLED_AT).pressure
-    result = np.empty((len(PERIODS), len(INTERPOLATIONS), *exact.shape[:2]))
-    for i, period in enumerate(PERIODS):
+    result = np.empty((len(SAMPLE_PERIODS), len(INTERPOLATIONS), *exact.shape[:2]))
+    for i, period in enumerate(SAMPLE_PERIODS):
         for j, interpolation in enumerate(INTERPOLATIONS):
             every, u_max = round(period / fine.h), fine.plant.valve.u_max
             inputs = sampled_inputs(recording, fine.h, every, interpolation, u_max)
@@ -152,9 +152,9 @@ def sampled_errors(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
 def reference_error(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
     """Full-order minus reduced pressure of an adaptive solver, Pa: (lane, chamber, samples).
 
-    Full-order and reduced models are one system, solved by DOP853 from draw to draw of the reference, so that
-    no step contains a jump of the command. Holds while the piston stays between its stops and, in open loop,
-    between the positions that reverse the sign.
+    DOP853 solves the full-order and the reduced models as one system, from draw to draw of the reference, so
+    that no step contains a jump of the command. Valid while the piston stays between its stops and, in open
+    loop, between the positions that reverse the sign.
 
     Raises
     ------
@@ -176,8 +176,8 @@ def reference_error(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
             method="DOP853",
             t_eval=t,
             args=arguments,
-            rtol=TOLERANCE,
-            atol=TOLERANCE * scale,
+            rtol=SOLVER_TOLERANCE,
+            atol=SOLVER_TOLERANCE * scale,
         )
         if not solution.success:
             raise RunError(f"{e.name}: adaptive reference: {solution.message}")
@@ -250,7 +250,7 @@ def budget(experiment: Experiment, n: tuple[float, ...], lag: float) -> xr.Datas
         },
         coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS}
         | {"step": [e.h / m for m in HALVINGS[:-1]]}
-        | {"period": list(PERIODS), "interpolation": list(INTERPOLATIONS)}
+        | {"period": list(SAMPLE_PERIODS), "interpolation": list(INTERPOLATIONS)}
         | experiment_labels(experiment),
     )
 
@@ -262,10 +262,10 @@ def observed_order(halving: xr.DataArray) -> xr.DataArray:
 
 
 def told_apart(total: xr.DataArray, model_error: xr.DataArray) -> xr.DataArray:
-    """Whether a difference between two models' MSE is theirs, not one of the numbers'.
+    """Whether the sign of the difference between two models' MSE is that of their model errors.
 
-    True for (model, other) where transport and step move the difference of the two MSE by less than the
-    difference that model errors alone make: a true one then keeps its sign.
+    True for (model, other) where transport and step change the difference of the two MSE by less than the
+    difference of the model errors alone.
     """
 
     def difference(mse: xr.DataArray) -> xr.DataArray:
@@ -275,7 +275,7 @@ def told_apart(total: xr.DataArray, model_error: xr.DataArray) -> xr.DataArray:
     return abs(seen - true) < abs(true)
 
 
-def summary(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
+def budget_by_level(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Budget by experiment and by level, joined over chambers.
 
     Parameters
@@ -293,7 +293,7 @@ def summary(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Datase
         ``level_``, with `level_told_apart` by (study, level, model, other).
     """
     joined = cells.mean("chamber", skipna=False)
-    study = xr.Variable("study", list(STUDIES))
+    study = xr.Variable("study", list(BUDGETED_STUDIES))
 
     def apart(part: xr.Dataset) -> xr.DataArray:
         totals = (part["total"], part["total_exact"])
@@ -320,10 +320,10 @@ def summary(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Datase
     return result
 
 
-def described(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the datasets of this module with unit and long name on every variable."""
+def with_budget_attributes(dataset: xr.Dataset) -> xr.Dataset:
+    """Return budgets with unit and long name on every variable."""
     dataset = dataset.copy()
-    for name, long_name in LONG_NAMES.items():
+    for name, long_name in BUDGET_LONG_NAMES.items():
         dataset[name].attrs = {"units": "Pa2", "long_name": long_name}
         dataset[f"level_{name}"].attrs = {"units": "Pa2", "long_name": f"{long_name}; average of the level"}
     for name in ("told_apart", "level_told_apart"):

@@ -1,8 +1,7 @@
 """The paper's statements about models, judged again over many sets of seeds and with both transports.
 
-Each statement keeps the computation and the tolerance class with which the verdict judges it; only the
-results behind it change. What a statement's share of seed sets must be to stand was fixed in
-``paper/decisions/0031-findings.md`` before there were results.
+Each statement is judged by the verdict's computation and tolerance class, on other results. The share of seed
+sets in which it must hold was fixed in ``paper/decisions/0031-findings.md`` before there were results.
 """
 
 import math
@@ -15,29 +14,29 @@ import xarray as xr
 from scipy import stats
 
 from pneumo.configuration.experiment import Study
-from pneumo.evidence.ensemble import complete
+from pneumo.evidence.ensemble import complete_sets
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.statistics.averages import concatenated, statistics
+from pneumo.statistics.ranking import CONFIDENCE
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, Claims, ToleranceClass
 from pneumo.verdict.comparison import as_printed, compare
 from pneumo.verdict.sources import Finding, MissingEvidence, PrintedTables, StudyResults
 
-CONFIDENCE = 0.95
-STANDS = 0.95  # of the seed sets, for "yes"; one less this, for "no"
+STANDING_SHARE = 0.95  # of the seed sets, for "yes"; one less this, for "no"
 
 
 class SeedSet(StudyResults):
-    """One seed set of the ensemble, replayed with one transport, in the place of results."""
+    """One seed set of the ensemble, replayed with one transport, in place of results."""
 
-    def __init__(self, study: Study, cells: xr.Dataset, transport: str):
+    def __init__(self, study: Study, cells: xr.Dataset, transport: str) -> None:
         super().__init__(Path(), transport)
         self.study = study
         self.statistics = statistics(cells, study.experiments_by_level)
         self.cells = concatenated(cells)
 
 
-class Judged(NamedTuple):
+class StatementOverSets(NamedTuple):
     """A statement over the seed sets, with one transport.
 
     Attributes
@@ -63,15 +62,15 @@ class Judged(NamedTuple):
     def stands(self) -> bool | None:
         """Whether it holds in at least 95 of 100 seed sets; None where it depends on them."""
         share = self.holds / self.sets
-        return True if share >= STANDS else False if share <= 1 - STANDS else None
+        return True if share >= STANDING_SHARE else False if share <= 1 - STANDING_SHARE else None
 
 
 def _measured(claim: Claim, finding: Finding) -> float:
-    """Return the number behind a statement, decades as a logarithm; NaN where it has none."""
+    """Number of a statement, decades as a logarithm; NaN where it has none."""
     return math.nan if finding.holds is not None or finding.value is None else finding.value
 
 
-def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]) -> Judged:
+def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]) -> StatementOverSets:
     """Judge one statement on each of several sources.
 
     Parameters
@@ -82,7 +81,8 @@ def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]
     sources : iterable of StudyResults
         One for each seed set.
     """
-    values, holds = [], []
+    values: list[float] = []
+    holds: list[bool] = []
     for source in sources:
         finding = COMPUTATIONS[claim.compute](source, **claim.arguments)
         values.append(_measured(claim, finding))
@@ -97,11 +97,11 @@ def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]
         low, high = middle - half, middle + half
         if claim.tolerance == "decade":
             middle, low, high = 10**middle, 10**low, 10**high
-    return Judged(middle, low, high, count, total, share.low, share.high)
+    return StatementOverSets(middle, low, high, count, total, share.low, share.high)
 
 
-def number(value: float, claim: Claim) -> str:
-    """Write a number behind a statement, with its unit: small ones with a digit more than printed."""
+def number_with_unit(value: float, claim: Claim) -> str:
+    """Number of a statement with its unit; below 10 with one digit more than printed."""
     if claim.tolerance == "decade":
         return f"{value:.2f}"
     text = as_printed(value, claim, exact=True)
@@ -111,8 +111,8 @@ def number(value: float, claim: Claim) -> str:
     return f"{text} {UNITS_IN_TEXT.get(claim.unit, claim.unit)}".rstrip()
 
 
-def claimed(claim: Claim, classes: Mapping[str, ToleranceClass]) -> str:
-    """Say what is claimed, with the printed number or the limit that the verdict reads into the words."""
+def claim_in_words(claim: Claim, classes: Mapping[str, ToleranceClass]) -> str:
+    """Statement with its printed number, or with the limit that the verdict takes its words to mean."""
     if claim.tolerance == "decade":
         sense = "at most" if claim.sense == "at_most" else "at least"
         return f"{claim.statement} (quotient of MSE {sense} {10 ** classes['decade'].limit:.2f})"
@@ -124,19 +124,19 @@ def claimed(claim: Claim, classes: Mapping[str, ToleranceClass]) -> str:
     return f"{claim.statement}: {printed}" if numeric or model else claim.statement
 
 
-def _cell(judged: Judged, claim: Claim) -> str:
+def _cell(judged: StatementOverSets, claim: Claim) -> str:
     share = f"{judged.holds} of {judged.sets}"
-    return share if judged.value is None else f"{number(judged.value, claim)}; {share}"
+    return share if judged.value is None else f"{number_with_unit(judged.value, claim)}; {share}"
 
 
-def _interval(judged: Judged, claim: Claim) -> str:
+def _interval(judged: StatementOverSets, claim: Claim) -> str:
     if judged.low is None or judged.high is None:
         return f"{100 * judged.share_low:.0f} to {100 * judged.share_high:.0f} % of seed sets"
-    low, high = number(judged.low, claim), number(judged.high, claim)
+    low, high = number_with_unit(judged.low, claim), number_with_unit(judged.high, claim)
     return f"{low.split(' ')[0]} to {high}"
 
 
-def _answer(published: Judged, exact: Judged) -> tuple[str, str]:
+def _answer(published: StatementOverSets, exact: StatementOverSets) -> tuple[str, str]:
     """Whether a statement stands, and what the published transport has to do with it."""
     if exact.stands is None:
         return "in part", "depends on the seeds"
@@ -144,14 +144,9 @@ def _answer(published: Judged, exact: Judged) -> tuple[str, str]:
         return ("yes", "") if exact.stands else ("no", "with neither transport")
     if published.stands is None:
         return "yes" if exact.stands else "no", "with the published transport it depends on the seeds"
-    return (
-        ("yes", "hidden by the published transport")
-        if exact.stands
-        else (
-            "no",
-            "made by the published transport",
-        )
-    )
+    if exact.stands:
+        return "yes", "hidden by the published transport"
+    return "no", "made by the published transport"
 
 
 def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) -> dict[str, Any]:
@@ -171,10 +166,10 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
     dict
         ``claims``, a list with the texts of a table's row (``claim``, ``source``, ``published``, ``exact``,
         ``interval``, ``stands``, ``why``), its ``id``, whether it is a ``headline``, whether the paper's own
-        tables bear it out (``printed_stands``), and the ``numbers`` of both transports; ``seed_sets`` that
+        tables support it (``printed_stands``), and the ``numbers`` of both transports; ``seed_sets`` that
         are complete, of those ``drawn``; ``note``; ``config_sha256``.
     """
-    whole = complete(ensemble, study.experiments_by_level)
+    whole = complete_sets(ensemble, study.experiments_by_level)
     drawn, sets = len(whole), ensemble["seeds"].values[whole.values]
     sources = {
         transport: [
@@ -183,35 +178,33 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
         ]
         for transport in (PUBLISHED, EXACT)
     }
-    rows = []
+    rows: list[dict[str, Any]] = []
     for claim in claims.items.values():
         if not claim.models or claim.table is not None:
             continue
-        row = {
+        row: dict[str, Any] = {
             "id": claim.id,
             "headline": claim.headline,
-            "claim": claimed(claim, claims.classes),
+            "claim": claim_in_words(claim, claims.classes),
             "source": claim.where,
+            "published": "",
+            "exact": "",
+            "interval": "",
+            "stands": "not run",
+            "why": "",
+            "printed_stands": _printed_stands(claim, claims, results),
+            "numbers": {},
         }
         try:
             judged = {name: over_seed_sets(claim, claims, of) for name, of in sources.items()}
         except MissingEvidence as error:
-            nothing = {"published": "", "exact": "", "interval": "", "stands": "not run", "why": str(error)}
-            rows.append(row | nothing | {"printed_stands": _printed(claim, claims, results), "numbers": {}})
-            continue
-        stands, why = _answer(judged[PUBLISHED], judged[EXACT])
-        rows.append(
-            row
-            | {
-                "published": _cell(judged[PUBLISHED], claim),
-                "exact": _cell(judged[EXACT], claim),
-                "interval": _interval(judged[EXACT], claim),
-                "stands": stands,
-                "why": why,
-                "printed_stands": _printed(claim, claims, results),
-                "numbers": {name: found._asdict() for name, found in judged.items()},
-            }
-        )
+            row["why"] = str(error)
+        else:
+            row |= {name: _cell(statement, claim) for name, statement in judged.items()}
+            row["interval"] = _interval(judged[EXACT], claim)
+            row["stands"], row["why"] = _answer(judged[PUBLISHED], judged[EXACT])
+            row["numbers"] = {name: statement._asdict() for name, statement in judged.items()}
+        rows.append(row)
     note = f"{len(sets)} sets of seeds, the whole study with each. "
     if drawn > len(sets):
         note += (
@@ -221,7 +214,7 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
     note += (
         "A cell has the mean over them and in how many the statement holds; the interval is that of the mean"
         " (Student) or of the share (Clopper-Pearson), exact transport. It stands if it holds in at least"
-        f" {100 * STANDS:.0f} % of them with exact transport, not if in at most {100 * (1 - STANDS):.0f} %."
+        f" {100 * STANDING_SHARE:.0f} % of them with exact transport, not if in at most {100 * (1 - STANDING_SHARE):.0f} %."
     )
     return {
         "seed_sets": len(sets),
@@ -232,8 +225,8 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
     }
 
 
-def _printed(claim: Claim, claims: Claims, results: Path) -> bool | None:
-    """Whether the paper's own tables bear a statement out; None where they print nothing about it."""
+def _printed_stands(claim: Claim, claims: Claims, results: Path) -> bool | None:
+    """Whether the paper's own tables support a statement; None where they print nothing about it."""
     try:
         finding = COMPUTATIONS[claim.compute](PrintedTables(results), **claim.arguments)
     except MissingEvidence:

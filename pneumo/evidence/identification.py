@@ -1,4 +1,4 @@
-"""What the paper leaves open, found from its own tables: the dataset that `pneumo identify` writes."""
+"""Constants that the paper leaves open, identified from its own tables: what `pneumo paper identify` writes."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -8,22 +8,29 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Study
 from pneumo.errors import ResultError
-from pneumo.evidence.amplitudes import CYLINDERS, identify_amplitudes
-from pneumo.evidence.amplitudes import DISCREPANCY as DISCREPANCY_MSE
-from pneumo.evidence.mechanics import DISCREPANCY, SETTLING, cells, identify_mechanics
-from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2
+from pneumo.evidence.amplitudes import BOTH_CYLINDERS, MSE_DISCREPANCY, identify_amplitudes
+from pneumo.evidence.mechanics import (
+    FITTED_EXPERIMENTS,
+    SETTLING_DISCREPANCY,
+    identify_mechanics,
+    settling_cells,
+)
+from pneumo.evidence.misfit import REGION_THRESHOLD, THRESHOLD
 from pneumo.hashing import code_hash
 from pneumo.storage.files import attributes, write
 from pneumo.verdict.published import table5
 
-SEED = 0
+SEARCH_SEED = 0
 TITLE = "Identification of the constants that the paper leaves open"
-SUMMARY = "M, k_f and end stop from Table 5, open-loop amplitudes and transport from Tables 7 and 9, from wide bounds"
+SUMMARY = (
+    "M, k_f and end stop from Table 5, open-loop amplitudes and transport from Tables 7 and 9,"
+    " from wide bounds"
+)
 COMMENT = (
     "Deviance: sum of squared ln(reproduced/printed) over noise, above its lowest, over widening."
     " Noise: printed rounding and a discrepancy. stop is a fraction of the half-stroke."
 )
-LONG_NAMES = {  # name -> (long name, unit); a parameter's own unit stands in parameter_unit
+IDENTIFICATION_LONG_NAMES = {  # name -> (long name, unit); a parameter's own unit stands in parameter_unit
     "estimate": ("estimate, in parameter_unit", ""),
     "low": ("lower end of the 95 per cent interval, in parameter_unit", ""),
     "high": ("upper end of the 95 per cent interval, in parameter_unit", ""),
@@ -62,8 +69,8 @@ LONG_NAMES = {  # name -> (long name, unit); a parameter's own unit stands in pa
 }
 
 
-def check(study: Study) -> None:
-    """Refuse a study that Tables 7 and 9 do not average over.
+def check_all_experiments(study: Study) -> None:
+    """Refuse a study without all experiments of the paper, over which Tables 7 and 9 average.
 
     Raises
     ------
@@ -76,7 +83,7 @@ def check(study: Study) -> None:
 
 
 def identify(
-    study: Study, cylinders: Sequence[str], seed: int, threads: int, say: Callable[[str], None]
+    study: Study, cylinders: Sequence[str], seed: int, threads: int, progress: Callable[[str], None]
 ) -> xr.Dataset:
     """Identify each cylinder's M, k_f and stop; given both cylinders, also amplitudes and transport.
 
@@ -89,8 +96,8 @@ def identify(
     seed : int
         Of the search's random numbers. The result does not depend on `threads`.
     threads : int
-    say
-        Told what was just found.
+    progress
+        Gets a line after each stage.
 
     Returns
     -------
@@ -101,31 +108,31 @@ def identify(
     ResultError
         If an experiment that is needed does not run.
     """
-    data = {name: cells(study.experiments, SETTLING[name], table5()) for name in cylinders}
-    both = set(cylinders) >= set(CYLINDERS)
+    data = {name: settling_cells(study.experiments, FITTED_EXPERIMENTS[name], table5()) for name in cylinders}
+    both = set(cylinders) >= set(BOTH_CYLINDERS)
     if both:
-        check(study)
+        check_all_experiments(study)
     with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run
-        found = [identify_mechanics(data[name], seed, pool.map, say) for name in cylinders]
-        amplitudes = [identify_amplitudes(study, pool.map, say)] if both else []
-    return described([combined(cylinders, found), *amplitudes])
+        found = [identify_mechanics(data[name], seed, pool.map, progress) for name in cylinders]
+        amplitudes = [identify_amplitudes(study, pool.map, progress)] if both else []
+    return _described([_by_cylinder(cylinders, found), *amplitudes])
 
 
-def combined(cylinders: Sequence[str], found: Sequence[xr.Dataset]) -> xr.Dataset:
+def _by_cylinder(cylinders: Sequence[str], found: Sequence[xr.Dataset]) -> xr.Dataset:
     """Put cylinders side by side; settling times stay by experiment."""
-    cells_ = [name for name, values in found[0].data_vars.items() if "experiment" in values.dims]
+    settling = [name for name, values in found[0].data_vars.items() if "experiment" in values.dims]
     by_cylinder = xr.concat(
-        [one.drop_vars([*cells_, "experiment", "experiment_cylinder"]) for one in found],
+        [one.drop_vars([*settling, "experiment", "experiment_cylinder"]) for one in found],
         xr.Variable("cylinder", list(cylinders)),
     )
-    return by_cylinder.merge(xr.concat([one[cells_] for one in found], "experiment"))
+    return by_cylinder.merge(xr.concat([one[settling] for one in found], "experiment"))
 
 
-def described(parts: Sequence[xr.Dataset]) -> xr.Dataset:
+def _described(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """Merge and give every variable its long name and unit."""
     result = xr.merge(parts)
     for name, variable in result.variables.items():
-        long_name, unit = LONG_NAMES.get(str(name), ("", ""))
+        long_name, unit = IDENTIFICATION_LONG_NAMES.get(str(name), ("", ""))
         variable.attrs = {"long_name": long_name} if long_name else {}
         if unit:
             variable.attrs["units"] = unit
@@ -140,10 +147,10 @@ def save_identification(found: xr.Dataset, study: Study, seed: int, path: Path |
         study.config_sha256,
         code_hash(__name__),
         comment=COMMENT,
-        discrepancy_settling_time=DISCREPANCY,
-        discrepancy_mse=DISCREPANCY_MSE,
+        discrepancy_settling_time=SETTLING_DISCREPANCY,
+        discrepancy_mse=MSE_DISCREPANCY,
         threshold_interval=THRESHOLD,
-        threshold_region=THRESHOLD_2,
+        threshold_region=REGION_THRESHOLD,
         seed=seed,
     )
     write(found, path, about)

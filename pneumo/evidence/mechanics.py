@@ -1,8 +1,8 @@
-"""Mass, friction and end stop of a cylinder from its settling times, Table 5, without a starting hint.
+"""Mass, friction and end stop of a cylinder, identified from its settling times, Table 5, within wide bounds.
 
-Fitted are the settling times of chamber A, scored those of chamber B. Parameters are logarithms of M, k_f and
-the stop's distance from the centre over the half-stroke; a settling time counts whole steps, so the deviance
-has small jumps and every search goes without derivatives.
+The settling times of chamber A are fitted, those of chamber B are a check. Parameters are logarithms of M, k_f
+and the stop's distance from the centre over the half-stroke. A settling time counts whole steps, so the
+deviance has small jumps and every search goes without derivatives.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -14,23 +14,23 @@ from scipy.optimize import differential_evolution, minimize, minimize_scalar
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.errors import ResultError
-from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2, interval, noise, rms, scale
+from pneumo.evidence.misfit import REGION_THRESHOLD, THRESHOLD, log_noise, profile_interval, rms_of, widening
 from pneumo.simulation.settling import QUANTITIES, SHORTEST_WINDOW, settle, thermal_time_constant
 
 # E12's pressures are not understood, and below 0.5 W/K neither are the closed-loop rows.
-SETTLING = {"D": ("E09", "E10", "E13", "E14"), "E": ("E11", "E15", "E16")}
-FITTED = ("P_A", "T_A")
-PARAMETERS = ("M", "k_f", "stop")
-UNITS = ("kg", "N s m-1", "1")
-BOUNDS = np.array([(0.1, 20.0), (1.0, 1000.0), (0.1, 0.9)])
-DISCREPANCY = 0.01
-LONGEST = 40.0  # thermal time constants; a run that is not settled by then is no candidate
+FITTED_EXPERIMENTS = {"D": ("E09", "E10", "E13", "E14"), "E": ("E11", "E15", "E16")}
+FITTED_QUANTITIES = ("P_A", "T_A")
+MECHANICS = ("M", "k_f", "stop")
+MECHANICS_UNITS = ("kg", "N s m-1", "1")
+SEARCH_BOUNDS = np.array([(0.1, 20.0), (1.0, 1000.0), (0.1, 0.9)])
+SETTLING_DISCREPANCY = 0.01
+TIME_TO_SETTLE = 40.0  # thermal time constants; a run that is not settled by then does not fit
 NOT_SETTLED = 3.0  # its ln(reproduced / printed)
 
-STEPS = np.array([0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.32])
-OFFSETS = np.concatenate([-STEPS[::-1], [0.0], STEPS])  # of a profile, ln(value / estimate)
-FOLLOWED = 3.0  # a profile is followed to so many times the threshold
-IMPROVED = 0.3  # a profile that meets a deviance lower by this starts again from there
+PROFILE_STEPS = np.array([0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.32])
+OFFSETS = np.concatenate([-PROFILE_STEPS[::-1], [0.0], PROFILE_STEPS])  # of a profile, ln(value / estimate)
+FOLLOWED = 3.0  # thresholds up to which a profile is followed
+IMPROVED = 0.3  # a deviance lower by this, met on a profile, is where all profiles start again
 REGION = 11  # values of M in the region of M and k_f
 # ln(k_f / M) in that region, over the estimate's: the valley runs along a constant ratio and is this narrow
 RATIO_OFFSETS = np.linspace(-0.007, 0.007, 15)
@@ -40,7 +40,7 @@ NEAR = 0.02  # size of the simplex with which a search starts near an optimum
 Mapper: TypeAlias = Callable[[Callable[..., Any], Iterable[Any]], Iterable[Any]]
 
 
-class Cells(NamedTuple):
+class SettlingCells(NamedTuple):
     """A cylinder's experiments with their printed settling times.
 
     Attributes
@@ -55,10 +55,12 @@ class Cells(NamedTuple):
     sigma: np.ndarray
 
 
-IS_FITTED = np.isin(QUANTITIES, FITTED)
+IS_FITTED = np.isin(QUANTITIES, FITTED_QUANTITIES)
 
 
-def cells(experiments: Mapping[str, Experiment], names: Sequence[str], table: xr.DataArray) -> Cells:
+def settling_cells(
+    experiments: Mapping[str, Experiment], names: Sequence[str], table: xr.DataArray
+) -> SettlingCells:
     """Put the named experiments beside their rows of Table 5.
 
     Raises
@@ -74,11 +76,11 @@ def cells(experiments: Mapping[str, Experiment], names: Sequence[str], table: xr
             raise ResultError(f"{name}: has no four legible settling times in Table 5")
     rows = table.sel(experiment=list(names), quantity=list(QUANTITIES))
     printed = rows.values
-    sigma = noise(printed, rows["half_unit"].values, DISCREPANCY)
-    return Cells(tuple(experiments[name] for name in names), printed, sigma)
+    sigma = log_noise(printed, rows["half_unit"].values, SETTLING_DISCREPANCY)
+    return SettlingCells(tuple(experiments[name] for name in names), printed, sigma)
 
 
-def changed(experiment: Experiment, theta: np.ndarray, force: float = 1.0) -> Experiment:
+def with_mechanics(experiment: Experiment, theta: np.ndarray, force: float = 1.0) -> Experiment:
     """Return the experiment with other parameters.
 
     Parameters
@@ -96,30 +98,32 @@ def changed(experiment: Experiment, theta: np.ndarray, force: float = 1.0) -> Ex
     return experiment._replace(plant=plant._replace(cylinder=cylinder), push=push)
 
 
-def log_ratios(data: Cells, theta: np.ndarray, force: float = 1.0) -> np.ndarray:
+def log_ratios(data: SettlingCells, theta: np.ndarray, force: float = 1.0) -> np.ndarray:
     """ln(reproduced / printed) of every settling time, shape (experiment, 4)."""
     result = np.full(data.printed.shape, NOT_SETTLED)
     for i, experiment in enumerate(data.experiments):
-        longest = LONGEST * max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
-        times = settle(changed(experiment, theta, force), longest=longest).times
+        longest = TIME_TO_SETTLE * max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
+        times = settle(with_mechanics(experiment, theta, force), longest=longest).times
         if np.isfinite(times).all():  # else the run failed or did not settle
             result[i] = np.log(np.maximum(times, experiment.h) / data.printed[i])
     return np.clip(result, -NOT_SETTLED, NOT_SETTLED)
 
 
-def deviance(theta: np.ndarray, data: Cells, force: float = 1.0) -> float:
+def deviance(theta: np.ndarray, data: SettlingCells, force: float = 1.0) -> float:
     """Sum of squares of the fitted cells, each over its noise."""
     return float(np.sum((log_ratios(data, theta, force) / data.sigma)[:, IS_FITTED] ** 2))
 
 
-def search(data: Cells, seed: int, mapper: Mapper, population: int = 10, generations: int = 40) -> Any:
+def search_bounds(
+    data: SettlingCells, seed: int, mapper: Mapper, population: int = 10, generations: int = 40
+) -> Any:
     """Search all of the wide bounds, then polish.
 
     Returns theta as ``x``, its deviance as ``fun`` and the number of evaluations as ``nfev``.
     """
     found = differential_evolution(
         deviance,
-        np.log(BOUNDS),
+        np.log(SEARCH_BOUNDS),
         args=(data,),
         popsize=population,
         maxiter=generations,
@@ -144,16 +148,18 @@ def nearby(function: Callable[[np.ndarray], float], start: np.ndarray, size: flo
     return minimize(function, start, method="Nelder-Mead", options=options)
 
 
-def profile(data: Cells, best: Any, widen: float, mapper: Mapper) -> tuple[np.ndarray, Any, int]:
+def mechanics_profiles(
+    data: SettlingCells, best: Any, widen: float, mapper: Mapper
+) -> tuple[np.ndarray, Any, int]:
     """Profile of each parameter: lowest deviance over the others.
 
     Parameters
     ----------
-    data : Cells
+    data : SettlingCells
     best
-        From `search`.
+        From `search_bounds`.
     widen : float
-        From `pneumo.evidence.misfit.scale`: profiles are followed that much further.
+        From `pneumo.evidence.misfit.widening`: profiles are followed that much further.
     mapper
         ``map``, or that of a pool.
 
@@ -162,7 +168,7 @@ def profile(data: Cells, best: Any, widen: float, mapper: Mapper) -> tuple[np.nd
     curves : numpy.ndarray
         Shape (parameter, offset); NaN where not followed.
     lowest
-        The lowest point met, as from `search`.
+        The lowest point met, as from `search_bounds`.
     evaluations : int
     """
     stop_at = best.fun + FOLLOWED * THRESHOLD * widen
@@ -171,7 +177,7 @@ def profile(data: Cells, best: Any, widen: float, mapper: Mapper) -> tuple[np.nd
         fixed, sign = task
         free = np.delete(best.x, fixed)
         steps = []
-        for offset in sign * STEPS:
+        for offset in sign * PROFILE_STEPS:
             at = best.x[fixed] + offset
             found = nearby(lambda rest, at=at: deviance(np.insert(rest, fixed, at), data), free)
             free, found.x = found.x, np.insert(found.x, fixed, at)
@@ -180,18 +186,20 @@ def profile(data: Cells, best: Any, widen: float, mapper: Mapper) -> tuple[np.nd
                 break
         return steps
 
-    tasks = [(fixed, sign) for fixed in range(len(PARAMETERS)) for sign in (-1, 1)]
-    result = np.full((len(PARAMETERS), len(OFFSETS)), np.nan)
-    result[:, len(STEPS)] = best.fun
+    tasks = [(fixed, sign) for fixed in range(len(MECHANICS)) for sign in (-1, 1)]
+    result = np.full((len(MECHANICS), len(OFFSETS)), np.nan)
+    result[:, len(PROFILE_STEPS)] = best.fun
     walks = list(mapper(walk, tasks))
     for (fixed, sign), steps in zip(tasks, walks, strict=True):
-        result[fixed, len(STEPS) + sign * np.arange(1, len(steps) + 1)] = [found.fun for found in steps]
+        result[fixed, len(PROFILE_STEPS) + sign * np.arange(1, len(steps) + 1)] = [
+            found.fun for found in steps
+        ]
     met = [found for steps in walks for found in steps]
     return result, min([best, *met], key=lambda found: found.fun), sum(found.nfev for found in met)
 
 
-def region(
-    data: Cells, ln_M: np.ndarray, ln_ratio: np.ndarray, stops: tuple[float, float], mapper: Mapper
+def mass_friction_region(
+    data: SettlingCells, ln_M: np.ndarray, ln_ratio: np.ndarray, stops: tuple[float, float], mapper: Mapper
 ) -> tuple[np.ndarray, int]:
     """Lowest deviance over ln(stop) between `stops` on a grid of ln(M) and ln(k_f / M)."""
 
@@ -211,7 +219,7 @@ def region(
     return np.array([values for values, _ in rows]), sum(evaluations for _, evaluations in rows)
 
 
-def force_profile(data: Cells, best: Any, mapper: Mapper) -> tuple[np.ndarray, int]:
+def force_profile(data: SettlingCells, best: Any, mapper: Mapper) -> tuple[np.ndarray, int]:
     """Lowest deviance over M, k_f and stop for each of `FORCES`."""
 
     def at(force: float) -> Any:
@@ -230,52 +238,52 @@ def correlation(ln_M: np.ndarray, ln_ratio: np.ndarray, deviances: np.ndarray) -
 
 
 def identify_mechanics(
-    data: Cells, seed: int, mapper: Mapper, say: Callable[[str], None], **effort: int
+    data: SettlingCells, seed: int, mapper: Mapper, progress: Callable[[str], None], **effort: int
 ) -> xr.Dataset:
     """Estimate, profiles, region and misfit of one cylinder.
 
     Parameters
     ----------
-    data : Cells
+    data : SettlingCells
     seed : int
         Of the search's random numbers.
     mapper
         ``map``, or that of a pool.
-    say
-        Told what was just found.
+    progress
+        Gets a line after each stage.
     **effort
-        ``population`` and ``generations`` of `search`.
+        ``population`` and ``generations`` of `search_bounds`.
     """
     cylinder = data.experiments[0].cylinder
-    best = search(data, seed, mapper, **effort)
-    values = ", ".join(f"{n} = {v:.4g}" for n, v in zip(PARAMETERS, np.exp(best.x), strict=True))
-    say(f"{cylinder}: searched the wide bounds, {best.nfev} evaluations: {values}")
+    best = search_bounds(data, seed, mapper, **effort)
+    values = ", ".join(f"{n} = {v:.4g}" for n, v in zip(MECHANICS, np.exp(best.x), strict=True))
+    progress(f"{cylinder}: searched the wide bounds, {best.nfev} evaluations: {values}")
 
     count, followed, searched = int(IS_FITTED.sum()) * len(data.experiments), 0, best.nfev
     while True:
-        widen = scale(best.fun, count, len(PARAMETERS))
-        profiles, better, evaluations = profile(data, best, widen, mapper)
+        widen = widening(best.fun, count, len(MECHANICS))
+        profiles, better, evaluations = mechanics_profiles(data, best, widen, mapper)
         followed += evaluations
         if better.fun > best.fun - IMPROVED * widen:
             break
         best = better
     lowest = np.nanmin(profiles)
     profiles = (profiles - lowest) / widen
-    ends = [interval(x + OFFSETS, curve) for x, curve in zip(best.x, profiles, strict=True)]
-    say(f"{cylinder}: profiles, {followed} evaluations")
+    ends = [profile_interval(x + OFFSETS, curve) for x, curve in zip(best.x, profiles, strict=True)]
+    progress(f"{cylinder}: profiles, {followed} evaluations")
 
     # A region of two parameters reaches further than the interval of each.
-    reach = 1.25 * np.sqrt(THRESHOLD_2 / THRESHOLD)
+    reach = 1.25 * np.sqrt(REGION_THRESHOLD / THRESHOLD)
     limits = np.clip(ends, best.x[:, None] + OFFSETS[0], best.x[:, None] + OFFSETS[-1])
     low, high = best.x + reach * (limits[:, 0] - best.x), best.x + reach * (limits[:, 1] - best.x)
     ln_M = np.linspace(low[0], high[0], REGION)
     ln_ratio = best.x[1] - best.x[0] + RATIO_OFFSETS
-    deviances, gridded = region(data, ln_M, ln_ratio, (low[2], high[2]), mapper)
+    deviances, gridded = mass_friction_region(data, ln_M, ln_ratio, (low[2], high[2]), mapper)
     deviances = (deviances - lowest) / widen
-    say(f"{cylinder}: region of M and k_f, {gridded} evaluations")
+    progress(f"{cylinder}: region of M and k_f, {gridded} evaluations")
 
     forces, pushed = force_profile(data, best, mapper)
-    say(f"{cylinder}: push force, {pushed} evaluations")
+    progress(f"{cylinder}: push force, {pushed} evaluations")
 
     found = log_ratios(data, best.x)
     names = [experiment.name for experiment in data.experiments]
@@ -294,8 +302,8 @@ def identify_mechanics(
             "force_deviance": ("force_ratio", (forces - lowest) / widen),
             "push_force": ((), data.experiments[0].push.force),
             "widening": ((), widen),
-            "fitted_rms": ((), rms(found[:, IS_FITTED])),
-            "scored_rms": ((), rms(found[:, ~IS_FITTED])),
+            "fitted_rms": ((), rms_of(found[:, IS_FITTED])),
+            "scored_rms": ((), rms_of(found[:, ~IS_FITTED])),
             "evaluations": ((), searched + followed + gridded + pushed),
             "search_evaluations": ((), searched),
             "settling_printed": (each, data.printed),
@@ -303,10 +311,10 @@ def identify_mechanics(
             "settling_sigma": (each, data.sigma),
         },
         coords={
-            "parameter": list(PARAMETERS),
-            "parameter_unit": ("parameter", list(UNITS)),
-            "bound_low": ("parameter", BOUNDS[:, 0]),
-            "bound_high": ("parameter", BOUNDS[:, 1]),
+            "parameter": list(MECHANICS),
+            "parameter_unit": ("parameter", list(MECHANICS_UNITS)),
+            "bound_low": ("parameter", SEARCH_BOUNDS[:, 0]),
+            "bound_high": ("parameter", SEARCH_BOUNDS[:, 1]),
             "offset": OFFSETS,
             "force_ratio": FORCES,
             "experiment": names,

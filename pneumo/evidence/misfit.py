@@ -1,18 +1,17 @@
-"""How far reproduced numbers are from printed ones, in units of what is expected: the noise model.
+"""Noise model of ln(reproduced / printed), and intervals from a profile of the deviance.
 
-ln(reproduced / printed) has a standard deviation made of two parts: the rounding of the print, uniform over
-one unit of the last digit, and a discrepancy that is stated beforehand and stands for all that the
-reproduction has in another way than the authors had it.
+The standard deviation has two parts: the rounding of the print, uniform over one unit of the last digit, and
+a discrepancy, stated beforehand, for whatever else differs between the authors' study and ours.
 """
 
 import numpy as np
 from scipy.stats import chi2
 
 THRESHOLD = float(chi2.ppf(0.95, 1))  # deviance at the ends of a 95 % interval, one parameter
-THRESHOLD_2 = float(chi2.ppf(0.95, 2))  # and at the edge of a 95 % region of two
+REGION_THRESHOLD = float(chi2.ppf(0.95, 2))  # and at the edge of a 95 % region of two
 
 
-def noise(printed: np.ndarray, half_unit: np.ndarray, discrepancy: float) -> np.ndarray:
+def log_noise(printed: np.ndarray, half_unit: np.ndarray, discrepancy: float) -> np.ndarray:
     """Standard deviation of ln(reproduced / printed).
 
     Parameters
@@ -27,20 +26,22 @@ def noise(printed: np.ndarray, half_unit: np.ndarray, discrepancy: float) -> np.
     return np.hypot(half_unit / np.sqrt(3) / np.abs(printed), discrepancy)
 
 
-def rms(log_ratios: np.ndarray) -> float:
-    """Root mean square."""
+def rms_of(log_ratios: np.ndarray) -> float:
+    """Root mean square of logarithms of ratios."""
     return float(np.sqrt(np.mean(np.square(log_ratios))))
 
 
-def scale(lowest: float, count: int, parameters: int) -> float:
-    """What deviances are divided by: the lowest one per degree of freedom, if that exceeds one.
+def widening(lowest: float, count: int, parameters: int) -> float:
+    """Factor by which deviances are divided: the lowest one per degree of freedom, at least 1.
 
-    Where the best fit misses by more than the noise model expects, intervals widen accordingly.
+    Intervals widen where the best fit misses by more than the noise model expects.
     """
     return max(1.0, lowest / max(1, count - parameters))
 
 
-def interval(values: np.ndarray, deviance: np.ndarray, threshold: float = THRESHOLD) -> tuple[float, float]:
+def profile_interval(
+    values: np.ndarray, deviance: np.ndarray, threshold: float = THRESHOLD
+) -> tuple[float, float]:
     """Ends of the interval in which a profile lies below a threshold.
 
     Parameters

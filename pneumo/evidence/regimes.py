@@ -1,7 +1,7 @@
 """In which regime each refinement pays: models compared in pairs on random cylinders.
 
-Runs of one cylinder are alike, so every interval is over cylinders: Wilson's for a share of cylinders, the
-bootstrap's (percentiles) for anything else.
+Runs of one cylinder are correlated, so every interval is over cylinders: Wilson's for a share of cylinders,
+the bootstrap's (percentiles) for anything else.
 """
 
 from collections.abc import Sequence
@@ -10,34 +10,30 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from pneumo.evidence.cylinder_runs import LOOPS
 from pneumo.evidence.dimensionless import KNOWN_GROUPS
+from pneumo.evidence.model_pairs import CRITERIA, MODEL_PAIRS, REFINED
 from pneumo.physics.models import MODELS
+from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import cost
 from pneumo.statistics.recommendation import MATERIAL
 
-GOOD = ("M5", "M6", "M7", "M8", "M9", "M10")
-CHEAPEST_FIRST = sorted(GOOD, key=lambda name: (cost(MODELS[name]), GOOD.index(name)))
-RATIOS = {"M6/M5": ("M6", "M5"), "M8/M7": ("M8", "M7"), "M10/M8": ("M10", "M8"), "M6/M7": ("M6", "M7")}
-ENOUGH = "M6 enough"  # within MATERIAL of the best of GOOD
-CRITERIA = {
-    "mean": "mean square error, averaged over runs",
-    "geometric": "geometric mean over runs of the mean square error",
-    "rank": "rank among the ten models, averaged over runs",
-}
-LOOPS = ("open", "closed", "both")
-CONTINUOUS = [name for name in KNOWN_GROUPS if name != "closed"]
-BOUNDS = ("value", "low", "high")
-CONFIDENCE, RESAMPLES = 0.95, 2000
+CHEAPEST_FIRST = sorted(REFINED, key=lambda name: (cost(MODELS[name]), REFINED.index(name)))
+ENOUGH = "M6 enough"  # within MATERIAL of the best of REFINED
+LOOPS_AND_BOTH = (*LOOPS, "both")
+CONTINUOUS_GROUPS = [name for name in KNOWN_GROUPS if name != "closed"]
+INTERVAL = ("value", "low", "high")
+RESAMPLES, FEWEST = 2000, 10  # of the bootstrap; cylinders for an interval
 
 
-def judged(cells: xr.Dataset, trained: int) -> xr.Dataset:
-    """What became of each run: lowest errors, the answer, and whether it counts.
+def with_answers(cells: xr.Dataset, compared: int) -> xr.Dataset:
+    """Add what became of each run: lowest errors, the cheapest good model, and whether it counts.
 
     Parameters
     ----------
     cells : xarray.Dataset
         From `pneumo.evidence.cylinder_runs.cylinder_cells` by cylinder.
-    trained : int
+    compared : int
         Cylinders from here on are held out.
 
     Returns
@@ -48,25 +44,25 @@ def judged(cells: xr.Dataset, trained: int) -> xr.Dataset:
         where the run does not count; `held_out` by cylinder.
     """
     lowest = cells["mse"].min("n")
-    good = lowest.sel(model=list(GOOD))
+    good = lowest.sel(model=list(REFINED))
     counts = (cells["run_status"] == 0) & good.notnull().all("model")
     within = lowest.sel(model=CHEAPEST_FIRST) <= (1 + MATERIAL) * good.min("model")
     answer = np.array(CHEAPEST_FIRST)[within.transpose("cylinder", "loop", "model").values.argmax(axis=-1)]
-    found = cells.assign(
+    runs = cells.assign(
         lowest=lowest,
         counts=counts.astype(np.int8),
         answer=(("cylinder", "loop"), np.where(counts.transpose("cylinder", "loop"), answer, "")),
     )
-    found["held_out"] = ("cylinder", (np.arange(cells.sizes["cylinder"]) >= trained).astype(np.int8))
-    return found
+    runs["held_out"] = ("cylinder", (np.arange(cells.sizes["cylinder"]) >= compared).astype(np.int8))
+    return runs
 
 
-def of_quotient(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float, float]:
+def quotient_interval(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float, float]:
     """Sum over sum, one term each per cylinder, with its interval by the bootstrap over cylinders.
 
-    Fewer than ten cylinders that count have no interval: NaN.
+    Fewer than `FEWEST` cylinders that count have no interval: NaN.
     """
-    if np.count_nonzero(counts) < 10:  # a resample might hold none of them
+    if np.count_nonzero(counts) < FEWEST:  # a resample might hold none of them
         return (float(sums.sum() / counts.sum()) if counts.any() else np.nan), np.nan, np.nan
     found = stats.bootstrap(
         (sums, counts),
@@ -81,28 +77,28 @@ def of_quotient(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float, flo
     return float(sums.sum() / counts.sum()), float(found.low), float(found.high)
 
 
-def of_share(right: int, of: int) -> tuple[float, float, float]:
-    """Share of cylinders with Wilson's interval; NaN of none."""
+def share_interval(right: int, of: int) -> tuple[float, float, float]:
+    """Share of cylinders with Wilson's interval; NaN where there is none."""
     if not of:
         return np.nan, np.nan, np.nan
     found = stats.binomtest(right, of).proportion_ci(CONFIDENCE, method="wilson")
     return right / of, float(found.low), float(found.high)
 
 
-def _of_loop(runs: xr.Dataset, loop: str) -> tuple[np.ndarray, np.ndarray]:
+def _lowest_of_loop(runs: xr.Dataset, loop: str) -> tuple[np.ndarray, np.ndarray]:
     """Lowest errors by (cylinder, loop, model), NaN where a run does not count, and models' names."""
     part = runs if loop == "both" else runs.sel(loop=[loop])
     values = part["lowest"].where(part["counts"] == 1).transpose("cylinder", "loop", "model").values
     return values, runs["model"].values
 
 
-def comparisons(runs: xr.Dataset) -> xr.Dataset:
-    """Models compared in pairs over cylinders.
+def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
+    """Compare models in pairs over cylinders.
 
     Parameters
     ----------
     runs : xarray.Dataset
-        From `judged`; those held out are left out.
+        From `with_answers`; those held out are left out.
 
     Returns
     -------
@@ -111,26 +107,31 @@ def comparisons(runs: xr.Dataset) -> xr.Dataset:
         `share` of cylinders by statement: the first is better (by the geometric mean over its runs), or M6 is
         enough (in every run of it); `cylinders` that count.
     """
-    own = runs.sel(cylinder=runs["held_out"] == 0)
-    ratio = np.full((len(LOOPS), len(RATIOS), len(CRITERIA), 3), np.nan)
-    share, number = np.full((len(LOOPS), len(RATIOS) + 1, 3), np.nan), np.zeros(len(LOOPS), dtype=int)
-    for i, loop in enumerate(LOOPS):
-        mse, names = _of_loop(own, loop)
+    runs = runs.sel(cylinder=runs["held_out"] == 0)
+    ratio = np.full((len(LOOPS_AND_BOTH), len(MODEL_PAIRS), len(CRITERIA), 3), np.nan)
+    share, number = (
+        np.full((len(LOOPS_AND_BOTH), len(MODEL_PAIRS) + 1, 3), np.nan),
+        np.zeros(len(LOOPS_AND_BOTH), dtype=int),
+    )
+    for i, loop in enumerate(LOOPS_AND_BOTH):
+        mse, names = _lowest_of_loop(runs, loop)
         mse = mse[np.isfinite(mse).any(axis=(1, 2))]
         number[i] = len(mse)
         m6 = mse[..., int(np.flatnonzero(names == "M6")[0])]
         ran = np.isfinite(m6)
         ranks = np.where(ran[..., None], stats.rankdata(np.nan_to_num(mse, nan=np.inf), axis=2), np.nan)
-        best = np.min(mse[..., np.isin(names, GOOD)], axis=2)
-        for j, (one, other) in enumerate(RATIOS.values()):
+        best = np.min(mse[..., np.isin(names, REFINED)], axis=2)
+        for j, (one, other) in enumerate(MODEL_PAIRS.values()):
             a, b = (int(np.flatnonzero(names == name)[0]) for name in (one, other))
             logs = np.nansum(np.log(mse[..., a] / mse[..., b]), axis=1)
-            ratio[i, j, 0] = of_quotient(np.nansum(mse[..., a], axis=1), np.nansum(mse[..., b], axis=1))
-            ratio[i, j, 1] = np.exp(of_quotient(logs, ran.sum(axis=1)))
-            ratio[i, j, 2] = of_quotient(np.nansum(ranks[..., a], axis=1), np.nansum(ranks[..., b], axis=1))
-            share[i, j] = of_share(int((logs < 0).sum()), len(mse))
+            ratio[i, j, 0] = quotient_interval(np.nansum(mse[..., a], axis=1), np.nansum(mse[..., b], axis=1))
+            ratio[i, j, 1] = np.exp(quotient_interval(logs, ran.sum(axis=1)))
+            ratio[i, j, 2] = quotient_interval(
+                np.nansum(ranks[..., a], axis=1), np.nansum(ranks[..., b], axis=1)
+            )
+            share[i, j] = share_interval(int((logs < 0).sum()), len(mse))
         enough = (m6 <= (1 + MATERIAL) * best) | ~ran
-        share[i, -1] = of_share(int(enough.all(axis=1).sum()), len(mse))
+        share[i, -1] = share_interval(int(enough.all(axis=1).sum()), len(mse))
     return xr.Dataset(
         {
             "ratio": (
@@ -146,17 +147,17 @@ def comparisons(runs: xr.Dataset) -> xr.Dataset:
             "cylinders": ("loop_of", number, {"long_name": "cylinders that count"}),
         },
         coords={
-            "loop_of": list(LOOPS),
-            "pair": list(RATIOS),
+            "loop_of": list(LOOPS_AND_BOTH),
+            "pair": list(MODEL_PAIRS),
             "criterion": list(CRITERIA),
-            "statement": [*(f"{pair} < 1" for pair in RATIOS), ENOUGH],
-            "bound": list(BOUNDS),
+            "statement": [*(f"{pair} < 1" for pair in MODEL_PAIRS), ENOUGH],
+            "bound": list(INTERVAL),
         },
     )
 
 
-def thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
-    """The same pairs in the lowest, middle and highest third of some groups, by runs.
+def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
+    """Compare the same pairs in the lowest, middle and highest third of the runs by some groups.
 
     Returns
     -------
@@ -164,22 +165,22 @@ def thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
         By (group, third): `third_from` and `third_to`; by (group, third, pair, bound): `third_ratio`,
         geometric mean over runs, and `third_share`, of runs with a ratio below 1; intervals over cylinders.
     """
-    own = runs.sel(cylinder=runs["held_out"] == 0)
-    counts = own["counts"].transpose("cylinder", "loop").values == 1
+    runs = runs.sel(cylinder=runs["held_out"] == 0)
+    counts = runs["counts"].transpose("cylinder", "loop").values == 1
     edges = np.full((len(names), 4), np.nan)
-    ratio = np.full((len(names), 3, len(RATIOS), 3), np.nan)
+    ratio = np.full((len(names), 3, len(MODEL_PAIRS), 3), np.nan)
     share = np.full_like(ratio, np.nan)
     for i, name in enumerate(names):
-        values = own[name].transpose("cylinder", "loop").values
+        values = runs[name].transpose("cylinder", "loop").values
         edges[i] = np.quantile(values[counts], [0, 1 / 3, 2 / 3, 1])
         for third in range(3):
             inside = counts & (values >= edges[i, third]) & (values <= edges[i, third + 1])
-            for j, (one, other) in enumerate(RATIOS.values()):
-                quotient = own["lowest"].sel(model=one) / own["lowest"].sel(model=other)
+            for j, (one, other) in enumerate(MODEL_PAIRS.values()):
+                quotient = runs["lowest"].sel(model=one) / runs["lowest"].sel(model=other)
                 logs = np.log(quotient.transpose("cylinder", "loop").values)
                 sums = np.where(inside, logs, 0.0).sum(axis=1)
-                ratio[i, third, j] = np.exp(of_quotient(sums, inside.sum(axis=1)))
-                share[i, third, j] = of_quotient((inside & (logs < 0)).sum(axis=1), inside.sum(axis=1))
+                ratio[i, third, j] = np.exp(quotient_interval(sums, inside.sum(axis=1)))
+                share[i, third, j] = quotient_interval((inside & (logs < 0)).sum(axis=1), inside.sum(axis=1))
     dims = ("group", "third", "pair", "bound")
     words = "of the models' errors in a third of the runs"
     return xr.Dataset(
@@ -192,17 +193,19 @@ def thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
         coords={
             "group": list(names),
             "third": ["lowest", "middle", "highest"],
-            "pair": list(RATIOS),
-            "bound": list(BOUNDS),
+            "pair": list(MODEL_PAIRS),
+            "bound": list(INTERVAL),
         },
     )
 
 
-def analysed(runs: xr.Dataset) -> xr.Dataset:
+def regime_statistics(runs: xr.Dataset) -> xr.Dataset:
     """Every run, the comparisons and the thirds, without the errors at every n."""
     kept = runs.drop_vars(["mse", "n"])
     kept["lowest"].attrs = {"units": "Pa2", "long_name": "mean square error at the run's best n"}
     kept["counts"].attrs = {"long_name": "1 where the full-order run and M5 to M10 succeeded"}
     kept["answer"].attrs = {"long_name": "cheapest model within 10 per cent of the best"}
     kept["held_out"].attrs = {"long_name": "1 where the cylinder is held out"}
-    return kept.merge(comparisons(runs)).merge(thirds(runs, CONTINUOUS), compat="no_conflicts")
+    return kept.merge(compare_pairs(runs)).merge(
+        compare_by_thirds(runs, CONTINUOUS_GROUPS), compat="no_conflicts"
+    )

@@ -1,4 +1,4 @@
-"""How much each toggled assumption changes Tables 5, 7, 8 and 9, and how far from the print they are then."""
+"""How much each toggled assumption changes Tables 5, 7, 8 and 9, and how far they then are from the print."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from pneumo.verdict.claims import Claim, Claims
 from pneumo.verdict.comparison import compare
 from pneumo.verdict.sources import Finding
 
-LOGARITHMIC = (5, 7, 9)  # tables whose settling times or mean square errors are compared as logarithms
+LOGARITHMIC_TABLES = (5, 7, 9)  # tables whose settling times or mean square errors are compared as logarithms
 
 
 def _rms(values: np.ndarray) -> float:
@@ -19,20 +19,20 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(finite**2))) if len(finite) else np.nan
 
 
-def _logarithms(table: int, items: Mapping[str, Claim]) -> np.ndarray:
-    """Which items of a table count: its times or mean square errors, where the print can be read."""
+def _logarithmic(table: int, items: Mapping[str, Claim]) -> np.ndarray:
+    """Mask of a table's settling times or mean square errors, where the print can be read."""
     return np.array(
         [c.table == table and not c.unreadable and (table == 5 or c.column == "mse") for c in items.values()]
     )
 
 
-def effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
-    """Sum the effect of each alternative up.
+def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
+    """Summarise the effect of each alternative.
 
     Parameters
     ----------
     reproduced : xarray.DataArray
-        By (alternative, item), from `pneumo.evidence.toggles.reproduced`.
+        By (alternative, item), from `pneumo.evidence.toggles.toggled_tables`.
     claims : Claims
 
     Returns
@@ -73,8 +73,8 @@ def effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
             "inside": int(np.sum(inside)),
             "no_number": int(np.sum(np.isnan(found) & ~np.isnan(printed))),
         }
-        for table in LOGARITHMIC:
-            here = _logarithms(table, items) & (found > 0) & (taken > 0)
+        for table in LOGARITHMIC_TABLES:
+            here = _logarithmic(table, items) & (found > 0) & (taken > 0)
             change = np.log(found[here] / taken[here])
             misfit, before = (_rms(np.log(x[here] / printed[here])) for x in (found, taken))
             rows[alternative] |= {

@@ -12,11 +12,14 @@ from scipy import stats
 
 from pneumo.configuration.parameters import load, study
 from pneumo.evidence import ensemble as e
+from pneumo.evidence.model_pairs import CRITERIA
 from pneumo.evidence.seed_sets import seed_sets, with_seeds
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.vectorised import replay
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import study_transport
+from pneumo.statistics.averages import concatenated
 
 CONFIG = Path(__file__).parents[2] / "config"
 STUDY = study(load(CONFIG / "paper.yaml"))
@@ -44,8 +47,8 @@ def test_the_papers_seeds_give_the_studys_cells_whatever_the_threads():
     xr.testing.assert_identical(one, two)
     lanes, index = grid_lanes(STUDY.n, 1.4)
     for name, e_ in small.experiments.items():
-        for transport, lag in (("published", STUDY.lag), ("exact", 0.0)):
-            cells = replay(record(e_), lanes, e_.drive, e_.plant, e_.h, transport=transport, lag=lag)
+        for transport in ("published", "exact"):
+            cells = replay(record(e_), lanes, study_transport(transport, STUDY.lag, e_.h))
             found = one["mse"].sel(experiment=name, transport=transport)
             np.testing.assert_array_equal(found, cells.mse[index])
 
@@ -103,7 +106,7 @@ def random_errors(seeds=8, experiments=4, sigma=0.3):
 
 def test_spread_is_students():
     values = xr.DataArray([1.0, 2.0, 4.0, 9.0], dims="seeds")
-    found = e.spread(values)
+    found = e.spread_over_seeds(values)
     low, high = stats.ttest_1samp(values, 0).confidence_interval(0.95)
     assert found.values == pytest.approx([4.0, np.std(values.values, ddof=1), low, high])
 
@@ -111,10 +114,10 @@ def test_spread_is_students():
 def test_scores_by_hand():
     errors = np.ones((1, 3, len(MODELS))) * np.arange(1, 11)
     errors[0, 2] = 1000 * np.arange(10, 0, -1)  # one violent experiment turns the order round
-    mse = e.concatenated(invented(errors))["mse"]
-    found = e.scores(mse, LEVELS).sel(seeds=0, transport="exact")
+    mse = concatenated(invented(errors))["mse"]
+    found = e.scores_by_criterion(mse, LEVELS).sel(seeds=0, transport="exact")
     overall = found.sel(level="overall")
-    order = {name: overall.sel(criterion=name).argmin("model").item() for name in e.CRITERIA}
+    order = {name: overall.sel(criterion=name).argmin("model").item() for name in CRITERIA}
     assert order == {"mean": 9, "geometric": 0, "rank": 0}
     expected = (np.arange(1, 11) ** 2 * 1000 * np.arange(10, 0, -1)) ** (1 / 3)
     np.testing.assert_allclose(overall.sel(criterion="geometric"), expected)
@@ -130,7 +133,7 @@ def test_probability_and_sign_test():
     errors[:, :, 7] = 0.5 * errors[:, :, 6]  # M8 beats M7 in all ten
     errors[:3, :, 9] = 2 * errors[:3, :, 7]  # M10 loses to M8 three times
     errors[3:, :, 9] = 0.5 * errors[3:, :, 7]
-    found = e.beats(e.scores(e.concatenated(invented(errors))["mse"], LEVELS)).sel(
+    found = e.beats(e.scores_by_criterion(concatenated(invented(errors))["mse"], LEVELS)).sel(
         criterion="mean", level="overall", transport="exact"
     )
     p = found["probability"]
@@ -164,7 +167,7 @@ def test_ratios_of_known_lognormals():
     rng = np.random.default_rng(3)
     errors = np.ones((400, 2, len(MODELS)))
     errors[:, :, 7] = 0.5 * np.exp(rng.normal(0, sigma, 400))[:, np.newaxis]
-    found = e.ratios(e.concatenated(invented(errors))["mse"].min("n")).sel(
+    found = e.ratio_intervals(concatenated(invented(errors))["mse"].min("n")).sel(
         ratio="M8/M7", transport="exact", experiment="E00"
     )
     # Standard errors of mean and spread over 400 draws: 0.01 and 0.007; four of them.
@@ -175,7 +178,7 @@ def test_ratios_of_known_lognormals():
 
 
 def test_everything_in_one_dataset():
-    found = e.analysed(invented(random_errors()), LEVELS)
+    found = e.ensemble_statistics(invented(random_errors()), LEVELS)
     assert found["table_mse"].dims == ("spread", "transport", "level", "model")
     np.testing.assert_allclose(found["table_constant_n"].sel(spread="mean", level="low"), 1.2)
     assert set(found["ratio_value"].dims) == {"ratio", "averaged", "transport", "level"}

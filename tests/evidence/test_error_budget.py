@@ -41,7 +41,7 @@ def cells():
 @pytest.fixture(scope="module")
 def dataset(cells):
     levels = {"adiabatic": ["E06"], "typical": ["E06", "E12"], "isothermal": []}
-    return b.described(cells.merge(b.summary(cells, levels)))
+    return b.with_budget_attributes(cells.merge(b.budget_by_level(cells, levels)))
 
 
 def test_parts_add_up_to_the_study_own_error(cells):

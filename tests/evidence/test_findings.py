@@ -13,7 +13,7 @@ from scipy import stats
 
 from pneumo.configuration.parameters import load, study
 from pneumo.evidence import findings as f
-from pneumo.evidence.ensemble import analysed, complete, scores
+from pneumo.evidence.ensemble import complete_sets, ensemble_statistics, scores_by_criterion
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS
@@ -111,13 +111,13 @@ def test_what_is_only_true_or_false_has_no_number(invented):
 @given(st.integers(1, 200), st.data())
 def test_it_stands_where_95_of_100_say_so(sets, data):
     holds = data.draw(st.integers(0, sets))
-    judged = f.Judged(None, None, None, holds, sets, 0.0, 1.0)
+    judged = f.StatementOverSets(None, None, None, holds, sets, 0.0, 1.0)
     assert judged.stands is (True if 20 * holds >= 19 * sets else False if 20 * holds <= sets else None)
 
 
 def test_answers():
     def judged(holds):
-        return f.Judged(None, None, None, holds, 100, 0.0, 1.0)
+        return f.StatementOverSets(None, None, None, holds, 100, 0.0, 1.0)
 
     yes, some, no = judged(100), judged(50), judged(0)
     assert f._answer(yes, yes) == ("yes", "")
@@ -147,16 +147,16 @@ def test_what_is_made_to_hold_stands_and_what_is_not_does_not(found):
 
 def test_texts():
     def text(name):
-        return f.claimed(CLAIMS.items[name], CLAIMS.classes)
+        return f.claim_in_words(CLAIMS.items[name], CLAIMS.classes)
 
     assert text("S4.M6_85") == "M6's error over M5's is about 85 %"
     assert text("S4.M7_n").endswith("level: 1.35")
     assert text("S4.best_choice").endswith("level: M7")
     assert text("S4.alike.overall").endswith("(quotient of MSE at most 1.26)")
     assert text("S4.M4_worst").endswith("(quotient of MSE at least 1.26)")
-    assert f.number(0.0391, CLAIMS.items["S4.M7_10"]) == "3.9 %"
-    assert f.number(0.391, CLAIMS.items["S4.M7_10"]) == "39 %"
-    assert f.number(-104.6, CLAIMS.items["S4.M7_mu"]) == "-105 Pa"
+    assert f.number_with_unit(0.0391, CLAIMS.items["S4.M7_10"]) == "3.9 %"
+    assert f.number_with_unit(0.391, CLAIMS.items["S4.M7_10"]) == "39 %"
+    assert f.number_with_unit(-104.6, CLAIMS.items["S4.M7_mu"]) == "-105 Pa"
 
 
 def test_a_study_of_two_experiments_says_what_it_lacks(ensemble):
@@ -176,7 +176,7 @@ def test_a_seed_set_that_lacks_something_is_left_out_and_counted(ensemble):
     assert (some["seed_sets"], some["drawn"], fewer["drawn"]) == (2, 3, 2)
     assert some["claims"] == fewer["claims"]
     assert "1 more are left out" in some["note"] and "left out" not in fewer["note"]
-    found, expected = (analysed(e, STUDY.experiments_by_level) for e in (lacking, without))
+    found, expected = (ensemble_statistics(e, STUDY.experiments_by_level) for e in (lacking, without))
     assert found["complete"].values.tolist() == [1, 0, 1]
     assert found["failed_sets"].sel(experiment="E04") == 1 == found["failed_sets"].sum()
     names = ["table_mse", "probability", "ratio_value", "experiment_ratio_high"]
@@ -188,9 +188,9 @@ def test_an_n_that_fails_somewhere_is_no_constant_n(ensemble):
     best = {"seeds": 0, "transport": "exact", "experiment": "E05", "model": "M8", "n": 1.2}
     lacking["mse"].loc[{**best, "experiment": slice(None)}] = 1.0  # by far the lowest everywhere, but
     lacking["mse"].loc[best] = np.nan
-    assert complete(lacking, STUDY.experiments_by_level).all()
+    assert complete_sets(lacking, STUDY.experiments_by_level).all()
     mse = lacking["mse"].mean("chamber", skipna=False).sel(seeds=0, transport="exact")
-    of_M8 = scores(mse, STUDY.experiments_by_level).sel(model="M8", criterion="mean")
+    of_M8 = scores_by_criterion(mse, STUDY.experiments_by_level).sel(model="M8", criterion="mean")
     assert of_M8.sel(level="typical") > 1.0 and of_M8.sel(level="isothermal") == 1.0
 
 
@@ -198,7 +198,7 @@ def test_as_table_figure_and_on_the_terminal(found, ensemble, tmp_path):
     text = findings_table(found)
     assert text.count("\n| ") == 1 + sum(row["headline"] for row in found["claims"]) - 1
     assert findings_table(found, headlines=False).count("\n| ") == len(found["claims"])
-    everything = analysed(ensemble, STUDY.experiments_by_level)
+    everything = ensemble_statistics(ensemble, STUDY.experiments_by_level)
     console = Console(width=200, record=True)
     console.print(ratio_table(everything), probability_table(everything, "exact", "overall"))
     shown = console.export_text()

@@ -119,7 +119,9 @@ def test_jumps_on_samples_leave_a_held_command_right(fine):
     assert not t.jump_errors(recording, 20, t.HOLD, *parts(e), 1).any()
     late = t.jump_errors(recording, 20, t.DELAY, *parts(e), 1)
     early = t.jump_errors(recording, 20, t.LINEAR, *parts(e), 1)
-    assert f.rms(late) > f.rms(early) > f.rms(late) / 2 > 0  # more than half: the limiter cuts the lines
+    assert (
+        f.rms_error(late) > f.rms_error(early) > f.rms_error(late) / 2 > 0
+    )  # more than half: the limiter cuts the lines
 
 
 def test_the_start_is_a_jump_that_no_sampling_delays(fine):
@@ -139,7 +141,9 @@ def test_everything_late_together_is_the_rate_of_pressure(fine):
     hold = theory.predicted_error(recording, *parts(e), 1e-3, "hold")
     np.testing.assert_allclose(2 * hold / 1e-3 + jumps, rates, rtol=1e-12, atol=1e-6)
     rise = np.diff(recording.states[:, [2, 4]], axis=0).T / e.h
-    assert f.rms(rates[:, :-1] - rise) < 0.02 * f.rms(rise)  # a step of 50 us in transients of some ms
+    assert f.rms_error(rates[:, :-1] - rise) < 0.02 * f.rms_error(
+        rise
+    )  # a step of 50 us in transients of some ms
 
 
 @pytest.mark.parametrize("name", ["E09", "E10", "E11", "E12"])
@@ -153,11 +157,11 @@ def test_theory_meets_replays_and_better_the_finer_the_samples(name, transport):
         replayed = t.transported(recording, every, KINDS[transport], *parts(e), NONE)[0]
         error = recording.states[:, [2, 4]].T - replayed
         predicted = theory.predicted_error(recording, *parts(e), period, transport)
-        return f.rms(predicted) / f.rms(error) - 1
+        return f.rms_error(predicted) / f.rms_error(error) - 1
 
     # First order in the period: 20 % is what is claimed up to 10 ms, and 1 ms is a tenth of that.
     assert abs(deviation(1e-3)) < 0.05
-    assert abs(deviation(1e-2)) < f.TOLERANCE
+    assert abs(deviation(1e-2)) < f.FLOOR_TOLERANCE
 
 
 def test_a_command_that_never_jumps_leaves_nothing_behind():
@@ -265,7 +269,7 @@ def test_floor_of_ones_own_run_and_what_it_refuses(fine):
     e, recording = fine
     run = Run(e.plant, e.drive, e.h, recording)
     both = np.mean(np.square(pneumo.transport_floor(run, 1e-3, "delay"))) ** 0.5
-    assert both == pytest.approx(f.rms(theory.predicted_error(recording, *parts(e), 1e-3, "delay")))
+    assert both == pytest.approx(f.rms_error(theory.predicted_error(recording, *parts(e), 1e-3, "delay")))
     assert pneumo.transport_floor(run, e.h / 2)[0] == pytest.approx(pneumo.transport_floor(run, e.h)[0] / 2)
     with pytest.raises(InputError, match=r"^transport = 'cubic': must be one of linear, hold, delay$"):
         pneumo.transport_floor(run, 1e-3, "cubic")
@@ -284,20 +288,24 @@ def dataset():
         patch.setattr(f, "PERIODS", (1e-3, 5e-3))
         patch.setattr(f, "RATES", (20.0, 40.0))
         patch.setattr(f, "SIZES", (0.5, 1.0))
-        pieces = [f.measure(lasting(name, 0.2)) for name in ("E09", "E12")]
-    return f.described(xr.concat(pieces, "experiment", coords=["cylinder", "loop", "k_0"], compat="equals"))
+        pieces = [f.measured_floor(lasting(name, 0.2)) for name in ("E09", "E12")]
+    return f.with_floor_attributes(
+        xr.concat(pieces, "experiment", coords=["cylinder", "loop", "k_0"], compat="equals")
+    )
 
 
 def test_sweeps_meet_where_they_are_the_same(dataset):
     # 20 draws a second and the study's valve, samples 1 ms apart, stand in three sweeps.
-    for way in f.WAYS:
+    for way in f.FLOOR_SOURCES:
         once = dataset[way].sel(period=1e-3)
         np.testing.assert_allclose(dataset[f"rate_{way}"].sel(rate=20.0), once, rtol=1e-12)
         np.testing.assert_allclose(dataset[f"size_{way}"].sel(size=1.0), once, rtol=1e-12)
-    assert f.rms(np.array([3.0, -4.0])) == pytest.approx(sqrt(12.5))
-    e = refined(lasting("E09", 0.2), f.FINE)
-    recording, options = record(e), (*parts(e), LANES[:1], f.FINE)
-    exact, late = (t.transported(recording, f.FINE, kind, *options)[1] for kind in (t.EXACTLY, t.DELAY))
+    assert f.rms_error(np.array([3.0, -4.0])) == pytest.approx(sqrt(12.5))
+    e = refined(lasting("E09", 0.2), f.FLOOR_REFINEMENT)
+    recording, options = record(e), (*parts(e), LANES[:1], f.FLOOR_REFINEMENT)
+    exact, late = (
+        t.transported(recording, f.FLOOR_REFINEMENT, kind, *options)[1] for kind in (t.EXACTLY, t.DELAY)
+    )
     direct = np.sqrt(np.mean((exact - late) ** 2))
     assert dataset["reduced"].sel(experiment="E09", transport="delay").item() == pytest.approx(direct)
     # A model relaxes almost as the chamber does.
@@ -335,11 +343,11 @@ def test_theory_is_within_its_tolerance_over_two_decades(results):
     assert found["period"].max() / found["period"].min() == pytest.approx(100)
     for prefix in ("", "between_", "rate_", "size_"):
         deviation = abs(found[prefix + "predicted"] / found[prefix + "measured"] - 1)
-        assert (deviation < f.TOLERANCE).all(), prefix
+        assert (deviation < f.FLOOR_TOLERANCE).all(), prefix
     # What docs/transport.md says of the formula, up to 2 ms: found, not foreseen.
     ratio = (found["formula"] / found["measured"]).sel(period=slice(0, 2.5e-3))
     of_open = abs(ratio.where(found["loop"] == "open", 1) - 1)
     assert (of_open.sel(transport="linear") < 0.1).all() and (of_open < 0.2).all()
     assert ratio.min() > 0.8 and ratio.max() < 1.4
     # M8 relaxes a little faster or slower than the chamber: the floor is the same to a fifth.
-    assert (abs(found["reduced"] / found["measured"].sel(period=1e-3) - 1) < f.TOLERANCE).all()
+    assert (abs(found["reduced"] / found["measured"].sel(period=1e-3) - 1) < f.FLOOR_TOLERANCE).all()

@@ -15,8 +15,20 @@ from scipy.optimize import OptimizeResult
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import ResultError
 from pneumo.evidence import amplitudes, mechanics
-from pneumo.evidence.identification import LONG_NAMES, check, identify, save_identification
-from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2, interval, noise, rms, scale
+from pneumo.evidence.identification import (
+    IDENTIFICATION_LONG_NAMES,
+    check_all_experiments,
+    identify,
+    save_identification,
+)
+from pneumo.evidence.misfit import (
+    REGION_THRESHOLD,
+    THRESHOLD,
+    log_noise,
+    profile_interval,
+    rms_of,
+    widening,
+)
 from pneumo.publish.figures.identification_figure import identification_figure
 from pneumo.publish.style import paper_style
 from pneumo.publish.text.formatting import significant
@@ -34,22 +46,22 @@ TRUE = np.log([1.8, 120.0, 0.3])
 NAMES = ("E13", "E14")
 
 
-def synthetic() -> mechanics.Cells:
+def synthetic() -> mechanics.SettlingCells:
     """Cylinder D with other parameters, its own settling times rounded to the millisecond."""
     experiments = {
-        name: mechanics.changed(STUDY.experiments[name], TRUE)._replace(name=name) for name in NAMES
+        name: mechanics.with_mechanics(STUDY.experiments[name], TRUE)._replace(name=name) for name in NAMES
     }
     table = table5().copy()
     for name, experiment in experiments.items():
         table.loc[{"experiment": name}] = settle(experiment, longest=20.0).times
-    return mechanics.cells(STUDY.experiments, NAMES, table)
+    return mechanics.settling_cells(STUDY.experiments, NAMES, table)
 
 
 # The noise model
 
 
 def test_noise_adds_rounding_and_discrepancy():
-    sigma = noise(np.array([0.1, 100.0]), np.array([5e-4, 5e-4]), 0.01)
+    sigma = log_noise(np.array([0.1, 100.0]), np.array([5e-4, 5e-4]), 0.01)
     assert sigma[0] == pytest.approx(np.sqrt((5e-4 / np.sqrt(3) / 0.1) ** 2 + 0.01**2), rel=1e-15)
     assert sigma[1] == pytest.approx(0.01, rel=1e-6)
 
@@ -57,32 +69,35 @@ def test_noise_adds_rounding_and_discrepancy():
 def test_the_rounding_part_is_the_spread_of_rounded_numbers():
     x = np.linspace(0.1, 0.2, 100_001)
     spread = np.std(np.round(x, 3) - x)
-    assert float(noise(np.array(1.0), np.array(5e-4), 0.0)) == pytest.approx(spread, rel=1e-3)
+    assert float(log_noise(np.array(1.0), np.array(5e-4), 0.0)) == pytest.approx(spread, rel=1e-3)
 
 
 def test_deviances_shrink_only_where_the_fit_is_worse_than_expected():
-    assert scale(2.0, 8, 3) == 1.0
-    assert scale(20.0, 8, 3) == 4.0
+    assert widening(2.0, 8, 3) == 1.0
+    assert widening(20.0, 8, 3) == 4.0
 
 
 @given(st.floats(-5, 5), st.floats(0.01, 3))
 def test_interval_of_a_parabola(centre, sigma):
     x = centre + sigma * np.linspace(-4, 4, 401)
-    low, high = interval(x, ((x - centre) / sigma) ** 2)
+    low, high = profile_interval(x, ((x - centre) / sigma) ** 2)
     assert low == pytest.approx(centre - 1.95996 * sigma, abs=1e-3 * sigma)
     assert high == pytest.approx(centre + 1.95996 * sigma, abs=1e-3 * sigma)
     assert abs(THRESHOLD - 1.95996**2) < 1e-4
-    assert pytest.approx(-2 * np.log(0.05)) == THRESHOLD_2  # chi squared of two degrees: exponential
+    assert pytest.approx(-2 * np.log(0.05)) == REGION_THRESHOLD  # chi squared of two degrees: exponential
 
 
 def test_interval_without_an_end():
     x, nan = np.arange(5.0), np.nan
-    assert interval(x, np.array([9.0, 0.0, 1.0, 2.0, 2.0])) == (pytest.approx(1 - THRESHOLD / 9), np.inf)
-    assert interval(x, np.array([nan, 1.0, 0.0, 9.0, nan]))[0] == -np.inf
+    assert profile_interval(x, np.array([9.0, 0.0, 1.0, 2.0, 2.0])) == (
+        pytest.approx(1 - THRESHOLD / 9),
+        np.inf,
+    )
+    assert profile_interval(x, np.array([nan, 1.0, 0.0, 9.0, nan]))[0] == -np.inf
 
 
 def test_interval_takes_the_outermost_crossing():
-    low, high = interval(np.arange(6.0), np.array([8.0, 0.0, 8.0, 0.0, 8.0, 9.0]), 4.0)
+    low, high = profile_interval(np.arange(6.0), np.array([8.0, 0.0, 8.0, 0.0, 8.0, 9.0]), 4.0)
     assert (low, high) == (0.5, 3.5)
 
 
@@ -91,7 +106,7 @@ def test_interval_takes_the_outermost_crossing():
 
 def test_changed_is_the_configured_plant_at_the_configured_constants():
     e = STUDY.experiments["E13"]
-    again = mechanics.changed(e, np.log([1.5, 100.0, 0.3]), force=2.0)
+    again = mechanics.with_mechanics(e, np.log([1.5, 100.0, 0.3]), force=2.0)
     cylinder = again.plant.cylinder
     assert (cylinder.M, cylinder.k_f) == pytest.approx((e.plant.cylinder.M, e.plant.cylinder.k_f))
     assert again.push.x_stop == pytest.approx(e.push.x_stop)
@@ -101,7 +116,7 @@ def test_changed_is_the_configured_plant_at_the_configured_constants():
 def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
     # Narrower than the real search, which takes a minute or two, and with a small population.
     monkeypatch.setattr(mechanics, "BOUNDS", np.array([(0.5, 8.0), (20.0, 400.0), (0.2, 0.8)]))
-    found = mechanics.search(synthetic(), seed=1, mapper=map, population=4, generations=4)
+    found = mechanics.search_bounds(synthetic(), seed=1, mapper=map, population=4, generations=4)
     np.testing.assert_allclose(np.exp(found.x[:2]), np.exp(TRUE[:2]), rtol=0.01)
     assert abs(found.x[2] - TRUE[2]) < 0.1  # two experiments hardly determine the stop
     assert found.fun < 1.0  # eight cells; what is left is rounding
@@ -114,7 +129,7 @@ def test_profile_is_lowest_at_the_truth_and_rises(monkeypatch):
         mechanics, "nearby", lambda f, start, size=0.0: OptimizeResult(x=start, fun=f(start), nfev=1)
     )
     best, data = OptimizeResult(x=TRUE, fun=0.0), synthetic()
-    curves, lowest, evaluations = mechanics.profile(data, best, 1.0, map)
+    curves, lowest, evaluations = mechanics.mechanics_profiles(data, best, 1.0, map)
     assert lowest is best
     assert curves.shape == (3, 5)
     assert (curves[:, 2] == 0).all()
@@ -156,18 +171,18 @@ def test_correlation_of_a_known_normal():
 )
 def test_experiments_that_cannot_be_used(names, message):
     with pytest.raises(ResultError, match=rf"^{message}"):
-        mechanics.cells(STUDY.experiments, names, table5())
+        mechanics.settling_cells(STUDY.experiments, names, table5())
 
 
 def test_an_experiment_without_a_row_in_table_5():
     with pytest.raises(ResultError, match=r"^E13: has no four legible"):
-        mechanics.cells(STUDY.experiments, ["E13"], table5().drop_sel(experiment="E13"))
+        mechanics.settling_cells(STUDY.experiments, ["E13"], table5().drop_sel(experiment="E13"))
 
 
 def test_a_part_of_the_study_has_no_tables_7_and_9():
     part = STUDY._replace(experiments={name: STUDY.experiments[name] for name in ("E06", "E12")})
     with pytest.raises(ResultError, match=r"^E01: not in this study; Tables 7 and 9 average over all 16"):
-        check(part)
+        check_all_experiments(part)
     with pytest.raises(ResultError, match=r"^E09: not in this study"):
         identify(part, ["D"], 0, 1, print)
 
@@ -176,8 +191,8 @@ def test_a_part_of_the_study_has_no_tables_7_and_9():
 
 
 def test_fitted_and_scored_are_disjoint_and_halves():
-    scored = set(QUANTITIES) - set(mechanics.FITTED)
-    assert len(mechanics.FITTED) == len(scored) == 2
+    scored = set(QUANTITIES) - set(mechanics.FITTED_QUANTITIES)
+    assert len(mechanics.FITTED_QUANTITIES) == len(scored) == 2
     assert mechanics.IS_FITTED.sum() == 2
 
 
@@ -192,7 +207,12 @@ def test_claims_mark_what_is_fitted():
     for table in (5, 7):
         marked = {(c.row, c.column) for c in items if c.table == table and c.used_in_identification}
         fitted = {
-            5: {(e, q) for names in mechanics.SETTLING.values() for e in names for q in mechanics.FITTED},
+            5: {
+                (e, q)
+                for names in mechanics.FITTED_EXPERIMENTS.values()
+                for e in names
+                for q in mechanics.FITTED_QUANTITIES
+            },
             7: {(model, "mse") for model in table7()["model"].values},
         }
         assert marked == fitted[table]
@@ -213,9 +233,11 @@ def test_tables_of_the_grid_are_those_of_the_statistics():
     )
     expected = statistics(grid, STUDY.experiments_by_level)["mse"]
     levels = list(STUDY.experiments_by_level)
-    np.testing.assert_allclose(amplitudes.table_7(mse), expected.sel(level="overall"), rtol=1e-14)
+    np.testing.assert_allclose(amplitudes.averages_of_table_7(mse), expected.sel(level="overall"), rtol=1e-14)
     np.testing.assert_allclose(
-        amplitudes.table_9(mse, names, STUDY.experiments_by_level), expected.sel(level=levels), rtol=1e-14
+        amplitudes.averages_of_table_9(mse, names, STUDY.experiments_by_level),
+        expected.sel(level=levels),
+        rtol=1e-14,
     )
     assert list(table9()["level"].values) == levels
 
@@ -233,7 +255,7 @@ def test_hold_reads_the_sample_of_its_steps_start():
     # Signals that stand still between samples are what a hold makes of any signal: u = u_k from k on.
     e = short("E06")
     recording = record(e)
-    lag = amplitudes.delays(e.h)["hold"]
+    lag = amplitudes.tried_transports(e.h)["hold"]
     k = np.arange(len(recording.u))[:, np.newaxis] + C - lag[:, 0] / e.h
     assert np.abs(k - np.round(k)).max() < 1e-12
     assert (np.round(k) == np.arange(len(recording.u))[:, np.newaxis]).all()
@@ -244,23 +266,23 @@ def test_u_a_sample_late_is_a_shifted_u():
     e = short("E06")
     recording = record(e)
     shifted = recording._replace(u=np.concatenate([recording.u[:1], recording.u[:-1]]))
-    lag = amplitudes.delays(e.h)["linear, u a sample late"]
+    lag = amplitudes.tried_transports(e.h)["linear, u a sample late"]
     np.testing.assert_allclose(pressures(recording, e, lag), pressures(shifted, e, 0.0), rtol=1e-9)
 
 
 def test_an_array_of_equal_delays_is_the_lag():
     e = short("E06")
     recording = record(e)
-    lag = amplitudes.delays(e.h)["linear, 0.13 ms late"]
+    lag = amplitudes.tried_transports(e.h)["linear, 0.13 ms late"]
     np.testing.assert_array_equal(pressures(recording, e, lag), pressures(recording, e, 0.13e-3))
 
 
 def test_both_kernels_take_the_same_delays():
     e = short("E14")
     lanes, index = amplitudes.grid_lanes(STUDY.n, 1.4)
-    names = tuple(amplitudes.delays(e.h))
+    names = tuple(amplitudes.tried_transports(e.h))
     fast = amplitudes.cell_mse(e, STUDY.n, names)
-    for row, lag in zip(fast, amplitudes.delays(e.h).values(), strict=True):
+    for row, lag in zip(fast, amplitudes.tried_transports(e.h).values(), strict=True):
         options = {"transport": "exact"} if lag is None else {"transport": "published", "lag": lag}
         slow = replay(record(e), lanes, e.drive, e.plant, e.h, **options)
         np.testing.assert_allclose(row, slow.mse.mean(axis=1)[index], rtol=1e-9)
@@ -269,8 +291,8 @@ def test_both_kernels_take_the_same_delays():
 def test_amplitudes_stay_within_their_bounds():
     low, high = amplitudes.AMPLITUDE_BOUNDS
     assert amplitudes.COARSE[[0, -1]] == pytest.approx([low, high])
-    assert amplitudes.COARSE[1] * amplitudes.FINE[0] > low
-    assert amplitudes.COARSE[-2] * amplitudes.FINE[-1] < high
+    assert amplitudes.COARSE[1] * amplitudes.REFINED_FACTORS[0] > low
+    assert amplitudes.COARSE[-2] * amplitudes.REFINED_FACTORS[-1] < high
 
 
 # All of it, with hardly any effort: searches stay where they start, runs last 60 steps
@@ -283,8 +305,8 @@ QUICK = {"D": ("E13", "E14"), "E": ("E15", "E16")}
 def hasty() -> xr.Dataset:
     start = np.log([1.5, 100.0, 0.3])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(mechanics.SETTLING, "D", QUICK["D"])
-        patch.setitem(mechanics.SETTLING, "E", QUICK["E"])
+        patch.setitem(mechanics.FITTED_EXPERIMENTS, "D", QUICK["D"])
+        patch.setitem(mechanics.FITTED_EXPERIMENTS, "E", QUICK["E"])
         patch.setattr(mechanics, "STEPS", np.array([0.05, 0.3]))
         patch.setattr(mechanics, "OFFSETS", np.array([-0.3, -0.05, 0.0, 0.05, 0.3]))
         patch.setattr(mechanics, "REGION", 3)
@@ -312,9 +334,9 @@ def hasty() -> xr.Dataset:
 
 
 def test_every_variable_is_described_and_comes_back(hasty, tmp_path):
-    units = {name for name, (_, unit) in LONG_NAMES.items() if unit}
+    units = {name for name, (_, unit) in IDENTIFICATION_LONG_NAMES.items() if unit}
     assert units <= set(hasty.variables)
-    assert all(hasty[name].attrs["long_name"] for name in LONG_NAMES)
+    assert all(hasty[name].attrs["long_name"] for name in IDENTIFICATION_LONG_NAMES)
     for name in ("a.nc", "b.nc"):
         save_identification(hasty, STUDY, 5, tmp_path / name)
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
@@ -337,13 +359,15 @@ def test_mechanics_of_both_cylinders_stand_side_by_side(hasty):
     own = hasty["settling_log_ratio"].sel(experiment=list(QUICK["D"]))
     for key, fitted in (("fitted_rms", 1), ("scored_rms", 0)):
         chosen = own.sel(quantity=(hasty["fitted"] == fitted).values)
-        assert hasty[key].sel(cylinder="D").item() == pytest.approx(rms(chosen.values))
+        assert hasty[key].sel(cylinder="D").item() == pytest.approx(rms_of(chosen.values))
 
 
 def test_an_amplitude_moves_its_own_cylinders_open_loop_only():
     brief = {name: STUDY.experiments[name]._replace(steps=60) for name in ("E05", "E06", "E07", "E08")}
     part = STUDY._replace(experiments=brief)
-    done = amplitudes.runs(part, {"D": np.array([0.1, 0.3]), "E": np.array([0.2, 0.4])}, ("linear",), map)
+    done = amplitudes.run_at_amplitudes(
+        part, {"D": np.array([0.1, 0.3]), "E": np.array([0.2, 0.4])}, ("linear",), map
+    )
     assert len(done.mse) == 2 * 2 + 2
 
     def moved(*pair):
@@ -363,7 +387,7 @@ def test_amplitudes_are_those_of_the_lowest_deviance(hasty):
     for cylinder in ("D", "E"):
         lowest = value.sel(cylinder=cylinder)[int(np.argmin(deviance.sel(cylinder=cylinder).values))]
         assert hasty["amplitude"].sel(cylinder=cylinder) == lowest
-    assert hasty["transport"].values.tolist() == list(amplitudes.delays(1.0))
+    assert hasty["transport"].values.tolist() == list(amplitudes.tried_transports(1.0))
     assert hasty["runs"] == 2 * 8 + 8 * 3 + 8 * 5
 
 
@@ -420,9 +444,11 @@ def test_the_scored_half_agrees(found):
     assert float(found["fitted_rms"].max()) <= 0.03
     assert float(found["scored_rms"].max()) <= 0.05
     again = (
-        found["settling_log_ratio"].where(found["fitted"] == 0).sel(experiment=list(mechanics.SETTLING["D"]))
+        found["settling_log_ratio"]
+        .where(found["fitted"] == 0)
+        .sel(experiment=list(mechanics.FITTED_EXPERIMENTS["D"]))
     )
-    assert rms(again.values[np.isfinite(again.values)]) == pytest.approx(
+    assert rms_of(again.values[np.isfinite(again.values)]) == pytest.approx(
         float(found["scored_rms"][0]), rel=1e-12
     )
 

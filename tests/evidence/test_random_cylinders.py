@@ -22,7 +22,8 @@ from pneumo.evidence.dimensionless import (
     reversal_time,
     seen_groups,
 )
-from pneumo.evidence.regimes import GOOD, of_quotient, of_share
+from pneumo.evidence.model_pairs import REFINED
+from pneumo.evidence.regimes import quotient_interval, share_interval
 from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.regimes_figure import regime_map
@@ -243,9 +244,11 @@ def test_a_run_that_fails_is_a_status_and_does_not_count(short, monkeypatch):
     cells = c.cylinder_cells(11)
     assert cells["run_status"].sel(loop="open") != 0 and cells["run_status"].sel(loop="closed") == 0
     assert cells["mse"].sel(loop="open").isnull().all() and cells["run_failure_time"].sel(loop="open") > 0
-    runs = regime.judged(cells.expand_dims(cylinder=[11]), 1)
+    runs = regime.with_answers(cells.expand_dims(cylinder=[11]), 1)
     assert runs["counts"].values.tolist() == [[0, 1]]
-    assert runs["answer"].sel(loop="open").item() == "" and runs["answer"].sel(loop="closed").item() in GOOD
+    assert (
+        runs["answer"].sel(loop="open").item() == "" and runs["answer"].sel(loop="closed").item() in REFINED
+    )
 
 
 def test_every_run_starts_at_rest():
@@ -297,7 +300,7 @@ def test_the_answer_is_the_cheapest_within_a_tenth():
     lowest[1, 0, M["M6"]], lowest[2, 0, M["M6"]] = 1.09, 1.11
     lowest[3, 0, M["M1"]] = 0.5  # none of those that are asked about
     lowest[3, 1, M["M5"]] = np.nan
-    runs = regime.judged(invented(lowest), 3)
+    runs = regime.with_answers(invented(lowest), 3)
     assert runs["answer"].sel(loop="open").values.tolist() == ["M10", "M6", "M10", "M10"]
     assert runs["counts"].values[3].tolist() == [1, 0] and runs["held_out"].values.tolist() == [0, 0, 0, 1]
 
@@ -309,7 +312,7 @@ def test_ratios_and_shares_by_hand():
     lowest[10:, :, M["M10"]] = 0.5 * lowest[10:, :, M["M8"]]
     lowest[20:] *= 1e6  # held out
     lowest[20:, :, M["M8"]] *= 100
-    found = regime.comparisons(regime.judged(invented(lowest), 20))
+    found = regime.compare_pairs(regime.with_answers(invented(lowest), 20))
     m8 = found["ratio"].sel(pair="M8/M7", criterion=["mean", "geometric"])
     np.testing.assert_allclose(m8, 0.5)
     m10 = found["ratio"].sel(pair="M10/M8", criterion="geometric", loop_of="both")
@@ -317,7 +320,7 @@ def test_ratios_and_shares_by_hand():
     assert m10.sel(bound="low") < 0.9 and m10.sel(bound="high") > 1.1
     share = found["share"].sel(loop_of="closed")
     assert share.sel(statement="M8/M7 < 1", bound="value") == 1
-    assert share.sel(statement="M10/M8 < 1").values == pytest.approx(of_share(10, 20))
+    assert share.sel(statement="M10/M8 < 1").values == pytest.approx(share_interval(10, 20))
     assert (found["cylinders"] == 20).all()
 
 
@@ -326,7 +329,7 @@ def test_one_violent_run_rules_the_mean_alone():
     lowest[..., M["M8"]] = 0.5 * lowest[..., M["M7"]]
     lowest[0, 0] *= 1e4
     lowest[0, 0, M["M8"]] = 2 * lowest[0, 0, M["M7"]]
-    ratio = regime.comparisons(regime.judged(invented(lowest), 20))["ratio"].sel(
+    ratio = regime.compare_pairs(regime.with_answers(invented(lowest), 20))["ratio"].sel(
         pair="M8/M7", loop_of="both", bound="value"
     )
     assert ratio.sel(criterion="mean") > 1.9
@@ -338,7 +341,7 @@ def test_m6_is_enough_where_it_is_in_every_run():
     lowest[..., M["M9"]] = 1.0
     lowest[:6, 0, M["M6"]] = 1.05
     lowest[:3, 1, M["M6"]] = 1.05
-    share = regime.comparisons(regime.judged(invented(lowest), 10))["share"].sel(
+    share = regime.compare_pairs(regime.with_answers(invented(lowest), 10))["share"].sel(
         statement=regime.ENOUGH, bound="value"
     )
     assert share.values.tolist() == [0.6, 0.3, 0.3]
@@ -349,7 +352,7 @@ def test_thirds_show_where_a_refinement_pays():
     exchange = np.exp(rng.normal(size=(60, 2)))
     pays = np.where(exchange > np.quantile(exchange, 2 / 3), 0.1, 1.5)
     lowest[..., M["M8"]] = pays * lowest[..., M["M7"]]
-    found = regime.thirds(regime.judged(invented(lowest, exchange), 60), ["exchange"]).sel(
+    found = regime.compare_by_thirds(regime.with_answers(invented(lowest, exchange), 60), ["exchange"]).sel(
         group="exchange", pair="M8/M7"
     )
     ratio = found["third_ratio"].sel(bound="value")
@@ -362,21 +365,21 @@ def test_wilsons_interval_by_its_formula():
     z, p, n = 1.959963985, 0.3, 40
     centre, half = p + z**2 / 2 / n, z * (p * (1 - p) / n + z**2 / 4 / n**2) ** 0.5
     expected = (p, (centre - half) / (1 + z**2 / n), (centre + half) / (1 + z**2 / n))
-    assert of_share(12, 40) == pytest.approx(expected)
-    assert np.isnan(of_share(0, 0)).all()
+    assert share_interval(12, 40) == pytest.approx(expected)
+    assert np.isnan(share_interval(0, 0)).all()
 
 
 def test_the_bootstrap_knows_the_standard_error():
     values = np.random.default_rng(5).normal(1.0, 0.4, 400)
-    value, low, high = of_quotient(values, np.ones(400))
+    value, low, high = quotient_interval(values, np.ones(400))
     # 1.96 standard errors of 0.02 either way; 2000 resamples place an end to a tenth of that
     assert value == pytest.approx(values.mean())
     assert value - low == pytest.approx(0.0392, rel=0.15) and high - value == pytest.approx(0.0392, rel=0.15)
-    assert np.isnan(of_quotient(np.zeros(3), np.zeros(3))).all()
+    assert np.isnan(quotient_interval(np.zeros(3), np.zeros(3))).all()
 
 
 def test_everything_in_one_dataset():
-    found = regime.analysed(regime.judged(invented(errors(30)), 20))
+    found = regime.regime_statistics(regime.with_answers(invented(errors(30)), 20))
     assert found["ratio"].sizes["criterion"] == 3 and "mse" not in found
     assert all("long_name" in v.attrs for name, v in found.data_vars.items() if name.startswith("third"))
 
@@ -403,7 +406,7 @@ def test_workflow_scripts_go_from_cylinders_to_comparisons_and_map(tmp_path, mon
 
 
 def test_map_shows_every_run():
-    runs = regime.analysed(regime.judged(invented(errors(80)), 50))
+    runs = regime.regime_statistics(regime.with_answers(invented(errors(80)), 50))
     figure = regime_map(runs)
     panels = [ax for ax in figure.axes if ax.get_title()]
     points = [part for part in panels[0].collections if isinstance(part, PathCollection)]

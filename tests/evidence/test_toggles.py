@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
+from pneumo.evidence.readings import first_draw_skipped, keeps_changed_sign, largest_excursions
 from typer.testing import CliRunner
 
 from pneumo.cli.commands import app
@@ -17,7 +18,6 @@ from pneumo.configuration.parameters import load, study
 from pneumo.errors import ResultError
 from pneumo.evidence import toggles as assumptions
 from pneumo.evidence.amplitudes import delays
-from pneumo.evidence.readings import first_draw_skipped, keeps_changed_sign, largest_excursions
 from pneumo.evidence.toggle_effects import effects
 from pneumo.evidence.toggles import LATE, TABLES, VARIANTS, Case, cases, reproduced
 from pneumo.papers.paper_2006.paper import PAPER_2006

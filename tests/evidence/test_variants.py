@@ -7,8 +7,9 @@ import pytest
 import xarray as xr
 import yaml
 
+from pneumo.evidence import alternatives
 from pneumo.evidence import variants as v
-from pneumo.evidence.toggles import cases
+from pneumo.evidence.model_pairs import REFINED, REFINEMENT_PAIRS
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.figures.variants_figure import LEVEL_MARKS, clear_name, variants_figure
@@ -27,7 +28,7 @@ LEVEL = {"adiabatic": ["E06"], "typical": ["E06", "E12"], "isothermal": []}
 
 @pytest.fixture(scope="module")
 def found():
-    return v.alternatives(TINY)
+    return alternatives.grid_alternatives(TINY)
 
 
 @pytest.fixture(scope="module")
@@ -35,17 +36,17 @@ def dataset(found):
     chosen = (AS_TAKEN, "mass_E.mass_E_4", "step.step_0_5_ms", "friction_law.coulomb", "valve.leak")
     chosen += ("supply.10_bar", "inlet.colder")
     made = v.study_variants({name: found[name] for name in chosen}, 2)
-    return made[["mse"]].merge(v.summary(made["mse"], LEVEL))  # one level without experiments
+    return made[["mse"]].merge(v.refinement_ratios(made["mse"], LEVEL))  # one level without experiments
 
 
 def test_what_does_not_reach_the_grid_is_left_out(found):
-    ledger = cases(TINY)
+    ledger = alternatives.ledger_alternatives(TINY)
     left_out = {name.partition(".")[0] for name in set(ledger) - set(found)}
     same = {"settling_E", "hold", "settling_change", "transport", "lag", "error_sign", "variance_of_means"}
     # In closed loop an amplitude means nothing; nor does the reversal of the sign, but that is other code.
     assert left_out == same | {"amplitude_D", "amplitude_E"}
     assert next(iter(found)) == AS_TAKEN
-    assert set(v.PHYSICS) < set(found)
+    assert set(alternatives.OTHER_PHYSICS) < set(found)
 
 
 def test_physics_is_what_it_says(found):
@@ -69,7 +70,7 @@ def test_physics_is_what_it_says(found):
     assert other.gas.elliptic and not taken.gas.elliptic
 
 
-@pytest.mark.parametrize("transport", v.TRANSPORTS)
+@pytest.mark.parametrize("transport", v.BOTH_TRANSPORTS)
 def test_errors_are_those_of_plain_replays(found, dataset, transport):
     e, lag = found[AS_TAKEN].study.experiments["E12"], found[AS_TAKEN].study.lag
     lanes = lane_array([lane(MODELS["M8"], 1.35, 1.4), lane(MODELS["M5"], 1.2, 1.4)])
@@ -92,7 +93,7 @@ def test_an_alternative_changes_what_it_is_about(dataset):
 def by_hand():
     # Two experiments, two n: constant n of the level is that of the lowest mean, overall each has its own.
     values = {"M5": [[4.0, 9.0], [100.0, 25.0]], "M6": [[1.0, 4.0], [25.0, 16.0]]}
-    models = {model: values.get(model, [[1.0, 1.0], [1.0, 1.0]]) for model in v.COMPARED}
+    models = {model: values.get(model, [[1.0, 1.0], [1.0, 1.0]]) for model in REFINED}
     mse = xr.DataArray(
         np.array(list(models.values())).transpose(1, 0, 2),
         {"experiment": ["E06", "E12"], "model": list(models), "n": [1.0, 1.4]},
@@ -102,7 +103,7 @@ def by_hand():
 
 
 def test_scores_by_hand():
-    scores = v.scores(by_hand(), LEVEL).sel(alternative=AS_TAKEN)
+    scores = v.level_scores(by_hand(), LEVEL).sel(alternative=AS_TAKEN)
 
     def score(model, **where):
         return scores.sel(model=model, **where).item()
@@ -119,7 +120,7 @@ def test_scores_by_hand():
 
 def test_shares_count_alternatives_that_have_a_ratio():
     mse = by_hand()
-    summary = v.summary(mse, LEVEL)
+    summary = v.refinement_ratios(mse, LEVEL)
     one = summary.sel(pair="M6/M5", level="typical", criterion="mean")
     assert one["ratio"].sel(alternative="b.b").item() == pytest.approx(10 / 17)
     assert one["counted"] == 1 and one["share"] == 1  # c.c has none, and the study itself does not count
@@ -144,7 +145,7 @@ def test_figure_has_a_mark_for_every_ratio_and_is_unclipped(dataset, tmp_path):
     fig = variants_figure(dataset)
     svg, png = save(fig, tmp_path / "variants")
     assert svg.stat().st_size > 10_000 and png.stat().st_size > 10_000
-    for ax, pair in zip(fig.axes, v.PAIRS, strict=True):
+    for ax, pair in zip(fig.axes, REFINEMENT_PAIRS, strict=True):
         for line, level in zip(ax.get_lines()[1:], LEVEL_MARKS, strict=True):
             ratio = dataset["ratio"].sel(pair=pair, level=level, transport="exact", criterion="mean")
             np.testing.assert_array_equal(line.get_xdata(), ratio)

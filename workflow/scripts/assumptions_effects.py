@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.evidence.toggle_effects import effects
+from pneumo.evidence.toggle_effects import toggle_effects
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.figures.toggles_figure import tornado
 from pneumo.publish.style import save
@@ -12,7 +12,7 @@ from pneumo.verdict.claims import read_claims
 
 
 def main(toggled: Path, claims: Path, table: Path, figure: list[Path]) -> None:
-    by_assumption = effects(read(toggled, "reproduced")["reproduced"], read_claims(claims.parent))
+    by_assumption = toggle_effects(read(toggled, "reproduced")["reproduced"], read_claims(claims.parent))
     write_text(assumptions_table(by_assumption), table)
     save(tornado(by_assumption), figure[0].with_suffix(""))
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.evidence.regimes import analysed, judged
+from pneumo.evidence.regimes import regime_statistics, with_answers
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, write
 
@@ -17,7 +17,7 @@ def main(blocks: list[Path], compared: int, cells: Path, code: str) -> None:
         "none: cylinders are drawn in pneumo.evidence.random_cylinders",
         code,
     )
-    write(analysed(judged(xr.concat(parts, "cylinder"), compared)), cells, about)
+    write(regime_statistics(with_answers(xr.concat(parts, "cylinder"), compared)), cells, about)
 
 
 run_job(main, globals())

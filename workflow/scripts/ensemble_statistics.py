@@ -4,7 +4,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.evidence.ensemble import analysed
+from pneumo.evidence.ensemble import ensemble_statistics
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, read_study, write
 
@@ -20,7 +20,7 @@ def main(parameters: Path, blocks: list[Path], tables: Path, code: str) -> None:
         code,
         seed_sets=ensemble.sizes["seeds"],
     )
-    write(analysed(ensemble, study.experiments_by_level), tables, about)
+    write(ensemble_statistics(ensemble, study.experiments_by_level), tables, about)
 
 
 run_job(main, globals())

@@ -1,14 +1,20 @@
 """Split every cell's error into the model's, the signal transport's and the step's."""
 
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
-from pneumo.evidence.error_budget import REFERENCE_SLICE, SLICE, budget, described, summary
+from pneumo.evidence.error_budget import (
+    REFERENCE_SLICE,
+    SLICE,
+    budget,
+    budget_by_level,
+    with_budget_attributes,
+)
+from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.jobs.wrapper import run_job
-from pneumo.storage.files import EXPERIMENT_LABELS, attributes, read_study, write
+from pneumo.storage.files import attributes, read_study, write
 
 
 def main(parameters: Path, budgets: Path, threads: int, code: str) -> None:
@@ -19,9 +25,7 @@ def main(parameters: Path, budgets: Path, threads: int, code: str) -> None:
         print(f"{experiment.name}: error budget, done", flush=True)
         return part
 
-    with ThreadPoolExecutor(threads) as pool:
-        parts = list(pool.map(budget_of, study.experiments.values()))
-    cells = xr.concat(parts, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
+    cells = side_by_side(for_each_experiment(study.experiments, budget_of, threads))
     about = attributes(
         "Error budget of the reduced models",
         "Model, signal-transport and discretisation error of every cell, from t = 0",
@@ -31,7 +35,7 @@ def main(parameters: Path, budgets: Path, threads: int, code: str) -> None:
         reference_slice_s=REFERENCE_SLICE,
         lag_s=study.lag,
     )
-    write(described(cells.merge(summary(cells, study.experiments_by_level))), budgets, about)
+    write(with_budget_attributes(cells.merge(budget_by_level(cells, study.experiments_by_level))), budgets, about)
 
 
 run_job(main, globals())

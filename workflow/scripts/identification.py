@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from pneumo.evidence.identification import SEED, identify, save_identification
+from pneumo.evidence.identification import SEARCH_SEED, identify, save_identification
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import read_study
 
 
 def main(parameters: Path, estimates: Path, threads: int) -> None:
     study = read_study(parameters)
-    found = identify(study, ["D", "E"], SEED, threads, lambda text: print(text, flush=True))
-    save_identification(found, study, SEED, estimates)
+    found = identify(study, ["D", "E"], SEARCH_SEED, threads, lambda text: print(text, flush=True))
+    save_identification(found, study, SEARCH_SEED, estimates)
 
 
 run_job(main, globals())

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullFormatter
 
-from pneumo.evidence.misfit import THRESHOLD, THRESHOLD_2
+from pneumo.evidence.misfit import REGION_THRESHOLD, THRESHOLD
 from pneumo.publish.style import (
     ACCENT,
     DOUBLE_MM,
@@ -89,8 +89,8 @@ def _region(ax: Axes, own: xr.Dataset) -> None:
     """Draw the region of M and k_f / M, the direction in which the settling times tell most."""
     x, y = own["region_M"].values, own["region_ratio"].values
     deviance = own["region_deviance"].values.T
-    ax.contourf(x, y, deviance, levels=[-1.0, THRESHOLD_2], colors=[BAND])
-    ax.contour(x, y, deviance, levels=[THRESHOLD_2], colors=[ACCENT], linewidths=0.9)
+    ax.contourf(x, y, deviance, levels=[-1.0, REGION_THRESHOLD], colors=[BAND])
+    ax.contour(x, y, deviance, levels=[REGION_THRESHOLD], colors=[ACCENT], linewidths=0.9)
     M, k_f = own["estimate"].sel(parameter=["M", "k_f"]).values
     ax.plot(M, k_f / M, ls="none", marker="+", color=INK, markersize=6)
     ax.xaxis.set_major_locator(MaxNLocator(3))

@@ -15,11 +15,12 @@ import xarray as xr
 from pneumo.configuration.exchange import from_json
 from pneumo.configuration.experiment import Study
 from pneumo.evidence.alternatives import INLET
-from pneumo.evidence.findings import CONFIDENCE, STANDS
+from pneumo.evidence.findings import STANDING_SHARE
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text, with_interval
 from pneumo.simulation.signals import EXACT, PUBLISHED
+from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.recommendation import MATERIAL
 from pneumo.storage.files import read, read_json, written
 
@@ -53,7 +54,7 @@ def manuscript_numbers(results: Path) -> dict[str, Any]:
     claims = json.loads(read_json(results / "findings.json"))["claims"]
     return {
         "confidence": percent_text(CONFIDENCE),
-        "stands": percent_text(STANDS),
+        "stands": percent_text(STANDING_SHARE),
         "setup": _setup(study),
         "verdict": _verdict(verdict),
         "identified": _identified(read(results / "identification.nc")),

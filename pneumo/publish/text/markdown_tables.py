@@ -58,7 +58,7 @@ def assumptions_table(effects: pd.DataFrame) -> str:
     Parameters
     ----------
     effects : pandas.DataFrame
-        From `pneumo.evidence.toggle_effects.effects`.
+        From `pneumo.evidence.toggle_effects.toggle_effects`.
     """
     tables = (5, 7, 9)
     heads = [
