@@ -1,1 +1,1 @@
-"""What the study rests on: identified constants, other assumptions, error budget, floor, ensemble, cylinders."""
+"""What the study rests on: identified constants, toggled assumptions, error budget, floor, ensemble."""

@@ -1,7 +1,7 @@
 """Open-loop amplitudes and the transport of signals, identified from Table 7 and checked against Table 9.
 
-An open-loop amplitude concerns its own cylinder's open-loop experiments only, so each experiment runs once per
-amplitude, and the tables of every pair of amplitudes follow by averaging.
+An open-loop amplitude concerns its own cylinder's open-loop experiments only, so each experiment runs once
+per amplitude, and the tables of every pair of amplitudes follow by averaging.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,7 @@
 """Error budget: how much of a cell's error comes from the model, the signal transport and the step.
 
-Errors are full-order minus reduced pressure at the samples of the study's step, over a slice of a run. F_m and
-R_m are the full-order and the reduced pressure at 1/m of the study's step with exact transport, R is the
+Errors are full-order minus reduced pressure at the samples of the study's step, over a slice of a run. F_m
+and R_m are the full-order and the reduced pressure at 1/m of the study's step with exact transport, R is the
 study's own replay, which reads recorded signals:
 
     F_1 - R  =  (F_16 - R_16)  +  (R_1 - R)  +  ((F_1 - R_1) - (F_16 - R_16))

@@ -214,7 +214,8 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
     note += (
         "A cell has the mean over them and in how many the statement holds; the interval is that of the mean"
         " (Student) or of the share (Clopper-Pearson), exact transport. It stands if it holds in at least"
-        f" {100 * STANDING_SHARE:.0f} % of them with exact transport, not if in at most {100 * (1 - STANDING_SHARE):.0f} %."
+        f" {100 * STANDING_SHARE:.0f} % of them with exact transport,"
+        f" not if in at most {100 * (1 - STANDING_SHARE):.0f} %."
     )
     return {
         "seed_sets": len(sets),

@@ -1,4 +1,4 @@
-"""Constants that the paper leaves open, identified from its own tables: what `pneumo paper identify` writes."""
+"""Constants that the paper leaves open, identified from its own tables (`pneumo paper identify`)."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor

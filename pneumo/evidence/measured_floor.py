@@ -147,7 +147,8 @@ def with_floor_attributes(dataset: xr.Dataset) -> xr.Dataset:
         for way, words in FLOOR_SOURCES.items():
             name = f"RMS pressure error of signal transport, {words}; {case}"
             dataset[prefix + way].attrs = {"units": "Pa", "long_name": name}
-    name = f"RMS pressure error of signal transport in {FLOOR_MODEL} at n = {FLOOR_N}, samples {SWEEP_PERIOD} s apart"
+    reduced = f"in {FLOOR_MODEL} at n = {FLOOR_N}, samples {SWEEP_PERIOD} s apart"
+    name = f"RMS pressure error of signal transport {reduced}"
     dataset["reduced"].attrs = {"units": "Pa", "long_name": name}
     dataset["period"].attrs = {"units": "s", "long_name": "time between samples"}
     dataset["rate"].attrs = {"units": "s-1", "long_name": "draws of the excitation per second"}

@@ -1,7 +1,7 @@
 """Mass, friction and end stop of a cylinder, identified from its settling times, Table 5, within wide bounds.
 
-The settling times of chamber A are fitted, those of chamber B are a check. Parameters are logarithms of M, k_f
-and the stop's distance from the centre over the half-stroke. A settling time counts whole steps, so the
+The settling times of chamber A are fitted, those of chamber B are a check. Parameters are logarithms of M,
+k_f and the stop's distance from the centre over the half-stroke. A settling time counts whole steps, so the
 deviance has small jumps and every search goes without derivatives.
 """
 

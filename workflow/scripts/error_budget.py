@@ -35,7 +35,8 @@ def main(parameters: Path, budgets: Path, threads: int, code: str) -> None:
         reference_slice_s=REFERENCE_SLICE,
         lag_s=study.lag,
     )
-    write(with_budget_attributes(cells.merge(budget_by_level(cells, study.experiments_by_level))), budgets, about)
+    by_level = budget_by_level(cells, study.experiments_by_level)
+    write(with_budget_attributes(cells.merge(by_level)), budgets, about)
 
 
 run_job(main, globals())

@@ -22,7 +22,8 @@ def main(parameters: Path, floors: Path, threads: int, code: str) -> None:
     study = read_study(parameters)
     experiments = {name: e for name, e in study.experiments.items() if name in FLOOR_EXPERIMENTS}
     if not experiments:
-        raise ResultError(f"{parameters}: has none of {', '.join(FLOOR_EXPERIMENTS)}, whose floor is measured")
+        names = ", ".join(FLOOR_EXPERIMENTS)
+        raise ResultError(f"{parameters}: has none of {names}, whose floor is measured")
 
     def floor_of(experiment: Experiment) -> xr.Dataset:
         part = measured_floor(experiment)
