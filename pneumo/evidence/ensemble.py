@@ -13,7 +13,7 @@ from scipy import stats
 from pneumo.evidence.model_pairs import CRITERIA, MODEL_PAIRS, pair_ratios
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.statistics.averages import OVERALL, concatenated, statistics
-from pneumo.statistics.ranking import CONFIDENCE
+from pneumo.statistics.intervals import CONFIDENCE
 
 ENSEMBLE_LONG_NAMES = {
     "complete": "whether every run of the seed set, and of each model a replay, succeeded",

@@ -18,7 +18,7 @@ from pneumo.evidence.ensemble import complete_sets
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.statistics.averages import concatenated, statistics
-from pneumo.statistics.ranking import CONFIDENCE
+from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, Claims, ToleranceClass
 from pneumo.verdict.comparison import as_printed, compare
 from pneumo.verdict.sources import Finding, MissingEvidence, PrintedTables, StudyResults
