@@ -325,7 +325,7 @@ def fit(
     from pneumo.engineer.closed_chamber import transient
     from pneumo.engineer.confused_columns import check_columns
     from pneumo.engineer.estimate import fit_measurement, save_fit
-    from pneumo.engineer.model_rate import chosen_model
+    from pneumo.engineer.model_rate import model_row
     from pneumo.engineer.plants import configured_plant
     from pneumo.engineer.record import read_mapping, read_measurement
     from pneumo.physics.models import MODELS
@@ -335,7 +335,7 @@ def fit(
 
     settings = study(load(*(config or [Path("config/paper.yaml")])))
     plant = configured_plant(settings, cylinder, 1.0)
-    names = [chosen_model(name).name for name in model or MODELS]
+    names = [model_row(name).name for name in model or MODELS]
     mapping = read_mapping(columns) if columns else None
     measured = read_measurement(measurement, plant, mapping, from_end=x_from is Origin.end)
     for note in measured.notes:

@@ -1,7 +1,7 @@
-"""Functions written with ``if`` for floats, evaluated on symbols, arrays and complex numbers.
+"""Evaluation of functions written with ``if`` for floats on symbols, arrays and complex numbers.
 
-The physics decides with ``if`` (sonic or not, filling or emptying). A symbol cannot answer. So the function
-is run once for every way its questions may be answered, and the results are put together again as a tree.
+The physics decides with ``if`` (sonic or not, filling or emptying); a symbol cannot answer. So the function
+is run once for every combination of answers, and the results are put together as a tree of choices.
 """
 
 import operator
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 
 class Traced:
-    """A value that stands in for a float; its comparisons are answered by `decide`.
+    """A value in place of a float whose comparisons `decide` answers.
 
     Parameters
     ----------
@@ -24,38 +24,41 @@ class Traced:
 
     __array_ufunc__ = None  # a NumPy array beside it leaves the operation to it
 
-    def __init__(self, value: Any, decide: Callable[..., bool], magnitude: Callable[[Any], Any] = abs):
+    def __init__(
+        self, value: Any, decide: Callable[..., bool], magnitude: Callable[[Any], Any] = abs
+    ) -> None:
         self.value, self.decide, self.magnitude = value, decide, magnitude
 
-    def _with(self, value: Any) -> "Traced":
+    def with_value(self, value: Any) -> "Traced":
+        """Return another value with the same rules."""
         return Traced(value, self.decide, self.magnitude)
 
     def __neg__(self) -> "Traced":
-        return self._with(-self.value)
+        return self.with_value(-self.value)
 
     def __abs__(self) -> "Traced":
-        return self._with(self.magnitude(self.value))
+        return self.with_value(self.magnitude(self.value))
 
 
-def bare(value: Any) -> Any:
-    """Take the value out of a `Traced`, and out of a tuple of them."""
+def untraced(value: Any) -> Any:
+    """Value inside a `Traced`, or values inside a tuple of them."""
     if type(value) is tuple:
-        return tuple(bare(inner) for inner in value)
+        return tuple(untraced(inner) for inner in value)
     return value.value if isinstance(value, Traced) else value
 
 
 def _arithmetic(function: Callable[..., Any], mirrored: bool = False) -> Callable[..., Traced]:
     def method(self: Traced, other: Any) -> Traced:
-        pair = (bare(other), self.value) if mirrored else (self.value, bare(other))
+        pair = (untraced(other), self.value) if mirrored else (self.value, untraced(other))
         if function is operator.truediv and isinstance(pair[1], int | float) and pair[1] == 0:
             raise ZeroDivisionError  # as floats do; symbols and arrays would go on with infinity
-        return self._with(function(*pair))
+        return self.with_value(function(*pair))
 
     return method
 
 
 def _comparison(function: Callable[..., Any]) -> Callable[..., bool]:
-    return lambda self, other: self.decide(function, self.value, bare(other))
+    return lambda self, other: self.decide(function, self.value, untraced(other))
 
 
 for _name in ("add", "sub", "mul", "truediv", "pow"):
@@ -65,13 +68,13 @@ for _name in ("lt", "le", "gt", "ge"):
     setattr(Traced, f"__{_name}__", _comparison(getattr(operator, _name)))
 
 
-class Fork(NamedTuple):
-    """A question and what follows from either answer: results, or further forks.
+class Choice(NamedTuple):
+    """A condition and the result for either answer: a value, or a further choice.
 
     Attributes
     ----------
     condition : symbol or array of bool
-    yes, no : Fork or any
+    yes, no : Choice or any
     """
 
     condition: Any
@@ -79,52 +82,53 @@ class Fork(NamedTuple):
     no: Any
 
 
-def tree(function: Callable[..., Any], *arguments: Any, asked: tuple[bool, ...] = ()) -> Any:
-    """Evaluate a function on symbols or arrays along every path through its questions.
+def choices(function: Callable[..., Any], *arguments: Any, answers: tuple[bool, ...] = ()) -> Any:
+    """Tree of a function's results on symbols or arrays, over all its branches.
 
     Parameters
     ----------
     function : callable
     *arguments : any
-        Of the function. Named tuples and numbers go in as they are, all else as `Traced`.
-    asked : tuple of bool
-        Answers to the first questions.
+        Of the function. Named tuples and numbers are passed as they are, all else as `Traced`.
+    answers : tuple of bool
+        To the first comparisons.
 
     Returns
     -------
-    Fork, or what the function returns where it asks no further question. Ways that end in a division by
-    the number zero are left out.
+    Choice, or the function's result where it makes no further comparison. Branches that divide by the
+    number zero are left out.
 
     Raises
     ------
     ZeroDivisionError
-        If every way ends so.
+        If every branch does.
     """
-    answers, found = list(asked), []
+    remaining: list[bool] = list(answers)
+    open_conditions: list[Any] = []
 
     def decide(compare: Callable[..., Any], left: Any, right: Any) -> bool:
         condition = compare(left, right)
         if type(condition).__name__ in ("bool", "bool_", "BooleanTrue", "BooleanFalse"):
-            return bool(condition)  # known, so no question
-        if answers:
-            return answers.pop(0)
-        found.append(condition)
+            return bool(condition)  # known already
+        if remaining:
+            return remaining.pop(0)
+        open_conditions.append(condition)
         return True
 
     traced = [Traced(a, decide) if is_symbolic(a) else a for a in arguments]
     with suppress(ZeroDivisionError):
-        result = bare(function(*traced))
-        if not found:
+        result = untraced(function(*traced))
+        if not open_conditions:
             return result
-    if not found:
-        raise ZeroDivisionError("no way through the function's questions ends in a number")
-    ways = {}
-    for answer in (True, False):
+    branches: dict[bool, Any] = {}
+    for answer in (True, False) if open_conditions else ():
         with suppress(ZeroDivisionError):  # floats would fail there, so they never go there
-            ways[answer] = tree(function, *arguments, asked=(*asked, answer))
-    if not ways:
-        raise ZeroDivisionError("no way through the function's questions ends in a number")
-    return Fork(found[0], ways[True], ways[False]) if len(ways) == 2 else next(iter(ways.values()))
+            branches[answer] = choices(function, *arguments, answers=(*answers, answer))
+    if not branches:
+        raise ZeroDivisionError("every branch divides by zero")
+    if len(branches) == 1:
+        return next(iter(branches.values()))
+    return Choice(open_conditions[0], branches[True], branches[False])
 
 
 def is_symbolic(value: Any) -> bool:
@@ -132,15 +136,15 @@ def is_symbolic(value: Any) -> bool:
     return not isinstance(value, int | float | str | tuple)
 
 
-def joined(node: Any, choose: Callable[[Any, Any, Any], Any]) -> Any:
-    """Make one value of a tree by `choose(condition, yes, no)`."""
-    if not isinstance(node, Fork):
+def merged(node: Any, choose: Callable[[Any, Any, Any], Any]) -> Any:
+    """Merge a tree of choices into one value by `choose(condition, yes, no)`."""
+    if not isinstance(node, Choice):
         return node
-    return choose(node.condition, joined(node.yes, choose), joined(node.no, choose))
+    return choose(node.condition, merged(node.yes, choose), merged(node.no, choose))
 
 
-def at_point(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Evaluate a function on complex numbers along the path that their real parts take."""
+def complex_value(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Value of a function on complex numbers, along the branch that their real parts take."""
 
     def decide(compare: Callable[..., bool], left: complex, right: complex) -> bool:
         return compare(left.real, right.real)
@@ -149,4 +153,4 @@ def at_point(function: Callable[..., Any], *arguments: Any) -> Any:
         return -z if z.real < 0 else z
 
     traced = [Traced(a, decide, magnitude) if isinstance(a, complex) else a for a in arguments]
-    return bare(function(*traced))
+    return untraced(function(*traced))

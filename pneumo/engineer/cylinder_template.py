@@ -1,4 +1,4 @@
-"""`pneumo init`: the commented configuration of a cylinder of one's own."""
+"""`pneumo init`: a commented configuration to edit."""
 
 from pathlib import Path
 

@@ -1,7 +1,7 @@
-"""One chamber's equations as named symbolic statements, for the printers of `pneumo.engineer.export`.
+"""One chamber's equations as symbolic assignments, for the printers of `pneumo.engineer.export`.
 
-The functions of `pneumo.physics` are evaluated on SymPy symbols; nothing is written a second time here but
-the order in which `pneumo.simulation.reference.lane_rate` calls them, and tests compare the two.
+The functions of `pneumo.physics` are evaluated on SymPy symbols. Only the order in which
+`pneumo.simulation.reference.lane_rate` calls them is repeated here; tests compare the two.
 """
 
 from typing import Any, NamedTuple
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import sympy
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.branches import Fork, tree
+from pneumo.engineer.branches import Choice, choices
 from pneumo.physics.cylinder import Cylinder, heat_area, volume
 from pneumo.physics.models import Model, lane, model_dP_dt, temperature
 from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited
@@ -37,9 +37,9 @@ class Statement(NamedTuple):
     Attributes
     ----------
     names : tuple of str
-        What is assigned.
-    value : sympy.Expr, tuple of them, or Fork
-        One expression for each name, or a choice between such.
+        Assigned variables.
+    value : sympy.Expr, tuple of them, or Choice
+        One expression for each name, or a choice between such tuples.
     comment : str
         Unit and number of the equation.
     """
@@ -50,13 +50,13 @@ class Statement(NamedTuple):
 
 
 ARGUMENTS = ("u", "x", "v", "P", "area")  # outward from the chamber, but u before its limiter
-LOOSE = ("A_A", "A_B")  # constants that come in through `area`
+AREAS = ("A_A", "A_B")  # passed as `area`
 ROOT_2 = 2**0.5  # SymPy takes it out of the root in eq (1)
 WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "lambda A_q": "eqs (7), (8)"}
 
 
 def constants(plant: Plant, n: float) -> list[Constant]:
-    """List every number that a chamber's equations may need."""
+    """Every number that a chamber's equations may need."""
     gas, valve, c, cylinder, k_0 = plant
     return [
         Constant("R", gas.R, "J/(kg K), gas constant"),
@@ -84,12 +84,12 @@ def constants(plant: Plant, n: float) -> list[Constant]:
     ]
 
 
-def tidy(value: Any) -> Any:
-    """Whole numbers and halves as such, and the root of 2 by name, in expressions, tuples and forks."""
-    if isinstance(value, Fork):
-        return Fork(*(tidy(part) for part in value))
+def exact_numbers(value: Any) -> Any:
+    """Expression, tuple or choice with whole numbers, halves and the root of 2 exact."""
+    if isinstance(value, Choice):
+        return Choice(*(exact_numbers(part) for part in value))
     if isinstance(value, tuple):
-        return tuple(tidy(part) for part in value)
+        return tuple(exact_numbers(part) for part in value)
     value = sympy.sympify(value)
     floats = value.atoms(sympy.Float)
     exact = {f: sympy.Rational(int(2 * f), 2) for f in floats if float(2 * f).is_integer()}
@@ -97,16 +97,16 @@ def tidy(value: Any) -> Any:
 
 
 def names_in(value: Any) -> set[str]:
-    """Names of the symbols in an expression, a tuple or a fork."""
-    if isinstance(value, tuple):  # a fork is one
+    """Names of the symbols in an expression, a tuple or a choice."""
+    if isinstance(value, tuple):  # a choice is one
         return set().union(*(names_in(part) for part in value))
     return {symbol.name for symbol in value.free_symbols}
 
 
 def statements(model: Model, plant: Plant) -> list[Statement]:
-    """Pressure rate of one chamber by a model, step by step; only what model and valve need.
+    """Assignments that compute dP_dt of one chamber by a model; only those that model and valve need.
 
-    The last statement assigns dP_dt. Symbols are named as in `constants` and `ARGUMENTS`.
+    Symbols are named as in `constants` and `ARGUMENTS`.
     """
 
     def real(name: str) -> Any:
@@ -117,7 +117,7 @@ def statements(model: Model, plant: Plant) -> list[Statement]:
     u_max: Any = sympy.Symbol("u_max", positive=True)
     names = ("R", "gamma_", "sonic_coefficient", "critical_ratio")
     gas = Gas._make([*map(real, names), plant.gas.elliptic])
-    usual = Valve(real("k_xu"), u_max)  # what a valve does not have stays a number and drops out
+    usual = Valve(real("k_xu"), u_max)  # properties that the valve lacks stay numbers and drop out
     unusual = [
         name for name in ("laminar", "exhaust", "leak") if getattr(plant.valve, name) != getattr(usual, name)
     ]
@@ -125,12 +125,12 @@ def statements(model: Model, plant: Plant) -> list[Statement]:
     c = Conditions(*(real(name) for name in Conditions._fields))
     cylinder = Cylinder(*(real(name) for name in Cylinder._fields))
     k_0, row = real("k_0"), lane(model, real("n"), gas.gamma)
-    flows = tree(lambda u, P, T: chamber_flows(u, P, T, valve, gas, c), real("u_limited"), P, T)
+    flows = choices(lambda u, P, T: chamber_flows(u, P, T, valve, gas, c), real("u_limited"), P, T)
     rest = (c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, gas.gamma)
     dP_dt = model_dP_dt(P, T, V, dV_dt, m_in, m_out, area_ratio, k_0, *rest, row)
     law = "eq (6)" if model.temperature == "polytropic" else "constant"
-    found = [
-        Statement(("u_limited",), tree(lambda u: limited(u, valve.u_max), u), "V"),
+    every = [
+        Statement(("u_limited",), choices(lambda u: limited(u, valve.u_max), u), "V"),
         Statement(("T",), temperature(P, c.P_0, c.T_0, row.a), f"K, {law}"),
         Statement(("V",), volume(x, area, cylinder), "m^3"),
         Statement(("dV_dt",), area * v, "m^3/s"),
@@ -138,17 +138,17 @@ def statements(model: Model, plant: Plant) -> list[Statement]:
         Statement(("area_ratio",), heat_area(x, cylinder) / heat_area(0.0, cylinder), "A_q(x)/A_q(0)"),
         Statement(("dP_dt",), dP_dt, f"Pa/s, eq (10); wall heat: {WALL_EQUATION[model.wall]}"),
     ]
-    found = [statement._replace(value=tidy(statement.value)) for statement in found]
+    every = [statement._replace(value=exact_numbers(statement.value)) for statement in every]
     needed: set[str] = {"dP_dt"}
     kept: list[Statement] = []
-    for statement in reversed(found):
+    for statement in reversed(every):
         if needed & set(statement.names):
             needed |= names_in(statement.value)
             kept.insert(0, statement)
     return kept
 
 
-def used(model: Model, plant: Plant, n: float) -> list[Constant]:
-    """List the constants that a model's statements need, and both piston areas."""
-    needed = names_in(tuple(statement.value for statement in statements(model, plant))) | set(LOOSE)
+def used_constants(model: Model, plant: Plant, n: float) -> list[Constant]:
+    """Constants that a model's statements need, and both piston areas."""
+    needed = names_in(tuple(statement.value for statement in statements(model, plant))) | set(AREAS)
     return [constant for constant in constants(plant, n) if constant.name in needed]

@@ -4,7 +4,6 @@ Each target is one function of (u, x, v, P_A, P_B) that gives the rates of both 
 """
 
 from collections.abc import Callable
-from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,44 +15,40 @@ from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.branches import Fork
-from pneumo.engineer.equations import LOOSE, Constant, Statement, statements, used
-from pneumo.engineer.model_rate import chosen
+from pneumo.engineer.branches import Choice
+from pneumo.engineer.equations import AREAS, Constant, Statement, statements, used_constants
+from pneumo.engineer.model_rate import model_and_index
 from pneumo.errors import InputError
 from pneumo.physics.models import Model
-from pneumo.storage.files import part_of, write_text
+from pneumo.storage.files import DOI, write_text
 
 PRECISIONS = ("double", "float")
-DOI = "https://doi.org/10.1243/09596518JSCE203"
+TARGETS = ("c", "matlab", "casadi")
 
 
-def number(value: float) -> str:
+def _digits(value: float) -> str:
     """A number with 17 significant digits, which is all of a double, and a decimal point."""
     text = f"{value:.17g}"
     return text if set(".en") & set(text) else text + ".0"
 
 
-def printing(printer: CodePrinter) -> Callable[[Any], str]:
-    """Make a function from expression to text of one of SymPy's printers."""
+def _printing(printer: CodePrinter) -> Callable[[Any], str]:
+    """Function from expression to text of one of SymPy's printers."""
     return lambda expression: str(printer.doprint(expression))
 
 
-class Octave(OctaveCodePrinter):
-    """SymPy's printer, with every digit of a float."""
-
+class _Octave(OctaveCodePrinter):
     def _print_Float(self, expr: Any) -> str:
-        return number(float(expr))
+        return _digits(float(expr))
 
 
-class Python(PythonCodePrinter):
-    """SymPy's printer, with every digit of a float."""
-
+class _Python(PythonCodePrinter):
     def _print_Float(self, expr: Any) -> str:
-        return number(float(expr))
+        return _digits(float(expr))
 
 
 def heading(model: Model, plant: Plant, n: float) -> list[str]:
-    """Say what the function is, in which units, and where it holds."""
+    """Lines of comment: what the function computes, its units, and where it holds."""
     c, half = plant.conditions, plant.cylinder.stroke / 2
     index = f" at n = {n:g}" if model.has_n else ""
     return [
@@ -75,8 +70,8 @@ def heading(model: Model, plant: Plant, n: float) -> list[str]:
     ]
 
 
-class Words(NamedTuple):
-    """What stands around the branches of a choice; {} takes a condition."""
+class _Keywords(NamedTuple):
+    """Lines around the branches of a choice; {} takes a condition."""
 
     first: str
     elif_: str
@@ -84,47 +79,53 @@ class Words(NamedTuple):
     end: str
 
 
-def branches(
-    node: Any, write: Callable[[Any], list[str]], condition: Callable[[Any], str], words: Words
-) -> list[str]:
-    """Lines of nested if and else."""
-    if not isinstance(node, Fork):
-        return write(node)
-    lines, opening = [], words.first
-    while isinstance(node, Fork):
-        lines.append(opening.format(condition(node.condition)))
-        lines += indented(branches(node.yes, write, condition, words))
-        node, opening = node.no, words.elif_
-    return [*lines, words.otherwise, *indented(write(node)), words.end]
-
-
-def indented(lines: list[str]) -> list[str]:
-    """Lines, each four columns to the right."""
+def _indented(lines: list[str]) -> list[str]:
     return ["    " + line if line else line for line in lines]
 
 
-def assigned(statement: Statement, leaf: Any, pattern: str, printed: Callable[[Any], str]) -> list[str]:
-    """One line for each name that a statement assigns, from the value at a leaf of its tree."""
-    values = leaf if isinstance(leaf, tuple) else (leaf,)
+def _assignments(statement: Statement, value: Any, pattern: str, printed: Callable[[Any], str]) -> list[str]:
+    """One line for each name that a statement assigns."""
+    values = value if isinstance(value, tuple) else (value,)
     return [pattern.format(name, printed(value)) for name, value in zip(statement.names, values, strict=True)]
+
+
+def _branches(
+    statement: Statement, node: Any, keywords: _Keywords, pattern: str, printed: Callable[[Any], str]
+) -> list[str]:
+    """Lines of a statement whose value is a choice, with nested if and else."""
+    if not isinstance(node, Choice):
+        return _assignments(statement, node, pattern, printed)
+    lines: list[str] = []
+    opening = keywords.first
+    while isinstance(node, Choice):
+        lines.append(opening.format(printed(node.condition)))
+        lines += _indented(_branches(statement, node.yes, keywords, pattern, printed))
+        node, opening = node.no, keywords.elif_
+    return [
+        *lines,
+        keywords.otherwise,
+        *_indented(_assignments(statement, node, pattern, printed)),
+        keywords.end,
+    ]
+
+
+C_KEYWORDS = _Keywords("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
+MATLAB_KEYWORDS = _Keywords("if {}", "elseif {}", "else", "end")
 
 
 def c99(model: Model, plant: Plant, n: float, precision: str) -> str:
     """Print C99: a single file without allocation, to compile alone or to include."""
     single = precision == "float"
     settings: dict[str, Any] = {"math_macros": {}} | ({"type_aliases": {real: float32}} if single else {})
-    printed, suffix = printing(C99CodePrinter(settings)), "f" if single else ""
+    printed, suffix = _printing(C99CodePrinter(settings)), "f" if single else ""
     body: list[str] = []
     for s in statements(model, plant):
-        if isinstance(s.value, Fork):
+        if isinstance(s.value, Choice):
             body.append(f"{precision} {', '.join(s.names)}; /* {s.comment} */")
-            words = Words("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
-            body += branches(
-                s.value, lambda leaf, s=s: assigned(s, leaf, "{} = {};", printed), printed, words
-            )
+            body += _branches(s, s.value, C_KEYWORDS, "{} = {};", printed)
         else:
             pattern = f"const {precision} {{}} = {{}}; /* {s.comment} */"
-            body += assigned(s, s.value, pattern, printed)
+            body += _assignments(s, s.value, pattern, printed)
     body.append("return dP_dt;")
     f, name = precision, f"{model.name}_dP_dt"
     lines = [
@@ -134,14 +135,14 @@ def c99(model: Model, plant: Plant, n: float, precision: str) -> str:
         "#include <math.h>",
         "",
         *(
-            f"static const {f} {c.name} = {number(c.value)}{suffix}; /* {c.comment} */"
-            for c in used(model, plant, n)
+            f"static const {f} {c.name} = {_digits(c.value)}{suffix}; /* {c.comment} */"
+            for c in used_constants(model, plant, n)
         ),
         "",
         "/* One chamber, with u, x, v counted outward from it; area in m^2. */",
         f"static {f} chamber({f} u, {f} x, {f} v, {f} P, {f} area)",
         "{",
-        *indented(body),
+        *_indented(body),
         "}",
         "",
         f"void {name}({f} u, {f} x, {f} v, {f} P_A, {f} P_B, {f} *dP_A_dt, {f} *dP_B_dt)",
@@ -155,56 +156,55 @@ def c99(model: Model, plant: Plant, n: float, precision: str) -> str:
 
 def matlab(model: Model, plant: Plant, n: float) -> str:
     """Print a MATLAB function, to be saved as <model>_dP_dt.m; Octave runs it too."""
-    printed, name = printing(Octave({})), f"{model.name}_dP_dt"
+    printed, name = _printing(_Octave({})), f"{model.name}_dP_dt"
     body: list[str] = []
     for s in statements(model, plant):
         body.append(f"% {', '.join(s.names)}: {s.comment}")
-        words = Words("if {}", "elseif {}", "else", "end")
-        body += branches(s.value, lambda leaf, s=s: assigned(s, leaf, "{} = {};", printed), printed, words)
-    every = used(model, plant, n)
-    outer = [c for c in every if c.name in LOOSE]
+        body += _branches(s, s.value, MATLAB_KEYWORDS, "{} = {};", printed)
+    every = used_constants(model, plant, n)
+    outer = [c for c in every if c.name in AREAS]
 
     def given(constants: list[Constant]) -> list[str]:
-        return [f"{c.name} = {number(c.value)}; % {c.comment}" for c in constants]
+        return [f"{c.name} = {_digits(c.value)}; % {c.comment}" for c in constants]
 
     lines = [
         f"function [dP_A_dt, dP_B_dt] = {name}(u, x, v, P_A, P_B)",
         *(f"% {line}".rstrip() for line in heading(model, plant, n)),
         "% Scalars only.",
-        *indented(given(outer)),
+        *_indented(given(outer)),
         "    dP_A_dt = chamber(u, x, v, P_A, A_A);",
         "    dP_B_dt = chamber(-u, -x, -v, P_B, A_B);",
         "end",
         "",
         "function dP_dt = chamber(u, x, v, P, area)",
         "% One chamber, with u, x, v counted outward from it; area in m^2.",
-        *indented(given([c for c in every if c not in outer])),
-        *indented(body),
+        *_indented(given([c for c in every if c not in outer])),
+        *_indented(body),
         "end",
     ]
     return "\n".join(lines) + "\n"
 
 
-def nested(node: Any, i: int, printed: Callable[[Any], str]) -> list[str]:
-    """Lines of nested `if_else` for the i-th of the values that a statement assigns."""
-    if not isinstance(node, Fork):
+def _nested(node: Any, i: int, printed: Callable[[Any], str]) -> list[str]:
+    """Lines of nested `if_else` for value i of a statement."""
+    if not isinstance(node, Choice):
         return [printed(node[i] if isinstance(node, tuple) else node)]
-    yes, no = nested(node.yes, i, printed), nested(node.no, i, printed)
+    yes, no = _nested(node.yes, i, printed), _nested(node.no, i, printed)
     if yes == no:
         return yes
     yes[-1] += ","
     no[-1] += ","
-    return ["if_else(", *indented([f"{printed(node.condition)},", *yes, *no]), ")"]
+    return ["if_else(", *_indented([f"{printed(node.condition)},", *yes, *no]), ")"]
 
 
 def casadi(model: Model, plant: Plant, n: float) -> str:
     """Print Python that makes a `casadi.Function` of scalars, named <model>_dP_dt."""
     settings = {"fully_qualified_modules": False, "user_functions": {"Abs": "fabs"}}
-    printed, name = printing(Python(settings)), f"{model.name}_dP_dt"
+    printed, name = _printing(_Python(settings)), f"{model.name}_dP_dt"
     body: list[str] = []
     for s in statements(model, plant):
         for i, assigned_name in enumerate(s.names):
-            lines = nested(s.value, i, printed)
+            lines = _nested(s.value, i, printed)
             lines[0] = f"{assigned_name} = {lines[0]}"
             body += [*lines[:-1], f"{lines[-1]}  # {s.comment}"]
     lines = [
@@ -214,12 +214,12 @@ def casadi(model: Model, plant: Plant, n: float) -> str:
         "",
         "from casadi import SX, Function, fabs, if_else, sqrt",
         "",
-        *(f"{c.name} = {number(c.value)}  # {c.comment}" for c in used(model, plant, n)),
+        *(f"{c.name} = {_digits(c.value)}  # {c.comment}" for c in used_constants(model, plant, n)),
         "",
         "",
         "def chamber(u, x, v, P, area):",
         '    """One chamber, with u, x, v counted outward from it; area in m^2."""',
-        *indented(body),
+        *_indented(body),
         "    return dP_dt",
         "",
         "",
@@ -235,21 +235,15 @@ def casadi(model: Model, plant: Plant, n: float) -> str:
     return "\n".join(lines) + "\n"
 
 
-TARGETS = {"c": c99, "matlab": matlab, "casadi": casadi}
-
-
 def exported(
     model: Model | str, n: float | None, plant: Plant, target: str, precision: str = "double"
 ) -> str:
-    """Print a model for a plant as source code.
+    """Source code of a model for a plant.
 
     Parameters
     ----------
-    model : Model or str
-        A row of one's own, or the name of one in `MODELS`.
-    n : float or None
-        Polytropic index.
-    plant : Plant
+    model, n, plant
+        As for `pneumo.chamber_rate`.
     target : {"c", "matlab", "casadi"}
     precision : {"double", "float"}
         Of the C code.
@@ -257,9 +251,9 @@ def exported(
     Raises
     ------
     InputError
-        If model, n, target or precision is none that there is, or the model's name cannot name a function.
+        If there is no such model, target or precision, n is bad, or the model's name cannot name a function.
     """
-    row, n = chosen(model, n)
+    row, n = model_and_index(model, n)
     if target not in TARGETS:
         raise InputError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
     if precision not in PRECISIONS:
@@ -268,7 +262,9 @@ def exported(
         raise InputError(f"--precision float: is for C; {target} computes in double precision")
     if not (row.name.isascii() and row.name.isidentifier()):
         raise InputError(f"model name {row.name!r}: must be letters, digits and _, to name a function")
-    return c99(row, plant, n, precision) if target == "c" else TARGETS[target](row, plant, n)
+    if target == "c":
+        return c99(row, plant, n, precision)
+    return matlab(row, plant, n) if target == "matlab" else casadi(row, plant, n)
 
 
 def write_source(text: str, path: Path) -> None:
@@ -284,6 +280,4 @@ def write_source(text: str, path: Path) -> None:
     try:
         write_text(text, path)
     except OSError as error:
-        with suppress(OSError):
-            part_of(path).unlink()
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None

@@ -167,11 +167,12 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, inputs: np.ndarray)
         for sides, changed, offset in _plants_with_dead_volumes(plant, pair, problem.model):
             shifted = inputs + np.array([0.0, offset, 0.0]) if offset else inputs
             rest = (coefficients[rows], changed, signals.h, stride, start[rows])
-            if signals.flow is None:
-                P = pressures_on_inputs(shifted, *rest)
-            else:
-                P = pressures_on_flows(shifted, signals.flow, *rest)
-            result[np.array(rows)[:, None], np.array(sides)] = P[:, sides]
+            pressure = (
+                pressures_on_inputs(shifted, *rest)
+                if signals.flow is None
+                else pressures_on_flows(shifted, signals.flow, *rest)
+            )
+            result[np.array(rows)[:, None], np.array(sides)] = pressure[:, sides]
     return result
 
 

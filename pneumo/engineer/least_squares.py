@@ -54,7 +54,7 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     `scatter` is the covariance of the slope over the P_b. It has pressure and derivative vary together,
     which a first-order covariance of the pressure alone misses.
     """
-    P, J = pressure_and_jacobian(problem, theta, problem.signals.inputs)
+    pressure, jacobian = pressure_and_jacobian(problem, theta, problem.signals.inputs)
     count = len(theta)
     excess, excess_slope, excess_curvature = 0.0, np.zeros(count), np.zeros((count, count))
     scatter = np.zeros_like(excess_curvature)
@@ -68,13 +68,13 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
             excess_curvature += J_d.T @ J_d / len(noisy)
         slopes = np.array([J_b.reshape(-1, count).T @ (P_b - mean_P).ravel() for P_b, J_b in noisy])
         scatter = np.atleast_2d(np.cov(np.where(np.isfinite(slopes), slopes, 0.0), rowvar=False))
-        P, J = 2 * P - mean_P, 2 * J - mean_J
-    residual = problem.signals.P / problem.plant.conditions.P_s - P
+        pressure, jacobian = 2 * pressure - mean_P, 2 * jacobian - mean_J
+    residual = problem.signals.P / problem.plant.conditions.P_s - pressure
     residual = np.where(np.isfinite(residual), residual, OFF)
-    flat_J = J.reshape(-1, count)
+    J = jacobian.reshape(-1, count)
     squares = float(np.sum(residual**2)) - (excess if np.isfinite(excess) else 0.0)
-    slope = flat_J.T @ residual.ravel() + excess_slope
-    return Fit(theta, residual, J, squares, slope, flat_J.T @ flat_J - excess_curvature, scatter)
+    slope = J.T @ residual.ravel() + excess_slope
+    return Fit(theta, residual, jacobian, squares, slope, J.T @ J - excess_curvature, scatter)
 
 
 def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:

@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.branches import at_point
-from pneumo.engineer.model_rate import SIDES, chosen_lane
+from pneumo.engineer.branches import complex_value
+from pneumo.engineer.model_rate import SIDES, lane_for
 from pneumo.errors import InputError
 from pneumo.physics.models import Model
 from pneumo.simulation.reference import lane_rate
 
 STATES, INPUTS = ("P_A", "P_B"), ("u", "x", "v")
-STEP = 1e-30  # imaginary; no difference is taken, so nothing is lost however small it is
+IMAGINARY_STEP = 1e-30  # no difference is taken, so that nothing is lost however small it is
 
 
 class Linear(NamedTuple):
@@ -67,44 +67,41 @@ def linearise(
     """Linear model of both chambers at an operating point, derivatives exact to rounding.
 
     The state is (P_A, P_B), the inputs are (u, x, v), the outputs the two pressures. The piston's own
-    equation (3) is linear already and is left to the user, who knows the load. The derivatives come from
-    the very right-hand side of the replays, by a complex step.
+    equation (3) is linear already and is left to the user, who knows the load. The derivatives are those of
+    the replays' right-hand side, by a complex step.
 
     Parameters
     ----------
-    model : Model or str
-        A row of one's own, or the name of one in `MODELS`.
-    n : float or None
-        Polytropic index.
-    plant : Plant
+    model, n, plant
+        As for `pneumo.chamber_rate`.
     u : float
         Command, V; not 0, where the valve's area, k_xu ``|u|``, has no derivative.
     P_A, P_B : float
-        Pressures, Pa. The point need not be an equilibrium; the matrices hold around it all the same.
+        Pressures, Pa. The point need not be an equilibrium.
     x, v : float
         Piston position, m, and velocity, m/s.
 
     Returns
     -------
     control.StateSpace or Linear
-        The first where python-control is installed; both have A, B, C and D.
+        A StateSpace where python-control is installed; both have A, B, C and D.
 
     Raises
     ------
     InputError
-        If model or n is bad, or the right-hand side has no derivative at the point.
+        If there is no such model, n is bad, or the right-hand side has no derivative at the point.
     """
     pressures = {"A": P_A, "B": P_B}
     _checked(plant, u, x, v, pressures)
-    row, cylinder = chosen_lane(model, n, plant), plant.cylinder
+    row, cylinder = lane_for(model, n, plant), plant.cylinder
     A, B = np.zeros((2, 2)), np.zeros((2, 3))
     for i, (side, sign) in enumerate(SIDES.items()):
         area = cylinder.A_A if side == "A" else cylinder.A_B
 
         def derivative(k: int, P: float = pressures[side], sign: float = sign, area: float = area) -> float:
             outward = (sign * u, sign * x, sign * v, P)
-            arguments = (complex(value, STEP * (j == k)) for j, value in enumerate(outward))
-            return at_point(lane_rate, *arguments, area, plant, row).imag / STEP
+            arguments = (complex(value, IMAGINARY_STEP * (j == k)) for j, value in enumerate(outward))
+            return complex_value(lane_rate, *arguments, area, plant, row).imag / IMAGINARY_STEP
 
         A[i, i] = derivative(3)
         B[i] = [sign * derivative(k) for k in range(3)]

@@ -1,5 +1,6 @@
 """Rate of one chamber's pressure by any model, on floats, arrays and symbols."""
 
+from collections.abc import Callable
 from importlib import import_module
 from math import isfinite
 from typing import Any
@@ -7,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.branches import is_symbolic, joined, tree
+from pneumo.engineer.branches import choices, is_symbolic, merged
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, Lane, Model, lane
 from pneumo.simulation.reference import lane_rate
 
 N_MAX = 3.0  # as in the configuration's schema
-SIDES = {"A": 1.0, "B": -1.0}  # of outward u, x, v
+SIDES = {"A": 1.0, "B": -1.0}  # sign of outward u, x, v
 
 
-def chosen_model(model: Model | str) -> Model:
-    """Find a model's row.
+def model_row(model: Model | str) -> Model:
+    """Row of a model, by its name in `MODELS`; a row is returned as it is.
 
     Raises
     ------
@@ -31,35 +32,27 @@ def chosen_model(model: Model | str) -> Model:
     return MODELS[model]
 
 
-def chosen(model: Model | str, n: float | None) -> tuple[Model, float]:
-    """Find a model's row, and the index n that goes with it.
-
-    Parameters
-    ----------
-    model : Model or str
-        A row of one's own, or the name of one in `MODELS`.
-    n : float or None
-        Polytropic index; None where the model has none.
+def model_and_index(model: Model | str, n: float | None) -> tuple[Model, float]:
+    """Row of a model, and its polytropic index: 1 where the model has none and n is None.
 
     Raises
     ------
     InputError
         If there is no such model, or n is missing or outside 0 to 3.
     """
-    model = chosen_model(model)
+    row = model_row(model)
     if n is None:
-        if model.has_n:
-            raise InputError(f"n: {model.name} needs a polytropic index")
-        n = 1.0  # plays no role
+        if row.has_n:
+            raise InputError(f"n: {row.name} needs a polytropic index")
+        n = 1.0
     if not (isfinite(n) and 0 < n <= N_MAX):
         raise InputError(f"n = {n:g}: must be greater than 0 and at most {N_MAX:g}")
-    return model, float(n)
+    return row, float(n)
 
 
-def chosen_lane(model: Model | str, n: float | None, plant: Plant) -> Lane:
-    """Fill n and the gas's gamma in; parameters and errors are those of `chosen`."""
-    row, n = chosen(model, n)
-    return lane(row, n, plant.gas.gamma)
+def lane_for(model: Model | str, n: float | None, plant: Plant) -> Lane:
+    """Lane of a model at n, with the gas's gamma; errors are those of `model_and_index`."""
+    return lane(*model_and_index(model, n), plant.gas.gamma)
 
 
 def chamber_rate(
@@ -70,9 +63,9 @@ def chamber_rate(
     Parameters
     ----------
     model : Model or str
-        A row of one's own, or the name of one in `MODELS`.
+        A row of six cells, or the name of one in `MODELS`.
     n : float or None
-        Polytropic index.
+        Polytropic index; None where the model has none.
     plant : Plant
     u, x, v, P : float, NumPy array, CasADi or SymPy symbol
         Command within the valve's limits, V, piston position, m, and velocity, m/s, both positive towards
@@ -83,7 +76,7 @@ def chamber_rate(
     Returns
     -------
     float, array or expression
-        Of the kind that went in.
+        Of the kind of the arguments.
 
     Raises
     ------
@@ -92,17 +85,17 @@ def chamber_rate(
     """
     if side not in SIDES:
         raise InputError(f"side = {side!r}: must be 'A' or 'B'")
-    row, sign = chosen_lane(model, n, plant), SIDES[side]
+    row, sign = lane_for(model, n, plant), SIDES[side]
     area = plant.cylinder.A_A if side == "A" else plant.cylinder.A_B
 
     def rate(u: Any, x: Any, v: Any, P: Any) -> Any:
         return lane_rate(sign * u, sign * x, sign * v, P, area, plant, row)
 
     with np.errstate(invalid="ignore"):  # roots of negative numbers, where another branch is chosen
-        return joined(tree(rate, u, x, v, P), _choice(u, x, v, P))
+        return merged(choices(rate, u, x, v, P), _chooser(u, x, v, P))
 
 
-def _choice(*arguments: Any) -> Any:
+def _chooser(*arguments: Any) -> Callable[[Any, Any, Any], Any]:
     """`condition ? yes : no` for the kind of symbol or array among the arguments."""
     kinds = {type(a).__module__.split(".")[0] for a in arguments if is_symbolic(a)}
     if "casadi" in kinds:

@@ -71,10 +71,10 @@ def plant(
     _check_conductance(k_0)
     if P_s <= P_atm:
         raise InputError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
-    T_in = T_amb if T_in is None else T_in
-    P_0 = equilibrium_pressure(P_s, P_atm, gas) if P_0 is None else P_0
-    check_positive(T_in=T_in, P_0=P_0)
-    conditions = Conditions(*(float(value) for value in (P_s, P_atm, T_in, T_amb, P_0, T_amb)))
+    inlet = T_amb if T_in is None else T_in
+    rest = equilibrium_pressure(P_s, P_atm, gas) if P_0 is None else P_0
+    check_positive(T_in=inlet, P_0=rest)
+    conditions = Conditions(*(float(value) for value in (P_s, P_atm, inlet, T_amb, rest, T_amb)))
     return Plant(gas, Valve(float(k_xu), float(u_max)), conditions, c, float(k_0))
 
 

@@ -161,7 +161,7 @@ def _read_table(path: Path) -> tuple[pd.DataFrame, dict[str, str], int]:
         raise InputError(f"{path}: not a readable {kind} file ({text})") from None
 
 
-def _numbers(samples: Samples, quantity: str, column: "pd.Series[str]") -> np.ndarray:
+def _numbers(samples: Samples, quantity: str, column: pd.Series) -> np.ndarray:
     """A column as finite numbers."""
     numbers = np.asarray(pd.to_numeric(column, errors="coerce"), dtype=float)
     bad = np.flatnonzero(~np.isfinite(numbers))
@@ -227,7 +227,7 @@ def read_measurement(
     samples = Samples(path, first_line, values)
     for quantity, column in columns.items():
         _check_column(path, quantity, column, names)
-        numbers = _numbers(samples, quantity, table[column.column])
+        numbers = _numbers(samples, quantity, table.loc[:, column.column])
         values[quantity] = _in_si(numbers, quantity, column.unit, plant.conditions.P_atm)
     if from_end:
         values["x"] = values["x"] - plant.cylinder.stroke / 2

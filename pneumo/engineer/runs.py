@@ -1,11 +1,12 @@
 """Full-order runs on given signals, measured signals, and replays of a model on either."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.engineer.model_rate import chosen_lane
+from pneumo.engineer.model_rate import lane_for
 from pneumo.engineer.plants import check_positive
 from pneumo.errors import InputError
 from pneumo.physics.models import Model, lane_array
@@ -14,30 +15,27 @@ from pneumo.simulation.replay import STATUS
 from pneumo.simulation.replay import replay as replay_lanes
 from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated
 
+OPEN_LOOP = Drive(False, 0.0, np.inf)
+
 
 class Run(NamedTuple):
     """Signals of a cylinder, simulated or measured, at every step.
 
     Attributes
     ----------
-    plant : Plant
-    drive : Drive or None
-        What made the command; None for measured signals.
-    h : float
-        Step, s.
     recording : Recording
-        States, reference and command, as `pneumo.simulate` keeps them.
+        States, reference and command, with plant and step.
+    simulated : bool
+        By `simulate`; else measured.
     """
 
-    plant: Plant
-    drive: Drive | None
-    h: float
     recording: Recording
+    simulated: bool
 
     @property
     def t(self) -> np.ndarray:
         """Time from the start, s."""
-        return self.h * np.arange(len(self.u))
+        return self.recording.h * np.arange(len(self.u))
 
     @property
     def u(self) -> np.ndarray:
@@ -76,7 +74,7 @@ class Run(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """What a reduced model makes of a run.
+    """Pressures of a reduced model on a run, and their error.
 
     Attributes
     ----------
@@ -98,8 +96,8 @@ class Prediction(NamedTuple):
     status: tuple[str, ...]
 
 
-def _series(**signals: Any) -> list[np.ndarray]:
-    """Signals as arrays of floats, one-dimensional, finite and of one length."""
+def _series(**signals: ArrayLike) -> list[np.ndarray]:
+    """Signals as arrays of floats: one-dimensional, finite and of one length."""
     arrays = {name: np.array(values, dtype=float) for name, values in signals.items()}
     length = next(iter(arrays.values())).size
     for name, values in arrays.items():
@@ -108,7 +106,14 @@ def _series(**signals: Any) -> list[np.ndarray]:
     return list(arrays.values())
 
 
-def simulate(plant: Plant, h: float, *, command: Any = None, reference: Any = None, k_p: float = 0.0) -> Run:
+def simulate(
+    plant: Plant,
+    h: float,
+    *,
+    command: ArrayLike | None = None,
+    reference: ArrayLike | None = None,
+    k_p: float = 0.0,
+) -> Run:
     """Run the full-order system, eqs (1) to (8), from rest in mid-stroke at (P_0, T_0).
 
     Parameters
@@ -117,32 +122,41 @@ def simulate(plant: Plant, h: float, *, command: Any = None, reference: Any = No
     h : float
         Step, s; 1 ms in the paper.
     command : array-like
-        Command in force from every step's start, V; or instead
+        Command from every step's start on, V.
     reference : array-like
-        Position reference in force from every step's start, m, followed by proportional control
+        Instead of a command: position reference from every step's start on, m.
     k_p : float
-        with this gain, V/m.
+        Gain of the proportional control that follows the reference, V/m.
 
     Raises
     ------
     InputError
         If not exactly one of command and reference is given, or a number is out of range.
     """
-    if (command is None) == (reference is None):
-        raise InputError("give either command or reference")
     check_positive(h=h)
-    if reference is None:
-        drive, (signal,) = Drive(False, 0.0, np.inf), _series(command=command)
-    else:
+    if command is not None and reference is None:
+        drive, (signal,) = OPEN_LOOP, _series(command=command)
+    elif reference is not None and command is None:
         check_positive(k_p=k_p)
         drive, (signal,) = Drive(True, float(k_p), np.inf), _series(reference=reference)
+    else:
+        raise InputError("give either command or reference")
     states = run(equilibrium(plant), signal, 0.0, drive, plant, float(h))
     u = command_series(states, signal, drive)
-    return Run(plant, drive, float(h), Recording(states, signal, u, drive, plant, float(h)))
+    return Run(Recording(states, signal, u, drive, plant, float(h)), simulated=True)
 
 
-def recorded(plant: Plant, h: float, *, u: Any, x: Any, v: Any, P_A: Any = None, P_B: Any = None) -> Run:
-    """Make a run of measured signals, for `replay`.
+def recorded(
+    plant: Plant,
+    h: float,
+    *,
+    u: ArrayLike,
+    x: ArrayLike,
+    v: ArrayLike,
+    P_A: ArrayLike | None = None,
+    P_B: ArrayLike | None = None,
+) -> Run:
+    """Run of measured signals, for `replay`.
 
     Parameters
     ----------
@@ -166,22 +180,19 @@ def recorded(plant: Plant, h: float, *, u: Any, x: Any, v: Any, P_A: Any = None,
     for column, (name, P) in zip((2, 4), {"P_A": P_A, "P_B": P_B}.items(), strict=True):
         if P is not None:
             states[:, column] = _series(u=u, **{name: P})[1]
-    no_drive = Drive(False, 0.0, np.inf)
-    return Run(plant, None, float(h), Recording(states, np.zeros(len(u)), u, no_drive, plant, float(h)))
+    return Run(Recording(states, np.zeros(len(u)), u, OPEN_LOOP, plant, float(h)), simulated=False)
 
 
 def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
-    """Replay a reduced model on a run: Fig. 6.
+    """Replay a reduced model on a run, Fig. 6, from P_0 on.
 
-    On a simulated run the model sees the signals at every stage of the integrator exactly; between measured
-    samples they are interpolated linearly. The model starts at P_0.
+    The model sees the signals of a simulated run exactly at every stage of the integrator; measured samples
+    are interpolated linearly.
 
     Parameters
     ----------
-    model : Model or str
-        A row of one's own, or the name of one in `MODELS`.
-    n : float or None
-        Polytropic index.
+    model, n
+        As for `pneumo.chamber_rate`.
     run : Run
         From `simulate` or `recorded`.
 
@@ -190,8 +201,8 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
     InputError
         If there is no such model, or n is missing or out of range.
     """
-    lanes = lane_array([chosen_lane(model, n, run.plant)])
-    found = replay_lanes(run.recording, lanes, EXACT_TRANSPORT if run.drive else interpolated())
+    lanes = lane_array([lane_for(model, n, run.recording.plant)])
+    found = replay_lanes(run.recording, lanes, EXACT_TRANSPORT if run.simulated else interpolated())
     P_A, P_B = found.pressure[0]
     status = tuple(STATUS[int(code)] for code in found.status[0])
     return Prediction(run.t, P_A, P_B, found.mean_error[0], found.mse[0], status)

@@ -1,4 +1,4 @@
-"""How large an error sampled signals leave in replays of a run of one's own."""
+"""Pressure error that sampled signals cause in replays of a run: the floor below which no model can go."""
 
 import numpy as np
 
@@ -6,13 +6,14 @@ from pneumo.engineer.floor_theory import SHIFTS, predicted_error
 from pneumo.engineer.runs import Run
 from pneumo.errors import InputError
 
-WHOLE = 1e-6  # how far the ratio of two times may be from a whole number, for rounding
+ROUNDING = 1e-6  # relative distance of a ratio of times from a whole number that is rounding
 
 
 def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple[float, float]:
-    """RMS pressure error that no model of the air can go below when it is replayed on sampled signals.
+    """RMS pressure error that the sampling of u, x and v alone causes in a replay, whatever the model.
 
-    Linear theory along the run: no replay is made. The command's jumps fall on steps of the run.
+    Linear theory along the run, `pneumo.engineer.floor_theory`, without a replay. Jumps of the command fall
+    on steps of the run.
 
     Parameters
     ----------
@@ -21,7 +22,7 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
     period : float
         Time between samples of u, x and v, s: a multiple or a whole fraction of the run's step.
     transport : {"linear", "hold", "delay"}
-        Straight lines between samples, the last sample, or the one before it.
+        Linear interpolation, the last sample held (zero-order hold), or the sample before it held.
 
     Returns
     -------
@@ -37,11 +38,12 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
         raise InputError(f"transport = {transport!r}: must be one of {', '.join(SHIFTS)}")
     if not (np.isfinite(period) and period > 0):
         raise InputError(f"period = {period:g}: must be a positive number")
-    if run.drive is None:
+    if not run.simulated:
         raise InputError("run: must come from simulate; a recorded one lacks the temperatures")
-    ratio = max(period / run.h, run.h / period)
-    if abs(ratio - round(ratio)) > WHOLE * ratio:
-        raise InputError(f"period = {period:g} s: must be a multiple or a whole fraction of h = {run.h:g} s")
+    h = run.recording.h
+    ratio = max(period / h, h / period)
+    if abs(ratio - round(ratio)) > ROUNDING * ratio:
+        raise InputError(f"period = {period:g} s: must be a multiple or a whole fraction of h = {h:g} s")
     error = predicted_error(run.recording, period, transport)
     A, B = np.sqrt(np.mean(error**2, axis=1)).tolist()
     return A, B

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pneumo import MODELS, Model, chamber_rate, linearise
 from pneumo import testing as some
-from pneumo.engineer.branches import Fork, tree
+from pneumo.engineer.branches import Choice, choices
 from pneumo.errors import InputError
 from pneumo.physics.models import lane
 from pneumo.physics.valve import choked_flow
@@ -103,26 +103,26 @@ def test_tree_asks_every_question_once():
     def function(x):
         return (1 if x > 2 else 2) if x > 0 else 3
 
-    assert function(1.0) == tree(function, 1.0) == 2
-    node = tree(function, np.array([-1.0, 1.0, 3.0]))
+    assert function(1.0) == choices(function, 1.0) == 2
+    node = choices(function, np.array([-1.0, 1.0, 3.0]))
     assert node.condition.tolist() == [False, True, True]
     assert node.yes.condition.tolist() == [False, False, True]
     assert (node.yes.yes, node.yes.no, node.no) == (1, 2, 3)
-    assert isinstance(node, Fork)
+    assert isinstance(node, Choice)
 
 
 def test_ways_that_divide_by_zero_are_left_out():
-    assert tree(lambda x: x / 0.0 if x > 0 else 3, np.array([1.0, 2.0])) == 3
+    assert choices(lambda x: x / 0.0 if x > 0 else 3, np.array([1.0, 2.0])) == 3
     with pytest.raises(ZeroDivisionError):
-        tree(lambda x: x / 0 if x > 0 else 3 / (0.0 * 1), np.array([1.0, 2.0]))
+        choices(lambda x: x / 0 if x > 0 else 3 / (0.0 * 1), np.array([1.0, 2.0]))
 
 
 def test_traced_functions_beyond_the_models(plant):
     # The full-order chamber is evaluated in the same way.
     P = np.array([2e5, 5e5, 7.5e5])
     with np.errstate(invalid="ignore"):
-        node = tree(lambda P: chamber_rates(1.0, 0.01, 0.2, P, 290.0, plant.cylinder.A_A, plant), P)
-    while isinstance(node, Fork):
+        node = choices(lambda P: chamber_rates(1.0, 0.01, 0.2, P, 290.0, plant.cylinder.A_A, plant), P)
+    while isinstance(node, Choice):
         node = node.yes
     assert node[0].shape == node[1].shape == P.shape
 

@@ -33,8 +33,7 @@ def run(mine):
 
 
 def test_simulate_is_the_full_order_system(mine, run):
-    drive = run.drive
-    assert drive is not None
+    drive = run.recording.drive
     expected = datum.run(datum.equilibrium(mine), COMMAND, 0.0, drive, mine, H)
     assert np.array_equal(run.recording.states, expected)
     assert np.array_equal(run.u, COMMAND)

@@ -267,7 +267,7 @@ def test_averages_of_a_run_are_its_own(fine):
 
 def test_floor_of_ones_own_run_and_what_it_refuses(fine):
     e, recording = fine
-    run = Run(e.plant, e.drive, e.h, recording)
+    run = Run(recording, simulated=True)
     both = np.mean(np.square(pneumo.transport_floor(run, 1e-3, "delay"))) ** 0.5
     assert both == pytest.approx(f.rms_error(theory.predicted_error(recording, *parts(e), 1e-3, "delay")))
     assert pneumo.transport_floor(run, e.h / 2)[0] == pytest.approx(pneumo.transport_floor(run, e.h)[0] / 2)
