@@ -19,7 +19,7 @@ MM_PER_INCH = 25.4
 INK = "#1a1a1a"
 GREY = "#7f7f7f"
 PALE = "#e6e6e6"
-ACCENT = "#1f5fa8"  # the only hue in the schemes; L* = 40, so it prints as a dark grey
+ACCENT = "#1f5fa8"  # L* = 40, so it prints as a dark grey; the schemes have it too
 
 PAPER_RC: dict[Any, Any] = {
     # STIX travels with matplotlib, has the whole mathematical alphabet and matches a Times text.

@@ -1,0 +1,107 @@
+"""The common style of figures: the reader's settings do not matter, models and sources can be told apart."""
+
+import itertools
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from pneumo.publish.model_looks import PAPER_LOOKS, looks_of
+from pneumo.publish.style import SOURCE_BAR, SOURCE_MARKER, axis_label, new_figure, paper_style, save
+
+
+def test_style_does_not_depend_on_the_readers_settings(tmp_path):
+    def draw() -> Figure:
+        with paper_style():
+            fig = new_figure()
+            fig.subplots().plot([1, 2], label="$P_A$")
+        return fig
+
+    plain, _ = save(draw(), tmp_path / "plain")
+    with mpl.rc_context(
+        {"font.size": 20, "svg.fonttype": "none", "svg.hashsalt": None, "lines.linewidth": 9}
+    ):
+        other, _ = save(draw(), tmp_path / "other")
+    assert plain.read_bytes() == other.read_bytes()
+
+
+def test_style_leaves_no_trace():
+    before = dict(mpl.rcParams)
+    with paper_style():
+        pass
+    assert dict(mpl.rcParams) == before
+
+
+def test_save_leaves_no_part_file_when_drawing_fails(tmp_path):
+    with paper_style():
+        fig = new_figure()
+        fig.text(0.5, 0.5, r"$\nosuchsymbol$")
+    with pytest.raises(ValueError, match="nosuchsymbol"):
+        save(fig, tmp_path / "broken")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_save_keeps_dots_in_the_name(tmp_path):
+    with paper_style():
+        fig = new_figure(layout=None)
+    assert [p.name for p in save(fig, tmp_path / "n1.35")] == ["n1.35.svg", "n1.35.png"]
+
+
+def test_axis_label_has_its_unit_in_brackets():
+    assert axis_label("$P_A$", "Pa") == "$P_A$ (Pa)"
+    assert axis_label("$n$") == "$n$"
+
+
+# Machado, Oliveira and Fernandes (2009), doi:10.1109/TVCG.2009.113, severity 1, on linear RGB.
+VISION = {
+    "normal": np.eye(3),
+    "protanopia": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deuteranopia": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "grey": np.tile([0.2126, 0.7152, 0.0722], (3, 1)),
+}
+
+
+def lab(color: str, vision: str) -> np.ndarray:
+    """CIE L*a*b* (D65) of a colour as that eye, or a grey printer, gives it."""
+    rgb = np.array(to_rgb(color))
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    seen = np.clip(np.asarray(VISION[vision]) @ linear, 0, 1)
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    ratio = to_xyz @ seen / to_xyz.sum(axis=1)
+    f = np.where(ratio > (6 / 29) ** 3, np.cbrt(ratio), ratio / (3 * (6 / 29) ** 2) + 4 / 29)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("vision", VISION)
+def test_models_can_be_told_apart(vision):
+    assert list(PAPER_LOOKS) == [f"M{i}" for i in range(1, 11)]
+    for (one, look), (other, another) in itertools.combinations(PAPER_LOOKS.items(), 2):
+        assert look.marker != another.marker
+        # 12 in CIE76 is some five times the just noticeable 2.3; a pair below it must differ in dashes.
+        close = np.linalg.norm(lab(look.color, vision) - lab(another.color, vision)) < 12
+        assert not (close and look.linestyle == another.linestyle), f"{one} and {other}, {vision}"
+
+
+def test_added_models_have_looks_of_their_own():
+    names = [*PAPER_LOOKS, *(f"M{i}" for i in range(11, 40)), "mine"]
+    looks = looks_of(names)
+    assert list(looks) == names and len({(look.linestyle, look.marker) for look in looks.values()}) == len(
+        names
+    )
+
+
+def test_published_and_reproduced_differ_without_colour():
+    assert SOURCE_BAR["published"]["facecolor"] == "white" and SOURCE_BAR["published"]["hatch"]
+    assert lab(SOURCE_BAR["reproduced"]["facecolor"], "grey")[0] < 50
+    assert SOURCE_MARKER["published"]["marker"] != SOURCE_MARKER["reproduced"]["marker"]
+    assert SOURCE_MARKER["published"]["markerfacecolor"] == "none"
