@@ -43,7 +43,7 @@ docs: .venv/.installed  ## build the documentation into site/; a warning is an e
 crosscheck: .venv/.installed  ## run the equations once more in GNU Octave, where it is installed, and compare
 	@echo "== crosscheck: octave-cli tests/crosscheck/crosscheck.m"
 	$(activate)
-	python tests/crosscheck/compare.py
+	python -m tests.crosscheck.octave
 
 fuzz: .venv/.installed  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
 	@echo "== fuzz: pytest tests/test_fuzz.py"

@@ -10,22 +10,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from benchmarks.timing import ROOT
+from tests.checkout import copy_checkout
 
 ARGUMENTS = ("-m", "snakemake", "-j2")
 STARTED = re.compile(r"^Job (\d+): ")
 FINISHED = re.compile(r"^Finished jobid: (\d+) \(Rule: (\w+)\)")
-
-
-def copy_of_project(folder: Path) -> Path:
-    """Copy what git knows, and what is new, without results."""
-    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
-    names = subprocess.run(listed, cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    for name in filter(None, names.split("\0")):
-        if (ROOT / name).is_file():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(ROOT / name, folder / name)
-    return folder
 
 
 def snakemake(folder: Path, cache: Path, *arguments: str) -> dict[str, Any]:
@@ -80,7 +69,7 @@ def run_study(*arguments: str) -> dict[str, Any]:
         More for snakemake: another configuration.
     """
     with tempfile.TemporaryDirectory(prefix="pneumo-bench-") as temporary:
-        folder, cache = copy_of_project(Path(temporary, "pneumo")), Path(temporary, "numba")
+        folder, cache = copy_checkout(Path(temporary, "pneumo")), Path(temporary, "numba")
         runs = {"cold": snakemake(folder, cache, *arguments)}
         shutil.rmtree(folder / "results")
         shutil.rmtree(folder / ".snakemake")

@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,20 +11,17 @@ import pytest
 from pneumo import hashing
 from pneumo.hashing import code_hash, compiled_hash, imports_of, modules_behind
 from pneumo.jobs.rerun_triggers import code_behind
+from tests.checkout import ROOT, copy_checkout
 
-ROOT = Path(__file__).parents[1]
 STEPS = ["datum.py", "settling.py", "replay.py", "statistics.py", "settling_table.py"]
 
 
 @pytest.fixture
 def copy(tmp_path, monkeypatch):
-    """A copy of package and workflow that the hashes look at."""
-    ignore = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "pneumo", tmp_path / "pneumo", ignore=ignore)
-    shutil.copytree(ROOT / "workflow", tmp_path / "workflow", ignore=ignore)
-    monkeypatch.setattr(hashing, "ROOT", tmp_path / "pneumo")
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+    """A copy of the checkout that the hashes look at."""
+    monkeypatch.setattr(hashing, "ROOT", copy_checkout(tmp_path / "checkout") / "pneumo")
+    monkeypatch.chdir(tmp_path / "checkout")
+    return tmp_path / "checkout"
 
 
 def edited(file, old="", new="\n# edited\n"):

@@ -21,7 +21,8 @@ from typing import NamedTuple
 
 from pneumo.storage.files import sealed_files, write_text
 from pneumo.storage.seal import SEALS
-from tests.torture.study import ROOT, Study, stop
+from tests.checkout import ROOT
+from tests.torture.study import Study, stop
 
 DAY = 86_400
 

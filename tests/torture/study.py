@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-ROOT = Path(__file__).parents[2]
-NOT_COMPARED = {"logs", "evidence", "run.json", "bench.json", "README.md"}  # times, hosts, measurements
+from tests.checkout import copy_checkout
+from tests.torture.compare import compared_files
+
 TWO_JOBS = ("-j2",)
 
 
@@ -42,12 +43,7 @@ class Study:
     """
 
     def __init__(self, folder: Path, config: str, environment: Mapping[str, str] | None = None):
-        self.folder, self.results = folder, folder / "results"
-        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout
-        for name in filter(None, listed.decode().split("\0")):
-            target = folder / name
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(ROOT / name, target, follow_symlinks=False)
+        self.folder, self.results = copy_checkout(folder), folder / "results"
         self.command = [sys.executable, "-m", "snakemake", "--rerun-incomplete"]
         self.command += ["--configfile", config] if config else []
         python_path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
@@ -81,12 +77,8 @@ class Study:
 
     def hashes(self) -> dict[str, str]:
         """SHA-256 of every file of results that must not change."""
-        files = (file.relative_to(self.results) for file in self.results.rglob("*"))
-        return {
-            str(file): hashlib.sha256((self.results / file).read_bytes()).hexdigest()
-            for file in sorted(files)
-            if not NOT_COMPARED & set(file.parts) and (self.results / file).is_file()
-        }
+        names = compared_files(self.results)
+        return {name: hashlib.sha256((self.results / name).read_bytes()).hexdigest() for name in names}
 
     def size(self) -> int:
         """Bytes of all results."""

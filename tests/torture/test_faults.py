@@ -1,14 +1,18 @@
 """Faults on the smoke study, and how studies are compared; `make torture`, `make determinism` do it all."""
 
+import json
 import random
 import signal
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from tests.torture.determinism import BOUND, moved
+from pneumo.storage.files import read, write, write_text
+from tests.torture.compare import differences, relative_change
+from tests.torture.determinism import largest_change
 from tests.torture.faults import FAULTS, Bench
 from tests.torture.study import stop
 
@@ -43,37 +47,54 @@ class TestFaults:
 
 
 @pytest.fixture
-def cells() -> xr.Dataset:
-    return xr.Dataset(
-        {
-            "mse": (("n", "t"), np.array([[1.0, -4.0], [np.nan, 2.0]])),
-            "status": ("n", np.int8([0, 1])),
-            "pressure": ("t", np.float32([1.0, 3.0])),
-        }
-    )
+def two_studies(tmp_path) -> list[Path]:
+    """Results of two equal studies."""
+    values = {"mse": (("n", "t"), [[1.0, -4.0], [np.nan, 2.0]]), "pressure": ("t", np.float32([1.0, 3.0]))}
+    dataset = xr.Dataset(values | {"status": ("n", np.int8([0, 1]))}, {"n": [1.0, 1.4]}, {"title": "A"})
+    for name in ("one", "other"):
+        write(dataset, tmp_path / name / "cells.nc", {"code_sha256": name})
+        write_text(json.dumps({"items": [1.5, {"code_sha256": name}]}), tmp_path / name / "verdict.json")
+        write_text(f"hash {name[0] * 64}".replace("o", "a"), tmp_path / name / "page.html")
+    return [tmp_path / "one", tmp_path / "other"]
 
 
-def test_equal_studies_have_not_moved(cells):
-    assert moved(cells, cells.copy(deep=True)) == (0.0, "status")
+def test_studies_that_differ_in_hashes_only_are_equal(two_studies):
+    assert list(differences(*two_studies)) == []
 
 
-def test_a_number_moves_by_its_share_of_the_largest_of_its_variable(cells):
-    other = cells.copy(deep=True)
-    other["mse"][1, 1] += 4e-9
-    by, name = moved(cells, other)
-    assert name == "mse" and by == pytest.approx(1e-9) and by > BOUND
+@pytest.mark.parametrize(
+    ("name", "old", "new", "line"),
+    [
+        ("verdict.json", "1.5", "1.25", "verdict.json: /items/0: differs by 0.17 of its largest value"),
+        ("verdict.json", "items", "things", "verdict.json: /items/0: only before"),
+        ("page.html", "hash", "hashes", "page.html: bytes: differs"),
+    ],
+)
+def test_other_text_is_found(two_studies, name, old, new, line):
+    file = two_studies[1] / name
+    file.write_text(file.read_text().replace(old, new))
+    assert line in list(differences(*two_studies))
 
 
-def test_another_label_or_another_gap_is_further_than_any_number(cells):
-    for name, place, value in (("status", 0, 1), ("mse", (0, 0), np.nan)):
-        other = cells.copy(deep=True)
-        other[name][place] = value
-        assert moved(cells, other) == (np.inf, name)
+@pytest.mark.parametrize(
+    ("name", "place", "value", "by"),
+    [("mse", (1, 1), 2.0 + 4e-9, 1e-9), ("status", 0, 1, np.inf), ("mse", (0, 0), np.nan, np.inf)],
+)
+def test_another_number_is_found_with_its_share_of_the_largest(two_studies, name, place, value, by):
+    file = two_studies[1] / "cells.nc"
+    dataset = read(file)
+    dataset[name][place] = value
+    write(dataset, file, {})
+    assert largest_change(two_studies[0] / "cells.nc", file) == (pytest.approx(by), name)
+    assert [line for line in differences(*two_studies) if line.startswith(f"cells.nc: {name}: differs")]
 
 
-def test_the_last_place_of_stored_pressures_may_differ(cells):
-    other = cells.copy(deep=True)
-    other["pressure"][1] = np.nextafter(np.float32(3.0), np.float32(4.0))
-    assert moved(cells, other)[0] == 0.0
-    other["pressure"][1] = 3.0001
-    assert moved(cells, other)[1] == "pressure"
+def test_an_absent_file_is_found(two_studies):
+    (two_studies[1] / "cells.nc").unlink()
+    assert list(differences(*two_studies)) == ["cells.nc: only before"]
+
+
+def test_the_last_place_of_stored_pressures_may_differ_between_processors():
+    one, two = np.float32([1.0, 3.0]), np.float32([1.0, np.nextafter(np.float32(3.0), np.float32(4.0))])
+    assert 0 < relative_change(one, two) <= np.finfo(np.float32).eps
+    assert relative_change(np.array([0.0]), np.array([-0.0])) > 0  # bit for bit

@@ -17,7 +17,8 @@ from pneumo.configuration.parameters import load, read_yaml, study
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.reference import EXACT, PUBLISHED, replay
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
 from pneumo.storage.files import write_text
 
 HERE = Path(__file__).parent
@@ -90,8 +91,7 @@ def compared(name: str, seconds: float = SECONDS) -> dict[str, Any]:
     full = recording.states[:, [2, 4]].T
     result["full order"] = largest(states[:, [2, 4]].T - full, full, e.h)
     for transport, theirs in pressures.items():
-        lag = paper.lag if transport == PUBLISHED else 0.0
-        cells = replay(recording, lanes, e.drive, e.plant, e.h, transport=transport, lag=lag)
+        cells = replay(recording, lanes, study_transport(transport, paper.lag, e.h))
         ours = cells.pressure[index[:, 0]]
         result[transport] = {
             model: largest(theirs[i] - ours[i], ours[i], e.h) for i, model in enumerate(MODELS)
