@@ -1,0 +1,63 @@
+"""An eleventh row in `MODELS` is a model for `pneumo study`, `fit`, `linearise` and `export` too."""
+
+import numpy as np
+import pytest
+
+from pneumo import MODELS, Model, linearise, recorded, replay, simulate
+from pneumo.configuration.parameters import load, study
+from pneumo.engineer.cylinder_template import TEMPLATE
+from pneumo.engineer.estimate import fit_measurement
+from pneumo.engineer.export import TARGETS, exported
+from pneumo.engineer.model_rate import model_row
+from pneumo.engineer.own_study import models_with_wall_heat, rankings, run_study
+from pneumo.engineer.record import Measurement
+
+# Pages and figures read the table when they are imported: tests/publish.
+M11 = Model("M11", "n", "n", "n", "polytropic", True, "lambda_0 A_q")
+
+
+@pytest.fixture(autouse=True)
+def eleven_models(monkeypatch):
+    monkeypatch.setitem(MODELS, "M11", M11)
+
+
+@pytest.fixture(scope="module")
+def run(plant):
+    steps = np.arange(1200)
+    return simulate(plant, 1e-3, command=0.8 * np.sign(np.sin(steps / 150) + np.sin(steps / 57)))
+
+
+def test_study_ranks_the_added_model():
+    configured = study(load(TEMPLATE))
+    experiments = {name: e._replace(steps=300) for name, e in configured.experiments.items()}
+    tiny = configured._replace(experiments=experiments, n=(1.2, 1.4), seeds=2)
+    cells = run_study(tiny, threads=1)
+    added = cells.sel(model="M11")
+    assert cells.sizes["model"] == 11 and (added["mse"] > 0).all()
+    # With wall heat beside n = gamma it is M9.
+    np.testing.assert_allclose(added["mse"].sel(n=1.4), cells["mse"].sel(model="M9", n=1.4), rtol=1e-9)
+    assert "M11" in models_with_wall_heat() and added["mse_of_wrong_k_0"].notnull().all()
+    (ranking,) = rankings(cells)
+    assert "M11" in [row.model for row in ranking.rows]
+
+
+def test_fit_follows_the_added_models_own_pressures(plant, run):
+    own = replay("M11", 1.3, run)
+    noise = np.random.default_rng(3).normal(0, 50.0, (2, len(run.t)))
+    P = np.array([own.P_A, own.P_B]) + noise
+    fits = fit_measurement(Measurement("m", 1e-3, run.u, run.x, P, None, np.nan, ()), plant, ["M11", "M4"])
+    assert list(fits["model"].values) == ["M11", "M4"]
+    assert fits["estimate"].sel(model="M11").notnull().all()  # n and k_0 both
+    assert (fits["rms_held_out"].sel(model="M11") < 500).all()
+
+
+def test_linear_model_and_source_code_of_the_added_model(plant, run):
+    point = {"u": 0.3, "P_A": 4e5, "P_B": 5e5}
+    named, by_row = linearise("M11", 1.3, plant, **point), linearise(M11, 1.3, plant, **point)
+    assert np.array_equal(named.A, by_row.A) and np.array_equal(named.B, by_row.B)
+    for target in TARGETS:
+        source = exported("M11", 1.3, plant, target)
+        assert "M11_dP_dt" in source and "n = 1.3" in source and "eq (11)" in source
+    assert model_row("M11") is M11
+    measured = recorded(plant, 1e-3, u=run.u, x=run.x, v=run.v)
+    assert replay("M11", 1.3, measured).status == ("ok", "ok")
