@@ -22,6 +22,9 @@ Sense = Literal["equal", "at_most", "at_least"]
 Measure = Literal["absolute", "relative", "sigma", "swing", "truth", "log10"]
 
 
+PASSED_ON = ("kind", "compute", "digits", "models", "arithmetic")  # from a table's rule to its claims
+
+
 class PaperError(PneumoError, ValueError):
     """A file of claims or assumptions that does not hold together."""
 
@@ -198,14 +201,10 @@ def _cells_of_table(rule: Mapping[str, Any], folder: Path) -> Iterator[Claim]:
             printed=cell["printed"],
             unit=cell.get("unit", ""),
             scale=float(cell.get("scale", 1)),
-            digits=rule.get("digits"),
-            kind=rule["kind"],
             tolerance=tolerance,
-            compute=rule["compute"],
             arguments={key: _filled(text, names) for key, text in rule["with"].items()},
             evidence=Evidence(**{key: _filled(text, names) for key, text in rule["evidence"].items()}),
-            models=rule.get("models", False),
-            arithmetic=rule.get("arithmetic", False),
+            **{key: rule[key] for key in PASSED_ON if key in rule},
             used_in_identification=column in used.get("columns", []) and row in used.get("rows", [row]),
             erratum=rule.get("errata", {}).get(name),
             assumption=rule.get("assumptions", {}).get(name),

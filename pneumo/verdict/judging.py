@@ -107,12 +107,13 @@ class Judge:
             status, reason = self._status(claim, finding, comparison, refuted)
         if claim.unreadable:
             status, reason = "unreadable", claim.unreadable
-        evidence = claim.evidence.model_dump()
+        written = claim.model_dump()
+
+        def of_claim(*names: str) -> Item:
+            return {name: written[name] for name in names}
+
         return {
-            "id": claim.id,
-            "where": claim.where,
-            "statement": claim.statement,
-            "printed": claim.printed,
+            **of_claim("id", "where", "statement", "printed"),
             "reproduced": _reproduced(finding),
             "shown": _in_words(claim, finding, comparison),
             "deviation": None if claim.unreadable else _six_digits(comparison.deviation),
@@ -122,9 +123,7 @@ class Judge:
                 "measure": tolerance.measure,
                 "sense": claim.sense,
             },
-            "unit": claim.unit,
-            "scale": claim.scale,
-            "kind": claim.kind,
+            **of_claim("unit", "scale", "kind"),
             "status": status,
             "stands_exact": stands_exact,
             "shown_exact": shown_exact,
@@ -134,11 +133,9 @@ class Judge:
             "reason": reason,
             "erratum": claim.erratum or claim.see,
             "assumption": claim.assumption,
-            "evidence": evidence | {"compute": claim.compute, "command": f"pneumo explain {claim.id}"},
-            "table": claim.table,
-            "row": claim.row,
-            "column": claim.column,
-            "level": claim.level,
+            "evidence": written["evidence"]
+            | {"compute": claim.compute, "command": f"pneumo explain {claim.id}"},
+            **of_claim("table", "row", "column", "level"),
         }
 
     def _stands(self, claim: Claim, source: str) -> tuple[bool | None, str]:

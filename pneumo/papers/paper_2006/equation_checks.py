@@ -4,7 +4,7 @@ Equations are tried on a fixed sample of states. Mass and energy balance are wri
 that no equation is compared with itself.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +56,7 @@ def balances(s: State) -> tuple[float, float]:
     return rate_P, rate_T
 
 
-def _nearly_equal(one: float, other: float, scale: float = 0.0) -> bool:
+def _nearly_equal(one: float, other: float, scale: float) -> bool:
     return abs(one - other) <= ROUNDING * max(abs(one), abs(other), scale)
 
 
@@ -64,6 +64,10 @@ def _size_of_terms(s: State) -> float:
     """Sum of the magnitudes of the pressure equation's terms, Pa/s; rounding is a fraction of it."""
     flows = R * (s.m_in * max(s.T_in, s.T) + s.m_out * s.T)
     return GAMMA * (s.P * abs(s.dV_dt) + flows + abs(s.heat)) / s.V
+
+
+def _in_twenty_states(check: Callable[[State], bool], more: str = "") -> Finding:
+    return Finding(holds=all(check(s) for s in twenty_states()), shown=f"20 states{more}")
 
 
 def _plant(results: StudyResults, cylinder: str) -> Plant:
@@ -162,15 +166,12 @@ def units_as_printed(_: StudyResults) -> Finding:
 def pressure_equation_keeps_energy(_: StudyResults) -> Finding:
     """Whether eq (4), with wall heat counted into the air, is the energy balance."""
     g = GAMMA
-    holds = all(
-        _nearly_equal(
-            dP_dt(s.P, s.T, s.V, s.dV_dt, s.m_in, s.m_out, s.T_in, s.heat, g, g, g, R, g),
-            balances(s)[0],
-            _size_of_terms(s),
-        )
-        for s in twenty_states()
-    )
-    return Finding(holds=holds, shown="20 states")
+
+    def check(s: State) -> bool:
+        rate = dP_dt(s.P, s.T, s.V, s.dV_dt, s.m_in, s.m_out, s.T_in, s.heat, g, g, g, R, g)
+        return _nearly_equal(rate, balances(s)[0], _size_of_terms(s))
+
+    return _in_twenty_states(check)
 
 
 def temperature_rate(s: State, factor_T: bool) -> float:
@@ -222,11 +223,12 @@ def _eq_9(s: State, T: float, rate_T: float) -> float:
 
 def gas_law_differentiated(_: StudyResults) -> Finding:
     """Whether eq (9), fed with the balance of temperature, gives the balance of pressure."""
-    holds = True
-    for s in twenty_states():
+
+    def check(s: State) -> bool:
         rate_P, rate_T = balances(s)
-        holds &= _nearly_equal(_eq_9(s, s.T, rate_T), rate_P, _size_of_terms(s))
-    return Finding(holds=holds, shown="20 states")
+        return _nearly_equal(_eq_9(s, s.T, rate_T), rate_P, _size_of_terms(s))
+
+    return _in_twenty_states(check)
 
 
 def _by_model(
@@ -243,13 +245,15 @@ def _by_model(
 
 def polytropic_pressure_equation(_: StudyResults) -> Finding:
     """Whether eq (10), as M5 has it, solves eq (9) with dT/dt from eq (6)."""
-    holds = True
-    for s in twenty_states():
-        for n in (1.0, 1.2, 1.4):
-            T, rate = _by_model("M5", s, n, 1.0, 0.5, T_AMB)
-            rate_T = (n - 1) / n * T / s.P * rate  # (6), differentiated
-            holds &= _nearly_equal(_eq_9(s, T, rate_T), rate, _size_of_terms(s))
-    return Finding(holds=holds, shown="20 states at n = 1, 1.2 and 1.4")
+
+    def check(s: State) -> bool:
+        rates = {n: _by_model("M5", s, n, 1.0, 0.5, T_AMB) for n in (1.0, 1.2, 1.4)}
+        return all(
+            _nearly_equal(_eq_9(s, T, (n - 1) / n * T / s.P * rate), rate, _size_of_terms(s))  # (6)
+            for n, (T, rate) in rates.items()
+        )
+
+    return _in_twenty_states(check, " at n = 1, 1.2 and 1.4")
 
 
 def wall_laws_agree(_: StudyResults) -> Finding:
@@ -260,8 +264,9 @@ def wall_laws_agree(_: StudyResults) -> Finding:
 
 def same_right_hand_side(_: StudyResults, one: str, other: str, n: float, k_0: float) -> Finding:
     """Whether two models have the same rate of pressure at one n and k_0."""
-    holds = True
-    for s in twenty_states():
-        rates = [_by_model(name, s, n, 1.3, k_0, s.T_in)[1] for name in (one, other)]
-        holds &= _nearly_equal(rates[0], rates[1], _size_of_terms(s))
-    return Finding(holds=holds, shown="20 states")
+
+    def check(s: State) -> bool:
+        (_, first), (_, second) = (_by_model(name, s, n, 1.3, k_0, s.T_in) for name in (one, other))
+        return _nearly_equal(first, second, _size_of_terms(s))
+
+    return _in_twenty_states(check)
