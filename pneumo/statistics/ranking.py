@@ -81,22 +81,16 @@ class Ranking(NamedTuple):
 
     Attributes
     ----------
-    cylinder : str
-    experiments : tuple of str
     runs : int
-        Runs of each experiment that count.
-    left_out : tuple of str
-        The full-order runs that failed.
+        Runs of each experiment that count; `left_out` names the full-order runs that failed.
     rows : tuple of RankedModel
         Best first; empty if no full-order run succeeded.
-    gains : tuple of Gain
-    wrong_k_0 : tuple of WrongConductance
-    by_experiment : dict
+    by_experiment : mapping
         RMS error, Pa, by experiment and model, each at its n.
-    mse_by_run : dict of str to numpy.ndarray
+    mse_by_run : mapping of str to numpy.ndarray
         Mean square error, Pa^2, of each model in each run, averaged over the experiments.
     recommended, reason, advice : str, str, tuple of str
-        See `pneumo.statistics.recommendation.recommend`; empty before.
+        From `pneumo.statistics.recommendation.recommend`.
     """
 
     cylinder: str
@@ -119,13 +113,8 @@ class Ranking(NamedTuple):
 
 def cost(model: Model) -> tuple[int, int, int, int]:
     """Cost of a model, to sort by: k_0 to be measured first, then powers and terms to be computed."""
-    walls = ("none", "k_0", "lambda_0 A_q", "lambda A_q")
-    return (
-        walls.index(model.wall),
-        int(model.temperature == "polytropic"),
-        int(model.has_n),
-        int(model.mixing),
-    )
+    wall = ("none", "k_0", "lambda_0 A_q", "lambda A_q").index(model.wall)
+    return wall, int(model.temperature == "polytropic"), int(model.has_n), int(model.mixing)
 
 
 def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
@@ -143,26 +132,28 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
     if not cells["random"].any():
         cells = cells.isel(run=[0])  # without random numbers, the other runs repeat it
     cells = cells.sel(run=(cells["run_status"] == 0).all("experiment"))
-    ranking = Ranking(cylinder, tuple(cells["experiment"].values.tolist()), cells.sizes["run"], failed_runs)
-    if not ranking.runs:
-        return ranking
+    names, runs = tuple(cells["experiment"].values.tolist()), cells.sizes["run"]
+    if not runs:
+        return Ranking(cylinder, names, 0, failed_runs)
 
     mse = cells["mse"].mean("chamber", skipna=False)
     n = best_n(mse.mean(("experiment", "run"), skipna=False))
     cell_n = {name: float(n.sel(model=name).fillna(mse["n"][0])) for name in MODELS}  # any, where all failed
     at_best = {name: mse.sel(model=name, n=cell_n[name]) for name in MODELS}  # (experiment, run) each
     by_run = {name: value.mean("experiment", skipna=False).values for name, value in at_best.items()}
-    return ranking._replace(
-        rows=_rows(cells, cell_n, at_best, by_run),
-        gains=tuple(_gain(*refinement, by_run) for refinement in REFINEMENTS),
-        wrong_k_0=tuple(
-            _with_wrong_k_0(cells, cell_n, float(factor), by_run) for factor in cells["k_0_factor"].values
-        ),
-        by_experiment={
+    return Ranking(
+        cylinder,
+        names,
+        runs,
+        failed_runs,
+        _rows(cells, cell_n, at_best, by_run),
+        tuple(_gain(*refinement, by_run) for refinement in REFINEMENTS),
+        tuple(_with_wrong_k_0(cells, cell_n, float(k_0), by_run) for k_0 in cells["k_0_factor"].values),
+        {
             name: {model: float(value.sel(experiment=name).mean() ** 0.5) for model, value in at_best.items()}
-            for name in ranking.experiments
+            for name in names
         },
-        mse_by_run=by_run,
+        by_run,
     )
 
 

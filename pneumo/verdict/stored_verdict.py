@@ -33,8 +33,7 @@ def fingerprints(results: Path, paper: Path, module: str) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        ``code_sha256`` and ``inputs_sha256``; the latter over the paper's files and the SHA-256 with which
-        each results file ends.
+        ``code_sha256``, and ``inputs_sha256`` over the paper's files and the seals of the results.
     """
     digest = hashlib.sha256()
     for folder, patterns in ((paper, OF_PAPER), (results, OF_RESULTS)):
@@ -51,12 +50,9 @@ def _end(file: Path) -> bytes:
 
 
 def stored_verdict(results: Path, paper: Path, module: str) -> dict[str, Any] | None:
-    """Read ``verdict.json`` of a folder of results; None where judging anew might say something else.
+    """Content of ``verdict.json``; None where judging anew might say something else.
 
-    Parameters
-    ----------
-    results, paper, module
-        As in `fingerprints`.
+    The arguments are those of `fingerprints`.
     """
     try:
         found: dict[str, Any] = json.loads(unsealed(results / "verdict.json") + b"}")

@@ -1,1 +1,1 @@
-"""The paper of 2006."""
+"""The paper of 2006: what its claims are compared with."""

@@ -1,4 +1,4 @@
-"""The paper's verdict as `pneumo paper verdict` shows it."""
+"""The verdict that `pneumo paper verdict` shows."""
 
 from pathlib import Path
 from typing import Any
@@ -8,17 +8,12 @@ from pneumo.verdict.stored_verdict import stored_verdict
 
 
 def current_verdict(results: Path, paper: Path = PAPER_FOLDER) -> dict[str, Any]:
-    """Verdict that ``verdict.json`` holds if it is up to date, else the claims judged anew.
+    """Verdict on the paper: what ``verdict.json`` holds if it is up to date, else judged anew.
 
     Parameters
     ----------
     results, paper : pathlib.Path
-        Folder of results; folder of the paper.
-
-    Returns
-    -------
-    dict
-        As `pneumo.verdict.judging.verdict`; nothing is written.
+        Folder of results, where nothing is written; folder of the paper.
     """
     stored = stored_verdict(results, paper, "pneumo.papers.paper_2006.paper")
     if stored is not None:

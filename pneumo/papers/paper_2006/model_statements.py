@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -26,8 +26,20 @@ def _decades(above: float, below: float) -> float:
     return math.log10(above / below)
 
 
-def _quotient_in_words(mse: Mapping[str, float], above: str, below: str) -> str:
-    return f"{above} over {below}: {mse[above] / mse[below]:.2f}"
+def _compare(
+    results: StudyResults,
+    levels: Sequence[str],
+    pairs: Callable[[Mapping[str, float]], Sequence[tuple[str, str]]],
+) -> tuple[list[float], str]:
+    """Decades of mean square error between the models of pairs, upper one first, at each level; in words."""
+    decades: list[float] = []
+    words: list[str] = []
+    for level in levels:
+        mse = _mse_by_model(results, level)
+        for above, below in pairs(mse):
+            decades.append(_decades(mse[above], mse[below]))
+            words.append(f"{above} over {below}: {mse[above] / mse[below]:.2f}")
+    return decades, "; ".join(words)
 
 
 def quotient(
@@ -50,44 +62,32 @@ def quotient(
 
 def gap(results: StudyResults, above: Sequence[str], below: Sequence[str], levels: Sequence[str]) -> Finding:
     """Decades of mean square error between the best of some models and the worst of others."""
-    gaps: list[float] = []
-    words: list[str] = []
-    for level in levels:
-        mse = _mse_by_model(results, level)
-        low, high = max(below, key=lambda m: mse[m]), min(above, key=lambda m: mse[m])
-        gaps.append(_decades(mse[high], mse[low]))
-        words.append(_quotient_in_words(mse, high, low))
-    return Finding(min(gaps), shown="; ".join(words))
+    decades, words = _compare(
+        results, levels, lambda mse: [(min(above, key=mse.__getitem__), max(below, key=mse.__getitem__))]
+    )
+    return Finding(min(decades), shown=words)
 
 
 def smallest_gap(results: StudyResults, groups: Sequence[Sequence[str]], levels: Sequence[str]) -> Finding:
     """Smallest gap between neighbouring groups of models, decades."""
     gaps = [gap(results, above, below, levels) for above, below in itertools.pairwise(groups)]
-    values = [finding.value for finding in gaps if finding.value is not None]
-    return Finding(min(values), shown="; ".join(finding.shown for finding in gaps))
+    smallest = min(finding.value for finding in gaps if finding.value is not None)
+    return Finding(smallest, shown="; ".join(finding.shown for finding in gaps))
 
 
 def spread(results: StudyResults, models: Sequence[str], levels: Sequence[str]) -> Finding:
     """Decades of mean square error between the best and the worst of some models."""
-    spreads: list[float] = []
-    words: list[str] = []
-    for level in levels:
-        mse = _mse_by_model(results, level)
-        low, high = min(models, key=lambda m: mse[m]), max(models, key=lambda m: mse[m])
-        spreads.append(_decades(mse[high], mse[low]))
-        words.append(_quotient_in_words(mse, high, low))
-    return Finding(max(spreads), shown="; ".join(words))
+    decades, words = _compare(
+        results, levels, lambda mse: [(max(models, key=mse.__getitem__), min(models, key=mse.__getitem__))]
+    )
+    return Finding(max(decades), shown=words)
 
 
 def gain(results: StudyResults, better: Sequence[str], than: str, levels: Sequence[str]) -> Finding:
     """Largest reduction of mean square error against one model, decades."""
-    gains: list[float] = []
-    words: list[str] = []
-    for level in levels:
-        mse = _mse_by_model(results, level)
-        gains += [_decades(mse[than], mse[model]) for model in better]
-        words += [_quotient_in_words(mse, model, than) for model in better]
-    return Finding(max(gains), shown="; ".join(words))
+    decades, _ = _compare(results, levels, lambda _: [(than, model) for model in better])
+    _, words = _compare(results, levels, lambda _: [(model, than) for model in better])
+    return Finding(max(decades), shown=words)
 
 
 def best_models(results: StudyResults, models: Sequence[str], level: str) -> Finding:
