@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from functools import cache
 from pathlib import Path
 
@@ -199,6 +200,16 @@ def test_sentences_of_which_model_hold(results):
     for level in ("adiabatic", "typical"):
         at = both.sel(level=level)
         assert gain(at.sel(transport="published"), "M8", "M7") > gain(at.sel(transport="exact"), "M8", "M7")
+
+
+def test_architecture_lists_the_rooms_in_the_order_of_the_import_contract():
+    page = (DOCS / "architecture.md").read_text(encoding="utf-8")
+    table = page.partition("| room |")[2].partition("\n\n")[0]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
+    layers = next(c["layers"] for c in contracts["contracts"] if c["type"] == "layers")
+    assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == layers[::-1]
+    inside = [path for path in (ROOT / "pneumo").iterdir() if path.suffix in ("", ".py")]
+    assert set(layers) == {path.stem for path in inside if not path.name.startswith("__")}
 
 
 def test_every_erratum_stands_once_beside_the_theory():
