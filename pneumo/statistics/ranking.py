@@ -15,7 +15,7 @@ from pneumo.physics.models import MODELS, Model
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.intervals import Interval, paired_ratio, student_interval
 
-REFINEMENTS = (  # what is added, model without it, model with it
+REFINEMENT_STEPS = (  # what is added, model without it, model with it
     ("temperature law, eq (6)", "M2", "M5"),
     ("mixing, without wall heat", "M5", "M6"),
     ("mixing, with wall heat", "M7", "M8"),
@@ -147,7 +147,7 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
         runs,
         failed_runs,
         _rows(cells, cell_n, at_best, by_run),
-        tuple(_gain(*refinement, by_run) for refinement in REFINEMENTS),
+        tuple(_gain(*refinement, by_run) for refinement in REFINEMENT_STEPS),
         tuple(_with_wrong_k_0(cells, cell_n, float(k_0), by_run) for k_0 in cells["k_0_factor"].values),
         {
             name: {model: float(value.sel(experiment=name).mean() ** 0.5) for model, value in at_best.items()}
@@ -219,7 +219,7 @@ def _gain(refinement: str, without: str, refined: str, by_run: Mapping[str, np.n
 def _with_wrong_k_0(
     cells: xr.Dataset, cell_n: Mapping[str, float], factor: float, by_run: Mapping[str, np.ndarray]
 ) -> WrongConductance:
-    """The models at their n, those with wall heat with a wrong k_0."""
+    """Errors and places of the models at their n when k_0 is wrong in those that have one."""
     wrong = cells["mse_of_wrong_k_0"].sel(k_0_factor=factor)
     wrong = wrong.mean(("experiment", "run", "chamber"), skipna=False)
     mse = {

@@ -1,4 +1,4 @@
-"""Which model to take on a cylinder, why, and what would make the choice firmer: in words."""
+"""Recommended model for a cylinder, the reason, and advice on what would make it firmer, in words."""
 
 from collections.abc import Sequence
 

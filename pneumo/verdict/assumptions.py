@@ -1,4 +1,4 @@
-"""What the paper leaves open and what is taken: ``assumptions.yaml``, whose head explains the keys."""
+"""Assumptions where the paper leaves something open: ``assumptions.yaml``, whose head explains the keys."""
 
 from pathlib import Path
 from typing import Any

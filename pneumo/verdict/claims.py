@@ -26,7 +26,7 @@ PASSED_ON = ("kind", "compute", "digits", "models", "arithmetic")  # from a tabl
 
 
 class PaperError(PneumoError, ValueError):
-    """A file of claims or assumptions that does not hold together."""
+    """A file of claims or assumptions with an unknown key, a name twice, or a name of nothing."""
 
 
 class _Strict(BaseModel):
@@ -53,7 +53,7 @@ class ToleranceClass(_Strict):
 
 
 class Evidence(_Strict):
-    """The file that shows an item, and where in it."""
+    """File in which an item can be seen, and where in it."""
 
     path: str
     select: str
@@ -218,7 +218,7 @@ def _cells_of_table(rule: Mapping[str, Any], folder: Path) -> Iterator[Claim]:
 
 
 def _filled(text: Any, names: Mapping[str, str]) -> Any:
-    """A text with its names in braces filled in; anything else as it is."""
+    """Fill in the names in braces of a text; return anything else unchanged."""
     return text.format(**names) if isinstance(text, str) else text
 
 

@@ -15,7 +15,7 @@ from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, read_claims
 from pneumo.verdict.comparison import Comparison, as_printed, compare, deviation_in_words
 from pneumo.verdict.errata import Proof, read_errata
 from pneumo.verdict.sources import Computation, Finding, MissingEvidence, PrintedTables, StudyResults
-from pneumo.verdict.stored_verdict import fingerprints
+from pneumo.verdict.stored_verdict import hashes_behind_verdict
 
 STATUSES = ("exact", "close", "explained", "contradicted", "missed", "unreadable")
 
@@ -24,7 +24,7 @@ Sources = Mapping[str, StudyResults]  # "published", "exact" and "printed"
 
 
 class Paper(NamedTuple):
-    """A paper that can be judged.
+    """A paper to be judged: its files and the functions that its files name.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Paper(NamedTuple):
 
 
 class Judge:
-    """Judges the claims of a paper one at a time.
+    """Claims, errata and results of a paper, to judge one claim at a time.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def _of_alternative(alternatives: xr.DataArray, assumption: str, item: str) -> f
 
 
 def _in_words(claim: Claim, finding: Finding, comparison: Comparison) -> str:
-    """A finding as text, its number written like the printed one."""
+    """The finding as text, its number written like the printed one."""
     if finding.value is None or claim.tolerance == "decade":
         return finding.shown
     text = as_printed(finding.value, claim, comparison.agreement == "exact")
@@ -208,12 +208,12 @@ def _in_words(claim: Claim, finding: Finding, comparison: Comparison) -> str:
 
 
 def _six_digits(value: float | None) -> float | None:
-    """Six significant digits: more would differ between machines and say nothing."""
+    """Round to six significant digits: further ones would differ between machines."""
     return None if value is None or not math.isfinite(value) else float(f"{value:.6g}")
 
 
 def _reproduced(finding: Finding) -> float | list[float | None] | str | bool | None:
-    """A finding as verdict.json holds it: a number, an interval, true or false, or text."""
+    """The finding as verdict.json stores it: a number, an interval, true or false, or text."""
     if finding.value is not None:
         return _six_digits(finding.value)
     if finding.low is not None and finding.high is not None:
@@ -237,7 +237,7 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
         ``items``, ``classes``, ``errata``, ``assumptions``, whether their alternatives were run
         (``assumptions_run``), and the hashes of what it was made from.
     """
-    made_from = fingerprints(results, paper.folder, paper.module)
+    made_from = hashes_behind_verdict(results, paper.folder, paper.module)
     judge = Judge(results, paper)
     items = [judge.judge(claim) for claim in judge.claims.items.values()]
     counts = {status: sum(item["status"] == status for item in items) for status in STATUSES}

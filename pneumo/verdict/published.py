@@ -61,7 +61,7 @@ def read_table(number: int, folder: Path = PAPER_FOLDER) -> list[dict[str, str]]
 
 
 def half_unit(printed: str, digits: int | None = None) -> float:
-    """Half a unit in the last printed digit: how far a number can be from the one it was rounded from.
+    """Half a unit in the last printed digit: the largest error of rounding.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ from pneumo.verdict.published import STATISTICS, table5, table7, table8, table9
 
 
 class MissingEvidence(LookupError):
-    """A claim cannot be judged: the study lacks what it needs, or the paper prints nothing about it."""
+    """A claim cannot be judged: the study lacks what it needs, or the paper does not print it."""
 
 
 class Finding(NamedTuple):
@@ -59,7 +59,7 @@ def _with_failure_time(table: xr.Dataset) -> list[str]:
 
 
 class StudyResults:
-    """Results of a study, replayed with one transport; every file is read when first needed.
+    """Results of a study with one transport; each file is read when first needed.
 
     Parameters
     ----------
@@ -132,7 +132,13 @@ class StudyResults:
     def experiments(
         self, cylinder: str | None = None, closed_loop: bool | None = None
     ) -> dict[str, Experiment]:
-        """Experiments of a cylinder and a loop, at least one, by name; None stands for any."""
+        """Experiments of a cylinder and a loop, by name; None stands for any.
+
+        Raises
+        ------
+        MissingEvidence
+            If there is none.
+        """
         selected = {
             name: experiment
             for name, experiment in self.study.experiments.items()
@@ -149,7 +155,7 @@ class PrintedTables(StudyResults):
     Parameters
     ----------
     folder : pathlib.Path
-        Folder of the results whose study it is.
+        Folder of results; only the parameters of the study are read from it.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""The verdict that a folder of results holds, and whether it is that of the files beside it.
+"""The verdict stored in a folder of results, if it was made from the files that are there now.
 
 Imports nothing slow: showing a stored verdict takes less time than importing what judges.
 """
@@ -20,7 +20,7 @@ OF_RESULTS = (
 SEAL = 100  # bytes at the end of a results file, among them its SHA-256
 
 
-def fingerprints(results: Path, paper: Path, module: str) -> dict[str, str]:
+def hashes_behind_verdict(results: Path, paper: Path, module: str) -> dict[str, str]:
     """Hashes of what a verdict is made from.
 
     Parameters
@@ -50,13 +50,13 @@ def _end(file: Path) -> bytes:
 
 
 def stored_verdict(results: Path, paper: Path, module: str) -> dict[str, Any] | None:
-    """Content of ``verdict.json``; None where judging anew might say something else.
+    """Content of ``verdict.json``; None if it is missing, damaged or made from other files or code.
 
-    The arguments are those of `fingerprints`.
+    The arguments are those of `hashes_behind_verdict`.
     """
     try:
         found: dict[str, Any] = json.loads(unsealed(results / "verdict.json") + b"}")
     except (OSError, DamagedError, ValueError):
         return None
-    current = fingerprints(results, paper, module).items()
+    current = hashes_behind_verdict(results, paper, module).items()
     return found if current <= found.items() else None

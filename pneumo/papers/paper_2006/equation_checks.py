@@ -21,7 +21,7 @@ GAMMA = 1.4
 R = 287.0  # J/(kg K), ASSUME: not printed
 P_S, P_ATM, T_AMB, P_0 = 7e5, 1e5, 293.0, 5.65e5  # Pa and K; P_ATM is not printed
 STANDARD = (101325.0, 293.15)  # Pa, K: standard litre, Appendix 1
-ROUNDING = 1e-12  # relative; double precision after some ten operations
+ROUNDING_OF_RATES = 1e-12  # relative; double precision after some ten operations
 
 
 class State(NamedTuple):
@@ -38,7 +38,7 @@ class State(NamedTuple):
 
 
 def twenty_states() -> Iterator[State]:
-    """Yield twenty random states of a chamber, always the same."""
+    """Yield twenty random states of a chamber, the same at every call."""
     random = np.random.Generator(np.random.PCG64(2006))
     low = np.array([1.5e5, 250.0, 5e-6, -1e-4, 0.0, 0.0, 280.0, -20.0])
     high = np.array([6.9e5, 340.0, 2e-4, 1e-4, 1e-3, 1e-3, 310.0, 20.0])
@@ -57,7 +57,7 @@ def balances(s: State) -> tuple[float, float]:
 
 
 def _nearly_equal(one: float, other: float, scale: float) -> bool:
-    return abs(one - other) <= ROUNDING * max(abs(one), abs(other), scale)
+    return abs(one - other) <= ROUNDING_OF_RATES * max(abs(one), abs(other), scale)
 
 
 def _size_of_terms(s: State) -> float:
@@ -105,7 +105,7 @@ def areas_as_printed(results: StudyResults) -> Finding:
 
 
 def equilibrium_pressure_as_printed(_: StudyResults) -> Finding:
-    """0.8077 times the supply pressure, Pa."""
+    """Equilibrium pressure as printed, 0.8077 times the supply pressure, Pa."""
     return Finding(0.8077 * P_S)
 
 
@@ -117,12 +117,12 @@ def half_bridge_ratio(_: StudyResults) -> Finding:
 
 
 def three_ranges_from(_: StudyResults) -> Finding:
-    """P_s / P_atm at which P_atm / 0.5283 meets 0.5283 P_s."""
+    """Supply over atmospheric pressure at which P_atm / 0.5283 equals 0.5283 P_s."""
     return Finding(CRITICAL**-2)
 
 
 def root_in_range(_: StudyResults, ranges: str) -> Finding:
-    """Whether the first range of Appendix 2 holds the root of eq (17), or the two others hold none."""
+    """Whether the root of eq (17) lies in the first range of Appendix 2, or none lies in the two others."""
     gas = exact_gas(R, GAMMA)
     root = equilibrium_pressure(P_S, P_ATM, gas)
     if ranges == "first":
@@ -155,7 +155,7 @@ def largest_flow(results: StudyResults, cylinder: str) -> Finding:
 
 
 def units_as_printed(_: StudyResults) -> Finding:
-    """Whether mm/V for k_x and for k_u makes k_x k_u u an area."""
+    """Whether k_x k_u u is an area if both gains are in mm/V."""
     length, volt = 1 + 1, -1 - 1 + 1  # exponents of mm/V times mm/V times V
     return Finding(holds=(length, volt) == (2, 0), shown="mm/V times mm/V times V is mm^2/V, not an area")
 
@@ -196,13 +196,13 @@ def temperature_equation_as_printed(_: StudyResults) -> Finding:
 
 
 def wall_heat_rate(T: float, sign: float) -> float:
-    """Rate of temperature by wall heat alone, K/s, with Q of eq (7) times a sign."""
+    """Rate of temperature by wall heat alone, K/s; `sign` is 1 as meant, -1 as printed."""
     heat = sign * wall_heat(T, 0.5, T_AMB)
     return dT_dt(P_0, T, 1e-5, 0.0, 0.0, 0.0, T_AMB, heat, R, GAMMA)
 
 
 def wall_heat_pressure_rate(T: float, sign: float) -> float:
-    """Rate of pressure by wall heat alone in M7, Pa/s, with k_0 (T_amb - T) times a sign."""
+    """Rate of pressure by wall heat alone in M7, Pa/s; `sign` is 1 as meant, -1 as printed."""
     return (GAMMA - 1) / 1e-5 * sign * wall_heat(T, 0.5, T_AMB)
 
 
@@ -222,7 +222,7 @@ def _eq_9(s: State, T: float, rate_T: float) -> float:
 
 
 def gas_law_differentiated(_: StudyResults) -> Finding:
-    """Whether eq (9), fed with the balance of temperature, gives the balance of pressure."""
+    """Whether eq (9) with the rate of temperature of the balances gives their rate of pressure."""
 
     def check(s: State) -> bool:
         rate_P, rate_T = balances(s)

@@ -1,4 +1,4 @@
-"""Proofs of the paper's errata: each returns whether the printed form fails and the meant one holds, and how.
+"""Proofs of the paper's errata: whether the printed form fails and the meant one holds, with the numbers.
 
 They use the paper's own numbers and formulas, and no result of ours. ``paper/2006/errata.yaml`` names them.
 """
@@ -25,7 +25,7 @@ from pneumo.verdict.published import half_unit, read_table, table5, table7, tabl
 
 
 def wall_heat_sign() -> tuple[bool, str]:
-    """Air 20 K above ambient: heated as printed, cooled as meant."""
+    """Wall heat warms air 20 K above ambient as printed and cools it as meant."""
     hot = T_AMB + 20
     printed, meant = equations.wall_heat_rate(hot, -1.0), equations.wall_heat_rate(hot, 1.0)
     reduced = equations.wall_heat_pressure_rate(hot, -1.0), equations.wall_heat_pressure_rate(hot, 1.0)
@@ -52,7 +52,7 @@ def n_step() -> tuple[bool, str]:
 
 
 def number_of_runs() -> tuple[bool, str]:
-    """Seven models of section 3 carry n, so that 912 misses one of them in each experiment at each n."""
+    """Seven models of section 3 carry n; 912 counts six."""
     carrying = sum(model.has_n for model in PAPER_MODELS.values())
     printed, meant = 16 * (6 * 9 + 3), 16 * (carrying * 9 + len(PAPER_MODELS) - carrying)
     return (
@@ -108,7 +108,7 @@ def eq2_areas() -> tuple[bool, str]:
 
 
 def valve_flow() -> tuple[bool, str]:
-    """Choked flow at 10 V by eq (1) in litres of 293.15 K and 101325 Pa."""
+    """Choked flow at 10 V by eq (1) is 82 and 823 standard litres per minute."""
     density = STANDARD[0] / (R * STANDARD[1])
     flows = [SONIC * P_S * gain * 10 / T_AMB**0.5 / density * 6e4 for gain in (1e-7, 1e-6)]
     near = all(abs(flow - meant) <= 0.5 for flow, meant in zip(flows, (82, 823), strict=True))
@@ -128,7 +128,7 @@ def lambda_E() -> tuple[bool, str]:
 
 
 def valve_units() -> tuple[bool, str]:
-    """Exponents of length and voltage: x_v = k_u u and A = k_x x_v."""
+    """With x_v = k_u u and A = k_x x_v, k_u is a length per volt and k_x a length."""
     length_of_x_v, volt_of_x_v = 1, 0
     k_u = (length_of_x_v, volt_of_x_v - 1)  # x_v over u
     k_x = (2 - length_of_x_v, -volt_of_x_v)  # area over x_v
@@ -140,7 +140,7 @@ def valve_units() -> tuple[bool, str]:
 
 
 def unreadable_cells() -> tuple[bool, str]:
-    """The three cells have another number of decimals than all others, or repeat E2's."""
+    """One unreadable cell of Table 5 has other decimals than all the rest; two repeat a cell of E02."""
     cells = {f"{cell['row']} {cell['column']}": cell["printed"] for cell in read_table(5)}
     odd = [name for name, printed in cells.items() if len(printed.split(".")[1]) != 3]
     repeats = [name for name, printed in cells.items() if printed == cells["E02 T_B"] and name != "E02 T_B"]
@@ -164,7 +164,7 @@ def variance_D() -> tuple[bool, str]:
 
 
 def M7_is_M8() -> tuple[bool, str]:
-    """Table 9, typical level: M8's row gives the four numbers that the text gives for M7, M7's row none."""
+    """The text's four numbers for M7 at the typical level stand in M8's row of Table 9, none in M7's."""
     row = table9().sel(level="typical")
     M6, classical = float(row["mse"].sel(model="M6")), float(row["mse"].sel(model=["M1", "M2", "M3"]).min())
 

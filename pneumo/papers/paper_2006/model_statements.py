@@ -31,7 +31,7 @@ def _compare(
     levels: Sequence[str],
     pairs: Callable[[Mapping[str, float]], Sequence[tuple[str, str]]],
 ) -> tuple[list[float], str]:
-    """Decades of mean square error between the models of pairs, upper one first, at each level; in words."""
+    """Decades of mean square error between the models of each pair, at each level, and in words."""
     decades: list[float] = []
     words: list[str] = []
     for level in levels:
@@ -45,7 +45,7 @@ def _compare(
 def quotient(
     results: StudyResults, of: Sequence[str], over: Sequence[str], levels: Sequence[str], pick: str
 ) -> Finding:
-    """Mean square error of models over that of the best of others: the highest or the lowest quotient."""
+    """Highest or lowest quotient of some models' mean square error over that of the best of others."""
     shares: dict[tuple[str, str], float] = {}
     for level in levels:
         mse = _mse_by_model(results, level)

@@ -1,4 +1,4 @@
-"""The paper of 2006 as the verdict's engine takes it."""
+"""The paper of 2006: its folder, computations, proofs and highlights, for `pneumo.verdict.judging`."""
 
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS

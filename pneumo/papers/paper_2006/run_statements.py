@@ -26,7 +26,7 @@ def number_of_states(results: StudyResults) -> Finding:
 
 
 def air_is_kept(results: StudyResults) -> Finding:
-    """Whether the mass of air in both chambers stays, from release on, in every open-loop settling run."""
+    """Whether each chamber keeps its mass of air from release on, in every open-loop settling run."""
     worst = 0.0
     for name, experiment in results.experiments(closed_loop=False).items():
         run = results.settling(name)

@@ -10,13 +10,13 @@ from pneumo.verdict.sources import Finding, MissingEvidence, StudyResults
 
 
 def excitation_bandwidth(results: StudyResults) -> Finding:
-    """Half the rate of new random values, Hz."""
+    """Half the rate at which cylinder D's command draws random values, Hz."""
     experiment = next(iter(results.experiments("D").values()))
     return Finding(1 / (2 * experiment.excitation.every * experiment.h))
 
 
 def conductances_enclose(results: StudyResults, low: float, high: float) -> Finding:
-    """Whether the two middle conductances enclose a range that the two others leave out."""
+    """Whether the range from `low` to `high` lies between the two middle conductances of four."""
     k_0 = sorted({experiment.plant.k_0 for experiment in results.study.experiments.values()})
     if len(k_0) != 4:
         raise MissingEvidence("this study has not the paper's four conductances")
@@ -65,7 +65,7 @@ def simplest(_: StudyResults, models: Sequence[str], claimed: str) -> Finding:
 
 
 def rows_within(divisor_is_N: bool) -> tuple[int, int]:
-    """Rows of Tables 7 and 9 that eq (16) can produce, of how many.
+    """Number of rows of Tables 7 and 9 that eq (16) can give, and number of all rows.
 
     mu^2 + sigma^2 = MSE + s^2/N with the sample variance s^2 of the N means, which lies between 0 and
     sigma^2; with N as divisor of the variance, mu^2 + sigma^2 = MSE.

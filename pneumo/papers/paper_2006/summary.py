@@ -1,4 +1,4 @@
-"""What stands at the head of the verdict: how near the tables are met, and the two findings.
+"""Head of the verdict: how closely the tables are met, and the two findings.
 
 The findings are the row that the text of section 4 takes for M7's, and what exact transport of the recorded
 signals does to the ranking of the good models.
@@ -16,7 +16,7 @@ from pneumo.verdict.published import read_table
 from pneumo.verdict.sources import StudyResults
 
 LEVELS = ("adiabatic", "typical", "isothermal")
-PAIRS = (("M6", "M5"), ("M8", "M7"), ("M10", "M8"))
+QUOTIENTS = (("M6", "M5"), ("M8", "M7"), ("M10", "M8"))
 
 
 def _six_digits(value: float) -> float | None:
@@ -54,7 +54,7 @@ def _experiments() -> list[str]:
 
 
 def scores(items: Sequence[Item]) -> dict[str, Any]:
-    """How near Tables 5, 7, 8 and 9 are met: cells, their deviations, how many are exact or close."""
+    """How closely Tables 5, 7, 8 and 9 are met: number of cells, deviations, how many are exact or close."""
 
     def cells(table: int, column: str | None = None) -> list[Item]:
         return [
@@ -119,7 +119,7 @@ def transport(sources: Sources) -> list[dict[str, Any]]:
                     "level": level,
                     "source": name,
                     "mse": {model: _six_digits(value) for model, value in values.items()},
-                    "quotients": {f"{a}/{b}": _six_digits(values[a] / values[b]) for a, b in PAIRS},
+                    "quotients": {f"{a}/{b}": _six_digits(values[a] / values[b]) for a, b in QUOTIENTS},
                 }
             )
     return rows
