@@ -1,7 +1,6 @@
 """The common look of all figures: fonts, widths, the look of each model, byte-identical files."""
 
-import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
@@ -77,7 +76,7 @@ PAPER_RC: dict[Any, Any] = {
 
 
 @contextmanager
-def paper_style() -> Iterator[None]:
+def paper_style() -> Generator[None]:
     """Apply the common style, whatever the reader's own matplotlibrc says.
 
     Draw the figure inside this context; `save` enters it by itself.
@@ -156,7 +155,7 @@ def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:
             part = path.with_name(path.name + ".part")
             try:
                 fig.savefig(part, format=kind, metadata=metadata[kind])
-                os.replace(part, path)
+                part.replace(path)
             finally:
                 part.unlink(missing_ok=True)
             fig.set_layout_engine(

@@ -1,6 +1,7 @@
 """Tornado plot: what each open choice of the paper does to the agreement with its tables."""
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,8 +16,8 @@ from pneumo.verdict.assumptions import AS_TAKEN
 PANELS = {7: "Table 7, MSE", 9: "Table 9, MSE", 5: "Table 5, settling times"}
 LEAST = 1e-3  # an effect that is smaller in all panels gets no row
 LINEAR = 0.01  # changes up to this are drawn to scale, larger ones by their logarithm
-NEARER = {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.5}
-FARTHER = {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.5}
+NEARER: dict[str, Any] = {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.5}
+FARTHER: dict[str, Any] = {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.5}
 
 
 def alternative_name(name: str) -> str:

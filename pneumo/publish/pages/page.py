@@ -42,9 +42,13 @@ def page_text(template: str, **content: Any) -> str:
     environment.filters |= {
         "math": with_indices,
         "percent": percent_text,
-        "unit": lambda unit: UNITS_IN_TEXT.get(unit, unit),
+        "unit": _unit_in_text,
     }
     return environment.get_template(template).render(**content)
+
+
+def _unit_in_text(unit: str) -> str:
+    return UNITS_IN_TEXT.get(unit, unit)
 
 
 def with_indices(text: str) -> Markup:

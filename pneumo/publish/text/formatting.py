@@ -1,6 +1,6 @@
 """Numbers as text, for tables, pages and the manuscript."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def ends_text(low: float, high: float) -> str:
     return " to ".join(significant(end) if 0 < end < np.inf else "open" for end in (low, high))
 
 
-def with_interval(ends: Sequence[float], digits: int) -> str:
+def with_interval(ends: Iterable[float], digits: int) -> str:
     """Write a value with its interval, from (value, low, high), as in ``0.18 (0.17 to 0.19)``."""
     value, low, high = ends
     return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"

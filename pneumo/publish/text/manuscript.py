@@ -79,7 +79,7 @@ def manuscript_numbers(results: Path) -> dict[str, Any]:
 def _model(name: str) -> dict[str, str]:
     row = MODELS[name]
     indices = [
-        f"{index:g}" if isinstance(index, float) else index.replace("gamma", "γ")
+        index.replace("gamma", "γ") if isinstance(index, str) else f"{index:g}"
         for index in (row.n_V, row.n_in, row.n_out)
     ]
     return {

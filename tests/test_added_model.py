@@ -1,0 +1,55 @@
+"""Adding a model is one row: M11 in a copy of the checkout goes through study, figures, pages and tables."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from torture.study import Study
+
+pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
+
+LAST_ROW = '    Model("M10",'
+# Unlike all ten: three indices, mixing without wall heat.
+M11 = '    Model("M11", "n",     1.4,     "gamma", "polytropic", True,   "none"),\n'
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory) -> Study:
+    """Checkout with M11, in which the smoke study ran."""
+    study = Study(tmp_path_factory.mktemp("added") / "pneumo", "config/smoke.yaml")
+    models = study.folder / "pneumo/physics/models.py"
+    lines = models.read_text(encoding="utf-8").splitlines(keepends=True)
+    place = next(i for i, line in enumerate(lines) if line.startswith(LAST_ROW))
+    models.write_text("".join([*lines[: place + 1], M11, *lines[place + 1 :]]), encoding="utf-8")
+    done = study.run()
+    assert done.code == 0, done.output
+    return study
+
+
+def test_study_and_statistics_hold_the_added_model(copy):
+    for transport in ("published", "exact"):
+        with xr.open_dataset(copy.results / transport / "statistics.nc") as statistics:
+            overall = statistics["mse"].sel(level="overall")
+            assert 0 < overall.sel(model="M11") < overall.sel(model="M4")
+    rows = (copy.results / "table7.md").read_text(encoding="utf-8")
+    assert re.search(r"^\| M11 \| – \| \d\.\d\de\+\d\d \| – \|", rows, re.MULTILINE)
+
+
+def test_figures_show_the_added_model(copy):
+    """Glyphs are outlines: a label in the picture is known from its comment."""
+    for name in ("fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"):
+        assert "<!-- $M_{11}$" in (copy.results / f"figures/{name}.svg").read_text(encoding="utf-8"), name
+
+
+def test_report_holds_the_added_model(copy):
+    page = (copy.results / "report.html").read_text(encoding="utf-8")
+    found = re.search(r'id="data">(.*?)</script>', page, re.DOTALL)
+    assert found
+    data = json.loads(found[1])
+    assert [model["name"] for model in data["models"]][-2:] == ["M10", "M11"]
+    assert all(len(e["cells"]["exact"]["mse"]) == 11 for e in data["experiments"])
+    assert "M11" not in (copy.results / "verdict.html").read_text(
+        encoding="utf-8"
+    )  # the paper says nothing of it
