@@ -78,16 +78,34 @@ def plant(
     return Plant(gas, Valve(float(k_xu), float(u_max)), conditions, c, float(k_0))
 
 
-def configured_plant(study: Study, cylinder: str, k_0: float) -> Plant:
-    """Plant of a configured cylinder with the conductance k_0, W/K.
+def configured_plant(study: Study, cylinder: str | None = None, k_0: float | None = None) -> Plant:
+    """Plant of a configured cylinder.
+
+    Parameters
+    ----------
+    study : Study
+    cylinder : str, optional
+        May be left out where the study has just one.
+    k_0 : float, optional
+        Conductance of each chamber's wall, W/K; may be left out where the cylinder has just one.
 
     Raises
     ------
     InputError
-        If no experiment of the study has the cylinder, or k_0 is negative.
+        If no experiment of the study has the cylinder, k_0 is negative, or there is more than one to choose.
     """
     plants = {e.cylinder: e.plant for e in study.experiments.values()}
+    if cylinder is None and len(plants) == 1:
+        (cylinder,) = plants
+    if cylinder is None:
+        raise InputError(f"cylinder: name one with --cylinder; there are {', '.join(plants)}")
     if cylinder not in plants:
         raise InputError(f"cylinder {cylinder!r}: no such cylinder; there are {', '.join(plants)}")
+    if k_0 is None:
+        there = sorted({e.plant.k_0 for e in study.experiments.values() if e.cylinder == cylinder})
+        if len(there) > 1:
+            values = ", ".join(f"{value:g}" for value in there)
+            raise InputError(f"k_0: choose one with --k0; cylinder {cylinder} has {values} W/K")
+        k_0 = there[0]
     _check_conductance(k_0)
     return plants[cylinder]._replace(k_0=k_0)

@@ -1,0 +1,179 @@
+"""Commands of ``pneumo paper``, for the reproduction: one thin function each.
+
+Imports stand in the functions: help and errors of usage need none of them.
+"""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+RESULTS = Path("results")
+Results = Annotated[Path, typer.Option(help="folder of results")]
+
+
+class Cylinders(StrEnum):
+    """Cylinders that `pneumo paper identify` works on."""
+
+    D = "D"
+    E = "E"
+    both = "both"
+
+
+class Transport(StrEnum):
+    """How signals reach the replays."""
+
+    published = "published"
+    exact = "exact"
+
+
+def _result(file: Path, target: str) -> Path:
+    from pneumo.errors import ResultError
+
+    if not file.exists():
+        raise ResultError(f"{file}: no such file; `snakemake -j2 {target}` makes it")
+    return file
+
+
+def verdict(
+    results: Results = RESULTS,
+    record: Annotated[bool, typer.Option("--record", help="write paper/2006/statuses.csv anew")] = False,
+) -> None:
+    """Judge every claim: counts, and what is missed or contradicted; `--record` accepts the statuses."""
+    from pneumo.papers.paper_2006.current_verdict import current_verdict
+
+    judged = current_verdict(results)
+    for item in judged["items"]:
+        if item["status"] in ("missed", "contradicted"):
+            typer.echo(f"{item['status']:12}  {item['id']:24}  {item['printed']:>10}  {item['reason']}")
+    typer.echo(", ".join(f"{number} {name}" for name, number in judged["counts"].items()))
+    if record:
+        from pneumo.storage.files import write_text
+        from pneumo.verdict import PAPER_FOLDER
+        from pneumo.verdict.judging import statuses_text
+
+        write_text(statuses_text(judged["items"]), PAPER_FOLDER / "statuses.csv")
+
+
+def explain(
+    what: Annotated[
+        list[str],
+        typer.Argument(help="an item of the verdict (T7.M8.mse), or a cell of the grid (E07 M8 1.35)"),
+    ],
+    results: Results = RESULTS,
+) -> None:
+    """Explain an item of the verdict, or a grid cell: printed, reproduced, and where the evidence is."""
+    from pneumo.errors import ResultError
+    from pneumo.papers.paper_2006.paper import PAPER_2006
+    from pneumo.publish.text.explain import cell_text, item_text
+    from pneumo.verdict.judging import Judge, read_statuses
+
+    if len(what) == 3:
+        try:
+            n = float(what[2])
+        except ValueError:
+            raise ResultError(f"n = {what[2][:50]!r}: must be a number, such as 1.35") from None
+        return typer.echo(cell_text(results, what[0], what[1], n))
+    if len(what) != 1:
+        raise ResultError("name one item, such as T7.M8.mse, or one cell, such as E07 M8 1.35")
+    judge = Judge(results, PAPER_2006)
+    if what[0] not in judge.claims.items:
+        near = [name for name in judge.claims.items if name.startswith(what[0].split(".")[0] + ".")]
+        there = ", ".join(near[:6] or list(judge.claims.items)[::60])
+        raise ResultError(f"{what[0][:50]}: no such item; there are {there} ...")
+    errata = {name: erratum._asdict() for name, erratum in judge.errata.items()}
+    item = judge.judge(judge.claims.items[what[0]])
+    return typer.echo(item_text(item, errata, read_statuses().get(what[0])))
+
+
+def assumptions(results: Results = RESULTS) -> None:
+    """Print what each alternative assumption does to Tables 5, 7, 8 and 9."""
+    from pneumo.evidence.toggle_effects import toggle_effects
+    from pneumo.publish.text.markdown_tables import assumptions_table
+    from pneumo.storage.files import read
+    from pneumo.verdict.claims import read_claims
+
+    reproduced = read(_result(results / "assumptions.nc", "evidence"), "reproduced")["reproduced"]
+    typer.echo(assumptions_table(toggle_effects(reproduced, read_claims())), nl=False)
+
+
+def identify(
+    files: Annotated[list[Path] | None, typer.Argument(help="configuration [config/paper.yaml]")] = None,
+    cylinder: Annotated[Cylinders, typer.Option(help="amplitudes and transport need both")] = Cylinders.both,
+    seed: Annotated[int, typer.Option(min=0, help="of the search's random numbers")] = 0,
+    threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
+    output: Annotated[Path, typer.Option("--output", "-o", help="NetCDF file to write")] = Path(
+        "results/identification.nc"
+    ),
+) -> None:
+    """Find M, k_f, stop, amplitudes and transport from Tables 5, 7 and 9, without a starting hint."""
+    import time
+
+    from rich.console import Console
+
+    from pneumo.configuration.parameters import load, study
+    from pneumo.evidence.identification import identify as identified
+    from pneumo.evidence.identification import save_identification
+    from pneumo.publish.text.terminal_tables import identification_tables
+
+    start = time.perf_counter()
+
+    def progress(text: str) -> None:
+        typer.echo(f"{time.perf_counter() - start:6.0f} s  {text}")
+
+    configured = study(load(*(files or [Path("config/paper.yaml")])))
+    names = ["D", "E"] if cylinder is Cylinders.both else [cylinder.value]
+    identification = identified(configured, names, seed, threads, progress)
+    save_identification(identification, configured, seed, output)
+    for table in identification_tables(identification):
+        Console().print(table)
+    progress(f"written to {output}")
+
+
+def ensemble(
+    transport: Annotated[Transport, typer.Option(help="of the table of pairs")] = Transport.exact,
+    level: Annotated[str, typer.Option(help="of the table of pairs")] = "overall",
+    results: Results = RESULTS,
+) -> None:
+    """Print what other seeds give: ratios of errors, how often models beat each other, which findings stand."""
+    import json
+
+    from rich.console import Console
+
+    from pneumo.errors import ResultError
+    from pneumo.publish.text.markdown_tables import findings_table
+    from pneumo.publish.text.terminal_tables import probability_table, ratio_table
+    from pneumo.storage.files import read, read_json
+
+    seeds = read(_result(results / "ensemble.nc", "ensemble"))
+    if level not in seeds["level"].values:
+        raise ResultError(f"level = {level[:50]!r}: must be one of {', '.join(seeds['level'].values)}")
+    console = Console()
+    console.print(ratio_table(seeds))
+    console.print(probability_table(seeds, transport.value, level))
+    statements = json.loads(read_json(results / "findings.json"))
+    console.print(findings_table(statements, headlines=False), markup=False, soft_wrap=True)
+
+
+def verify(
+    results: Annotated[Path, typer.Argument(help="folder of results")] = RESULTS,
+    remove: Annotated[
+        bool, typer.Option("--remove", help="remove damaged files, so that the next run makes them again")
+    ] = False,
+) -> None:
+    """Check every NetCDF and JSON file against the SHA-256 at its end."""
+    from pneumo.errors import ResultError
+    from pneumo.storage.files import damaged, sealed_files
+
+    files, errors = sealed_files(results), damaged(results)
+    if not files:
+        raise ResultError(f"{results}: holds no results; `snakemake -j2` makes them")
+    for error in errors:
+        typer.echo(f"{error}{'; removed' if remove else ''}")
+        if remove:
+            error.path.unlink()
+    if errors and not remove:
+        mended = "`pneumo paper verify --remove`, then `snakemake -j2`, makes them again"
+        raise ResultError(f"{len(errors)} damaged; {mended}")
+    typer.echo(f"{results}: {len(files) - len(errors)} files as they were written")
