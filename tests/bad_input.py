@@ -39,14 +39,24 @@ def places(node, content, path=()):
             yield from places(items, value, (*path, i))
 
 
-def with_change(content, path, change):
-    """A copy of a configuration in which `change(holder, key)` was called at `path`."""
-    result = {"": copy.deepcopy(content)}
+def changed(path, change):
+    """The paper's configuration after `change(holder, key)` at `path`, as YAML."""
+    result = {"": copy.deepcopy(BASE)}
     holder, key = result, ""
     for step in path:
         holder, key = holder[key], step
     change(holder, key)
-    return result[""]
+    return yaml.dump(result[""], Dumper=NoAliases, allow_unicode=False, sort_keys=False).encode()
+
+
+def with_value(path, value):
+    """The paper's configuration with a value at `path`, as YAML."""
+    return changed(path, lambda holder, key: holder.__setitem__(key, value))
+
+
+class NoAliases(yaml.SafeDumper):
+    def ignore_aliases(self, data):
+        return True
 
 
 def bounds(node):
@@ -69,19 +79,9 @@ def limits(node):
 
 
 ODD_TEXTS = [
-    "",
-    " ",
-    "\n",
-    "\0",
-    "\x1b[31m",
-    "\u202e",
-    "Ä" * 30,
-    "x" * 100_000,
-    "../../etc/passwd",
-    "/",
-    "<b>",
+    *("", " ", "\n", "\0", "\x1b[31m", "\u202e", "Ä" * 30, "x" * 100_000, "../../etc/passwd", "/", "<b>"),
+    *("null", "{{7*7}}", "$(id)", "%s%n", "\ufeff", "__class__", "E 1", "0.1.2", "1e", "१"),
 ]
-ODD_TEXTS += ["null", "{{7*7}}", "$(id)", "%s%n", "\ufeff", "__class__", "E 1", "0.1.2", "1e", "१"]
 NO_NUMBER = [math.nan, math.inf, -math.inf, 10**400, -(10**400), 1e308 * 10]
 NO_LEAF = [{}, [], [[]], {"a": 1}, {"": {}}, [None], [[[[[[1]]]]]], [0] * 2000]
 WRONG = {
@@ -111,10 +111,6 @@ def wrong_values(node):
     return [*values, *limits(node)]
 
 
-def dumped(content):
-    return yaml.safe_dump(content, allow_unicode=False, sort_keys=False).encode()
-
-
 def name_of(path):
     return ".".join(map(str, path))
 
@@ -124,11 +120,7 @@ def wrong_field(draw):
     """A field, section or item that holds what it may not."""
     path, node = draw(st.sampled_from(list(places(SCHEMA, BASE))[1:]))
     value = draw(st.sampled_from(wrong_values(node)))
-
-    def change(holder, key):
-        holder[key] = value
-
-    return Mistake("value", dumped(with_change(BASE, path, change)), (name_of(path[:3]), " = "))
+    return Mistake("value", with_value(path, value), (name_of(path[:3]), " = "))
 
 
 @st.composite
@@ -141,12 +133,7 @@ def wrong_number(draw):
     below = st.floats(max_value=low, exclude_max=True, allow_nan=False)
     above = st.floats(min_value=high, exclude_min=True, allow_nan=False)
     value = draw(below | above)
-
-    def change(holder, key):
-        holder[key] = value
-
-    words = (name_of(path), " = ", "must be")
-    return Mistake("number", dumped(with_change(BASE, path, change)), words)
+    return Mistake("number", with_value(path, value), (name_of(path), " = ", "must be"))
 
 
 @st.composite
@@ -154,16 +141,12 @@ def missing_key(draw):
     keys = [p for p in places(SCHEMA, BASE) if p[0] and isinstance(p[0][-1], str)]
     path, _ = draw(st.sampled_from(keys))
     parent = next((resolved(node) for place, node in places(SCHEMA, BASE) if place == path[:-1]), SCHEMA)
-
-    def change(holder, key):
-        del holder[key]
-
     # Without an experiment, a level or an option the configuration may be a smaller one.
     section = path[0] in ("experiments", "levels") and len(path) == 2
     option = "properties" in parent and path[-1] not in parent.get("required", ())
     words = () if section or option else (name_of(path), "missing")
     words = (".cylinder = ", "must") if path in (("cylinders", "D"), ("cylinders", "E")) else words
-    return Mistake("missing", dumped(with_change(BASE, path, change)), words)
+    return Mistake("missing", changed(path, dict.__delitem__), words)
 
 
 @st.composite
@@ -176,42 +159,21 @@ def unknown_key(draw):
     def change(holder, last):
         holder[last][key if key not in holder[last] else "colour"] = value
 
-    return Mistake("unknown key", dumped(with_change(BASE, path, change)), (name_of(path), "unknown key"))
+    return Mistake("unknown key", changed(path, change), (name_of(path), "unknown key"))
 
 
 @st.composite
 def wrong_name(draw):
     """Names of experiments, cylinders and levels that are none."""
     section = draw(st.sampled_from(["experiments", "cylinders", "levels"]))
-    name = draw(
-        st.sampled_from(
-            [
-                *(text for text in ODD_TEXTS if text != "null"),
-                "../E01",
-                "a/b",
-                "..",
-                ".",
-                "-x",
-                "a" * 41,
-                17,
-                None,
-                True,
-                1.5,
-            ]
-        )
-    )
+    odd = [text for text in ODD_TEXTS if text != "null"]
+    name = draw(st.sampled_from([*odd, "../E01", "a/b", "..", ".", "-x", "a" * 41, 17, None, True, 1.5]))
 
     def change(holder, key):
         holder[key][name] = next(iter(holder[key].values()))
 
-    text = yaml.dump(with_change(BASE, (section,), change), Dumper=NoAliases).encode()
     words = (section, "the name must be text") if isinstance(name, str) else ("key", "not text")
-    return Mistake("name", text, words)
-
-
-class NoAliases(yaml.SafeDumper):
-    def ignore_aliases(self, data):
-        return True
+    return Mistake("name", changed((section,), change), words)
 
 
 @st.composite
@@ -228,11 +190,7 @@ def conflict(draw):
         (("levels",), {"overall": [0.1]}, "Table 7"),
     ]
     path, value, word = draw(st.sampled_from(changes))
-
-    def change(holder, key):
-        holder[key] = value
-
-    return Mistake("conflict", dumped(with_change(BASE, path, change)), (" = ", word))
+    return Mistake("conflict", with_value(path, value), (" = ", word))
 
 
 LAUGHS = "a0: &a0 [x, x]\n" + "".join(
@@ -242,54 +200,16 @@ MERGES = "a0: &a0 {x: 1}\n" + "".join(
     f"a{i + 1}: &a{i + 1}\n  <<: [*a{i}, *a{i}, *a{i}]\n" for i in range(30)
 )
 TAGS = [
-    "!!python/object/apply:os.system ['touch oops']",
-    "!!python/name:os.system",
-    "!!python/module:os",
-    "!x 1",
-]
-TAGS += [
-    "!!binary aGVsbG8=",
-    "!!set {a, b}",
-    "!!int ''",
-    "!!float x",
-    "!!timestamp x",
-    "!!bool maybe",
+    *("!!python/object/apply:os.system ['touch oops']", "!!python/name:os.system", "!!python/module:os"),
+    *("!x 1", "!!binary aGVsbG8=", "!!set {a, b}", "!!int ''", "!!float x", "!!timestamp x", "!!bool maybe"),
     "!!null x",
 ]
 SYNTAX = [
-    "x: [1",
-    "x: {a",
-    "\tx: 1",
-    "x: 'a",
-    'x: "a',
-    "a: b: c",
-    "- a\nb: 1",
-    "? {a: b}\n: 1",
-    "%YAML 9.9\n---\nx: 1",
+    *("x: [1", "x: {a", "\tx: 1", "x: 'a", 'x: "a', "a: b: c", "- a\nb: 1", "? {a: b}\n: 1", "#", "- 1", "1"),
+    *("%YAML 9.9\n---\nx: 1", "--- 1\n--- 2", "x: \x01", "@x", "`x", "x: *nothing", "x: &", "[]", "", "null"),
+    *("=: =", "x: 2001-99-99", "[" * 5000, "{a: " * 5000, "- " * 5000, r'x: "\ud800"', "x: " + "9" * 5000),
+    *("\n".join(" " * i + "a:" for i in range(2000)), "x: 0x" + "f" * 5000, "? " * 3000),
 ]
-SYNTAX += [
-    "--- 1\n--- 2",
-    "x: \x01",
-    "@x",
-    "`x",
-    "x: *nothing",
-    "x: &",
-    "[]",
-    "",
-    "#",
-    "- 1",
-    "1",
-    "null",
-    "=: =",
-]
-SYNTAX += [
-    "x: 2001-99-99",
-    "[" * 5000,
-    "{a: " * 5000,
-    "- " * 5000,
-    "\n".join(" " * i + "a:" for i in range(2000)),
-]
-SYNTAX += [r"""x: "\ud800" """.strip(), "x: " + "9" * 5000, "x: 0x" + "f" * 5000, "? " * 3000]
 
 
 @st.composite
@@ -325,53 +245,16 @@ def mistakes():
     )
 
 
-WORDS = [
-    "check",
-    "models",
-    "explain",
-    "verdict",
-    "E07",
-    "M8",
-    "1.35",
-    "T7.M8.mse",
-    "config/paper.yaml",
-    "--results",
-]
+WORDS = ["check", "models", "paper", "explain", "verdict", "E07", "M8", "1.35", "T7.M8.mse", "--results"]
 ODD = [
-    "--",
-    "-",
-    "",
-    "..",
-    "/",
-    "../..",
-    "nan",
-    "inf",
-    "-1",
-    "1e999",
-    "M11",
-    "E99",
-    "../E07",
-    "a/b",
-    "x" * 5000,
-    "é",
-]
-ODD += [
-    "\n",
-    "\x1b[2J",
-    "\ud800",
-    "http://x/y",
-    "file::x",
-    "%00",
-    "--help=1",
-    "--record=1",
-    "--no",
-    "-h",
-    "nowhere",
+    *("--", "-", "", "..", "/", "../..", "nan", "inf", "-1", "1e999", "M11", "E99", "../E07", "a/b", "é"),
+    *("x" * 5000, "\n", "\x1b[2J", "\ud800", "http://x/y", "file::x", "%00", "--help=1", "--record=1"),
+    *("--no", "-h", "nowhere"),
 ]
 
 
 def command_lines():
     """Arguments that seldom are a right command line."""
     surrogates_too = st.characters(exclude_characters="\0", exclude_categories=())
-    word = st.sampled_from(WORDS + ODD) | st.text(surrogates_too, max_size=20)
+    word = st.sampled_from([*WORDS, "config/paper.yaml", *ODD]) | st.text(surrogates_too, max_size=20)
     return st.lists(word, max_size=6)

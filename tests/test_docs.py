@@ -135,7 +135,7 @@ def test_code_runs(page, folder, monkeypatch):
 @pytest.mark.parametrize(
     "line",
     [
-        "pneumo explain T7.M11.mse",
+        "pneumo paper explain T7.M11.mse",
         "make reproduction",
         "snakemake -j2 proofs",
         "rm -r results",
@@ -235,8 +235,9 @@ def test_models_and_commands_are_the_programs():
     assert "| M4 | 1.2 | 1.4 | 1.0 | constant | no | none |" in table
     assert r"| M10 | $\gamma$ | $\gamma$ | $\gamma$ | polytropic | yes | $\lambda(P, T) A_q(x)$ |" in table
     text = commands()
-    for command in cli.app.registered_commands:
-        assert f"## `pneumo {command.name or command.callback.__name__}`" in text
+    for group, name in ((cli.app, "pneumo"), (cli.paper, "pneumo paper")):
+        for command in group.registered_commands:
+            assert f"## `{name} {command.callback.__name__}`" in text
 
 
 in_site = [

@@ -136,7 +136,7 @@ def ensemble(
     level: Annotated[str, typer.Option(help="of the table of pairs")] = "overall",
     results: Results = RESULTS,
 ) -> None:
-    """Print what other seeds give: ratios of errors, how often models beat each other, which findings stand."""
+    """Print what other seeds give: ratios of errors, how often models beat each other, what stands."""
     import json
 
     from rich.console import Console

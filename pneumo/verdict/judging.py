@@ -134,7 +134,7 @@ class Judge:
             "erratum": claim.erratum or claim.see,
             "assumption": claim.assumption,
             "evidence": written["evidence"]
-            | {"compute": claim.compute, "command": f"pneumo explain {claim.id}"},
+            | {"compute": claim.compute, "command": f"pneumo paper explain {claim.id}"},
             **of_claim("table", "row", "column", "level"),
         }
 

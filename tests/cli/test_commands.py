@@ -1,5 +1,7 @@
 """The command line: what it prints, and one line with exit code 2 for what the user can mend."""
 
+import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,116 +11,15 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from pneumo.cli.commands import main
+from pneumo import __version__
+from pneumo.cli.commands import app, main, paper
 from pneumo.configuration.parameters import load, study
+from pneumo.engineer.linear_model import linearise
 from pneumo.engineer.plants import configured_plant
 from pneumo.engineer.runs import simulate
 from pneumo.storage.files import write_json
 
 ROOT = Path(__file__).parents[2]
-
-
-def pneumo(*arguments: str, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
-    code = "from pneumo.cli.commands import main; main()"
-    return subprocess.run([sys.executable, "-c", code, *arguments], cwd=cwd, capture_output=True, text=True)
-
-
-def test_check_lists_the_papers_experiments():
-    done = pneumo("check", "config/paper.yaml")
-    assert done.returncode == 0, done.stderr
-    assert "paper: 16 experiments" in done.stdout
-    assert "E03  cylinder E  open   loop  k_0 = 0.02 W/K  1800 s, step 1 ms" in done.stdout
-
-
-def test_models_prints_every_model():
-    done = pneumo("models")
-    assert done.returncode == 0
-    assert all(f"M{i} " in done.stdout for i in range(1, 11))
-
-
-def test_help_names_every_command():
-    done = pneumo("--help")
-    assert done.returncode == 0
-    commands = (
-        "check",
-        "models",
-        "explain",
-        "verdict",
-        "assumptions",
-        "identify",
-        "ensemble",
-        "verify",
-        "export",
-        "init",
-        "study",
-    )
-    assert all(command in done.stdout for command in commands)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["check", "config/none.yaml"], ["config/none.yaml", "cannot be read"]),
-        (["check", "README.md"], ["README.md", "YAML"]),
-        (["check", "config/smoke.yaml"], ["config/smoke.yaml", "gas: missing"]),
-        (["ensemble", "--results", "nowhere"], ["nowhere/ensemble.nc", "snakemake -j2 ensemble"]),
-        (
-            ["explain", "E99", "M8", "1.35", "--results", "nowhere"],
-            ["nowhere/published/replay/E99.nc", "no such file"],
-        ),
-    ],
-)
-def test_bad_input_is_one_line_and_exit_2(arguments, words):
-    done = pneumo(*arguments)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert len(done.stderr.splitlines()) == 1
-    assert done.stderr.startswith("pneumo: ")
-    assert all(word in done.stderr for word in words), done.stderr
-
-
-def test_verify_names_damaged_files_and_removes_them_on_demand(tmp_path):
-    write_json('{\n "name": "test"\n}\n', tmp_path / "parameters.json")
-    done = pneumo("verify", str(tmp_path))
-    assert (done.returncode, done.stdout) == (0, f"{tmp_path}: 1 files as they were written\n")
-    (tmp_path / "settling.nc").write_text("foreign")
-    done = pneumo("verify", str(tmp_path))
-    assert done.returncode == 2 and f"{tmp_path}/settling.nc: does not end" in done.stdout
-    assert "pneumo verify --remove" in done.stderr
-    done = pneumo("verify", "--remove", str(tmp_path))
-    assert done.returncode == 0 and "; removed" in done.stdout
-    assert [file.name for file in tmp_path.iterdir()] == ["parameters.json"]
-
-
-def test_verify_of_nothing_is_an_error(tmp_path):
-    done = pneumo("verify", str(tmp_path))
-    assert done.returncode == 2 and "holds no results" in done.stderr
-
-
-def test_usage_errors_exit_2_without_traceback():
-    done = pneumo("explain")
-    assert done.returncode == 2
-    assert done.stderr == "pneumo: Missing argument 'what'; `pneumo --help` lists commands\n"
-
-
-def test_in_process_check(capsys, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["pneumo", "check", str(ROOT / "config" / "paper.yaml")])
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert not end.value.code
-    assert "paper: 16 experiments, n = 1.0, 1.05" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("arguments", [["chek"], [], ["check"], ["check", "nowhere.yaml"]])
-def test_in_process_errors(arguments, capsys, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["pneumo", *arguments])
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert end.value.code == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
-
-
-# A cylinder of one's own, as a new user would
 
 
 @pytest.fixture
@@ -127,13 +28,123 @@ def inside(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["pneumo", *arguments])
+        monkeypatch.setattr(sys, "argv", ["pneumo", *map(str, arguments)])
         with pytest.raises(SystemExit) as end:
             main()
         return end.value.code or 0, *capsys.readouterr()
 
     return run
 
+
+def assert_one_line(done, *words):
+    code, out, err = done
+    assert (code, out) == (2, "") and len(err.splitlines()) == 1 and err.startswith("pneumo: "), err
+    assert all(word in err for word in words), err
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["models"], ["check", "config/paper.yaml"]])
+def test_commands_that_compute_nothing_load_no_numba(arguments):
+    code = "import sys; from pneumo.cli.commands import main\ntry: main()\nfinally: print(*sys.modules)"
+    command = [sys.executable, "-c", code, *arguments]
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    assert {"typer"} == {"typer", "numba", "scipy", "xarray"} & set(done.stdout.splitlines()[-1].split())
+
+
+def test_check_lists_the_papers_experiments(inside):
+    code, out, _ = inside("check", ROOT / "config/paper.yaml")
+    assert code == 0 and "paper: 16 experiments, n = 1.0, 1.05" in out
+    assert "E03  cylinder E  open   loop  k_0 = 0.02 W/K  1800 s, step 1 ms" in out
+
+
+def test_models_prints_every_model(inside):
+    code, out, _ = inside("models")
+    assert code == 0 and all(f"M{i} " in out for i in range(1, 11))
+
+
+@pytest.mark.parametrize(("group", "words"), [(app, []), (paper, ["paper"])])
+def test_help_names_every_command_and_each_has_its_own(group, words, inside):
+    names = [command.callback.__name__ for command in group.registered_commands]
+    code, out, _ = inside(*words, "--help")
+    assert code == 0 and names and all(f"  {name} " in out for name in names)
+    for name in names:
+        code, out, _ = inside(*words, name, "--help")
+        assert code == 0 and "Usage" in out
+
+
+def test_version_is_that_of_the_package(inside):
+    assert inside("--version") == (0, f"{__version__}\n", "")
+
+
+def test_shell_completion_knows_the_commands():
+    completion = {"_PNEUMO_COMPLETE": "complete_bash", "COMP_WORDS": "pneumo paper ver", "COMP_CWORD": "2"}
+    code = "import sys; sys.argv[0] = 'pneumo'; from pneumo.cli.commands import main; main()"
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, env=os.environ | completion, cwd=ROOT, capture_output=True, text=True)
+    assert done.stdout.split() == ["verdict", "verify"], done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["chek"], ["No such command"]),
+        ([], ["Missing command"]),
+        (["check"], ["Missing argument"]),
+        (["paper", "explain"], ["Missing argument 'what'; `pneumo --help` lists commands"]),
+        (["check", "none.yaml"], ["none.yaml", "cannot be read"]),
+        (["check", str(ROOT / "README.md")], ["README.md", "YAML"]),
+        (["check", str(ROOT / "config/smoke.yaml")], ["config/smoke.yaml", "gas: missing"]),
+        (["paper", "ensemble", "--results", "nowhere"], ["nowhere/ensemble.nc", "snakemake -j2 ensemble"]),
+        (["paper", "assumptions"], ["results/assumptions.nc", "`snakemake -j2 evidence` makes it"]),
+        (["paper", "explain", "E99", "M8", "1"], ["results/published/replay/E99.nc", "no such file"]),
+        (["paper", "verify"], ["holds no results"]),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(arguments, words, inside):
+    assert_one_line(inside(*arguments), *words)
+
+
+def test_verify_names_damaged_files_and_removes_them_on_demand(inside, tmp_path):
+    folder = tmp_path / "results"
+    folder.mkdir()
+    write_json('{\n "name": "test"\n}\n', folder / "parameters.json")
+    assert inside("paper", "verify") == (0, "results: 1 files as they were written\n", "")
+    (folder / "settling.nc").write_text("foreign")
+    code, out, err = inside("paper", "verify")
+    assert code == 2 and "results/settling.nc: does not end" in out
+    assert "pneumo paper verify --remove" in err
+    code, out, _ = inside("paper", "verify", "--remove", "results")
+    assert code == 0 and "; removed" in out
+    assert [file.name for file in folder.iterdir()] == ["parameters.json"]
+
+
+# Cylinder and conductance of a configuration
+
+AT = ["--u", "1", "--P_A", "5e5", "--P_B", "6e5"]
+
+
+def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductance(inside, tmp_path):
+    inside("init", "mine.yaml")
+    code, out, _ = inside("linearise", "M8", "--n", 1.3, *AT, "--config", "mine.yaml", "--json")
+    plant = configured_plant(study(load(tmp_path / "mine.yaml")), "mine", 0.3)
+    linear = linearise("M8", 1.3, plant, u=1.0, P_A=5e5, P_B=6e5)
+    assert (
+        code == 0 and json.loads(out)["A"] == linear.A.tolist() and json.loads(out)["B"] == linear.B.tolist()
+    )
+    given = ["--cylinder", "mine", "--k0", 0.3, "--config", "mine.yaml"]
+    code, out, _ = inside("linearise", "M8", "--n", 1.3, *AT, *given)
+    assert code == 0 and f"{linear.A[0, 0]:.6g}" in out and "u (Pa/s per V)" in out
+
+
+@pytest.mark.parametrize("command", [["linearise", "M8", "--n", 1.3, *AT], ["export", "M1", "--to", "c"]])
+def test_a_choice_between_cylinders_or_conductances_is_left_to_the_user(command, inside):
+    command = [*command, "--config", ROOT / "config/paper.yaml"]
+    assert_one_line(inside(*command), "name one with --cylinder; there are D, E")
+    assert_one_line(inside(*command, "--cylinder", "F"), "no such cylinder; there are D, E")
+    assert_one_line(inside(*command, "--cylinder", "D"), "choose one with --k0; cylinder D has 0.02, 0.1")
+    assert inside(*command, "--cylinder", "D", "--k0", 0.1)[0] == 0
+
+
+# A cylinder of one's own, as a new user would
 
 QUICK = "n: [1.2, 1.3]\nrun: {seeds: 2, duration_limit_s: 0.3}\n"
 
@@ -144,13 +155,10 @@ def test_init_then_study(inside, tmp_path):
     code, out, _ = inside("study", "cylinder.yaml", "quick.yaml")
     assert code == 0 and all(f" M{i} " in out for i in range(1, 11))
     assert "mine: open, closed, 2 runs each" in out and "Recommended: M" in out
-    assert sorted(file.name for file in (tmp_path / "study-my-cylinder").iterdir()) == [
-        "study.html",
-        "study.nc",
-    ]
-    code, out, _ = inside(
-        "study", "cylinder.yaml", "quick.yaml", "--experiment", "open", "--seeds", "1", "-o", "one"
-    )
+    files = sorted(file.name for file in (tmp_path / "study-my-cylinder").iterdir())
+    assert files == ["study.html", "study.nc"]
+    options = ["--experiment", "open", "--seeds", 1, "-o", "one"]
+    code, out, _ = inside("study", "cylinder.yaml", "quick.yaml", *options)
     assert code == 0 and "mine: open, 1 runs each" in out and (tmp_path / "one" / "study.nc").exists()
 
 
@@ -162,10 +170,7 @@ WRONG = {
     "too few seeds": (["study", "cylinder.yaml", "--seeds", "0"], "--seeds"),
     "too few threads": (["study", "cylinder.yaml", "--threads", "0"], "--threads"),
     "unknown option": (["study", "cylinder.yaml", "--seed", "3"], "No such option"),
-    "unknown cylinder": (
-        ["study", "cylinder.yaml", "--cylinder", "D"],
-        "no such cylinder in this study; there are mine",
-    ),
+    "unknown cylinder": (["study", "cylinder.yaml", "--cylinder", "D"], "in this study; there are mine"),
     "unknown experiment": (["study", "cylinder.yaml", "--experiment", "E01"], "there are closed, open"),
     "output is a file": (["study", "cylinder.yaml", "-o", "cylinder.yaml"], "is a file"),
     "foreign page": (["study", "cylinder.yaml", "-o", "foreign"], "study.html: not written by"),
@@ -195,7 +200,7 @@ WRONG_YAML = {
 
 
 @pytest.mark.parametrize("mistake", [*WRONG, *(f"in YAML: {name}" for name in WRONG_YAML)])
-def test_wrong_use_is_one_line_and_leaves_everything_alone(mistake, inside, tmp_path):
+def test_wrong_use_is_one_line_and_changes_no_file(mistake, inside, tmp_path):
     inside("init")
     (tmp_path / "foreign").mkdir()
     (tmp_path / "foreign" / "study.html").write_text("mine")
@@ -205,23 +210,14 @@ def test_wrong_use_is_one_line_and_leaves_everything_alone(mistake, inside, tmp_
         (tmp_path / "wrong.yaml").write_text(text)
         arguments = ["study", "cylinder.yaml", "wrong.yaml"]
     before = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
-    code, out, err = inside(*arguments)
-    assert (code, out) == (2, "") and len(err.splitlines()) == 1 and err.startswith("pneumo: ")
-    assert words in err, err
+    assert_one_line(inside(*arguments), words)
     assert {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()} == before
 
 
-@pytest.mark.parametrize("command", ["init", "study"])
-def test_help_of_a_command(command, inside):
-    code, out, _ = inside(command, "--help")
-    assert code == 0 and "Usage" in out and "--help" in out
-
-
-def test_when_nothing_runs(inside, tmp_path):
+def test_a_study_whose_runs_all_fail_says_so_and_writes_its_page(inside, tmp_path):
     inside("init")
-    (tmp_path / "wild.yaml").write_text(
-        f"{QUICK}step_s: 0.03\ncylinders: {{mine: {{mass_kg: 1.0e-6, friction_Ns_per_m: 1000}}}}\n"
-    )
+    light = "cylinders: {mine: {mass_kg: 1.0e-6, friction_Ns_per_m: 1000}}\n"
+    (tmp_path / "wild.yaml").write_text(f"{QUICK}step_s: 0.03\n{light}")
     code, out, err = inside("study", "cylinder.yaml", "wild.yaml")
     assert "Left out: open, seed 1: " in out and "Recommended: none" in out
     assert code == 2 and err.splitlines()[-1].startswith("pneumo: mine: no full-order run succeeded")
@@ -231,9 +227,9 @@ def test_when_nothing_runs(inside, tmp_path):
 # A measurement of one's own
 
 
-def bench(path):
+def write_measurement(path):
     """Write 1.5 s of the template's cylinder at work, its pressures with noise."""
-    plant = configured_plant(study(load(path / "cylinder.yaml")), "mine", 0.3)
+    plant = configured_plant(study(load(path / "cylinder.yaml")))
     steps = np.arange(1500)
     run = simulate(plant, 1e-3, command=0.8 * np.sign(np.sin(steps / 90) + np.sin(steps / 37)))
     P = np.array([run.P_A, run.P_B]) + np.random.default_rng(1).normal(0.0, 500.0, (2, len(run.t)))
@@ -242,21 +238,20 @@ def bench(path):
     return plant
 
 
-def test_fit_of_a_measurement_in_process(inside, tmp_path):
+def test_fit_of_a_measurement_of_the_only_cylinder(inside, tmp_path):
     inside("init")
-    plant = bench(tmp_path)
-    called = ["fit", "bench.csv", "--cylinder", "mine", "--config", "cylinder.yaml", "--model"]
+    plant = write_measurement(tmp_path)
+    called = ["fit", "bench.csv", "--config", "cylinder.yaml", "--model"]
     code, out, err = inside(*called, "M6", "--model", "M2", "-o", "fitted")
     assert code == 0, err
     assert "Ranked" in out and "written to fitted/fit.html and fitted/fit.nc" in out
     assert "M6: rms" in err and "M2: rms" in err
-    with xr.open_dataset(tmp_path / "fitted" / "fit.nc") as found:
-        k = found.sel(model="M6", parameter="k_xu")
+    with xr.open_dataset(tmp_path / "fitted" / "fit.nc") as fit:
+        k = fit.sel(model="M6", parameter="k_xu")
         assert k["low"] < k["estimate"] < k["high"]
         # The model without heat is not the truth; the valve's coefficient is what flows, to a tenth.
         assert k["estimate"].item() == pytest.approx(plant.valve.k_xu, rel=0.1)
-        ranked = np.sqrt((found["rms_held_out"] ** 2).mean("chamber")).values
+        ranked = np.sqrt((fit["rms_held_out"] ** 2).mean("chamber")).values
         assert ranked[0] < ranked[1]
     (tmp_path / "leak.yaml").write_text("cylinders: {mine: {valve: {leak_dm3_per_sbar: 0.01}}}")
-    code, out, err = inside(*called, "M6", "--config", "leak.yaml")
-    assert (code, out) == (2, "") and len(err.splitlines()) == 1 and "leak_dm3_per_sbar" in err
+    assert_one_line(inside(*called, "M6", "--config", "leak.yaml"), "leak_dm3_per_sbar")

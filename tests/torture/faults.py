@@ -151,7 +151,7 @@ def damage(bench: Bench, spoil: Callable[[Path], None]) -> Iterator[tuple[bool, 
         if number % 2:
             os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # nothing but its content tells
             removed = study.pneumo("verify", "--remove").code == 0 and not path.exists()
-            same, what = bench.mended("named and removed by `pneumo verify`, made again")
+            same, what = bench.mended("named and removed by `pneumo paper verify`, made again")
         else:
             removed = name in study.run().refusal and not path.exists()
             same, what = bench.mended(

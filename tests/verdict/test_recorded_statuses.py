@@ -1,7 +1,7 @@
 """The paper, number by number: every item of the verdict has the status that is recorded for it.
 
 A number that gets worse fails, and so does one that gets better without being recorded:
-``pneumo verdict --record`` writes paper/2006/statuses.csv anew.
+``pneumo paper verdict --record`` writes paper/2006/statuses.csv anew.
 """
 
 import pytest
