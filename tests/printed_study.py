@@ -13,6 +13,7 @@ from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS, lane
 from pneumo.storage.files import write, write_json
+from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.published import table5
 from pneumo.verdict.sources import PrintedTables
 
@@ -41,12 +42,7 @@ def write_printed_study(folder: Path) -> Path:
     for transport in ("published", "exact"):
         save(statistics, folder / transport / "statistics.nc")
     for name, experiment in paper.experiments.items():
-        labels = {
-            "experiment": name,
-            "cylinder": experiment.cylinder,
-            "loop": "",
-            "k_0": experiment.plant.k_0,
-        }
+        labels = experiment_labels(experiment)
         cells = _cells(paper.n, int(name[1:])).assign_coords(labels)
         for transport in ("published", "exact"):
             save(cells, folder / transport / "replay" / f"{name}.nc")

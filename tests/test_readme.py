@@ -14,7 +14,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def between(marker: str) -> str:
-    """Text of the README between <!-- marker... --> and its closing comment."""
+    """Text of the README between the comment that begins with a marker and the closing one."""
     name = marker.split(":")[0]
     found = re.search(rf"<!-- {re.escape(marker)}[^>]*-->(.*?)<!-- /{name} -->", README, re.DOTALL)
     assert found, f"README has no {marker}"
@@ -66,22 +66,31 @@ def test_picture_of_the_report():
     assert "(paper/readme/report.png)" in README
 
 
-def output_of_code(section: str) -> str:
-    """What the Python of a section prints."""
-    code = re.search(rf"^## {section}\n(?:(?!^## ).)*?```python\n(.*?)```", README, re.DOTALL | re.MULTILINE)
-    assert code
-    done = subprocess.run([sys.executable, "-c", code.group(1)], cwd=ROOT, capture_output=True, text=True)
+def output_of(code: str, *arguments: str) -> str:
+    done = subprocess.run([sys.executable, "-c", code, *arguments], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
+def pneumo(command: str, *more: str) -> str:
+    """Output of a command of pneumo."""
+    return output_of("from pneumo.cli.commands import main; main()", *command.split(), *more)
+
+
+def output_of_section(section: str) -> str:
+    """Output of a section's Python."""
+    code = re.search(rf"^## {section}\n(?:(?!^## ).)*?```python\n(.*?)```", README, re.DOTALL | re.MULTILINE)
+    assert code
+    return output_of(code.group(1))
+
+
 @pytest.mark.results
 def test_cell_opens(results):
-    assert len(output_of_code("Open a cell").strip("[] \n").split()) == 2
+    assert len(output_of_section("Open a cell").strip("[] \n").split()) == 2
 
 
 def test_use_in_code():
-    numbers = re.findall(r"[-\d.e+]+", output_of_code("Use in code"))
+    numbers = re.findall(r"[-\d.e+]+", output_of_section("Use in code"))
     assert len(numbers) == 2 + 4
     assert all(0 < float(mse) < 1e9 for mse in numbers[:2])
 
@@ -89,22 +98,15 @@ def test_use_in_code():
 def test_export_writes(tmp_path):
     command = re.search(r"`pneumo (export [^`]+)-o m8.c`", README)
     assert command
-    code = "from pneumo.cli.commands import main; main()"
-    arguments = [sys.executable, "-c", code, *command.group(1).split(), "-o", str(tmp_path / "m8.c")]
-    subprocess.run(arguments, cwd=ROOT, check=True)
+    pneumo(command.group(1), "-o", str(tmp_path / "m8.c"))
     assert "void M8_dP_dt(" in (tmp_path / "m8.c").read_text()
 
 
 @pytest.mark.results
 def test_named_commands_answer(results):
-    commands = re.findall(r"`pneumo (explain [^`]+)`", README)
+    commands = re.findall(r"`pneumo ((?:paper )?explain [^`]+)`", README)
     assert len(commands) == 2
-    for command in commands:
-        code = "from pneumo.cli.commands import main; main()"
-        arguments = [sys.executable, "-c", code, *command.split()]
-        done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        assert "M8" in done.stdout
+    assert all("M8" in pneumo(command) for command in commands)
 
 
 @pytest.mark.results

@@ -24,49 +24,33 @@ def exact(results) -> xr.Dataset:
     return xr.load_dataset(results / "exact/statistics.nc")
 
 
-def rms(values) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+@pytest.mark.parametrize("transport", ["published", "exact"])
+def test_every_cell_of_the_grid_is_there_and_none_failed(results, transport):
+    grid = open_grid(results / transport)
+    assert grid.sizes == {"experiment": 16, "model": 10, "n": 9, "chamber": 2}
+    assert int(grid["status"].sum()) == 0
+    assert bool(np.isfinite(grid["mse"]).all())
+    # Rounding of one subtraction of numbers of the size of the MSE.
+    np.testing.assert_allclose(grid["mean_error"] ** 2 + grid["variance"], grid["mse"], rtol=1e-14)
 
 
-def test_every_cell_of_the_grid_is_there_and_none_failed(results):
-    for transport in ("published", "exact"):
-        grid = open_grid(results / transport)
-        assert grid.sizes == {"experiment": 16, "model": 10, "n": 9, "chamber": 2}
-        assert int(grid["status"].sum()) == 0
-        assert bool(np.isfinite(grid["mse"]).all())
-
-
-def test_mean_square_and_variance_agree_in_every_cell(results):
-    for transport in ("published", "exact"):
-        grid = open_grid(results / transport)
-        # Rounding of one subtraction of numbers of the size of the MSE.
-        np.testing.assert_allclose(grid["mean_error"] ** 2 + grid["variance"], grid["mse"], rtol=1e-14)
-
-
-def test_table_7_mse(published):
-    ratio = published["mse"].sel(level="overall") / table7()["mse"]
+@pytest.mark.parametrize(("table", "level", "cells"), [(table7(), "overall", 10), (table9(), None, 30)])
+def test_mean_square_errors_of_tables_7_and_9(published, table, level, cells):
+    mse = published["mse"]
+    ratio = (mse.sel(level=level) if level else mse) / table["mse"]
+    assert ratio.size == cells
     assert float(np.abs(ratio - 1).max()) <= 0.10
-    assert rms(np.log(ratio)) <= 0.035
-
-
-def test_table_9_mse(published):
-    ratio = published["mse"] / table9()["mse"]
-    assert ratio.size == 30
-    assert float(np.abs(ratio - 1).max()) <= 0.10
-    assert rms(np.log(ratio)) <= 0.035
+    assert float(np.sqrt(np.mean(np.log(ratio) ** 2))) <= 0.035
 
 
 def test_signs_of_mean_errors_above_1_kPa(published):
-    for level, printed in [
-        ("overall", table7()),
-        *((name, table9().sel(level=name)) for name in table9()["level"].values),
-    ]:
+    levels = {"overall": table7()} | {name: table9().sel(level=name) for name in table9()["level"].values}
+    for level, printed in levels.items():
         mu = printed["mean_error"]
         large = np.abs(mu) > 1000
         assert large.sum() >= 3
-        assert bool(
-            (np.sign(published["mean_error"].sel(level=level)) == np.sign(mu)).where(large, True).all()
-        )
+        signs = np.sign(published["mean_error"].sel(level=level))
+        assert bool((signs == np.sign(mu)).where(large, True).all())
 
 
 def test_table_8_best_n(published):

@@ -4,7 +4,6 @@ import re
 
 import numpy as np
 import pandas as pd
-import paper_equations as paper
 import pytest
 
 from pneumo.papers.paper_2006 import setup_checks
@@ -205,40 +204,3 @@ def test_best_n_is_on_the_grid():
     best = published.table8()
     assert best.isin(grid).all()
     assert best["model"].values.tolist() == MODELS[4:]
-
-
-# Table 1, and the equations it sums up
-
-
-@pytest.fixture
-def arguments():
-    return {
-        **{"P": 4.1e5, "V": 2.3e-5, "dV_dt": 1.1e-4, "m_in": 3e-4, "m_out": 2e-4},
-        **{"T_amb": 291.0, "T_in": 297.0, "P_0": 5.65e5, "T_0": 293.0},
-        **{"n": 1.15, "gamma": 1.4, "R": 287.0, "k_0": 0.3, "A_q": 4.1e-3, "A_q0": 3.77e-3},
-    }
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_features_of_the_models(model, arguments):
-    M = paper.MODELS[model]
-
-    def moved(output, **changes):
-        return M(**arguments | changes)[output] - M(**arguments)[output]
-
-    cells = published.read_table(1)
-    feature = {cell["column"]: cell["printed"] for cell in cells if cell["row"] == model}
-    assert (moved(1, k_0=0.6) != 0) == (feature["wall_heat"] == "✓")
-    assert (moved(1, T_in=300.0) != 0) == (feature["mixing"] == "✓")
-    assert (moved(0, P=5e5) != 0) == (feature["temperature"] == "Polytropic")
-
-    a = arguments
-    T = M(**a)[0]
-    T_entering = a["T_in"] if feature["mixing"] == "✓" else T
-    indices = {
-        round(moved(1, dV_dt=0) * a["V"] / (a["P"] * a["dV_dt"]), 9),
-        round(-moved(1, m_in=0) * a["V"] / (a["R"] * a["m_in"] * T_entering), 9),
-        round(moved(1, m_out=0) * a["V"] / (a["R"] * a["m_out"] * T), 9),
-    }
-    named = {"n": a["n"], "γ": a["gamma"], "1": 1.0, "1.2": 1.2, "1.4": 1.4}
-    assert indices == {named[index] for index in feature["index"].split(", ")}

@@ -25,10 +25,6 @@ def test_item(judge, name, status):
     assert item["status"] == status, f"{name}: {item['shown']} for {item['printed']}; {item['reason']}"
 
 
-def test_every_item_is_recorded(judge):
-    assert set(RECORDED) == set(judge.claims.items)
-
-
 def test_at_most_a_tenth_of_the_readable_items_is_missed():
     statuses = [status for status in RECORDED.values() if status != "unreadable"]
     assert statuses.count("missed") <= 0.1 * len(statuses)
