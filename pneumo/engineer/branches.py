@@ -11,16 +11,7 @@ from typing import Any, NamedTuple
 
 
 class Traced:
-    """A value in place of a float whose comparisons `decide` answers.
-
-    Parameters
-    ----------
-    value : array, symbol or complex
-    decide : callable
-        Of operator, left and right value: returns a bool.
-    magnitude : callable
-        Absolute value of a value.
-    """
+    """A value in place of a float. `decide` answers its comparisons; `magnitude` is its absolute value."""
 
     __array_ufunc__ = None  # a NumPy array beside it leaves the operation to it
 
@@ -69,13 +60,7 @@ for _name in ("lt", "le", "gt", "ge"):
 
 
 class Choice(NamedTuple):
-    """A condition and the result for either answer: a value, or a further choice.
-
-    Attributes
-    ----------
-    condition : symbol or array of bool
-    yes, no : Choice or any
-    """
+    """A condition (symbol or array of bool) and the result for either answer: a value or a further choice."""
 
     condition: Any
     yes: Any
@@ -85,18 +70,9 @@ class Choice(NamedTuple):
 def choices(function: Callable[..., Any], *arguments: Any, answers: tuple[bool, ...] = ()) -> Any:
     """Tree of a function's results on symbols or arrays, over all its branches.
 
-    Parameters
-    ----------
-    function : callable
-    *arguments : any
-        Of the function. Named tuples and numbers are passed as they are, all else as `Traced`.
-    answers : tuple of bool
-        To the first comparisons.
-
-    Returns
-    -------
-    Choice, or the function's result where it makes no further comparison. Branches that divide by the
-    number zero are left out.
+    Named tuples and numbers are passed to the function as they are, all else as `Traced`; `answers` are those
+    to the first comparisons. Without further comparison this is the function's result, else a `Choice`.
+    Branches that divide by the number zero are left out.
 
     Raises
     ------

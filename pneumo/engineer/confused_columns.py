@@ -19,15 +19,10 @@ MODEL, INDEX = "M6", 1.2  # needs no k_0
 
 
 class Mistake(NamedTuple):
-    """A way to confuse columns.
+    """A way to confuse columns: the text for the user, and the correction.
 
-    Attributes
-    ----------
-    text : str
-        What the user reads.
-    correct : callable
-        From a measurement and the atmosphere's pressure, Pa, to the measurement without the mistake, or None
-        where it cannot have been made.
+    `correct` takes a measurement and the atmosphere's pressure, Pa, and returns the measurement without the
+    mistake, or None where it cannot have been made.
     """
 
     text: str

@@ -16,15 +16,7 @@ from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited
 
 
 class Constant(NamedTuple):
-    """A number of the plant, under the paper's name.
-
-    Attributes
-    ----------
-    name : str
-    value : float
-    comment : str
-        Unit and meaning.
-    """
+    """A number of the plant, under the paper's name; the comment has unit and meaning."""
 
     name: str
     value: float
@@ -32,16 +24,9 @@ class Constant(NamedTuple):
 
 
 class Statement(NamedTuple):
-    """An assignment.
+    """An assignment of one expression, or a `Choice` between tuples of expressions, to variables.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Assigned variables.
-    value : sympy.Expr, tuple of them, or Choice
-        One expression for each name, or a choice between such tuples.
-    comment : str
-        Unit and number of the equation.
+    The comment has unit and number of the equation.
     """
 
     names: tuple[str, ...]

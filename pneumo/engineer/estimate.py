@@ -69,7 +69,7 @@ def estimate(
     fixed : dict of str to float, optional
         Parameters that are known, in SI units.
     intervals : iterable of str
-        Parameters to find intervals of.
+        Parameters that get an interval.
     part : float
         Fraction of the record that is fitted.
     """
@@ -103,16 +103,9 @@ def split_of(record: StageSignals, part: float = PART) -> int:
 
 
 def predict_rest(rest: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Replay a fitted model on the part held out.
+    """Pressure of a fitted model on the part held out, Pa, and root mean square error by chamber, Pa.
 
     Only the pressure at its start is fitted there, for every model: no model predicts it.
-
-    Returns
-    -------
-    pressure : numpy.ndarray
-        Pa, shape (chamber, samples).
-    rms : numpy.ndarray
-        Root mean square of measured minus replayed pressure, Pa, chambers A and B.
     """
     known = {k: v for k, v in rest.values(theta).items() if not k.startswith("start")}
     start = rest._replace(fixed=rest.fixed | known)
@@ -173,11 +166,8 @@ def fit_measurement(
 def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> xr.Dataset:
     """Dataset of several fits, in their order.
 
-    Returns
-    -------
-    xarray.Dataset
-        Estimates and intervals by (model, parameter), errors by (model, chamber), measured and replayed
-        pressures by (chamber, t) and (model, chamber, t).
+    Estimates and intervals by (model, parameter), errors by (model, chamber), measured and replayed pressures
+    by (chamber, t) and (model, chamber, t).
     """
 
     def by_parameter(field: str, name: str) -> tuple[tuple[str, str], np.ndarray, dict[str, str]]:

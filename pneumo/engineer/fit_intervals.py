@@ -38,17 +38,9 @@ class ParameterInterval(NamedTuple):
 
 
 def correlations(residual: np.ndarray) -> np.ndarray:
-    """Auto- and cross-covariance of both chambers' residuals, with a Parzen taper.
+    """Auto- and cross-covariance of both chambers' residuals, shape (chamber, samples), with a Parzen taper.
 
-    Parameters
-    ----------
-    residual : numpy.ndarray
-        Shape (chamber, samples).
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (chamber, chamber, 2 L + 1), for lags -L to L: mean of first(t) second(t + lag).
+    Shape (chamber, chamber, 2 L + 1), for lags -L to L: mean of first(t) second(t + lag).
     """
     samples = residual.shape[1]
     L = max(1, int(MEMORY * samples))
@@ -83,16 +75,9 @@ def covariances(fit: Fit) -> np.ndarray:
 
 
 def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Covariance limited in every direction to half the distance between the bounds.
+    """Covariance limited in every direction to half the distance between `Problem.bounds`.
 
     Without the limit, one flat direction would make every parameter with a small part in it uncertain.
-
-    Parameters
-    ----------
-    covariance : numpy.ndarray
-        Shape (parameter, parameter), on the scale of the search.
-    bounds : numpy.ndarray
-        From `Problem.bounds`.
     """
     half = (bounds[1] - bounds[0]) / 2
     size, axes = np.linalg.eigh(covariance / np.outer(half, half))
@@ -111,21 +96,11 @@ def inverse_curvature(fit: Fit) -> np.ndarray:
 def parameter_interval(
     problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarray
 ) -> ParameterInterval:
-    """Interval of one parameter, from its standard error where that is small, else from the profile.
+    """Interval of parameter `index`, from its standard error where that is small, else from the profile.
 
     A parameter correlated with a loosely known one gets the union of both intervals: the sum of squares has
-    a curved valley there.
-
-    Parameters
-    ----------
-    problem : Problem
-        With `FEW_PAIRS` of noisy inputs.
-    rough, best : Fit
-        With those, and with all noisy inputs.
-    index : int
-        Of the parameter.
-    both : numpy.ndarray
-        From `covariances`.
+    a curved valley there. `problem` has `FEW_PAIRS` of noisy inputs, `rough` is its fit, `best` that with all
+    noisy inputs; `both` is from `covariances`.
     """
     bounds = problem.bounds()
     low, high = bounds[:, index]
@@ -146,21 +121,10 @@ def parameter_interval(
 def profile_interval(
     problem: Problem, fit: Fit, index: int, variance: float, rounds: int = 3
 ) -> ParameterInterval:
-    """Interval of one parameter from the profile of the sum of squares.
+    """Interval of parameter `index` from the profile of the sum of squares, with `rounds` points per side.
 
     A value is inside as long as the lowest sum of squares with this value exceeds the minimum by no more
-    than `REACH` squared, in units in which the curvature is the inverse of the variance.
-
-    Parameters
-    ----------
-    problem : Problem
-    fit : Fit
-    index : int
-        Of the parameter.
-    variance : float
-        Its variance, the larger one of `covariances`.
-    rounds : int
-        Points of the profile on either side.
+    than `REACH` squared, in units in which the curvature is the inverse of the parameter's `variance`.
     """
     threshold = REACH**2
     scale = variance / inverse_curvature(fit)[index, index]

@@ -126,23 +126,12 @@ class Problem(NamedTuple):
 
 
 def replayed_pressures(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-    """Pressures of a model with several sets of parameters.
+    """Pressures of a model with several sets of parameters, Pa, shape (set, chamber, samples).
 
     Lanes of one replay share their plant. Flow is proportional to k_xu, and wall heat to k_0, so both become
-    coefficients of a lane; another dead volume needs another replay.
-
-    Parameters
-    ----------
-    problem : Problem
-    thetas : numpy.ndarray
-        Shape (set, parameter), on the scale of the search.
-    inputs : numpy.ndarray
-        Those of the problem's signals, or noisy ones.
-
-    Returns
-    -------
-    numpy.ndarray
-        Pa, shape (set, chamber, samples); NaN where a replay left the positive numbers.
+    coefficients of a lane; another dead volume needs another replay. NaN where a replay left the positive
+    numbers. `thetas` has shape (set, parameter), on the scale of the search; `inputs` are those of the
+    problem's signals, or noisy ones.
     """
     plant, signals = problem.plant._replace(k_0=1.0), problem.signals
     lanes, start, V_d = [], np.empty((len(thetas), 2)), np.empty((len(thetas), 2))
@@ -193,14 +182,10 @@ def _plants_with_dead_volumes(
 def pressure_and_jacobian(
     problem: Problem, theta: np.ndarray, inputs: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Replayed pressure and its derivative by finite differences.
+    """Replayed pressure in units of P_s, shape (chamber, samples), and its derivative.
 
-    Returns
-    -------
-    pressure : numpy.ndarray
-        In units of P_s, shape (chamber, samples); NaN where the replay left the positive numbers.
-    jacobian : numpy.ndarray
-        Shape (chamber, samples, parameter); differences are one-sided, away from the nearer bound.
+    The derivative, shape (chamber, samples, parameter), is by one-sided differences, away from the nearer
+    bound. The pressure is NaN where the replay left the positive numbers.
     """
     low, high = problem.bounds()
     steps = np.where(theta - low > high - theta, -STEP, STEP)

@@ -17,15 +17,9 @@ AVERAGING = 0.02  # s, over which noise is small beside the motion of the piston
 
 
 class Samples(NamedTuple):
-    """Columns of a file.
+    """Columns of a file in SI units by quantity.
 
-    Attributes
-    ----------
-    path : pathlib.Path
-    first_line : int
-        Line of the first sample; 0 where the file has no lines.
-    values : dict of str to numpy.ndarray
-        Signals in SI units by quantity.
+    `first_line` is the line of the first sample, or 0 where the file has no lines.
     """
 
     path: Path

@@ -1,8 +1,8 @@
-"""Error that the transport of recorded signals leaves in a replay, from physics, without the replay.
+"""Pressure error that sampled signals cause in a replay, by linear theory: the floor for every model.
 
-To first order in the time between samples, sampling shifts signals in time: a jump of the command by one
-share of that time, everything that moves evenly by another (`SHIFTS`). A shifted jump lets a wrong mass
-of air in, which stays until the flow through the valve has levelled it.
+To first order in the time between samples, sampling delays signals: jumps of the command by one share of
+that time, everything continuous by another (`SHIFTS`). A delayed jump lets a wrong mass of air in, which
+stays until the flow through the valve has balanced it. `floor` is the closed formula.
 """
 
 from math import expm1, sqrt
@@ -21,18 +21,18 @@ UNIFORM = 1 / 12  # variance of where a jump falls between two samples, if it ma
 
 
 class Shift(NamedTuple):
-    """How sampling shifts signals in time, to first order, in times between samples.
+    """Delay of signals by sampling, to first order, in times between samples.
 
     Attributes
     ----------
     held : bool
         Samples are held, not interpolated linearly.
     late : int
-        How many samples behind the held one is.
+        Samples by which the held one is older than the last.
     jump : float
         Delay of a jump that falls on a sample, the sample that has the new value already.
     rest : float
-        Delay of whatever moves evenly: position, velocity, a command that follows them.
+        Delay of everything continuous: position, velocity, a command that follows them.
     """
 
     held: bool
@@ -41,7 +41,7 @@ class Shift(NamedTuple):
     rest: float
 
     def transport(self, every: int) -> Transport:
-        """The same for a replay, with samples so many steps apart."""
+        """Transport of a replay whose samples are `every` steps apart."""
         kind = held if self.held else interpolated
         return kind(self.late, every=every)
 
@@ -54,9 +54,9 @@ SHIFTS = {
 
 
 def late_rest(recording: Recording, stride: int = 1) -> np.ndarray:
-    """Pressure error per second by which everything but jumps comes late, Pa/s, shape (chamber, samples).
+    """Pressure error per second of delay of everything but jumps, Pa/s, shape (chamber, samples).
 
-    A run that is late as a whole errs by the rate of its pressure; what its jumps do to that is taken out.
+    The error of a delay of the whole run is the rate of its pressure; the share of the jumps is subtracted.
     """
     return pressure_rates(recording, stride) - jump_errors(recording, 1, False, 0.0, True, stride)
 
@@ -64,25 +64,21 @@ def late_rest(recording: Recording, stride: int = 1) -> np.ndarray:
 def predicted_error(
     recording: Recording, period: float, sampling: str, stride: int = 1, late: np.ndarray | None = None
 ) -> np.ndarray:
-    """Pressure error of a replay on sampled signals, by linear theory along a full-order run.
+    """Full-order minus replayed pressure on sampled signals, Pa, shape (chamber, samples), without a replay.
+
+    Linear theory along a full-order run, an error every `stride` steps.
 
     Parameters
     ----------
     recording : Recording
-        The run; its jumps say where between samples they fall if `period` is longer than its step.
+        Its jumps say where between samples they fall if `period` is longer than its step.
     period : float
         Time between samples, s: a multiple of the step, or less where all jumps fall on samples.
     sampling : str
         Key of `SHIFTS`.
     stride : int
-        Steps between errors.
     late : numpy.ndarray, optional
         `late_rest` of the run, where it is known already.
-
-    Returns
-    -------
-    numpy.ndarray
-        Full-order minus replayed pressure, Pa, shape (chamber, samples).
     """
     shift = SHIFTS[sampling]
     every = max(1, round(period / recording.h))
@@ -93,7 +89,7 @@ def predicted_error(
 
 
 class Averages(NamedTuple):
-    """What the closed formula has to know of a run.
+    """Averages of a run that the closed formula needs.
 
     Attributes
     ----------
@@ -112,7 +108,7 @@ class Averages(NamedTuple):
     area : float
         Piston area, m^2.
     early : float
-        How early a line to the new value is, in times between samples: 1/2, more where a limiter cuts it.
+        How early interpolation to the new value is, in times between samples: 1/2, more at a limiter.
     """
 
     jump: float
@@ -152,18 +148,18 @@ def averages(recording: Recording, every: int) -> Averages:
 
 
 class Sensitivities(NamedTuple):
-    """RMS pressure error per second by which signals come late, Pa/s.
+    """RMS pressure error per second of delay, Pa/s.
 
     Attributes
     ----------
     jump : float
-        Jumps of the command alone, all by the same time: one undoes much of what the one before has left.
+        Of jumps of the command, all by the same time: each jump cancels most of the one before.
     rest : float
-        Everything else.
+        Of everything else.
     both : float
-        Everything: the rate of pressure.
+        Of everything: the rate of pressure.
     apart : float
-        Jumps of the command alone, each by a time of its own: nothing undoes what they leave but the flow.
+        Of jumps of the command, each by another time: only the flow reduces their error.
     """
 
     jump: float
@@ -178,15 +174,11 @@ def _kept(r: float) -> float:
 
 
 def sensitivities(plant: Plant, known: Averages) -> Sensitivities:
-    """Closed formula: what a second of lateness does, from averages of a run.
+    """RMS pressure error per second of delay, by a closed formula from averages of a run.
 
-    A jump that comes late by a time s leaves gamma R T / V times s times the jump of the flow. Heat through
-    the wall takes gamma to 1, the dependence of the flow on pressure takes all of it, each at its rate.
-
-    Parameters
-    ----------
-    plant : Plant
-    known : Averages
+    A jump that is late by a time s leaves an error of gamma R T / V times s times the jump of the flow. Wall
+    heat reduces gamma to 1, and the dependence of the flow on pressure reduces the error to 0, each at its
+    rate.
     """
     gas, c = plant.gas, plant.conditions
     R, gamma = gas.R, gas.gamma
@@ -202,7 +194,7 @@ def sensitivities(plant: Plant, known: Averages) -> Sensitivities:
     wall = (gamma - 1) * plant.k_0 * c.T_0 / (c.P_0 * known.V)  # k_0 over the air's heat capacity, 1/s
     level = R * c.T_0 / known.V * slope * known.opening  # 1/s
     adiabatic = gamma * R * c.T_0 / known.V * flow * known.jump  # Pa/s
-    index = 1 + (gamma**2 - 1) * _kept(wall * known.draw)  # mean square of what heat makes of gamma
+    index = 1 + (gamma**2 - 1) * _kept(wall * known.draw)  # mean square of gamma, reduced by wall heat
     jump = adiabatic / gamma * sqrt(index * _kept(level * known.draw) / 2)
     alone = (
         1 / (2 * level) + 2 * (gamma - 1) / (2 * level + wall) + (gamma - 1) ** 2 / (2 * level + 2 * wall)
@@ -218,28 +210,28 @@ def sensitivities(plant: Plant, known: Averages) -> Sensitivities:
 
 
 def floor(
-    found: Sensitivities, period: float, sampling: str, *, early: float = 0.5, between: bool = False
+    delays: Sensitivities, period: float, sampling: str, *, early: float = 0.5, between: bool = False
 ) -> float:
     """RMS pressure error of a replay on sampled signals, Pa: closed formula.
 
     Parameters
     ----------
-    found : Sensitivities
+    delays : Sensitivities
     period : float
         Time between samples, s.
     sampling : str
         Key of `SHIFTS`.
     early : float
-        See `Averages`.
+        From `Averages`.
     between : bool
-        Jumps fall anywhere between samples, not on them.
+        Whether jumps fall anywhere between samples, not on them.
     """
     _, _, jump, rest = SHIFTS[sampling]
     if sampling == "linear":
         jump = -early
     if between:
         jump = rest
-    shifted = (jump * found.jump) ** 2 + (rest * found.rest) ** 2
-    together = jump * rest * (found.both**2 - found.jump**2 - found.rest**2)
-    scattered = UNIFORM * found.apart**2 if between else 0.0
+    shifted = (jump * delays.jump) ** 2 + (rest * delays.rest) ** 2
+    together = jump * rest * (delays.both**2 - delays.jump**2 - delays.rest**2)
+    scattered = UNIFORM * delays.apart**2 if between else 0.0
     return period * sqrt(max(shifted + together + scattered, 0.0))

@@ -80,13 +80,8 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
 def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
     """Fit a model: plain least squares first, then corrected for noise in the position.
 
-    Parameters
-    ----------
-    problem : Problem
-    tolerance : float
-        Relative change of the sum of squares, or of the parameters, at which plain least squares ends.
-    most : int
-        Its evaluations.
+    Plain least squares ends after `most` evaluations, or where the sum of squares or the parameters change
+    by less than `tolerance`, relative.
 
     Raises
     ------
@@ -124,17 +119,9 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
 
 
 def descend(problem: Problem, theta: np.ndarray, fixed: int | None = None, most: int = MOST_STEPS) -> Fit:
-    """Minimise the corrected sum of squares from a start near its minimum (Levenberg and Marquardt).
+    """Minimise the corrected sum of squares from `theta`, near its minimum (Levenberg and Marquardt).
 
-    Parameters
-    ----------
-    problem : Problem
-    theta : numpy.ndarray
-        Start, on the scale of the search.
-    fixed : int, optional
-        Index of a parameter that keeps its value.
-    most : int
-        Steps.
+    The parameter with index `fixed` keeps its value; `most` is the largest number of steps.
     """
     low, high = problem.bounds()
     here, damping = evaluate(problem, np.clip(theta, low, high)), 1e-3
@@ -166,19 +153,10 @@ def descend(problem: Problem, theta: np.ndarray, fixed: int | None = None, most:
 def fit_with_one_fixed(
     problem: Problem, best: Fit, index: int, value: float, start: np.ndarray | None
 ) -> Fit:
-    """Fit the other parameters with one fixed.
+    """Fit the other parameters with parameter `index` fixed at `value`, on the scale of the search.
 
-    Parameters
-    ----------
-    problem : Problem
-    best : Fit
-        With none fixed.
-    index : int
-        Of the fixed parameter.
-    value : float
-        Its value on the scale of the search.
-    start : numpy.ndarray or None
-        Of the search; None for the minimum of the linearised problem, flat directions left out.
+    `best` is the fit with none fixed. The search starts at `start`, or else at the minimum of the linearised
+    problem, with flat directions left out.
     """
     others = np.arange(len(best.theta)) != index
     if start is None:

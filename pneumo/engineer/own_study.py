@@ -31,10 +31,6 @@ K_0_FACTORS = (0.5, 2.0)  # the models' k_0 over the cylinder's: an estimate may
 TRACED = 500  # samples of the first run that are kept, at the experiment's stride
 
 
-def ignore_progress(_seconds: float) -> None:
-    """Do nothing."""
-
-
 def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[str] = ()) -> Study:
     """Study of the named cylinders and experiments only; of all where none is named.
 
@@ -107,21 +103,10 @@ def _mse_of_wrong_k_0(experiment: Experiment, n: tuple[float, ...], recording: R
 
 
 def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Dataset:
-    """Cells of one full-order run and replays of the whole grid on it.
+    """Cells of one full-order run and of the replays of the whole grid on it.
 
-    Parameters
-    ----------
-    experiment : Experiment
-    n : tuple of float
-        Polytropic indices of the grid.
-    traced : bool
-        Whether the first samples of every pressure are kept as well.
-
-    Returns
-    -------
-    xarray.Dataset
-        Variables of `replay_dataset` without the pressures; `run_status` and `run_failure_time`;
-        `mse_of_wrong_k_0` by (k_0_factor, model, n, chamber).
+    The variables of `replay_dataset` without the pressures; `run_status` and `run_failure_time`;
+    `mse_of_wrong_k_0` by (k_0_factor, model, n, chamber); where `traced`, the first samples of all pressures.
     """
     recording = record(experiment)
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
@@ -153,22 +138,16 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     )
 
 
-def repeated(
-    experiments: Sequence[Experiment],
-    n: tuple[float, ...],
-    seeds: int,
-    threads: int,
-    progress: Callable[[float], None] = ignore_progress,
+def run_study(
+    study: Study, threads: int, progress: Callable[[float], None] = lambda _seconds: None
 ) -> xr.Dataset:
-    """Cells of every experiment, run with several seeds.
+    """Cells of every experiment of a study, run with several seeds.
+
+    A signal that is not random runs once; that run counts for all seeds.
 
     Parameters
     ----------
-    experiments : sequence of Experiment
-    n : tuple of float
-        Polytropic indices of the grid.
-    seeds : int
-        Runs of each experiment. A signal that is not random runs once; that run counts for all seeds.
+    study : Study
     threads : int
         The result does not depend on it.
     progress : callable
@@ -188,12 +167,13 @@ def repeated(
         progress(experiment.steps * experiment.h)
         return cells
 
-    plan = [(e, seed, i == 0) for e in experiments for i, seed in enumerate(seeds_of(e, seeds))]
+    experiments, n = list(study.experiments.values()), study.n
+    plan = [(e, seed, i == 0) for e in experiments for i, seed in enumerate(seeds_of(e, study.seeds))]
     longest_first = sorted(range(len(plan)), key=lambda i: -plan[i][0].steps)
     with ThreadPoolExecutor(threads) as pool:
         done = list(pool.map(work, [plan[i] for i in longest_first]))
     by_plan = dict(zip(longest_first, done, strict=True))
-    count = seeds if any(e.excitation.random for e in experiments) else 1
+    count = study.seeds if any(e.excitation.random for e in experiments) else 1
     parts: list[xr.Dataset] = []
     for e in experiments:
         runs = [by_plan[i] for i, item in enumerate(plan) if item[0] is e]
@@ -210,11 +190,6 @@ def repeated(
     return xr.concat(
         parts, "experiment", coords=labels, join="exact", compat="equals", combine_attrs="drop_conflicts"
     )
-
-
-def run_study(study: Study, threads: int, progress: Callable[[float], None] = ignore_progress) -> xr.Dataset:
-    """Cells of every experiment of a study; parameters and result are those of `repeated`."""
-    return repeated(list(study.experiments.values()), study.n, study.seeds, threads, progress)
 
 
 def rankings(cells: xr.Dataset) -> list[Ranking]:

@@ -64,14 +64,7 @@ class StageSignals(NamedTuple):
 
 
 def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
-    """Choose the smoothing of a signal, uniform in time, by generalised cross-validation.
-
-    Parameters
-    ----------
-    x : numpy.ndarray
-        Shape (samples,).
-    period : float
-        s.
+    """Choose the smoothing of a signal, samples `period` seconds apart, by generalised cross-validation.
 
     Returns
     -------
@@ -140,21 +133,9 @@ def stage_signals(
 
 
 def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> list[np.ndarray]:
-    """Inputs of a replay with noise added to the position, which is then smoothed again.
+    """Inputs of a replay with noise added to the position of the part fitted, which is then smoothed again.
 
-    Parameters
-    ----------
-    signals : StageSignals
-        Of the part that is fitted.
-    pairs : int
-        Antithetic pairs.
-    seed : int
-        Of the noise.
-
-    Returns
-    -------
-    list of numpy.ndarray
-        Each shaped as `StageSignals.inputs`; each noise is followed by its negative.
+    Each is shaped as `StageSignals.inputs`; each noise is followed by its negative (`pairs` of them).
     """
     steps, stride = signals.inputs[:, :, 1], signals.stride
     x = np.append(steps[::stride, 0], steps[-1, -1])

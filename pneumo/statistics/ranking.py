@@ -123,7 +123,7 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
     Parameters
     ----------
     cells : xarray.Dataset
-        From `pneumo.engineer.own_study.repeated`.
+        From `pneumo.engineer.own_study.run_study`.
     cylinder : str
         Name of the cylinder.
     """

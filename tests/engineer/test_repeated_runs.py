@@ -14,7 +14,7 @@ from pneumo.engineer.own_study import (
     TRACED,
     models_with_wall_heat,
     one_run,
-    repeated,
+    run_study,
     seeds_of,
     wall_lanes,
 )
@@ -34,9 +34,14 @@ def short(name, seconds=2.0):
     return e._replace(steps=round(seconds / e.h))
 
 
+def repeated(experiments, n=PAPER.n, seeds=3, threads=2, **options):
+    study_of = PAPER._replace(experiments={e.name: e for e in experiments}, n=n, seeds=seeds)
+    return run_study(study_of, threads, **options)
+
+
 @pytest.fixture(scope="module")
 def runs():
-    return repeated([short("E02"), short("E01", 1.0)], PAPER.n, seeds=3, threads=2)
+    return repeated([short("E02"), short("E01", 1.0)])
 
 
 def test_first_run_is_the_workflows_bit_for_bit(runs, tmp_path):
@@ -65,7 +70,7 @@ def test_cylinder_D_at_full_length_is_the_studys(results, name):
 
 
 def test_threads_do_not_matter(runs):
-    again = repeated([short("E02"), short("E01", 1.0)], PAPER.n, seeds=3, threads=1)
+    again = repeated([short("E02"), short("E01", 1.0)], threads=1)
     xr.testing.assert_identical(again, runs)
 
 

@@ -28,7 +28,7 @@ def study_page(study: Study, cells: xr.Dataset, rankings: Sequence[Ranking]) -> 
     ----------
     study : Study
     cells : xarray.Dataset
-        From `pneumo.engineer.own_study.repeated`.
+        From `pneumo.engineer.own_study.run_study`.
     rankings : sequence of Ranking
         One for each cylinder.
 
