@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
-from pneumo.simulation.driven import driven
 from test_vectorised import STUDY
 
 from pneumo.errors import RunError
@@ -17,10 +16,11 @@ from pneumo.physics.valve import chamber_flows, laminar_share
 from pneumo.publish.figures.budget_figure import error_budget_figure
 from pneumo.publish.figures.panels import symbol
 from pneumo.publish.style import paper_style, save
-from pneumo.simulation import reference as readable
 from pneumo.simulation.full_order import record
+from pneumo.simulation.given_inputs import pressures_on_inputs
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.vectorised import replay
+from pneumo.simulation.replay import replay, replay_by_reference
+from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated, study_transport
 from pneumo.storage.files import EXPERIMENT_LABELS
 
 N = (1.0, 1.2)
@@ -63,12 +63,10 @@ def test_parts_add_up_to_the_study_own_error(cells):
     np.testing.assert_allclose(parts, found["total"], rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("name", "transport", "lag"), [("total", "published", LAG), ("total_exact", "exact", 0.0)]
-)
-def test_totals_are_those_of_the_study(cells, name, transport, lag):
+@pytest.mark.parametrize(("name", "transport"), [("total", "published"), ("total_exact", "exact")])
+def test_totals_are_those_of_the_study(cells, name, transport):
     e = lasting("E12", 0.12)
-    study = replay(record(e), LANES, e.drive, e.plant, e.h, transport=transport, lag=lag)
+    study = replay(record(e), LANES, study_transport(transport, LAG, e.h))
     np.testing.assert_allclose(cells[name].sel(experiment="E12"), study.mse[INDEX], rtol=1e-12)
 
 
@@ -115,15 +113,17 @@ def test_linear_interpolation_is_the_published_transport_without_lag():
     e = lasting("E06", 0.3)
     recording = record(e)
     inputs = b.sampled_inputs(recording, e.h, 1, "linear", e.plant.valve.u_max)
-    study = replay(recording, LANES, e.drive, e.plant, e.h, transport="published")
-    np.testing.assert_allclose(driven(inputs, LANES, e.plant, e.h, 1), study.pressure, rtol=1e-10)
+    study = replay(recording, LANES, interpolated())
+    np.testing.assert_allclose(
+        pressures_on_inputs(inputs, LANES, e.plant, e.h, 1), study.pressure, rtol=1e-10
+    )
 
 
 @pytest.mark.uncompiled
 def test_a_stride_takes_every_so_many_pressures():
     e = lasting("E06", 0.1)
     inputs = b.sampled_inputs(record(e), e.h, 1, "linear", e.plant.valve.u_max)
-    every, fifth = (driven(inputs, LANES, e.plant, e.h, stride) for stride in (1, 5))
+    every, fifth = (pressures_on_inputs(inputs, LANES, e.plant, e.h, stride) for stride in (1, 5))
     np.testing.assert_array_equal(fifth, every[..., ::5])
 
 
@@ -138,10 +138,10 @@ def test_hold_and_cubic_meet_the_samples():
     assert (held.reshape(-1, 24, 3) == held.reshape(-1, 24, 3)[:, :1]).all()
 
 
-def test_what_the_driven_kernel_refuses():
+def test_given_inputs_refuse_the_regularised_law():
     e = b.regularised(lasting("E06", 0.01))
     with pytest.raises(ValueError, match=r"laminar = 0\.001"):
-        driven(np.zeros((1, 6, 3)), LANES, e.plant, e.h, 1)
+        pressures_on_inputs(np.zeros((1, 6, 3)), LANES, e.plant, e.h, 1)
 
 
 # The regularised flow law
@@ -177,13 +177,10 @@ def test_regularised_flow_is_linear_at_equal_pressures_and_has_no_jump():
 def test_the_fast_replay_knows_the_regularised_law():
     e = b.regularised(lasting("E06", 0.2), laminar=0.1)
     recording = record(e)
-    fast, slow = (
-        module(recording, LANES, e.drive, e.plant, e.h, transport="exact")
-        for module in (replay, readable.replay)
-    )
+    fast, slow = (kernel(recording, LANES, EXACT_TRANSPORT) for kernel in (replay, replay_by_reference))
     np.testing.assert_allclose(fast.pressure, slow.pressure, rtol=1e-12)
-    printed = e._replace(plant=e.plant._replace(valve=e.plant.valve._replace(laminar=0.0)))
-    other = replay(recording, LANES, printed.drive, printed.plant, e.h, transport="exact")
+    printed = e.plant._replace(valve=e.plant.valve._replace(laminar=0.0))
+    other = replay(recording._replace(plant=printed), LANES, EXACT_TRANSPORT)
     assert abs(other.pressure - fast.pressure).max() > 10  # Pa
 
 

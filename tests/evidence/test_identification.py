@@ -33,8 +33,9 @@ from pneumo.publish.figures.identification_figure import identification_figure
 from pneumo.publish.style import paper_style
 from pneumo.publish.text.formatting import significant
 from pneumo.publish.text.terminal_tables import identification_tables
-from pneumo.simulation.full_order import C, record
-from pneumo.simulation.reference import replay
+from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay, replay_by_reference
 from pneumo.simulation.settling import NOT_SETTLED, QUANTITIES, settle
 from pneumo.statistics.averages import statistics
 from pneumo.storage.files import read
@@ -246,51 +247,28 @@ def short(name, steps=300):
     return STUDY.experiments[name]._replace(steps=steps)
 
 
-def pressures(recording, e, lag):
-    lanes = amplitudes.grid_lanes((1.2,), 1.4)[0]
-    return replay(recording, lanes, e.drive, e.plant, e.h, transport="published", lag=lag).pressure
-
-
-def test_hold_reads_the_sample_of_its_steps_start():
-    # Signals that stand still between samples are what a hold makes of any signal: u = u_k from k on.
-    e = short("E06")
-    recording = record(e)
-    lag = amplitudes.tried_transports(e.h)["hold"]
-    k = np.arange(len(recording.u))[:, np.newaxis] + C - lag[:, 0] / e.h
-    assert np.abs(k - np.round(k)).max() < 1e-12
-    assert (np.round(k) == np.arange(len(recording.u))[:, np.newaxis]).all()
-    assert not np.allclose(pressures(recording, e, lag), pressures(recording, e, 0.0), rtol=1e-6)
-
-
 def test_u_a_sample_late_is_a_shifted_u():
     e = short("E06")
-    recording = record(e)
+    recording, lanes = record(e), grid_lanes((1.2,), 1.4)[0]
     shifted = recording._replace(u=np.concatenate([recording.u[:1], recording.u[:-1]]))
-    lag = amplitudes.tried_transports(e.h)["linear, u a sample late"]
-    np.testing.assert_allclose(pressures(recording, e, lag), pressures(shifted, e, 0.0), rtol=1e-9)
+    tried = amplitudes.tried_transports(e.h)
+    late = replay(recording, lanes, tried["linear, u a sample late"]).pressure
+    np.testing.assert_allclose(late, replay(shifted, lanes, tried["linear"]).pressure, rtol=1e-9)
 
 
-def test_an_array_of_equal_delays_is_the_lag():
-    e = short("E06")
-    recording = record(e)
-    lag = amplitudes.tried_transports(e.h)["linear, 0.13 ms late"]
-    np.testing.assert_array_equal(pressures(recording, e, lag), pressures(recording, e, 0.13e-3))
-
-
-def test_both_kernels_take_the_same_delays():
+def test_both_kernels_read_the_tried_transports_alike():
     e = short("E14")
-    lanes, index = amplitudes.grid_lanes(STUDY.n, 1.4)
-    names = tuple(amplitudes.tried_transports(e.h))
-    fast = amplitudes.cell_mse(e, STUDY.n, names)
-    for row, lag in zip(fast, amplitudes.tried_transports(e.h).values(), strict=True):
-        options = {"transport": "exact"} if lag is None else {"transport": "published", "lag": lag}
-        slow = replay(record(e), lanes, e.drive, e.plant, e.h, **options)
+    lanes, index = grid_lanes(STUDY.n, 1.4)
+    tried = amplitudes.tried_transports(e.h)
+    fast = amplitudes.cell_mse(e, STUDY.n, tuple(tried))
+    for row, transport in zip(fast, tried.values(), strict=True):
+        slow = replay_by_reference(record(e), lanes, transport)
         np.testing.assert_allclose(row, slow.mse.mean(axis=1)[index], rtol=1e-9)
 
 
 def test_amplitudes_stay_within_their_bounds():
-    low, high = amplitudes.AMPLITUDE_BOUNDS
-    assert amplitudes.COARSE[[0, -1]] == pytest.approx([low, high])
+    low, high = amplitudes.COARSE[[0, -1]]
+    assert (low, high) == pytest.approx((0.05, 10.0))
     assert amplitudes.COARSE[1] * amplitudes.REFINED_FACTORS[0] > low
     assert amplitudes.COARSE[-2] * amplitudes.REFINED_FACTORS[-1] < high
 

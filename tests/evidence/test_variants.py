@@ -16,7 +16,8 @@ from pneumo.publish.figures.variants_figure import LEVEL_MARKS, clear_name, vari
 from pneumo.publish.style import paper_style, save
 from pneumo.publish.text.markdown_tables import variants_table
 from pneumo.simulation.full_order import record
-from pneumo.simulation.reference import replay
+from pneumo.simulation.replay import replay_by_reference
+from pneumo.simulation.signals import study_transport
 from pneumo.storage.files import read
 from pneumo.verdict.assumptions import AS_TAKEN
 
@@ -72,10 +73,11 @@ def test_physics_is_what_it_says(found):
 
 @pytest.mark.parametrize("transport", v.BOTH_TRANSPORTS)
 def test_errors_are_those_of_plain_replays(found, dataset, transport):
-    e, lag = found[AS_TAKEN].study.experiments["E12"], found[AS_TAKEN].study.lag
+    study = found[AS_TAKEN].study
+    e = study.experiments["E12"]
     lanes = lane_array([lane(MODELS["M8"], 1.35, 1.4), lane(MODELS["M5"], 1.2, 1.4)])
-    lag = lag if transport == "published" else 0.0
-    plain = replay(record(e), lanes, e.drive, e.plant, e.h, transport=transport, lag=lag).mse.mean(axis=1)
+    reading = study_transport(transport, study.lag, e.h)
+    plain = replay_by_reference(record(e), lanes, reading).mse.mean(axis=1)
     cells = dataset["mse"].sel(experiment="E12", alternative=AS_TAKEN, transport=transport)
     found_here = [cells.sel(model="M8", n=1.35).item(), cells.sel(model="M5", n=1.2).item()]
     np.testing.assert_allclose(found_here, plain, rtol=1e-9)  # two kernels, as in test_lanes
