@@ -205,11 +205,11 @@ def test_a_stored_verdict_is_shown_while_nothing_it_was_made_from_changed(result
 
 
 def test_explain_tells_an_item_and_a_cell(printed):
-    item = CliRunner().invoke(app, ["explain", "T7.M8.mse", "--results", str(printed)])
+    item = CliRunner().invoke(app, ["paper", "explain", "T7.M8.mse", "--results", str(printed)])
     assert item.exit_code == 0
     assert item.stdout.splitlines()[0] == "T7.M8.mse"
     assert "1.16e7 Pa²" in item.stdout
-    cell = CliRunner().invoke(app, ["explain", "E07", "M8", "1.35", "--results", str(printed)])
+    cell = CliRunner().invoke(app, ["paper", "explain", "E07", "M8", "1.35", "--results", str(printed)])
     assert cell.exit_code == 0
     assert "E07 M8 n = 1.35  exact      chamber B:" in cell.stdout
 
@@ -225,10 +225,10 @@ def test_explain_tells_an_item_and_a_cell(printed):
 )
 def test_explain_says_what_is_wrong(printed, what, words):
     with pytest.raises(ResultError, match=re.escape(words)):
-        CliRunner().invoke(app, ["explain", *what, "--results", str(printed)], catch_exceptions=False)
+        CliRunner().invoke(app, ["paper", "explain", *what, "--results", str(printed)], catch_exceptions=False)
 
 
 def test_verdict_counts(printed, judged):
-    done = CliRunner().invoke(app, ["verdict", "--results", str(printed)])
+    done = CliRunner().invoke(app, ["paper", "verdict", "--results", str(printed)])
     assert done.stdout.splitlines()[-1].startswith(f"{len(judged['items'])} items, ")
     assert "contradicted  S4.M7_40" in done.stdout
