@@ -92,7 +92,7 @@ def test_smoothing_finds_the_noise(noise, seed):
     assert found == pytest.approx(noise, rel=0.08)
 
 
-def test_interval_holds_what_is_known_and_is_open_where_nothing_is():
+def test_interval_contains_the_truth_and_is_open_where_the_record_is_blind():
     known = synthetic_record(8, "M7")
     problem = problem_of(known, "M7")
     best = fit(problem)
@@ -114,7 +114,7 @@ def test_interval_holds_what_is_known_and_is_open_where_nothing_is():
     assert not np.isfinite(width.high)
 
 
-def test_bounds_limit_an_open_direction_and_nothing_else():
+def test_bounds_limit_a_flat_direction_and_nothing_else():
     bounds = np.array([[-1.0, -2.0, -1.0], [1.0, 2.0, 1.0]])
     known = np.diag([0.04, 0.25, 0.01])
     np.testing.assert_allclose(bounded(known, bounds), known, rtol=1e-12)
@@ -125,7 +125,7 @@ def test_bounds_limit_an_open_direction_and_nothing_else():
     assert found[2, 2] == pytest.approx(0.01)
 
 
-def test_noise_of_position_and_pressure_is_what_estimates_scatter_by():
+def test_estimates_scatter_by_their_standard_error():
     """Fits of one motion with fresh noises scatter by what one of them says of itself."""
     known = synthetic_record(8, "M7")
     spread, said = [], []
@@ -168,7 +168,7 @@ def test_estimates_of_a_few_cases_hold_the_truth():
     assert any(inside)  # both miss once in 400
 
 
-def test_start_is_where_the_replay_begins(plant):
+def test_replays_begin_at_the_given_pressures(plant):
     inputs = np.zeros((5, 6, 3))
 
     rows = lane_array([lane(MODELS["M10"], 1.3, 1.4), lane(MODELS["M1"], 1.0, 1.4)])
@@ -195,7 +195,7 @@ def test_thermal_time_constant_of_a_full_order_transient(plant, side):
     assert found.k_0_low < found.k_0 < found.k_0_high
 
 
-def test_exact_signals_leave_nothing_in_the_part_held_out():
+def test_exact_signals_have_no_error_in_the_part_held_out():
     known = synthetic_record(8, "M7")
     whole = stage_signals(known.period, known.u, known.x, known.P, 10.0)
     record = whole.part(0, min(1000, whole.P.shape[1] - 1))

@@ -72,7 +72,7 @@ def test_a_closed_chamber_keeps_P_V_to_the_n():
     np.testing.assert_allclose(found[0] * V**n, np.broadcast_to(4e5 * V[:, :1] ** n, V.shape), rtol=1e-8)
 
 
-def test_a_lane_that_empties_is_not_a_number():
+def test_a_chamber_that_empties_gives_nan():
     steps = 50
     flow = np.full((steps, 6, 2), -1.0)
     lanes = lane_array([lane(MODELS["M3"], 1.4, GAS.gamma)])
@@ -111,7 +111,7 @@ def test_full_order_pressures_are_followed(measured):
         (lambda m: m._replace(x=-m.x), "column x"),
     ],
 )
-def test_confused_flows_are_suspected(measured, confuse, words):
+def test_confused_flows_are_refused(measured, confuse, words):
     check_columns(measured, PLANT)
     with pytest.raises(InputError, match=words):
         check_columns(confuse(measured), PLANT)
@@ -142,7 +142,7 @@ def test_columns_of_flow_are_read_in_their_units(measured, tmp_path):
     ("left_out", "words"),
     [(("m_B [l/min(ANR)]",), "no column m_B"), (("m_A_g_per_s", "m_B [l/min(ANR)]"), "u")],
 )
-def test_one_flow_or_none_is_said(measured, tmp_path, left_out, words):
+def test_missing_flow_columns_are_named(measured, tmp_path, left_out, words):
     file = tmp_path / "m.csv"
     pd.DataFrame({k: v for k, v in table(measured).items() if k not in left_out}).to_csv(file, index=False)
     with pytest.raises(InputError, match=f"no column {words.removeprefix('no column ')}"):

@@ -51,7 +51,7 @@ def test_units_of_the_header_are_converted(tmp_path):
     np.testing.assert_allclose(found.P, KNOWN.P, rtol=1e-14)
 
 
-def test_mapping_and_netcdf_say_the_same(tmp_path):
+def test_mapping_and_netcdf_give_the_same_measurement(tmp_path):
     names = {"t": "time", "u": "cmd", "x": "pos", "P_A": "p1", "P_B": "p2"}
     plain = dict(zip(names.values(), [table()["t_s"], KNOWN.u, KNOWN.x, *KNOWN.P], strict=True))
     units = {"t": "s", "u": "V", "x": "m", "P_A": "Pa", "P_B": "Pa"}
@@ -94,7 +94,7 @@ def test_mapping_file(tmp_path):
         (lambda: table() | {"v_mm/s": -np.gradient(KNOWN.x * 1e3, KNOWN.period)}, ["column v"]),
     ],
 )
-def test_what_is_wrong_is_said_on_one_line(tmp_path, columns, words):
+def test_each_mistake_in_a_file_gives_one_line(tmp_path, columns, words):
     with pytest.raises(InputError) as caught:
         read(tmp_path, columns())
     text = str(caught.value)
@@ -122,7 +122,7 @@ def test_uneven_time_is_noted(tmp_path):
         (lambda m: m._replace(P=m.P - ATMOSPHERE), "gauge"),
     ],
 )
-def test_confused_columns_are_suspected(tmp_path, confuse, words):
+def test_confused_columns_are_refused(tmp_path, confuse, words):
     right = read(tmp_path, table())
     check_columns(right, KNOWN.configured)
     with pytest.raises(InputError, match=words):

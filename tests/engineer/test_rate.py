@@ -99,7 +99,7 @@ def test_casadi_gives_the_same_numbers_and_derivatives(kind, plant, random_state
         assert np.asarray(slope)[0] == pytest.approx(expected, rel=1e-9)
 
 
-def test_tree_asks_every_question_once():
+def test_choices_follow_every_branch():
     def function(x):
         return (1 if x > 2 else 2) if x > 0 else 3
 
@@ -111,7 +111,7 @@ def test_tree_asks_every_question_once():
     assert isinstance(node, Choice)
 
 
-def test_ways_that_divide_by_zero_are_left_out():
+def test_branches_that_divide_by_zero_are_left_out():
     assert choices(lambda x: x / 0.0 if x > 0 else 3, np.array([1.0, 2.0])) == 3
     with pytest.raises(ZeroDivisionError):
         choices(lambda x: x / 0 if x > 0 else 3 / (0.0 * 1), np.array([1.0, 2.0]))

@@ -101,7 +101,7 @@ def test_a_signal_that_is_not_random_runs_once():
     assert both["mse"].sel(experiment="E02").std("run").max() == 0
 
 
-def test_wrong_k_0_scales_the_wall_heat_of_the_models_alone():
+def test_wrong_k_0_scales_wall_heat_only():
     right, half = wall_lanes((1.2, 1.3), 1.4, 1.0), wall_lanes((1.2, 1.3), 1.4, 0.5)
     assert np.array_equal(right, lane_array([lane(MODELS[m], n, 1.4) for m in WITH_WALL for n in (1.2, 1.3)]))
     column = list(lane(MODELS["M8"], 1.2, 1.4)._fields).index("explicit_heat")

@@ -34,7 +34,7 @@ def test_linear_command_is_between_samples(record):
     np.testing.assert_allclose(found.inputs[1::2, 0, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)
 
 
-def test_noise_is_made_again_as_it_was(record):
+def test_added_noise_is_as_large_as_the_measured(record):
     *_, found = record
     made = with_added_noise(found, 4, seed=1)
     assert len(made) == 8
