@@ -27,7 +27,7 @@ class Operations(NamedTuple):
     roots: float = 0.0
 
 
-# One row per loop of `pneumo.simulation.vectorised`. A product and the sum it goes into count as one. Comparisons,
+# One row per loop of `pneumo.simulation.vectorised`. A product and its sum count as one. Comparisons,
 # choices, absolute values and integers count nothing: units other than those of the bound have them.
 STAGE = {
     "pressure of the stage": Operations(6),

@@ -1,95 +1,64 @@
-"""Make one mistake at a time in a copy of the sources and see whether the tests notice: ``make mutations``.
+"""Change one number or operator at a time in a copy of the sources and see whether the tests notice.
 
-``python tests/mutations.py [MODULE ...]`` tries those of tests/mutations.yaml, writes
-results/evidence/mutations.json and ends with exit code 1 if one went unnoticed.
+``python -m tests.mutations physics/valve ...`` mutates pneumo/physics/valve.py with cosmic-ray and runs
+tests/physics/test_valve.py uncompiled for each mutant; prints the mutants that survive.
 """
 
 import json
 import os
-import shutil
-import signal
+import re
+import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
-import hypothesis
-import matplotlib.figure  # noqa: F401 - loaded once, not in every process
-import netCDF4  # noqa: F401
-import numba
-import pint  # noqa: F401
-import pydantic  # noqa: F401
-import pytest
-import scipy.integrate  # noqa: F401
-import typer  # noqa: F401
-import xarray  # noqa: F401
-import yaml
+from pneumo.storage.files import write_text
+from tests.checkout import ROOT, copy_checkout
 
-ROOT = Path(__file__).parents[1]
-LIST = yaml.safe_load((ROOT / "tests" / "mutations.yaml").read_text(encoding="utf-8"))
-LONGEST = 120  # s of processor time
-FIND = (hypothesis.Phase.explicit, hypothesis.Phase.generate)  # a mistake found need not be made small
+CONFIGURATION = """
+[cosmic-ray]
+module-path = "pneumo/{module}.py"
+timeout = 300
+test-command = "{python} -m pytest -x -q -n0 -p no:cacheprovider tests/{room}/test_{name}.py {marked}"
+distributor.name = "local"
 
-
-def source(root: Path, module: str) -> Path:
-    return root / "pneumo" / (module.replace(".", "/") + ".py")
+[cosmic-ray.filters.operators-filter]
+exclude-operators = [
+    "core/RemoveDecorator",
+    "core/ReplaceBinaryOperator_.*_(Mod|FloorDiv|Pow|RShift|LShift|BitXor|BitOr|BitAnd)",
+    "core/ReplaceComparisonOperator_.*_(Is|IsNot)",
+]
+"""
 
 
-def passes(copy: Path, entry: dict) -> bool:
-    """Whether the tests of a module pass in a copy, in a process that has loaded the libraries already."""
-    child = os.fork()
-    if not child:
-        signal.setitimer(signal.ITIMER_PROF, LONGEST)  # tests that hang have noticed; a busy machine has not
-        os.chdir(copy)
-        sys.path[0] = str(copy)
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, 1), os.dup2(nowhere, 2)
-        os.environ["PYTHONPATH"], sys.dont_write_bytecode = str(copy), True
-        hypothesis.settings.register_profile("quick", max_examples=50, database=None, phases=FIND)
-        hypothesis.settings.load_profile("quick")
-        numba.config.DISABLE_JIT = not entry.get("jit")
-        os._exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *entry["tests"]]))
-    _, status = os.waitpid(child, 0)
-    code = os.waitstatus_to_exitcode(status)
-    if code in (3, 4, 5):
-        raise RuntimeError(f"{entry['tests']}: pytest ends with {code}")
-    return code == 0
+def mutate(module: str, checkout: Path) -> dict[str, int]:
+    """Mutate one module of a copy of the checkout; print the survivors and return the counts."""
+    room, _, name = module.rpartition("/")
+    marked = "-m uncompiled" if room == "simulation" else ""  # the others of its tests are slow uncompiled
+    configuration = CONFIGURATION.format(
+        module=module, python=sys.executable, room=room, name=name, marked=marked
+    )
+    (checkout / "mutations.toml").write_text(configuration)
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(checkout)}
 
+    def run(command: str) -> str:
+        tool = [str(Path(sys.executable).with_name(command.split()[0])), *command.split()[1:]]
+        return subprocess.run(
+            tool, cwd=checkout, env=environment, check=True, stdout=subprocess.PIPE, text=True
+        ).stdout
 
-def main(names: list[str]) -> int:
-    """Try the mistakes of the named modules, or of all."""
-    counts, missed = {}, []
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder)
-        for name in ("pneumo", "tests", "workflow", "config", "paper"):
-            shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-        for name in ("pyproject.toml", "Snakefile", "README.md", "Makefile"):
-            shutil.copy(ROOT / name, copy)
-        for module in names or LIST:
-            entry, file, start = LIST[module], source(copy, module), time.perf_counter()
-            text = file.read_text(encoding="utf-8")
-            if not passes(copy, entry):
-                missed.append(f"{module}: its tests fail without a mistake")
-            caught = 0
-            for old, new in entry["changes"]:
-                file.write_text(text.replace(old, new), encoding="utf-8")
-                if passes(copy, entry):
-                    missed.append(f"{module}: {old!r} -> {new!r}")
-                else:
-                    caught += 1
-            file.write_text(text, encoding="utf-8")
-            counts[module] = {"tried": len(entry["changes"]), "caught": caught}
-            seconds = time.perf_counter() - start
-            print(f"{module}: {caught} of {len(entry['changes'])} caught, {seconds:.0f} s", flush=True)
-    if not names:
-        evidence = ROOT / "results" / "evidence"
-        evidence.mkdir(parents=True, exist_ok=True)
-        (evidence / "mutations.json").write_text(json.dumps(counts, indent=1) + "\n", encoding="utf-8")
-    print(*missed, sep="\n")
-    tried = sum(count["tried"] for count in counts.values())
-    print(f"{sum(count['caught'] for count in counts.values())} of {tried} mistakes caught")
-    return 1 if missed else 0
+    run("cosmic-ray baseline mutations.toml")  # fails where the tests fail without a mutation
+    run("cosmic-ray init --force mutations.toml session.sqlite")
+    run("cr-filter-operators session.sqlite mutations.toml")
+    run("cosmic-ray exec mutations.toml session.sqlite")
+    print(run("cr-report --surviving-only --show-diff session.sqlite"), flush=True)
+    outcomes = re.findall(r"test outcome: TestOutcome\.(\w+)", run("cr-report session.sqlite"))
+    return {outcome.lower(): outcomes.count(outcome) for outcome in sorted(set(outcomes))}
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    with tempfile.TemporaryDirectory(prefix="mutations-") as folder:
+        copy = copy_checkout(Path(folder, "pneumo"))
+        counts = {module: mutate(module, copy) for module in sys.argv[1:]}
+    write_text(json.dumps(counts, indent=1) + "\n", ROOT / "results/evidence/mutations.json")
+    print(json.dumps(counts))

@@ -52,7 +52,8 @@ def test_every_planned_file_is_there(smoke):
         assert {f"{transport}/replay/{experiment}.nc" for transport in ("published", "exact")} <= made
     assert {"published/statistics.nc", "exact/statistics.nc", "settling.nc", "table7.md"} <= made
     assert {"verdict.html", "report.html"} <= made
-    assert {f"figures/fig{number:02}.{kind}" for number in range(1, 13) for kind in ("svg", "png")} <= made
+    assert {f"figures/fig{number:02}.svg" for number in range(1, 13)} <= made
+    assert {f"figures/fig{number:02}.png" for number in range(7, 12)} <= made  # the others are kept by hand
     assert not [name for name in made if name.endswith(".part")]
 
 
