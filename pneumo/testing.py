@@ -6,6 +6,7 @@ zero or a number of physical size.
 """
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,171 +17,156 @@ except ImportError:
 
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import Cylinder
-from pneumo.physics.valve import Conditions, Valve, exact_gas
+from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas
+
+Floats: TypeAlias = st.SearchStrategy[float]
 
 
-def _between(low, high):
+def _between(low: float, high: float) -> Floats:
     return st.floats(low, high, allow_nan=False, allow_infinity=False, allow_subnormal=False)
 
 
-def _zero_or_between(low, high):
+def _zero_or_between(low: float, high: float) -> Floats:
     return st.just(0.0) | _between(low, high)
 
 
-def _zero_or_either_sign(low, high):
+def _zero_or_either_sign(low: float, high: float) -> Floats:
     return st.just(0.0) | _between(low, high) | _between(-high, -low)
 
 
-def pressures(low=0.5e5, high=15e5):
+def pressures(low: float = 0.5e5, high: float = 15e5) -> Floats:
     """Absolute pressure of a chamber or a supply, Pa."""
     return _between(low, high)
 
 
-def temperatures(low=200.0, high=400.0):
+def temperatures(low: float = 200.0, high: float = 400.0) -> Floats:
     """Temperature of air, wall or surroundings, K."""
     return _between(low, high)
 
 
-def pressure_ratios():
+def pressure_ratios() -> Floats:
     """Downstream over upstream pressure at a throat, from vacuum to equal pressures."""
     return _zero_or_between(1e-6, 1.0)
 
 
-def bores():
+def bores() -> Floats:
     """Diameter of the piston, m."""
     return _between(5e-3, 0.2)
 
 
-def strokes():
+def strokes() -> Floats:
     """Full stroke, m."""
     return _between(10e-3, 2.0)
 
 
-def dead_volume_fractions():
+def dead_volume_fractions() -> Floats:
     """Dead volume over half the stroke's volume."""
     return _between(0.01, 0.5)
 
 
-def positions(fraction=0.96):
+def positions(fraction: float = 0.96) -> Floats:
     """Position of the piston from mid-stroke as a fraction of half the stroke, from -fraction to fraction."""
     return _zero_or_either_sign(min(1e-6, fraction), fraction)
 
 
-def velocities(high=3.0):
+def velocities(high: float = 3.0) -> Floats:
     """Velocity of the piston, m/s."""
     return _zero_or_either_sign(1e-6, high)
 
 
-def volumes():
+def volumes() -> Floats:
     """Volume of a chamber, m3."""
     return _between(1e-6, 1e-2)
 
 
-def volume_rates():
+def volume_rates() -> Floats:
     """Rate of change of a chamber's volume, m3/s."""
     return _zero_or_either_sign(1e-9, 1e-2)
 
 
-def wall_areas():
+def wall_areas() -> Floats:
     """Heat transfer area of a chamber, m2."""
     return _between(1e-4, 1.0)
 
 
-def polytropic_indices(low=1.0, high=1.4):
+def polytropic_indices(low: float = 1.0, high: float = 1.4) -> Floats:
     """Polytropic index n, from isothermal to adiabatic air."""
     return _between(low, high)
 
 
-def grids():
+def grids() -> st.SearchStrategy[list[float]]:
     """Indices n of a study: some, increasing."""
     return st.lists(polytropic_indices(), min_size=1, max_size=20, unique=True).map(sorted)
 
 
-def gammas():
+def gammas() -> Floats:
     """Ratio of specific heats, from large molecules to a monatomic gas."""
     return _between(1.05, 5 / 3)
 
 
-def gas_constants():
+def gas_constants() -> Floats:
     """Specific gas constant, J/(kg K), from heavy vapours to helium."""
     return _between(80.0, 2100.0)
 
 
-def conductances():
+def conductances() -> Floats:
     """Thermal conductance k_0 at equilibrium, W/K."""
     return _zero_or_between(1e-3, 10.0)
 
 
-def voltages(high=10.0):
+def voltages(high: float = 10.0) -> Floats:
     """Command of the servo-valve, V."""
     return _zero_or_either_sign(1e-6, high)
 
 
-def throat_areas():
+def throat_areas() -> Floats:
     """Area of one restriction of the valve, m2."""
     return _zero_or_between(1e-10, 1e-4)
 
 
-def flows():
+def flows() -> Floats:
     """Mass flow in one direction, kg/s."""
     return _zero_or_between(1e-9, 0.05)
 
 
-def masses():
+def masses() -> Floats:
     """Moving mass, kg."""
     return _between(0.1, 100.0)
 
 
-def model_arguments():
+def model_arguments() -> st.SearchStrategy[dict[str, float]]:
     """Everything a reduced model reads, by name: the arguments of `paper_equations.M1` ... `M10`."""
-    return st.fixed_dictionaries(
-        {
-            "P": pressures(),
-            "V": volumes(),
-            "dV_dt": volume_rates(),
-            "m_in": flows(),
-            "m_out": flows(),
-            "T_amb": temperatures(),
-            "T_in": temperatures(),
-            "P_0": pressures(),
-            "T_0": temperatures(),
-            "n": polytropic_indices(),
-            "gamma": gammas(),
-            "R": gas_constants(),
-            "k_0": conductances(),
-            "A_q": wall_areas(),
-            "A_q0": wall_areas(),
-        }
-    )
+    P, T, area = pressures(), temperatures(), wall_areas()
+    states = {"P": P, "V": volumes(), "dV_dt": volume_rates(), "m_in": flows(), "m_out": flows()}
+    ambient = {"T_amb": T, "T_in": T, "P_0": P, "T_0": T}
+    constants = {"n": polytropic_indices(), "gamma": gammas(), "R": gas_constants(), "k_0": conductances()}
+    return st.fixed_dictionaries(states | ambient | constants | {"A_q": area, "A_q0": area})
 
 
-def area_ratios():
+def area_ratios() -> Floats:
     """Heat transfer area over that at mid-stroke, or one leak's area over the other's."""
     return _between(0.05, 20.0)
 
 
-def gases():
+def gases() -> st.SearchStrategy[Gas]:
     """Gases whose sonic coefficient and critical ratio follow from R and gamma."""
     return st.builds(exact_gas, gas_constants(), gammas())
 
 
-def conditions():
+def conditions() -> st.SearchStrategy[Conditions]:
     """Supply above atmosphere, with any inlet, wall and equilibrium state."""
-    return st.builds(
-        lambda P_atm, ratio, T_in, T_amb, P_0, T_0: Conditions(ratio * P_atm, P_atm, T_in, T_amb, P_0, T_0),
-        _between(0.5e5, 2e5),
-        _between(1.1, 15.0),
-        temperatures(),
-        temperatures(),
-        pressures(),
-        temperatures(),
-    )
+
+    def build(P_atm: float, ratio: float, T_in: float, T_amb: float, P_0: float, T_0: float) -> Conditions:
+        return Conditions(ratio * P_atm, P_atm, T_in, T_amb, P_0, T_0)
+
+    T = temperatures()
+    return st.builds(build, _between(0.5e5, 2e5), _between(1.1, 15.0), T, T, pressures(), T)
 
 
-def cylinders():
+def cylinders() -> st.SearchStrategy[Cylinder]:
     """Cylinders of industrial size without a rod, with end stops at the ends of the stroke."""
 
-    def build(bore, stroke, fraction, M, k_f):
+    def build(bore: float, stroke: float, fraction: float, M: float, k_f: float) -> Cylinder:
         area = math.pi * bore**2 / 4
         dead_volume = fraction * area * stroke / 2
         return Cylinder(bore, stroke, area, area, dead_volume, M, k_f, -stroke / 2, stroke / 2)
@@ -189,28 +175,29 @@ def cylinders():
     return st.builds(build, bores(), strokes(), dead_volume_fractions(), masses(), friction)
 
 
-def plants():
+def plants() -> st.SearchStrategy[Plant]:
     """Everything physical about an experiment, with T_0 = T_amb as at equilibrium."""
 
-    def build(gas, valve, conditions, cylinder, k_0):
+    def build(gas: Gas, valve: Valve, conditions: Conditions, cylinder: Cylinder, k_0: float) -> Plant:
         return Plant(gas, valve, conditions._replace(T_0=conditions.T_amb), cylinder, k_0)
 
-    valves = st.builds(lambda k_xu, u_max: Valve(k_xu, u_max), _between(1e-9, 1e-5), _between(1.0, 20.0))
+    valves = st.builds(Valve, k_xu=_between(1e-9, 1e-5), u_max=_between(1.0, 20.0))
     return st.builds(build, gases(), valves, conditions(), cylinders(), conductances())
 
 
-def commands(steps, every=50, high=10.0):
+def commands(steps: int, every: int = 50, high: float = 10.0) -> st.SearchStrategy[np.ndarray]:
     """Command of every step, V, shape (steps + 1,), held for `every` steps as in Table 3."""
     return _held(voltages(high), steps, every)
 
 
-def references(steps, cylinder, every=50, fraction=0.9):
+def references(
+    steps: int, cylinder: Cylinder, every: int = 50, fraction: float = 0.9
+) -> st.SearchStrategy[np.ndarray]:
     """Position reference of every step, m, shape (steps + 1,), within a fraction of half the stroke."""
     return _held(positions(fraction), steps, every).map(lambda series: series * cylinder.stroke / 2)
 
 
-def _held(levels, steps, every):
+def _held(levels: Floats, steps: int, every: int) -> st.SearchStrategy[np.ndarray]:
     count = steps // every + 1
-    return st.lists(levels, min_size=count, max_size=count).map(
-        lambda values: np.repeat(np.array(values), every)[: steps + 1]
-    )
+    values = st.lists(levels, min_size=count, max_size=count)
+    return values.map(lambda chosen: np.repeat(np.array(chosen), every)[: steps + 1])
