@@ -92,6 +92,8 @@ def test_assumptions_are_those_of_the_configuration():
 
     for name, entry in ASSUMPTIONS.items():
         assert bool(entry.config) != bool(entry.code), name
+        module = ROOT / f"{entry.code.replace('.', '/')}.py"
+        assert not entry.code or module.is_file() or (ROOT / entry.code).is_file(), name
         values = entry.value if isinstance(entry.value, list) else [entry.value] * len(entry.config)
         assert not entry.config or [at(key) for key in entry.config] == values, name
         for alternative in entry.alternatives.values():

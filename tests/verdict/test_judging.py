@@ -225,7 +225,8 @@ def test_explain_tells_an_item_and_a_cell(printed):
 )
 def test_explain_says_what_is_wrong(printed, what, words):
     with pytest.raises(ResultError, match=re.escape(words)):
-        CliRunner().invoke(app, ["paper", "explain", *what, "--results", str(printed)], catch_exceptions=False)
+        command = ["paper", "explain", *what, "--results", str(printed)]
+        CliRunner().invoke(app, command, catch_exceptions=False)
 
 
 def test_verdict_counts(printed, judged):
