@@ -6,6 +6,7 @@ SHELL := bash
 
 PYTHON ?= python3.11
 JOBS ?= 2
+MODULES ?= physics/valve statistics/averages
 
 activate := . .venv/bin/activate
 
@@ -50,10 +51,11 @@ fuzz: .venv/.installed  ## try 10 000 bad inputs and record the outcome in resul
 	$(activate)
 	FUZZ=10000 pytest -q -s tests/test_fuzz.py
 
-mutations: .venv/.installed  ## make three mistakes in each module and see whether the tests notice
-	@echo "== mutations: tests/mutations.py"
+mutations: .venv/.installed  ## change numbers and operators of MODULES one at a time; do the tests notice? (10 min each)
+	@echo "== mutations: cosmic-ray on $(MODULES)"
 	$(activate)
-	python tests/mutations.py
+	uv pip install --quiet --constraint requirements.lock cosmic-ray
+	python -m tests.mutations $(MODULES)
 
 torture: .venv/.installed  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
 	@echo "== torture: results/evidence/torture.json"

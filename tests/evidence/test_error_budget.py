@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
-from test_vectorised import STUDY
+from paper_study import STUDY
 
 from pneumo.errors import RunError
 from pneumo.evidence import error_budget as b

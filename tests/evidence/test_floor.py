@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from test_vectorised import STUDY
+from paper_study import STUDY
 
 from pneumo.engineer.floor_theory import SHIFTS
 from pneumo.evidence import measured_floor as f

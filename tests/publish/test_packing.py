@@ -1,14 +1,11 @@
 """Packed traces come back as they were rounded, and rounding stays below half a stated step."""
 
-import base64
-import zlib
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from packed_traces import unpacked
 
 from pneumo.publish.pages.packing import (
     FRACTION,
@@ -19,23 +16,6 @@ from pneumo.publish.pages.packing import (
     rounded,
     rounding_step,
 )
-
-
-def unpacked(text: str, rows: Sequence[int], samples: int) -> list[np.ndarray]:
-    """What the page's script does, with sums over whole arrays."""
-    low, high = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(2, -1).astype(int)
-    code = low + 256 * high
-    changes = np.where(code % 2, -(code + 1) // 2, code // 2)
-    assert len(changes) == sum(rows) * samples
-    groups = []
-    for part in np.split(changes, np.cumsum(rows)[:-1] * samples):
-        change = part.reshape(-1, samples)
-        change[0] = np.cumsum(change[0])
-        if len(change) > 1:
-            change[1:] = np.cumsum(change[1:], axis=0)  # differences of first order
-        groups.append(np.cumsum(change, axis=0).astype(np.int16))  # 16 bits: sums wrap around
-    return groups
-
 
 short = st.integers(-(2**15), 2**15 - 1)
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from browser import Browser
-from test_packing import unpacked
-from test_verdict_page import CONTRAST, SHORTLY, Structure, in_chromium
+from packed_traces import unpacked
+from page_checks import CONTRAST, SHORTLY, Structure, in_chromium
 
 from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS

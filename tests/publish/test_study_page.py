@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ranked_cells import made, ranked
 from rich.console import Console
-from test_ranking import made, ranked
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study

@@ -1,10 +1,10 @@
 """The verdict's page: its text, and how it behaves in a headless Chromium where there is one."""
 
 import re
-from html.parser import HTMLParser
 
 import pytest
-from browser import CHROMIUM, Browser
+from browser import Browser
+from page_checks import CONTRAST, SHORTLY, Structure, in_chromium
 
 from pneumo.errors import ResultError
 from pneumo.publish.pages.page import STATUS_LOOKS
@@ -12,11 +12,6 @@ from pneumo.publish.pages.verdict_page import verdict_page
 from pneumo.publish.text.explain import cell_text, item_text
 
 TAB, ENTER = 9, 13
-SHORTLY = "new Promise(done => setTimeout(done, 300))"
-
-in_chromium = pytest.mark.skipif(
-    CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"
-)
 pytestmark = pytest.mark.xdist_group("printed")
 
 
@@ -42,25 +37,6 @@ def judged(judged_once):
 @pytest.fixture(scope="module")
 def page(judged):
     return verdict_page(judged)
-
-
-class Structure(HTMLParser):
-    """Identifiers, links and what would be loaded."""
-
-    def __init__(self, text: str):
-        super().__init__()
-        self.ids, self.links, self.loads = [], [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        attributes = dict(attrs)
-        if "id" in attributes:
-            self.ids.append(attributes["id"])
-        if tag == "a":
-            self.links.append(attributes["href"])
-        self.loads += [attributes[name] for name in ("src", "srcset", "data", "poster") if name in attributes]
-        if tag in ("link", "use"):
-            self.loads.append(attributes.get("href", ""))
 
 
 def test_one_file_that_loads_nothing(page):
@@ -243,34 +219,6 @@ class TestInBrowser:
         assert symbols == {status: STATUS_LOOKS[status][0] for status in symbols}
         assert {"exact", "explained", "missed", "unreadable"} <= set(symbols)
         assert len({symbol for symbol, _ in STATUS_LOOKS.values()}) == len(STATUS_LOOKS)
-
-
-CONTRAST = """
-(() => {
-  const channels = (text) => text.match(/[\\d.]+/g).map(Number);
-  const luminance = ([r, g, b]) => [r, g, b].map((c) => c / 255)
-    .map((c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)
-    .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
-  const background = (node) => {
-    for (; node; node = node.parentElement) {
-      const colour = channels(getComputedStyle(node).backgroundColor);
-      if (colour.length < 4 || colour[3] > 0) return colour;
-    }
-    return [255, 255, 255];
-  };
-  let worst = {ratio: 99}, texts = 0;
-  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  while (walker.nextNode()) {
-    const node = walker.currentNode.parentElement;
-    if (!walker.currentNode.data.trim() || !node.checkVisibility() || node.closest("svg, script")) continue;
-    const [a, b] = [luminance(channels(getComputedStyle(node).color)), luminance(background(node))];
-    const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-    texts += 1;
-    if (ratio < worst.ratio) worst = {ratio, text: walker.currentNode.data.trim().slice(0, 60)};
-  }
-  return {...worst, texts};
-})()
-"""
 
 
 # The same in a terminal

@@ -2,68 +2,15 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from ranked_cells import LEVEL, made, ranked
 from scipy import stats
 
 from pneumo.physics.models import MODELS
 from pneumo.statistics.intervals import Interval, paired_ratio, student_interval
-from pneumo.statistics.ranking import Ranking, cost, rank_models
-from pneumo.statistics.recommendation import MATERIAL, recommend
-
-N = [1.2, 1.3, 1.4]
-LEVEL = {
-    "M1": 900,
-    "M2": 80,
-    "M3": 100,
-    "M4": 3000,
-    "M5": 20,
-    "M6": 8,
-    "M7": 6,
-    "M8": 3,
-    "M9": 2.5,
-    "M10": 2.4,
-}
-
-
-def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e6):
-    """Cells with a given MSE for each model at n = `best`, more elsewhere, and noise that models share."""
-    rng = np.random.default_rng(1)
-    shape = (len(experiments), runs, len(MODELS), len(N), 2)
-    common = np.exp(noise * rng.standard_normal((len(experiments), runs, 1, 1, 1)))
-    own = np.exp(noise / 10 * rng.standard_normal(shape))
-    bowl = np.array([1.0 + 4 * abs(n - best) for n in N])
-    values = scale * np.array([level[name] for name in MODELS])[:, None, None] * bowl[:, None] * common * own
-    for i, model in enumerate(MODELS.values()):
-        if not model.has_n:
-            values[:, :, i] = values[:, :, i, :1]
-    dims = ("experiment", "run", "model", "n", "chamber")
-    wrong = np.stack([values * 2, values * 3])
-    meanings = {"flag_meanings": "ok diverged"}
-    return xr.Dataset(
-        {
-            "mse": (dims, values),
-            "mse_of_wrong_k_0": (("k_0_factor", *dims), wrong),
-            "run_status": (dims[:2], np.zeros(shape[:2], np.int8), meanings),
-            "run_failure_time": (dims[:2], np.full(shape[:2], np.nan)),
-            "random": ("experiment", np.ones(len(experiments), np.int8)),
-            "duration": ("experiment", np.full(len(experiments), 20.0)),
-            "time_constant": ("experiment", np.full(len(experiments), 0.7)),
-        },
-        coords={
-            "experiment": list(experiments),
-            "model": list(MODELS),
-            "n": N,
-            "k_0_factor": [0.5, 2.0],
-            "cylinder": ("experiment", ["mine"] * len(experiments)),
-            "seed": (dims[:2], np.arange(np.prod(shape[:2])).reshape(shape[:2])),
-        },
-    )
-
-
-def ranked(cells, cylinder) -> Ranking:
-    return recommend(rank_models(cells, cylinder), cells)
+from pneumo.statistics.ranking import cost
+from pneumo.statistics.recommendation import MATERIAL
 
 
 def test_order_n_and_recommendation():
