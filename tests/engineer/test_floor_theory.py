@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_vectorised import STUDY
+from paper_study import STUDY
 
 import pneumo
 from pneumo.engineer import floor_theory as theory
