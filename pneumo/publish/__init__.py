@@ -1,1 +1,1 @@
-"""Showing: results become pictures and pages, and nothing is computed here."""
+"""Figures, pages and text made from results; nothing is computed here."""

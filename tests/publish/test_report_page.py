@@ -23,16 +23,16 @@ from pneumo.publish.pages.report_page import (
     STANDS,
     Part,
     close_up,
-    describe,
+    experiment_text,
+    page_stride,
     part,
     report_page,
-    samples,
-    stride,
+    shown_samples,
 )
 
 PAPER = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 ROWS = [len(PAPER.n) if model.has_n else 1 for model in MODELS.values() for _ in "AB"]
-EVERY = stride(PAPER)
+EVERY = page_stride(PAPER)
 HOSTILE = "</script><img src=x onerror=alert(1)>"
 MANY_VALUES = 60  # waves in a made-up trace
 BYTES = 5_000_000  # the issue's bound of the page
@@ -118,7 +118,7 @@ def page(parts, verdict):
 
 def errors_of(found: Part, transport: str, stored: int) -> list[np.ndarray]:
     """Errors in Pa by model and chamber, each by (n, t)."""
-    groups = unpacked(found.traces[transport], ROWS, len(samples(stored, EVERY)))
+    groups = unpacked(found.traces[transport], ROWS, len(shown_samples(stored, EVERY)))
     steps = found.facts["cells"][transport]["steps"]
     return [
         np.where(group == MISSING, np.nan, group * step) for group, step in zip(groups, steps, strict=True)
@@ -130,7 +130,7 @@ def test_traces_are_those_of_the_results_to_half_a_step(made, parts, transport):
     found = parts[5]
     datum, replays, _ = made["E06"]
     stored = replays[transport].sizes["t"]
-    chosen = samples(stored, EVERY)
+    chosen = shown_samples(stored, EVERY)
     full = datum["P"].values[:: PAPER.experiments["E06"].pressure_stride]
     kept = unpacked(found.traces["full"], [1, 1], len(chosen))
     for c in range(2):
@@ -155,7 +155,7 @@ def test_numbers_are_those_of_the_results(made, parts):
         cells = facts["cells"][transport]
         assert cells["mse"] == pytest.approx(replays[transport]["mse"].values, rel=1e-4)  # five digits
         assert [PAPER.n[i] for i in cells["best"]] == best[transport].values.tolist()
-    assert facts["name"] == "E07" and facts["text"] == describe(PAPER.experiments["E07"])
+    assert facts["name"] == "E07" and facts["text"] == experiment_text(PAPER.experiments["E07"])
 
 
 def test_a_cell_that_failed_has_no_trace_and_no_number(made):
@@ -196,23 +196,23 @@ def test_a_run_that_failed_says_so(made, verdict):
 
 
 def test_close_up_has_every_stored_sample():
-    chosen = samples(6001, 7)
+    chosen = shown_samples(6001, 7)
     first, last = close_up(6001)
     assert (first, last) == (2000, 2750)
     assert np.isin(np.arange(first, last + 1), chosen).all()
     outside = chosen[(chosen < first) | (chosen > last)]
     assert (outside % 7 == 0).all() and len(outside) > 740
-    assert samples(1, 3).tolist() == [0]
+    assert shown_samples(1, 3).tolist() == [0]
 
 
 def test_the_page_of_any_study_has_room():
     def values(one, every):
         stored = [e.steps // e.pressure_stride + 1 for e in one.experiments.values()]
-        return 2 * sum(ROWS) * sum(len(samples(count, every)) for count in stored)
+        return 2 * sum(ROWS) * sum(len(shown_samples(count, every)) for count in stored)
 
     assert EVERY > 1 and values(PAPER, EVERY) <= MOST_VALUES < values(PAPER, EVERY - 1)
     few = PAPER._replace(experiments={"E06": PAPER.experiments["E06"]})
-    assert stride(few) == 1
+    assert page_stride(few) == 1
 
 
 # The page as text
@@ -354,7 +354,7 @@ class TestInBrowser:
         for m, row in [(0, 0), (3, 0), (4, 3), (9, 8)]:
             found = browser.run(f"Array.from(traces.errors[{m}][1][{row}])")
             assert found == groups[2 * m + 1][row].tolist()
-        full = unpacked(parts[6].traces["full"], [1, 1], len(samples(stored, EVERY)))[1]
+        full = unpacked(parts[6].traces["full"], [1, 1], len(shown_samples(stored, EVERY)))[1]
         assert browser.run("Array.from(traces.full[1])") == (full[0] * parts[6].facts["step"]).tolist()
 
     def test_choosing_an_experiment_changes_traces_and_numbers(self, view, made):
@@ -366,7 +366,7 @@ class TestInBrowser:
         assert self.address(browser)["e"] == "E10"
         after = browser.run("plots.error.data[6]"), browser.run(ROWS_SHOWN)
         assert after[0] != before[0] and after[1] != before[1]
-        assert describe(PAPER.experiments["E10"]) in browser.run("element('about').textContent")
+        assert experiment_text(PAPER.experiments["E10"]) in browser.run("element('about').textContent")
         _, replays, best = made["E10"]
         for name, n, value, _ in after[1]:
             own = best["exact"].sel(model=name).item()
@@ -404,7 +404,7 @@ class TestInBrowser:
         found = browser.run(ROWS_SHOWN)
         assert found != whole
         stored = made["E06"][1]["exact"].sizes["t"]
-        t = samples(stored, EVERY) * 0.01
+        t = shown_samples(stored, EVERY) * 0.01
         inside = (t >= start - 1e-3) & (t <= end + 1e-3)  # in the close-up: every stored sample
         groups = errors_of(parts[5], "exact", stored)
         expected = {

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.pages.report_page import part, report_page, stride
+from pneumo.publish.pages.report_page import page_stride, part, report_page
 from pneumo.storage.files import read, read_json, read_study, write_text
 
 
@@ -21,7 +21,7 @@ def main(
     study = read_study(parameters)
     folders = {file.parent.name: file.parent for file in statistics}
     best_n = {name: read(path / "statistics.nc", "best_n")["best_n"] for name, path in folders.items()}
-    every = stride(study)
+    every = page_stride(study)
     parts = []
     for name, experiment in study.experiments.items():
         datum = read(parameters.with_name("datum") / f"{name}.nc", "P", "status", "failure_time")

@@ -71,7 +71,7 @@ def error_budget_figure(budget: xr.Dataset) -> Figure:
 
 
 def _stacked(ax: Axes, x: np.ndarray, data: xr.Dataset) -> None:
-    """Stack the parts, on the scale of the polytropic models; bars that leave it say how high they are."""
+    """Stack the parts on the scale of the polytropic models; a higher bar bears its height as text."""
     bottom = np.zeros(len(x))
     for name, (label, look) in PARTS.items():
         height = data[f"level_{name}"].values

@@ -56,8 +56,11 @@ def held_out_figure(fit: xr.Dataset) -> Figure:
     fig = new_figure(DOUBLE_MM, 20 + 5 * len(models))
     ax = fig.subplots()
     for place, model in enumerate(models):
-        own, color = fit.sel(model=model), MODEL_LOOKS[model].color
-        fitted, left = rms_of_chambers(own["rms_fitted"]) / KILO, rms_of_chambers(own["rms_held_out"]) / KILO
+        part, color = fit.sel(model=model), MODEL_LOOKS[model].color
+        fitted, left = (
+            rms_of_chambers(part["rms_fitted"]) / KILO,
+            rms_of_chambers(part["rms_held_out"]) / KILO,
+        )
         ax.plot([fitted, left], [place, place], color=GREY, lw=0.6, zorder=1)
         ax.plot(fitted, place, ls="none", marker="o", markerfacecolor="white", markeredgecolor=color)
         ax.plot(left, place, ls="none", marker="o", color=color)

@@ -94,7 +94,7 @@ def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        One panel per level; a level without experiments says so.
+        One panel per level; a level without experiments is marked as not reproduced.
     """
     levels = [level for level in statistics["published"]["level"].values if level != OVERALL]
     fig = new_figure(DOUBLE_MM, 76)

@@ -70,9 +70,9 @@ def error_over_n(cells: xr.Dataset, ranking: Ranking) -> Figure:
     """Draw the RMS error of every model over n; open marks at each model's best n."""
     fig = new_figure(DOUBLE_MM, 84)
     ax = fig.subplots()
-    own = cells.sel(experiment=list(ranking.experiments))
-    own = own.sel(run=(own["run_status"] == 0).all("experiment"))
-    rms = own["mse"].mean(("experiment", "run", "chamber"), skipna=False) ** 0.5 / KILO
+    part = cells.sel(experiment=list(ranking.experiments))
+    part = part.sel(run=(part["run_status"] == 0).all("experiment"))
+    rms = part["mse"].mean(("experiment", "run", "chamber"), skipna=False) ** 0.5 / KILO
     for name in MODELS:
         look, row = MODEL_LOOKS[name], ranking.row(name)
         ax.plot(rms["n"], rms.sel(model=name), label=symbol(name), **look.line())
@@ -118,21 +118,21 @@ def first_run(cells: xr.Dataset, ranking: Ranking, experiment: str) -> Figure:
 
     The models are the recommended one and the best.
     """
-    own = cells.sel(experiment=experiment)
-    t = own["trace_t"].values
+    part = cells.sel(experiment=experiment)
+    t = part["trace_t"].values
     shown = t <= SHOWN_S
     best = [row.model for row in ranking.rows[:3]]
     models = best if ranking.recommended in best else [ranking.recommended, *best[:2]]
     fig = new_figure(DOUBLE_MM, 96)
     position, pressure, error = fig.subplots(3, 1, sharex=True, height_ratios=[0.7, 1.2, 1])
-    position.plot(t[shown], own["trace_x"].values[shown] * KILO, color=INK)
+    position.plot(t[shown], part["trace_x"].values[shown] * KILO, color=INK)
     position.set_ylabel(axis_label("$x$", "mm"))
     for chamber, style in (("A", "-"), ("B", (0, (4, 1.5)))):
-        full = own["trace_P"].sel(chamber=chamber).values
+        full = part["trace_P"].sel(chamber=chamber).values
         pressure.plot(t[shown], full[shown] / KILO, color=INK, ls=style, lw=0.9, label=f"$P_{chamber}$")
         for name in models:
             n = ranking.row(name).n
-            predicted = own["trace_pressure"].sel(model=name, chamber=chamber)
+            predicted = part["trace_pressure"].sel(model=name, chamber=chamber)
             predicted = predicted.sel(n=n) if np.isfinite(n) else predicted.isel(n=0)
             look = {"color": MODEL_LOOKS[name].color, "ls": style, "lw": 0.9}
             label = symbol(name) if chamber == "A" else None

@@ -1,6 +1,6 @@
 """Time traces as text for a page: rounded to a stated step, differenced, deflated, in base64.
 
-`templates/report_traces.js` undoes it; paper/decisions/0030 says why it is done so.
+`templates/report_traces.js` is the inverse; paper/decisions/0030 has the reasons and sizes.
 """
 
 import base64
@@ -30,9 +30,9 @@ def rounding_step(rms: float, largest: float) -> float:
     Parameters
     ----------
     rms : float
-        The error that is to be seen, Pa: the step is at most 1/16 of it; NaN if there is none.
+        Error that must stay visible, Pa: the step is at most 1/16 of it; NaN if there is none.
     largest : float
-        Magnitude of the largest value, Pa, which comes first: it must fit into 16 bits.
+        Magnitude of the largest value, Pa: it must fit into 16 bits, even if the step then exceeds 1/16.
 
     Returns
     -------

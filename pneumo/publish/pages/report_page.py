@@ -1,4 +1,4 @@
-"""The study as one self-contained page to explore; results in, text out, nothing is computed here."""
+"""Page to explore the study: one self-contained HTML file."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -32,7 +32,7 @@ class Part(NamedTuple):
     Attributes
     ----------
     facts : dict
-        What is small: names, mean square errors, the steps to which traces are rounded.
+        Names, mean square errors, the steps to which traces are rounded.
     traces : dict of str to str
         Packed full-order pressures, and packed errors by transport.
     """
@@ -41,25 +41,25 @@ class Part(NamedTuple):
     traces: dict[str, str]
 
 
-def stride(study: Study) -> int:
-    """Return which of the stored samples the page has outside of close-ups, so that all of it fits."""
+def page_stride(study: Study) -> int:
+    """Return k: outside of close-ups every k-th stored sample is on the page, so that the page fits."""
     rows = sum(len(study.n) if model.has_n else 1 for model in MODELS.values())
     stored = [e.steps // e.pressure_stride + 1 for e in study.experiments.values()]
     room = MOST_VALUES / (rows * len(TRANSPORT_BUTTONS) * len(CHAMBERS))
     every = 1
-    while sum(len(samples(count, every)) for count in stored) > room and every < max(stored):
+    while sum(len(shown_samples(count, every)) for count in stored) > room and every < max(stored):
         every += 1
     return every
 
 
 def close_up(stored: int) -> tuple[int, int]:
-    """First and last sample of a run's close-up."""
+    """Return the first and the last sample of a run's close-up."""
     first = stored // CLOSE_UP[0]
     return first, first + stored // CLOSE_UP[1]
 
 
-def samples(stored: int, every: int) -> np.ndarray:
-    """Which of the stored samples are on the page: some over the whole run, all in the close-up."""
+def shown_samples(stored: int, every: int) -> np.ndarray:
+    """Return the places of the stored samples on the page: all in the close-up, one in `every` elsewhere."""
     first, last = close_up(stored)
     return np.union1d(np.arange(0, stored, every), np.arange(first, last + 1))
 
@@ -83,7 +83,7 @@ def part(
     best_n : mapping of str to xarray.DataArray
         Transport -> best n by model.
     every : int
-        From `stride`.
+        From `page_stride`.
 
     Returns
     -------
@@ -91,11 +91,11 @@ def part(
     """
     full = datum["P"].sel(chamber=CHAMBERS).values.T[:, :: experiment.pressure_stride]
     stored = full.shape[-1]
-    full = full[:, samples(stored, every)]
+    full = full[:, shown_samples(stored, every)]
     step = rounding_step(0.0, float(np.nanmax(np.abs(full))))
     facts: dict[str, Any] = {
         "name": experiment.name,
-        "text": describe(experiment),
+        "text": experiment_text(experiment),
         "failed": failure_text(datum) if datum["status"] else None,
         "dt": experiment.h * experiment.pressure_stride,
         "stored": stored,
@@ -105,20 +105,20 @@ def part(
     }
     traces = {"full": packed([rounded(chamber[None], step) for chamber in full])}
     for transport, replay in replays.items():
-        found = best_n[transport].sel(model=list(MODELS)).values
+        best = best_n[transport].sel(model=list(MODELS)).values
         cells = replay.sel(model=list(MODELS), chamber=CHAMBERS).transpose("model", "chamber", "n", ...)
-        steps, traces[transport] = _errors(cells, full, samples(stored, every))
+        steps, traces[transport] = _errors(cells, full, shown_samples(stored, every))
         n = cells["n"].values
         facts["cells"][transport] = {
             "mse": _shortened(cells["mse"].transpose("model", "n", "chamber").values),
-            "best": [int(np.abs(n - value).argmin()) if np.isfinite(value) else None for value in found],
+            "best": [int(np.abs(n - value).argmin()) if np.isfinite(value) else None for value in best],
             "steps": steps,
         }
     return Part(facts, traces)
 
 
 def _errors(cells: xr.Dataset, full: np.ndarray, chosen: np.ndarray) -> tuple[list[float], str]:
-    """Steps and packed errors: all n of a model and chamber together, one row for a model without n."""
+    """Return rounding steps and packed errors: a group per model and chamber, with a row per n if it has one."""
     pressure, failed = cells["pressure"].values, cells["status"].values != 0
     least = np.sqrt(cells["mse"].min("n").values)  # NaN where every n failed
     steps, groups = [], []
@@ -133,13 +133,13 @@ def _errors(cells: xr.Dataset, full: np.ndarray, chosen: np.ndarray) -> tuple[li
     return steps, packed(groups)
 
 
-def describe(experiment: Experiment) -> str:
-    """Tell an experiment's cylinder, loop, conductance and length.
+def experiment_text(experiment: Experiment) -> str:
+    """Return an experiment's cylinder, loop, conductance and length as text.
 
     Examples
     --------
     >>> from pneumo.configuration.parameters import load, study
-    >>> describe(study(load("config/paper.yaml")).experiments["E07"])
+    >>> experiment_text(study(load("config/paper.yaml")).experiments["E07"])
     'cylinder E (32 × 275 mm, 5 kg), open loop, k₀ = 0.1 W/K, 360 s'
     """
     plant = experiment.plant
@@ -201,7 +201,7 @@ def report_page(
         "chambers": CHAMBERS,
         "transports": list(TRANSPORT_BUTTONS),
         "fraction": FRACTION,
-        "every": stride(study),
+        "every": page_stride(study),
         "experiments": [part.facts for part in parts],
     }
     return page_text(

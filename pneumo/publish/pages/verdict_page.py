@@ -113,20 +113,20 @@ TITLES = {
 
 
 def _grid(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
-    found = [item for item in items if item["table"] == table]
+    of_table = [item for item in items if item["table"] == table]
     if table in (5, 6):
-        return _by_conductance(table, found)
+        return _by_conductance(table, of_table)
     if table == 4:
-        cells = {(item["row"], item["id"].split("=")[1]): item["id"] for item in found}
+        cells = {(item["row"], item["id"].split("=")[1]): item["id"] for item in of_table}
         columns = list(dict.fromkeys(key[1] for key in cells))
         heads = [[("k₀ = " + k_0 + " W/K", 1) for k_0 in columns]]
         rows = [(f"cylinder {row}", [cells[row, k_0] for k_0 in columns]) for row in "DE"]
         return Grid(table, CAPTIONS[table], heads, rows)
-    columns = list(dict.fromkeys((item["level"], item["column"]) for item in found))
-    cells = {(item["row"], item["level"], item["column"]): item["id"] for item in found}
+    columns = list(dict.fromkeys((item["level"], item["column"]) for item in of_table))
+    cells = {(item["row"], item["level"], item["column"]): item["id"] for item in of_table}
     rows = [
         (name, [cells.get((name, *column)) for column in columns])
-        for name in dict.fromkeys(item["row"] for item in found)
+        for name in dict.fromkeys(item["row"] for item in of_table)
     ]
     heads = [[(QUANTITIES.get(column, str(column)), 1) for _, column in columns]]
     if table == 9:

@@ -40,9 +40,9 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str 
     for key, label in (("exact", "with exact transport"), ("printed", "on the paper's own tables")):
         stands = item[f"stands_{key}"]
         if stands is not None:
-            found = item[f"shown_{key}"]
+            value = item[f"shown_{key}"]
             lines.append(
-                (label, f"{'stands' if stands else 'does not stand'}{': ' + found if found else ''}")
+                (label, f"{'stands' if stands else 'does not stand'}{': ' + value if value else ''}")
             )
     if item["used_in_identification"]:
         lines.append(("note", "constants that the paper leaves open were found from this table"))

@@ -98,12 +98,12 @@ def fit_rows(fit: xr.Dataset) -> list[list[str]]:
     """
     rows = []
     for model in fit["model"].values:
-        own = fit.sel(model=model)
+        part = fit.sel(model=model)
         row = [str(model)]
-        row += [f"{rms_of_chambers(own[name]) / KILO:.3g}" for name in ("rms_held_out", "rms_fitted")]
+        row += [f"{rms_of_chambers(part[name]) / KILO:.3g}" for name in ("rms_held_out", "rms_fitted")]
         for parameter, (_, _, factor) in FITTED.items():
             best, low, high = (
-                factor * own[key].sel(parameter=parameter).item() for key in ("estimate", "low", "high")
+                factor * part[key].sel(parameter=parameter).item() for key in ("estimate", "low", "high")
             )
             row.append("" if np.isnan(best) else f"{significant(best)} ({ends_text(low, high)})")
         rows.append(row)
@@ -151,36 +151,36 @@ def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
     table = Table("cylinder", "parameter", "estimate", "95 % interval", "searched", title="Table 5")
     for cylinder in cylinders:
         for parameter in identified["parameter"].values:
-            own = identified.sel(cylinder=cylinder, parameter=parameter)
+            part = identified.sel(cylinder=cylinder, parameter=parameter)
             unit = IDENTIFIED_UNIT[parameter] or "of the half-stroke"
             table.add_row(
                 cylinder,
                 f"{parameter} ({unit})",
-                significant(own["estimate"].item()),
-                ends_text(own["low"].item(), own["high"].item()),
-                f"{own['bound_low'].item():g} to {own['bound_high'].item():g}",
+                significant(part["estimate"].item()),
+                ends_text(part["low"].item(), part["high"].item()),
+                f"{part['bound_low'].item():g} to {part['bound_high'].item():g}",
             )
     yield table
     table = Table("cylinder", "rms fitted", "rms scored", "r(M, k_f)", "widening", "evaluations")
     for cylinder in cylinders:
-        own = identified.sel(cylinder=cylinder)
-        rms = (f"{own[key].item():.2%}" for key in ("fitted_rms", "scored_rms"))
-        r, widening = own["correlation"].item(), own["widening"].item()
-        table.add_row(cylinder, *rms, f"{r:.2f}", f"{widening:.2f}", str(own["evaluations"].item()))
+        part = identified.sel(cylinder=cylinder)
+        rms = (f"{part[key].item():.2%}" for key in ("fitted_rms", "scored_rms"))
+        r, widening = part["correlation"].item(), part["widening"].item()
+        table.add_row(cylinder, *rms, f"{r:.2f}", f"{widening:.2f}", str(part["evaluations"].item()))
     yield table
     if "amplitude" not in identified:
         return
     table = Table("cylinder", "amplitude (V)", "95 % interval", title="Table 7, linear transport")
     for cylinder in cylinders:
-        own = identified.sel(cylinder=cylinder)
-        ends = ends_text(own["amplitude_low"].item(), own["amplitude_high"].item())
-        table.add_row(cylinder, significant(own["amplitude"].item()), ends)
+        part = identified.sel(cylinder=cylinder)
+        ends = ends_text(part["amplitude_low"].item(), part["amplitude_high"].item())
+        table.add_row(cylinder, significant(part["amplitude"].item()), ends)
     yield table
     table = Table("transport", "rms Table 7", "rms Table 9", "amplitudes D, E (V)")
     for transport in identified["transport"].values:
-        own = identified.sel(transport=transport)
-        amplitudes = ", ".join(significant(value) for value in own["transport_amplitude"].values)
-        table.add_row(transport, *(f"{value:.4f}" for value in own["transport_rms"].values), amplitudes)
+        part = identified.sel(transport=transport)
+        amplitudes = ", ".join(significant(value) for value in part["transport_amplitude"].values)
+        table.add_row(transport, *(f"{value:.4f}" for value in part["transport_rms"].values), amplitudes)
     yield table
 
 
