@@ -25,9 +25,8 @@ from pneumo.simulation.signals import (
     interpolated,
     study_transport,
 )
-from pneumo.verdict import PAPER_FOLDER
+from pneumo.verdict import PAPER_FOLDER, PaperError
 from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
-from pneumo.verdict.claims import PaperError
 
 ROD = 1 - 0.4**2  # share of the bore's area that a rod of 0.4 bores leaves
 SUPPLY_PRESSURES = {"4_bar": 4e5, "5_5_bar": 5.5e5, "8_5_bar": 8.5e5, "10_bar": 1e6}  # Pa; the study's is 7e5

@@ -2,4 +2,23 @@
 
 from pathlib import Path
 
+from pneumo.errors import PneumoError
+
 PAPER_FOLDER = Path(__file__).resolve().parents[2] / "paper" / "2006"  # read where no other is named
+
+
+class PaperError(PneumoError, ValueError):
+    """A file of the paper that is missing, has an unknown key, a name twice, or a name of nothing."""
+
+
+def paper_file(folder: Path, name: str) -> Path:
+    """Path of a file in a paper's folder.
+
+    Raises
+    ------
+    PaperError
+        If there is no such file.
+    """
+    if not (folder / name).is_file():
+        raise PaperError(f"{folder / name}: no such file; it stands beside the package in a source checkout")
+    return folder / name

@@ -6,8 +6,7 @@ from typing import Any
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pneumo.verdict import PAPER_FOLDER
-from pneumo.verdict.claims import PaperError
+from pneumo.verdict import PAPER_FOLDER, PaperError, paper_file
 
 AS_TAKEN = "as_taken"  # name of the unchanged study among the alternatives
 
@@ -33,9 +32,9 @@ def read_assumptions(folder: Path = PAPER_FOLDER) -> dict[str, Assumption]:
     Raises
     ------
     PaperError
-        If an entry has an unknown or a missing key.
+        If the file is missing, or an entry has an unknown or a missing key.
     """
-    file = folder / "assumptions.yaml"
+    file = paper_file(folder, "assumptions.yaml")
     assumptions: dict[str, Assumption] = {}
     for name, entry in yaml.safe_load(file.read_text(encoding="utf-8")).items():
         try:

@@ -11,8 +11,7 @@ from typing import Any, Literal, NamedTuple
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pneumo.errors import PneumoError
-from pneumo.verdict import PAPER_FOLDER
+from pneumo.verdict import PAPER_FOLDER, PaperError, paper_file
 from pneumo.verdict.published import STATISTICS, Cell, half_unit, read_table
 
 UNITS_IN_TEXT = {"Pa2": "Pa²", "m2": "m²", "m3": "m³", "W m-2 K-1": "W/(m² K)", "1": ""}  # from UDUNITS
@@ -23,10 +22,6 @@ Measure = Literal["absolute", "relative", "sigma", "swing", "truth", "log10"]
 
 
 PASSED_ON = ("kind", "compute", "digits", "models", "arithmetic")  # from a table's rule to its claims
-
-
-class PaperError(PneumoError, ValueError):
-    """A file of claims or assumptions with an unknown key, a name twice, or a name of nothing."""
 
 
 class _Strict(BaseModel):
@@ -151,9 +146,9 @@ def read_claims(folder: Path = PAPER_FOLDER) -> Claims:
     Raises
     ------
     PaperError
-        If the file has an unknown key, a name twice, or a tolerance class that it does not define.
+        If the file is missing, has an unknown key, a name twice, or an undefined tolerance class.
     """
-    file = folder / "claims.yaml"
+    file = paper_file(folder, "claims.yaml")
     content = yaml.safe_load(file.read_text(encoding="utf-8"))
     try:
         classes = {name: ToleranceClass(**value) for name, value in content["classes"].items()}

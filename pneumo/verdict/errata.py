@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import yaml
 
+from pneumo.verdict import paper_file
+
 Proof = Callable[[], tuple[bool, str]]
 
 
@@ -52,7 +54,7 @@ def read_errata(folder: Path, proofs: Mapping[str, Proof]) -> dict[str, Erratum]
         Functions by the name that ``errata.yaml`` gives under ``proof``; each returns `Erratum.passes`
         and `Erratum.evidence`.
     """
-    content = yaml.safe_load((folder / "errata.yaml").read_text(encoding="utf-8"))
+    content = yaml.safe_load(paper_file(folder, "errata.yaml").read_text(encoding="utf-8"))
     errata: dict[str, Erratum] = {}
     for name, entry in content.items():
         passes, evidence = proofs[entry["proof"]]()

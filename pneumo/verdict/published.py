@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pneumo.verdict import PAPER_FOLDER
+from pneumo.verdict import PAPER_FOLDER, PaperError, paper_file
 
 STATISTICS = {  # name in the tables -> (name in the datasets, long name, unit)
     "mu": ("mean_error", "expected value of the pressure error", "Pa"),
@@ -43,20 +43,12 @@ def read_table(number: int, folder: Path = PAPER_FOLDER) -> list[dict[str, str]]
 
     Raises
     ------
-    ValueError
-        If the paper has no table of that number.
-    FileNotFoundError
-        If the folder or the file is missing.
+    PaperError
+        If the paper has no table of that number, or its file is missing.
     """
     if number not in range(1, 10):
-        raise ValueError(f"number = {number!r}: the paper has Tables 1 to 9")
-    path = folder / "published" / f"table{number}.csv"
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"Table {number} is not in {path.parent}: the published tables are read from"
-            " paper/2006/published, the folder beside the package in a source checkout"
-        )
-    with path.open(encoding="utf-8", newline="") as file:
+        raise PaperError(f"number = {number!r}: the paper has Tables 1 to 9")
+    with paper_file(folder, f"published/table{number}.csv").open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
 
 

@@ -36,8 +36,9 @@ from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import open_grid, read, write, write_json
 from pneumo.storage.grid_layout import replay_dataset
 from pneumo.storage.layout import settling_dataset
+from pneumo.verdict import PaperError
 from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
-from pneumo.verdict.claims import PaperError, read_claims
+from pneumo.verdict.claims import read_claims
 from pneumo.verdict.judging import Judge
 from pneumo.verdict.sources import MissingEvidence, PrintedTables
 

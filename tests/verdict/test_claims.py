@@ -9,9 +9,9 @@ import yaml
 
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS
-from pneumo.verdict import PAPER_FOLDER
+from pneumo.verdict import PAPER_FOLDER, PaperError
 from pneumo.verdict.assumptions import read_assumptions
-from pneumo.verdict.claims import PaperError, read_claims
+from pneumo.verdict.claims import read_claims
 from pneumo.verdict.errata import read_errata
 from pneumo.verdict.judging import STATUSES, read_statuses
 from pneumo.verdict.published import read_table
