@@ -65,7 +65,11 @@ def test_editing_a_model_reruns_replays_and_what_follows_only(smoke):
 
 
 def test_editing_a_figure_reruns_figures_only(smoke):
-    with replaced(smoke.folder / "pneumo/publish/figures/traces_figure.py", "import", "# edited\nimport"):
+    with replaced(
+        smoke.folder / "pneumo/publish/figures/traces_figure.py",
+        "import xarray as xr",
+        "import xarray as xr  # edited",
+    ):
         assert planned(smoke) == {"figures": 1}
 
 

@@ -14,18 +14,10 @@ BASE = Path("config/paper.yaml")
 
 
 def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any]) -> Study:
-    """Return the study that a merged Snakemake configuration describes.
+    """Return the study of a merged Snakemake configuration.
 
-    Ends the process with exit code 2 and one line on standard error if it describes none.
-
-    Parameters
-    ----------
-    config : mapping
-        The merged configuration.
-    files : sequence of pathlib.Path
-        Configuration files given on the command line.
-    options : mapping
-        Values given on the command line with ``--config``.
+    Ends the process with exit code 2 and one line on standard error, which names the source among the `files`
+    and ``--config`` `options` of the command line, if a value cannot be used.
     """
     try:
         sources = [(os.path.relpath(file), read_yaml(file)) for file in (BASE, *files)]

@@ -12,15 +12,8 @@ from pneumo.hashing import code_hash, imports_of
 def code_behind(script: str, *modules: str) -> str:
     """Return the SHA-256 of every pneumo module that a workflow script imports, directly or not.
 
-    Snakemake sees edits of a script but not of what it imports; as a parameter of the rule the hash makes
-    Snakemake run it again.
-
-    Parameters
-    ----------
-    script : str
-        Name of a file in workflow/scripts.
-    *modules : str
-        Modules that the script imports by name at run time.
+    Snakemake sees edits of a script but not of what it imports; with the hash as a parameter it runs the rule
+    again. `modules` are those that the script imports by name at run time.
     """
     return code_hash(*imports_of(Path("workflow/scripts", script)), *modules)
 

@@ -1,13 +1,12 @@
-"""Results on disk: NetCDF files that describe themselves, appear whole or not at all, and never change.
+"""Results on disk: NetCDF and JSON files, written atomically, checked against their SHA-256 before reading.
 
-A rewrite of the same result gives the same bytes, so there are no times or host names inside. Each carries
-its SHA-256 and is checked before it is read.
+A rewrite of the same result gives the same bytes, so there are no times or host names inside.
 """
 
 import json
 import os
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -38,13 +37,13 @@ GRID = ("mean_error", "variance", "mse", "status", "failure_time")  # of every c
 
 
 def part_of(path: Path) -> Path:
-    """Name under which a file is written before it takes its own."""
+    """Return the temporary path under which a file is written."""
     return path.with_name(path.name + ".part")
 
 
 @contextmanager
-def written(path: Path) -> Iterator[Path]:
-    """Name to write a file under; in the end it takes its own at once, or goes if the writing failed."""
+def atomic(path: Path) -> Generator[Path]:
+    """Yield a temporary path; rename it on success, delete it on failure."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = part_of(path)
     try:
@@ -53,16 +52,6 @@ def written(path: Path) -> Iterator[Path]:
     except BaseException:
         part.unlink(missing_ok=True)
         raise
-
-
-def described(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the dataset with unit and long name on every variable that the notation list knows."""
-    dataset = dataset.copy()
-    for name, variable in dataset.variables.items():
-        symbol = SYMBOLS.get(str(name))
-        if symbol:
-            variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
-    return dataset
 
 
 def attributes(
@@ -77,9 +66,7 @@ def attributes(
 
     Parameters
     ----------
-    title, summary : str
-    config_sha256, code_sha256 : str
-        Of the configuration and the code that made the file.
+    title, summary, config_sha256, code_sha256 : str
     experiment : Experiment, optional
         The one that the file is about; its parameters are stored as JSON.
     **others
@@ -99,18 +86,21 @@ def write(dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any]) 
     dataset : xarray.Dataset
         Variables named as in `pneumo.physics.symbols` get units and long names from there.
     path : path-like
-        Where to; its folder is made if need be.
+        In a folder that is made if need be.
     attributes : mapping
-        Global attributes beside the common ones: at least title, summary, config_sha256, code_sha256.
+        Global attributes beside the common ones, from `attributes`.
     """
-    dataset = described(dataset).assign_attrs(COMMON | dict(attributes))
+    dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
+    for name, variable in dataset.variables.items():
+        if symbol := SYMBOLS.get(str(name)):
+            variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
     encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
     for name, variable in dataset.data_vars.items():
         numeric = variable.dtype.kind in "fiu" and variable.ndim
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
         if variable.dtype.kind != "f":
             encoding[str(name)]["_FillValue"] = None
-    with written(Path(path)) as part:
+    with atomic(Path(path)) as part:
         with LOCK:
             dataset.to_netcdf(part, engine="netcdf4", encoding=encoding)
         seal(part, ".nc")
@@ -118,13 +108,13 @@ def write(dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any]) 
 
 def write_text(text: str, path: Path | str) -> None:
     """Write a text file atomically."""
-    with written(Path(path)) as part:
+    with atomic(Path(path)) as part:
         part.write_text(text, encoding="utf-8")
 
 
 def write_json(text: str, path: Path | str) -> None:
     """Write the text of a JSON object atomically, sealed: its last member is ``sha256``."""
-    with written(Path(path)) as part:
+    with atomic(Path(path)) as part:
         part.write_text(text.rstrip().removesuffix("}").rstrip(), encoding="utf-8")
         seal(part, ".json")
 
@@ -155,8 +145,8 @@ def _absent(path: Path | str) -> ResultError:
 
 
 @contextmanager
-def _checked(path: Path) -> Iterator[xr.Dataset]:
-    """Open a NetCDF file that is sealed and is about the experiment of its name."""
+def _checked(path: Path) -> Generator[xr.Dataset]:
+    """Open a sealed NetCDF file of pneumo; a file of one experiment has its name."""
     try:
         unsealed(path)
         # A relative name might look like an address on the network.
@@ -177,13 +167,13 @@ def _checked(path: Path) -> Iterator[xr.Dataset]:
 
 
 def sealed_files(folder: Path) -> list[Path]:
-    """Files under a folder of results that carry a SHA-256: those that jobs read."""
+    """Return the files under a folder of results that carry a SHA-256: those that jobs read."""
     return sorted([*folder.rglob("*.nc"), *(file for name in SEALED_JSON for file in folder.glob(name))])
 
 
 def damaged(folder: Path) -> list[DamagedError]:
-    """What is wrong with each damaged, truncated or foreign file under a folder of results."""
-    found = []
+    """Return an error for each damaged, truncated or foreign file under a folder of results."""
+    errors: list[DamagedError] = []
     for path in sealed_files(folder):
         try:
             if path.suffix == ".json":
@@ -192,8 +182,8 @@ def damaged(folder: Path) -> list[DamagedError]:
                 with _checked(path):
                     pass
         except DamagedError as error:
-            found.append(error)
-    return found
+            errors.append(error)
+    return errors
 
 
 def read(path: Path | str, *variables: str) -> xr.Dataset:

@@ -1,6 +1,6 @@
-"""A results file ends with the SHA-256 of all before it: nothing damaged, cut or foreign is read as truth.
+"""Seals of results files: the SHA-256 of the content at its end, so that no damaged or cut file is read.
 
-NetCDF readers pass over what stands behind the last byte that HDF5 knows of; in JSON it is one more member.
+NetCDF readers ignore bytes behind the end of the HDF5 data; in JSON the seal is one more member.
 """
 
 import hashlib
@@ -8,7 +8,10 @@ from pathlib import Path
 
 from pneumo.errors import DamagedError
 
-SEALS = {".nc": (b"\nsha256 ", b"\n"), ".json": (b',\n "sha256": "', b'"\n}\n')}  # around the digits
+SEALS = {
+    ".nc": (b"\nsha256 ", b"\n"),
+    ".json": (b',\n "sha256": "', b'"\n}\n'),
+}  # before and after the digits
 
 
 def seal(file: Path, kind: str) -> None:
@@ -28,7 +31,7 @@ def seal(file: Path, kind: str) -> None:
 
 
 def unsealed(path: Path) -> bytes:
-    """Content of a sealed file without its seal.
+    """Return the content of a sealed file without its seal.
 
     Raises
     ------

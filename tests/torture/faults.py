@@ -14,7 +14,7 @@ import subprocess
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -82,7 +82,7 @@ def mount(*arguments: str) -> None:
 
 
 @contextmanager
-def mounted(folder: Path, *arguments: str) -> Iterator[None]:
+def mounted(folder: Path, *arguments: str) -> Generator[None]:
     """Mount onto a folder for a while."""
     mount(*arguments, str(folder))
     try:

@@ -12,7 +12,7 @@ import socket
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -64,7 +64,7 @@ def free_ports(number: int) -> list[int]:
 
 
 @contextmanager
-def daemon(*command: str) -> Iterator[None]:
+def daemon(*command: str) -> Generator[None]:
     """Keep a program at work in the background."""
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
@@ -91,7 +91,7 @@ def wait_for(*command: str, word: str = "", seconds: float = 30) -> None:
 
 
 @contextmanager
-def cluster(scratch: Path) -> Iterator[None]:
+def cluster(scratch: Path) -> Generator[None]:
     """A Slurm of one node."""
     host = socket.gethostname().split(".")[0]
     for name in ("state", "spool"):

@@ -22,7 +22,7 @@ from pneumo.publish.text.formatting import percent_text, with_interval
 from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.recommendation import MATERIAL
-from pneumo.storage.files import read, read_json, written
+from pneumo.storage.files import atomic, read, read_json
 
 REFINEMENTS = ("M6/M5", "M8/M7", "M10/M8")
 TRANSPORTS = (PUBLISHED, EXACT)
@@ -304,5 +304,5 @@ def compile_pdf(source: Path, root: Path, output: Path) -> None:
     output : pathlib.Path
         PDF to write, whole or not at all; the same input gives the same bytes.
     """
-    with written(output) as part:
+    with atomic(output) as part:
         typst.compile(str(source), output=str(part), root=str(root), format="pdf", ignore_system_fonts=True)
