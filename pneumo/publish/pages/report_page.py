@@ -118,7 +118,7 @@ def part(
 
 
 def _errors(cells: xr.Dataset, full: np.ndarray, chosen: np.ndarray) -> tuple[list[float], str]:
-    """Return rounding steps and packed errors: a group per model and chamber, with a row per n if it has one."""
+    """Return rounding steps and packed errors: a group per model and chamber, a row per n if it has one."""
     pressure, failed = cells["pressure"].values, cells["status"].values != 0
     least = np.sqrt(cells["mse"].min("n").values)  # NaN where every n failed
     steps, groups = [], []
