@@ -56,7 +56,7 @@ class Alternative(NamedTuple):
 
     study: Study
     record: Callable[[Experiment], Recording] = record
-    times: Callable[[Settling, float], np.ndarray] = lambda settling, h: settling.times
+    times: Callable[[Settling, float], np.ndarray] = lambda settling, _: settling.times
     other_transport: Transport | None = None
     sign: float = 1.0
     ddof: int = 1

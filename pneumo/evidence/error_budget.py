@@ -95,30 +95,18 @@ def published_error(experiment: Experiment, lanes: np.ndarray, lag: float) -> np
     return full_pressure(recording, 1) - cells.pressure
 
 
-def sampled_inputs(
-    recording: Recording, h: float, every: int, interpolation: str, u_max: float
-) -> np.ndarray:
-    """Inputs at every stage from signals sampled every so many steps.
+def sampled_inputs(recording: Recording, every: int, interpolation: str) -> np.ndarray:
+    """Limited command, position and velocity at every stage, shape (steps, 6, 3), from sampled signals.
 
     Parameters
     ----------
     recording : Recording
-        Run at the step h, s.
-    h : float
-        Step, s.
     every : int
         Steps between samples.
     interpolation : {"hold", "linear", "cubic"}
-        Last sample, straight line, or interpolating cubic spline (not-a-knot).
-    u_max : float
-        Limit of the command, V; the limiter acts after the interpolation, as in the study.
-
-    Returns
-    -------
-    numpy.ndarray
-        Limited command, position and velocity, shape (steps, 6, 3).
+        Last sample, straight line, or interpolating cubic spline (not-a-knot); the limiter acts after it.
     """
-    steps = len(recording.states) - 1
+    steps, h, u_max = len(recording.states) - 1, recording.h, recording.plant.valve.u_max
     signals = np.column_stack([recording.u, recording.states[:, :2]])
     if interpolation == "hold":
         # The last stage of a step still holds the sample in force when the step began.
@@ -142,8 +130,7 @@ def sampled_errors(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
     result = np.empty((len(SAMPLE_PERIODS), len(INTERPOLATIONS), *exact.shape[:2]))
     for i, period in enumerate(SAMPLE_PERIODS):
         for j, interpolation in enumerate(INTERPOLATIONS):
-            every, u_max = round(period / fine.h), fine.plant.valve.u_max
-            inputs = sampled_inputs(recording, fine.h, every, interpolation, u_max)
+            inputs = sampled_inputs(recording, round(period / fine.h), interpolation)
             sampled = pressures_on_inputs(inputs, lanes, fine.plant, fine.h, SAMPLED_AT)
             result[i, j] = mean_square(exact - sampled)
     return result

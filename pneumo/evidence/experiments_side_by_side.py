@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import xarray as xr
 
@@ -25,4 +25,5 @@ def for_each_experiment(
 
 def side_by_side(parts: Mapping[str, Labelled]) -> Labelled:
     """Join datasets of experiments along "experiment"."""
-    return xr.concat(list(parts.values()), "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
+    concat: Any = xr.concat  # its overloads take datasets or arrays, not one or the other
+    return concat(list(parts.values()), "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")

@@ -65,27 +65,18 @@ class StatementOverSets(NamedTuple):
         return True if share >= STANDING_SHARE else False if share <= 1 - STANDING_SHARE else None
 
 
-def _measured(claim: Claim, finding: Finding) -> float:
+def _measured(finding: Finding) -> float:
     """Number of a statement, decades as a logarithm; NaN where it has none."""
     return math.nan if finding.holds is not None or finding.value is None else finding.value
 
 
 def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]) -> StatementOverSets:
-    """Judge one statement on each of several sources.
-
-    Parameters
-    ----------
-    claim : Claim
-    claims : Claims
-        All claims, with the tolerance classes.
-    sources : iterable of StudyResults
-        One for each seed set.
-    """
+    """Judge one statement on several sources, one for each seed set."""
     values: list[float] = []
     holds: list[bool] = []
     for source in sources:
         finding = COMPUTATIONS[claim.compute](source, **claim.arguments)
-        values.append(_measured(claim, finding))
+        values.append(_measured(finding))
         holds.append(compare(claim, claims.classes[claim.tolerance], finding).agreement is not None)
     count, total = sum(holds), len(holds)
     share = stats.binomtest(count, total).proportion_ci(CONFIDENCE)
@@ -156,7 +147,7 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
     ----------
     study : Study
     ensemble : xarray.Dataset
-        `mean_error`, `mse`, `failure_time` by (seeds, transport, experiment, model, n, chamber).
+        Cells of every seed set, as `ensemble_statistics` takes them.
     claims : Claims
     results : pathlib.Path
         Folder of results, for the paper's own tables.

@@ -81,16 +81,7 @@ def settling_cells(
 
 
 def with_mechanics(experiment: Experiment, theta: np.ndarray, force: float = 1.0) -> Experiment:
-    """Return the experiment with other parameters.
-
-    Parameters
-    ----------
-    experiment : Experiment
-    theta : numpy.ndarray
-        Logarithms of M, k_f and stop.
-    force : float
-        Factor on the push.
-    """
+    """Return the experiment with M, k_f and stop, the exponentials of `theta`, and `force` times its push."""
     M, k_f, stop = np.exp(theta)
     plant, push = experiment.plant, experiment.push
     cylinder = plant.cylinder._replace(M=M, k_f=k_f)
@@ -151,17 +142,9 @@ def nearby(function: Callable[[np.ndarray], float], start: np.ndarray, size: flo
 def mechanics_profiles(
     data: SettlingCells, best: Any, widen: float, mapper: Mapper
 ) -> tuple[np.ndarray, Any, int]:
-    """Profile of each parameter: lowest deviance over the others.
+    """Profile of each parameter from the optimum `best`: lowest deviance over the others.
 
-    Parameters
-    ----------
-    data : SettlingCells
-    best
-        From `search_bounds`.
-    widen : float
-        From `pneumo.evidence.misfit.widening`: profiles are followed that much further.
-    mapper
-        ``map``, or that of a pool.
+    The factor `widen` of `pneumo.evidence.misfit.widening` is how much further profiles are followed.
 
     Returns
     -------
@@ -220,12 +203,8 @@ def mass_friction_region(
 
 
 def force_profile(data: SettlingCells, best: Any, mapper: Mapper) -> tuple[np.ndarray, int]:
-    """Lowest deviance over M, k_f and stop for each of `FORCES`."""
-
-    def at(force: float) -> Any:
-        return nearby(lambda theta: deviance(theta, data, force), best.x)
-
-    found = list(mapper(at, FORCES))
+    """Lowest deviance over M, k_f and stop for each of `FORCES`, and the number of evaluations."""
+    found = list(mapper(lambda force: nearby(lambda theta: deviance(theta, data, force), best.x), FORCES))
     return np.array([one.fun for one in found]), sum(one.nfev for one in found)
 
 
@@ -247,9 +226,9 @@ def identify_mechanics(
     data : SettlingCells
     seed : int
         Of the search's random numbers.
-    mapper
+    mapper : callable
         ``map``, or that of a pool.
-    progress
+    progress : callable
         Gets a line after each stage.
     **effort
         ``population`` and ``generations`` of `search_bounds`.

@@ -147,11 +147,11 @@ def synthetic_record(seed: int, model: str | None = None) -> SyntheticRecord:
     states, u = controlled_run(rng, truth, period)
     within = round(period / TRUTH_STEP)
     if model is None:
-        P = states[::within, [2, 4]].T
+        sampled = states[::within, [2, 4]].T
     else:
-        P = reduced_pressures(truth, model, n, V_d, states, u)[:, ::within]
+        sampled = reduced_pressures(truth, model, n, V_d, states, u)[:, ::within]
     first = round(WARM_UP / period)
-    x, P, u = states[::within, 0][first:-1], P[:, first:-1], u[first:]
+    x, P, u = states[::within, 0][first:-1], sampled[:, first:-1], u[first:]
     return SyntheticRecord(
         truth,
         configured,

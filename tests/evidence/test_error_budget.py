@@ -112,7 +112,7 @@ def test_sampling_vanishes_with_its_period(cells):
 def test_linear_interpolation_is_the_published_transport_without_lag():
     e = lasting("E06", 0.3)
     recording = record(e)
-    inputs = b.sampled_inputs(recording, e.h, 1, "linear", e.plant.valve.u_max)
+    inputs = b.sampled_inputs(recording, 1, "linear")
     study = replay(recording, LANES, interpolated())
     np.testing.assert_allclose(
         pressures_on_inputs(inputs, LANES, e.plant, e.h, 1), study.pressure, rtol=1e-10
@@ -122,7 +122,7 @@ def test_linear_interpolation_is_the_published_transport_without_lag():
 @pytest.mark.uncompiled
 def test_a_stride_takes_every_so_many_pressures():
     e = lasting("E06", 0.1)
-    inputs = b.sampled_inputs(record(e), e.h, 1, "linear", e.plant.valve.u_max)
+    inputs = b.sampled_inputs(record(e), 1, "linear")
     every, fifth = (pressures_on_inputs(inputs, LANES, e.plant, e.h, stride) for stride in (1, 5))
     np.testing.assert_array_equal(fifth, every[..., ::5])
 
@@ -132,9 +132,9 @@ def test_hold_and_cubic_meet_the_samples():
     recording = record(e)
     signals = np.column_stack([recording.u.clip(-10, 10), recording.states[:, :2]])
     for interpolation in b.INTERPOLATIONS:
-        inputs = b.sampled_inputs(recording, e.h, 4, interpolation, 10.0)
+        inputs = b.sampled_inputs(recording, 4, interpolation)
         np.testing.assert_allclose(inputs[::4, 0], signals[:-1:4], atol=1e-12)
-    held = b.sampled_inputs(recording, e.h, 4, "hold", 10.0)
+    held = b.sampled_inputs(recording, 4, "hold")
     assert (held.reshape(-1, 24, 3) == held.reshape(-1, 24, 3)[:, :1]).all()
 
 

@@ -38,7 +38,7 @@ def test_exact_signals_give_the_run_itself():
 def test_sampling_is_the_error_budgets(transport):
     e = refined(lasting("E10", 0.3), 20)
     recording = record(e)
-    inputs = sampled_inputs(recording, e.h, 40, transport.name, e.plant.valve.u_max)
+    inputs = sampled_inputs(recording, 40, transport.name)
     on_inputs = pressures_on_inputs(inputs, LANES, e.plant, e.h, 20)
     np.testing.assert_allclose(replay(recording, LANES, transport, 20).pressure, on_inputs, rtol=1e-8)
 
