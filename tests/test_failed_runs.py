@@ -1,4 +1,4 @@
-"""Runs that fail: a status with time and state in the files, left out of averages, told by table and page."""
+"""Runs that fail: a status with time and state, left out of averages, named by table and page."""
 
 import shutil
 from pathlib import Path
@@ -17,8 +17,9 @@ from pneumo.publish.text.explain import cell_text
 from pneumo.publish.text.markdown_tables import table_7
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.reference import NO_RUN, no_replay
+from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.simulation.settling import settle
+from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.averages import statistics
 from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import open_grid, read
@@ -90,11 +91,11 @@ def test_a_settling_run_that_fails_has_no_settling_times(name):
 
 def replays_of(experiment, recording):
     lanes, index = grid_lanes(STUDY.n, 1.4)
-    cells = no_replay(recording, lanes, failure(recording.states)[1], experiment.pressure_stride)
+    cells = replay(recording, lanes, EXACT_TRANSPORT, experiment.pressure_stride)
     return replay_dataset(experiment, STUDY.n, index, cells)
 
 
-def test_the_page_tells_which_settling_run_failed(printed_once, tmp_path):
+def test_the_page_names_a_settling_run_that_failed(printed_once, tmp_path):
     folder = Path(shutil.copytree(printed_once, tmp_path / "results"))
     experiment = broken("no mass")
     parts = {"E06": settling_dataset(experiment, settle(experiment))}
@@ -127,13 +128,13 @@ def test_no_replays_of_a_run_that_failed(folder):
     assert bool(cells[["mse", "mean_error", "variance"]].isnull().all().to_array().all())
 
 
-def test_the_story_of_a_cell_tells(folder):
-    story_of_E06 = cell_text(folder, "E06", "M8", 1.35)
-    assert story_of_E06.count("failed at t = 0.001 s: no full-order run") == 4
-    assert "best n" not in story_of_E06
+def test_the_text_about_a_cell_says_that_its_run_failed(folder):
+    text = cell_text(folder, "E06", "M8", 1.35)
+    assert text.count("failed at t = 0.001 s: no full-order run") == 4
+    assert "best n" not in text
 
 
-def test_averages_leave_it_out_and_count(folder):
+def test_averages_leave_a_failed_run_out_and_count_the_others(folder):
     found = read(folder / "published" / "statistics.nc")
     assert found["experiments"].to_series().to_dict() == {
         **{"overall": 15, "adiabatic": 7, "typical": 7, "isothermal": 8},
@@ -147,7 +148,7 @@ def test_averages_leave_it_out_and_count(folder):
     assert time.dropna("experiment").to_series().to_dict() == {"E06": E06.h}
 
 
-def test_table_and_page_and_figure_tell(folder):
+def test_table_page_and_figure_say_that_a_run_failed(folder):
     found = verdict(folder, PAPER_2006)
     assert list(found["failures"]) == ["E06"]
     assert found["highlights"]["by_experiment"] is None
