@@ -27,7 +27,7 @@ class Samples(NamedTuple):
     values: dict[str, np.ndarray]
 
     def place(self, index: int, quantity: str) -> str:
-        """Text that says where a sample stands."""
+        """Name a sample by file, line and column."""
         row = f"line {index + self.first_line}" if self.first_line else f"sample {index}"
         return f"{self.path}: {row}, column {quantity}"
 

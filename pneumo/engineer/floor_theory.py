@@ -71,7 +71,7 @@ def predicted_error(
     Parameters
     ----------
     recording : Recording
-        Its jumps say where between samples they fall if `period` is longer than its step.
+        Where its jumps fall between samples counts if `period` is longer than its step.
     period : float
         Time between samples, s: a multiple of the step, or less where all jumps fall on samples.
     sampling : str

@@ -1,5 +1,5 @@
 # pyright: basic
-"""Pressure error that jumps of the command leave in a replay on sampled signals: linear theory."""
+"""Pressure error that jumps of the command cause in a replay on sampled signals: linear theory."""
 
 import numpy as np
 from numba.extending import register_jitable
@@ -24,7 +24,7 @@ def opened(u: float, u_max: float) -> float:
 
 @register_jitable
 def mean_of_ramp(u: float, w: float, u_max: float) -> tuple[float, float]:
-    """Means of the positive and the negative part of a limited command that runs evenly from u to w, V."""
+    """Means of the positive and the negative part of a limited command on a ramp from u to w, V."""
     positive = (opened(w, u_max) - opened(u, u_max)) / (w - u)
     negative = (opened(-u, u_max) - opened(-w, u_max)) / (w - u)
     return positive, negative
@@ -44,10 +44,10 @@ def jump_rates(
     area: float,
     plant: Plant,
 ) -> tuple[float, float]:
-    """Error (dP, dT) that a jump from u to w leaves, per second of the interval between samples.
+    """Error (dP, dT) that a jump from u to w causes, per second between samples.
 
-    The jump falls at fraction 0 < f <= 1 between two samples; a line joins them, or it comes `late`.
-    Rates are linear in the area of either restriction, so one of each says all.
+    The jump falls at fraction 0 < f <= 1 between two samples, which are interpolated linearly; or else it is
+    delayed by `late` intervals. Rates are linear in the area of either restriction: one of each is enough.
     """
     u_max = plant.valve.u_max
     P_shut, T_shut = chamber_rates(0.0, x, v, P, T, area, plant)
@@ -94,19 +94,19 @@ def relaxed(
 def jump_errors(
     recording: Recording, every: int, linear: bool, late: float, uniform: bool, stride: int
 ) -> np.ndarray:
-    """Pressure error that jumps of the command leave, per second between samples: linear theory, no replay.
+    """Pressure error that jumps of the command cause, per second between samples, Pa/s: linear theory.
 
     Parameters
     ----------
     recording : Recording
     every : int
-        Steps between samples; says where between them a jump falls.
+        Steps between samples: determines where between them a jump falls.
     linear : bool
-        The replay interpolates samples linearly; if not, it holds them.
+        The replay interpolates samples linearly; else it holds them.
     late : float
-        How many samples behind the held one is.
+        Samples by which the held one is older than the last.
     uniform : bool
-        Instead, every jump, the start from rest too, comes one second late.
+        Instead, every jump, the start from rest too, is delayed by one second.
     stride : int
         Steps between stored errors.
 

@@ -2,7 +2,7 @@
 
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from pneumo.engineer.model_rate import SIDES, lane_for
 from pneumo.errors import InputError
 from pneumo.physics.models import Model
 from pneumo.simulation.reference import lane_rate
+
+if TYPE_CHECKING:
+    from control import StateSpace
 
 STATES, INPUTS = ("P_A", "P_B"), ("u", "x", "v")
 IMAGINARY_STEP = 1e-30  # no difference is taken, so that nothing is lost however small it is
@@ -63,10 +66,10 @@ def linearise(
     P_B: float,
     x: float = 0.0,
     v: float = 0.0,
-) -> Any:
+) -> "Linear | StateSpace":
     """Linear model of both chambers at an operating point, derivatives exact to rounding.
 
-    The state is (P_A, P_B), the inputs are (u, x, v), the outputs the two pressures. The piston's own
+    The state is (P_A, P_B), the inputs are (u, x, v), the outputs the two pressures. The piston's
     equation (3) is linear already and is left to the user, who knows the load. The derivatives are those of
     the replays' right-hand side, by a complex step.
 

@@ -202,7 +202,7 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
         If there is no such model, or n is missing or out of range.
     """
     lanes = lane_array([lane_for(model, n, run.recording.plant)])
-    found = replay_lanes(run.recording, lanes, EXACT_TRANSPORT if run.simulated else interpolated())
-    P_A, P_B = found.pressure[0]
-    status = tuple(STATUS[int(code)] for code in found.status[0])
-    return Prediction(run.t, P_A, P_B, found.mean_error[0], found.mse[0], status)
+    replayed = replay_lanes(run.recording, lanes, EXACT_TRANSPORT if run.simulated else interpolated())
+    P_A, P_B = replayed.pressure[0]
+    status = tuple(STATUS[int(code)] for code in replayed.status[0])
+    return Prediction(run.t, P_A, P_B, replayed.mean_error[0], replayed.mse[0], status)
