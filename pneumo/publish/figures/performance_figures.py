@@ -49,52 +49,37 @@ def fig08(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     lowest = min(average.min().item() for average in averages.values())
     ax.set_ylim(bottom=10 ** np.floor(np.log10(lowest / 1.5)))  # even the lowest bar is seen
     decades(ax)
-    _left_out(fig, statistics)
-    _legend(fig, ax)
-    return fig
+    return _finished(fig, ax, statistics)
 
 
 @paper_style()
 def fig09(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
-    """Fig. 9: MSE of the nine best models, average and 10 and 90 per cent percentiles.
+    """Fig. 9: MSE of all models but M4, average and 10 and 90 per cent percentiles.
 
     Parameters and result as in `fig08`; the paper's percentiles are not printed, its averages are.
     """
     fig = new_figure(DOUBLE_MM, 72)
     ax = fig.subplots()
     _ranges(ax, ALL_BUT_M4, statistics, OVERALL, table7)
-    _left_out(fig, statistics)
-    _legend(fig, ax)
-    return fig
+    return _finished(fig, ax, statistics)
 
 
 @paper_style()
 def fig10(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
-    """Fig. 10: average MSE of the six best models on a linear axis; parameters as in `fig08`."""
+    """Fig. 10: average MSE of the six best models and of added ones, linear; parameters as in `fig08`."""
     fig = new_figure(SINGLE_MM, 66)
     ax = fig.subplots()
     _bars(ax, BEST_SIX, _averages(statistics, OVERALL, table7))
     ax.set_ylim(bottom=0)
-    _left_out(fig, statistics)
-    _legend(fig, ax, columns=2)
-    return fig
+    return _finished(fig, ax, statistics, columns=2)
 
 
 @paper_style()
 def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
-    """Fig. 11: MSE of the nine best models at three levels of heat transfer, each at its best constant n.
+    """Fig. 11: as Fig. 9 at each level of heat transfer, each model at its best constant n.
 
-    Parameters
-    ----------
-    statistics : mapping of str to xarray.Dataset
-        Transport -> ``results/TRANSPORT/statistics.nc``.
-    table9 : xarray.Dataset
-        From `pneumo.verdict.published.table9`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel per level; a level without experiments is marked as not reproduced.
+    Parameters and result as in `fig08`, but for `table9`, from `pneumo.verdict.published.table9`. A level
+    without experiments is marked as not reproduced.
     """
     levels = [level for level in statistics["published"]["level"].values if level != OVERALL]
     fig = new_figure(DOUBLE_MM, 76)
@@ -105,9 +90,7 @@ def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
         ax.set_title(level)
     for ax in axes:
         ax.label_outer()
-    _left_out(fig, statistics)
-    _legend(fig, axes[0])
-    return fig
+    return _finished(fig, axes[0], statistics)
 
 
 def _averages(
@@ -161,13 +144,11 @@ def _ranges(
         ax.text(0.5, 0.04, "not reproduced: no experiment", ha="center", transform=ax.transAxes)
 
 
-def _left_out(fig: Figure, statistics: Mapping[str, xr.Dataset]) -> None:
-    """Name the experiments that the averages leave out."""
+def _finished(fig: Figure, ax: Axes, statistics: Mapping[str, xr.Dataset], columns: int = 3) -> Figure:
+    """Add the legend, and the names of the experiments that the averages leave out."""
     time = statistics["published"]["failure_time"].dropna("experiment")
     if len(time):
         names = ", ".join(time["experiment"].values)
         fig.supxlabel(f"left out, since the full-order run failed: {names}", fontsize=8.0)
-
-
-def _legend(fig: Figure, ax: Axes, columns: int = 3) -> None:
     legend_above(fig, ax, columns, columnspacing=1.5)
+    return fig

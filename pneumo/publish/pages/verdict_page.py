@@ -150,10 +150,7 @@ def _by_conductance(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
     columns.sort(key=lambda column: (column[0] != "open", float(column[1])))
     names = list(dict.fromkeys((cylinder, column) for cylinder, column, _, _ in places))
     names.sort(key=lambda name: name[0])
-    heads = [
-        [(LOOP_HEADS[kind], 4) for kind in LOOP_HEADS],
-        [(f"k₀ = {k_0}", 1) for _, k_0 in columns],
-    ]
+    heads = [[(head, 4) for head in LOOP_HEADS.values()], [(f"k₀ = {k_0}", 1) for _, k_0 in columns]]
     rows = [
         (
             f"{cylinder}, {column}" if table == 5 else f"cylinder {cylinder}",
@@ -173,25 +170,15 @@ def _chart(by_experiment: Mapping[str, Any] | None) -> dict[str, Any] | None:
         share = math.log(value / CHART["lowest"]) / math.log(CHART["highest"] / CHART["lowest"])
         return round(CHART["left"] + CHART["width"] * min(max(share, 0.0), 1.0), 1)
 
-    rows = list(
-        zip(by_experiment["experiments"], by_experiment["published"], by_experiment["exact"], strict=True)
+    names = [*by_experiment["experiments"], "geometric mean"]
+    published, exact = (
+        [*by_experiment[name], by_experiment[f"{name}_geometric_mean"]] for name in ("published", "exact")
     )
-    rows.append(
-        (
-            "geometric mean",
-            by_experiment["published_geometric_mean"],
-            by_experiment["exact_geometric_mean"],
-        )
-    )
+    rows = list(zip(names, published, exact, strict=True))
     return {
         "rows": [
-            {
-                "name": name,
-                "y": 34 + CHART["row"] * i,
-                "published": (published, x(published)),
-                "exact": (exact, x(exact)),
-            }
-            for i, (name, published, exact) in enumerate(rows)
+            {"name": name, "y": 34 + CHART["row"] * i, "published": (one, x(one)), "exact": (other, x(other))}
+            for i, (name, one, other) in enumerate(rows)
         ],
         "ticks": [(value, x(value)) for value in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0)],
         "height": round(34 + CHART["row"] * len(rows) + 16),
