@@ -6,8 +6,8 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
-from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
+from pneumo.configuration.study_json import to_json
 from pneumo.storage.files import write_json
 
 ROOT = Path(__file__).parents[1]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import SCHEMA
-from pneumo.configuration.schema_words import named_sections, resolved
+from pneumo.configuration.schema_messages import named_sections, resolved
 
 PAPER = Path(__file__).parents[1] / "config" / "paper.yaml"
 BASE, BASE_TEXT = read_yaml(PAPER), PAPER.read_text(encoding="utf-8")

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
+from pneumo.configuration.study_json import to_json
 from pneumo.physics.models import MODELS, lane
 from pneumo.storage.files import write, write_json
 from pneumo.storage.layout import experiment_labels

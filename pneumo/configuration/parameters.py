@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Study
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection, GasSection
-from pneumo.configuration.schema_words import sentence
+from pneumo.configuration.schema_messages import error_line
 from pneumo.configuration.signal_file import read_column
 from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
@@ -54,7 +54,7 @@ def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[s
         # A misspelt key is a missing one too: the line is about what was written.
         order = {"extra_forbidden": 0, "missing": 2}
         first = min(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
-        raise ConfigurationError(" ".join(sentence(first, sources).split())) from None
+        raise ConfigurationError(" ".join(error_line(first, sources).split())) from None
 
 
 def load(*files: Path | str) -> Configuration:

@@ -1,7 +1,7 @@
-"""Reading configuration files: plain YAML of a sane size, or one line that says what is wrong.
+"""Configuration files: plain YAML of a reasonable size.
 
 Tags, anchors, aliases, merges, keys given twice and keys that are not text are refused: a configuration
-needs none of them, and they are what can make objects, blow up memory or hide a value.
+needs none of them, and they can create objects, fill the memory or hide a value.
 """
 
 from collections.abc import Hashable
@@ -44,7 +44,7 @@ class _PlainLoader(yaml.SafeLoader):
 
 
 def read_yaml(file: Path) -> dict[str, Any]:
-    """Read one configuration file.
+    """Return the content of one configuration file.
 
     Raises
     ------

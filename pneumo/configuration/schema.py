@@ -1,6 +1,6 @@
 """What a configuration may hold: every section and key with its range, as pydantic models.
 
-Units stand in the keys (bore_mm). `pneumo.configuration.parameters` reads configurations and converts them to SI.
+Units stand in the keys (bore_mm); `pneumo.configuration.parameters` converts to SI.
 """
 
 import itertools

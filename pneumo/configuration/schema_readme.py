@@ -1,11 +1,11 @@
-"""config/README.md, made from the schema: ``python -m pneumo.configuration.schema_readme > config/README.md``."""
+"""config/README.md from the schema: ``python -m pneumo.configuration.schema_readme > config/README.md``."""
 
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pneumo.configuration.schema import SCHEMA
-from pneumo.configuration.schema_words import allowed, named_sections, resolved
+from pneumo.configuration.schema_messages import allowed, named_sections, resolved
 
 HEAD = """\
 # Configuration
@@ -29,10 +29,10 @@ _SUFFIX = re.compile(rf"_(?:({_UNIT})_per_({_UNIT})|(?<!_per_P_)({_UNIT}))$")  #
 
 def unit(key: str) -> str:
     """Return the unit that a key's suffix names, or nothing."""
-    found = _SUFFIX.search(key)
-    if found is None:
+    suffix = _SUFFIX.search(key)
+    if suffix is None:
         return ""
-    over, under, whole = found.groups()
+    over, under, whole = suffix.groups()
     if whole:
         return UNITS[whole]
     return f"{UNITS[over]}/({UNITS[under]})" if " " in UNITS[under] else f"{UNITS[over]}/{UNITS[under]}"
@@ -62,7 +62,7 @@ def _row(section: Mapping[str, Any], key: str, field: Mapping[str, Any]) -> str:
 
 
 def readme() -> str:
-    """Describe every key of the configuration, section by section, as Markdown."""
+    """Return a table of every key of the configuration, section by section, as Markdown."""
     lines = [HEAD]
     for path, section, fields in _sections("", SCHEMA):
         lines += [f"## {'`' + path + '`' if path else 'Top level'}", "", section["description"], ""]

@@ -1,4 +1,4 @@
-"""Signals of one's own: one column of a CSV file."""
+"""Signals of the user: one column of a CSV file."""
 
 import csv
 from math import isfinite
@@ -11,7 +11,7 @@ MOST_ROWS = 100_000  # they are stored with every result of the experiment
 
 
 def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
-    """Read the numbers of one column.
+    """Return the numbers of one column.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
     Raises
     ------
     ConfigurationError
-        With one line, if the file cannot be read, has no such column, or holds what is no finite number.
+        With one line, if the file cannot be read, has no such column, or holds anything but finite numbers.
     """
 
     def refuse(key: str, value: str, problem: str) -> ConfigurationError:

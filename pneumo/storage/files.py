@@ -13,8 +13,8 @@ from typing import Any
 
 import xarray as xr
 
-from pneumo.configuration.exchange import from_json, plain
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.study_json import from_json, plain
 from pneumo.errors import DamagedError, ResultError
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.storage.seal import seal, unsealed

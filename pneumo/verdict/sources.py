@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from pneumo.configuration.exchange import from_json
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.study_json import from_json
 from pneumo.errors import ResultError
 from pneumo.statistics.averages import OVERALL, concatenated
 from pneumo.storage.files import open_grid, read, read_json

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 
 from pneumo import testing as some
 from pneumo.configuration import schema_readme
-from pneumo.configuration.exchange import from_json, to_json
 from pneumo.configuration.experiment import Excitation
 from pneumo.configuration.parameters import load, merged, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import SCHEMA
-from pneumo.configuration.schema_words import allowed, named_sections, resolved
+from pneumo.configuration.schema_messages import allowed, named_sections, resolved
+from pneumo.configuration.study_json import from_json, to_json
 from pneumo.errors import ConfigurationError
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Gas, Valve, choked_flow, exact_gas

@@ -9,7 +9,7 @@ import yaml
 
 from pneumo.configuration.parameters import load, study, validated
 from pneumo.configuration.schema import SCHEMA
-from pneumo.configuration.schema_words import named_sections, resolved
+from pneumo.configuration.schema_messages import named_sections, resolved
 from pneumo.engineer.cylinder_template import TEMPLATE, write_template
 from pneumo.engineer.own_study import (
     TITLE,

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 from workflow_scripts import script
 
-from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
+from pneumo.configuration.study_json import to_json
 from pneumo.engineer.own_study import (
     K_0_FACTORS,
     TRACED,

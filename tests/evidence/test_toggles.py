@@ -12,8 +12,8 @@ import yaml
 from typer.testing import CliRunner
 
 from pneumo.cli.commands import app
-from pneumo.configuration.exchange import to_json
 from pneumo.configuration.parameters import load, study
+from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
 from pneumo.evidence import toggles
 from pneumo.evidence.alternatives import IN_WORDS, OTHER_TRANSPORTS, Alternative, ledger_alternatives

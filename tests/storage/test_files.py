@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from paper_study import STUDY
 
 import pneumo
-from pneumo.configuration.exchange import to_json
+from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.simulation.full_order import record

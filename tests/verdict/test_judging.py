@@ -10,7 +10,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from pneumo.cli.commands import app
-from pneumo.configuration.exchange import from_json, to_json
+from pneumo.configuration.study_json import from_json, to_json
 from pneumo.errors import ResultError
 from pneumo.papers.paper_2006.current_verdict import current_verdict
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS

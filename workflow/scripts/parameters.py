@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from pneumo.configuration.exchange import to_json
 from pneumo.configuration.experiment import Study
+from pneumo.configuration.study_json import to_json
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import write_json
 

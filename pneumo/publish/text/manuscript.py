@@ -12,8 +12,8 @@ from typing import Any
 import typst
 import xarray as xr
 
-from pneumo.configuration.exchange import from_json
 from pneumo.configuration.experiment import Study
+from pneumo.configuration.study_json import from_json
 from pneumo.evidence.alternatives import INLET
 from pneumo.evidence.findings import STANDING_SHARE
 from pneumo.papers.paper_2006.summary import LEVELS

@@ -1,4 +1,4 @@
-"""Studies as JSON: what the configuration hands to every job. Light, since each job starts by reading it."""
+"""A study as JSON: the file that every job of the workflow reads. Imports little, so that jobs start fast."""
 
 import json
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from pneumo.configuration.experiment import Study
 
 
 def plain(value: Any) -> Any:
-    """Named tuples as mappings, so that the text reads by field name."""
+    """Return a value with named tuples as mappings, so that JSON has the field names."""
     if hasattr(value, "_asdict"):
         return {key: plain(inner) for key, inner in value._asdict().items()}
     if isinstance(value, Mapping):
@@ -17,7 +17,7 @@ def plain(value: Any) -> Any:
 
 
 def _built(kind: Any, value: Any) -> Any:
-    """Value of the annotated kind from what `plain` made of it."""
+    """Return a value of an annotated type from what `plain` made of it."""
     if hasattr(kind, "_fields"):
         hints = get_type_hints(kind)
         return kind(**{field: _built(hints[field], value[field]) for field in kind._fields})
@@ -29,10 +29,10 @@ def _built(kind: Any, value: Any) -> Any:
 
 
 def to_json(study: Study) -> str:
-    """Write a study as JSON text."""
+    """Return a study as JSON text."""
     return json.dumps(plain(study), indent=1, allow_nan=False) + "\n"
 
 
 def from_json(text: str) -> Study:
-    """Read what `to_json` wrote; every float comes back exactly."""
+    """Return the study that `to_json` wrote; every float comes back exactly."""
     return _built(Study, json.loads(text))

@@ -1,4 +1,4 @@
-"""The schema in words: what a field may hold, and the one line for a configuration that is wrong."""
+"""What a field may hold, in words, and the one-line message for a configuration that is wrong."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -26,7 +26,7 @@ def named_sections(node: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 
 def allowed(node: Mapping[str, Any]) -> str:
-    """Say in words what a field may hold, from its schema."""
+    """Return in words what a field may hold, from its schema."""
     node = resolved(node)
     if "anyOf" in node:
         return " or ".join(allowed(option) for option in node["anyOf"] if option.get("type") != "null")
@@ -69,8 +69,8 @@ def _sets(content: Mapping[str, Any], path: tuple[Any, ...]) -> bool:
     return True
 
 
-def sentence(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
-    """One line for a validation error: source, field, value, what is allowed."""
+def error_line(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
+    """Return the message for a validation error: source, field, value, what is allowed."""
     path, node = _schema_at(error["loc"])
     value, text = error["input"], f"must be {allowed(node)}"
     paths, missing = [path], error["type"] == "missing"
