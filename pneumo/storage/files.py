@@ -4,7 +4,6 @@ A rewrite of the same result gives the same bytes, so there are no times or host
 """
 
 import json
-import os
 import threading
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
@@ -48,7 +47,7 @@ def atomic(path: Path) -> Generator[Path]:
     part = part_of(path)
     try:
         yield part
-        os.replace(part, path)
+        part.replace(path)
     except BaseException:
         part.unlink(missing_ok=True)
         raise
