@@ -113,7 +113,7 @@ def _run(experiment: Experiment) -> xr.Dataset:
     )
     failure_time = step * experiment.h if status else np.nan
     dataset["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
-    for name, value in (known_groups(experiment) | seen_groups(experiment, recording)).items():
+    for name, value in (known_groups(experiment) | seen_groups(recording)).items():
         dataset[name] = ((), value, {"units": "1", "long_name": (KNOWN_GROUPS | SEEN_GROUPS)[name]})
     return dataset
 

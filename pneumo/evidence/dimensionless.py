@@ -1,7 +1,4 @@
-"""Dimensionless groups of a run: those that a user knows beforehand, and those that the run shows.
-
-Groups compare times, air, ways and forces; changing the units changes none of them.
-"""
+"""Dimensionless groups of a run, ratios of times, air, ways and forces: known before it or seen in it."""
 
 import numpy as np
 
@@ -51,13 +48,7 @@ def reversal_time(reference: np.ndarray, h: float) -> float:
 
 
 def known_groups(experiment: Experiment) -> dict[str, float]:
-    """Groups that are known before a run: `KNOWN_GROUPS`.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        k_0 = 0 gives infinite `thermal` and `exchange`.
-    """
+    """`KNOWN_GROUPS` of an experiment; k_0 = 0 gives infinite `thermal` and `exchange`."""
     plant, drive, h = experiment.plant, experiment.drive, experiment.h
     gas, conditions, cylinder = plant.gas, plant.conditions, plant.cylinder
     reference = reference_series(drive, experiment.excitation, experiment.steps)
@@ -91,9 +82,9 @@ def known_groups(experiment: Experiment) -> dict[str, float]:
     }
 
 
-def seen_groups(experiment: Experiment, recording: Recording) -> dict[str, float]:
-    """Groups that a full-order run shows, averages of both chambers: `SEEN_GROUPS`; NaN where it failed."""
-    plant, conditions, h = experiment.plant, experiment.plant.conditions, experiment.h
+def seen_groups(recording: Recording) -> dict[str, float]:
+    """`SEEN_GROUPS` of a full-order run, averages over both chambers; NaN where the run failed."""
+    plant, conditions, h = recording.plant, recording.plant.conditions, recording.h
     cylinder, time_constant = plant.cylinder, thermal_time_constant(plant)
     x, P, T = recording.states[:, 0], recording.states[:, [2, 4]], recording.states[:, [3, 5]]
     V = np.stack([volume(x, cylinder.A_A, cylinder), volume(-x, cylinder.A_B, cylinder)], axis=1)
@@ -102,7 +93,7 @@ def seen_groups(experiment: Experiment, recording: Recording) -> dict[str, float
     swing = P.std(axis=0)
     rate = np.diff(P, axis=0).std(axis=0) / h
     return {
-        "seen_exchange": float(exchanged.mean()) * time_constant / (experiment.steps * h),
+        "seen_exchange": float(exchanged.mean()) * time_constant / ((len(x) - 1) * h),
         "seen_swing": float(swing.mean()) / conditions.P_0,
         "seen_heat": float(T.std(axis=0).mean()) / conditions.T_amb,
         "seen_way": float(x.std()) / (cylinder.stroke / 2),

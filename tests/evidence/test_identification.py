@@ -116,7 +116,7 @@ def test_changed_is_the_configured_plant_at_the_configured_constants():
 
 def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
     # Narrower than the real search, which takes a minute or two, and with a small population.
-    monkeypatch.setattr(mechanics, "BOUNDS", np.array([(0.5, 8.0), (20.0, 400.0), (0.2, 0.8)]))
+    monkeypatch.setattr(mechanics, "SEARCH_BOUNDS", np.array([(0.5, 8.0), (20.0, 400.0), (0.2, 0.8)]))
     found = mechanics.search_bounds(synthetic(), seed=1, mapper=map, population=4, generations=4)
     np.testing.assert_allclose(np.exp(found.x[:2]), np.exp(TRUE[:2]), rtol=0.01)
     assert abs(found.x[2] - TRUE[2]) < 0.1  # two experiments hardly determine the stop
@@ -124,7 +124,7 @@ def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
 
 
 def test_profile_is_lowest_at_the_truth_and_rises(monkeypatch):
-    monkeypatch.setattr(mechanics, "STEPS", np.array([0.05, 0.4]))
+    monkeypatch.setattr(mechanics, "PROFILE_STEPS", np.array([0.05, 0.4]))
     monkeypatch.setattr(mechanics, "OFFSETS", np.array([-0.4, -0.05, 0.0, 0.05, 0.4]))
     monkeypatch.setattr(
         mechanics, "nearby", lambda f, start, size=0.0: OptimizeResult(x=start, fun=f(start), nfev=1)
@@ -285,7 +285,7 @@ def hasty() -> xr.Dataset:
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(mechanics.FITTED_EXPERIMENTS, "D", QUICK["D"])
         patch.setitem(mechanics.FITTED_EXPERIMENTS, "E", QUICK["E"])
-        patch.setattr(mechanics, "STEPS", np.array([0.05, 0.3]))
+        patch.setattr(mechanics, "PROFILE_STEPS", np.array([0.05, 0.3]))
         patch.setattr(mechanics, "OFFSETS", np.array([-0.3, -0.05, 0.0, 0.05, 0.3]))
         patch.setattr(mechanics, "REGION", 3)
         patch.setattr(mechanics, "RATIO_OFFSETS", np.linspace(-0.007, 0.007, 3))
@@ -300,7 +300,7 @@ def hasty() -> xr.Dataset:
         )
         patch.setattr(
             mechanics,
-            "search",
+            "search_bounds",
             lambda data, *_: OptimizeResult(x=start, fun=mechanics.deviance(start, data), nfev=7),
         )
         patch.setattr(amplitudes, "COARSE", np.array([0.1, 0.3, 1.0]))

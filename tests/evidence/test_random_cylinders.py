@@ -136,6 +136,10 @@ def in_units(e, metre, kilogram, second, kelvin, volt):
 UNIT = st.floats(1e-3, 1e3)
 
 
+def recording_of(e, states):
+    return Recording(states, states[:, 0], states[:, 0], e.drive, e.plant, e.h)
+
+
 @settings(deadline=None, max_examples=40)
 @given(st.sampled_from(NUMBERS), st.sampled_from([0, 1]), UNIT, UNIT, UNIT, UNIT, UNIT)
 def test_groups_have_no_unit(number, loop, metre, kilogram, second, kelvin, volt):
@@ -151,7 +155,7 @@ def test_groups_have_no_unit(number, loop, metre, kilogram, second, kelvin, volt
     scale = [metre, metre / second, pascal, kelvin, pascal, kelvin]
     e = e._replace(steps=49)
     seen, again = (
-        seen_groups(e_, Recording(s, s[:, 0], s[:, 0]))
+        seen_groups(recording_of(e_, s))
         for e_, s in ((e, states), (in_units(e, metre, kilogram, second, kelvin, volt), states * scale))
     )
     assert list(seen) == list(SEEN_GROUPS) and again == pytest.approx(seen, rel=1e-9)
@@ -193,12 +197,12 @@ def test_what_a_run_shows():
     P = [P_0 * volume(0.0, A, q) / volume(sign * x, A, q) for sign, A in ((1, q.A_A), (-1, q.A_B))]
     T = np.full(4001, 293.15)
     closed_valves = np.stack([x, x, P[0], T, P[1], T], axis=1)
-    seen = seen_groups(e, Recording(closed_valves, x, x))
+    seen = seen_groups(recording_of(e, closed_valves))
     assert seen["seen_exchange"] == pytest.approx(0, abs=1e-9) and seen["seen_heat"] == 0
     assert seen["seen_way"] == pytest.approx(0.5 / 2**0.5, rel=1e-3) and seen["seen_stops"] == 0
     P = P_0 * (1 + 0.1 * np.sin(2 * pi * np.arange(4001) / 1000))
     held = np.stack([np.full(4001, q.x_max), 0 * x, P, T, P, T], axis=1)
-    seen = seen_groups(e, Recording(held, x, x))
+    seen = seen_groups(recording_of(e, held))
     assert seen["seen_swing"] == pytest.approx(0.1 / 2**0.5, rel=1e-3) and seen["seen_stops"] == 1
     # four swings between 0.9 and 1.1 pass 0.2 twice each; every kilogram counts in and out
     assert seen["seen_exchange"] == pytest.approx(
@@ -224,7 +228,7 @@ def test_a_cylinders_cells_are_those_of_repeated_runs(short):
         theirs = one_run(e, c.GRID_N, traced=False)["mse"].mean("chamber")
         np.testing.assert_array_equal(cells["mse"].sel(loop=loop), theirs)
         assert failure(record(e).states)[0] == 0
-        for name, value in (known_groups(e) | seen_groups(e, record(e))).items():
+        for name, value in (known_groups(e) | seen_groups(record(e))).items():
             assert cells[name].sel(loop=loop).item() == value
     assert (cells["run_status"] == 0).all() and cells["duration"].values[0] == pytest.approx(
         400 * cells["step"].values[0]

@@ -334,10 +334,12 @@ def test_table_and_tornado(invented):
 
 def test_command_line_prints_the_table(invented, tmp_path):
     write(invented.to_dataset(name="reproduced"), tmp_path / "assumptions.nc", {})
-    done = CliRunner().invoke(app, ["assumptions", "--results", str(tmp_path)])
+    done = CliRunner().invoke(app, ["paper", "assumptions", "--results", str(tmp_path)])
     assert done.stdout == assumptions_table(toggle_effects(invented, CLAIMS))
     with pytest.raises(ResultError, match="`snakemake -j2 evidence` makes it"):
-        CliRunner().invoke(app, ["assumptions", "--results", str(tmp_path / "x")], catch_exceptions=False)
+        CliRunner().invoke(
+            app, ["paper", "assumptions", "--results", str(tmp_path / "x")], catch_exceptions=False
+        )
 
 
 @pytest.mark.results
