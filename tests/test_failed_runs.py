@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from paper_study import STUDY
 from printed_study import save
 
-from pneumo.configuration.parameters import load, study
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.settling_figure import fig07
@@ -29,7 +29,6 @@ from pneumo.verdict.judging import verdict
 from pneumo.verdict.published import table7
 
 pytestmark = pytest.mark.xdist_group("printed")
-STUDY = study(load(Path(__file__).parents[1] / "config" / "paper.yaml"))
 E06 = STUDY.experiments["E06"]._replace(steps=300)
 CHANGES = {  # what makes a step of 1 ms too long
     "tiny volume": lambda p: p._replace(

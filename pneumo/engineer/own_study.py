@@ -23,7 +23,7 @@ from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.ranking import Ranking, rank_models
 from pneumo.statistics.recommendation import recommend
 from pneumo.storage.files import attributes, write
-from pneumo.storage.grid_layout import replay_dataset
+from pneumo.storage.grid_layout import replay_dataset, same_at_every_n
 from pneumo.storage.layout import CHAMBERS, status_attributes
 
 TITLE = "Reduced models on repeated runs"
@@ -207,13 +207,12 @@ def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
 
 def save_cells(study: Study, cells: xr.Dataset, file: Path) -> None:
     """Write the cells of a study."""
-    *others, last = [name for name, model in MODELS.items() if not model.has_n]
     about = attributes(
         TITLE,
         "Error of every model at every n against full-order runs, over several seeds",
         study.config_sha256,
         code_hash(__name__),
-        comment=f"{', '.join(others)} and {last} have no n: they hold the same cell at every n",
+        comment=same_at_every_n(),
         transport="exact",
         study=study.name,
     )

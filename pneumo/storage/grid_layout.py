@@ -9,6 +9,12 @@ from pneumo.simulation.replay import STATUS, Replayed
 from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
 
 
+def same_at_every_n() -> str:
+    """Return the sentence, for a file of cells, that names the models without n."""
+    *others, last = [name for name, model in MODELS.items() if not model.has_n]
+    return f"{', '.join(others)} and {last} have no n: they hold the same cell at every n"
+
+
 def replay_dataset(
     experiment: Experiment, n: tuple[float, ...], index: np.ndarray, cells: Replayed
 ) -> xr.Dataset:

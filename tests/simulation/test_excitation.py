@@ -2,17 +2,16 @@
 
 from itertools import islice
 from math import log, sqrt
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from paper_study import STUDY
 from scipy import stats
 
 from pneumo import testing as some
 from pneumo.configuration.experiment import Drive, Excitation
-from pneumo.configuration.parameters import load, study
 from pneumo.simulation.excitation import (
     LARGEST_STATE,
     MODULUS,
@@ -23,7 +22,6 @@ from pneumo.simulation.excitation import (
     reference_series,
 )
 
-STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 SEEDS = st.integers(0, 2**32 - 1)
 CLOSED = Drive(closed_loop=True, k_p=1000.0, x_reverse=0.048)
 OPEN = CLOSED._replace(closed_loop=False)
@@ -70,7 +68,7 @@ def generated_code(seed_state, count):
 
 
 @given(SEEDS)
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_long_sequences_are_those_of_the_generated_code(seed):
     # 1000 draws meet every way through the rejection, and its edge w = 1 within 1e-3.
     np.testing.assert_allclose(first(seed, 1000), generated_code(initial_state(seed), 1000), rtol=1e-15)
@@ -94,7 +92,6 @@ def test_state_for_a_seed(seed, state):
 
 
 @given(SEEDS)
-@settings(deadline=None)
 def test_every_seed_starts_inside_the_generators_cycle(seed):
     assert 1 <= initial_state(seed) <= LARGEST_STATE
     assert LARGEST_STATE == MODULUS - 1
@@ -102,7 +99,7 @@ def test_every_seed_starts_inside_the_generators_cycle(seed):
 
 
 @given(SEEDS)
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_deviates_are_standard_normal(seed):
     # Five standard errors of each moment: one seed in a million fails by chance.
     N = 10_000
@@ -124,7 +121,6 @@ def test_deviates_follow_the_normal_distribution(seed):
 
 
 @given(st.booleans(), SEEDS, st.integers(1, 60), st.integers(1, 400), st.floats(1e-3, 10))
-@settings(deadline=None)
 def test_draws_are_held_and_the_first_one_applies_from_the_start(closed, seed, every, steps, amplitude):
     drive = CLOSED if closed else OPEN
     reference = reference_series(drive, Excitation(seed, amplitude, every), steps)
@@ -157,7 +153,6 @@ def test_references_of_the_study(name):
 
 
 @given(st.booleans(), SEEDS)
-@settings(deadline=None)
 def test_random_signals_in_either_loop(closed, seed):
     drive, own = CLOSED if closed else OPEN, Excitation(seed, 0.5, 10)
     prbs = reference_series(drive, own._replace(signal="prbs"), 200)
@@ -179,7 +174,6 @@ def test_sweep_goes_from_its_first_frequency_to_its_last():
 
 
 @given(st.lists(st.floats(-3, 3), min_size=1, max_size=5), st.integers(1, 20), st.integers(1, 200))
-@settings(deadline=None)
 def test_levels_are_held_and_repeated(levels, every, steps):
     found = reference_series(CLOSED, Excitation(1, 0.5, every, "levels", levels=tuple(levels)), steps)
     assert found.tolist() == [0.5 * levels[k // every % len(levels)] for k in range(steps + 1)]

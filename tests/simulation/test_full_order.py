@@ -1,29 +1,20 @@
 """Full-order runs: against an independent solver, the balances of mass and energy, symmetry and end stops."""
 
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import paper_equations as paper
 import pytest
 from array_equations import array_command, array_flows, array_rates, array_sides, array_wall
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from paper_study import STUDY, lasting
 from scipy.integrate import solve_ivp
 
 from pneumo import testing as some
-from pneumo.configuration.parameters import load, study
 from pneumo.simulation.excitation import reference_series
 from pneumo.simulation.full_order import command_series, equilibrium, record, run
 from pneumo.simulation.runge_kutta import A, B
-
-STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
-
-
-def lasting(name, seconds):
-    e = STUDY.experiments[name]
-    return e._replace(steps=round(seconds / e.h))
-
 
 # The system written again, from the second transcription of the paper
 
@@ -240,7 +231,6 @@ def test_a_smooth_step_keeps_the_balances_to_rounding(name):
 
 @pytest.mark.uncompiled
 @given(st.sampled_from(list(STUDY.experiments)), some.conductances(), st.booleans())
-@settings(deadline=None)
 def test_equilibrium_stays_to_the_last_bit(name, k_0, closed):
     # Equal pressures, T_0 = T_amb and u = 0: every term is zero, not merely small.
     e = STUDY.experiments[name]

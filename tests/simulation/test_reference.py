@@ -1,14 +1,12 @@
 """Replays: the exact transport against a co-simulated run, samples against NumPy's, failed cells."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from array_equations import array_command, array_flows, array_rates
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from paper_study import STUDY, lasting
 
-from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS, Lane, lane, lane_array, model_dP_dt, temperature
 from pneumo.simulation import replay as replay_module
 from pneumo.simulation.full_order import equilibrium, record
@@ -19,14 +17,8 @@ from pneumo.simulation.runge_kutta import A, B, C
 from pneumo.simulation.signals import EXACT, EXACT_TRANSPORT, PUBLISHED, held, interpolated, study_transport
 from pneumo.storage.grid_layout import replay_dataset
 
-STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 LANES, INDEX = grid_lanes(STUDY.n, 1.4)
 EPS = np.finfo(float).eps
-
-
-def lasting(name, seconds):
-    e = STUDY.experiments[name]
-    return e._replace(steps=round(seconds / e.h))
 
 
 TRANSPORTS = [interpolated(), EXACT_TRANSPORT]
@@ -184,7 +176,7 @@ def test_statistics_are_those_of_every_step(transport):
 
 
 @given(st.integers(1, 130))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_stride_thins_what_is_stored_and_not_what_is_averaged(stride):
     recording = record(lasting("E12", 0.12))
     every, thinned = (replayed(recording, stride=s) for s in (1, stride))
@@ -283,7 +275,7 @@ def test_models_that_coincide_have_the_same_cells(cells):
 
 
 @given(st.floats(0, 9), st.sampled_from(["E07", "E14"]), st.integers(1, 40))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_a_cell_is_either_sound_or_failed(exponent, name, steps):
     # Wall heat far beyond what a step of 1 ms can follow: the pressure runs off, down or up.
     recording = record(lasting(name, 0.001 * steps))

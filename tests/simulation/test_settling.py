@@ -1,20 +1,17 @@
 """Settling runs: the criterion on known curves, what a run does, and the printed Table 5."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from paper_study import STUDY
 
-from pneumo.configuration.parameters import load, study
 from pneumo.errors import RunError
 from pneumo.simulation import settling
 from pneumo.simulation.full_order import equilibrium, run
 from pneumo.simulation.settling import settle, settling_time, settling_times, thermal_time_constant
 from pneumo.verdict import published
 
-STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 H = 0.001
 EPS = np.finfo(float).eps
 
@@ -60,7 +57,6 @@ def test_warm_air_cools_with_that_time_constant(name):
     st.floats(1.0, 1e6),
     st.floats(0, 1e6),
 )
-@settings(deadline=None)
 def test_exponential_settles_after_ln_100_time_constants(tau, sign, size, end):
     # Up to the next step; the last value, at 20 tau, still misses the limit by e^-20, which shifts the
     # answer by 100 e^-20 tau; the rounding of size against end shifts it by 100 eps end/size tau.
@@ -72,7 +68,6 @@ def test_exponential_settles_after_ln_100_time_constants(tau, sign, size, end):
 
 
 @given(st.floats(0.5, 2.0), st.floats(0.01, 0.3))
-@settings(deadline=None)
 def test_an_overshoot_out_of_the_band_counts(decay, tau):
     # A damped swing settles when it leaves the band for the last time, which is not the first time it is in.
     t = np.arange(round(40 * tau / H) + 1) * H

@@ -2,19 +2,18 @@
 
 import re
 from collections import Counter
-from pathlib import Path
 
 import numba
 import pytest
+from paper_study import lasting
 
-from pneumo.configuration.parameters import load, study
 from pneumo.simulation import vectorised as fast
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import interpolated
 
-E14 = study(load(Path(__file__).parents[2] / "config/paper.yaml")).experiments["E14"]._replace(steps=20)
+E14 = lasting("E14", 0.02)
 WIDE = re.compile(r"[yz]mm")  # registers of four or eight doubles
 
 

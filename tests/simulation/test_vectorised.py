@@ -1,17 +1,16 @@
 """The fast kernel against the readable reference: single rates, whole replays, and lanes it cannot follow."""
 
 import math
-from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
 from hypothesis import example, given, settings, target
 from hypothesis import strategies as st
+from paper_study import STUDY, lasting
 
 from pneumo import testing as some
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.configuration.parameters import load, study
 from pneumo.physics.cylinder import Cylinder, heat_area, volume
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.physics.valve import Conditions, Gas, Valve, choked_flow, exact_gas
@@ -23,7 +22,6 @@ from pneumo.simulation.reference import lane_rate
 from pneumo.simulation.replay import LEFT_RANGE, OK, replay, replay_by_reference
 from pneumo.simulation.signals import EXACT_TRANSPORT, held, interpolated
 
-STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 LANES, _ = grid_lanes(STUDY.n, 1.4)
 LINEAR = interpolated()
 TRANSPORTS = [LINEAR, EXACT_TRANSPORT, held(), held(1, every=3)]
@@ -31,11 +29,7 @@ EPS = np.finfo(float).eps
 COUNT = len(LANES)
 
 
-def lasting(name, steps):
-    return STUDY.experiments[name]._replace(steps=steps)
-
-
-E14 = lasting("E14", 400)
+E14 = lasting("E14", 0.4)
 RECORDING = record(E14)
 
 
@@ -153,7 +147,7 @@ def all_lanes(gamma):
 
 
 @pytest.mark.uncompiled
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(plants(), some.voltages(), some.positions(), some.velocities(), st.integers(0, 2**32 - 1))
 def test_single_rates_equal_the_reference(plant, u, fraction, v, seed):
     c, gas, lanes = plant.conditions, plant.gas, all_lanes(plant.gas.gamma)
@@ -202,7 +196,7 @@ def test_equal_pressures_give_no_flow():
 
 @pytest.mark.parametrize("transport", TRANSPORTS)
 def test_all_lanes_of_the_whole_of_e14(transport):
-    ours, theirs = both(record(lasting("E14", 60_000)), transport=transport, stride=1000)
+    ours, theirs = both(record(lasting("E14", 60.0)), transport=transport, stride=1000)
     assert (theirs.status == OK).all()
     assert_same(ours, theirs, rtol=1e-10)  # mean squares of 60 000 errors, added with a rounding each
 
@@ -210,10 +204,10 @@ def test_all_lanes_of_the_whole_of_e14(transport):
 @pytest.mark.parametrize("transport", TRANSPORTS[:2])
 @pytest.mark.parametrize("name", ["E01", "E06", "E07", "E12", "E16"])
 def test_other_experiments(name, transport):
-    assert_same(*both(record(lasting(name, 400)), transport=transport))
+    assert_same(*both(record(lasting(name, 0.4)), transport=transport))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(plants(), st.integers(0, 2**32 - 1), st.booleans(), st.floats(0.0, 3.0))
 def test_any_plant_and_any_signals(plant, seed, exact, late):
     # Signals unrelated to each other are harder than recorded ones: whatever they make of the lanes, failure
@@ -277,7 +271,7 @@ def test_a_lane_does_not_notice_its_company(count):
 
 
 @given(st.permutations(range(COUNT)))
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 def test_order_of_lanes_plays_no_role(order):
     sorted_lanes, shuffled = (replay(RECORDING, lanes, LINEAR) for lanes in (LANES, LANES[order]))
     for ours, theirs in zip(shuffled, sorted_lanes, strict=True):
@@ -318,7 +312,7 @@ def test_a_lane_beyond_the_exponentials_reach_is_run_by_the_reference(monkeypatc
     # n = 50 has a = 0.98: the polynomial ends at 0.29 to 3.4 P_0, and chambers empty to 0.18 P_0.
     odd = lane_array([lane(MODELS["M6"], 50.0, 1.4)])
     lanes = np.concatenate([LANES[:30], odd, LANES[30:]])
-    ours, theirs, handed = handed_over(monkeypatch, record(lasting("E06", 2000)), lanes)
+    ours, theirs, handed = handed_over(monkeypatch, record(lasting("E06", 2.0)), lanes)
     assert handed == [tuple(odd[0])]
     assert_same(ours, theirs)
     np.testing.assert_array_equal(ours.pressure[30], theirs.pressure[30])

@@ -9,7 +9,7 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import PUBLISHED, study_transport
 from pneumo.storage.files import attributes, read, read_study, write
-from pneumo.storage.grid_layout import replay_dataset
+from pneumo.storage.grid_layout import replay_dataset, same_at_every_n
 from pneumo.storage.layout import recording_from
 
 
@@ -27,7 +27,7 @@ def replay_one(study: Study, datum: Path, outputs: list[Path], code: str) -> Non
             study.config_sha256,
             code,
             experiment,
-            comment="M1, M3 and M4 have no n: they hold the same cell at every n",
+            comment=same_at_every_n(),
             transport=transport,
             lag_s=study.lag if transport == PUBLISHED else 0.0,
         )
