@@ -1,3 +1,4 @@
+# pyright: standard
 """The same replays by several means: our kernels, NumPy, SciPy and, where installed, diffrax and numbalsoda.
 
 Each contender is prepared for a case once, compilation included, and then run as often as one likes. The
@@ -146,7 +147,8 @@ def array_rate(xp: Any, case: Case) -> Callable[[Any, Any, Any, Any], Any]:
         m_in, m_out = xp.where(inward, flow, 0.0), xp.where(inward, 0.0, flow)
         V, A_q = volume(x, area, cylinder), heat_area(x, cylinder) / A_q0
         constants = (plant.k_0, c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, g)
-        return h * model_dP_dt(P, T, V, area * v, m_in, m_out, A_q, *constants, lane).reshape(-1)
+        dP_dt: Any = model_dP_dt(P, T, V, area * v, m_in, m_out, A_q, *constants, lane)  # an array
+        return h * dP_dt.reshape(-1)
 
     return rate
 
@@ -181,7 +183,7 @@ def scipy_solve_ivp(case: Case) -> Run:
         return rate(*signals(case, t), P)
 
     # Tolerances that every step meets, so that the steps are ours.
-    options = {"method": "RK45", "first_step": 1.0, "max_step": 1.0, "rtol": 1e9, "atol": 1e9}
+    options: dict[str, Any] = {"method": "RK45", "first_step": 1.0, "max_step": 1.0, "rtol": 1e9, "atol": 1e9}
 
     def run() -> Outcome:
         solution = solve_ivp(of_time, (0.0, steps), start(case), **options)

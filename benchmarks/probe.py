@@ -1,3 +1,4 @@
+# pyright: standard
 """The bound: what this processor needs for the kernel's arithmetic alone.
 
 A probe measures how fast independent multiply-adds, divisions and square roots pass through the vector units.

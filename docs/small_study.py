@@ -38,7 +38,7 @@ def small_study(results: Path, override: Path) -> None:
         return [results / folder / f"{name}.nc" for name in EXPERIMENTS]
 
     code = "0" * 64
-    with open(os.devnull, "w") as nowhere, redirect_stdout(nowhere):
+    with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
         script("settling")(parameters, each("settling"), code)
         script("settling_table")(parameters, each("settling"), results / "settling.nc", code)
         script("datum")(parameters, each("datum"), code)

@@ -38,7 +38,7 @@ class DamagedError(ResultError):
     path : pathlib.Path
     """
 
-    def __init__(self, path: Path, reason: str):
+    def __init__(self, path: Path, reason: str) -> None:
         super().__init__(f"{path}: {reason}")
         self.path = path
 

@@ -45,7 +45,7 @@ def chamber_rates(
 
 
 @register_jitable
-def full_order_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
+def full_order_rates(y: np.ndarray, _i: int, context: Any, dy: np.ndarray) -> None:
     """Write the rates of the six states into dy: eqs (3), (4), (5) for both chambers.
 
     `context` holds the reference, m or V, the external force, N, drive and plant; all stages see the same.

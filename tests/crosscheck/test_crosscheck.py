@@ -1,3 +1,4 @@
+# pyright: standard
 """The same equations in GNU Octave: pressures agree on the same step."""
 
 import numpy as np

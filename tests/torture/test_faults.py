@@ -1,3 +1,4 @@
+# pyright: standard
 """Faults on the smoke study, and how studies are compared; `make torture`, `make determinism` do it all."""
 
 import json
@@ -49,8 +50,13 @@ class TestFaults:
 @pytest.fixture
 def two_studies(tmp_path) -> list[Path]:
     """Results of two equal studies."""
-    values = {"mse": (("n", "t"), [[1.0, -4.0], [np.nan, 2.0]]), "pressure": ("t", np.float32([1.0, 3.0]))}
-    dataset = xr.Dataset(values | {"status": ("n", np.int8([0, 1]))}, {"n": [1.0, 1.4]}, {"title": "A"})
+    values = {
+        "mse": (("n", "t"), [[1.0, -4.0], [np.nan, 2.0]]),
+        "pressure": ("t", np.array([1.0, 3.0], np.float32)),
+    }
+    dataset = xr.Dataset(
+        values | {"status": ("n", np.array([0, 1], np.int8))}, {"n": [1.0, 1.4]}, {"title": "A"}
+    )
     for name in ("one", "other"):
         write(dataset, tmp_path / name / "cells.nc", {"code_sha256": name})
         write_text(json.dumps({"items": [1.5, {"code_sha256": name}]}), tmp_path / name / "verdict.json")
@@ -95,6 +101,9 @@ def test_an_absent_file_is_found(two_studies):
 
 
 def test_the_last_place_of_stored_pressures_may_differ_between_processors():
-    one, two = np.float32([1.0, 3.0]), np.float32([1.0, np.nextafter(np.float32(3.0), np.float32(4.0))])
+    one, two = (
+        np.array([1.0, 3.0], np.float32),
+        np.nextafter(np.array([1.0, 3.0], np.float32), np.array([1.0, 4.0], np.float32)),
+    )
     assert 0 < relative_change(one, two) <= np.finfo(np.float32).eps
     assert relative_change(np.array([0.0]), np.array([-0.0])) > 0  # bit for bit

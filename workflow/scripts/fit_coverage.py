@@ -12,8 +12,8 @@ from pneumo.storage.files import attributes, read, write, write_text
 def main(blocks: list[Path], cells: Path, table: Path, code: str) -> None:
     parts: list[xr.Dataset] = [read(block) for block in blocks]
     cases: xr.Dataset = xr.concat(parts, "case", combine_attrs="drop_conflicts")
-    about = [parts[0].attrs[name] for name in ("title", "summary", "config_sha256")]
-    write(cases, cells, attributes(*about, code))
+    title, summary, config_sha256 = (parts[0].attrs[name] for name in ("title", "summary", "config_sha256"))
+    write(cases, cells, attributes(title, summary, config_sha256, code))
     write_text(coverage_tables(cases), table)
 
 

@@ -32,9 +32,8 @@ def main(
         best = {transport: of_all.sel(experiment=name) for transport, of_all in best_n.items()}
         parts.append(part(experiment, datum, replays, best, every))
     first = (next(iter(files), None) for files in (verdict, findings))
-    write_text(
-        report_page(study, parts, *(json.loads(read_json(f)) if f else None for f in first), manuscript), page
-    )
+    judged, stated = (json.loads(read_json(file)) if file else None for file in first)
+    write_text(report_page(study, parts, judged, stated, manuscript), page)
 
 
 run_job(main, globals())
