@@ -74,8 +74,8 @@ class Alternative(NamedTuple):
 def equal_runs(name: str, alternatives: Mapping[str, Alternative]) -> list[list[str]]:
     """Group the names of alternatives that have the same full-order run of an experiment."""
     groups: dict[tuple[Any, ...], list[str]] = {}
-    for alternative, found in alternatives.items():
-        groups.setdefault(found.run_key(name), []).append(alternative)
+    for alternative, member in alternatives.items():
+        groups.setdefault(member.run_key(name), []).append(alternative)
     return list(groups.values())
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.evidence.mechanics import Mapper
-from pneumo.evidence.misfit import log_noise, profile_interval, rms_of, widening
+from pneumo.evidence.misfit import deviance_interval, log_noise, rms_of, widening
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
@@ -113,8 +113,8 @@ def run_at_amplitudes(
             excitation = experiment.excitation._replace(amplitude=float(amplitude))
             tasks[name, float(amplitude)] = experiment._replace(excitation=excitation)
     order = sorted(tasks, key=lambda key: -tasks[key].steps)  # longest first: the threads end together
-    found = mapper(lambda key: cell_mse(tasks[key], study.n, transports), order)
-    return AmplitudeRuns(transports, dict(amplitudes), dict(zip(order, found, strict=True)))
+    errors = mapper(lambda key: cell_mse(tasks[key], study.n, transports), order)
+    return AmplitudeRuns(transports, dict(amplitudes), dict(zip(order, errors, strict=True)))
 
 
 def grid_of(study: Study, done: AmplitudeRuns, transport: str, a_D: float, a_E: float) -> np.ndarray:
@@ -176,7 +176,7 @@ def identify_amplitudes(study: Study, mapper: Mapper, progress: Callable[[str], 
     deviance = (deviance - deviance[lowest]) / widen
     profiles = [deviance.min(axis=1), deviance.min(axis=0)]
     ends = [
-        profile_interval(np.log(both[name]), curve)
+        deviance_interval(np.log(both[name]), curve)
         for name, curve in zip(BOTH_CYLINDERS, profiles, strict=True)
     ]
 

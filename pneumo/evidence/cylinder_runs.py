@@ -149,11 +149,11 @@ def cylinder_cells(number: int) -> xr.Dataset:
         dimensionless groups known before the run and seen in it; the cylinder's `CYLINDER_SIZES`.
     """
     both = random_experiments(number)
-    found: xr.Dataset = xr.concat([_run(e) for e in both], xr.Variable("loop", list(LOOPS)))
+    dataset: xr.Dataset = xr.concat([_run(e) for e in both], xr.Variable("loop", list(LOOPS)))
     for name, value in cylinder_sizes(both[0].plant).items():
         unit, words = CYLINDER_SIZES[name]
-        found[name] = ((), value, {"units": unit, "long_name": words})
+        dataset[name] = ((), value, {"units": unit, "long_name": words})
     duration = [e.steps * e.h for e in both]
-    found["duration"] = ("loop", duration, {"units": "s", "long_name": "length of the run"})
-    found["step"] = ("loop", [e.h for e in both], {"units": "s", "long_name": "integration step"})
-    return found
+    dataset["duration"] = ("loop", duration, {"units": "s", "long_name": "length of the run"})
+    dataset["step"] = ("loop", [e.h for e in both], {"units": "s", "long_name": "integration step"})
+    return dataset

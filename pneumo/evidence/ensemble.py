@@ -80,11 +80,11 @@ def complete_sets(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> 
         By seeds.
     """
     mse = concatenated(ensemble)["mse"]
-    found = mse.min("n").notnull().all("experiment")
+    complete = mse.min("n").notnull().all("experiment")
     for names in levels.values():
         part = mse.sel(experiment=np.isin(mse["experiment"], names))
-        found &= part.notnull().all("experiment").any("n")
-    return found.all(("transport", "model"))
+        complete &= part.notnull().all("experiment").any("n")
+    return complete.all(("transport", "model"))
 
 
 def scores_by_criterion(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
@@ -103,14 +103,14 @@ def scores_by_criterion(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) 
     xarray.DataArray
         Pa^2; ranks from 1 for the criterion "rank".
     """
-    found = {OVERALL: _scores(mse.min("n"), mse.min("n"))}
+    scores = {OVERALL: _scores(mse.min("n"), mse.min("n"))}
     for level, names in levels.items():
         part = mse.sel(experiment=np.isin(mse["experiment"], names))
         n = part.mean("experiment", skipna=False).fillna(np.inf).argmin("n")  # never where a cell failed
         geometric = _exp(_log(part).mean("experiment", skipna=False)).min("n")
-        found[level] = _scores(part.isel(n=n), part.isel(n=n), geometric)
+        scores[level] = _scores(part.isel(n=n), part.isel(n=n), geometric)
     return xr.concat(
-        list(found.values()), xr.Variable("level", list(found)), coords="minimal", compat="override"
+        list(scores.values()), xr.Variable("level", list(scores)), coords="minimal", compat="override"
     )
 
 
@@ -156,9 +156,9 @@ def beats(score: xr.DataArray) -> xr.Dataset:
         output_core_dims=[["model", "other"]],
         vectorize=True,
     )
-    found = xr.Dataset({"probability": probability, "p_value": p_value})
-    found["resolved"] = (p_value < 1 - CONFIDENCE).astype(np.int8)
-    return found
+    comparison = xr.Dataset({"probability": probability, "p_value": p_value})
+    comparison["resolved"] = (p_value < 1 - CONFIDENCE).astype(np.int8)
+    return comparison
 
 
 def holm(p: np.ndarray) -> np.ndarray:
@@ -228,10 +228,10 @@ def ensemble_statistics(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]
     lacking = concatenated(ensemble)["mse"].min("n").isnull().any(("transport", "model"))
     ensemble = ensemble.sel(seeds=whole)
     mse = concatenated(ensemble)["mse"]
-    found = tables_by_seeds(ensemble, levels)
+    tables = tables_by_seeds(ensemble, levels)
     result = xr.Dataset(
         {
-            f"table_{name}": spread_over_seeds(found[name].astype(float))
+            f"table_{name}": spread_over_seeds(tables[name].astype(float))
             for name in ("mse", "mean_error", "std", "best_n", "constant_n")
         }
     )

@@ -40,7 +40,7 @@ def fit_same_model(seed: int) -> xr.Dataset:
     begun = time.thread_time()
     record = stage_signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
     noisy_inputs = with_added_noise(record.part(0, split_of(record)))
-    found = estimate(
+    fitted = estimate(
         MODELS[name], known.configured, record, noisy_inputs=noisy_inputs, intervals=JUDGED_PARAMETERS
     )
     seconds = time.thread_time() - begun
@@ -52,11 +52,11 @@ def fit_same_model(seed: int) -> xr.Dataset:
     return xr.Dataset(
         {
             "truth": row(truth),
-            "estimate": row(found.values),
-            "low": row(found.low),
-            "high": row(found.high),
+            "estimate": row(fitted.values),
+            "low": row(fitted.low),
+            "high": row(fitted.high),
             "fitted_model": name,
-            "held_out": float(np.sqrt(np.mean(found.held_out**2))),
+            "held_out": float(np.sqrt(np.mean(fitted.held_out**2))),
             "seconds": seconds,
             **record_properties(known),
         },
@@ -74,14 +74,14 @@ def fit_full_order_truth(seed: int) -> xr.Dataset:
     rows = []
     for model in MODELS.values():
         begun = time.thread_time()
-        found = estimate(model, known.configured, record, noisy_inputs=noisy_inputs, intervals=())
-        clean = found.pressure[:, first:] - exact
+        fitted = estimate(model, known.configured, record, noisy_inputs=noisy_inputs, intervals=())
+        clean = fitted.pressure[:, first:] - exact
         rows.append(
             [
-                found.values.get("k_0", np.nan),
-                found.values.get("n", np.nan),
-                found.values["k_xu"],
-                float(np.sqrt(np.mean(found.held_out**2))),
+                fitted.values.get("k_0", np.nan),
+                fitted.values.get("n", np.nan),
+                fitted.values["k_xu"],
+                float(np.sqrt(np.mean(fitted.held_out**2))),
                 float(np.sqrt(np.mean(clean**2))),
                 time.thread_time() - begun,
             ]
@@ -121,7 +121,7 @@ def coverage(cases: Iterable[int], progress: Callable[[str], None]) -> xr.Datase
     return xr.concat(parts, xr.Variable("case", numbers))
 
 
-def intervals_that_hold(found: xr.Dataset) -> pd.DataFrame:
+def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
     """Count the 95 per cent intervals of `coverage` that hold the truth; an open end sets no limit.
 
     Returns
@@ -130,20 +130,20 @@ def intervals_that_hold(found: xr.Dataset) -> pd.DataFrame:
         By parameter: `held` of `cases`, with Clopper and Pearson's interval of the share, `low` to `high`,
         and `closed_held` of the `closed` intervals with two ends.
     """
-    low, high, truth = found["low"].fillna(-np.inf), found["high"].fillna(np.inf), found["truth"]
-    holds, closed = (low <= truth) & (truth <= high), found["low"].notnull() & found["high"].notnull()
+    low, high, truth = cases["low"].fillna(-np.inf), cases["high"].fillna(np.inf), cases["truth"]
+    holds, closed = (low <= truth) & (truth <= high), cases["low"].notnull() & cases["high"].notnull()
     rows = []
-    for name in found["parameter"].values:
+    for name in cases["parameter"].values:
         inside, shut = holds.sel(parameter=name), closed.sel(parameter=name)
         ends = binomtest(int(inside.sum()), inside.size).proportion_ci()
         rows.append(
             [int(inside.sum()), inside.size, ends.low, ends.high, int((inside & shut).sum()), int(shut.sum())]
         )
     columns = ["held", "cases", "low", "high", "closed_held", "closed"]
-    return pd.DataFrame(rows, index=found["parameter"].values, columns=columns)
+    return pd.DataFrame(rows, index=cases["parameter"].values, columns=columns)
 
 
-def full_order_truth(found: xr.Dataset) -> pd.DataFrame:
+def full_order_truth(cases: xr.Dataset) -> pd.DataFrame:
     """Summarise the fits to full-order truth; without intervals, since no reduced model is the truth.
 
     Returns
@@ -153,8 +153,8 @@ def full_order_truth(found: xr.Dataset) -> pd.DataFrame:
         the error on the part held out, kPa, and of the processor's time per fit, s.
     """
     rows = []
-    for model in found["model"].values:
-        own = found.sel(model=model)
+    for model in cases["model"].values:
+        own = cases.sel(model=model)
         ratio = (own["full_k_0"] / own["full_true_k_0"]).values
         low, middle, high = np.percentile(ratio, [10, 50, 90])
         rows.append(
@@ -167,17 +167,17 @@ def full_order_truth(found: xr.Dataset) -> pd.DataFrame:
             ]
         )
     columns = ["k_0_median", "k_0_10", "k_0_90", "held_out_kPa", "seconds"]
-    return pd.DataFrame(rows, index=found["model"].values, columns=columns)
+    return pd.DataFrame(rows, index=cases["model"].values, columns=columns)
 
 
-def coverage_tables(found: xr.Dataset) -> str:
+def coverage_tables(cases: xr.Dataset) -> str:
     """Both tables as Markdown."""
     names = {"n": "n", "k_0": "k_0", "k_xu": "valve coefficient", "V_d_A": "V_d of A", "V_d_B": "V_d of B"}
     lines = [
         "| truth: the model fitted | intervals that hold it | 95 % of that share | of those with two ends |",
         "|---|---|---|---|",
     ]
-    for name, row in intervals_that_hold(found).iterrows():
+    for name, row in intervals_that_hold(cases).iterrows():
         share = f"{row['held']:.0f} of {row['cases']:.0f} | {row['low']:.3f} to {row['high']:.3f}"
         lines.append(f"| {names[str(name)]} | {share} | {row['closed_held']:.0f} of {row['closed']:.0f} |")
     lines += [
@@ -185,7 +185,7 @@ def coverage_tables(found: xr.Dataset) -> str:
         "| truth: full order | k_0 over the truth, median (10 to 90 %) | held out, median (kPa) | time (s) |",
         "|---|---|---|---|",
     ]
-    for model, row in full_order_truth(found).iterrows():
+    for model, row in full_order_truth(cases).iterrows():
         bias = (
             ""
             if np.isnan(row["k_0_median"])

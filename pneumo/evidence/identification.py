@@ -21,12 +21,12 @@ from pneumo.storage.files import attributes, write
 from pneumo.verdict.published import table5
 
 SEARCH_SEED = 0
-TITLE = "Identification of the constants that the paper leaves open"
-SUMMARY = (
+IDENTIFICATION_TITLE = "Identification of the constants that the paper leaves open"
+IDENTIFICATION_SUMMARY = (
     "M, k_f and end stop from Table 5, open-loop amplitudes and transport from Tables 7 and 9,"
     " from wide bounds"
 )
-COMMENT = (
+IDENTIFICATION_COMMENT = (
     "Deviance: sum of squared ln(reproduced/printed) over noise, above its lowest, over widening."
     " Noise: printed rounding and a discrepancy. stop is a fraction of the half-stroke."
 )
@@ -113,19 +113,19 @@ def identify(
     if both:
         check_all_experiments(study)
     with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run
-        found = [identify_mechanics(data[name], seed, pool.map, progress) for name in cylinders]
+        mechanics = [identify_mechanics(data[name], seed, pool.map, progress) for name in cylinders]
         amplitudes = [identify_amplitudes(study, pool.map, progress)] if both else []
-    return _described([_by_cylinder(cylinders, found), *amplitudes])
+    return _described([_by_cylinder(cylinders, mechanics), *amplitudes])
 
 
-def _by_cylinder(cylinders: Sequence[str], found: Sequence[xr.Dataset]) -> xr.Dataset:
+def _by_cylinder(cylinders: Sequence[str], parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """Put cylinders side by side; settling times stay by experiment."""
-    settling = [name for name, values in found[0].data_vars.items() if "experiment" in values.dims]
+    settling = [name for name, values in parts[0].data_vars.items() if "experiment" in values.dims]
     by_cylinder = xr.concat(
-        [one.drop_vars([*settling, "experiment", "experiment_cylinder"]) for one in found],
+        [one.drop_vars([*settling, "experiment", "experiment_cylinder"]) for one in parts],
         xr.Variable("cylinder", list(cylinders)),
     )
-    return by_cylinder.merge(xr.concat([one[settling] for one in found], "experiment"))
+    return by_cylinder.merge(xr.concat([one[settling] for one in parts], "experiment"))
 
 
 def _described(parts: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -139,18 +139,18 @@ def _described(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     return result
 
 
-def save_identification(found: xr.Dataset, study: Study, seed: int, path: Path | str) -> None:
-    """Write what `identify` found; the same bytes for the same seed."""
+def save_identification(dataset: xr.Dataset, study: Study, seed: int, path: Path | str) -> None:
+    """Write what `identify` returned; the same bytes for the same seed."""
     about = attributes(
-        TITLE,
-        SUMMARY,
+        IDENTIFICATION_TITLE,
+        IDENTIFICATION_SUMMARY,
         study.config_sha256,
         code_hash(__name__),
-        comment=COMMENT,
+        comment=IDENTIFICATION_COMMENT,
         discrepancy_settling_time=SETTLING_DISCREPANCY,
         discrepancy_mse=MSE_DISCREPANCY,
         threshold_interval=THRESHOLD,
         threshold_region=REGION_THRESHOLD,
         seed=seed,
     )
-    write(found, path, about)
+    write(dataset, path, about)

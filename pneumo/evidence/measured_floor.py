@@ -73,7 +73,7 @@ def floors(
     """Floor by (period, way, transport), Pa, of a run at its fine step."""
     full = recording.states[::FLOOR_REFINEMENT, [2, 4]].T
     known, late = averages(recording, e.excitation.every), late_rest(recording, FLOOR_REFINEMENT)
-    found = sensitivities(e.plant, known)
+    known_sensitivities = sensitivities(e.plant, known)
     result = np.empty((len(periods), len(FLOOR_SOURCES), len(SHIFTS)))
     for i, period in enumerate(periods):
         every = round(period / e.h)
@@ -81,7 +81,7 @@ def floors(
             replayed = replay_chambers(recording, shift.transport(every), FLOOR_REFINEMENT)
             predicted = predicted_error(recording, period, name, FLOOR_REFINEMENT, late)
             scattered = between and every > 1  # if every step is a sample, all jumps fall on them
-            formula = floor(found, period, name, early=known.early, between=scattered)
+            formula = floor(known_sensitivities, period, name, early=known.early, between=scattered)
             result[i, :, j] = rms_error(full - replayed), rms_error(predicted), formula
     return result
 
@@ -113,7 +113,7 @@ def measured_floor(experiment: Experiment) -> xr.Dataset:
     def at_once(changed: Experiment) -> np.ndarray:
         return floors(changed, record(changed), (SWEEP_PERIOD,))[0]
 
-    found = {
+    sweeps = {
         "": ("period", floors(e, recording, FLOOR_PERIODS)),
         "between_": ("period", floors(apart, record(apart), FLOOR_PERIODS, between=True)),
         "rate_": (
@@ -124,7 +124,7 @@ def measured_floor(experiment: Experiment) -> xr.Dataset:
     }
     result = {
         prefix + way: ((dimension, "transport"), values[:, i])
-        for prefix, (dimension, values) in found.items()
+        for prefix, (dimension, values) in sweeps.items()
         for i, way in enumerate(FLOOR_SOURCES)
     }
     reduced = ("transport", reduced_floor(e, recording, SWEEP_PERIOD))

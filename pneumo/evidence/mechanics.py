@@ -14,7 +14,7 @@ from scipy.optimize import differential_evolution, minimize, minimize_scalar
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.errors import ResultError
-from pneumo.evidence.misfit import REGION_THRESHOLD, THRESHOLD, log_noise, profile_interval, rms_of, widening
+from pneumo.evidence.misfit import REGION_THRESHOLD, THRESHOLD, deviance_interval, log_noise, rms_of, widening
 from pneumo.simulation.settling import QUANTITIES, SHORTEST_WINDOW, settle, thermal_time_constant
 
 # E12's pressures are not understood, and below 0.5 W/K neither are the closed-loop rows.
@@ -112,7 +112,7 @@ def search_bounds(
 
     Returns theta as ``x``, its deviance as ``fun`` and the number of evaluations as ``nfev``.
     """
-    found = differential_evolution(
+    optimum = differential_evolution(
         deviance,
         np.log(SEARCH_BOUNDS),
         args=(data,),
@@ -124,12 +124,12 @@ def search_bounds(
         updating="deferred",
         workers=mapper,  # pyright: ignore[reportArgumentType]  # a map is allowed, says its documentation
     )
-    evaluations = found.nfev
+    evaluations = optimum.nfev
     for size in (4 * NEAR, NEAR, NEAR / 4):
-        found = nearby(lambda theta: deviance(theta, data), found.x, size)
-        evaluations += found.nfev
-    found.nfev = evaluations
-    return found
+        optimum = nearby(lambda theta: deviance(theta, data), optimum.x, size)
+        evaluations += optimum.nfev
+    optimum.nfev = evaluations
+    return optimum
 
 
 def nearby(function: Callable[[np.ndarray], float], start: np.ndarray, size: float = NEAR) -> Any:
@@ -162,10 +162,10 @@ def mechanics_profiles(
         steps = []
         for offset in sign * PROFILE_STEPS:
             at = best.x[fixed] + offset
-            found = nearby(lambda rest, at=at: deviance(np.insert(rest, fixed, at), data), free)
-            free, found.x = found.x, np.insert(found.x, fixed, at)
-            steps.append(found)
-            if found.fun > stop_at:
+            optimum = nearby(lambda rest, at=at: deviance(np.insert(rest, fixed, at), data), free)
+            free, optimum.x = optimum.x, np.insert(optimum.x, fixed, at)
+            steps.append(optimum)
+            if optimum.fun > stop_at:
                 break
         return steps
 
@@ -175,10 +175,10 @@ def mechanics_profiles(
     walks = list(mapper(walk, tasks))
     for (fixed, sign), steps in zip(tasks, walks, strict=True):
         result[fixed, len(PROFILE_STEPS) + sign * np.arange(1, len(steps) + 1)] = [
-            found.fun for found in steps
+            optimum.fun for optimum in steps
         ]
-    met = [found for steps in walks for found in steps]
-    return result, min([best, *met], key=lambda found: found.fun), sum(found.nfev for found in met)
+    met = [optimum for steps in walks for optimum in steps]
+    return result, min([best, *met], key=lambda optimum: optimum.fun), sum(optimum.nfev for optimum in met)
 
 
 def mass_friction_region(
@@ -187,7 +187,7 @@ def mass_friction_region(
     """Lowest deviance over ln(stop) between `stops` on a grid of ln(M) and ln(k_f / M)."""
 
     def row(M: float) -> tuple[list[float], int]:
-        found: list[Any] = [
+        optima: list[Any] = [
             minimize_scalar(
                 lambda stop, ratio=ratio: deviance(np.array([M, M + ratio, stop]), data),
                 bounds=stops,
@@ -196,7 +196,7 @@ def mass_friction_region(
             )
             for ratio in ln_ratio
         ]
-        return [one.fun for one in found], sum(one.nfev for one in found)
+        return [one.fun for one in optima], sum(one.nfev for one in optima)
 
     rows = list(mapper(row, ln_M))
     return np.array([values for values, _ in rows]), sum(evaluations for _, evaluations in rows)
@@ -204,8 +204,8 @@ def mass_friction_region(
 
 def force_profile(data: SettlingCells, best: Any, mapper: Mapper) -> tuple[np.ndarray, int]:
     """Lowest deviance over M, k_f and stop for each of `FORCES`, and the number of evaluations."""
-    found = list(mapper(lambda force: nearby(lambda theta: deviance(theta, data, force), best.x), FORCES))
-    return np.array([one.fun for one in found]), sum(one.nfev for one in found)
+    optima = list(mapper(lambda force: nearby(lambda theta: deviance(theta, data, force), best.x), FORCES))
+    return np.array([one.fun for one in optima]), sum(one.nfev for one in optima)
 
 
 def correlation(ln_M: np.ndarray, ln_ratio: np.ndarray, deviances: np.ndarray) -> float:
@@ -248,7 +248,7 @@ def identify_mechanics(
         best = better
     lowest = np.nanmin(profiles)
     profiles = (profiles - lowest) / widen
-    ends = [profile_interval(x + OFFSETS, curve) for x, curve in zip(best.x, profiles, strict=True)]
+    ends = [deviance_interval(x + OFFSETS, curve) for x, curve in zip(best.x, profiles, strict=True)]
     progress(f"{cylinder}: profiles, {followed} evaluations")
 
     # A region of two parameters reaches further than the interval of each.
@@ -264,7 +264,7 @@ def identify_mechanics(
     forces, pushed = force_profile(data, best, mapper)
     progress(f"{cylinder}: push force, {pushed} evaluations")
 
-    found = log_ratios(data, best.x)
+    ratios = log_ratios(data, best.x)
     names = [experiment.name for experiment in data.experiments]
     each = ("experiment", "quantity")
     return xr.Dataset(
@@ -281,12 +281,12 @@ def identify_mechanics(
             "force_deviance": ("force_ratio", (forces - lowest) / widen),
             "push_force": ((), data.experiments[0].push.force),
             "widening": ((), widen),
-            "fitted_rms": ((), rms_of(found[:, IS_FITTED])),
-            "scored_rms": ((), rms_of(found[:, ~IS_FITTED])),
+            "fitted_rms": ((), rms_of(ratios[:, IS_FITTED])),
+            "scored_rms": ((), rms_of(ratios[:, ~IS_FITTED])),
             "evaluations": ((), searched + followed + gridded + pushed),
             "search_evaluations": ((), searched),
             "settling_printed": (each, data.printed),
-            "settling_log_ratio": (each, found),
+            "settling_log_ratio": (each, ratios),
             "settling_sigma": (each, data.sigma),
         },
         coords={

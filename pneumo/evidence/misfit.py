@@ -39,7 +39,7 @@ def widening(lowest: float, count: int, parameters: int) -> float:
     return max(1.0, lowest / max(1, count - parameters))
 
 
-def profile_interval(
+def deviance_interval(
     values: np.ndarray, deviance: np.ndarray, threshold: float = THRESHOLD
 ) -> tuple[float, float]:
     """Ends of the interval in which a profile lies below a threshold.

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import xarray as xr
 
-REFINED = ("M5", "M6", "M7", "M8", "M9", "M10")  # with the temperature law of eq (6)
+REFINED_MODELS = ("M5", "M6", "M7", "M8", "M9", "M10")  # with the temperature law of eq (6)
 MODEL_PAIRS = {name: tuple(name.split("/")) for name in ("M6/M5", "M8/M7", "M10/M8", "M6/M7")}
 REFINEMENT_PAIRS = ("M6/M5", "M8/M7", "M10/M8")  # the first is the second, refined
 CRITERIA = {

@@ -12,14 +12,14 @@ from scipy import stats
 
 from pneumo.evidence.cylinder_runs import LOOPS
 from pneumo.evidence.dimensionless import KNOWN_GROUPS
-from pneumo.evidence.model_pairs import CRITERIA, MODEL_PAIRS, REFINED
+from pneumo.evidence.model_pairs import CRITERIA, MODEL_PAIRS, REFINED_MODELS
 from pneumo.physics.models import MODELS
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import cost
 from pneumo.statistics.recommendation import MATERIAL
 
-CHEAPEST_FIRST = sorted(REFINED, key=lambda name: (cost(MODELS[name]), REFINED.index(name)))
-ENOUGH = "M6 enough"  # within MATERIAL of the best of REFINED
+CHEAPEST_FIRST = sorted(REFINED_MODELS, key=lambda name: (cost(MODELS[name]), REFINED_MODELS.index(name)))
+ENOUGH = "M6 enough"  # within MATERIAL of the best of REFINED_MODELS
 LOOPS_AND_BOTH = (*LOOPS, "both")
 CONTINUOUS_GROUPS = [name for name in KNOWN_GROUPS if name != "closed"]
 INTERVAL = ("value", "low", "high")
@@ -44,7 +44,7 @@ def with_answers(cells: xr.Dataset, compared: int) -> xr.Dataset:
         where the run does not count; `held_out` by cylinder.
     """
     lowest = cells["mse"].min("n")
-    good = lowest.sel(model=list(REFINED))
+    good = lowest.sel(model=list(REFINED_MODELS))
     counts = (cells["run_status"] == 0) & good.notnull().all("model")
     within = lowest.sel(model=CHEAPEST_FIRST) <= (1 + MATERIAL) * good.min("model")
     answer = np.array(CHEAPEST_FIRST)[within.transpose("cylinder", "loop", "model").values.argmax(axis=-1)]
@@ -64,7 +64,7 @@ def quotient_interval(sums: np.ndarray, counts: np.ndarray) -> tuple[float, floa
     """
     if np.count_nonzero(counts) < FEWEST:  # a resample might hold none of them
         return (float(sums.sum() / counts.sum()) if counts.any() else np.nan), np.nan, np.nan
-    found = stats.bootstrap(
+    ends = stats.bootstrap(
         (sums, counts),
         lambda s, c, axis: s.sum(axis) / c.sum(axis),
         paired=True,
@@ -74,15 +74,15 @@ def quotient_interval(sums: np.ndarray, counts: np.ndarray) -> tuple[float, floa
         method="percentile",
         rng=np.random.default_rng(0),
     ).confidence_interval
-    return float(sums.sum() / counts.sum()), float(found.low), float(found.high)
+    return float(sums.sum() / counts.sum()), float(ends.low), float(ends.high)
 
 
 def share_interval(right: int, of: int) -> tuple[float, float, float]:
     """Share of cylinders with Wilson's interval; NaN where there is none."""
     if not of:
         return np.nan, np.nan, np.nan
-    found = stats.binomtest(right, of).proportion_ci(CONFIDENCE, method="wilson")
-    return right / of, float(found.low), float(found.high)
+    ends = stats.binomtest(right, of).proportion_ci(CONFIDENCE, method="wilson")
+    return right / of, float(ends.low), float(ends.high)
 
 
 def _lowest_of_loop(runs: xr.Dataset, loop: str) -> tuple[np.ndarray, np.ndarray]:
@@ -120,7 +120,7 @@ def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
         m6 = mse[..., int(np.flatnonzero(names == "M6")[0])]
         ran = np.isfinite(m6)
         ranks = np.where(ran[..., None], stats.rankdata(np.nan_to_num(mse, nan=np.inf), axis=2), np.nan)
-        best = np.min(mse[..., np.isin(names, REFINED)], axis=2)
+        best = np.min(mse[..., np.isin(names, REFINED_MODELS)], axis=2)
         for j, (one, other) in enumerate(MODEL_PAIRS.values()):
             a, b = (int(np.flatnonzero(names == name)[0]) for name in (one, other))
             logs = np.nansum(np.log(mse[..., a] / mse[..., b]), axis=1)

@@ -57,26 +57,26 @@ def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
     table_5 = np.array([claim.table == 5 for claim in items.values()])
     rows = {}
     for alternative, row in values.iterrows():
-        found = row.to_numpy()
+        toggled = row.to_numpy()
         inside = np.array(
             [
                 not claim.unreadable
                 and compare(claim, claims.classes[claim.tolerance], Finding(value)).agreement is not None
-                for claim, value in zip(items.values(), found, strict=True)
+                for claim, value in zip(items.values(), toggled, strict=True)
             ]
         )
-        changed = (found != taken) & ~(np.isnan(found) & np.isnan(taken))
+        changed = (toggled != taken) & ~(np.isnan(toggled) & np.isnan(taken))
         rows[alternative] = {
             "changed_8": int(np.sum(changed & table_8)),
-            "exact_8": int(np.sum(np.isclose(found, printed) & table_8)),
+            "exact_8": int(np.sum(np.isclose(toggled, printed) & table_8)),
             "within_5": int(np.sum(inside & table_5)),
             "inside": int(np.sum(inside)),
-            "no_number": int(np.sum(np.isnan(found) & ~np.isnan(printed))),
+            "no_number": int(np.sum(np.isnan(toggled) & ~np.isnan(printed))),
         }
         for table in LOGARITHMIC_TABLES:
-            here = _logarithmic(table, items) & (found > 0) & (taken > 0)
-            change = np.log(found[here] / taken[here])
-            misfit, before = (_rms(np.log(x[here] / printed[here])) for x in (found, taken))
+            here = _logarithmic(table, items) & (toggled > 0) & (taken > 0)
+            change = np.log(toggled[here] / taken[here])
+            misfit, before = (_rms(np.log(x[here] / printed[here])) for x in (toggled, taken))
             rows[alternative] |= {
                 f"largest_{table}": float(np.max(np.abs(change), initial=0.0)),
                 f"rms_{table}": _rms(change),

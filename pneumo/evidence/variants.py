@@ -13,7 +13,7 @@ from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.alternatives import Alternative, equal_runs
 from pneumo.evidence.error_budget import sliced
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
-from pneumo.evidence.model_pairs import REFINED, REFINEMENT_PAIRS, pair_ratios
+from pneumo.evidence.model_pairs import REFINED_MODELS, REFINEMENT_PAIRS, pair_ratios
 from pneumo.physics.models import MODELS
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay
@@ -31,13 +31,13 @@ def refined_errors(experiment: Experiment, alternative: Alternative) -> np.ndarr
     """Mean square error over both chambers, Pa^2, by (transport, model, n); NaN where a cell failed."""
     e, n = experiment, alternative.study.n
     lanes, index = grid_lanes(n, e.plant.gas.gamma)
-    rows = index[[list(MODELS).index(model) for model in REFINED]].ravel()
+    rows = index[[list(MODELS).index(model) for model in REFINED_MODELS]].ravel()
     recording = alternative.record(e)
     errors: list[np.ndarray] = []
     for name in BOTH_TRANSPORTS:
         cells = replay(recording, lanes[rows], study_transport(name, alternative.study.lag, e.h), e.steps)
         mse = np.where(cells.status == OK, cells.mse, np.nan).mean(axis=1)
-        errors.append(mse.reshape(len(REFINED), len(n)))
+        errors.append(mse.reshape(len(REFINED_MODELS), len(n)))
     return np.array(errors)
 
 
@@ -52,7 +52,11 @@ def errors_by_alternative(name: str, alternatives: Mapping[str, Alternative]) ->
     taken = alternatives[AS_TAKEN].study
     print(f"{name}: {len(groups)} full-order runs under {len(alternatives)} alternatives, done", flush=True)
     dims = ("alternative", "transport", "model", "n")
-    coords = {"alternative": list(alternatives), "transport": list(BOTH_TRANSPORTS), "model": list(REFINED)}
+    coords = {
+        "alternative": list(alternatives),
+        "transport": list(BOTH_TRANSPORTS),
+        "model": list(REFINED_MODELS),
+    }
     coords |= {"n": list(taken.n)} | experiment_labels(taken.experiments[name])
     return xr.Dataset({"mse": (dims, np.array([errors[member] for member in alternatives]))}, coords)
 

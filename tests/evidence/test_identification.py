@@ -24,8 +24,8 @@ from pneumo.evidence.identification import (
 from pneumo.evidence.misfit import (
     REGION_THRESHOLD,
     THRESHOLD,
+    deviance_interval,
     log_noise,
-    profile_interval,
     rms_of,
     widening,
 )
@@ -81,7 +81,7 @@ def test_deviances_shrink_only_where_the_fit_is_worse_than_expected():
 @given(st.floats(-5, 5), st.floats(0.01, 3))
 def test_interval_of_a_parabola(centre, sigma):
     x = centre + sigma * np.linspace(-4, 4, 401)
-    low, high = profile_interval(x, ((x - centre) / sigma) ** 2)
+    low, high = deviance_interval(x, ((x - centre) / sigma) ** 2)
     assert low == pytest.approx(centre - 1.95996 * sigma, abs=1e-3 * sigma)
     assert high == pytest.approx(centre + 1.95996 * sigma, abs=1e-3 * sigma)
     assert abs(THRESHOLD - 1.95996**2) < 1e-4
@@ -90,15 +90,15 @@ def test_interval_of_a_parabola(centre, sigma):
 
 def test_interval_without_an_end():
     x, nan = np.arange(5.0), np.nan
-    assert profile_interval(x, np.array([9.0, 0.0, 1.0, 2.0, 2.0])) == (
+    assert deviance_interval(x, np.array([9.0, 0.0, 1.0, 2.0, 2.0])) == (
         pytest.approx(1 - THRESHOLD / 9),
         np.inf,
     )
-    assert profile_interval(x, np.array([nan, 1.0, 0.0, 9.0, nan]))[0] == -np.inf
+    assert deviance_interval(x, np.array([nan, 1.0, 0.0, 9.0, nan]))[0] == -np.inf
 
 
 def test_interval_takes_the_outermost_crossing():
-    low, high = profile_interval(np.arange(6.0), np.array([8.0, 0.0, 8.0, 0.0, 8.0, 9.0]), 4.0)
+    low, high = deviance_interval(np.arange(6.0), np.array([8.0, 0.0, 8.0, 0.0, 8.0, 9.0]), 4.0)
     assert (low, high) == (0.5, 3.5)
 
 

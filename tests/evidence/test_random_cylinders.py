@@ -22,7 +22,7 @@ from pneumo.evidence.dimensionless import (
     reversal_time,
     seen_groups,
 )
-from pneumo.evidence.model_pairs import REFINED
+from pneumo.evidence.model_pairs import REFINED_MODELS
 from pneumo.evidence.regimes import quotient_interval, share_interval
 from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS
@@ -251,7 +251,8 @@ def test_a_run_that_fails_is_a_status_and_does_not_count(short, monkeypatch):
     runs = regime.with_answers(cells.expand_dims(cylinder=[11]), 1)
     assert runs["counts"].values.tolist() == [[0, 1]]
     assert (
-        runs["answer"].sel(loop="open").item() == "" and runs["answer"].sel(loop="closed").item() in REFINED
+        runs["answer"].sel(loop="open").item() == ""
+        and runs["answer"].sel(loop="closed").item() in REFINED_MODELS
     )
 
 

@@ -9,7 +9,7 @@ import yaml
 
 from pneumo.evidence import alternatives
 from pneumo.evidence import variants as v
-from pneumo.evidence.model_pairs import REFINED, REFINEMENT_PAIRS
+from pneumo.evidence.model_pairs import REFINED_MODELS, REFINEMENT_PAIRS
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.figures.variants_figure import LEVEL_MARKS, clear_name, variants_figure
@@ -95,7 +95,7 @@ def test_an_alternative_changes_what_it_is_about(dataset):
 def by_hand():
     # Two experiments, two n: constant n of the level is that of the lowest mean, overall each has its own.
     values = {"M5": [[4.0, 9.0], [100.0, 25.0]], "M6": [[1.0, 4.0], [25.0, 16.0]]}
-    models = {model: values.get(model, [[1.0, 1.0], [1.0, 1.0]]) for model in REFINED}
+    models = {model: values.get(model, [[1.0, 1.0], [1.0, 1.0]]) for model in REFINED_MODELS}
     mse = xr.DataArray(
         np.array(list(models.values())).transpose(1, 0, 2),
         {"experiment": ["E06", "E12"], "model": list(models), "n": [1.0, 1.4]},

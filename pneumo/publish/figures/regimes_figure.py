@@ -6,13 +6,13 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pneumo.evidence.model_pairs import REFINED
+from pneumo.evidence.model_pairs import REFINED_MODELS
 from pneumo.publish.style import DOUBLE_MM, INK, new_figure, paper_style
 
 PANELS = {  # title: model above, models below
     "$M_8/M_7$, mixing": ("M8", ("M7",)),
     "$M_{10}/M_8$, wall law": ("M10", ("M8",)),
-    "$M_6$/best, no $k_0$": ("M6", REFINED),
+    "$M_6$/best, no $k_0$": ("M6", REFINED_MODELS),
 }
 AXES = {  # group on each axis, and its label
     "thermal": "thermal time constant / time between reversals",
