@@ -24,6 +24,7 @@ from pneumo.evidence.dimensionless import (
 )
 from pneumo.evidence.model_pairs import REFINED_MODELS
 from pneumo.evidence.regimes import quotient_interval, share_interval
+from pneumo.evidence.synthetic_records import true_and_configured_plants
 from pneumo.physics.cylinder import volume
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.regimes_figure import regime_map
@@ -83,6 +84,29 @@ def test_a_number_means_the_same_cylinder_and_no_other():
     assert len({e.excitation.seed for number in NUMBERS for e in c.random_experiments(number)}) == 2 * len(
         NUMBERS
     )
+
+
+@pytest.mark.parametrize(
+    ("number", "values"),
+    [
+        (0, (0.025, 321.94754756045245, 2986.5930189585583, 106.99899298102748, 8.005241437181015e-07)),
+        (299, (0.125, 2.849012061793867, 10.590241929646945, 3.785203080924472, 8.387739165698576e-08)),
+    ],
+)
+def test_cylinders_of_the_map_stay_the_same(number, values):
+    e = c.random_experiments(number)[1]
+    q = e.plant.cylinder
+    assert (q.stroke, q.M, q.k_f, q.coulomb, e.plant.valve.k_xu) == values
+
+
+def test_cylinders_of_the_synthetic_records_stay_the_same():
+    truth, configured = true_and_configured_plants(np.random.default_rng(10_000))
+    q = truth.cylinder
+    sizes = (q.bore, q.stroke, q.V_d, q.M, q.k_f)
+    assert sizes[:3] == (0.029502095392723027, 0.11932500720956772, 5.586770430928518e-06)
+    assert sizes[3:] == (5.031017489630016, 161.1358386784385)
+    found = (truth.k_0, truth.valve.k_xu, configured.valve.k_xu)
+    assert found == (0.23457589501791445, 1.0717643896914715e-07, 1.2705634687217226e-07)
 
 
 @pytest.mark.parametrize("name", PAPER.experiments)
