@@ -82,7 +82,7 @@ def explain(
         near = [name for name in judge.claims.items if name.startswith(what[0].split(".")[0] + ".")]
         there = ", ".join(near[:6] or list(judge.claims.items)[::60])
         raise ResultError(f"{what[0][:50]}: no such item; there are {there} ...")
-    errata = {name: erratum._asdict() for name, erratum in judge.errata.items()}
+    errata = {name: erratum.model_dump() for name, erratum in judge.errata.items()}
     item = judge.judge(judge.claims.items[what[0]])
     return typer.echo(item_text(item, errata, read_statuses().get(what[0])))
 

@@ -12,13 +12,7 @@ class PaperError(PneumoError, ValueError):
 
 
 def paper_file(folder: Path, name: str) -> Path:
-    """Path of a file in a paper's folder.
-
-    Raises
-    ------
-    PaperError
-        If there is no such file.
-    """
+    """Path of a file in a paper's folder; `PaperError` if there is none."""
     if not (folder / name).is_file():
         raise PaperError(f"{folder / name}: no such file; it stands beside the package in a source checkout")
     return folder / name

@@ -20,21 +20,11 @@ DEVIATION_FORMATS = {  # measure -> number format and what follows the number
 
 
 class Comparison(NamedTuple):
-    """How a finding compares with a claim.
+    """How a finding compares with a claim."""
 
-    Attributes
-    ----------
-    agreement : {"exact", "close"} or None
-        None where the finding lies outside the tolerance class.
-    deviation : float or None
-        Found less printed in the measure of the class; None for statements.
-    limit : float
-        Limit of the class, in the same measure.
-    """
-
-    agreement: Literal["exact", "close"] | None
-    deviation: float | None
-    limit: float
+    agreement: Literal["exact", "close"] | None  # None outside the tolerance class
+    deviation: float | None  # found less printed in the measure of the class; None for statements
+    limit: float  # of the class, in the same measure
 
 
 def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Comparison:

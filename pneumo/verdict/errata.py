@@ -1,4 +1,4 @@
-"""Errata of a paper: ``errata.yaml``, each entry with the outcome of its proof.
+"""Errata of a paper: ``errata.yaml``, whose head explains the keys, each with the outcome of its proof.
 
 A proof is a function that uses the paper's own numbers and formulas and no result of ours. It runs with
 every verdict.
@@ -6,57 +6,31 @@ every verdict.
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
-import yaml
+from pneumo.verdict.entries import Entry, read_yaml
 
-from pneumo.verdict import paper_file
-
-Proof = Callable[[], tuple[bool, str]]
+Proof = Callable[[], tuple[bool, str]]  # whether it passes, and its evidence
 
 
-class Erratum(NamedTuple):
-    """One entry of ``errata.yaml`` with the outcome of its proof.
-
-    Attributes
-    ----------
-    id, kind, where, printed, meant : str
-        Name, sort, place, what stands there and what must be meant.
-    values : mapping
-        Claim -> number that takes the printed one's place.
-    proof : str
-        Name of the function that proves it.
-    passes : bool
-        Whether the printed form fails and the meant one holds.
-    evidence : str
-        The numbers that the proof compared.
-    """
+class Erratum(Entry):
+    """One entry of ``errata.yaml`` with the outcome of its proof."""
 
     id: str
     kind: str
     where: str
     printed: str
     meant: str
-    values: Mapping[str, str]
+    values: Mapping[str, str] = {}  # claim -> number that takes the printed one's place
     proof: str
-    passes: bool
-    evidence: str
+    passes: bool  # whether the printed form fails and the meant one holds
+    evidence: str  # the numbers that the proof compared
 
 
 def read_errata(folder: Path, proofs: Mapping[str, Proof]) -> dict[str, Erratum]:
-    """Read the errata by name and run their proofs.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Folder of ``errata.yaml``.
-    proofs : mapping of str to callable
-        Functions by the name that ``errata.yaml`` gives under ``proof``; each returns `Erratum.passes`
-        and `Erratum.evidence`.
-    """
-    content = yaml.safe_load(paper_file(folder, "errata.yaml").read_text(encoding="utf-8"))
+    """Read the errata by name and run the `proofs` that they name under ``proof``."""
     errata: dict[str, Erratum] = {}
-    for name, entry in content.items():
+    for name, entry in read_yaml(folder, "errata.yaml").items():
         passes, evidence = proofs[entry["proof"]]()
-        errata[name] = Erratum(**{"id": name, "values": {}, "passes": passes, "evidence": evidence} | entry)
+        outcome = {"id": name, "passes": passes, "evidence": evidence}
+        errata[name] = Erratum.read(folder / "errata.yaml", name, entry | outcome)
     return errata

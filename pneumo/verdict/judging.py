@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import xarray as xr
-
 from pneumo.storage.files import read
 from pneumo.verdict import PAPER_FOLDER
 from pneumo.verdict.assumptions import read_assumptions
@@ -24,38 +22,17 @@ Sources = Mapping[str, StudyResults]  # "published", "exact" and "printed"
 
 
 class Paper(NamedTuple):
-    """A paper to be judged: its files and the functions that its files name.
+    """A paper to be judged: its files and the functions that its files name."""
 
-    Attributes
-    ----------
-    folder : pathlib.Path
-        Folder of claims, errata, assumptions, recorded statuses and published tables.
-    computations : mapping of str to Computation
-        Functions by the name that ``claims.yaml`` gives under ``compute``.
-    proofs : mapping of str to Proof
-        Functions by the name that ``errata.yaml`` gives under ``proof``.
-    highlights : callable
-        Makes what stands at the head of the verdict, from `Sources` and the judged items.
-    module : str
-        Name of the module that defines the paper; with all it imports it is the code behind the verdict.
-    """
-
-    folder: Path
-    computations: Mapping[str, Computation]
-    proofs: Mapping[str, Proof]
-    highlights: Callable[[Sources, Sequence[Item]], dict[str, Any]]
-    module: str
+    folder: Path  # of claims, errata, assumptions, recorded statuses and published tables
+    computations: Mapping[str, Computation]  # by the name that ``claims.yaml`` gives under ``compute``
+    proofs: Mapping[str, Proof]  # by the name that ``errata.yaml`` gives under ``proof``
+    highlights: Callable[[Sources, Sequence[Item]], dict[str, Any]]  # head of the verdict, from judged items
+    module: str  # that defines the paper; with all it imports it is the code behind the verdict
 
 
 class Judge:
-    """Claims, errata and results of a paper, to judge one claim at a time.
-
-    Parameters
-    ----------
-    results : pathlib.Path
-        Folder of results.
-    paper : Paper
-    """
+    """Claims, errata and results (a folder) of a paper, to judge one claim at a time."""
 
     def __init__(self, results: Path, paper: Paper) -> None:
         self.paper = paper
@@ -86,13 +63,7 @@ class Judge:
         return finding
 
     def judge(self, claim: Claim) -> Item:
-        """Judge one claim.
-
-        Returns
-        -------
-        dict
-            An item of ``results/verdict.json``.
-        """
+        """Judge one claim; return its item of ``results/verdict.json``."""
         tolerance = self.claims.classes[claim.tolerance]
         stands_exact, shown_exact = self._stands(claim, "exact")
         stands_printed, shown_printed = self._stands(claim, "printed")
@@ -107,23 +78,18 @@ class Judge:
             status, reason = self._status(claim, finding, comparison, refuted)
         if claim.unreadable:
             status, reason = "unreadable", claim.unreadable
-        written = claim.model_dump()
-
-        def of_claim(*names: str) -> Item:
-            return {name: written[name] for name in names}
-
         return {
-            **of_claim("id", "where", "statement", "printed"),
+            **claim.model_dump(include={"id", "where", "statement", "printed"}),
             "reproduced": _reproduced(finding),
             "shown": _in_words(claim, finding, comparison),
-            "deviation": None if claim.unreadable else _six_digits(comparison.deviation),
+            "deviation": None if claim.unreadable else six_digits(comparison.deviation),
             "tolerance": {
                 "class": claim.tolerance,
-                "limit": _six_digits(comparison.limit),
+                "limit": six_digits(comparison.limit),
                 "measure": tolerance.measure,
                 "sense": claim.sense,
             },
-            **of_claim("unit", "scale", "kind"),
+            **claim.model_dump(include={"unit", "scale", "kind"}),
             "status": status,
             "stands_exact": stands_exact,
             "shown_exact": shown_exact,
@@ -133,9 +99,11 @@ class Judge:
             "reason": reason,
             "erratum": claim.erratum or claim.see,
             "assumption": claim.assumption,
-            "evidence": written["evidence"]
-            | {"compute": claim.compute, "command": f"pneumo paper explain {claim.id}"},
-            **of_claim("table", "row", "column", "level"),
+            "evidence": {
+                **claim.evidence.model_dump(),
+                **{"compute": claim.compute, "command": f"pneumo paper explain {claim.id}"},
+            },
+            **claim.model_dump(include={"table", "row", "column", "level"}),
         }
 
     def _stands(self, claim: Claim, source: str) -> tuple[bool | None, str]:
@@ -183,18 +151,13 @@ class Judge:
             if holds:
                 return f"erratum {erratum.id}: {erratum.meant}"
         if claim.assumption and self.alternatives is not None:
-            value = _of_alternative(self.alternatives, claim.assumption, claim.id)
-            if value is not None and compare(claim, tolerance, finding._replace(value=value)).agreement:
+            place = {"alternative": [claim.assumption], "item": [claim.id]}
+            value = self.alternatives.reindex(
+                place
+            ).item()  # NaN, which agrees with nothing, if it was not run
+            if compare(claim, tolerance, finding._replace(value=value)).agreement:
                 return f"assumption {claim.assumption}: {as_printed(value, claim, False)}"
         return ""
-
-
-def _of_alternative(alternatives: xr.DataArray, assumption: str, item: str) -> float | None:
-    """Value of an item under an alternative assumption, or None if that was not run."""
-    try:
-        return float(alternatives.sel(alternative=assumption, item=item))
-    except KeyError:
-        return None
 
 
 def _in_words(claim: Claim, finding: Finding, comparison: Comparison) -> str:
@@ -207,7 +170,7 @@ def _in_words(claim: Claim, finding: Finding, comparison: Comparison) -> str:
     return f"{text} ({finding.shown})" if finding.shown else text
 
 
-def _six_digits(value: float | None) -> float | None:
+def six_digits(value: float | None) -> float | None:
     """Round to six significant digits: further ones would differ between machines."""
     return None if value is None or not math.isfinite(value) else float(f"{value:.6g}")
 
@@ -215,20 +178,14 @@ def _six_digits(value: float | None) -> float | None:
 def _reproduced(finding: Finding) -> float | list[float | None] | str | bool | None:
     """The finding as verdict.json stores it: a number, an interval, true or false, or text."""
     if finding.value is not None:
-        return _six_digits(finding.value)
+        return six_digits(finding.value)
     if finding.low is not None and finding.high is not None:
-        return [_six_digits(finding.low), _six_digits(finding.high)]
+        return [six_digits(finding.low), six_digits(finding.high)]
     return finding.shown if finding.holds is None else bool(finding.holds)
 
 
 def verdict(results: Path, paper: Paper) -> dict[str, Any]:
-    """Judge every claim of a paper.
-
-    Parameters
-    ----------
-    results : pathlib.Path
-        Folder of results.
-    paper : Paper
+    """Judge every claim of a paper against a folder of results.
 
     Returns
     -------
@@ -245,12 +202,12 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
     return {
         "study": published.study.name,
         "counts": {"items": len(items)} | counts,
-        "failures": published.failures,
-        "settling_failures": published.settling_failures,
+        "failures": published.failures("datum"),
+        "settling_failures": published.failures("settling"),
         "highlights": paper.highlights(judge.sources, items),
         "items": items,
         "classes": {name: tolerance.model_dump() for name, tolerance in judge.claims.classes.items()},
-        "errata": [erratum._asdict() for erratum in judge.errata.values()],
+        "errata": [erratum.model_dump() for erratum in judge.errata.values()],
         "assumptions": {name: entry.model_dump() for name, entry in read_assumptions(paper.folder).items()},
         "assumptions_run": judge.alternatives is not None,
         **made_from,

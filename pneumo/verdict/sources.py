@@ -25,49 +25,21 @@ class MissingEvidence(LookupError):
 
 
 class Finding(NamedTuple):
-    """What a computation found.
+    """What a computation found."""
 
-    Attributes
-    ----------
-    value : float or None
-        The number, in the claim's unit (a fraction where the claim has per cent).
-    holds : bool or None
-        Whether a statement is true, where there is no number to compare.
-    shown : str
-        What was found, in words, where the number alone does not say it.
-    low, high : float or None
-        An interval in place of a value, where the paper leaves open which run it speaks of.
-    swing : float or None
-        Change during the run, in the unit of the value.
-    """
-
-    value: float | None = None
-    holds: bool | None = None
-    shown: str = ""
-    low: float | None = None
-    high: float | None = None
-    swing: float | None = None
+    value: float | None = None  # in the claim's unit (a fraction where the claim has per cent)
+    holds: bool | None = None  # whether a statement is true, where there is no number to compare
+    shown: str = ""  # what was found, in words, where the number alone does not say it
+    low: float | None = None  # an interval in place of a value, where the paper leaves open which run it
+    high: float | None = None  # speaks of
+    swing: float | None = None  # change during the run, in the unit of the value
 
 
 Computation = Callable[..., Finding]
 
 
-def _with_failure_time(table: xr.Dataset) -> list[str]:
-    """Names of the experiments that failed."""
-    time = table["failure_time"]
-    return time["experiment"].values[time.notnull()].tolist()
-
-
 class StudyResults:
-    """Results of a study with one transport; each file is read when first needed.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Folder of results.
-    transport : str
-        ``published`` or ``exact``.
-    """
+    """Results of a study with one transport, ``published`` or ``exact``; files are read when needed."""
 
     def __init__(self, folder: Path, transport: str) -> None:
         self.folder, self.transport = folder, transport
@@ -102,26 +74,19 @@ class StudyResults:
             raise ResultError(f"{self.folder / self.transport}: no replays of {', '.join(sorted(missing))}")
         return concatenated(grid.sel(experiment=list(self.study.experiments)))
 
-    @cached_property
-    def failures(self) -> dict[str, str]:
-        """When and how each failed full-order run ended, by experiment."""
-        return {name: failure_text(self.datum(name)) for name in _with_failure_time(self.statistics)}
+    def failures(self, kind: str) -> dict[str, str]:
+        """When and how each failed run of a kind, ``datum`` or ``settling``, ended, by experiment."""
+        table, name = self.statistics, "full-order run"
+        if kind == "settling":
+            table, name = read(self.folder / "settling.nc"), "settling run"
+        time = table["failure_time"]
+        failed = time["experiment"].values[time.notnull()].tolist()
+        return {experiment: failure_text(self.run(kind, experiment), name) for experiment in failed}
 
-    @cached_property
-    def settling_failures(self) -> dict[str, str]:
-        """When and how each failed settling run ended, by experiment."""
-        failed = _with_failure_time(read(self.folder / "settling.nc"))
-        return {name: failure_text(self.settling(name), "settling run") for name in failed}
-
-    def settling(self, experiment: str) -> xr.Dataset:
-        """Settling run of one experiment."""
+    def run(self, kind: str, experiment: str, *variables: str) -> xr.Dataset:
+        """Full-order (``datum``) or ``settling`` run of one experiment, or some of its variables."""
         self.experiment(experiment)
-        return read(self.folder / "settling" / f"{experiment}.nc")
-
-    def datum(self, experiment: str, *variables: str) -> xr.Dataset:
-        """Full-order run of one experiment, or some of its variables."""
-        self.experiment(experiment)
-        return read(self.folder / "datum" / f"{experiment}.nc", *variables)
+        return read(self.folder / kind / f"{experiment}.nc", *variables)
 
     def experiment(self, name: str) -> Experiment:
         """Parameters of one experiment."""
@@ -132,13 +97,7 @@ class StudyResults:
     def experiments(
         self, cylinder: str | None = None, closed_loop: bool | None = None
     ) -> dict[str, Experiment]:
-        """Experiments of a cylinder and a loop, by name; None stands for any.
-
-        Raises
-        ------
-        MissingEvidence
-            If there is none.
-        """
+        """Experiments of a cylinder and a loop, by name; `MissingEvidence` if there is none."""
         selected = {
             name: experiment
             for name, experiment in self.study.experiments.items()
@@ -150,13 +109,7 @@ class StudyResults:
 
 
 class PrintedTables(StudyResults):
-    """The paper's own Tables 5, 7, 8 and 9 in the place of results.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Folder of results; only the parameters of the study are read from it.
-    """
+    """The paper's own Tables 5, 7, 8 and 9 in place of results, of which only the parameters are read."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder, "printed")
@@ -183,10 +136,6 @@ class PrintedTables(StudyResults):
         """Raise `MissingEvidence`: the paper prints no cells."""
         raise MissingEvidence("the paper prints no single cells")
 
-    def settling(self, experiment: str) -> xr.Dataset:
-        """Raise `MissingEvidence`: the paper prints no runs."""
-        raise MissingEvidence(f"the paper prints no run of {experiment}")
-
-    def datum(self, experiment: str, *_: str) -> xr.Dataset:
+    def run(self, kind: str, experiment: str, *_: str) -> xr.Dataset:
         """Raise `MissingEvidence`: the paper prints no runs."""
         raise MissingEvidence(f"the paper prints no run of {experiment}")

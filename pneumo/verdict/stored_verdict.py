@@ -23,17 +23,11 @@ SEAL = 100  # bytes at the end of a results file, among them its SHA-256
 def hashes_behind_verdict(results: Path, paper: Path, module: str) -> dict[str, str]:
     """Hashes of what a verdict is made from.
 
-    Parameters
-    ----------
-    results, paper : pathlib.Path
-        Folder of results; folder of the paper.
-    module : str
-        Name of the module whose code, with all that it imports, makes the verdict.
-
     Returns
     -------
     dict of str to str
-        ``code_sha256``, and ``inputs_sha256`` over the paper's files and the seals of the results.
+        ``code_sha256`` of the module that makes the verdict, with all that it imports, and
+        ``inputs_sha256`` over the paper's files and the seals of the results.
     """
     digest = hashlib.sha256()
     for folder, patterns in ((paper, OF_PAPER), (results, OF_RESULTS)):

@@ -11,7 +11,7 @@ def swing(results: StudyResults, quantity: str, side: str) -> Finding:
     """Largest excursion from equilibrium over both chambers, in each closed-loop experiment of cylinder D."""
     excursions: dict[str, float] = {}
     for name, experiment in results.experiments("D", closed_loop=True).items():
-        values = results.datum(name, quantity)[quantity].values
+        values = results.run("datum", name, quantity)[quantity].values
         conditions = experiment.plant.conditions
         rest = conditions.P_0 if quantity == "P" else conditions.T_amb
         excursions[name] = float(values.max() - rest if side == "up" else rest - values.min())
@@ -21,7 +21,7 @@ def swing(results: StudyResults, quantity: str, side: str) -> Finding:
 
 def number_of_states(results: StudyResults) -> Finding:
     """Count position, velocity and the pressures and temperatures of the chambers."""
-    datum = results.datum(next(iter(results.study.experiments)), "x", "v", "P", "T")
+    datum = results.run("datum", next(iter(results.study.experiments)), "x", "v", "P", "T")
     return Finding(sum(datum[name].sizes.get("chamber", 1) for name in ("x", "v", "P", "T")))
 
 
@@ -29,7 +29,7 @@ def air_is_kept(results: StudyResults) -> Finding:
     """Whether each chamber keeps its mass of air from release on, in every open-loop settling run."""
     worst = 0.0
     for name, experiment in results.experiments(closed_loop=False).items():
-        run = results.settling(name)
+        run = results.run("settling", name)
         run = run.sel(t=slice(float(run["release_time"]), None))
         c = experiment.plant.cylinder
         outward = run["x"] * xr.DataArray([1.0, -1.0], {"chamber": ["A", "B"]})
@@ -43,7 +43,7 @@ def air_is_kept(results: StudyResults) -> Finding:
 def piston_stays_off_the_ends(results: StudyResults) -> Finding:
     """Whether the open-loop piston never reaches the ends of the stroke."""
     reach = {
-        name: float(np.abs(results.datum(name, "x")["x"]).max()) / experiment.plant.cylinder.x_max
+        name: float(np.abs(results.run("datum", name, "x")["x"]).max()) / experiment.plant.cylinder.x_max
         for name, experiment in results.experiments(closed_loop=False).items()
     }
     far = max(reach, key=lambda name: reach[name])
@@ -57,12 +57,12 @@ def number_of_experiments(results: StudyResults) -> Finding:
 
 def release_time(results: StudyResults, experiment: str) -> Finding:
     """Time at which the force is released, s."""
-    return Finding(float(results.settling(experiment)["release_time"]))
+    return Finding(float(results.run("settling", experiment)["release_time"]))
 
 
 def final_value(results: StudyResults, experiment: str, quantity: str, chamber: str) -> Finding:
     """Value at the end of a settling run, and its change since the release."""
-    run = results.settling(experiment)
+    run = results.run("settling", experiment)
     free = run[quantity].sel(chamber=chamber, t=slice(float(run["release_time"]), None))
     last = float(free[-1])
     return Finding(last, swing=float(np.abs(free - last).max()))

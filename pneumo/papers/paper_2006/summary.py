@@ -11,16 +11,12 @@ from typing import Any
 import xarray as xr
 
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS
-from pneumo.verdict.judging import Item, Sources
+from pneumo.verdict.judging import Item, Sources, six_digits
 from pneumo.verdict.published import read_table
 from pneumo.verdict.sources import StudyResults
 
 LEVELS = ("adiabatic", "typical", "isothermal")
 QUOTIENTS = (("M6", "M5"), ("M8", "M7"), ("M10", "M8"))
-
-
-def _six_digits(value: float) -> float | None:
-    return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
@@ -42,7 +38,7 @@ def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
     """
     summary: dict[str, Any] = {"scores": scores(items)}
     published = sources["published"]
-    whole = list(published.study.experiments) == _experiments() and not published.failures
+    whole = list(published.study.experiments) == _experiments() and not published.failures("datum")
     for part in (wrong_row, transport, by_experiment):
         summary[part.__name__] = part(sources) if whole else None
     return summary
@@ -72,9 +68,9 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
         if logs:
             result[f"table_{table}_mse"] = {
                 "cells": len(logs),
-                "rms_of_ln_ratio": _six_digits(math.sqrt(sum(log**2 for log in logs) / len(logs))),
-                "lowest_ratio": _six_digits(math.exp(min(logs))),
-                "highest_ratio": _six_digits(math.exp(max(logs))),
+                "rms_of_ln_ratio": six_digits(math.sqrt(sum(log**2 for log in logs) / len(logs))),
+                "lowest_ratio": six_digits(math.exp(min(logs))),
+                "highest_ratio": six_digits(math.exp(max(logs))),
             }
     for table in (8, 5):
         statuses = [item["status"] for item in cells(table)]
@@ -82,7 +78,7 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
         close = statuses.count("close")
         result[f"table_{table}"] = {"cells": len(statuses), "exact": exact, "exact_or_close": exact + close}
     readable = [item["status"] for item in items if item["status"] != "unreadable"]
-    result["missed_of_readable"] = _six_digits(readable.count("missed") / len(readable))
+    result["missed_of_readable"] = six_digits(readable.count("missed") / len(readable))
     return result
 
 
@@ -94,10 +90,10 @@ def wrong_row(sources: Sources) -> list[dict[str, Any]]:
         mse = level["mse"]
         of_model = float(mse.sel(model=model))
         return {
-            "of_M6": _six_digits(of_model / float(mse.sel(model="M6"))),
-            "of_classical": _six_digits(of_model / float(mse.sel(model=["M1", "M2", "M3"]).min())),
-            "mu": _six_digits(float(level["mean_error"].sel(model=model))),
-            "sigma": _six_digits(float(level["std"].sel(model=model))),
+            "of_M6": six_digits(of_model / float(mse.sel(model="M6"))),
+            "of_classical": six_digits(of_model / float(mse.sel(model=["M1", "M2", "M3"]).min())),
+            "mu": six_digits(float(level["mean_error"].sel(model=model))),
+            "sigma": six_digits(float(level["std"].sel(model=model))),
         }
 
     return [
@@ -118,8 +114,8 @@ def transport(sources: Sources) -> list[dict[str, Any]]:
                 {
                     "level": level,
                     "source": name,
-                    "mse": {model: _six_digits(value) for model, value in values.items()},
-                    "quotients": {f"{a}/{b}": _six_digits(values[a] / values[b]) for a, b in QUOTIENTS},
+                    "mse": {model: six_digits(value) for model, value in values.items()},
+                    "quotients": {f"{a}/{b}": six_digits(values[a] / values[b]) for a, b in QUOTIENTS},
                 }
             )
     return rows
@@ -132,7 +128,7 @@ def by_experiment(sources: Sources) -> dict[str, Any]:
     for name in ("published", "exact"):
         best: xr.DataArray = sources[name].cells["mse"].min("n").sel(experiment=experiments)
         ratio = (best.sel(model="M8") / best.sel(model="M7")).values
-        quotients[name] = [_six_digits(float(value)) for value in ratio]
+        quotients[name] = [six_digits(float(value)) for value in ratio]
         mean = math.exp(sum(math.log(value) for value in ratio) / len(ratio))
-        quotients[f"{name}_geometric_mean"] = _six_digits(mean)
+        quotients[f"{name}_geometric_mean"] = six_digits(mean)
     return quotients

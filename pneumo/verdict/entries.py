@@ -1,0 +1,31 @@
+"""Entries of a paper's YAML files; an entry with an unknown, missing or wrong key is one message."""
+
+from pathlib import Path
+from typing import Any, Self
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from pneumo.verdict import PaperError, paper_file
+
+
+def read_yaml(folder: Path, name: str) -> dict[str, Any]:
+    """Read a YAML file of a paper's folder; `PaperError` if it is missing."""
+    return yaml.safe_load(paper_file(folder, name).read_text(encoding="utf-8"))
+
+
+class Entry(BaseModel):
+    """One entry of a file; its subclasses list the keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+    @classmethod
+    def read(cls, file: Path, name: str, entry: Any) -> Self:
+        """Check an entry of a file; `PaperError` if a key is unknown, missing or holds a wrong value."""
+        try:
+            return cls.model_validate(entry)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(map(str, (name, *first["loc"])))
+            value = "" if first["type"] in ("missing", "extra_forbidden") else f" = {first['input']!r}"
+            raise PaperError(f"{file}: {place}{value}: {first['msg']}") from None
