@@ -135,8 +135,12 @@ def read_json(path: Path | str) -> str:
 
 
 def read_study(parameters: Path | str) -> Study:
-    """Read a study from its ``parameters.json``."""
-    return from_json(read_json(parameters))
+    """Read a study from its ``parameters.json``; `ResultError` if the file holds none."""
+    text = read_json(parameters)
+    try:
+        return from_json(text)
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        raise ResultError(f"{parameters}: does not hold a study; delete it and rerun") from None
 
 
 def _absent(path: Path | str) -> ResultError:

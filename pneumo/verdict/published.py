@@ -27,24 +27,10 @@ Cell = Mapping[str, str]
 
 
 def read_table(number: int, folder: Path = PAPER_FOLDER) -> list[dict[str, str]]:
-    """Read one printed table, every value a string.
+    """Read the cells of one printed table, every value a string.
 
-    Parameters
-    ----------
-    number
-        Number of the table in the paper, 1 to 9.
-    folder
-        Folder of the paper; the tables are in its ``published/``.
-
-    Returns
-    -------
-    list of dict
-        One for each cell: ``row``, ``column``, ``printed``, ``note``, then the keys of that table.
-
-    Raises
-    ------
-    PaperError
-        If the paper has no table of that number, or its file is missing.
+    Each has ``row``, ``column``, ``printed`` and ``note``, then the keys of that table. A table that the
+    paper does not have, or whose file is missing, raises `PaperError`.
     """
     if number not in range(1, 10):
         raise PaperError(f"number = {number!r}: the paper has Tables 1 to 9")
@@ -57,21 +43,11 @@ def half_unit(printed: str, digits: int | None = None) -> float:
 
     Parameters
     ----------
-    printed
-        A number as printed, such as ``"1.02e4"``, ``"140"`` or ``"-0.047"``.
-    digits
+    printed : str
+        A number as printed.
+    digits : int, optional
         Significant digits that the authors rounded to where they filled up with zeros. Zeros after that
         many digits then don't count as digits; any other digit does.
-
-    Returns
-    -------
-    float
-        Half a unit, in the unit of the number.
-
-    Raises
-    ------
-    ValueError
-        If ``printed`` is no finite number.
 
     Examples
     --------
@@ -81,10 +57,9 @@ def half_unit(printed: str, digits: int | None = None) -> float:
     (50.0, 0.5, 0.05)
     """
     try:
-        number = Decimal(printed)
+        _, figures, exponent = Decimal(printed).as_tuple()
     except InvalidOperation:
-        raise ValueError(f"printed = {printed!r}: not a number") from None
-    _, figures, exponent = number.as_tuple()
+        exponent = "n"
     if not isinstance(exponent, int):
         raise ValueError(f"printed = {printed!r}: not a finite number")
     if digits is not None:
@@ -126,7 +101,7 @@ def table9() -> xr.Dataset:
     Levels are ``adiabatic``, ``typical`` and ``isothermal``; ``k_0_low`` and ``k_0_high`` belong to them.
     """
     cells = read_table(9)
-    levels = _first_of_each(cells, "level")
+    levels = {cell["level"]: cell for cell in cells}.values()
     bounds = {
         name: ("level", [float(cell[name]) for cell in levels], {"units": "W K-1"})
         for name in ("k_0_low", "k_0_high")
@@ -134,23 +109,8 @@ def table9() -> xr.Dataset:
     return _statistics(cells, {"level": "level", "model": "row"}, digits=2).assign_coords(bounds)
 
 
-def _first_of_each(cells: Sequence[Cell], key: str) -> list[Cell]:
-    """First cell with each value of a key."""
-    return list({cell[key]: cell for cell in reversed(cells)}.values())[::-1]
-
-
 def _array(cells: Sequence[Cell], keys: Mapping[str, str], digits: int | None = None) -> xr.DataArray:
-    """Put a complete table into an array.
-
-    Parameters
-    ----------
-    cells
-        Cells of a table, in the order of ``keys``.
-    keys
-        Dimension of the array -> key of the cells that names its labels.
-    digits
-        See `half_unit`.
-    """
+    """Put a complete table into an array; `keys` give each dimension's key in the cells, in their order."""
     labels = {dim: list(dict.fromkeys(cell[key] for cell in cells)) for dim, key in keys.items()}
     expected = list(itertools.product(*labels.values()))
     present = [tuple(cell[key] for key in keys.values()) for cell in cells]
@@ -164,15 +124,9 @@ def _array(cells: Sequence[Cell], keys: Mapping[str, str], digits: int | None = 
             number = np.array([float(cell["printed"]), half_unit(cell["printed"], digits)])
             values[:, i] = number * float(cell.get("scale", 1))
     shape = tuple(len(names) for names in labels.values())
-    return xr.DataArray(
-        values[0].reshape(shape),
-        dims=tuple(labels),
-        coords={
-            **labels,
-            "printed": (tuple(labels), np.array([cell["printed"] for cell in cells]).reshape(shape)),
-            "half_unit": (tuple(labels), values[1].reshape(shape)),
-        },
-    )
+    columns = {"printed": np.array([cell["printed"] for cell in cells]), "half_unit": values[1]}
+    coords = {name: (tuple(labels), column.reshape(shape)) for name, column in columns.items()}
+    return xr.DataArray(values[0].reshape(shape), labels | coords, tuple(labels))
 
 
 def _by_experiment(
@@ -180,7 +134,7 @@ def _by_experiment(
 ) -> xr.DataArray:
     """Table of one quantity by experiment and `keys`."""
     cells = read_table(number)
-    experiments = _first_of_each(cells, "row")
+    experiments = {cell["row"]: cell for cell in cells}.values()
     k_0 = [float(cell["k_0"]) for cell in experiments]
     return (
         _array(cells, {"experiment": "row", **keys})

@@ -11,11 +11,10 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment, Study
-from pneumo.configuration.study_json import from_json
+from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.errors import ResultError
 from pneumo.statistics.averages import OVERALL, concatenated
-from pneumo.storage.files import open_grid, read, read_json
+from pneumo.storage.files import open_grid, read, read_study
 from pneumo.storage.layout import failure_text
 from pneumo.verdict.published import STATISTICS, table5, table7, table8, table9
 
@@ -47,13 +46,7 @@ class StudyResults:
     @cached_property
     def study(self) -> Study:
         """The study that the results belong to."""
-        file = self.folder / "parameters.json"
-        try:
-            return from_json(read_json(file))
-        except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
-            if isinstance(error, ResultError):
-                raise
-            raise ResultError(f"{file}: does not hold a study; delete it and rerun") from None
+        return read_study(self.folder / "parameters.json")
 
     @cached_property
     def statistics(self) -> xr.Dataset:
@@ -83,7 +76,7 @@ class StudyResults:
         failed = time["experiment"].values[time.notnull()].tolist()
         return {experiment: failure_text(self.run(kind, experiment), name) for experiment in failed}
 
-    def run(self, kind: str, experiment: str, *variables: str) -> xr.Dataset:
+    def run(self, kind: str, experiment: str, /, *variables: str) -> xr.Dataset:
         """Full-order (``datum``) or ``settling`` run of one experiment, or some of its variables."""
         self.experiment(experiment)
         return read(self.folder / kind / f"{experiment}.nc", *variables)
@@ -93,6 +86,10 @@ class StudyResults:
         if name not in self.study.experiments:
             raise MissingEvidence(f"this study has no experiment {name}")
         return self.study.experiments[name]
+
+    def plant(self, cylinder: str) -> Plant:
+        """Parameters of a cylinder, from its first experiment."""
+        return next(iter(self.experiments(cylinder).values())).plant
 
     def experiments(
         self, cylinder: str | None = None, closed_loop: bool | None = None
@@ -136,6 +133,6 @@ class PrintedTables(StudyResults):
         """Raise `MissingEvidence`: the paper prints no cells."""
         raise MissingEvidence("the paper prints no single cells")
 
-    def run(self, kind: str, experiment: str, *_: str) -> xr.Dataset:
+    def run(self, *names: str) -> xr.Dataset:
         """Raise `MissingEvidence`: the paper prints no runs."""
-        raise MissingEvidence(f"the paper prints no run of {experiment}")
+        raise MissingEvidence(f"the paper prints no run of {names[1]}")

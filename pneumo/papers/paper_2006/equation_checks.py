@@ -4,12 +4,12 @@ Equations are tried on a fixed sample of states. Mass and energy balance are wri
 that no equation is compared with itself.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from pneumo.configuration.experiment import Plant
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
@@ -37,16 +37,15 @@ class State(NamedTuple):
     heat: float
 
 
-def twenty_states() -> Iterator[State]:
-    """Yield twenty random states of a chamber, the same at every call."""
+def _twenty_states() -> list[State]:
+    """Twenty random states of a chamber, the same in every verdict."""
     random = np.random.Generator(np.random.PCG64(2006))
     low = np.array([1.5e5, 250.0, 5e-6, -1e-4, 0.0, 0.0, 280.0, -20.0])
     high = np.array([6.9e5, 340.0, 2e-4, 1e-4, 1e-3, 1e-3, 310.0, 20.0])
-    for row in low + (high - low) * random.random((20, len(low))):
-        yield State(*map(float, row))
+    return [State(*map(float, row)) for row in low + (high - low) * random.random((20, len(low)))]
 
 
-def balances(s: State) -> tuple[float, float]:
+def _balances(s: State) -> tuple[float, float]:
     """Rates of pressure and temperature from mass and energy balance of a perfect gas, Pa/s and K/s."""
     c_v = R / (GAMMA - 1)
     m = s.P * s.V / (R * s.T)
@@ -56,22 +55,20 @@ def balances(s: State) -> tuple[float, float]:
     return rate_P, rate_T
 
 
-def _nearly_equal(one: float, other: float, scale: float) -> bool:
-    return abs(one - other) <= ROUNDING_OF_RATES * max(abs(one), abs(other), scale)
-
-
 def _size_of_terms(s: State) -> float:
     """Sum of the magnitudes of the pressure equation's terms, Pa/s; rounding is a fraction of it."""
     flows = R * (s.m_in * max(s.T_in, s.T) + s.m_out * s.T)
     return GAMMA * (s.P * abs(s.dV_dt) + flows + abs(s.heat)) / s.V
 
 
-def _in_twenty_states(check: Callable[[State], bool], more: str = "") -> Finding:
-    return Finding(holds=all(check(s) for s in twenty_states()), shown=f"20 states{more}")
+def _nearly_equal(one: float, other: float, scale: float) -> bool:
+    return abs(one - other) <= ROUNDING_OF_RATES * max(abs(one), abs(other), scale)
 
 
-def _plant(results: StudyResults, cylinder: str) -> Plant:
-    return next(iter(results.experiments(cylinder).values())).plant
+def _equal_rates(*rates: Callable[[State], tuple[float, float]], words: str = "20 states") -> Finding:
+    """Whether two rates of pressure, Pa/s, are equal but for rounding in twenty states."""
+    equal = [_nearly_equal(*pair(s), _size_of_terms(s)) for s in _twenty_states() for pair in rates]
+    return Finding(holds=all(equal), shown=words)
 
 
 # Section 2: flow and equilibrium
@@ -91,16 +88,13 @@ def branches_meet(_: StudyResults) -> Finding:
     """Whether both branches of eq (1) agree at 0.5283, to half a unit of 0.0404."""
     gas = Gas(R, GAMMA, SONIC, CRITICAL)
     sonic = choked_flow(1e-6, P_S, T_AMB, gas)
-    subsonic = mass_flow(1e-6, P_S, (CRITICAL + 1e-9) * P_S, T_AMB, gas)
-    return Finding(
-        holds=abs(subsonic / sonic - 1) <= 0.00005 / SONIC,
-        shown=f"subsonic over sonic flow {subsonic / sonic:.5f}",
-    )
+    share = mass_flow(1e-6, P_S, (CRITICAL + 1e-9) * P_S, T_AMB, gas) / sonic
+    return Finding(holds=abs(share - 1) <= 0.00005 / SONIC, shown=f"subsonic over sonic flow {share:.5f}")
 
 
 def areas_as_printed(results: StudyResults) -> Finding:
     """Whether eq (2) as printed gives no negative area."""
-    area = _plant(results, "D").valve.k_xu * -1.0
+    area = results.plant("D").valve.k_xu * -1.0
     return Finding(holds=area >= 0, shown=f"at u = -1 V cylinder D's valve has an area of {area:g} m^2")
 
 
@@ -109,10 +103,15 @@ def equilibrium_pressure_as_printed(_: StudyResults) -> Finding:
     return Finding(0.8077 * P_S)
 
 
+def half_bridge_ratios(air: float) -> tuple[float, float]:
+    """Root of eq (17) over P_s, with the exact coefficient and with 0.0404, for a gas constant of air."""
+    exact, printed = exact_gas(air, GAMMA), Gas(air, GAMMA, SONIC, CRITICAL)
+    return equilibrium_pressure(P_S, P_ATM, exact) / P_S, equilibrium_pressure(P_S, P_ATM, printed) / P_S
+
+
 def half_bridge_ratio(_: StudyResults) -> Finding:
     """Root of eq (17) with the exact coefficient, over P_s."""
-    exact = equilibrium_pressure(P_S, P_ATM, exact_gas(R, GAMMA)) / P_S
-    printed = equilibrium_pressure(P_S, P_ATM, Gas(R, GAMMA, SONIC, CRITICAL)) / P_S
+    exact, printed = half_bridge_ratios(R)
     return Finding(exact, shown=f"{printed:.5f} with the printed 0.0404 and R = {R:g} J/(kg K)")
 
 
@@ -128,11 +127,10 @@ def root_in_range(_: StudyResults, ranges: str) -> Finding:
     if ranges == "first":
         inside = CRITICAL * P_S < root < P_S and P_ATM / root <= CRITICAL
         return Finding(holds=inside, shown=f"P_0 = {root / P_S:.4f} P_s")
-    pressures = np.linspace(P_ATM, CRITICAL * P_S, 2001)
-    surplus = [
-        mass_flow(1.0, P_S, P, T_AMB, gas) / mass_flow(1.0, P, P_ATM, T_AMB, gas) for P in pressures[1:]
-    ]
-    return Finding(holds=min(surplus) > 1, shown=f"flow in is at least {min(surplus):.2f} times the flow out")
+    pressures = np.linspace(P_ATM, CRITICAL * P_S, 2001)[1:]
+    flows = [(mass_flow(1.0, P_S, P, T_AMB, gas), mass_flow(1.0, P, P_ATM, T_AMB, gas)) for P in pressures]
+    least = min(flow_in / flow_out for flow_in, flow_out in flows)
+    return Finding(holds=least > 1, shown=f"flow in is at least {least:.2f} times the flow out")
 
 
 def sonic_factor_as_printed() -> float:
@@ -146,12 +144,17 @@ def eq_17_as_printed(_: StudyResults) -> Finding:
     return Finding(holds=abs(factor - SONIC) <= 0.00005, shown=f"it is {factor:.4f}")
 
 
+def standard_flow(gain: float, u: float) -> float:
+    """Choked flow from supply by eq (1) as printed, standard litres per minute; `gain` in m^2/V, `u` in V."""
+    flow = SONIC * P_S * gain * u / T_AMB**0.5
+    density = STANDARD[0] / (R * STANDARD[1])
+    return flow / density * 6e4
+
+
 def largest_flow(results: StudyResults, cylinder: str) -> Finding:
     """Choked flow from supply at the largest command, standard litres per minute."""
-    plant = _plant(results, cylinder)
-    flow = SONIC * P_S * plant.valve.k_xu * plant.valve.u_max / T_AMB**0.5
-    density = STANDARD[0] / (R * STANDARD[1])
-    return Finding(flow / density * 6e4)
+    valve = results.plant(cylinder).valve
+    return Finding(standard_flow(valve.k_xu, valve.u_max))
 
 
 def units_as_printed(_: StudyResults) -> Finding:
@@ -167,53 +170,45 @@ def pressure_equation_keeps_energy(_: StudyResults) -> Finding:
     """Whether eq (4), with wall heat counted into the air, is the energy balance."""
     g = GAMMA
 
-    def check(s: State) -> bool:
-        rate = dP_dt(s.P, s.T, s.V, s.dV_dt, s.m_in, s.m_out, s.T_in, s.heat, g, g, g, R, g)
-        return _nearly_equal(rate, balances(s)[0], _size_of_terms(s))
+    def rates(s: State) -> tuple[float, float]:
+        eq_4 = dP_dt(s.P, s.T, s.V, s.dV_dt, s.m_in, s.m_out, s.T_in, s.heat, g, g, g, R, g)
+        return eq_4, _balances(s)[0]
 
-    return _in_twenty_states(check)
-
-
-def temperature_rate(s: State, factor_T: bool) -> float:
-    """Rate of eq (5), K/s, with or without a factor T in its last term."""
-    without_heat = dT_dt(s.P, s.T, s.V, s.dV_dt, s.m_in, s.m_out, s.T_in, 0.0, R, GAMMA)
-    return without_heat + (GAMMA - 1) / (s.P * s.V) * s.heat * (s.T if factor_T else 1.0)
+    return _equal_rates(rates)
 
 
 def temperature_equation_fits(factor_T: bool) -> bool:
     """Whether eq (5) follows from the balances, with or without a factor T in its last term."""
-    return all(
-        _nearly_equal(temperature_rate(s, factor_T), balances(s)[1], s.T * _size_of_terms(s) / s.P)
-        for s in twenty_states()
-    )
+
+    def fits(s: State) -> bool:
+        rate = dT_dt(s.P, s.T, s.V, s.dV_dt, s.m_in, s.m_out, s.T_in, 0.0, R, GAMMA)
+        rate += (GAMMA - 1) / (s.P * s.V) * s.heat * (s.T if factor_T else 1.0)
+        return _nearly_equal(rate, _balances(s)[1], s.T * _size_of_terms(s) / s.P)
+
+    return all(map(fits, _twenty_states()))
 
 
 def temperature_equation_as_printed(_: StudyResults) -> Finding:
     """Whether eq (5) as printed, its sign of wall heat aside, follows from the balances."""
-    return Finding(
-        holds=temperature_equation_fits(factor_T=False), shown="the last term has the unit 1/s, not K/s"
-    )
+    holds = temperature_equation_fits(factor_T=False)
+    return Finding(holds=holds, shown="the last term has the unit 1/s, not K/s")
 
 
-def wall_heat_rate(T: float, sign: float) -> float:
-    """Rate of temperature by wall heat alone, K/s; `sign` is 1 as meant, -1 as printed."""
+def wall_heat_rates(T: float, sign: float) -> dict[str, float]:
+    """Rates by wall heat alone of temperature, K/s, and of M7's pressure, Pa/s, by unit.
+
+    The `sign` of wall heat is 1 as meant, -1 as printed.
+    """
     heat = sign * wall_heat(T, 0.5, T_AMB)
-    return dT_dt(P_0, T, 1e-5, 0.0, 0.0, 0.0, T_AMB, heat, R, GAMMA)
+    rate_T = dT_dt(P_0, T, 1e-5, 0.0, 0.0, 0.0, T_AMB, heat, R, GAMMA)
+    return {"K/s": rate_T, "Pa/s": (GAMMA - 1) / 1e-5 * heat}
 
 
-def wall_heat_pressure_rate(T: float, sign: float) -> float:
-    """Rate of pressure by wall heat alone in M7, Pa/s; `sign` is 1 as meant, -1 as printed."""
-    return (GAMMA - 1) / 1e-5 * sign * wall_heat(T, 0.5, T_AMB)
-
-
-def wall_heat_as_printed(_: StudyResults, equations: str) -> Finding:
+def wall_heat_as_printed(_: StudyResults, unit: str) -> Finding:
     """Whether wall heat, signed as printed, brings hot and cold air back to ambient temperature."""
-    rate = wall_heat_rate if equations == "full" else wall_heat_pressure_rate
-    rates = {T: rate(T, -1.0) for T in (T_AMB - 20, T_AMB + 20)}
+    rates = {T: wall_heat_rates(T, -1.0)[unit] for T in (T_AMB - 20, T_AMB + 20)}
     holds = all(value * (T_AMB - T) > 0 for T, value in rates.items())
-    unit = "K/s" if equations == "full" else "Pa/s"
-    words = ", ".join(f"{value:+.3g} {unit} at {T:g} K" for T, value in rates.items())
-    return Finding(holds=holds, shown=words)
+    return Finding(holds=holds, shown=", ".join(f"{v:+.3g} {unit} at {T:g} K" for T, v in rates.items()))
 
 
 def _eq_9(s: State, T: float, rate_T: float) -> float:
@@ -223,12 +218,7 @@ def _eq_9(s: State, T: float, rate_T: float) -> float:
 
 def gas_law_differentiated(_: StudyResults) -> Finding:
     """Whether eq (9) with the rate of temperature of the balances gives their rate of pressure."""
-
-    def check(s: State) -> bool:
-        rate_P, rate_T = balances(s)
-        return _nearly_equal(_eq_9(s, s.T, rate_T), rate_P, _size_of_terms(s))
-
-    return _in_twenty_states(check)
+    return _equal_rates(lambda s: (_eq_9(s, s.T, _balances(s)[1]), _balances(s)[0]))
 
 
 def _by_model(
@@ -246,14 +236,12 @@ def _by_model(
 def polytropic_pressure_equation(_: StudyResults) -> Finding:
     """Whether eq (10), as M5 has it, solves eq (9) with dT/dt from eq (6)."""
 
-    def check(s: State) -> bool:
-        rates = {n: _by_model("M5", s, n, 1.0, 0.5, T_AMB) for n in (1.0, 1.2, 1.4)}
-        return all(
-            _nearly_equal(_eq_9(s, T, (n - 1) / n * T / s.P * rate), rate, _size_of_terms(s))  # (6)
-            for n, (T, rate) in rates.items()
-        )
+    def rates(s: State, n: float) -> tuple[float, float]:
+        T, rate = _by_model("M5", s, n, 1.0, 0.5, T_AMB)
+        return _eq_9(s, T, (n - 1) / n * T / s.P * rate), rate  # (6)
 
-    return _in_twenty_states(check, " at n = 1, 1.2 and 1.4")
+    at_n = [partial(rates, n=n) for n in (1.0, 1.2, 1.4)]
+    return _equal_rates(*at_n, words="20 states at n = 1, 1.2 and 1.4")
 
 
 def wall_laws_agree(_: StudyResults) -> Finding:
@@ -265,8 +253,7 @@ def wall_laws_agree(_: StudyResults) -> Finding:
 def same_right_hand_side(_: StudyResults, one: str, other: str, n: float, k_0: float) -> Finding:
     """Whether two models have the same rate of pressure at one n and k_0."""
 
-    def check(s: State) -> bool:
-        (_, first), (_, second) = (_by_model(name, s, n, 1.3, k_0, s.T_in) for name in (one, other))
-        return _nearly_equal(first, second, _size_of_terms(s))
+    def rate(name: str, s: State) -> float:
+        return _by_model(name, s, n, 1.3, k_0, s.T_in)[1]
 
-    return _in_twenty_states(check)
+    return _equal_rates(lambda s: (rate(one, s), rate(other, s)))

@@ -5,21 +5,13 @@ They use the paper's own numbers and formulas, and no result of ours. ``paper/20
 
 import math
 
+import numpy as np
+
 from pneumo.papers.paper_2006 import equation_checks as equations
-from pneumo.papers.paper_2006.equation_checks import (
-    CRITICAL,
-    GAMMA,
-    P_0,
-    P_ATM,
-    P_S,
-    SONIC,
-    STANDARD,
-    T_AMB,
-    R,
-)
+from pneumo.papers.paper_2006.equation_checks import GAMMA, P_0, P_ATM, P_S, SONIC, T_AMB, R
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, exact_gas, sonic_coefficient
+from pneumo.physics.valve import Conditions, Valve, chamber_flows, exact_gas, sonic_coefficient
 from pneumo.verdict.errata import Proof
 from pneumo.verdict.published import half_unit, read_table, table5, table7, table9
 
@@ -27,11 +19,10 @@ from pneumo.verdict.published import half_unit, read_table, table5, table7, tabl
 def wall_heat_sign() -> tuple[bool, str]:
     """Wall heat warms air 20 K above ambient as printed and cools it as meant."""
     hot = T_AMB + 20
-    printed, meant = equations.wall_heat_rate(hot, -1.0), equations.wall_heat_rate(hot, 1.0)
-    reduced = equations.wall_heat_pressure_rate(hot, -1.0), equations.wall_heat_pressure_rate(hot, 1.0)
+    printed, meant = (equations.wall_heat_rates(hot, sign) for sign in (-1.0, 1.0))
     return (
-        printed > 0 > meant and reduced[0] > 0 > reduced[1],
-        f"air at {hot:g} K: {printed:+.3g} K/s as printed, {meant:+.3g} K/s as meant",
+        all(printed[unit] > 0 > meant[unit] for unit in printed),
+        f"air at {hot:g} K: {printed['K/s']:+.3g} K/s as printed, {meant['K/s']:+.3g} K/s as meant",
     )
 
 
@@ -44,11 +35,11 @@ def eq5_factor_T() -> tuple[bool, str]:
 def n_step() -> tuple[bool, str]:
     """Nine values from 1 to 1.4, and every n of Table 8, lie on a step of 0.05."""
     values = [float(cell["printed"]) for cell in read_table(8)]
-    on_step = {
-        step: all(abs((n - 1) / step - round((n - 1) / step)) < 1e-9 for n in values) for step in (0.5, 0.05)
-    }
+    printed, meant = (
+        all(abs((n - 1) / step - round((n - 1) / step)) < 1e-9 for n in values) for step in (0.5, 0.05)
+    )
     count = round(0.4 / 0.05) + 1
-    return count == 9 and on_step[0.05] and not on_step[0.5], f"{count} values; all 96 n of Table 8 lie on it"
+    return count == 9 and meant and not printed, f"{count} values; all 96 n of Table 8 lie on it"
 
 
 def number_of_runs() -> tuple[bool, str]:
@@ -74,13 +65,10 @@ def eq17_sonic() -> tuple[bool, str]:
 def P_0_ratio() -> tuple[bool, str]:
     """The exact root rounds to 0.8075 for any R, the root with 0.0404 to 0.8076 for R = 287."""
     half = half_unit("0.8077")
-    ratios: dict[float, list[float]] = {}
-    for air in (286.9, 287.0, 287.1):
-        gases = exact_gas(air, GAMMA), Gas(air, GAMMA, SONIC, CRITICAL)
-        ratios[air] = [equilibrium_pressure(P_S, P_ATM, gas) / P_S for gas in gases]
+    ratios = {air: equations.half_bridge_ratios(air) for air in (286.9, 287.0, 287.1)}
     exact = [exact for exact, _ in ratios.values()]
     same = max(exact) - min(exact) < 1e-8
-    misses = abs(ratios[287.0][0] - 0.8077) > half and abs(ratios[287.0][1] - 0.8077) > half
+    misses = all(abs(ratio - 0.8077) > half for ratio in ratios[287.0])
     words = ", ".join(f"{printed:.5f} at R = {air:g}" for air, (_, printed) in ratios.items())
     return same and misses, f"exact law {exact[0]:.6f}; with 0.0404: {words}"
 
@@ -109,10 +97,8 @@ def eq2_areas() -> tuple[bool, str]:
 
 def valve_flow() -> tuple[bool, str]:
     """Choked flow at 10 V by eq (1) is 82 and 823 standard litres per minute."""
-    density = STANDARD[0] / (R * STANDARD[1])
-    flows = [SONIC * P_S * gain * 10 / T_AMB**0.5 / density * 6e4 for gain in (1e-7, 1e-6)]
-    near = all(abs(flow - meant) <= 0.5 for flow, meant in zip(flows, (82, 823), strict=True))
-    return near, f"{flows[0]:.1f} and {flows[1]:.1f} slpm"
+    D, E = (equations.standard_flow(gain, 10) for gain in (1e-7, 1e-6))
+    return abs(D - 82) <= 0.5 and abs(E - 823) <= 0.5, f"{D:.1f} and {E:.1f} slpm"
 
 
 def lambda_E() -> tuple[bool, str]:
@@ -129,12 +115,10 @@ def lambda_E() -> tuple[bool, str]:
 
 def valve_units() -> tuple[bool, str]:
     """With x_v = k_u u and A = k_x x_v, k_u is a length per volt and k_x a length."""
-    length_of_x_v, volt_of_x_v = 1, 0
-    k_u = (length_of_x_v, volt_of_x_v - 1)  # x_v over u
-    k_x = (2 - length_of_x_v, -volt_of_x_v)  # area over x_v
-    product = (k_u[0] + k_x[0], k_u[1] + k_x[1])
+    area, x_v, u = np.array([2, 0]), np.array([1, 0]), np.array([0, 1])  # exponents of length and voltage
+    k_u, k_x = (x_v - u).tolist(), (area - x_v).tolist()
     return (
-        k_u == (1, -1) and k_x == (1, 0) and product == (2, -1),
+        k_u == [1, -1] and k_x == [1, 0] and np.add(k_u, k_x).tolist() == [2, -1],
         "x_v = k_u u makes k_u a length per volt; A = k_x x_v makes k_x a length, not a length per volt",
     )
 
@@ -168,26 +152,21 @@ def M7_is_M8() -> tuple[bool, str]:
     row = table9().sel(level="typical")
     M6, classical = float(row["mse"].sel(model="M6")), float(row["mse"].sel(model=["M1", "M2", "M3"]).min())
 
-    def as_in_text(model: str) -> list[bool]:
-        cells = row.sel(model=model)
-        mse = float(cells["mse"])
-        return [
-            round(mse / M6, 2) == 0.40,
-            round(mse / classical, 2) == 0.10,
-            float(cells["mean_error"]) == 140,
-            float(cells["std"]) == 2400,
-        ]
+    def numbers(model: str) -> list[float]:
+        mse, mu, sigma = (float(row[name].sel(model=model)) for name in ("mse", "mean_error", "std"))
+        return [round(mse / M6, 2), round(mse / classical, 2), mu, sigma]
 
+    in_text, M7, M8 = [0.40, 0.10, 140, 2400], numbers("M7"), numbers("M8")
     shares = table9()["mse"] / table9()["mse"].sel(model="M6", drop=True)
     at_most = {model: float(shares.sel(model=model).max()) for model in ("M7", "M8", "M9", "M10")}
-    overall = table7()["mse"]
-    holds_63 = float(overall.sel(model="M7") / overall.sel(model="M6"))
-    M7 = row.sel(model="M7")
     only_M7 = [model for model, share in at_most.items() if share > 0.725]
+    overall = table7()["mse"]
+    holds_63 = float(overall.sel(model="M7") / overall.sel(model="M6")) < 0.635
+    none_of_M7 = all(one != other for one, other in zip(M7, in_text, strict=True))
     return (
-        all(as_in_text("M8")) and not any(as_in_text("M7")) and only_M7 == ["M7"] and holds_63 < 0.635,
-        f"M7's row: {float(M7['mse']) / M6:.0%} of M6, {float(M7['mse']) / classical:.0%} of M2, "
-        f"{float(M7['mean_error']):.0f} Pa, {float(M7['std']):.0f} Pa; largest share of M6 at any level: "
+        in_text == M8 and none_of_M7 and only_M7 == ["M7"] and holds_63,
+        f"M7's row: {M7[0]:.0%} of M6, {M7[1]:.0%} of M2, {M7[2]:.0f} Pa, {M7[3]:.0f} Pa; "
+        "largest share of M6 at any level: "
         + ", ".join(f"{model} {share:.0%}" for model, share in at_most.items()),
     )
 

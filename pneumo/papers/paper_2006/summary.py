@@ -4,6 +4,7 @@ The findings are the row that the text of section 4 takes for M7's, and what exa
 signals does to the ranking of the good models.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -12,22 +13,16 @@ import xarray as xr
 
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS
 from pneumo.verdict.judging import Item, Sources, six_digits
-from pneumo.verdict.published import read_table
 from pneumo.verdict.sources import StudyResults
 
+EXPERIMENTS = [f"E{number:02d}" for number in range(1, 17)]
 LEVELS = ("adiabatic", "typical", "isothermal")
+ORIGINS = ("printed", "published", "exact")
 QUOTIENTS = (("M6", "M5"), ("M8", "M7"), ("M10", "M8"))
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
-    """Summarise the verdict.
-
-    Parameters
-    ----------
-    sources : mapping of str to StudyResults
-        ``published``, ``exact`` and ``printed``.
-    items : sequence of dict
-        The judged items.
+    """Summarise the verdict from its sources and the judged items.
 
     Returns
     -------
@@ -38,33 +33,20 @@ def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
     """
     summary: dict[str, Any] = {"scores": scores(items)}
     published = sources["published"]
-    whole = list(published.study.experiments) == _experiments() and not published.failures("datum")
+    whole = list(published.study.experiments) == EXPERIMENTS and not published.failures("datum")
     for part in (wrong_row, transport, by_experiment):
         summary[part.__name__] = part(sources) if whole else None
     return summary
 
 
-def _experiments() -> list[str]:
-    """Names of the paper's sixteen experiments."""
-    return list(dict.fromkeys(cell["row"] for cell in read_table(6)))
-
-
 def scores(items: Sequence[Item]) -> dict[str, Any]:
     """How closely Tables 5, 7, 8 and 9 are met: number of cells, deviations, how many are exact or close."""
-
-    def cells(table: int, column: str | None = None) -> list[Item]:
-        return [
-            item
-            for item in items
-            if item["table"] == table
-            and column in (None, item["column"])
-            and item["status"] != "unreadable"
-            and isinstance(item["reproduced"], float)
-        ]
-
+    readable = [item for item in items if item["status"] != "unreadable"]
+    cells = [item for item in readable if isinstance(item["reproduced"], float)]
     result: dict[str, Any] = {}
     for table in (7, 9):
-        logs = [math.log1p(item["deviation"]) for item in cells(table, "mse") if item["deviation"] > -1]
+        of_mse = [item for item in cells if (item["table"], item["column"]) == (table, "mse")]
+        logs = [math.log1p(item["deviation"]) for item in of_mse if item["deviation"] > -1]
         if logs:
             result[f"table_{table}_mse"] = {
                 "cells": len(logs),
@@ -73,13 +55,11 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
                 "highest_ratio": six_digits(math.exp(max(logs))),
             }
     for table in (8, 5):
-        statuses = [item["status"] for item in cells(table)]
-        exact = statuses.count("exact")
-        close = statuses.count("close")
+        statuses = [item["status"] for item in cells if item["table"] == table]
+        exact, close = statuses.count("exact"), statuses.count("close")
         result[f"table_{table}"] = {"cells": len(statuses), "exact": exact, "exact_or_close": exact + close}
-    readable = [item["status"] for item in items if item["status"] != "unreadable"]
-    result["missed_of_readable"] = six_digits(readable.count("missed") / len(readable))
-    return result
+    missed = sum(item["status"] == "missed" for item in readable)
+    return result | {"missed_of_readable": six_digits(missed / len(readable))}
 
 
 def wrong_row(sources: Sources) -> list[dict[str, Any]]:
@@ -98,7 +78,7 @@ def wrong_row(sources: Sources) -> list[dict[str, Any]]:
 
     return [
         {"model": model, "source": name} | row(sources[name], model)
-        for name in ("printed", "published", "exact")
+        for name in ORIGINS
         for model in ("M7", "M8")
     ]
 
@@ -106,27 +86,20 @@ def wrong_row(sources: Sources) -> list[dict[str, Any]]:
 def transport(sources: Sources) -> list[dict[str, Any]]:
     """Mean square errors of M5 to M10 by level, and quotients of pairs, for each transport."""
     rows: list[dict[str, Any]] = []
-    for level in LEVELS:
-        for name in ("printed", "published", "exact"):
-            mse = sources[name].statistics["mse"].sel(level=level)
-            values = {model: float(mse.sel(model=model)) for model in list(PAPER_MODELS)[4:]}
-            rows.append(
-                {
-                    "level": level,
-                    "source": name,
-                    "mse": {model: six_digits(value) for model, value in values.items()},
-                    "quotients": {f"{a}/{b}": six_digits(values[a] / values[b]) for a, b in QUOTIENTS},
-                }
-            )
+    for level, name in itertools.product(LEVELS, ORIGINS):
+        mse = sources[name].statistics["mse"].sel(level=level)
+        values = {model: float(mse.sel(model=model)) for model in list(PAPER_MODELS)[4:]}
+        rounded = {model: six_digits(value) for model, value in values.items()}
+        quotients = {f"{a}/{b}": six_digits(values[a] / values[b]) for a, b in QUOTIENTS}
+        rows.append({"level": level, "source": name, "mse": rounded, "quotients": quotients})
     return rows
 
 
 def by_experiment(sources: Sources) -> dict[str, Any]:
     """M8 over M7 in every experiment, each at its own best n, for both transports, and the geometric mean."""
-    experiments = _experiments()
-    quotients: dict[str, Any] = {"experiments": experiments}
+    quotients: dict[str, Any] = {"experiments": EXPERIMENTS}
     for name in ("published", "exact"):
-        best: xr.DataArray = sources[name].cells["mse"].min("n").sel(experiment=experiments)
+        best: xr.DataArray = sources[name].cells["mse"].min("n").sel(experiment=EXPERIMENTS)
         ratio = (best.sel(model="M8") / best.sel(model="M7")).values
         quotients[name] = [six_digits(float(value)) for value in ratio]
         mean = math.exp(sum(math.log(value) for value in ratio) / len(ratio))

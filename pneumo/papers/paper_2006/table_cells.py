@@ -11,13 +11,7 @@ from pneumo.verdict.sources import Finding, MissingEvidence, StudyResults
 
 
 def number_at(values: xr.DataArray, **labels: str) -> float:
-    """One number of an array.
-
-    Raises
-    ------
-    MissingEvidence
-        If the array lacks a label or the number is NaN.
-    """
+    """One number of an array; `MissingEvidence` if the array lacks a label or the number is NaN."""
     try:
         value = values.sel(labels).item()
     except KeyError:
@@ -34,13 +28,13 @@ def feature(_: StudyResults, model: str, column: str) -> Finding:
 
 def geometry(results: StudyResults, cylinder: str, column: str) -> Finding:
     """Dead volume as a tenth of half the stroke, m^3, or heat transfer area in mid-stroke, m^2: Table 2."""
-    c = next(iter(results.experiments(cylinder).values())).plant.cylinder
+    c = results.plant(cylinder).cylinder
     return Finding(0.1 * c.A_A * c.stroke / 2 if column == "V_d" else heat_area(0.0, c))
 
 
 def heat_transfer_coefficient(results: StudyResults, cylinder: str, k_0: str) -> Finding:
     """lambda_0 = k_0 / A_q(x_0), W/(m^2 K): eq (12), Table 4."""
-    c = next(iter(results.experiments(cylinder).values())).plant.cylinder
+    c = results.plant(cylinder).cylinder
     return Finding(float(k_0) / heat_area(0.0, c))
 
 
