@@ -11,15 +11,8 @@ OVERALL = "overall"  # Table 7's level: all experiments, each model at its best 
 def concatenated(grid: xr.Dataset) -> xr.Dataset:
     """Statistics of the error vector that joins chambers A and B, by (experiment, model, n).
 
-    Parameters
-    ----------
-    grid : xarray.Dataset
-        From `pneumo.open_grid`; both chambers have the same number of samples.
-
-    Returns
-    -------
-    xarray.Dataset
-        `mean_error`, Pa, `mse` and `variance`, Pa^2; NaN where a chamber failed.
+    From `pneumo.open_grid`, whose chambers have the same number of samples: `mean_error`, Pa, `mse` and
+    `variance`, Pa^2; NaN where a chamber failed.
     """
     mean_error = grid["mean_error"].mean("chamber", skipna=False)
     mse = grid["mse"].mean("chamber", skipna=False)

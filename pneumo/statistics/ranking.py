@@ -27,36 +27,17 @@ REFINEMENT_STEPS = (  # what is added, model without it, model with it
 
 
 class RankedModel(NamedTuple):
-    """One model in the ranking.
+    """One model in the ranking."""
 
-    Attributes
-    ----------
-    place : int
-        From 1; models that failed come last.
-    model : str
-    n : float
-        Best constant n; NaN where it plays no role or every n failed.
-    mse : Interval
-        Mean square error, Pa^2.
-    rms : tuple of float
-        Root mean square error, Pa, of chambers A and B.
-    over_best : Interval
-        Its mean square error over that of the best model: geometric mean over paired runs.
-    geometric_place : int
-        Place by the geometric mean over all runs, in which no violent run outweighs the others.
-    wins, failed : int
-        Runs of an experiment in which it is best; in which it has no error at its n.
-    """
-
-    place: int
+    place: int  # from 1; models that failed come last
     model: str
-    n: float
-    mse: Interval
-    rms: tuple[float, float]
-    over_best: Interval
-    geometric_place: int
-    wins: int
-    failed: int
+    n: float  # best constant n; NaN where it plays no role or every n failed
+    mse: Interval  # mean square error, Pa^2
+    rms: tuple[float, float]  # root mean square error of chambers A and B, Pa
+    over_best: Interval  # its mean square error over the best model's: geometric mean over paired runs
+    geometric_place: int  # by the geometric mean over all runs, in which no violent run outweighs the others
+    wins: int  # runs of an experiment in which it is best
+    failed: int  # runs of an experiment in which it has no error at its n
 
 
 class Gain(NamedTuple):
@@ -77,32 +58,18 @@ class WrongConductance(NamedTuple):
 
 
 class Ranking(NamedTuple):
-    """What a study says about one cylinder.
-
-    Attributes
-    ----------
-    runs : int
-        Runs of each experiment that count; `left_out` names the full-order runs that failed.
-    rows : tuple of RankedModel
-        Best first; empty if no full-order run succeeded.
-    by_experiment : mapping
-        RMS error, Pa, by experiment and model, each at its n.
-    mse_by_run : mapping of str to numpy.ndarray
-        Mean square error, Pa^2, of each model in each run, averaged over the experiments.
-    recommended, reason, advice : str, str, tuple of str
-        From `pneumo.statistics.recommendation.recommend`.
-    """
+    """What a study says about one cylinder."""
 
     cylinder: str
     experiments: tuple[str, ...]
-    runs: int
-    left_out: tuple[str, ...]
-    rows: tuple[RankedModel, ...] = ()
+    runs: int  # of each experiment that count
+    left_out: tuple[str, ...]  # full-order runs that failed
+    rows: tuple[RankedModel, ...] = ()  # best first; empty if no full-order run succeeded
     gains: tuple[Gain, ...] = ()
     wrong_k_0: tuple[WrongConductance, ...] = ()
-    by_experiment: Mapping[str, Mapping[str, float]] = {}
-    mse_by_run: Mapping[str, np.ndarray] = {}
-    recommended: str = ""
+    by_experiment: Mapping[str, Mapping[str, float]] = {}  # RMS error, Pa, of each model at its n
+    mse_by_run: Mapping[str, np.ndarray] = {}  # Pa^2, by model, averaged over the experiments
+    recommended: str = ""  # this and the next two: `pneumo.statistics.recommendation.recommend`
     reason: str = ""
     advice: tuple[str, ...] = ()
 
@@ -118,15 +85,7 @@ def cost(model: Model) -> tuple[int, int, int, int]:
 
 
 def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
-    """Rank the models on the experiments of one cylinder.
-
-    Parameters
-    ----------
-    cells : xarray.Dataset
-        From `pneumo.engineer.own_study.run_study`.
-    cylinder : str
-        Name of the cylinder.
-    """
+    """Rank the models on the experiments of one cylinder, from `pneumo.engineer.own_study.run_study`."""
     cells = cells.sel(experiment=cells["cylinder"] == cylinder)
     failed_runs = _failed_runs(cells)
     if not cells["random"].any():
@@ -141,33 +100,26 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
     cell_n = {name: float(n.sel(model=name).fillna(mse["n"][0])) for name in MODELS}  # any, where all failed
     at_best = {name: mse.sel(model=name, n=cell_n[name]) for name in MODELS}  # (experiment, run) each
     by_run = {name: value.mean("experiment", skipna=False).values for name, value in at_best.items()}
-    return Ranking(
-        cylinder,
-        names,
-        runs,
-        failed_runs,
-        _rows(cells, cell_n, at_best, by_run),
-        tuple(_gain(*refinement, by_run) for refinement in REFINEMENT_STEPS),
-        tuple(_with_wrong_k_0(cells, cell_n, float(k_0), by_run) for k_0 in cells["k_0_factor"].values),
-        {
-            name: {model: float(value.sel(experiment=name).mean() ** 0.5) for model, value in at_best.items()}
-            for name in names
-        },
-        by_run,
+    rows = _rows(cells, cell_n, at_best, by_run)
+    gains = tuple(_gain(*refinement, by_run) for refinement in REFINEMENT_STEPS)
+    wrong_k_0 = tuple(
+        _with_wrong_k_0(cells, cell_n, float(k_0), by_run) for k_0 in cells["k_0_factor"].values
     )
+    by_experiment = {
+        name: {model: float(value.sel(experiment=name).mean() ** 0.5) for model, value in at_best.items()}
+        for name in names
+    }
+    return Ranking(cylinder, names, runs, failed_runs, rows, gains, wrong_k_0, by_experiment, by_run)
 
 
 def _failed_runs(cells: xr.Dataset) -> tuple[str, ...]:
     """Full-order runs that failed, each with its time, in words."""
     failures: list[str] = []
     meanings = cells["run_status"].attrs["flag_meanings"].split()
-    for name in cells["experiment"].values:
-        part = cells.sel(experiment=name)
-        for run in np.flatnonzero(part["run_status"].values):
-            at, what = part["run_failure_time"].values[run], meanings[int(part["run_status"].values[run])]
-            failures.append(
-                f"{name}, seed {int(part['seed'].values[run])}: {what.replace('_', ' ')} at {at:g} s"
-            )
+    for i, j in np.argwhere(cells["run_status"].transpose("experiment", "run").values):
+        run = cells[["run_status", "run_failure_time", "seed"]].isel(experiment=i, run=j)
+        what, at = meanings[int(run["run_status"])].replace("_", " "), float(run["run_failure_time"])
+        failures.append(f"{run['experiment'].item()}, seed {int(run['seed'])}: {what} at {at:g} s")
     return tuple(failures)
 
 
@@ -192,21 +144,12 @@ def _rows(
     rows: list[RankedModel] = []
     for i, (name, model) in enumerate(MODELS.items()):
         of_model = cells["mse"].sel(model=name, n=cell_n[name])
-        chambers = of_model.mean(("experiment", "run"), skipna=False).values
-        error = student_interval(by_run[name])
-        rows.append(
-            RankedModel(
-                place[name],
-                name,
-                cell_n[name] if model.has_n and np.isfinite(error.value) else np.nan,
-                error,
-                (float(chambers[0] ** 0.5), float(chambers[1] ** 0.5)),
-                paired_ratio(by_run[name], by_run[best]),
-                geometric[name],
-                int((winner == i).sum()),
-                int(np.isnan(stacked[i]).sum()),
-            )
-        )
+        A, B = of_model.mean(("experiment", "run"), skipna=False).values ** 0.5
+        error, over_best = student_interval(by_run[name]), paired_ratio(by_run[name], by_run[best])
+        n = cell_n[name] if model.has_n and np.isfinite(error.value) else np.nan
+        wins, failed = int((winner == i).sum()), int(np.isnan(stacked[i]).sum())
+        rms = float(A), float(B)
+        rows.append(RankedModel(place[name], name, n, error, rms, over_best, geometric[name], wins, failed))
     return tuple(sorted(rows, key=lambda row: row.place))
 
 
@@ -222,10 +165,6 @@ def _with_wrong_k_0(
     """Errors and places of the models at their n when k_0 is wrong in those that have one."""
     wrong = cells["mse_of_wrong_k_0"].sel(k_0_factor=factor)
     wrong = wrong.mean(("experiment", "run", "chamber"), skipna=False)
-    mse = {
-        name: float(np.mean(by_run[name]))
-        if model.wall == "none"
-        else float(wrong.sel(model=name, n=cell_n[name]))
-        for name, model in MODELS.items()
-    }
+    right = {name: float(np.mean(by_run[name])) for name, model in MODELS.items() if model.wall == "none"}
+    mse = {name: right.get(name, float(wrong.sel(model=name, n=cell_n[name]))) for name in MODELS}
     return WrongConductance(factor, {name: value**0.5 for name, value in mse.items()}, _places(mse))

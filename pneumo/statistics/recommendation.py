@@ -14,20 +14,10 @@ LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's ru
 
 
 def recommend(ranking: Ranking, cells: xr.Dataset) -> Ranking:
-    """Fill in recommendation, reason and advice.
+    """Fill in recommendation, reason and advice of a ranking of `cells`.
 
-    Parameters
-    ----------
-    ranking : Ranking
-        From `pneumo.statistics.ranking.rank_models`.
-    cells : xarray.Dataset
-        What it ranked.
-
-    Returns
-    -------
-    Ranking
-        With ``recommended``, the cheapest model that is not materially worse than the best (empty if none
-        ran), ``reason``, and ``advice``, what would decide better.
+    Recommended is the cheapest model that is not materially worse than the best, none if none ran. The
+    advice is what would decide better.
     """
     if not ranking.runs:
         return ranking._replace(reason="no full-order run succeeded")
@@ -38,14 +28,13 @@ def recommend(ranking: Ranking, cells: xr.Dataset) -> Ranking:
     good = [name for name in order if ranking.row(name).over_best.value <= 1 + MATERIAL]
     choice = ranking.row(good[0])
     cheaper = [ranking.row(name) for name in order[: order.index(choice.model)]]
-    limit = f"{100 * MATERIAL:.0f} %"
     needs = "needs no k_0" if MODELS[choice.model].wall == "none" else "needs k_0"
     if choice.model == best.model:
         reason = f"{choice.model} has the lowest mean square error"
     else:
         reason = (
-            f"{choice.model} is the cheapest model within {limit} of the lowest mean square error: it"
-            f" {needs} and has {_in_words(choice.over_best)} times the MSE of {best.model}"
+            f"{choice.model} is the cheapest model within {100 * MATERIAL:.0f} % of the lowest mean square"
+            f" error: it {needs} and has {_in_words(choice.over_best)} times the MSE of {best.model}"
         )
     if cheaper:
         rival = min(cheaper, key=lambda row: row.place)
@@ -103,12 +92,11 @@ def _about_k_0(ranking: Ranking, choice: RankedModel) -> list[str]:
 
 def _longer_runs(cells: xr.Dataset) -> list[str]:
     """Advice for each experiment that is short for its cylinder's walls."""
-    short = cells["duration"].values < LONG_RUN * cells["time_constant"].values
+    columns = (cells[name].values for name in ("experiment", "duration", "time_constant"))
     return [
         f"Longer runs: {name} lasts less than ten thermal time constants, {time_constant:.3g} s each."
-        for name, time_constant in zip(
-            cells["experiment"].values[short], cells["time_constant"].values[short], strict=True
-        )
+        for name, duration, time_constant in zip(*columns, strict=True)
+        if duration < LONG_RUN * time_constant
     ]
 
 

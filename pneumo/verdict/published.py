@@ -57,9 +57,10 @@ def half_unit(printed: str, digits: int | None = None) -> float:
     (50.0, 0.5, 0.05)
     """
     try:
-        _, figures, exponent = Decimal(printed).as_tuple()
+        number = Decimal(printed)
     except InvalidOperation:
-        exponent = "n"
+        number = Decimal("nan")
+    _, figures, exponent = number.as_tuple()
     if not isinstance(exponent, int):
         raise ValueError(f"printed = {printed!r}: not a finite number")
     if digits is not None:

@@ -8,6 +8,9 @@ from pneumo.papers.paper_2006.table1 import PAPER_MODELS, processes
 from pneumo.verdict.published import read_table, table7, table9
 from pneumo.verdict.sources import Finding, MissingEvidence, StudyResults
 
+CARRYING = [name for name, model in PAPER_MODELS.items() if model.has_n]
+NAMES = ("mean_error", "std", "mse")
+
 
 def excitation_bandwidth(results: StudyResults) -> Finding:
     """Half the rate at which cylinder D's command draws random values, Hz."""
@@ -36,32 +39,29 @@ def number_of_n(results: StudyResults) -> Finding:
 
 def models_with_n(_: StudyResults) -> Finding:
     """Count the models that carry n."""
-    names = [model.name for model in PAPER_MODELS.values() if model.has_n]
-    return Finding(len(names), shown=", ".join(names))
+    return Finding(len(CARRYING), shown=", ".join(CARRYING))
 
 
 def models_without_n(_: StudyResults) -> Finding:
     """Count the models that carry no n."""
-    names = [model.name for model in PAPER_MODELS.values() if not model.has_n]
+    names = [name for name in PAPER_MODELS if name not in CARRYING]
     return Finding(len(names), shown=", ".join(names))
 
 
 def number_of_runs(results: StudyResults) -> Finding:
     """Experiments times (models with n times values of n, plus models without)."""
-    carrying = sum(model.has_n for model in PAPER_MODELS.values())
-    experiments = len(read_table(6))
-    values = len(results.study.n)
-    runs = experiments * (carrying * values + len(PAPER_MODELS) - carrying)
-    return Finding(runs, shown=f"{experiments} ({carrying} x {values} + {len(PAPER_MODELS) - carrying})")
+    experiments, values = len(read_table(6)), len(results.study.n)
+    carrying, others = len(CARRYING), len(PAPER_MODELS) - len(CARRYING)
+    runs = experiments * (carrying * values + others)
+    return Finding(runs, shown=f"{experiments} ({carrying} x {values} + {others})")
 
 
 def simplest(_: StudyResults, models: Sequence[str], claimed: str) -> Finding:
     """Whether a model carries the fewest processes."""
     count = {model: processes(model) for model in models}
     alone = all(count[claimed] < count[model] for model in models if model != claimed)
-    return Finding(
-        holds=alone, shown=", ".join(f"{model} carries {number}" for model, number in count.items())
-    )
+    words = ", ".join(f"{model} carries {number}" for model, number in count.items())
+    return Finding(holds=alone, shown=words)
 
 
 def rows_within(divisor_is_N: bool) -> tuple[int, int]:
@@ -71,13 +71,12 @@ def rows_within(divisor_is_N: bool) -> tuple[int, int]:
     sigma^2; with N as divisor of the variance, mu^2 + sigma^2 = MSE.
     """
     overall, levels = table7(), table9()
-    rows = [(overall.sel(model=model), 16) for model in PAPER_MODELS]
-    for level in levels["level"].values:
-        rows += [(levels.sel(level=level, model=model), 8) for model in PAPER_MODELS]
+    tables = [(overall, 16), *((levels.sel(level=level), 8) for level in levels["level"].values)]
+    rows = [(table.sel(model=model), N) for table, N in tables for model in PAPER_MODELS]
     fits = 0
     for row, N in rows:
-        mu, sigma, mse = (float(row[name]) for name in ("mean_error", "std", "mse"))
-        d_mu, d_sigma, d_mse = (float(row[f"{name}_half_unit"]) for name in ("mean_error", "std", "mse"))
+        mu, sigma, mse = (float(row[name]) for name in NAMES)
+        d_mu, d_sigma, d_mse = (float(row[f"{name}_half_unit"]) for name in NAMES)
         low = max(abs(mu) - d_mu, 0) ** 2 + (sigma - d_sigma) ** 2 - (mse + d_mse)
         high = (abs(mu) + d_mu) ** 2 + (sigma + d_sigma) ** 2 - (mse - d_mse)
         fits += low <= (0 if divisor_is_N else (sigma + d_sigma) ** 2 / N) and high >= 0
