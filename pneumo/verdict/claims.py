@@ -90,10 +90,7 @@ class Claims(NamedTuple):
 def read_claims(folder: Path = PAPER_FOLDER) -> Claims:
     """Read ``claims.yaml`` of a folder and, through its rules, the published tables.
 
-    Raises
-    ------
-    PaperError
-        If the file is missing, an entry is wrong, an id stands twice, or a tolerance class is undefined.
+    A wrong entry, an id that stands twice, or an undefined tolerance class raises `PaperError`.
     """
     file, content = folder / "claims.yaml", read_yaml(folder, "claims.yaml")
     classes = {name: ToleranceClass.read(file, name, entry) for name, entry in content["classes"].items()}

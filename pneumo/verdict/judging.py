@@ -47,13 +47,7 @@ class Judge:
         self.alternatives = read(toggled, "reproduced")["reproduced"] if toggled.exists() else None
 
     def finding(self, claim: Claim, source: str) -> Finding:
-        """Run a claim's computation on a source: ``published``, ``exact`` or ``printed``.
-
-        Raises
-        ------
-        MissingEvidence
-            If the source lacks what the computation needs.
-        """
+        """Run a claim's computation on a source; `MissingEvidence` if that lacks what it needs."""
         try:
             finding = self.paper.computations[claim.compute](self.sources[source], **claim.arguments)
         except KeyError as error:

@@ -8,13 +8,7 @@ from pneumo.verdict.stored_verdict import stored_verdict
 
 
 def current_verdict(results: Path, paper: Path = PAPER_FOLDER) -> dict[str, Any]:
-    """Verdict on the paper: what ``verdict.json`` holds if it is up to date, else judged anew.
-
-    Parameters
-    ----------
-    results, paper : pathlib.Path
-        Folder of results, where nothing is written; folder of the paper.
-    """
+    """Verdict on the paper: what ``verdict.json`` holds if up to date, else judged anew (not written)."""
     stored = stored_verdict(results, paper, "pneumo.papers.paper_2006.paper")
     if stored is not None:
         return stored

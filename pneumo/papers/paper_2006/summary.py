@@ -13,7 +13,6 @@ import xarray as xr
 
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS
 from pneumo.verdict.judging import Item, Sources, six_digits
-from pneumo.verdict.sources import StudyResults
 
 EXPERIMENTS = [f"E{number:02d}" for number in range(1, 17)]
 LEVELS = ("adiabatic", "typical", "isothermal")
@@ -64,23 +63,16 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
 
 def wrong_row(sources: Sources) -> list[dict[str, Any]]:
     """M7 and M8 at the typical level in Table 9 and in both transports, by quantity."""
-
-    def row(source: StudyResults, model: str) -> dict[str, float | None]:
-        level = source.statistics.sel(level="typical")
-        mse = level["mse"]
-        of_model = float(mse.sel(model=model))
-        return {
-            "of_M6": six_digits(of_model / float(mse.sel(model="M6"))),
-            "of_classical": six_digits(of_model / float(mse.sel(model=["M1", "M2", "M3"]).min())),
-            "mu": six_digits(float(level["mean_error"].sel(model=model))),
-            "sigma": six_digits(float(level["std"].sel(model=model))),
-        }
-
-    return [
-        {"model": model, "source": name} | row(sources[name], model)
-        for name in ORIGINS
-        for model in ("M7", "M8")
-    ]
+    rows: list[dict[str, Any]] = []
+    for name, model in itertools.product(ORIGINS, ("M7", "M8")):
+        level = sources[name].statistics.sel(level="typical")
+        M6, classical = level["mse"].sel(model="M6"), level["mse"].sel(model=["M1", "M2", "M3"]).min()
+        row = level.sel(model=model)
+        numbers = {"of_M6": row["mse"] / M6, "of_classical": row["mse"] / classical}
+        numbers |= {"mu": row["mean_error"], "sigma": row["std"]}
+        rounded = {key: six_digits(float(number)) for key, number in numbers.items()}
+        rows.append({"model": model, "source": name} | rounded)
+    return rows
 
 
 def transport(sources: Sources) -> list[dict[str, Any]]:

@@ -1,6 +1,7 @@
 """The paper's ten models and their rows of Table 1, derived from the table of models."""
 
 from pneumo.physics.models import MODELS, Model
+from pneumo.statistics.ranking import cost
 
 PAPER_MODELS = {f"M{i}": MODELS[f"M{i}"] for i in range(1, 11)}  # whatever else the table of models holds
 
@@ -21,6 +22,5 @@ def table_1_row(model: Model) -> dict[str, str]:
 
 def processes(name: str) -> int:
     """Number of processes that a model carries: changing temperature, mixing, three steps of wall heat."""
-    model = PAPER_MODELS[name]
-    walls = ("none", "k_0", "lambda_0 A_q", "lambda A_q").index(model.wall)
-    return (model.temperature == "polytropic") + model.mixing + walls
+    walls, changing_temperature, _, mixing = cost(PAPER_MODELS[name])
+    return walls + changing_temperature + mixing
