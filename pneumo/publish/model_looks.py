@@ -21,11 +21,8 @@ class Look(NamedTuple):
 
     def points(self) -> dict[str, Any]:
         """Keywords for `Axes.plot`: the curve with open markers."""
-        return self.line() | {
-            "marker": self.marker,
-            "markerfacecolor": "white",
-            "markeredgecolor": self.color,
-        }
+        marks = {"marker": self.marker, "markerfacecolor": "white", "markeredgecolor": self.color}
+        return self.line() | marks
 
 
 _DASH = (0, (5.0, 1.6))
@@ -56,13 +53,7 @@ _MARKERS = ("*", "d", "p", "8", "H")  # as many as share no divisor with the lin
 
 
 def looks_of(models: Iterable[str]) -> dict[str, Look]:
-    """Return the look of each model: the paper's, or for an added model the next free one.
-
-    Parameters
-    ----------
-    models : iterable of str
-        Names, in the order of the table of models.
-    """
+    """Return the look of each model: the paper's, or for an added model the next free one."""
     names = list(models)
     added = [name for name in names if name not in PAPER_LOOKS]
     free = {

@@ -9,6 +9,8 @@ import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from pneumo.storage.files import atomic
+
 Layout = Literal["constrained", "compressed", "tight"] | None
 
 SINGLE_MM = 84.0  # width of one column
@@ -20,6 +22,7 @@ GREY = "#7f7f7f"
 PALE = "#e6e6e6"
 ACCENT = "#1f5fa8"  # L* = 40, so it prints as a dark grey; the schemes have it too
 
+_TICKS = {"labelsize": 8.0, "color": INK, "direction": "in", "major.width": 0.6, "minor.width": 0.4}
 PAPER_RC: dict[Any, Any] = {
     # STIX travels with matplotlib, has the whole mathematical alphabet and matches a Times text.
     "font.family": "STIXGeneral",
@@ -27,8 +30,6 @@ PAPER_RC: dict[Any, Any] = {
     "font.size": 8.5,
     "axes.labelsize": 8.5,
     "axes.titlesize": 8.5,
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
     "legend.fontsize": 8.0,
     "figure.dpi": 200.0,
     "savefig.dpi": 200.0,
@@ -39,8 +40,6 @@ PAPER_RC: dict[Any, Any] = {
     "text.color": INK,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
     "axes.linewidth": 0.6,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -49,16 +48,6 @@ PAPER_RC: dict[Any, Any] = {
     "axes.formatter.limits": (-3, 4),
     "grid.color": PALE,
     "grid.linewidth": 0.5,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.minor.width": 0.4,
-    "ytick.minor.width": 0.4,
-    "xtick.major.size": 3.0,
-    "ytick.major.size": 3.0,
-    "xtick.minor.size": 1.6,
-    "ytick.minor.size": 1.6,
     "lines.linewidth": 1.1,
     "lines.markersize": 4.0,
     "lines.markeredgewidth": 0.8,
@@ -72,7 +61,14 @@ PAPER_RC: dict[Any, Any] = {
     "svg.fonttype": "path",
     # Identifiers inside an SVG are hashes of content and salt; a random salt would change every file.
     "svg.hashsalt": "pneumo",
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "xtick.minor.size": 1.6,
+    "ytick.minor.size": 1.6,
+    **{f"{axis}tick.{name}": value for axis in "xy" for name, value in _TICKS.items()},
 }
+# No date, and no version of the plotting library, inside the files.
+METADATA: dict[str, dict[str, None]] = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
 
 
 @contextmanager
@@ -92,16 +88,8 @@ def new_figure(
 ) -> Figure:
     """Make an empty figure of a printed size, without touching pyplot's global list.
 
-    Parameters
-    ----------
-    width_mm, height_mm : float
-        Printed size; `SINGLE_MM` and `DOUBLE_MM` are the two widths in use.
-    layout : {"constrained", "compressed", "tight"} or None
-        Layout engine of matplotlib; None leaves axes where they are put.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `SINGLE_MM` and `DOUBLE_MM` are the two widths in use; `layout` is matplotlib's layout engine, None
+    leaves axes where they are put.
     """
     fig = Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout=layout)
     FigureCanvasAgg(fig)
@@ -111,21 +99,10 @@ def new_figure(
 def axis_label(quantity: str, unit: str = "") -> str:
     """Write an axis label as the paper does, quantity and unit in brackets.
 
-    Parameters
-    ----------
-    quantity : str
-        Words, or a symbol between dollar signs.
-    unit : str
-        Unit in plain or math text; empty for a number.
-
-    Returns
-    -------
-    str
-
     Examples
     --------
-    >>> axis_label("$P_A$", "Pa")
-    '$P_A$ (Pa)'
+    >>> axis_label("$P_A$", "Pa"), axis_label("$n$")
+    ('$P_A$ (Pa)', '$n$')
     """
     return f"{quantity} ({unit})" if unit else quantity
 
@@ -133,34 +110,16 @@ def axis_label(quantity: str, unit: str = "") -> str:
 def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:
     """Write `stem.svg` and `stem.png`, whole or not at all, with the same bytes on every run.
 
-    Parameters
-    ----------
-    fig : matplotlib.figure.Figure
-        The figure to write; its printed size is kept, and its layout is fixed from here on.
-    stem : str or pathlib.Path
-        Path without extension; missing folders are made.
-
-    Returns
-    -------
-    tuple of pathlib.Path
-        The SVG and the PNG file.
+    The printed size is kept, and the layout is fixed from here on; missing folders are made.
     """
     stem = Path(stem)
-    stem.parent.mkdir(parents=True, exist_ok=True)
-    # No date, and no version of the plotting library, inside the files.
-    metadata = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
-    svg, png = (stem.with_name(f"{stem.name}.{kind}") for kind in metadata)
+    svg, png = (stem.with_name(f"{stem.name}.{kind}") for kind in METADATA)
     with paper_style():
-        for path, kind in ((svg, "svg"), (png, "png")):
-            part = path.with_name(path.name + ".part")
-            try:
-                fig.savefig(part, format=kind, metadata=metadata[kind])
-                part.replace(path)
-            finally:
-                part.unlink(missing_ok=True)
-            fig.set_layout_engine(
-                "none"
-            )  # the second file has the layout of the first, and takes half the time
+        for path, (kind, metadata) in zip((svg, png), METADATA.items(), strict=True):
+            with atomic(path) as part:
+                fig.savefig(part, format=kind, metadata=metadata)
+            # The second file has the layout of the first, and takes half the time.
+            fig.set_layout_engine("none")
     return svg, png
 
 

@@ -45,90 +45,74 @@ def typed_numbers(source: str) -> list[str]:
     return re.findall(r"\d+(?:\.\d+)?", text)
 
 
+COORDS = {
+    "experiment": ["E09", "E10"],
+    "transport": ["published", "exact"],
+    "level": ["overall", *LEVELS],
+    "model": list(MODELS),
+    "cylinder": ["D", "E"],
+    "parameter": ["M", "k_f", "stop"],
+    "averaged": ["mean", "geometric"],
+    "criterion": ["mean", "geometric", "rank"],
+    "ratio": list(PAIRS),
+    "pair": list(PAIRS),
+    "alternative": ["inlet.colder", "inlet.warmer", "valve.leak"],
+    "loop_of": ["open", "closed", "both"],
+    "statement": [*(f"{pair} < 1" for pair in PAIRS), "M6 enough"],
+    "group": ["thermal", "exchange"],
+    "third": ["lowest", "middle", "highest"],
+    "bound": ["value", "low", "high"],
+}
+
+
+def full(dims: str, value=BOUNDS) -> xr.DataArray:
+    """One value everywhere, or three along the last dimension."""
+    coords = {name: COORDS[name] for name in dims.split()}
+    return xr.DataArray(np.broadcast_to(value, [len(c) for c in coords.values()]), coords, list(coords))
+
+
 def invented_ensemble():
-    transports, levels = ["published", "exact"], ["overall", *LEVELS]
-    sizes = {
-        "ratio": list(PAIRS),
-        "averaged": ["mean", "geometric"],
-        "transport": transports,
-        "level": levels,
+    by_level = {"value": 0.8, "low": 0.7, "high": 0.9, "resolvable": 1.05}
+    found = {
+        f"ratio_{name}": full("ratio averaged transport level", value) for name, value in by_level.items()
     }
-    values = {"value": 0.8, "low": 0.7, "high": 0.9, "resolvable": 1.05}
-
-    def full(coords, value):
-        return xr.DataArray(np.full([len(c) for c in coords.values()], value), coords, list(coords))
-
-    by_experiment = {"ratio": list(PAIRS), "transport": transports, "experiment": ["E01", "E02"]}
-    found = {f"ratio_{name}": full(sizes, value) for name, value in values.items()}
-    found["experiment_ratio_value"] = full(by_experiment, 0.8)
+    found["experiment_ratio_value"] = full("ratio transport experiment", 0.8)
     return xr.Dataset(found).assign(complete=("seeds", [1] * 9 + [0]), failed_sets=("experiment", [0, 1]))
 
 
 def invented_floor():
-    coords = {
-        "experiment": ["E09", "E10"],
-        "period": [1e-4, 1e-3, 1e-2],
-        "transport": ["linear", "hold", "delay"],
-    }
     names = {"measured": 400.0, "predicted": 440.0, "formula": 360.0}
-    arrays = {k: (list(coords), np.full((2, 3, 3), value)) for k, value in names.items()}
-    return xr.Dataset(arrays, coords | {"loop": ("experiment", ["open", "closed"])})
+    arrays = {name: full("experiment transport", value) for name, value in names.items()}
+    floor = xr.Dataset(arrays).expand_dims(period=[1e-4, 1e-3, 1e-2])
+    return floor.assign_coords(transport=["linear", "hold"], loop=("experiment", ["open", "closed"]))
 
 
 def invented_identification():
-    sizes = {"cylinder": ["D", "E"], "parameter": ["M", "k_f", "stop"]}
     values = {"estimate": 1.5, "low": 1.4, "high": 1.6}
-    return xr.Dataset({k: (list(sizes), np.full((2, 3), v)) for k, v in values.items()}, sizes)
+    return xr.Dataset({name: full("cylinder parameter", value) for name, value in values.items()})
 
 
 def invented_budget():
-    sizes = {"level": list(LEVELS), "model": list(MODELS)}
-    parts = ("level_model_error", "level_transport_error")
-    return xr.Dataset({k: (list(sizes), np.full((3, 10), 4e6)) for k in parts}, sizes)
+    return xr.Dataset({f"level_{part}_error": full("level model", 4e6) for part in ("model", "transport")})
 
 
 def invented_variants():
-    sizes = {"pair": list(PAIRS[:3]), "level": list(LEVELS), "transport": ["exact"], "criterion": ["mean"]}
-    shape = tuple(map(len, sizes.values()))
-    alternatives = ["inlet.colder", "inlet.warmer", "valve.leak"]
-    dims = list(sizes)
-    ratio = np.full((*shape, 3), 2.6)
+    dims = "transport criterion pair level"
     return xr.Dataset(
-        {
-            "ratio": ([*dims, "alternative"], ratio),
-            "share": (dims, np.full(shape, 2 / 3)),
-            "counted": (dims, np.full(shape, 3)),
-        },
-        sizes | {"alternative": alternatives},
+        {"ratio": full(f"{dims} alternative", 2.6), "share": full(dims, 2 / 3), "counted": full(dims, 3)}
     )
 
 
 def invented_cylinders():
-    statements = [*(f"{pair} < 1" for pair in PAIRS), "M6 enough"]
-    coords = {
-        "loop_of": ["open", "closed", "both"],
-        "pair": list(PAIRS),
-        "criterion": ["mean", "geometric", "rank"],
-        "statement": statements,
-        "group": ["thermal", "exchange"],
-        "third": ["lowest", "middle", "highest"],
-        "bound": ["value", "low", "high"],
-    }
-
-    def full(*names):
-        shape = [len(coords[name]) for name in names]
-        return (*names, "bound"), np.broadcast_to(BOUNDS, (*shape, 3))
-
     return xr.Dataset(
         {
-            "ratio": full("loop_of", "pair", "criterion"),
-            "share": full("loop_of", "statement"),
-            "third_ratio": full("group", "third", "pair"),
+            "ratio": full("loop_of pair criterion bound"),
+            "share": full("loop_of statement bound"),
+            "third_ratio": full("group third pair bound"),
             "third_from": (("group", "third"), [[1.0, 2.0, 3.0], [0.01, 0.1, 4.34]]),
-            "counts": (("cylinder", "loop"), [[1, 1], [1, 0], [1, 1]]),
-            "held_out": ("cylinder", [0, 0, 1]),
+            "counts": (("run", "loop"), [[1, 1], [1, 0], [1, 1]]),
+            "held_out": ("run", [0, 0, 1]),
         },
-        coords,
     )
 
 
@@ -142,46 +126,35 @@ def project(tmp_path_factory):
         shutil.copy(ROOT / "results" / name, results)
     for name in ("traces", "floor", "ensemble", "regimes"):
         shutil.copy(ROOT / "results/figures/traces.svg", results / f"figures/{name}.svg")
-    write(invented_ensemble(), results / "ensemble.nc", ABOUT)
-    write(invented_variants(), results / "variants.nc", ABOUT)
-    write(invented_floor(), results / "floor.nc", ABOUT)
-    write(invented_identification(), results / "identification.nc", ABOUT)
-    write(invented_budget(), results / "error_budget.nc", ABOUT)
-    write(invented_cylinders(), results / "cylinders.nc", ABOUT)
-    row = {
-        "claim": "all alike",
-        "published": "1.04",
-        "exact": "5.9",
-        "interval": "5 to 6",
-        "why": "",
-        "stands": "no",
-    }
-    write_json(json.dumps({"claims": [row | {"headline": True}]}), results / "findings.json")
+    for name, invented in {
+        "ensemble": invented_ensemble,
+        "variants": invented_variants,
+        "floor": invented_floor,
+        "identification": invented_identification,
+        "error_budget": invented_budget,
+        "cylinders": invented_cylinders,
+    }.items():
+        write(invented(), results / f"{name}.nc", ABOUT)
+    row = {"claim": "all alike", "published": "1.04", "exact": "5.9", "interval": "5 to 6", "why": ""}
+    write_json(json.dumps({"claims": [row | {"stands": "no", "headline": True}]}), results / "findings.json")
     shutil.copytree(FOLDER, root / "paper/manuscript")
     (results / "manuscript.json").write_text(json.dumps(m.manuscript_numbers(results)), encoding="utf-8")
     return root
 
 
-def test_no_number_is_typed():
-    assert typed_numbers(SOURCE) == []
-
-
 @given(st.one_of(st.integers(0, 10**6), st.floats(0.001, 1000).map(lambda x: round(x, 3))))
 def test_a_typed_number_is_found(number):
-    sentence = "and the conductance $k_0$. "
-    place = SOURCE.index("= What was reproduced") + 40
-    cut = SOURCE.index(". ", place) + 2
+    cut = SOURCE.index(". ", SOURCE.index("= What was reproduced") + 40) + 2
+    sentence = f"It has {number} parts, and the conductance $k_0$. "
     if str(number) != "2006":  # the year of the paper is its name
-        assert typed_numbers(SOURCE[:cut] + f"It has {number} parts, {sentence}" + SOURCE[cut:]) == [
-            str(number)
-        ]
+        assert typed_numbers(SOURCE[:cut] + sentence + SOURCE[cut:]) == [str(number)]
 
 
-def test_names_and_references_are_no_numbers():
-    text = (
-        "M8 and E12 of Tables 7 and 9, eq (17), Section 4, ISO 6358 @falcao2006 $x_2 = 3$ `-j2` #f.a.b // 5\n"
+def test_no_number_is_typed_and_names_and_references_are_none():
+    assert typed_numbers(SOURCE) == []
+    assert (
+        typed_numbers("M8, E12, Tables 7 and 9, eq (17), ISO 6358 @f2006 $x_2 = 3$ `-j2` #f.a.b // 5\n") == []
     )
-    assert typed_numbers(text) == []
     assert typed_numbers("M8 has 18 % of it, #f.share of 7") == ["18", "7"]
 
 
@@ -222,17 +195,12 @@ def test_numbers_are_those_of_the_results(project):
 
 
 @pytest.mark.results
-def test_it_is_typeset_twice_to_the_same_bytes(project):
-    one, two = project / "one.pdf", project / "two.pdf"
+def test_it_is_typeset_twice_to_the_same_bytes_on_six_to_eight_pages(project):
+    source, one, two = project / "paper/manuscript/manuscript.typ", project / "one.pdf", project / "two.pdf"
     for output in (one, two):
-        m.compile_pdf(project / "paper/manuscript/manuscript.typ", project, output)
+        m.compile_pdf(source, project, output)
     assert one.read_bytes() == two.read_bytes()
     assert one.read_bytes()[:5] == b"%PDF-" and str(project).encode() not in one.read_bytes()
-
-
-@pytest.mark.results
-def test_it_has_six_to_eight_pages(project):
-    source = project / "paper/manuscript/manuscript.typ"
     pages = typst.compile(str(source), root=str(project), format="png", ppi=20, ignore_system_fonts=True)
     assert isinstance(pages, list) and 6 <= len(pages) <= 8
 

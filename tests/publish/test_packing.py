@@ -64,14 +64,11 @@ def test_a_step_is_round_and_no_larger_than_it_must_be(rms, largest):
 
 
 @pytest.mark.parametrize(
-    ("rms", "step"), [(16.0, 1.0), (31.9, 1.0), (32.0, 2.0), (3678.0, 200.0), (1.0, 1.0)]
+    ("rms", "step"),
+    [(16.0, 1.0), (31.9, 1.0), (32.0, 2.0), (3678.0, 200.0), (1.0, LEAST_STEP), (np.nan, LEAST_STEP)],
 )
 def test_steps(rms, step):
     assert rounding_step(rms, 0.0) == step
-
-
-def test_without_an_error_to_be_seen_the_least_step_is_taken():
-    assert rounding_step(np.nan, 0.0) == LEAST_STEP
 
 
 def test_what_is_not_finite_is_missing():

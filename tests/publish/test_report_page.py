@@ -44,42 +44,26 @@ def runs(experiment, seed):
     rng = np.random.default_rng(seed)
     stored = experiment.steps // experiment.pressure_stride + 1
     t = np.arange(stored) * experiment.h * experiment.pressure_stride
-    angle = np.linspace(0, 1, stored)[:, None] * rng.uniform(10, 2000, MANY_VALUES) + rng.uniform(
-        0, 7, MANY_VALUES
-    )
+    frequencies, phases = rng.uniform(10, 2000, MANY_VALUES), rng.uniform(0, 7, MANY_VALUES)
+    angle = np.linspace(0, 1, stored)[:, None] * frequencies + phases
     waves = np.sin(angle) @ rng.normal(0, 1, (MANY_VALUES, 4)) / MANY_VALUES**0.5
     full = 5e5 + 8e4 * waves[:, :2].T
     steps = np.arange(experiment.steps + 1)
-    datum = xr.Dataset(
-        {
-            "P": (
-                ("t", "chamber"),
-                np.stack([np.interp(steps, steps[:: experiment.pressure_stride], p) for p in full], axis=1),
-            ),
-            "status": ((), np.int8(0)),
-            "failure_time": ((), np.nan),
-        },
-        coords={"chamber": ["A", "B"]},
-    )
+    P = np.stack([np.interp(steps, steps[:: experiment.pressure_stride], p) for p in full], axis=1)
+    datum = xr.Dataset({"P": (("t", "chamber"), P)}, {"chamber": ["A", "B"]})
+    datum = datum.assign(status=np.int8(0), failure_time=np.nan)
     replays, best = {}, {}
+    coords = {"model": list(MODELS), "n": list(PAPER.n), "chamber": ["A", "B"], "t": t}
+    has_n = np.array([[model.has_n] for model in MODELS.values()])
     for transport, factor in {"published": 2.0, "exact": 1.0}.items():
         size = factor * np.array([10, 4, 6, 50, 3, 2.5, 1.5, 1.2, 1.1, 1.0])[:, None] * 1e3
-        far = np.where(
-            [[model.has_n] for model in MODELS.values()], 1 + 8 * np.abs(np.array(PAPER.n) - 1.3), 1.0
-        )
+        far = np.where(has_n, 1 + 8 * np.abs(np.array(PAPER.n) - 1.3), 1.0)
         error = (size * far)[:, :, None, None] * (waves[:, 2:].T + 0.2)
-        mse = np.mean(error**2, axis=-1)
-        dims = ("model", "n", "chamber")
-        replays[transport] = xr.Dataset(
-            {
-                "mse": (dims, mse),
-                "status": (dims, np.zeros(mse.shape, np.int8)),
-                "pressure": ((*dims, "t"), (full - error).astype(np.float32)),
-            },
-            coords={"model": list(MODELS), "n": list(PAPER.n), "chamber": ["A", "B"], "t": t},
-        )
-        n = np.array(PAPER.n)[mse.mean(-1).argmin(1)]
-        best[transport] = xr.DataArray(n, coords={"model": list(MODELS)}, dims="model")
+        pressure = xr.DataArray((full - error).astype(np.float32), coords, list(coords))
+        mse = xr.DataArray(np.mean(error**2, axis=-1), pressure.isel(t=0, drop=True).coords)
+        status = xr.zeros_like(mse, np.int8)
+        replays[transport] = xr.Dataset({"mse": mse, "status": status, "pressure": pressure})
+        best[transport] = mse.mean("chamber").idxmin("n")
     return datum, replays, best
 
 
@@ -133,10 +117,9 @@ def test_traces_are_those_of_the_results_to_half_a_step(made, parts, transport):
     chosen = shown_samples(stored, EVERY)
     full = datum["P"].values[:: PAPER.experiments["E06"].pressure_stride]
     kept = unpacked(found.traces["full"], [1, 1], len(chosen))
+    step = found.facts["step"]
     for c in range(2):
-        assert (
-            np.abs(kept[c][0] * found.facts["step"] - full[chosen, c]).max() <= found.facts["step"] / 2 + 1e-6
-        )
+        assert np.abs(kept[c][0] * step - full[chosen, c]).max() <= step / 2 + 1e-6
     steps = iter(found.facts["cells"][transport]["steps"])
     groups = iter(errors_of(found, transport, stored))
     for name, model in MODELS.items():
@@ -178,16 +161,14 @@ def test_a_cell_that_failed_has_no_trace_and_no_number(made):
 def test_a_run_that_failed_says_so(made, verdict):
     datum, replays, best = made["E06"]
     failed = datum.copy(deep=True)
-    failed["status"] = (
-        (),
-        np.int8(1),
-        {"flag_meanings": "ran left_the_finite_numbers", "last_state": np.ones(6)},
-    )
+    meanings = {"flag_meanings": "ran left_the_finite_numbers", "last_state": np.ones(6)}
+    failed["status"] = ((), np.int8(1), meanings)
     failed["failure_time"] = 1.5
     failed["P"][1500:] = np.nan
-    lost = {name: cells.assign(status=xr.full_like(cells["status"], 2)) for name, cells in replays.items()}
-    for cells in lost.values():
-        cells["mse"] = xr.full_like(cells["mse"], np.nan)
+    lost = {
+        name: cells.assign(status=cells["status"] + 2, mse=cells["mse"] * np.nan)
+        for name, cells in replays.items()
+    }
     none = {name: xr.full_like(values, np.nan) for name, values in best.items()}
     found = part(PAPER.experiments["E06"], failed, lost, none, EVERY)
     assert found.facts["failed"].startswith("full-order run failed at t = 1.5 s: left the finite numbers")
@@ -218,18 +199,13 @@ def test_the_page_of_any_study_has_room():
 # The page as text
 
 
-def test_one_file_that_loads_nothing(page):
-    assert [target for target in Structure(page).loads if not target.startswith("data:")] == []
-    assert "url(" not in page and "@import" not in page
-    assert set(Structure(page).links) - {"#explore", "verdict.html"} == {
-        "https://doi.org/10.1243/09596518JSCE203",
-        "https://github.com/leeoniya/uPlot",
-    }
+def test_one_file_that_loads_nothing_and_is_the_same_twice(parts, verdict, page):
     structure = Structure(page)
+    assert [target for target in structure.loads if not target.startswith("data:")] == []
+    assert "url(" not in page and "@import" not in page
+    links = {"https://doi.org/10.1243/09596518JSCE203", "https://github.com/leeoniya/uPlot"}
+    assert set(structure.links) == {"#explore", "verdict.html", *links}
     assert len(set(structure.ids)) == len(structure.ids)
-
-
-def test_the_same_results_give_the_same_page(parts, verdict, page):
     assert report_page(PAPER, parts, verdict, None, False) == page
 
 
@@ -331,6 +307,10 @@ def rms(error: np.ndarray) -> str:
     return f"{np.sqrt(np.mean(error**2)) / 1e3:.2f}"
 
 
+def mouse(browser, kind: str, place: dict[str, float]) -> None:
+    browser.send("Input.dispatchMouseEvent", type=f"mouse{kind}", button="left", clickCount=1, **place)
+
+
 @in_chromium
 class TestInBrowser:
     def address(self, browser) -> dict[str, str]:
@@ -360,9 +340,8 @@ class TestInBrowser:
     def test_choosing_an_experiment_changes_traces_and_numbers(self, view, made):
         browser = view("#e=E06&t=exact&c=A&n=best")
         before = browser.run("plots.error.data[6]"), browser.run(ROWS_SHOWN)
-        browser.run(
-            "{const list = element('experiment'); list.value = 9; list.dispatchEvent(new Event('change'))}"
-        )
+        change = "list.value = 9; list.dispatchEvent(new Event('change'))"
+        browser.run(f"{{const list = element('experiment'); {change}}}")
         assert self.address(browser)["e"] == "E10"
         after = browser.run("plots.error.data[6]"), browser.run(ROWS_SHOWN)
         assert after[0] != before[0] and after[1] != before[1]
@@ -373,29 +352,20 @@ class TestInBrowser:
             mse = replays["exact"]["mse"].sel(model=name, chamber="A", n=own).item()
             assert float(value) == pytest.approx(np.sqrt(mse) / 1e3, abs=0.0051)  # two decimals
             assert n == (f"{own:.2f}" if MODELS[name].has_n else "–")
-        assert [float(value) for _, _, value, _ in after[1]] == sorted(
-            float(value) for _, _, value, _ in after[1]
-        )
+        values = [float(value) for _, _, value, _ in after[1]]
+        assert values == sorted(values)
 
     def test_a_brush_zooms_both_panels_and_ranks_anew(self, view, made, parts):
         browser = view("#e=E06&t=exact&c=A&n=1.35&m=M5 M7")
         whole = browser.run(ROWS_SHOWN)
         browser.run("element('error').scrollIntoView()")
         browser.run(SHORTLY)
-        x, y, width, height = browser.run(
-            "(({x, y, width, height}) => [x, y, width, height])(plots.error.over.getBoundingClientRect())"
-        )
-        for kind, share in [
-            ("Moved", 0.4),
-            ("Pressed", 0.4),
-            ("Moved", 0.42),
-            ("Moved", 0.45),
-            ("Released", 0.45),
-        ]:
-            place = {"x": x + share * width, "y": y + height / 2}
-            browser.send(
-                "Input.dispatchMouseEvent", type=f"mouse{kind}", button="left", clickCount=1, **place
-            )
+        box = "(({x, y, width, height}) => [x, y, width, height])(plots.error.over.getBoundingClientRect())"
+        x, y, width, height = browser.run(box)
+        for kind, share in zip(
+            ("Moved", "Pressed", *["Moved"] * 2, "Released"), (40, 40, 42, 45, 45), strict=True
+        ):
+            mouse(browser, kind, {"x": x + share / 100 * width, "y": y + height / 2})
         start, end = map(float, self.address(browser)["w"].split())
         assert [start, end] == pytest.approx([24, 27], abs=0.2)  # of 60 s; two pixels
         for plot in ("pressure", "error"):
@@ -430,21 +400,21 @@ class TestInBrowser:
             browser.press(key, 0, key if len(key) == 1 else "")
             return self.address(browser)
 
-        assert after("ArrowRight")["e"] == "E01"
-        assert after("ArrowLeft")["e"] == "E16"
-        assert after("ArrowUp")["n"] == "1"
-        assert after("ArrowUp")["n"] == "1.05"
-        assert after("ArrowDown")["n"] == "1"
-        assert after("0")["m"] == "M5 M7 M10"
-        assert after("5")["m"] == "M7 M10"
-        assert after("t")["t"] == "published"
-        assert after("c")["c"] == "B"
-        start, end = map(float, after("z")["w"].split())
-        assert (start, end) == (20, 27.5)
-        assert after("+")["w"] == "21.875 25.625"
-        assert after(".")["w"] == "23.75 27.5"
-        assert after(",")["w"] == "21.875 25.625"
-        assert after("-")["w"] == "20 27.5"
+        for key, chosen in {"ArrowRight": "E01", "ArrowLeft": "E16"}.items():
+            assert after(key)["e"] == chosen
+        for key, n in (("ArrowUp", "1"), ("ArrowUp", "1.05"), ("ArrowDown", "1")):
+            assert after(key)["n"] == n
+        assert after("0")["m"] == "M5 M7 M10" and after("5")["m"] == "M7 M10"
+        assert after("t")["t"] == "published" and after("c")["c"] == "B"
+        windows = {
+            "z": "20 27.5",
+            "+": "21.875 25.625",
+            ".": "23.75 27.5",
+            ",": "21.875 25.625",
+            "-": "20 27.5",
+        }
+        for key, window in windows.items():
+            assert after(key)["w"] == window
         assert "w" not in after("Escape")
         after("?")
         assert browser.run("element('help').open")
@@ -464,9 +434,8 @@ class TestInBrowser:
             if name == "whole":
                 break
             assert outline == "solid", name
-        assert {"experiment", "transport", "chamber", "n", "keys", "from", "to", "close-up", "whole"} <= set(
-            seen
-        )
+        controls = {"experiment", "transport", "chamber", "n", "keys", "from", "to", "close-up", "whole"}
+        assert controls <= set(seen)
         assert len([text for text in seen if re.fullmatch(r"\dM\d+", text)]) == 10
 
     def test_a_click_over_n_chooses_it(self, view):
@@ -476,8 +445,8 @@ class TestInBrowser:
             "(({x, y, height}) => ({x: x + plots['over-n'].valToPos(1.2, 'x') + 2, y: y + height / 2}))"
             "(plots['over-n'].over.getBoundingClientRect())"
         )
-        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
-            browser.send("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **place)
+        for kind in ("Moved", "Pressed", "Released"):
+            mouse(browser, kind, place)
         assert self.address(browser)["n"] == "1.2"
         assert {n for _, n, _, _ in browser.run(ROWS_SHOWN)} == {"1.20", "–"}
 
@@ -487,9 +456,7 @@ class TestInBrowser:
         assert self.address(browser) == choice
         pressed = "[...document.querySelectorAll('.model[aria-pressed=true]')].map((one) => +one.value)"
         assert browser.run(pressed) == [1, 9]
-        drawn = browser.run(
-            "plots.error.series.slice(2).map((_, m) => plots.error.data[m + 2].some((y) => y !== null))"
-        )
+        drawn = browser.run("plots.error.data.slice(2).map((curve) => curve.some((y) => y !== null))")
         assert [name for name, some in zip(MODELS, drawn, strict=True) if some] == ["M2", "M10"]
         browser.run("location.hash = '#explore'")
         browser.run(SHORTLY)

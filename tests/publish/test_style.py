@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from pneumo.publish.model_looks import PAPER_LOOKS, looks_of
-from pneumo.publish.style import SOURCE_BAR, SOURCE_MARKER, axis_label, new_figure, paper_style, save
+from pneumo.publish.style import SOURCE_BAR, SOURCE_MARKER, new_figure, paper_style, save
 
 
 def test_style_does_not_depend_on_the_readers_settings(tmp_path):
@@ -20,18 +20,12 @@ def test_style_does_not_depend_on_the_readers_settings(tmp_path):
         return fig
 
     plain, _ = save(draw(), tmp_path / "plain")
-    with mpl.rc_context(
-        {"font.size": 20, "svg.fonttype": "none", "svg.hashsalt": None, "lines.linewidth": 9}
-    ):
+    readers = {"font.size": 20, "svg.fonttype": "none", "svg.hashsalt": None, "lines.linewidth": 9}
+    with mpl.rc_context(readers):
+        before = dict(mpl.rcParams)
         other, _ = save(draw(), tmp_path / "other")
+        assert dict(mpl.rcParams) == before
     assert plain.read_bytes() == other.read_bytes()
-
-
-def test_style_leaves_no_trace():
-    before = dict(mpl.rcParams)
-    with paper_style():
-        pass
-    assert dict(mpl.rcParams) == before
 
 
 def test_save_leaves_no_part_file_when_drawing_fails(tmp_path):
@@ -47,11 +41,6 @@ def test_save_keeps_dots_in_the_name(tmp_path):
     with paper_style():
         fig = new_figure(layout=None)
     assert [p.name for p in save(fig, tmp_path / "n1.35")] == ["n1.35.svg", "n1.35.png"]
-
-
-def test_axis_label_has_its_unit_in_brackets():
-    assert axis_label("$P_A$", "Pa") == "$P_A$ (Pa)"
-    assert axis_label("$n$") == "$n$"
 
 
 # Machado, Oliveira and Fernandes (2009), doi:10.1109/TVCG.2009.113, severity 1, on linear RGB.
@@ -95,9 +84,8 @@ def test_models_can_be_told_apart(vision):
 def test_added_models_have_looks_of_their_own():
     names = [*PAPER_LOOKS, *(f"M{i}" for i in range(11, 40)), "mine"]
     looks = looks_of(names)
-    assert list(looks) == names and len({(look.linestyle, look.marker) for look in looks.values()}) == len(
-        names
-    )
+    assert list(looks) == names
+    assert len({(look.linestyle, look.marker) for look in looks.values()}) == len(names)
 
 
 def test_published_and_reproduced_differ_without_colour():

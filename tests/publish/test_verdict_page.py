@@ -39,14 +39,11 @@ def page(judged):
     return verdict_page(judged)
 
 
-def test_one_file_that_loads_nothing(page):
+def test_one_file_that_loads_nothing_and_is_the_same_twice(judged, page):
     assert len(page.encode()) < 3_000_000
     assert [target for target in Structure(page).loads if not target.startswith("data:")] == []
     assert "url(" not in page
     assert "@import" not in page
-
-
-def test_the_same_verdict_gives_the_same_page(judged, page):
     assert verdict_page(judged) == page
 
 
@@ -65,12 +62,9 @@ def test_every_cell_of_the_tables_stands_once(judged, page):
     assert sorted(cells) == sorted(expected)
 
 
-def test_text_is_escaped(page):
+def test_text_is_escaped(judged, page):
     assert "for this test &lt;&amp;&gt;" in page
     assert "for this test <&>" not in page
-
-
-def test_what_is_no_formula_is_escaped_too(judged):
     ledger = judged["assumptions"]
     name = next(iter(ledger))
     spoilt = judged | {"assumptions": ledger | {name: ledger[name] | {"unit": "<b>kg</b>"}}}
@@ -86,18 +80,9 @@ def test_findings_stand_before_the_items(page):
 
 
 def test_another_study_says_so(judged):
-    text = verdict_page(
-        judged | {"study": "smoke", "highlights": judged["highlights"] | {"by_experiment": None}}
-    )
-    assert "not the paper's" in text
-    text = verdict_page(
-        judged
-        | {
-            "highlights": {"scores": judged["highlights"]["scores"]}
-            | dict.fromkeys(("wrong_row", "transport", "by_experiment"))
-        }
-    )
-    assert "Finding 1" not in text
+    none = dict.fromkeys(("wrong_row", "transport", "by_experiment"))
+    text = verdict_page(judged | {"study": "smoke", "highlights": judged["highlights"] | none})
+    assert "not the paper's" in text and "Finding 1" not in text
 
 
 # In the browser

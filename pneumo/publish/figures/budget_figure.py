@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.panels import every_decade, model_ticks
+from pneumo.publish.figures.panels import BELOW, every_decade, legend_outside, model_ticks
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, paper_style
 
 TOTAL = "#c22f1f"
@@ -28,19 +28,10 @@ POINTS: dict[str, tuple[str, dict[str, Any]]] = {
 
 @paper_style()
 def error_budget_figure(budget: xr.Dataset) -> Figure:
-    """Draw the parts of each model's MSE at each level.
+    """Draw the parts of each model's MSE, from ``results/error_budget.nc``, a column per level.
 
-    Parameters
-    ----------
-    budget : xarray.Dataset
-        ``results/error_budget.nc``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A column per level. Above, the parts on top of one another and, as a mark, the study's MSE, which
-        differs from their sum by the cross term; bars that leave the scale bear the study's MSE. Below, each
-        part alone, on a scale of decades.
+    Above, the parts on top of one another and, as a mark, the study's MSE, which differs from their sum by
+    the cross term; bars that leave the scale bear the study's MSE. Below, each part alone, on decades.
     """
     levels, models = budget["level"].values, list(budget["model"].values)
     fig = new_figure(DOUBLE_MM, 140)
@@ -61,12 +52,8 @@ def error_budget_figure(budget: xr.Dataset) -> Figure:
     axes[0, 0].set_ylabel(axis_label("MSE, parts stacked", "Pa$^2$"))
     axes[1, 0].set_ylabel(axis_label("MSE of each part", "Pa$^2$"))
     fig.align_ylabels()
-    fig.legend(
-        *axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.5
-    )
-    fig.legend(
-        *axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, columnspacing=1.5
-    )
+    legend_outside(fig, axes[0, 0], 4, columnspacing=1.5)
+    legend_outside(fig, axes[1, 0], 3, BELOW, columnspacing=1.5)
     return fig
 
 

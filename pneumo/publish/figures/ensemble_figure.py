@@ -3,11 +3,12 @@
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
+from matplotlib.ticker import NullLocator
 
 from pneumo.publish.figures.panels import (
     TRANSPORT_LABEL,
-    legend_above,
+    fixed_ticks,
+    legend_outside,
     name_rows,
     row_panel,
     symbol,
@@ -22,27 +23,18 @@ DRAWN = {"published": ("published", -0.17), "exact": ("reproduced", 0.17)}  # lo
 
 @paper_style()
 def ensemble_figure(ensemble: xr.Dataset) -> Figure:
-    """Quotients of mean square errors for each experiment and each level.
+    """Draw quotients of mean square errors by experiment and level, from ``results/ensemble.nc``.
 
-    Parameters
-    ----------
-    ensemble : xarray.Dataset
-        ``results/ensemble.nc``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel per refinement; marks are geometric means over seed sets, bars where one seed set falls in 95
-        per cent of cases.
+    A panel per refinement; marks are geometric means over seed sets, bars where one seed set falls in 95
+    per cent of cases.
     """
     experiments, levels = ensemble["experiment"], ensemble["level"].values
-    averages = [(level, averaged) for level in levels for averaged in AVERAGE_HEADS]
     rows = [
         *(
             f"{e['cylinder'].item()} {e['loop'].item()}, {e['k_0'].item():g} W/K ({e.item()})"
             for e in experiments
         ),
-        *(f"{level}, {AVERAGE_HEADS[averaged]}" for level, averaged in averages),
+        *(f"{level}, {head}" for level in levels for head in AVERAGE_HEADS.values()),
     ]
     y = np.arange(len(rows), dtype=float)
     y[len(experiments) :] += 0.8
@@ -54,24 +46,19 @@ def ensemble_figure(ensemble: xr.Dataset) -> Figure:
             here = part.sel(transport=transport)
 
             def row(name: str, here: xr.Dataset = here) -> np.ndarray:
-                over_levels = [
-                    here[f"ratio_{name}"].sel(level=level, averaged=averaged).item()
-                    for level, averaged in averages
-                ]
-                return np.array([*here[f"experiment_ratio_{name}"].values, *over_levels])
+                by_level = here[f"ratio_{name}"].transpose("level", "averaged").sel(averaged=[*AVERAGE_HEADS])
+                return np.concatenate([here[f"experiment_ratio_{name}"], by_level.values.ravel()])
 
             ax.hlines(y + offset, row("single_low"), row("single_high"), color=INK, lw=0.7)
             ax.plot(row("value"), y + offset, label=TRANSPORT_LABEL[transport], **SOURCE_MARKER[source])
         ax.axvline(1, color=INK, lw=0.7)
         ax.set_xscale("log")
         low, high = ax.get_xlim()
-        ticks = [t for t in (0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high]
-        ax.xaxis.set_major_locator(FixedLocator(ticks))
+        fixed_ticks(ax.xaxis, [t for t in (0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high])
         ax.xaxis.set_minor_locator(NullLocator())
-        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         a, b = ratio.split("/")
         row_panel(ax, f"{symbol(a)} over {symbol(b)}\n({REFINED[ratio]})")
     name_rows(fig, axes[0], y, rows, "Quotient of mean square errors; below 1 the refinement pays")
     axes[0].set_ylim(y[-1] + 0.7, -0.7)
-    legend_above(fig, axes[0], columns=2)
+    legend_outside(fig, axes[0], columns=2)
     return fig

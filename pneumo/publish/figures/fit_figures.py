@@ -1,7 +1,6 @@
 """Figures of `pneumo fit`: pressures of the best model with their residuals, and every model's error."""
 
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pneumo.publish.model_looks import MODEL_LOOKS
@@ -14,13 +13,7 @@ MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
 
 @paper_style()
 def residual_figure(fit: xr.Dataset) -> Figure:
-    """Measured and replayed pressures of the best model, residuals, and the ranking.
-
-    Parameters
-    ----------
-    fit : xarray.Dataset
-        From `pneumo.engineer.estimate.fit_measurement`.
-    """
+    """Measured and replayed pressures of the best model, with residuals; shaded: not fitted."""
     best = str(fit["model"].values[0])
     fig = new_figure(DOUBLE_MM, 150)
     panels = fig.subplots(4, 1, sharex=True, height_ratios=[2, 1, 2, 1])
@@ -37,16 +30,11 @@ def residual_figure(fit: xr.Dataset) -> Figure:
         below.axhline(0.0, color=GREY, lw=0.5)
         below.set_ylabel(axis_label("residual", "kPa"))
     for ax in panels:
-        _held_out(ax, fit)
+        ax.axvspan(fit.attrs["held_out_from"], fit["t"].values[-1], color=PALE, lw=0, zorder=0)
     panels[0].legend(loc="upper left", ncols=2, bbox_to_anchor=(0.0, 1.18))
     panels[-1].set_xlabel(axis_label("$t$", "s"))
     panels[-1].set_xlim(t[0], t[-1])
     return fig
-
-
-def _held_out(ax: Axes, fit: xr.Dataset) -> None:
-    """Shade the part that was not fitted."""
-    ax.axvspan(fit.attrs["held_out_from"], fit["t"].values[-1], color=PALE, lw=0, zorder=0)
 
 
 @paper_style()
@@ -57,10 +45,7 @@ def held_out_figure(fit: xr.Dataset) -> Figure:
     ax = fig.subplots()
     for place, model in enumerate(models):
         part, color = fit.sel(model=model), MODEL_LOOKS[model].color
-        fitted, left = (
-            rms_of_chambers(part["rms_fitted"]) / KILO,
-            rms_of_chambers(part["rms_held_out"]) / KILO,
-        )
+        fitted, left = (rms_of_chambers(part[f"rms_{name}"]) / KILO for name in ("fitted", "held_out"))
         ax.plot([fitted, left], [place, place], color=GREY, lw=0.6, zorder=1)
         ax.plot(fitted, place, ls="none", marker="o", markerfacecolor="white", markeredgecolor=color)
         ax.plot(left, place, ls="none", marker="o", color=color)

@@ -29,18 +29,10 @@ ROWS = (  # prefix of the variables, dimension, scale of its ticks, label
 
 @paper_style()
 def floor_figure(floor: xr.Dataset) -> Figure:
-    """Draw the floor of the first four experiments.
+    """Draw the floor of the first four experiments of ``results/floor.nc``, a column each.
 
-    Parameters
-    ----------
-    floor : xarray.Dataset
-        ``results/floor.nc``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A column per experiment; rows by time between samples, rate of the excitation and size of the valve.
-        Marks are measured, lines predicted along the run, dashes the closed formula.
+    Rows by time between samples, rate of the excitation and size of the valve. Marks are measured, lines
+    predicted along the run, dashes the closed formula.
     """
     experiments = floor["experiment"].values[:COLUMNS]
     fig = new_figure(DOUBLE_MM, 165)

@@ -6,19 +6,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator
 
 from pneumo.evidence.misfit import REGION_THRESHOLD, THRESHOLD
-from pneumo.publish.style import (
-    ACCENT,
-    DOUBLE_MM,
-    GREY,
-    INK,
-    SOURCE_BAR,
-    axis_label,
-    new_figure,
-    paper_style,
-)
+from pneumo.publish.figures.panels import fixed_ticks
+from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, SOURCE_BAR, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import ends_text, significant
 from pneumo.publish.text.terminal_tables import IDENTIFIED_UNIT
 
@@ -33,17 +25,9 @@ TOP = 12.0  # deviance at the upper edge of a panel
 
 @paper_style()
 def identification_figure(identified: xr.Dataset) -> Figure:
-    """Profiles, regions, amplitudes, force and transports.
+    """Draw profiles, regions, amplitudes, force and transports, from ``results/identification.nc``.
 
-    Parameters
-    ----------
-    identified : xarray.Dataset
-        ``results/identification.nc``, of both cylinders.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A row per cylinder: profiles of M, k_f and stop, region of M and k_f; below, what concerns both.
+    A row per cylinder: profiles of M, k_f and stop, region of M and k_f; below, what concerns both.
     """
     fig = new_figure(DOUBLE_MM, 158)
     own_rows, both = fig.subfigures(2, 1, height_ratios=[2, 1])  # pyright: ignore[reportGeneralTypeIssues]
@@ -57,8 +41,15 @@ def identification_figure(identified: xr.Dataset) -> Figure:
                 ax.set_ylabel(f"Cylinder {cylinder}: deviance")
         _region(panels[row, 3], part)
     amplitudes, force, transports = both.subplots(1, 3, width_ratios=[1, 1, 1.5])
-    _amplitudes(amplitudes, identified)
-    _force(force, identified)
+    _deviances(amplitudes, identified, "amplitude_value", "amplitude_deviance", [0.1, 1.0, 10.0])
+    amplitudes.set_xlim(0.05, 10.0)
+    amplitudes.set_xlabel(axis_label("Amplitude", "V"))
+    amplitudes.set_ylabel("Both: deviance")
+    amplitudes.set_title("open loop", loc="left")
+    pushed = identified.assign(force=-identified["push_force"] * identified["force_ratio"])
+    _deviances(force, pushed, "force", "force_deviance", [200, 500, 1000, 2000])
+    force.set_xlabel(axis_label("Push force", "N"))
+    force.set_title("settling runs", loc="left")
     _transports(transports, identified)
     for letter, ax in zip("abcdefghijk", [*own_rows.axes, *both.axes], strict=True):
         ax.set_title(f"({letter}) {ax.get_title(loc='left')}", loc="left", fontsize=8.0)
@@ -100,54 +91,28 @@ def _region(ax: Axes, part: xr.Dataset) -> None:
     ax.set_title(f"95 %, $r(M, k_f)$ = {part['correlation'].item():.3f}", loc="left")
 
 
-def _amplitudes(ax: Axes, identified: xr.Dataset) -> None:
-    """Draw the profile of both amplitudes over the whole of their bounds."""
+def _deviances(ax: Axes, identified: xr.Dataset, x: str, deviance: str, ticks: list[float]) -> None:
+    """Draw a deviance of both cylinders over x, where it is finite."""
     _threshold(ax)
     for cylinder in identified["cylinder"].values:
         part = identified.sel(cylinder=cylinder)
-        deviance = part["amplitude_deviance"].where(np.isfinite(part["amplitude_deviance"]))
-        ax.plot(part["amplitude_value"], deviance, label=cylinder, **LINE[cylinder])
+        y = part[deviance].where(np.isfinite(part[deviance]))
+        ax.plot(part[x], y, label=cylinder, **LINE[cylinder])
     ax.set_xscale("log")
-    ax.set_xlim(0.05, 10.0)
     ax.set_ylim(0, TOP)
-    ax.xaxis.set_major_locator(FixedLocator([0.1, 1.0, 10.0]))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.set_xlabel(axis_label("Amplitude", "V"))
-    ax.set_ylabel("Both: deviance")
+    fixed_ticks(ax.xaxis, ticks)
     ax.legend(loc="upper right", handlelength=1.6)
-    ax.set_title("open loop", loc="left")
-
-
-def _force(ax: Axes, identified: xr.Dataset) -> None:
-    """Draw the deviance over the push force."""
-    _threshold(ax)
-    for cylinder in identified["cylinder"].values:
-        part = identified.sel(cylinder=cylinder)
-        force = -part["push_force"] * part["force_ratio"]
-        ax.plot(force, part["force_deviance"], label=cylinder, **LINE[cylinder])
-    ax.set_xscale("log")
-    ax.xaxis.set_major_locator(FixedLocator([200, 500, 1000, 2000]))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.set_ylim(0, TOP)
-    ax.set_xlabel(axis_label("Push force", "N"))
-    ax.legend(loc="upper right", handlelength=1.6)
-    ax.set_title("settling runs", loc="left")
 
 
 def _transports(ax: Axes, identified: xr.Dataset) -> None:
     """Draw the misfit of Tables 7 and 9 for each transport."""
     y = np.arange(identified.sizes["transport"])[::-1]
-    style = {7: SOURCE_BAR["reproduced"], 9: SOURCE_BAR["published"]}
-    words = {7: "Table 7, fitted", 9: "Table 9, scored"}
-    for shift, table in ((0.19, 7), (-0.19, 9)):
+    near: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 7.0}
+    for shift, table, used, source in ((0.19, 7, "fitted", "reproduced"), (-0.19, 9, "scored", "published")):
         values = identified["transport_rms"].sel(table=table).values
-        ax.barh(y + shift, values, 0.36, label=words[table], **style[table])
+        ax.barh(y + shift, values, 0.36, label=f"Table {table}, {used}", **SOURCE_BAR[source])
         for value, place in zip(values, y + shift, strict=True):
-            ax.annotate(
-                f"{value:.3f}", (value, place), (2, 0), textcoords="offset points", va="center", fontsize=7.0
-            )
+            ax.annotate(f"{value:.3f}", (value, place), (2, 0), **near)
     ax.set_xlim(0, 1.15 * identified["transport_rms"].max().item())
     ax.set_yticks(y, identified["transport"].values)
     ax.tick_params(axis="y", length=0)

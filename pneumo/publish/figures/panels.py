@@ -2,19 +2,22 @@
 
 import textwrap
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter
 
 from pneumo.publish.style import DOUBLE_MM, axis_label, new_figure
 
 SOURCE_OF = {"published": "reproduced", "exact": "exact"}  # transport -> source
 TRANSPORT_LABEL = {"published": "transport as published", "exact": "exact transport"}
 MSE = axis_label("MSE", "Pa$^2$")
+Place = Literal["outside upper center", "outside lower center"]
+ABOVE: Place = "outside upper center"
+BELOW: Place = "outside lower center"
 
 
 def symbol(name: str) -> str:
@@ -48,6 +51,13 @@ def every_decade(axis: Axis) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
+def fixed_ticks(axis: Axis, ticks: Sequence[float]) -> None:
+    """Put ticks at these places only, written without exponent; ticks between them have no label."""
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
 def model_ticks(ax: Axes, models: Sequence[str]) -> None:
     """Name the models below their places 0, 1, 2 ... on x."""
     ax.set_xticks(np.arange(len(models)), [symbol(model) for model in models])
@@ -56,9 +66,9 @@ def model_ticks(ax: Axes, models: Sequence[str]) -> None:
     ax.grid(axis="y")
 
 
-def legend_above(fig: Figure, ax: Axes, columns: int, **keywords: Any) -> None:
-    """Put the legend of a panel above the figure; `keywords` go to `Figure.legend`."""
-    fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=columns, **keywords)
+def legend_outside(fig: Figure, ax: Axes, columns: int, loc: Place = ABOVE, **keywords: Any) -> None:
+    """Put the legend of a panel above or below the figure; `keywords` go to `Figure.legend`."""
+    fig.legend(*ax.get_legend_handles_labels(), loc=loc, ncols=columns, **keywords)
 
 
 def row_panel(ax: Axes, title: str) -> None:

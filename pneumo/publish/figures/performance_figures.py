@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pneumo.publish.figures.panels import MSE, SOURCE_OF, decades, legend_above, model_ticks
+from pneumo.publish.figures.panels import MSE, SOURCE_OF, decades, legend_outside, model_ticks
 from pneumo.publish.model_looks import ADDED_MODELS, MODEL_LOOKS
 from pneumo.publish.style import DOUBLE_MM, SINGLE_MM, SOURCE_BAR, SOURCE_MARKER, new_figure, paper_style
 from pneumo.statistics.averages import OVERALL
@@ -29,17 +29,14 @@ BEST_SIX = ["M5", "M6", "M7", "M8", "M9", "M10", *ADDED_MODELS]
 def fig08(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     """Fig. 8: average MSE of all models, each experiment at its best n.
 
+    Bars on a logarithmic axis: M4's is three hundred times M9's. An added model has no printed bar.
+
     Parameters
     ----------
     statistics : mapping of str to xarray.Dataset
         Transport -> ``results/TRANSPORT/statistics.nc``.
     table7 : xarray.Dataset
         From `pneumo.verdict.published.table7`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Bars on a logarithmic axis: M4's is three hundred times M9's. An added model has no printed bar.
     """
     fig = new_figure(DOUBLE_MM, 68)
     ax = fig.subplots()
@@ -56,7 +53,7 @@ def fig08(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
 def fig09(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     """Fig. 9: MSE of all models but M4, average and 10 and 90 per cent percentiles.
 
-    Parameters and result as in `fig08`; the paper's percentiles are not printed, its averages are.
+    Parameters as in `fig08`; the paper's percentiles are not printed, its averages are.
     """
     fig = new_figure(DOUBLE_MM, 72)
     ax = fig.subplots()
@@ -78,7 +75,7 @@ def fig10(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
 def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
     """Fig. 11: as Fig. 9 at each level of heat transfer, each model at its best constant n.
 
-    Parameters and result as in `fig08`, but for `table9`, from `pneumo.verdict.published.table9`. A level
+    Parameters as in `fig08`, but for `table9`, from `pneumo.verdict.published.table9`. A level
     without experiments is marked as not reproduced.
     """
     levels = [level for level in statistics["published"]["level"].values if level != OVERALL]
@@ -150,5 +147,5 @@ def _finished(fig: Figure, ax: Axes, statistics: Mapping[str, xr.Dataset], colum
     if len(time):
         names = ", ".join(time["experiment"].values)
         fig.supxlabel(f"left out, since the full-order run failed: {names}", fontsize=8.0)
-    legend_above(fig, ax, columns, columnspacing=1.5)
+    legend_outside(fig, ax, columns, columnspacing=1.5)
     return fig

@@ -24,17 +24,7 @@ SHAPES = {"open": "o", "closed": "s"}
 
 @paper_style()
 def regime_map(runs: xr.Dataset) -> Figure:
-    """Draw ratios of mean square errors of every run that counts.
-
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        ``results/cylinders.nc``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw ratios of mean square errors of every run of ``results/cylinders.nc`` that counts."""
     fig = new_figure(DOUBLE_MM, 74)
     axes = fig.subplots(1, len(PANELS), sharex=True, sharey=True)
     norm, points = TwoSlopeNorm(0, -np.log10(REACH), np.log10(REACH)), None

@@ -16,17 +16,9 @@ from pneumo.storage.layout import failure_text
 
 @paper_style()
 def fig07(settling: xr.Dataset) -> Figure:
-    """Fig. 7: how a settling time is read off, for one settling run.
+    """Fig. 7: how a settling time is read off, for one file of ``results/settling``; the paper shows E14.
 
-    Parameters
-    ----------
-    settling : xarray.Dataset
-        A file of ``results/settling``; the paper shows E14.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Force, position, and pressure and temperature of both chambers against time.
+    Force, position, and pressure and temperature of both chambers against time.
     """
     release = settling["release_time"].item()
     if settling["status"]:

@@ -4,32 +4,24 @@ import numpy as np
 import xarray as xr
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.panels import symbol
 from pneumo.publish.model_looks import MODEL_LOOKS
-from pneumo.publish.style import (
-    DOUBLE_MM,
-    GREY,
-    INK,
-    axis_label,
-    new_figure,
-    paper_style,
-)
+from pneumo.publish.style import DOUBLE_MM, GREY, INK, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
 
 RMS = axis_label("RMS error", "kPa")
-PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 SHOWN_S = 2.0  # length of the traces
 
 
 def _log_kpa(axis: Axis) -> None:
     """Decades with their halves and fifths, written out."""
     axis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0), numticks=20))
-    axis.set_major_formatter(PLAIN)
+    axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
 
 
@@ -47,13 +39,8 @@ def ranking_figure(ranking: Ranking) -> Figure:
             ax.plot([low or rms / 10, high], [y, y], color=look.color, lw=1.4)
         ax.plot(rms, y, marker=look.marker, color=look.color, linestyle="none", markersize=5)
         n = f", $n$ = {row.n:g}" if np.isfinite(row.n) else ""
-        ax.annotate(
-            f"{rms:.3g} kPa{n}",
-            (high if row.mse.known else rms, y),
-            (6, 0),
-            textcoords="offset points",
-            va="center",
-        )
+        end = (high if row.mse.known else rms, y)
+        ax.annotate(f"{rms:.3g} kPa{n}", end, (6, 0), textcoords="offset points", va="center")
     values = [row.mse.value**0.5 / KILO for row in rows]
     ax.set_xscale("log")
     ax.set_xlim(0.7 * min(values), 2.6 * max(values))
@@ -102,10 +89,8 @@ def gain_figure(ranking: Ranking) -> Figure:
         ax.plot(value, y, "o", color=color)
         ax.annotate(f"{value:.0f} %", (value, y), (0, 5), textcoords="offset points", ha="center")
     ax.axvline(0, color=INK, lw=0.8)
-    ax.set_yticks(
-        range(len(ranking.gains)),
-        [f"{gain.refinement}: {symbol(gain.without)} to {symbol(gain.refined)}" for gain in ranking.gains],
-    )
+    names = [f"{gain.refinement}: {symbol(gain.without)} to {symbol(gain.refined)}" for gain in ranking.gains]
+    ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(ranking.gains) - 0.4, -0.8)
     ax.set_xlabel("taken from the mean square error (per cent; negative: added)")
     ax.grid(axis="x")

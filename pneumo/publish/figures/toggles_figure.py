@@ -7,9 +7,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, StrMethodFormatter
 
-from pneumo.publish.figures.panels import name_rows, row_panel
+from pneumo.publish.figures.panels import fixed_ticks, name_rows, row_panel
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
 from pneumo.verdict.assumptions import AS_TAKEN
 
@@ -37,17 +36,10 @@ def alternative_name(name: str) -> str:
 
 @paper_style()
 def tornado(effects: pd.DataFrame) -> Figure:
-    """Change of the misfit of Tables 7, 9 and 5 under each alternative, the largest on top.
+    """Draw the change of the misfit of Tables 7, 9 and 5 under each alternative, the largest on top.
 
-    Parameters
-    ----------
-    effects : pandas.DataFrame
-        From `pneumo.evidence.toggle_effects.effects`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One row per alternative; a bar to the left: the numbers come nearer to the print.
+    A bar to the left: the numbers come nearer to the print. `effects` is the table of
+    `pneumo.evidence.toggle_effects.toggle_effects`.
     """
     changes = effects.drop(index=AS_TAKEN)[[f"worse_{table}" for table in PANELS]].fillna(0.0)
     size = changes.abs().max(axis=1).to_numpy()
@@ -64,8 +56,7 @@ def tornado(effects: pd.DataFrame) -> Figure:
         ax.axvline(0, color=INK, lw=0.7)
         row_panel(ax, f"{title}\n(as taken: {effects.loc[AS_TAKEN, f'misfit_{table}']:.3f})")
     axes[0].set_xscale("symlog", linthresh=LINEAR, linscale=0.6)
-    axes[0].xaxis.set_major_locator(FixedLocator([-0.1, -0.01, 0, 0.01, 0.1, 1]))
-    axes[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    fixed_ticks(axes[0].xaxis, [-0.1, -0.01, 0, 0.01, 0.1, 1])
     unsettled = effects.loc[shown.index, "no_number"] > effects.loc[AS_TAKEN, "no_number"]
     names = [alternative_name(str(name)) + " *" * bool(unsettled[name]) for name in shown.index]
     note = "; * some settling runs do not come to rest" * bool(unsettled.any())

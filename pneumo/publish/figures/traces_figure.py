@@ -12,7 +12,7 @@ from pneumo.publish.figures.panels import (
     MSE,
     TRANSPORT_LABEL,
     decades,
-    legend_above,
+    legend_outside,
     message_figure,
     symbol,
 )
@@ -33,23 +33,17 @@ def time_traces(
     start: float = 20.0,
     length: float = 2.0,
 ) -> Figure:
-    """Pressure of chamber A against time: datum and four models, with their residuals below.
+    """Pressure of chamber A against time: datum and four models, residuals below; a column per transport.
 
     Parameters
     ----------
     datum : xarray.Dataset
         A file of ``results/datum``.
-    replays : mapping of str to xarray.Dataset
-        Transport -> the same experiment's file of ``results/TRANSPORT/replay``.
-    statistics : mapping of str to xarray.Dataset
-        Transport -> ``results/TRANSPORT/statistics.nc``, which knows the best n.
+    replays, statistics : mapping of str to xarray.Dataset
+        Transport -> the same experiment's file of ``results/TRANSPORT/replay``, and
+        ``results/TRANSPORT/statistics.nc``, which knows the best n.
     start, length : float
         Window, s; a run that is over before shows its last `length` seconds.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One column per transport.
     """
     name = datum["experiment"].item()
     if datum["status"]:
@@ -83,7 +77,7 @@ def time_traces(
     for ax in axes[1:, 0]:
         ax.set_ylabel(axis_label("Residual", "kPa"))
     fig.align_ylabels()
-    legend_above(fig, axes[0, 0], columns=5, columnspacing=1.5)
+    legend_outside(fig, axes[0, 0], columns=5, columnspacing=1.5)
     fig.set_layout_engine("constrained", w_pad=0.06)  # tick labels of neighbouring columns stay apart
     return fig
 
@@ -97,17 +91,8 @@ def _with_n(model: str, best: xr.DataArray) -> str:
 def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[str]]) -> Figure:
     """MSE against n, averaged over the experiments of each level of heat transfer.
 
-    Parameters
-    ----------
-    grids : mapping of str to xarray.Dataset
-        Transport -> grid from `pneumo.storage.files.open_grid`.
-    levels : mapping of str to sequence of str
-        Experiments of each level.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A row per transport, a column per level; models without n are horizontal lines.
+    A row per transport, from its grid of `pneumo.storage.files.open_grid`; a column per level, from the
+    names of its experiments. Models without n are horizontal lines.
     """
     fig = new_figure(DOUBLE_MM, 128)
     axes = fig.subplots(len(grids), len(levels), sharex=True, sharey=True, squeeze=False)
@@ -131,5 +116,5 @@ def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[st
         ax.set_title(level)
     for ax in axes[-1]:
         ax.set_xlabel("$n$")
-    legend_above(fig, axes[0, 0], columns=10, columnspacing=1.5)
+    legend_outside(fig, axes[0, 0], columns=10, columnspacing=1.5)
     return fig

@@ -3,14 +3,12 @@
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 
-from pneumo.publish.figures.panels import legend_above, name_rows, symbol
+from pneumo.publish.figures.panels import fixed_ticks, legend_outside, name_rows, symbol
 from pneumo.publish.figures.toggles_figure import alternative_name
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
 from pneumo.verdict.assumptions import AS_TAKEN
 
-EXACT, MEAN = "exact", "mean"
 LEVEL_MARKS = {
     "adiabatic": {"marker": "o", "markerfacecolor": ACCENT},
     "typical": {"marker": "s", "markerfacecolor": "#cfcfcf"},
@@ -37,19 +35,12 @@ def clear_name(alternative: str) -> str:
 
 @paper_style()
 def variants_figure(variants: xr.Dataset) -> Figure:
-    """Draw the ratio of each refinement under each alternative, exact transport, mean over experiments.
+    """Draw the ratio of each refinement under each alternative of ``results/variants.nc``.
 
-    Parameters
-    ----------
-    variants : xarray.Dataset
-        ``results/variants.nc``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel per refinement, a row per alternative, a mark per level; left of the line it pays.
+    Exact transport, mean over experiments. A panel per refinement, a row per alternative, a mark per level;
+    left of the line the refinement pays.
     """
-    ratio = variants["ratio"].sel(transport=EXACT, criterion=MEAN)
+    ratio = variants["ratio"].sel(transport="exact", criterion="mean")
     names = [str(name) for name in variants["alternative"].values]
     y = np.arange(len(names))[::-1]
     fig = new_figure(DOUBLE_MM, 28 + 4.0 * len(names))
@@ -62,14 +53,12 @@ def variants_figure(variants: xr.Dataset) -> Figure:
                 values = one.sel(level=level).values
                 ax.plot(values, y, linestyle="none", markeredgecolor=INK, markersize=3.6, label=level, **look)
         ax.set_xscale("log")
-        ax.xaxis.set_major_locator(FixedLocator(TICKS))
-        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        ax.xaxis.set_minor_formatter(NullFormatter())
+        fixed_ticks(ax.xaxis, TICKS)
         ax.grid(axis="both")
         ax.set_title(" / ".join(f"MSE of {symbol(model)}" for model in str(pair).split("/")))
         ax.tick_params(axis="y", length=0)
     xlabel = "Ratio of mean square errors, exact transport; below 1 the refinement pays"
     name_rows(fig, axes[0], y, [clear_name(name) for name in names], xlabel)
     axes[0].set_ylim(-0.7, len(names) - 0.3)
-    legend_above(fig, axes[0], columns=len(LEVEL_MARKS))
+    legend_outside(fig, axes[0], columns=len(LEVEL_MARKS))
     return fig

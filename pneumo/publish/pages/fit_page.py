@@ -8,15 +8,7 @@ from pneumo.publish.text.terminal_tables import FIT_HEADS, fit_rows
 
 
 def fit_page(fit: xr.Dataset, name: str) -> str:
-    """Return the page: table, figures and notes, with style and figures inside.
-
-    Parameters
-    ----------
-    fit : xarray.Dataset
-        From `pneumo.engineer.estimate.fit_measurement`.
-    name : str
-        Of the measurement.
-    """
+    """Return the page of a fit of the measurement `name`: table, figures and notes, nothing from outside."""
     return page_text(
         "fit.html.j2",
         name=name,

@@ -10,7 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
-from pneumo.publish.style import paper_style
+from pneumo.publish.style import METADATA, paper_style
 from pneumo.publish.text.formatting import percent_text
 from pneumo.verdict.claims import UNITS_IN_TEXT
 
@@ -39,16 +39,9 @@ def page_text(template: str, **content: Any) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters |= {
-        "math": with_indices,
-        "percent": percent_text,
-        "unit": _unit_in_text,
-    }
+    unit = {"unit": lambda unit: UNITS_IN_TEXT.get(unit, unit)}
+    environment.filters |= {"math": with_indices, "percent": percent_text} | unit
     return environment.get_template(template).render(**content)
-
-
-def _unit_in_text(unit: str) -> str:
-    return UNITS_IN_TEXT.get(unit, unit)
 
 
 def with_indices(text: str) -> Markup:
@@ -58,11 +51,9 @@ def with_indices(text: str) -> Markup:
 
 def image_address(fig: Figure, kind: Literal["svg", "png"] = "svg") -> str:
     """Return a figure as a data address, for the source of an image."""
-    metadata, mime = {
-        "svg": ({"Date": None, "Creator": None}, "image/svg+xml"),
-        "png": ({"Software": None}, "image/png"),
-    }[kind]
     buffer = io.BytesIO()
     with paper_style():
-        fig.savefig(buffer, format=kind, metadata=metadata)
-    return f"data:{mime};base64,{base64.b64encode(buffer.getvalue()).decode()}"
+        fig.savefig(buffer, format=kind, metadata=METADATA[kind])
+    return (
+        f"data:image/{kind.replace('svg', 'svg+xml')};base64,{base64.b64encode(buffer.getvalue()).decode()}"
+    )

@@ -27,18 +27,10 @@ DIGITS = 5  # of a mean square error
 
 
 class Part(NamedTuple):
-    """One experiment on the page.
+    """One experiment on the page."""
 
-    Attributes
-    ----------
-    facts : dict
-        Names, mean square errors, the steps to which traces are rounded.
-    traces : dict of str to str
-        Packed full-order pressures, and packed errors by transport.
-    """
-
-    facts: dict[str, Any]
-    traces: dict[str, str]
+    facts: dict[str, Any]  # names, mean square errors, the steps to which traces are rounded
+    traces: dict[str, str]  # packed full-order pressures, and packed errors by transport
 
 
 def page_stride(study: Study) -> int:
@@ -78,16 +70,10 @@ def part(
     experiment : Experiment
     datum : xarray.Dataset
         Its file of ``results/datum``: `P`, `status`, `failure_time`.
-    replays : mapping of str to xarray.Dataset
-        Transport -> its file of ``results/TRANSPORT/replay``.
-    best_n : mapping of str to xarray.DataArray
-        Transport -> best n by model.
+    replays, best_n : mapping
+        Transport -> its file of ``results/TRANSPORT/replay``, and best n by model.
     every : int
         From `page_stride`.
-
-    Returns
-    -------
-    Part
     """
     full = datum["P"].sel(chamber=CHAMBERS).values.T[:, :: experiment.pressure_stride]
     stored = full.shape[-1]
@@ -163,24 +149,18 @@ def report_page(
     findings: Mapping[str, Any] | None,
     manuscript: bool,
 ) -> str:
-    """Write the page.
+    """Write the page, with style, script, library and data inside; the same text for the same results.
 
     Parameters
     ----------
     study : Study
     parts : sequence of Part
         One for each experiment.
-    verdict : mapping or None
-        From ``results/verdict.json``; a study of own cylinders has none.
-    findings : mapping or None
-        From ``results/findings.json``: what became of the claims of 2006. None if that was not run.
+    verdict, findings : mapping or None
+        From ``results/verdict.json``, which a study of own cylinders lacks, and from
+        ``results/findings.json``: what became of the claims of 2006. None if that was not run.
     manuscript : bool
         Whether ``paper.pdf`` is there to be linked.
-
-    Returns
-    -------
-    str
-        HTML with style, script, library and data inside; the same text for the same results.
     """
     models = [
         {

@@ -22,20 +22,9 @@ PAGE, CELLS = "study.html", "study.nc"
 
 
 def study_page(study: Study, cells: xr.Dataset, rankings: Sequence[Ranking]) -> str:
-    """Write the page.
+    """Write the page, style and pictures inside, of cells of `run_study`, ranked for each cylinder.
 
-    Parameters
-    ----------
-    study : Study
-    cells : xarray.Dataset
-        From `pneumo.engineer.own_study.run_study`.
-    rankings : sequence of Ranking
-        One for each cylinder.
-
-    Returns
-    -------
-    str
-        HTML with style and pictures inside; the same text for the same results.
+    The same results give the same text.
     """
     parts = [(ranking, _pictures(cells, ranking), _inputs(study, ranking)) for ranking in rankings]
     return page_text(
@@ -56,23 +45,18 @@ def _pictures(cells: xr.Dataset, ranking: Ranking) -> list[tuple[str, str]]:
     """Pictures of a cylinder as (data address, caption)."""
     if not ranking.recommended:
         return []
+    best = "RMS error of each model at its best constant n, both chambers together."
+    first = (
+        "position, full-order pressures, and full-order minus reduced pressure (chamber A drawn, B dashed)."
+    )
     pictures = [
-        (
-            study_figures.ranking_figure(ranking),
-            "RMS error of each model at its best constant n, both chambers together.",
-        ),
+        (study_figures.ranking_figure(ranking), best),
         (study_figures.error_over_n(cells, ranking), "RMS error over n; marks: the best n of the grid."),
         (study_figures.gain_figure(ranking), "Gain of each refinement, from paired runs."),
     ]
-    pictures += [
-        (
-            study_figures.first_run(cells, ranking, name),
-            f"{name}, first run: position, full-order pressures, and full-order minus reduced pressure"
-            " (chamber A drawn, B dashed).",
-        )
-        for name in ranking.experiments
-        if not int(cells["run_status"].sel(experiment=name).values[0])
-    ]
+    for name in ranking.experiments:
+        if not int(cells["run_status"].sel(experiment=name).values[0]):
+            pictures.append((study_figures.first_run(cells, ranking, name), f"{name}, first run: {first}"))
     return [(image_address(fig), caption) for fig, caption in pictures]
 
 
@@ -82,15 +66,13 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
     plant = experiments[0].plant
     c, v, s, g = plant.cylinder, plant.valve, plant.conditions, plant.gas
     law = "ISO 6358" if g.elliptic else "eq (1)"
+    valve = f"{v.k_xu:.4g} m²/V up to {v.u_max:g} V, exhaust {v.exhaust:g} times, leak {v.leak:.3g} m²"
     inputs = [
         ("areas A, B", f"{c.A_A:.4g}, {c.A_B:.4g} m²"),
         ("stroke, dead volume", f"{c.stroke:.4g} m, {c.V_d:.4g} m³ for each chamber"),
         ("mass, friction", f"{c.M:g} kg, {c.k_f:g} N s/m, Coulomb {c.coulomb:g} N"),
         ("constant force", f"{c.load:.4g} N"),
-        (
-            "valve",
-            f"{v.k_xu:.4g} m²/V up to {v.u_max:g} V, exhaust {v.exhaust:g} times, leak {v.leak:.3g} m²",
-        ),
+        ("valve", valve),
         ("flow", f"{law}, critical ratio {g.critical_ratio:g}"),
         ("supply", f"{s.P_s:g} Pa, atmosphere {s.P_atm:g} Pa, start {s.P_0:.5g} Pa and {s.T_0:g} K"),
     ]
@@ -114,17 +96,15 @@ def check_folder(folder: Path) -> None:
         raise InputError(f"{folder}: is a file; name a folder with -o")
     page, cells = folder / PAGE, folder / CELLS
     foreign = None
-    if page.exists() and not (page.is_file() and MARK.encode() in page.read_bytes()[:1000]):
-        foreign = page
     if cells.exists():
         try:
-            foreign = foreign or (None if read(cells).attrs.get("title") == TITLE else cells)
+            foreign = None if read(cells).attrs.get("title") == TITLE else cells
         except ResultError:
             foreign = cells
+    if page.exists() and not (page.is_file() and MARK.encode() in page.read_bytes()[:1000]):
+        foreign = page
     if foreign:
-        raise InputError(
-            f"{foreign}: not written by `pneumo study`, so left alone; name another folder with -o"
-        )
+        raise InputError(f"{foreign}: not written by `{MARK}`, so left alone; name another folder with -o")
 
 
 def save_study(

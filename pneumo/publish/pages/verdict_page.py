@@ -8,18 +8,7 @@ from pneumo.publish.pages.page import STATUS_LOOKS, page_text
 from pneumo.verdict.published import read_table
 
 CONDUCTANCES_OF_LEVEL = {"adiabatic": "0.02, 0.1", "typical": "0.1, 0.5", "isothermal": "0.5, 2.5"}
-QUANTITIES = {
-    "mu": "μ",
-    "sigma": "σ",
-    "mse": "MSE",
-    "P_A": "P_A",
-    "V_d": "V_d",
-    "A_q0": "A_q",
-    "wall_heat": "wall heat",
-    "mixing": "mixing",
-    "temperature": "temperature",
-    "index": "index",
-}
+QUANTITIES = {"mu": "μ", "sigma": "σ", "mse": "MSE", "A_q0": "A_q", "wall_heat": "wall heat"}
 CAPTIONS = {
     1: "Features of the reduced models",
     2: "Cylinders: derived quantities (bores and strokes are inputs)",
@@ -37,15 +26,8 @@ CHART = {"left": 150.0, "width": 560.0, "row": 17.0, "lowest": 0.05, "highest": 
 class Grid(NamedTuple):
     """A table of the paper, as it is laid out on the page.
 
-    Attributes
-    ----------
-    table : int
-        Its number.
-    caption : str
-    heads : sequence of sequence of (str, int)
-        Rows of column headings with the columns that each spans, after the corner.
-    rows : sequence of (str, sequence of str or None)
-        Row heading and the claims of its cells.
+    `heads` are rows of column headings with the columns that each spans, after the corner; `rows` are row
+    headings with the claims of their cells.
     """
 
     table: int
@@ -55,30 +37,19 @@ class Grid(NamedTuple):
 
 
 def verdict_page(verdict: Mapping[str, Any]) -> str:
-    """Write the page.
+    """Write the page of `pneumo.verdict.judging.verdict`, with style and script inside.
 
-    Parameters
-    ----------
-    verdict : mapping
-        From `pneumo.verdict.judging.verdict`, or what its JSON file holds.
-
-    Returns
-    -------
-    str
-        HTML with its style and script inside; the same text for the same verdict.
+    The same verdict gives the same text.
     """
-    items = {item["id"]: item for item in verdict["items"]}
-    grids = [_grid(table, verdict["items"]) for table in CAPTIONS]
     return page_text(
         "verdict.html.j2",
         verdict=verdict,
-        items=items,
+        items={item["id"]: item for item in verdict["items"]},
         statuses=STATUS_LOOKS,
         short=_short,
-        grids=grids,
+        grids=[_grid(table, verdict["items"]) for table in CAPTIONS],
         groups=_groups(verdict["items"]),
         chart=_chart(verdict["highlights"]["by_experiment"]),
-        errata={erratum["id"]: erratum for erratum in verdict["errata"]},
     )
 
 
@@ -138,27 +109,18 @@ def _by_conductance(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
     """Tables 5 and 6 as printed: cylinders below each other, loops and conductances beside each other."""
     lines = {cell["row"]: cell for cell in read_table(table)}
     places = {
-        (
-            lines[item["row"]]["cylinder"],
-            item["column"],
-            lines[item["row"]]["type"],
-            lines[item["row"]]["k_0"],
-        ): item["id"]
+        (line["cylinder"], item["column"], line["type"], line["k_0"]): item["id"]
         for item in items
+        for line in [lines[item["row"]]]
     }
     columns = list(dict.fromkeys((kind, k_0) for _, _, kind, k_0 in places))
     columns.sort(key=lambda column: (column[0] != "open", float(column[1])))
     names = list(dict.fromkeys((cylinder, column) for cylinder, column, _, _ in places))
     names.sort(key=lambda name: name[0])
     heads = [[(head, 4) for head in LOOP_HEADS.values()], [(f"k₀ = {k_0}", 1) for _, k_0 in columns]]
-    rows = [
-        (
-            f"{cylinder}, {column}" if table == 5 else f"cylinder {cylinder}",
-            [places.get((cylinder, column, *place)) for place in columns],
-        )
-        for cylinder, column in names
-    ]
-    return Grid(table, CAPTIONS[table], heads, rows)
+    rows = [(name, [places.get((*name, *place)) for place in columns]) for name in names]
+    named = "{}, {}" if table == 5 else "cylinder {}"
+    return Grid(table, CAPTIONS[table], heads, [(named.format(*name), cells) for name, cells in rows])
 
 
 def _chart(by_experiment: Mapping[str, Any] | None) -> dict[str, Any] | None:

@@ -13,23 +13,18 @@ WIDTH = 100
 
 
 def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str | None) -> str:
-    """Return what was claimed, found and concluded.
+    """Return what was claimed, found and concluded of an item of `pneumo.verdict.judging.Judge.judge`.
 
-    Parameters
-    ----------
-    item : mapping
-        From `pneumo.verdict.judging.Judge.judge`.
-    errata : mapping
-        Errata by name, with ``printed``, ``meant``, ``passes`` and ``evidence``.
-    recorded : str or None
-        Status recorded for the item.
+    `errata` maps names to ``printed``, ``meant``, ``passes`` and ``evidence``; `recorded` is the item's
+    recorded status.
     """
     tolerance = item["tolerance"]
     sense = {"equal": "", "at_most": ", at most", "at_least": ", at least"}[tolerance["sense"]]
     status = item["status"] + ("" if recorded in (None, item["status"]) else f" (recorded: {recorded})")
-    lines = [("where", item["where"]), ("claim", item["statement"])]
     scale = "" if item["scale"] in (1, 0.01) else f" x {item['scale']:g}"
-    lines += [
+    lines = [
+        ("where", item["where"]),
+        ("claim", item["statement"]),
         ("printed", f"{item['printed']}{scale} {item['unit']}".strip()),
         ("reproduced", item["shown"] or "nothing"),
         ("status", status),
@@ -40,10 +35,8 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str 
     for key, label in (("exact", "with exact transport"), ("printed", "on the paper's own tables")):
         stands = item[f"stands_{key}"]
         if stands is not None:
-            value = item[f"shown_{key}"]
-            lines.append(
-                (label, f"{'stands' if stands else 'does not stand'}{': ' + value if value else ''}")
-            )
+            value = f": {item[f'shown_{key}']}" if item[f"shown_{key}"] else ""
+            lines.append((label, ("stands" if stands else "does not stand") + value))
     if item["used_in_identification"]:
         lines.append(("note", "constants that the paper leaves open were found from this table"))
     if item["erratum"]:
@@ -66,15 +59,6 @@ def _line(label: str, text: str) -> str:
 def cell_text(results: Path, experiment: str, model: str, n: float) -> str:
     """Return the errors of a model at one n in one experiment, for both transports and chambers.
 
-    Parameters
-    ----------
-    results : pathlib.Path
-        Folder of results.
-    experiment, model : str
-        Such as E07 and M8.
-    n : float
-        Polytropic index of the grid.
-
     Raises
     ------
     ResultError
@@ -92,23 +76,18 @@ def cell_text(results: Path, experiment: str, model: str, n: float) -> str:
         if n not in grid["n"]:
             raise ResultError(f"{file}: n = {n:g}: must be one of {', '.join(map(str, grid['n'].values))}")
         for chamber, values in grid.sel(model=model, n=n).groupby("chamber"):
-            if values["status"].item():
-                meaning = grid["status"].attrs["flag_meanings"].split()[values["status"].item()]
-                lines.append(
-                    f"{experiment} {model} n = {n:g}  {transport:9}  chamber {chamber}:"
-                    f"  failed at t = {values['failure_time'].item():g} s: {meaning.replace('_', ' ')}"
-                )
-                continue
+            if status := values["status"].item():
+                meaning = grid["status"].attrs["flag_meanings"].split()[status].replace("_", " ")
+                found = f"failed at t = {values['failure_time'].item():g} s: {meaning}"
+            else:
+                mse, mean = values["mse"].item(), values["mean_error"].item()
+                sigma = values["variance"].item() ** 0.5
+                found = f"MSE {mse:.4g} Pa^2  mean {mean:.4g} Pa  sigma {sigma:.4g} Pa"
+            lines.append(f"{experiment} {model} n = {n:g}  {transport:9}  chamber {chamber}:  {found}")
+        both = grid["mse"].sel(model=model).mean("chamber", skipna=False)
+        if not both.isnull().all():
             lines.append(
-                f"{experiment} {model} n = {n:g}  {transport:9}  chamber {chamber}:"
-                f"  MSE {values['mse'].item():.4g} Pa^2  mean {values['mean_error'].item():.4g} Pa"
-                f"  sigma {values['variance'].item() ** 0.5:.4g} Pa"
+                f"{experiment} {model} best n = {both.idxmin('n').item():g}  {transport:9}  both chambers:"
+                f"  MSE {both.min().item():.4g} Pa^2, at n = {n:g} {both.sel(n=n).item():.4g} Pa^2"
             )
-        mse = grid["mse"].sel(model=model).mean("chamber", skipna=False)
-        if mse.isnull().all():
-            continue
-        lines.append(
-            f"{experiment} {model} best n = {mse.idxmin('n').item():g}  {transport:9}  both chambers:"
-            f"  MSE {mse.min().item():.4g} Pa^2, at n = {n:g} {mse.sel(n=n).item():.4g} Pa^2"
-        )
     return "\n".join(lines)

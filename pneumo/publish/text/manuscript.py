@@ -9,8 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typst
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.study_json import from_json
@@ -37,17 +39,9 @@ CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
 
 
 def manuscript_numbers(results: Path) -> dict[str, Any]:
-    """Collect every number of the manuscript, as text.
+    """Collect every number of the manuscript from the folder of results, which must hold the evidence.
 
-    Parameters
-    ----------
-    results : pathlib.Path
-        Folder of results, with the evidence.
-
-    Returns
-    -------
-    dict
-        Nested by section; leaves are text, lists are rows of tables.
+    Nested by section; leaves are text, lists are rows of tables.
     """
     study = from_json(read_json(results / "parameters.json"))
     verdict = json.loads(read_json(results / "verdict.json"))
@@ -78,10 +72,8 @@ def manuscript_numbers(results: Path) -> dict[str, Any]:
 
 def _model(name: str) -> dict[str, str]:
     row = MODELS[name]
-    indices = [
-        index.replace("gamma", "γ") if isinstance(index, str) else f"{index:g}"
-        for index in (row.n_V, row.n_in, row.n_out)
-    ]
+    three = (row.n_V, row.n_in, row.n_out)
+    indices = [n.replace("gamma", "γ") if isinstance(n, str) else f"{n:g}" for n in three]
     return {
         "name": name,
         "index": str(row.n_V).replace("gamma", "γ") if len(set(indices)) == 1 else ", ".join(indices),
@@ -111,47 +103,43 @@ def _setup(study: Study) -> dict[str, Any]:
 
 
 def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
-    scores = verdict["highlights"]["scores"]
-    readable = verdict["counts"]["items"] - verdict["counts"]["unreadable"]
-    rows = {(row["model"], row["source"]): row for row in verdict["highlights"]["wrong_row"]}
+    highlights, counts = verdict["highlights"], dict(verdict["counts"])
+    scores = highlights["scores"]
+    readable = counts["items"] - counts["unreadable"]
+    rows = {row["model"]: row for row in highlights["wrong_row"] if row["source"] == "printed"}
     printed = {item["id"]: f"{item['printed']} {item['unit']}".rstrip() for item in verdict["items"]}
-    exact = {row["level"]: row for row in verdict["highlights"]["transport"] if row["source"] == EXACT}
-    counts = dict(verdict["counts"])
     return {
         "counts": {"all": str(counts.pop("items"))} | {name: str(count) for name, count in counts.items()},
         "places": str(len(verdict["errata"])),
         "claimed": {key: printed[item] for key, item in CLAIMED.items()},
-        "exact": {level: percent_text(row["quotients"]["M8/M7"]) for level, row in exact.items()},
+        "exact": {
+            row["level"]: percent_text(row["quotients"]["M8/M7"])
+            for row in highlights["transport"]
+            if row["source"] == EXACT
+        },
         "missed_share": percent_text(verdict["counts"]["missed"] / readable, 1),
         "readable": str(readable),
         "errata": [
             {key: erratum[key] for key in ("where", "printed", "meant")} for erratum in verdict["errata"]
         ],
         "scores": {
-            "table_7": percent_text(scores["table_7_mse"]["rms_of_ln_ratio"], 1),
-            "table_9": percent_text(scores["table_9_mse"]["rms_of_ln_ratio"], 1),
+            **{f"table_{i}": percent_text(scores[f"table_{i}_mse"]["rms_of_ln_ratio"], 1) for i in (7, 9)},
             "table_8": f"{scores['table_8']['exact']} of {scores['table_8']['cells']}",
             "table_8_close": str(scores["table_8"]["exact_or_close"] - scores["table_8"]["exact"]),
             "table_5": f"{scores['table_5']['exact_or_close']} of {scores['table_5']['cells']}",
         },
         "wrong_row": {
-            model: {
-                "of_M6": percent_text(rows[model, "printed"]["of_M6"]),
-                "of_classical": percent_text(rows[model, "printed"]["of_classical"]),
-                "mu": f"{rows[model, 'printed']['mu']:.0f} Pa",
-                "sigma": f"{rows[model, 'printed']['sigma']:.0f} Pa",
-            }
+            model: {name: percent_text(rows[model][name]) for name in ("of_M6", "of_classical")}
+            | {name: f"{rows[model][name]:.0f} Pa" for name in ("mu", "sigma")}
             for model in ("M7", "M8")
         },
         "transport": [
             {"level": row["level"], "source": row["source"]}
             | {model: f"{row['mse'][model] / 1e6:.2f}" for model in row["mse"]}
             | {name: f"{quotient:.2f}" for name, quotient in row["quotients"].items()}
-            for row in verdict["highlights"]["transport"]
+            for row in highlights["transport"]
         ],
-        "by_experiment": {
-            name: _span(xr.DataArray(verdict["highlights"]["by_experiment"][name])) for name in TRANSPORTS
-        },
+        "by_experiment": {name: _span(highlights["by_experiment"][name]) for name in TRANSPORTS},
     }
 
 
@@ -168,12 +156,12 @@ def _identified(identified: xr.Dataset) -> dict[str, Any]:
 
 
 def _budget(budget: xr.Dataset) -> dict[str, Any]:
-    def rms(part: str, level: str, model: str) -> str:
-        return f"{budget[f'level_{part}'].sel(level=level, model=model).item() ** 0.5 / 1e3:.2f} kPa"
+    def rms(part: str, **labels: str) -> str:
+        return f"{budget[f'level_{part}_error'].sel(labels).item() ** 0.5 / 1e3:.2f} kPa"
 
     return {
         level: {
-            model: {part: rms(f"{part}_error", level, model) for part in ("model", "transport")}
+            model: {part: rms(part, level=level, model=model) for part in ("model", "transport")}
             for model in ("M7", "M8", "M10")
         }
         for level in LEVELS
@@ -215,23 +203,23 @@ def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _span(values: xr.DataArray, digits: int = 2) -> dict[str, str]:
+def _span(values: ArrayLike, digits: int = 2) -> dict[str, str]:
     """Lowest and highest value as text."""
-    return {"lowest": f"{values.min().item():.{digits}f}", "highest": f"{values.max().item():.{digits}f}"}
+    return {"lowest": f"{np.min(values):.{digits}f}", "highest": f"{np.max(values):.{digits}f}"}
 
 
 def _floor(floor: xr.Dataset) -> dict[str, Any]:
     """How theory and formula compare with the measured floor, over experiments and times between samples."""
     ms = 1e3 * floor["period"]
     linear = floor.sel(transport="linear")
-    at_1_ms = floor["measured"].sel(period=1e-3, transport="linear")
+    formula, at_1_ms = linear["formula"] / linear["measured"], linear["measured"].sel(period=1e-3)
     return {
         "experiments": str(floor.sizes["experiment"]),
         "shortest": f"{ms.min().item():g} ms",
         "longest": f"{ms.max().item():g} ms",
         "theory": _span(floor["predicted"] / floor["measured"]),
-        "formula": _span(linear["formula"] / linear["measured"]),
-        "formula_open": _span((linear["formula"] / linear["measured"])[floor["loop"].values == "open"]),
+        "formula": _span(formula),
+        "formula_open": _span(formula.isel(experiment=floor["loop"].values == "open")),
         "lowest": f"{at_1_ms.min().item():.0f} Pa",
         "highest": f"{at_1_ms.max().item():.0f} Pa",
     }
@@ -263,27 +251,28 @@ def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
         value, low, high = (percent_text(end) for end in ends)
         return f"{value} ({low} to {high})"
 
-    exchange = runs.sel(group="exchange")
+    def ratio(name: str, **labels: str) -> str:
+        return with_interval(runs[name].sel(labels).values, 2)
+
     thirds = {"below": "lowest", "middle": "middle", "above": "highest"}
-    ratio = runs["ratio"]
+    exchange = {"group": "exchange"}
     return {
         "compared": str(int((runs["held_out"] == 0).sum())),
         "within": percent_text(MATERIAL),
         "rows": [
             {"pair": pair, "loop": loop, "share": share(f"{pair} < 1", loop)}
             | {
-                criterion: with_interval(ratio.sel(pair=pair, loop_of=loop, criterion=criterion).values, 2)
-                for criterion in ratio["criterion"].values
+                criterion: ratio("ratio", pair=pair, loop_of=loop, criterion=criterion)
+                for criterion in runs["criterion"].values
             }
             for pair in REFINEMENTS
-            for loop in ratio["loop_of"].values
+            for loop in runs["loop_of"].values
         ],
         "exchange": {
-            "much": f"{exchange['third_from'].sel(third='highest').item():.2g}",
+            "much": f"{runs['third_from'].sel(exchange | {'third': 'highest'}).item():.2g}",
             **{
                 place: {
-                    pair: with_interval(exchange["third_ratio"].sel(third=third, pair=pair).values, 2)
-                    for pair in REFINEMENTS
+                    pair: ratio("third_ratio", **exchange, third=third, pair=pair) for pair in REFINEMENTS
                 }
                 for place, third in thirds.items()
             },
@@ -294,15 +283,9 @@ def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
 
 
 def compile_pdf(source: Path, root: Path, output: Path) -> None:
-    """Typeset a Typst source, offline, with the fonts that the typesetter carries.
+    """Typeset a Typst source as PDF, offline, with the fonts that the typesetter carries.
 
-    Parameters
-    ----------
-    source : pathlib.Path
-    root : pathlib.Path
-        Folder from which the source may read.
-    output : pathlib.Path
-        PDF to write, whole or not at all; the same input gives the same bytes.
+    The source may read below `root`. The same input gives the same bytes.
     """
     with atomic(output) as part:
         typst.compile(str(source), output=str(part), root=str(root), format="pdf", ignore_system_fonts=True)

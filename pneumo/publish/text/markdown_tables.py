@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from pneumo.publish.text.terminal_tables import TRANSPORT_HEADS
+
 
 def _line(cells: Iterable[str]) -> str:
     return f"| {' | '.join(map(str, cells))} |"
@@ -33,12 +35,9 @@ def table_7(statistics: xr.Dataset, published: xr.Dataset) -> str:
     """
     reproduced = statistics.sel(level="overall")
     published = published.reindex(model=reproduced["model"])
-    lines = _head(
-        [
-            *("model", "MSE, published (Pa²)", "MSE, reproduced (Pa²)", "ratio", "μ, published (Pa)"),
-            *("μ, reproduced (Pa)", "σ, published (Pa)", "σ, reproduced (Pa)"),
-        ]
-    )
+    heads = ["model", "MSE, published (Pa²)", "MSE, reproduced (Pa²)", "ratio"]
+    heads += [f"{symbol}, {source} (Pa)" for symbol in "μσ" for source in ("published", "reproduced")]
+    lines = _head(heads)
     for model in reproduced["model"].values:
         a, b = published.sel(model=model), reproduced.sel(model=model)
         cells = [_number(a["mse"], ".2e"), _number(b["mse"], ".2e"), _number(b["mse"] / a["mse"], ".2f")]
@@ -53,25 +52,11 @@ def table_7(statistics: xr.Dataset, published: xr.Dataset) -> str:
 
 
 def assumptions_table(effects: pd.DataFrame) -> str:
-    """Effect of every alternative assumption on Tables 5, 7, 8 and 9.
-
-    Parameters
-    ----------
-    effects : pandas.DataFrame
-        From `pneumo.evidence.toggle_effects.toggle_effects`.
-    """
+    """Effect of every alternative assumption on Tables 5, 7, 8 and 9, from `toggle_effects`."""
     tables = (5, 7, 9)
-    heads = [
-        "assumption",
-        "alternative",
-        *(f"T{table}: largest, rms change of ln" for table in tables),
-        "T8: cells changed",
-        *(f"T{table}: rms misfit of ln" for table in tables),
-        "T8: exact",
-        "T5: in class",
-        "all four: in class",
-        "no number",
-    ]
+    heads = ["assumption", "alternative", *(f"T{table}: largest, rms change of ln" for table in tables)]
+    heads += ["T8: cells changed", *(f"T{table}: rms misfit of ln" for table in tables)]
+    heads += ["T8: exact", "T5: in class", "all four: in class", "no number"]
     lines = [
         "Each assumption of `paper/2006/assumptions.yaml` toggled alone, for the whole study.",
         "Changes are against the study as taken, misfits against the print: settling times for Table 5, mean"
@@ -94,13 +79,7 @@ def assumptions_table(effects: pd.DataFrame) -> str:
 
 
 def variants_table(variants: xr.Dataset) -> str:
-    """Share of the alternatives under which each refinement pays, then every ratio.
-
-    Parameters
-    ----------
-    variants : xarray.Dataset
-        ``results/variants.nc``.
-    """
+    """Share of the alternatives in ``results/variants.nc`` for which a refinement pays; then every ratio."""
     levels = list(variants["level"].values)
     pairs = list(variants["pair"].values)
     lines = [
@@ -135,18 +114,8 @@ def variants_table(variants: xr.Dataset) -> str:
 
 
 def findings_table(findings: Mapping[str, Any], headlines: bool = True) -> str:
-    """Statements of 2006 about models, with both transports and intervals, and whether they stand.
-
-    Parameters
-    ----------
-    findings : mapping
-        From `pneumo.evidence.findings.findings`.
-    headlines : bool
-        Whether to show the main statements only.
-    """
-    lines = _head(
-        ["statement of 2006", "transport as published", "exact transport", "95 % interval", "stands?"]
-    )
+    """Statements of 2006 about models, the main ones or all, with both transports and intervals."""
+    lines = _head(["statement of 2006", *TRANSPORT_HEADS.values(), "95 % interval", "stands?"])
     for row in findings["claims"]:
         if row["headline"] or not headlines:
             stands = f"**{row['stands']}**" + (f": {row['why']}" if row["why"] else "")

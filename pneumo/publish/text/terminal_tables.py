@@ -89,22 +89,15 @@ def rms_of_chambers(by_chamber: xr.DataArray) -> float:
 
 
 def fit_rows(fit: xr.Dataset) -> list[list[str]]:
-    """Cells by `FIT_HEADS`, a row per model, best first; an end that the data do not limit is open.
-
-    Parameters
-    ----------
-    fit : xarray.Dataset
-        From `pneumo.engineer.estimate.fit_measurement`.
-    """
+    """Cells by `FIT_HEADS`, a row per model, best first; an end that the data do not limit is open."""
     rows = []
     for model in fit["model"].values:
         part = fit.sel(model=model)
         row = [str(model)]
         row += [f"{rms_of_chambers(part[name]) / KILO:.3g}" for name in ("rms_held_out", "rms_fitted")]
         for parameter, (_, _, factor) in FITTED.items():
-            best, low, high = (
-                factor * part[key].sel(parameter=parameter).item() for key in ("estimate", "low", "high")
-            )
+            one = part.sel(parameter=parameter)
+            best, low, high = (factor * one[key].item() for key in ("estimate", "low", "high"))
             row.append("" if np.isnan(best) else f"{significant(best)} ({ends_text(low, high)})")
         rows.append(row)
     return rows
@@ -120,17 +113,12 @@ def fit_table(fit: xr.Dataset) -> Table:
 
 def transient_text(transient: Transient) -> str:
     """Conductance from the transient of a closed chamber, on three lines."""
-    tau, k_0 = (
-        ends_text(transient.tau_low, transient.tau_high),
-        ends_text(transient.k_0_low, transient.k_0_high),
-    )
-    return "\n".join(
-        [
-            f"thermal time constant  {significant(transient.tau)} s ({tau})",
-            f"conductance now        {significant(transient.k)} W/K, at {transient.P_inf / KILO:.4g} kPa",
-            f"k_0, eqs (7) and (8)   {significant(transient.k_0)} W/K ({k_0});"
-            f" {transient.rms:.3g} Pa rms are left",
-        ]
+    tau = ends_text(transient.tau_low, transient.tau_high)
+    k_0 = f"{significant(transient.k_0)} W/K ({ends_text(transient.k_0_low, transient.k_0_high)})"
+    return (
+        f"thermal time constant  {significant(transient.tau)} s ({tau})\n"
+        f"conductance now        {significant(transient.k)} W/K, at {transient.P_inf / KILO:.4g} kPa\n"
+        f"k_0, eqs (7) and (8)   {k_0}; {transient.rms:.3g} Pa rms are left"
     )
 
 
@@ -140,13 +128,7 @@ IDENTIFIED_UNIT = {"M": "kg", "k_f": "N s/m", "stop": ""}
 
 
 def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
-    """Identified parameters by cylinder, then, where there are any, amplitudes and transports.
-
-    Parameters
-    ----------
-    identified : xarray.Dataset
-        ``results/identification.nc``.
-    """
+    """Parameters of ``results/identification.nc`` by cylinder, then, if any, amplitudes and transports."""
     cylinders = identified["cylinder"].values
     table = Table("cylinder", "parameter", "estimate", "95 % interval", "searched", title="Table 5")
     for cylinder in cylinders:
@@ -191,13 +173,7 @@ AVERAGE_HEADS = {"mean": "mean", "geometric": "geom. mean"}
 
 
 def ratio_table(ensemble: xr.Dataset) -> Table:
-    """Quotients of mean square errors per level, with the interval of the mean and what one seed resolves.
-
-    Parameters
-    ----------
-    ensemble : xarray.Dataset
-        ``results/ensemble.nc``.
-    """
+    """Quotients of ``results/ensemble.nc`` per level, with intervals, and what one seed resolves."""
     table = Table("refinement", "level", "average", title="Quotient of mean square errors, [95 % interval]")
     for head in TRANSPORT_HEADS.values():
         table.add_column(head, justify="right")
