@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pneumo.configuration.experiment import Plant as Plant
+    from pneumo.engineer.floor_theory import transport_floor as transport_floor
     from pneumo.engineer.linear_model import Linear as Linear
     from pneumo.engineer.linear_model import linearise as linearise
     from pneumo.engineer.model_rate import chamber_rate as chamber_rate
@@ -13,7 +14,6 @@ if TYPE_CHECKING:
     from pneumo.engineer.runs import recorded as recorded
     from pneumo.engineer.runs import replay as replay
     from pneumo.engineer.runs import simulate as simulate
-    from pneumo.engineer.transport_floor import transport_floor as transport_floor
     from pneumo.errors import ConfigurationError as ConfigurationError
     from pneumo.errors import DamagedError as DamagedError
     from pneumo.errors import InputError as InputError
@@ -36,7 +36,7 @@ else:
         "engineer.model_rate": ["chamber_rate"],
         "engineer.plants": ["plant"],
         "engineer.runs": ["Prediction", "Run", "recorded", "replay", "simulate"],
-        "engineer.transport_floor": ["transport_floor"],
+        "engineer.floor_theory": ["transport_floor"],
         "errors": [
             *("ConfigurationError", "DamagedError", "InputError", "PneumoError", "ResultError", "RunError")
         ],

@@ -27,31 +27,17 @@ LARGEST_MOTION = 0.02  # of the stroke, of a piston that is held
 
 
 class Transient(NamedTuple):
-    """Result of a closed chamber's transient.
+    """Result of a closed chamber's transient, with ends of 95 per cent intervals."""
 
-    Attributes
-    ----------
-    tau, tau_low, tau_high : float
-        Thermal time constant and its 95 per cent interval, s.
-    P_inf : float
-        Final pressure, Pa.
-    k : float
-        Conductance during the transient, W/K.
-    k_0, k_0_low, k_0_high : float
-        Conductance at equilibrium by eqs (7) and (8), and its interval, W/K.
-    rms : float
-        Of measured minus fitted pressure, Pa.
-    """
-
-    tau: float
+    tau: float  # s, thermal time constant
     tau_low: float
     tau_high: float
-    P_inf: float
-    k: float
-    k_0: float
+    P_inf: float  # Pa, final pressure
+    k: float  # W/K, conductance during the transient
+    k_0: float  # W/K, conductance at equilibrium by eqs (7) and (8)
     k_0_low: float
     k_0_high: float
-    rms: float
+    rms: float  # Pa, root mean square of measured minus fitted pressure
 
 
 def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 0.0) -> Transient:
@@ -59,9 +45,6 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
 
     Parameters
     ----------
-    measurement : Measurement
-    plant : Plant
-        Its dead volume counts.
     side : {"A", "B"}
         The closed chamber.
     begin : float

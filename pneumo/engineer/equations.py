@@ -40,35 +40,6 @@ ROOT_2 = 2**0.5  # SymPy takes it out of the root in eq (1)
 WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "lambda A_q": "eqs (7), (8)"}
 
 
-def constants(plant: Plant, n: float) -> list[Constant]:
-    """Every number that a chamber's equations may need."""
-    gas, valve, c, cylinder, k_0 = plant
-    return [
-        Constant("R", gas.R, "J/(kg K), gas constant"),
-        Constant("gamma_", gas.gamma, "ratio of specific heats"),
-        Constant("sonic_coefficient", gas.sonic_coefficient, "s K^0.5/m, eq (1)"),
-        Constant("critical_ratio", gas.critical_ratio, "P_d/P_u at which flow becomes sonic, eq (1)"),
-        Constant("k_xu", valve.k_xu, "m^2/V, valve area per volt, eq (2)"),
-        Constant("laminar", valve.laminar, "1 - P_d/P_u below which flow is proportional to it"),
-        Constant("exhaust", valve.exhaust, "area to the atmosphere over area from the supply"),
-        Constant("leak", valve.leak, "m^2, area that stays open to either port"),
-        Constant("u_max", valve.u_max, "V, limit of the command"),
-        Constant("P_s", c.P_s, "Pa, supply"),
-        Constant("P_atm", c.P_atm, "Pa, atmosphere"),
-        Constant("T_in", c.T_in, "K, incoming air"),
-        Constant("T_amb", c.T_amb, "K, walls"),
-        Constant("P_0", c.P_0, "Pa, equilibrium"),
-        Constant("T_0", c.T_0, "K, equilibrium"),
-        Constant("bore", cylinder.bore, "m, diameter phi"),
-        Constant("stroke", cylinder.stroke, "m, stroke l"),
-        Constant("V_d", cylinder.V_d, "m^3, dead volume"),
-        Constant("A_A", cylinder.A_A, "m^2, piston area, chamber A"),
-        Constant("A_B", cylinder.A_B, "m^2, piston area, chamber B"),
-        Constant("k_0", k_0, "W/K, thermal conductance of the wall at equilibrium, eq (12)"),
-        Constant("n", n, "polytropic index"),
-    ]
-
-
 def exact_numbers(value: Any) -> Any:
     """Expression, tuple or choice with whole numbers, halves and the root of 2 exact."""
     if isinstance(value, Choice):
@@ -91,7 +62,7 @@ def names_in(value: Any) -> set[str]:
 def statements(model: Model, plant: Plant) -> list[Statement]:
     """Assignments that compute dP_dt of one chamber by a model; only those that model and valve need.
 
-    Symbols are named as in `constants` and `ARGUMENTS`.
+    Symbols are named as in `used_constants`; `ARGUMENTS` are those of the function.
     """
 
     def real(name: str) -> Any:
@@ -135,5 +106,30 @@ def statements(model: Model, plant: Plant) -> list[Statement]:
 
 def used_constants(model: Model, plant: Plant, n: float) -> list[Constant]:
     """Constants that a model's statements need, and both piston areas."""
+    gas, valve, c, cylinder, k_0 = plant
+    every = [
+        Constant("R", gas.R, "J/(kg K), gas constant"),
+        Constant("gamma_", gas.gamma, "ratio of specific heats"),
+        Constant("sonic_coefficient", gas.sonic_coefficient, "s K^0.5/m, eq (1)"),
+        Constant("critical_ratio", gas.critical_ratio, "P_d/P_u at which flow becomes sonic, eq (1)"),
+        Constant("k_xu", valve.k_xu, "m^2/V, valve area per volt, eq (2)"),
+        Constant("laminar", valve.laminar, "1 - P_d/P_u below which flow is proportional to it"),
+        Constant("exhaust", valve.exhaust, "area to the atmosphere over area from the supply"),
+        Constant("leak", valve.leak, "m^2, area that stays open to either port"),
+        Constant("u_max", valve.u_max, "V, limit of the command"),
+        Constant("P_s", c.P_s, "Pa, supply"),
+        Constant("P_atm", c.P_atm, "Pa, atmosphere"),
+        Constant("T_in", c.T_in, "K, incoming air"),
+        Constant("T_amb", c.T_amb, "K, walls"),
+        Constant("P_0", c.P_0, "Pa, equilibrium"),
+        Constant("T_0", c.T_0, "K, equilibrium"),
+        Constant("bore", cylinder.bore, "m, diameter phi"),
+        Constant("stroke", cylinder.stroke, "m, stroke l"),
+        Constant("V_d", cylinder.V_d, "m^3, dead volume"),
+        Constant("A_A", cylinder.A_A, "m^2, piston area, chamber A"),
+        Constant("A_B", cylinder.A_B, "m^2, piston area, chamber B"),
+        Constant("k_0", k_0, "W/K, thermal conductance of the wall at equilibrium, eq (12)"),
+        Constant("n", n, "polytropic index"),
+    ]
     needed = names_in(tuple(statement.value for statement in statements(model, plant))) | set(AREAS)
-    return [constant for constant in constants(plant, n) if constant.name in needed]
+    return [constant for constant in every if constant.name in needed]

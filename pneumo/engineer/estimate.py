@@ -23,27 +23,14 @@ REPORTED = tuple(name for name in PARAMETERS if not name.startswith("start"))
 
 
 class Estimate(NamedTuple):
-    """One model, fitted.
+    """One model, fitted; a pair is of chambers A and B."""
 
-    Attributes
-    ----------
-    values : dict of str to float
-        Parameters in SI units, corrected for the bias that noise in the position causes; fixed ones too.
-    low, high : dict of str to float
-        Ends of their 95 per cent intervals; NaN where an end is open.
-    rms, held_out : numpy.ndarray
-        Root mean square of measured minus replayed pressure, Pa, of the part fitted and of the part held
-        out, chambers A and B.
-    pressure : numpy.ndarray
-        Replayed, Pa, shape (chamber, samples): the part fitted, then that held out, each from its own start.
-    """
-
-    values: dict[str, float]
-    low: dict[str, float]
+    values: dict[str, float]  # SI units, corrected for the bias by noise in the position; fixed ones too
+    low: dict[str, float]  # ends of their 95 per cent intervals; NaN where open
     high: dict[str, float]
-    rms: np.ndarray
-    held_out: np.ndarray
-    pressure: np.ndarray
+    rms: np.ndarray  # Pa, root mean square of measured minus replayed pressure of the part fitted: a pair
+    held_out: np.ndarray  # the same of the part held out
+    pressure: np.ndarray  # Pa, replayed by (chamber, sample): each part from its own start
 
 
 def estimate(
@@ -52,7 +39,6 @@ def estimate(
     record: StageSignals,
     *,
     noisy_inputs: Sequence[np.ndarray],
-    fixed: dict[str, float] | None = None,
     intervals: Iterable[str] = REPORTED,
     part: float = PART,
 ) -> Estimate:
@@ -60,21 +46,15 @@ def estimate(
 
     Parameters
     ----------
-    model : Model
-    plant : Plant
-        As configured.
-    record : StageSignals
     noisy_inputs : sequence of numpy.ndarray
         From `with_added_noise`, of the part fitted.
-    fixed : dict of str to float, optional
-        Parameters that are known, in SI units.
     intervals : iterable of str
         Parameters that get an interval.
     part : float
         Fraction of the record that is fitted.
     """
     split = split_of(record, part)
-    problem = Problem(model, plant, record.part(0, split), fixed or {}, noisy_inputs)
+    problem = Problem(model, plant, record.part(0, split), {}, noisy_inputs)
     few = problem._replace(noisy_inputs=noisy_inputs[: 2 * FEW_PAIRS])
     rough = fit(few)
     # From so near, two steps are enough.
@@ -135,10 +115,6 @@ def fit_measurement(
 
     Parameters
     ----------
-    measurement : Measurement
-    plant : Plant
-        As configured.
-    models : sequence of str
     held : bool
         Whether a command holds until the next sample.
     part : float
@@ -170,28 +146,26 @@ def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> 
     by (chamber, t) and (model, chamber, t).
     """
 
-    def by_parameter(field: str, name: str) -> tuple[tuple[str, str], np.ndarray, dict[str, str]]:
-        rows = [[getattr(e, field).get(p, np.nan) for p in REPORTED] for e in fits.values()]
-        return ("model", "parameter"), np.array(rows), {"long_name": name}
+    def values(field: str) -> np.ndarray:
+        return np.array([[getattr(e, field).get(p, np.nan) for p in REPORTED] for e in fits.values()])
 
-    def by_chamber(field: str, part: str) -> tuple[tuple[str, str], np.ndarray, dict[str, str]]:
-        attributes = {"long_name": f"root mean square error on the part {part}", "units": "Pa"}
-        return ("model", "chamber"), np.array([getattr(e, field) for e in fits.values()]), attributes
+    def arrays(field: str) -> np.ndarray:
+        return np.array([getattr(e, field) for e in fits.values()])
 
+    parameters, errors, t = ("model", "parameter"), ("model", "chamber"), ("chamber", "t")
     interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
-    measured = {"u": ("t", measurement.u)}
-    if measurement.m is not None:
-        measured = {"m": (("chamber", "t"), measurement.m, FLOW)}
+    error, Pa = "root mean square error on the part", {"units": "Pa"}
+    m = measurement.m
     result = xr.Dataset(
         {
-            "estimate": by_parameter("values", "estimate, in parameter_unit"),
-            "low": by_parameter("low", f"lower {interval}"),
-            "high": by_parameter("high", f"upper {interval}"),
-            "rms_fitted": by_chamber("rms", "fitted"),
-            "rms_held_out": by_chamber("held_out", "held out"),
-            "pressure": (("model", "chamber", "t"), np.array([e.pressure for e in fits.values()])),
-            "P": (("chamber", "t"), measurement.P, {"long_name": "measured absolute pressure"}),
-            **measured,
+            "estimate": (parameters, values("values"), {"long_name": "estimate, in parameter_unit"}),
+            "low": (parameters, values("low"), {"long_name": f"lower {interval}"}),
+            "high": (parameters, values("high"), {"long_name": f"upper {interval}"}),
+            "rms_fitted": (errors, arrays("rms"), {"long_name": f"{error} fitted"} | Pa),
+            "rms_held_out": (errors, arrays("held_out"), {"long_name": f"{error} held out"} | Pa),
+            "pressure": (("model", *t), arrays("pressure")),
+            "P": (t, measurement.P, {"long_name": "measured absolute pressure"}),
+            **({"u": ("t", measurement.u)} if m is None else {"m": (t, m, FLOW)}),
             "x": ("t", measurement.x),
         },
         coords={

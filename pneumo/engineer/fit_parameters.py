@@ -21,23 +21,13 @@ STEP = 1e-4  # of finite differences, on the scale of the search
 
 
 class Parameter(NamedTuple):
-    """A parameter that can be fitted.
-
-    Attributes
-    ----------
-    unit : str
-    low, high : float
-        Bounds in SI units; where `relative`, multiples of `Problem.reference`.
-    relative : bool
-    logarithmic : bool
-        Search and interval are on a logarithmic scale.
-    """
+    """A parameter that can be fitted."""
 
     unit: str
-    low: float
+    low: float  # bounds in SI units; where `relative`, multiples of `Problem.reference`
     high: float
     relative: bool = False
-    logarithmic: bool = True
+    logarithmic: bool = True  # search and interval are on a logarithmic scale
 
     def inner(self, value: float) -> float:
         """Value on the scale of the search."""
@@ -64,25 +54,13 @@ def _without_chamber(name: str) -> str:
 
 
 class Problem(NamedTuple):
-    """A model to be fitted to a measurement.
-
-    Attributes
-    ----------
-    model : Model
-    plant : Plant
-        As configured; fitted parameters replace its k_0, k_xu and V_d.
-    signals : StageSignals
-    fixed : dict of str to float
-        Parameters that are not fitted, in SI units.
-    noisy_inputs : sequence of numpy.ndarray
-        From `pneumo.engineer.stage_signals.with_added_noise`; empty for plain least squares.
-    """
+    """A model to be fitted to a measurement."""
 
     model: Model
-    plant: Plant
+    plant: Plant  # as configured; fitted parameters replace its k_0, k_xu and V_d
     signals: StageSignals
-    fixed: dict[str, float]
-    noisy_inputs: Sequence[np.ndarray] = ()
+    fixed: dict[str, float]  # parameters that are not fitted, in SI units
+    noisy_inputs: Sequence[np.ndarray] = ()  # from `with_added_noise`; empty for plain least squares
 
     @property
     def names(self) -> tuple[str, ...]:

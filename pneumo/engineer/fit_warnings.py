@@ -1,5 +1,6 @@
 """Checks of a measurement's columns: errors for what is impossible, notes for what is unlikely."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,6 +32,13 @@ class Samples(NamedTuple):
         row = f"line {index + self.first_line}" if self.first_line else f"sample {index}"
         return f"{self.path}: {row}, column {quantity}"
 
+    def refuse(self, bad: np.ndarray, quantity: str, problem: Callable[[int, int], str]) -> None:
+        """Raise an `InputError` if any sample is bad: `problem(first, more)` says why, `more` are as bad."""
+        indices = np.flatnonzero(bad)
+        if len(indices):
+            first = int(indices[0])
+            raise InputError(f"{self.place(first, quantity)}: {problem(first, len(indices) - 1)}")
+
 
 def check_time(samples: Samples) -> tuple[float, list[str]]:
     """Period of the time column, s, and notes.
@@ -41,22 +49,17 @@ def check_time(samples: Samples) -> tuple[float, list[str]]:
         If time does not increase, or has gaps.
     """
     t = samples.values["t"]
-    steps = np.diff(t)
-    back = np.flatnonzero(steps <= 0)
-    if len(back):
-        k = int(back[0])
-        raise InputError(
-            f"{samples.place(k + 1, 't')}: {t[k + 1]:.9g} s follows {t[k]:.9g} s: time must increase"
-        )
-    usual = float(np.median(steps))
-    gaps = np.flatnonzero(steps > GAP * usual)
-    if len(gaps):
-        k = int(gaps[0])
-        more = f"; {len(gaps) - 1} more gaps" if len(gaps) > 1 else ""
-        raise InputError(
-            f"{samples.place(k + 1, 't')}: a gap of {steps[k]:.4g} s after t = {t[k]:.6g} s, where samples"
-            f" are {usual:.4g} s apart: cut the file there and fit one part{more}"
-        )
+    steps = np.diff(t, prepend=-np.inf)  # each sample's from the one before
+    samples.refuse(steps <= 0, "t", lambda k, _: f"{t[k]:.9g} s follows {t[k - 1]:.9g} s: time must increase")
+    usual = float(np.median(steps[1:]))
+    samples.refuse(
+        np.isfinite(steps) & (steps > GAP * usual),
+        "t",
+        lambda k, more: (
+            f"a gap of {steps[k]:.4g} s after t = {t[k - 1]:.6g} s, where samples are {usual:.4g} s apart:"
+            f" cut the file there and fit one part{f'; {more} more gaps' if more else ''}"
+        ),
+    )
     period = float(t[-1] - t[0]) / (len(t) - 1)
     uneven = float(np.max(np.abs(t - t[0] - period * np.arange(len(t))))) / period
     if uneven <= UNEVEN:
@@ -78,16 +81,12 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool) -> list[str]:
     path, values = samples.path, samples.values
     c, half, u_max = plant.conditions, plant.cylinder.stroke / 2, plant.valve.u_max
     notes = [note for name in ("P_A", "P_B") for note in _check_pressure(samples, name, plant)]
-    x = values["x"]
-    beyond = np.flatnonzero(np.abs(x) > 1.05 * half)
-    if len(beyond):
-        k = int(beyond[0])
-        shift = half if from_end else 0.0
-        span = f"{shift - half:g} to {shift + half:g} m"
-        hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
-        if np.ptp(x) > 2.2 * half:
-            hint = "; is the unit right?"
-        raise InputError(f"{samples.place(k, 'x')}: {x[k] + shift:.4g} m is outside the stroke, {span}{hint}")
+    x, shift = values["x"], half if from_end else 0.0
+    span = f"{shift - half:g} to {shift + half:g} m"
+    hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
+    hint = "; is the unit right?" if np.ptp(x) > 2.2 * half else hint
+    outside = f"m is outside the stroke, {span}{hint}"
+    samples.refuse(np.abs(x) > 1.05 * half, "x", lambda k, _: f"{x[k] + shift:.4g} {outside}")
     share = float(np.mean(np.abs(values["u"]) > u_max))
     if share:
         notes.append(f"column u: beyond the limiter's {u_max:g} V in {100 * share:.2g} % of samples; limited")
@@ -118,13 +117,9 @@ def _check_pressure(samples: Samples, name: str, plant: Plant) -> list[str]:
                     f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, where {c.P_atm:.4g}"
                     f" (atmosphere) to {c.P_s:.4g} (supply) are possible: is it {as_if}?"
                 )
-    below = np.flatnonzero(0.5 * c.P_atm >= P)
-    if len(below):
-        k = int(below[0])
-        raise InputError(
-            f"{samples.place(k, name)}: {P[k]:.4g} Pa is far below the atmosphere's {c.P_atm:.4g} Pa:"
-            " must be absolute; a gauge's unit is written bar(g)"
-        )
+    rest = "must be absolute; a gauge's unit is written bar(g)"
+    below = f"Pa is far below the atmosphere's {c.P_atm:.4g} Pa: {rest}"
+    samples.refuse(0.5 * c.P_atm >= P, name, lambda k, _: f"{P[k]:.4g} {below}")
     if top > OF_SUPPLY * c.P_s:
         raise InputError(
             f"{path}: column {name}: up to {top:.4g} Pa, far above the supply's {c.P_s:.4g} Pa"

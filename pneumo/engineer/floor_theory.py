@@ -12,33 +12,25 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.jump_errors import jump_errors, mean_of_ramp, pressure_rates
+from pneumo.engineer.plants import check_positive
+from pneumo.engineer.runs import Run
+from pneumo.errors import InputError
 from pneumo.physics.cylinder import volume
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.full_order import Recording, command_series
 from pneumo.simulation.signals import Transport, held, interpolated
 
+ROUNDING = 1e-6  # relative distance of a ratio of times from a whole number that is rounding
 UNIFORM = 1 / 12  # variance of where a jump falls between two samples, if it may fall anywhere
 
 
 class Shift(NamedTuple):
-    """Delay of signals by sampling, to first order, in times between samples.
+    """Delay of signals by sampling, to first order, in times between samples."""
 
-    Attributes
-    ----------
-    held : bool
-        Samples are held, not interpolated linearly.
-    late : int
-        Samples by which the held one is older than the last.
-    jump : float
-        Delay of a jump that falls on a sample, the sample that has the new value already.
-    rest : float
-        Delay of everything continuous: position, velocity, a command that follows them.
-    """
-
-    held: bool
-    late: int
-    jump: float
-    rest: float
+    held: bool  # samples are held, not interpolated linearly
+    late: int  # samples by which the held one is older than the last
+    jump: float  # delay of a jump that falls on a sample, which has the new value already
+    rest: float  # delay of everything continuous: position, velocity, a command that follows them
 
     def transport(self, every: int) -> Transport:
         """Transport of a replay whose samples are `every` steps apart."""
@@ -76,7 +68,6 @@ def predicted_error(
         Time between samples, s: a multiple of the step, or less where all jumps fall on samples.
     sampling : str
         Key of `SHIFTS`.
-    stride : int
     late : numpy.ndarray, optional
         `late_rest` of the run, where it is known already.
     """
@@ -89,36 +80,16 @@ def predicted_error(
 
 
 class Averages(NamedTuple):
-    """Averages of a run that the closed formula needs.
+    """Averages of a run that the closed formula needs."""
 
-    Attributes
-    ----------
-    jump : float
-        RMS jump of the limited command from draw to draw, V.
-    opening : float
-        Mean magnitude of the limited command, V.
-    draw : float
-        Time between draws, s.
-    speed : float
-        RMS velocity of the piston, m/s.
-    P_rate : float
-        RMS rate of pressure, Pa/s.
-    V : float
-        Volume of a chamber, m^3; of a run the root mean square of 1/V, inverted.
-    area : float
-        Piston area, m^2.
-    early : float
-        How early interpolation to the new value is, in times between samples: 1/2, more at a limiter.
-    """
-
-    jump: float
-    opening: float
-    draw: float
-    speed: float
-    P_rate: float
-    V: float
-    area: float
-    early: float = 0.5
+    jump: float  # V, RMS jump of the limited command from draw to draw
+    opening: float  # V, mean magnitude of the limited command
+    draw: float  # s, time between draws
+    speed: float  # m/s, RMS velocity of the piston
+    P_rate: float  # Pa/s, RMS rate of pressure
+    V: float  # m^3, volume of a chamber; of a run the root mean square of 1/V, inverted
+    area: float  # m^2, of the piston
+    early: float = 0.5  # how early interpolation is, in times between samples: 1/2, more at a limiter
 
 
 def averages(recording: Recording, every: int) -> Averages:
@@ -148,24 +119,12 @@ def averages(recording: Recording, every: int) -> Averages:
 
 
 class Sensitivities(NamedTuple):
-    """RMS pressure error per second of delay, Pa/s.
+    """RMS pressure error per second of delay, Pa/s."""
 
-    Attributes
-    ----------
-    jump : float
-        Of jumps of the command, all by the same time: each jump cancels most of the one before.
-    rest : float
-        Of everything else.
-    both : float
-        Of everything: the rate of pressure.
-    apart : float
-        Of jumps of the command, each by another time: only the flow reduces their error.
-    """
-
-    jump: float
-    rest: float
-    both: float
-    apart: float
+    jump: float  # of jumps of the command, all by the same time: each jump cancels most of the one before
+    rest: float  # of everything else
+    both: float  # of everything: the rate of pressure
+    apart: float  # of jumps of the command, each by another time: only the flow reduces their error
 
 
 def _kept(r: float) -> float:
@@ -214,17 +173,8 @@ def floor(
 ) -> float:
     """RMS pressure error of a replay on sampled signals, Pa: closed formula.
 
-    Parameters
-    ----------
-    delays : Sensitivities
-    period : float
-        Time between samples, s.
-    sampling : str
-        Key of `SHIFTS`.
-    early : float
-        From `Averages`.
-    between : bool
-        Whether jumps fall anywhere between samples, not on them.
+    Samples are `period` seconds apart; `sampling` is a key of `SHIFTS`, `early` is from `Averages`, and
+    `between` is whether jumps fall anywhere between samples, not on them.
     """
     _, _, jump, rest = SHIFTS[sampling]
     if sampling == "linear":
@@ -235,3 +185,41 @@ def floor(
     together = jump * rest * (delays.both**2 - delays.jump**2 - delays.rest**2)
     scattered = UNIFORM * delays.apart**2 if between else 0.0
     return period * sqrt(max(shifted + together + scattered, 0.0))
+
+
+def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple[float, float]:
+    """RMS pressure error that the sampling of u, x and v alone causes in a replay, whatever the model.
+
+    Linear theory along the run, without a replay. Jumps of the command fall on steps of the run.
+
+    Parameters
+    ----------
+    run : Run
+        From `pneumo.simulate`.
+    period : float
+        Time between samples of u, x and v, s: a multiple or a whole fraction of the run's step.
+    transport : {"linear", "hold", "delay"}
+        Linear interpolation, the last sample held (zero-order hold), or the sample before it held.
+
+    Returns
+    -------
+    tuple of float
+        Chamber A and B, Pa.
+
+    Raises
+    ------
+    InputError
+        If there is no such transport, the period is no multiple or fraction, or the run was not simulated.
+    """
+    if transport not in SHIFTS:
+        raise InputError(f"transport = {transport!r}: must be one of {', '.join(SHIFTS)}")
+    check_positive(period=period)
+    if not run.simulated:
+        raise InputError("run: must come from simulate; a recorded one lacks the temperatures")
+    h = run.recording.h
+    ratio = max(period / h, h / period)
+    if abs(ratio - round(ratio)) > ROUNDING * ratio:
+        raise InputError(f"period = {period:g} s: must be a multiple or a whole fraction of h = {h:g} s")
+    error = predicted_error(run.recording, period, transport)
+    A, B = np.sqrt(np.mean(error**2, axis=1)).tolist()
+    return A, B

@@ -1,6 +1,8 @@
 # pyright: basic
 """Pressure error that jumps of the command cause in a replay on sampled signals: linear theory."""
 
+from typing import TypeAlias
+
 import numpy as np
 from numba.extending import register_jitable
 
@@ -11,6 +13,7 @@ from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import Recording, chamber_rates
 from pneumo.simulation.reference import piston_area
 
+Chamber: TypeAlias = tuple[float, float, float, float, float]  # x and v outward, P, T, piston area
 SMALL_P, SMALL_T = 1.0, 1e-3  # Pa and K; steps of the differences that linearise the equations
 
 
@@ -32,17 +35,7 @@ def mean_of_ramp(u: float, w: float, u_max: float) -> tuple[float, float]:
 
 @register_jitable
 def jump_rates(
-    u: float,
-    w: float,
-    linear: bool,
-    late: float,
-    f: float,
-    x: float,
-    v: float,
-    P: float,
-    T: float,
-    area: float,
-    plant: Plant,
+    u: float, w: float, linear: bool, late: float, f: float, chamber: Chamber, plant: Plant
 ) -> tuple[float, float]:
     """Error (dP, dT) that a jump from u to w causes, per second between samples.
 
@@ -50,9 +43,9 @@ def jump_rates(
     delayed by `late` intervals. Rates are linear in the area of either restriction: one of each is enough.
     """
     u_max = plant.valve.u_max
-    P_shut, T_shut = chamber_rates(0.0, x, v, P, T, area, plant)
-    P_fill, T_fill = chamber_rates(1.0, x, v, P, T, area, plant)
-    P_vent, T_vent = chamber_rates(-1.0, x, v, P, T, area, plant)
+    P_shut, T_shut = chamber_rates(0.0, *chamber, plant)
+    P_fill, T_fill = chamber_rates(1.0, *chamber, plant)
+    P_vent, T_vent = chamber_rates(-1.0, *chamber, plant)
     before, after = limited(u, u_max), limited(w, u_max)
     if linear:
         fill, vent = mean_of_ramp(u, w, u_max)
@@ -69,18 +62,10 @@ def jump_rates(
 
 @register_jitable
 def relaxed(
-    e_P: float,
-    e_T: float,
-    u: float,
-    x: float,
-    v: float,
-    P: float,
-    T: float,
-    area: float,
-    plant: Plant,
-    h: float,
+    e_P: float, e_T: float, u: float, chamber: Chamber, plant: Plant, h: float
 ) -> tuple[float, float]:
     """Errors of pressure and temperature one step later, by the linearised equations (implicit Euler)."""
+    x, v, P, T, area = chamber
     P_1, T_1 = chamber_rates(u, x, v, P + SMALL_P, T, area, plant)
     P_2, T_2 = chamber_rates(u, x, v, P - SMALL_P, T, area, plant)
     P_3, T_3 = chamber_rates(u, x, v, P, T + SMALL_T, area, plant)
@@ -98,7 +83,6 @@ def jump_errors(
 
     Parameters
     ----------
-    recording : Recording
     every : int
         Steps between samples: determines where between them a jump falls.
     linear : bool
@@ -108,12 +92,7 @@ def jump_errors(
     uniform : bool
         Instead, every jump, the start from rest too, is delayed by one second.
     stride : int
-        Steps between stored errors.
-
-    Returns
-    -------
-    numpy.ndarray
-        Pa/s, shape (chamber, stored steps).
+        Steps between stored errors: the result has the shape (chamber, stored steps).
     """
     states, reference, drive, plant = recording.states, recording.reference, recording.drive, recording.plant
     steps = len(states) - 1
@@ -138,12 +117,10 @@ def jump_errors(
             sign = 1.0 - 2.0 * side
             area = piston_area(plant.cylinder, side)
             P, T = states[k, 2 + 2 * side], states[k, 3 + 2 * side]
-            X, V = sign * x, sign * v
-            e_P[side], e_T[side] = relaxed(
-                e_P[side], e_T[side], sign * u, X, V, P, T, area, plant, recording.h
-            )
+            chamber = (sign * x, sign * v, P, T, area)
+            e_P[side], e_T[side] = relaxed(e_P[side], e_T[side], sign * u, chamber, plant, recording.h)
             if now != before:
-                dP, dT = jump_rates(sign * before, sign * now, linear, delay, f, X, V, P, T, area, plant)
+                dP, dT = jump_rates(sign * before, sign * now, linear, delay, f, chamber, plant)
                 e_P[side] += dP
                 e_T[side] += dT
         if k % stride == 0:

@@ -17,29 +17,16 @@ FLAT = 1e-2  # curvature over the largest, below which a direction is flat and l
 class Fit(NamedTuple):
     """Corrected sum of squares of a model at one set of parameters, with its derivatives.
 
-    Attributes
-    ----------
-    theta : numpy.ndarray
-        Parameters on the scale of the search, shape (parameter,).
-    residual : numpy.ndarray
-        Measured minus replayed pressure in units of P_s, shape (chamber, samples).
-    jacobian : numpy.ndarray
-        Derivative of the replayed pressure in the same units, shape (chamber, samples, parameter).
-    squares : float
-        Corrected sum of squared residuals.
-    slope, curvature : numpy.ndarray
-        Minus half its gradient, and half its second derivative (Gauss and Newton's).
-    scatter : numpy.ndarray
-        Covariance of the slope due to noise in the position, shape (parameter, parameter).
+    Pressures count in units of P_s, parameters on the scale of the search.
     """
 
-    theta: np.ndarray
-    residual: np.ndarray
-    jacobian: np.ndarray
-    squares: float
-    slope: np.ndarray
-    curvature: np.ndarray
-    scatter: np.ndarray
+    theta: np.ndarray  # parameters
+    residual: np.ndarray  # measured minus replayed pressure by (chamber, sample)
+    jacobian: np.ndarray  # derivative of the replayed pressure by (chamber, sample, parameter)
+    squares: float  # corrected sum of squared residuals
+    slope: np.ndarray  # minus half its gradient
+    curvature: np.ndarray  # half its second derivative (Gauss and Newton's)
+    scatter: np.ndarray  # covariance of the slope due to noise in the position, by (parameter, parameter)
 
 
 def evaluate(problem: Problem, theta: np.ndarray) -> Fit:

@@ -39,21 +39,22 @@ class Linear(NamedTuple):
     D: np.ndarray
 
 
-def _checked(plant: Plant, u: float, x: float, v: float, P: dict[str, float]) -> None:
-    c = plant.conditions
-    if not np.isfinite([u, x, v, *P.values()]).all():
-        raise InputError(f"u = {u:g}, x = {x:g}, v = {v:g}, P = {tuple(P.values())}: must be finite numbers")
-    if u == 0:
-        raise InputError("u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6")
-    if abs(u) > plant.valve.u_max:
-        raise InputError(f"u = {u:g} V: beyond the limiter at {plant.valve.u_max:g} V nothing depends on it")
-    if abs(x) > plant.cylinder.stroke / 2:
-        raise InputError(f"x = {x:g} m: must be within half the stroke, {plant.cylinder.stroke / 2:g} m")
+def _check_point(plant: Plant, u: float, x: float, v: float, P: dict[str, float]) -> None:
+    c, u_max, half = plant.conditions, plant.valve.u_max, plant.cylinder.stroke / 2
+    values = f"u = {u:g}, x = {x:g}, v = {v:g}, P = {tuple(P.values())}"
+    problems = {
+        f"{values}: must be finite numbers": not np.isfinite([u, x, v, *P.values()]).all(),
+        "u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6": u == 0,
+        f"u = {u:g} V: beyond the limiter at {u_max:g} V nothing depends on it": abs(u) > u_max,
+        f"x = {x:g} m: must be within half the stroke, {half:g} m": abs(x) > half,
+    }
     for side, pressure in P.items():
-        if not pressure > 0:
-            raise InputError(f"P_{side} = {pressure:g} Pa: must be positive (absolute)")
-        if pressure == (c.P_s if SIDES[side] * u > 0 else c.P_atm):
-            raise InputError(f"P_{side} = {pressure:g} Pa: eq (1) has no derivative at equal pressures")
+        name, port = f"P_{side} = {pressure:g} Pa", c.P_s if SIDES[side] * u > 0 else c.P_atm
+        problems[f"{name}: must be positive (absolute)"] = not pressure > 0
+        problems[f"{name}: eq (1) has no derivative at equal pressures"] = pressure == port
+    for text, wrong in problems.items():
+        if wrong:
+            raise InputError(text)
 
 
 def linearise(
@@ -75,8 +76,6 @@ def linearise(
 
     Parameters
     ----------
-    model, n, plant
-        As for `pneumo.chamber_rate`.
     u : float
         Command, V; not 0, where the valve's area, k_xu ``|u|``, has no derivative.
     P_A, P_B : float
@@ -87,7 +86,7 @@ def linearise(
     Returns
     -------
     control.StateSpace or Linear
-        A StateSpace where python-control is installed; both have A, B, C and D.
+        The former where python-control is installed; both have A, B, C and D.
 
     Raises
     ------
@@ -95,7 +94,7 @@ def linearise(
         If there is no such model, n is bad, or the right-hand side has no derivative at the point.
     """
     pressures = {"A": P_A, "B": P_B}
-    _checked(plant, u, x, v, pressures)
+    _check_point(plant, u, x, v, pressures)
     row, cylinder = lane_for(model, n, plant), plant.cylinder
     A, B = np.zeros((2, 2)), np.zeros((2, 3))
     for i, (side, sign) in enumerate(SIDES.items()):

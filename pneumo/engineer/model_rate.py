@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.branches import choices, is_symbolic, merged
+from pneumo.engineer.branches import choices, merged
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, Lane, Model, lane
 from pneumo.simulation.reference import lane_rate
@@ -18,13 +18,7 @@ SIDES = {"A": 1.0, "B": -1.0}  # sign of outward u, x, v
 
 
 def model_row(model: Model | str) -> Model:
-    """Row of a model, by its name in `MODELS`; a row is returned as it is.
-
-    Raises
-    ------
-    InputError
-        If there is no model of that name.
-    """
+    """Row of a model, by its name in `MODELS`, else an `InputError`; a row is returned as it is."""
     if isinstance(model, Model):
         return model
     if model not in MODELS:
@@ -35,16 +29,12 @@ def model_row(model: Model | str) -> Model:
 def model_and_index(model: Model | str, n: float | None) -> tuple[Model, float]:
     """Row of a model, and its polytropic index: 1 where the model has none and n is None.
 
-    Raises
-    ------
-    InputError
-        If there is no such model, or n is missing or outside 0 to 3.
+    An `InputError` says that there is no such model, or that n is missing or outside 0 to `N_MAX`.
     """
     row = model_row(model)
-    if n is None:
-        if row.has_n:
-            raise InputError(f"n: {row.name} needs a polytropic index")
-        n = 1.0
+    if n is None and row.has_n:
+        raise InputError(f"n: {row.name} needs a polytropic index")
+    n = 1.0 if n is None else n
     if not (isfinite(n) and 0 < n <= N_MAX):
         raise InputError(f"n = {n:g}: must be greater than 0 and at most {N_MAX:g}")
     return row, float(n)
@@ -60,23 +50,19 @@ def chamber_rate(
 ) -> Any:
     """Rate of a chamber's pressure, Pa/s, valve included: eqs (1), (2), (6) and the model's row.
 
+    The result is of the kind of the arguments.
+
     Parameters
     ----------
     model : Model or str
         A row of six cells, or the name of one in `MODELS`.
     n : float or None
         Polytropic index; None where the model has none.
-    plant : Plant
     u, x, v, P : float, NumPy array, CasADi or SymPy symbol
         Command within the valve's limits, V, piston position, m, and velocity, m/s, both positive towards
         a larger chamber A, and the chamber's pressure, Pa.
     side : {"A", "B"}
         Which chamber.
-
-    Returns
-    -------
-    float, array or expression
-        Of the kind of the arguments.
 
     Raises
     ------
@@ -97,7 +83,7 @@ def chamber_rate(
 
 def _chooser(*arguments: Any) -> Callable[[Any, Any, Any], Any]:
     """`condition ? yes : no` for the kind of symbol or array among the arguments."""
-    kinds = {type(a).__module__.split(".")[0] for a in arguments if is_symbolic(a)}
+    kinds = {type(a).__module__.split(".")[0] for a in arguments}
     if "casadi" in kinds:
         return import_module("casadi").if_else
     if "sympy" in kinds:

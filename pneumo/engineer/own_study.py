@@ -14,7 +14,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import InputError
 from pneumo.hashing import code_hash
-from pneumo.physics.models import MODELS, Lane, lane, lane_array
+from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import RAN, RUN_STATUS, Recording, failure, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
@@ -39,14 +39,12 @@ def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[
     InputError
         If there is no such cylinder or experiment, or nothing is left.
     """
-    names = {
-        "cylinder": {e.cylinder for e in study.experiments.values()},
-        "experiment": set(study.experiments),
-    }
-    for kind, wanted in (("cylinder", cylinders), ("experiment", experiments)):
+    cylinders_there = {e.cylinder for e in study.experiments.values()}
+    kinds = ("cylinder", cylinders, cylinders_there), ("experiment", experiments, set(study.experiments))
+    for kind, wanted, names in kinds:
         for name in wanted:
-            if name not in names[kind]:
-                known = ", ".join(sorted(names[kind])[:20])
+            if name not in names:
+                known = ", ".join(sorted(names)[:20])
                 raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {known}")
     left = {
         name: e
@@ -75,30 +73,19 @@ def simulated_time(study: Study) -> float:
     return sum(e.steps * e.h * len(seeds_of(e, study.seeds)) for e in study.experiments.values())
 
 
-def models_with_wall_heat() -> list[str]:
-    """Names of the models with explicit wall heat: those that need k_0."""
-    return [name for name, model in MODELS.items() if model.wall != "none"]
+def mse_of_wrong_k_0(experiment: Experiment, n: tuple[float, ...], recording: Recording) -> np.ndarray:
+    """Mean square error by (factor, model, n, chamber), with each of `K_0_FACTORS` on the models' k_0.
 
-
-def wall_lanes(n: tuple[float, ...], gamma: float, factor: float) -> np.ndarray:
-    """Lanes of the models with explicit wall heat, model by model, with their k_0 multiplied by a factor."""
-
-    def scaled(row: Lane) -> Lane:
-        return row._replace(explicit_heat=factor * row.explicit_heat)
-
-    return lane_array([scaled(lane(MODELS[m], value, gamma)) for m in models_with_wall_heat() for value in n])
-
-
-def _mse_of_wrong_k_0(experiment: Experiment, n: tuple[float, ...], recording: Recording) -> np.ndarray:
-    """Mean square error by (factor, model, n, chamber); NaN for models without explicit wall heat."""
+    NaN for models without explicit wall heat, which need no k_0, and for replays that fail.
+    """
     result = np.full((len(K_0_FACTORS), len(MODELS), len(n), 2), np.nan)
-    walled = models_with_wall_heat()
-    rows = [list(MODELS).index(name) for name in walled]
-    for i, factor in enumerate(K_0_FACTORS):
-        lanes = wall_lanes(n, experiment.plant.gas.gamma, factor)
-        cells = replay(recording, lanes, EXACT_TRANSPORT, experiment.steps)
-        mse = np.where(cells.status != 0, np.nan, cells.mse)
-        result[i, rows] = mse.reshape(len(walled), len(n), 2)
+    models, gamma = list(MODELS.values()), experiment.plant.gas.gamma
+    walled = [i for i, model in enumerate(models) if model.wall != "none"]
+    lanes = [lane(models[i], value, gamma) for i in walled for value in n]
+    for k, factor in enumerate(K_0_FACTORS):
+        scaled = lane_array([row._replace(explicit_heat=factor * row.explicit_heat) for row in lanes])
+        cells = replay(recording, scaled, EXACT_TRANSPORT, experiment.steps)
+        result[k, walled] = np.where(cells.status != 0, np.nan, cells.mse).reshape(-1, len(n), 2)
     return result
 
 
@@ -115,14 +102,11 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     cells = replay_dataset(experiment, n, index, replays)
     pressure = cells["pressure"].isel(t=slice(TRACED)).drop_vars("t").rename(t="sample")
     cells = cells.drop_vars(["pressure", "t"])
-    wrong_k_0 = _mse_of_wrong_k_0(experiment, n, recording)
+    wrong_k_0 = mse_of_wrong_k_0(experiment, n, recording)
     cells["mse_of_wrong_k_0"] = (("k_0_factor", "model", "n", "chamber"), wrong_k_0)
     status, step = failure(recording.states)
-    cells["run_status"] = (
-        (),
-        np.int8(status),
-        status_attributes(RUN_STATUS, "what became of the full-order run"),
-    )
+    meanings = status_attributes(RUN_STATUS, "what became of the full-order run")
+    cells["run_status"] = ((), np.int8(status), meanings)
     failure_time = step * experiment.h if status != RAN else np.nan
     cells["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
     if traced:
@@ -145,19 +129,9 @@ def run_study(
 
     A signal that is not random runs once; that run counts for all seeds.
 
-    Parameters
-    ----------
-    study : Study
-    threads : int
-        The result does not depend on it.
-    progress : callable
-        Called after each run with its simulated time, s.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `one_run` by (experiment, run, ...); traces of each experiment's first run.
-        `time_constant`, s, and `duration`, s, by experiment.
+    The variables of `one_run` by (experiment, run, ...), whatever the number of threads; traces of each
+    experiment's first run; `time_constant`, s, and `duration`, s, by experiment. `progress` is called after
+    each run with its simulated time, s.
     """
 
     def work(item: tuple[Experiment, int, bool]) -> xr.Dataset:

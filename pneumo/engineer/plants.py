@@ -12,12 +12,7 @@ AIR = exact_gas(287.0, 1.4)
 
 
 def check_positive(**values: float) -> None:
-    """Refuse numbers that are not positive and finite, by name.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse numbers that are not positive and finite, by name: `InputError`."""
     for name, value in values.items():
         if not (isfinite(value) and value > 0):
             raise InputError(f"{name} = {value:g}: must be a positive number")
@@ -45,7 +40,6 @@ def plant(
 
     Parameters
     ----------
-    cylinder : Cylinder
     k_xu : float
         Area of an open restriction of the valve per volt, m^2/V: eq (2).
     u_max : float
@@ -58,7 +52,6 @@ def plant(
         Temperature of the walls and of incoming air (None: the same), K.
     P_0 : float
         Pressure at rest, Pa; None for that of the leaking valve, Appendix 2.
-    gas : Gas
 
     Raises
     ------
@@ -79,15 +72,9 @@ def plant(
 
 
 def configured_plant(study: Study, cylinder: str | None = None, k_0: float | None = None) -> Plant:
-    """Plant of a configured cylinder.
+    """Plant of a configured cylinder, with the conductance k_0 of each chamber's wall, W/K.
 
-    Parameters
-    ----------
-    study : Study
-    cylinder : str, optional
-        May be left out where the study has just one.
-    k_0 : float, optional
-        Conductance of each chamber's wall, W/K; may be left out where the cylinder has just one.
+    Either may be left out where there is just one.
 
     Raises
     ------

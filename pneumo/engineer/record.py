@@ -60,38 +60,17 @@ MAPPING = TypeAdapter(dict[Quantity, Column])
 
 
 class Measurement(NamedTuple):
-    """Signals in SI units, uniform in time.
+    """Signals in SI units, uniform in time; arrays have the shape (samples,) or (chamber, samples)."""
 
-    Attributes
-    ----------
-    name : str
-        File that they were read from.
-    period : float
-        Time between samples, s.
-    u, x : numpy.ndarray
-        Command, V (zero where flows were measured instead), and position from mid-stroke, m, shape
-        (samples,).
-    P : numpy.ndarray
-        Absolute pressures, Pa, shape (chamber, samples).
-    v : numpy.ndarray or None
-        Velocity, m/s, where it was measured.
-    T : float
-        Mean temperature of the surroundings, K; NaN where it was not measured.
-    notes : tuple of str
-        What is unlikely in the file.
-    m : numpy.ndarray or None
-        Mass flows into the chambers, kg/s, shape (chamber, samples), where they were measured.
-    """
-
-    name: str
-    period: float
-    u: np.ndarray
-    x: np.ndarray
-    P: np.ndarray
-    v: np.ndarray | None
-    T: float
-    notes: tuple[str, ...]
-    m: np.ndarray | None = None
+    name: str  # file that they were read from
+    period: float  # s, time between samples
+    u: np.ndarray  # V, command; zero where flows were measured instead
+    x: np.ndarray  # m, position from mid-stroke
+    P: np.ndarray  # Pa, absolute pressures of both chambers
+    v: np.ndarray | None  # m/s, velocity where it was measured
+    T: float  # K, mean temperature of the surroundings; NaN where it was not measured
+    notes: tuple[str, ...]  # what is unlikely in the file
+    m: np.ndarray | None = None  # kg/s, mass flows into both chambers, where they were measured
 
     @property
     def t(self) -> np.ndarray:
@@ -164,11 +143,12 @@ def _read_table(path: Path) -> tuple[pd.DataFrame, dict[str, str], int]:
 def _numbers(samples: Samples, quantity: str, column: pd.Series) -> np.ndarray:
     """A column as finite numbers."""
     numbers = np.asarray(pd.to_numeric(column, errors="coerce"), dtype=float)
-    bad = np.flatnonzero(~np.isfinite(numbers))
-    if len(bad):
-        text = printable(str(column.iloc[bad[0]]), 30) or "empty"
-        more = f", and {len(bad) - 1} more" if len(bad) > 1 else ""
-        raise InputError(f"{samples.place(int(bad[0]), quantity)}: {text!r}: must be a finite number{more}")
+
+    def problem(first: int, more: int) -> str:
+        text = printable(str(column.iloc[first]), 30) or "empty"
+        return f"{text!r}: must be a finite number{f', and {more} more' if more else ''}"
+
+    samples.refuse(~np.isfinite(numbers), quantity, problem)
     return numbers
 
 

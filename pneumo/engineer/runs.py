@@ -18,8 +18,18 @@ from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated
 OPEN_LOOP = Drive(False, 0.0, np.inf)
 
 
+class _Column:
+    """One column of a run's states, as an attribute of the run."""
+
+    def __init__(self, index: int) -> None:
+        self.index = index
+
+    def __get__(self, run: "Run", owner: type) -> np.ndarray:
+        return run.recording.states[:, self.index]
+
+
 class Run(NamedTuple):
-    """Signals of a cylinder, simulated or measured, at every step.
+    """Signals of a cylinder at every step; those that were not measured are NaN.
 
     Attributes
     ----------
@@ -27,15 +37,16 @@ class Run(NamedTuple):
         States, reference and command, with plant and step.
     simulated : bool
         By `simulate`; else measured.
+    x, v : numpy.ndarray
+        Piston position from mid-stroke, m, and velocity, m/s.
+    P_A, T_A, P_B, T_B : numpy.ndarray
+        Pressures, Pa, and temperatures, K, in the chambers.
     """
 
     recording: Recording
     simulated: bool
 
-    @property
-    def t(self) -> np.ndarray:
-        """Time from the start, s."""
-        return self.recording.h * np.arange(len(self.u))
+    x, v, P_A, T_A, P_B, T_B = (_Column(i) for i in range(6))
 
     @property
     def u(self) -> np.ndarray:
@@ -43,34 +54,9 @@ class Run(NamedTuple):
         return self.recording.u
 
     @property
-    def x(self) -> np.ndarray:
-        """Piston position from the centre, m."""
-        return self.recording.states[:, 0]
-
-    @property
-    def v(self) -> np.ndarray:
-        """Piston velocity, m/s."""
-        return self.recording.states[:, 1]
-
-    @property
-    def P_A(self) -> np.ndarray:
-        """Pressure in chamber A, Pa."""
-        return self.recording.states[:, 2]
-
-    @property
-    def T_A(self) -> np.ndarray:
-        """Temperature in chamber A, K."""
-        return self.recording.states[:, 3]
-
-    @property
-    def P_B(self) -> np.ndarray:
-        """Pressure in chamber B, Pa."""
-        return self.recording.states[:, 4]
-
-    @property
-    def T_B(self) -> np.ndarray:
-        """Temperature in chamber B, K."""
-        return self.recording.states[:, 5]
+    def t(self) -> np.ndarray:
+        """Time from the start, s."""
+        return self.recording.h * np.arange(len(self.u))
 
 
 class Prediction(NamedTuple):
@@ -118,7 +104,6 @@ def simulate(
 
     Parameters
     ----------
-    plant : Plant
     h : float
         Step, s; 1 ms in the paper.
     command : array-like
@@ -160,7 +145,6 @@ def recorded(
 
     Parameters
     ----------
-    plant : Plant
     h : float
         Time between samples, s.
     u, x, v : array-like
@@ -188,13 +172,6 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
 
     The model sees the signals of a simulated run exactly at every stage of the integrator; measured samples
     are interpolated linearly.
-
-    Parameters
-    ----------
-    model, n
-        As for `pneumo.chamber_rate`.
-    run : Run
-        From `simulate` or `recorded`.
 
     Raises
     ------

@@ -24,32 +24,15 @@ PAIRS = 16  # for the estimate and its variance: the standard error is then know
 
 
 class StageSignals(NamedTuple):
-    """Signals of a measurement, uniform in time, as a replay reads them.
+    """Signals of a measurement, uniform in time, as a replay reads them."""
 
-    Attributes
-    ----------
-    period : float
-        Time between samples, s.
-    h : float
-        Step of the replay, s, a whole fraction of the period.
-    inputs : numpy.ndarray
-        Limited command, V, position, m, and velocity, m/s, at every stage: shape (steps, 6, 3).
-    P : numpy.ndarray
-        Measured pressures, Pa, shape (chamber, samples).
-    penalty, noise : float
-        Smoothing of the position, s^3, and the noise in it, m: from `smoothing`.
-    flow : numpy.ndarray or None
-        Mass flows into chambers A and B, kg/s, at every stage, shape (steps, 6, 2), where those were
-        measured; the command then plays no role.
-    """
-
-    period: float
-    h: float
-    inputs: np.ndarray
-    P: np.ndarray
-    penalty: float
-    noise: float
-    flow: np.ndarray | None = None
+    period: float  # s, time between samples
+    h: float  # s, step of the replay, a whole fraction of the period
+    inputs: np.ndarray  # limited command, V, position, m, and velocity, m/s, by (step, stage, 3)
+    P: np.ndarray  # Pa, measured pressures by (chamber, sample)
+    penalty: float  # s^3, smoothing of the position: from `smoothing`
+    noise: float  # m, in the position
+    flow: np.ndarray | None = None  # kg/s, where measured, by (step, stage, chamber); u then plays no role
 
     @property
     def stride(self) -> int:
@@ -107,17 +90,14 @@ def stage_signals(
     ----------
     period : float
         Time between samples, s.
-    u, x : numpy.ndarray
-        Command before the limiter, V, and position, m, shape (samples,).
-    P : numpy.ndarray
-        Pressures, Pa, shape (chamber, samples).
+    u, x, P, m : numpy.ndarray
+        Command before the limiter, V, and position, m, shape (samples,); pressures, Pa, and, where they were
+        measured, mass flows into the chambers, kg/s, shape (chamber, samples).
     u_max : float
         Limit of the command, V.
     held : bool
         Hold the command until the next sample (zero-order hold, as a digital controller does); else
-        interpolate it linearly.
-    m : numpy.ndarray, optional
-        Mass flows into the chambers, kg/s, shape (chamber, samples), interpolated linearly.
+        interpolate it linearly, as flows always are.
     """
     t, within = period * np.arange(len(u)), int(np.ceil(period / LONGEST_STEP * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)

@@ -4,18 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_rates import EVERY, plain_rate, rate_size
 
-from pneumo import MODELS, Model, chamber_rate, linearise
+from pneumo import MODELS, chamber_rate, linearise
 from pneumo import testing as some
 from pneumo.engineer.branches import Choice, choices
 from pneumo.errors import InputError
-from pneumo.physics.models import lane
 from pneumo.physics.valve import choked_flow
-from pneumo.simulation.full_order import chamber_rates
-from pneumo.simulation.reference import lane_rate
 
-OWN = Model("M11", "gamma", "gamma", 1.1, "polytropic", True, "lambda A_q")
-EVERY = [*MODELS.values(), OWN]
 CONDITIONS = {"u": some.voltages(), "x": some.positions(), "v": some.velocities(), "P": some.pressures()}
 
 
@@ -33,18 +29,8 @@ def cases(draw):
     return plant, draw(states(plant)), draw(some.polytropic_indices())
 
 
-def plain(model, n, plant, u, x, v, P, side):
-    """Rate on floats as the replays have it."""
-    sign, area = (1, plant.cylinder.A_A) if side == "A" else (-1, plant.cylinder.A_B)
-    return lane_rate(sign * u, sign * x, sign * v, P, area, plant, lane(model, n, plant.gas.gamma))
-
-
-def size(model, n, plant, u, x, v, P, side):
-    """What roundings are measured by, Pa/s: compression and all the rest, before they cancel."""
-    sign, area = (1, plant.cylinder.A_A) if side == "A" else (-1, plant.cylinder.A_B)
-    V = plant.cylinder.V_d + area * (plant.cylinder.stroke / 2 + sign * x)
-    rest = abs(plain(model, n, plant, u, x, 0 * v, P, side))
-    return rest + plant.gas.gamma * P * area * abs(v) / V + 1e3 * plant.k_0 / V
+def size(*state):
+    return rate_size(*state, heat=1e3)
 
 
 @pytest.mark.parametrize("side", ["A", "B"])
@@ -55,7 +41,7 @@ def test_arrays_equal_the_scalar_loop(side, case, model):
     whole = chamber_rate(model, n, plant, *state, side)
     for i, row in enumerate(zip(*state, strict=True)):
         row = tuple(float(value) for value in row)
-        expected = plain(model, n, plant, *row, side)
+        expected = plain_rate(model, n, plant, *row, side)
         assert chamber_rate(model, n, plant, *row, side) == expected  # floats: the function itself
         # A vector power differs by some ulp, in eq (1) next to equal pressures their root, 1e-8.
         tolerance = 1e-12 * size(model, n, plant, *row, side) + 1e-7 * sonic_rate(plant, row[0], row[3])
@@ -77,7 +63,7 @@ def test_sympy_gives_the_same_numbers(model, plant, random_states):
     function = sympy.lambdify(symbols, chamber_rate(model, 1.3, plant, *symbols, "B"), "math")
     for u, x, v, P_A, _ in random_states[:100].tolist():
         state = (float(np.clip(u, -10, 10)), x, v, P_A)
-        expected = plain(model, 1.3, plant, *state, "B")
+        expected = plain_rate(model, 1.3, plant, *state, "B")
         assert function(*state) == pytest.approx(expected, abs=1e-12 * size(model, 1.3, plant, *state, "B"))
 
 
@@ -92,7 +78,7 @@ def test_casadi_gives_the_same_numbers_and_derivatives(kind, plant, random_state
         value, slope = function(u, x, v, P_A)
         scale = size(MODELS["M10"], 1.3, plant, u, x, v, P_A, "A")
         assert float(value) == pytest.approx(
-            plain(MODELS["M10"], 1.3, plant, u, x, v, P_A, "A"), abs=1e-12 * scale
+            plain_rate(MODELS["M10"], 1.3, plant, u, x, v, P_A, "A"), abs=1e-12 * scale
         )
         linear = linearise("M10", 1.3, plant, u=u, x=x, v=v, P_A=P_A, P_B=P_B)
         expected = [*np.asarray(linear.B)[0], np.asarray(linear.A)[0, 0]]
@@ -115,16 +101,6 @@ def test_branches_that_divide_by_zero_are_left_out():
     assert choices(lambda x: x / 0.0 if x > 0 else 3, np.array([1.0, 2.0])) == 3
     with pytest.raises(ZeroDivisionError):
         choices(lambda x: x / 0 if x > 0 else 3 / (0.0 * 1), np.array([1.0, 2.0]))
-
-
-def test_traced_functions_beyond_the_models(plant):
-    # The full-order chamber is evaluated in the same way.
-    P = np.array([2e5, 5e5, 7.5e5])
-    with np.errstate(invalid="ignore"):
-        node = choices(lambda P: chamber_rates(1.0, 0.01, 0.2, P, 290.0, plant.cylinder.A_A, plant), P)
-    while isinstance(node, Choice):
-        node = node.yes
-    assert node[0].shape == node[1].shape == P.shape
 
 
 # Linear models

@@ -12,18 +12,18 @@ from pneumo.configuration.study_json import to_json
 from pneumo.engineer.own_study import (
     K_0_FACTORS,
     TRACED,
-    models_with_wall_heat,
+    mse_of_wrong_k_0,
     one_run,
     run_study,
     seeds_of,
-    wall_lanes,
 )
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.simulation.full_order import DIVERGED
-from pneumo.simulation.replay import NO_RUN
+from pneumo.simulation.full_order import DIVERGED, record
+from pneumo.simulation.replay import NO_RUN, replay
+from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.storage.files import write_json
 
-WITH_WALL = models_with_wall_heat()
+WITH_WALL = [name for name, model in MODELS.items() if model.wall != "none"]
 ROOT = Path(__file__).parents[2]
 PAPER = study(load(ROOT / "config" / "paper.yaml"))
 CELLS = ("mean_error", "variance", "mse", "status", "failure_time")
@@ -102,12 +102,15 @@ def test_a_signal_that_is_not_random_runs_once():
 
 
 def test_wrong_k_0_scales_wall_heat_only():
-    right, half = wall_lanes((1.2, 1.3), 1.4, 1.0), wall_lanes((1.2, 1.3), 1.4, 0.5)
-    assert np.array_equal(right, lane_array([lane(MODELS[m], n, 1.4) for m in WITH_WALL for n in (1.2, 1.3)]))
-    column = list(lane(MODELS["M8"], 1.2, 1.4)._fields).index("explicit_heat")
-    assert (half[:, column] == 0.5).all() and np.array_equal(
-        np.delete(half, column, 1), np.delete(right, column, 1)
-    )
+    e = short("E02")
+    recording = record(e)
+    found = mse_of_wrong_k_0(e, (1.2, 1.3), recording)
+    lanes = lane_array([lane(MODELS[m], n, 1.4) for m in WITH_WALL for n in (1.2, 1.3)])
+    rows = [list(MODELS).index(m) for m in WITH_WALL]
+    for factor, mse in zip(K_0_FACTORS, found, strict=True):
+        wrong = recording._replace(plant=e.plant._replace(k_0=factor * e.plant.k_0))
+        expected = replay(wrong, lanes, EXACT_TRANSPORT, e.steps).mse.reshape(-1, 2, 2)
+        np.testing.assert_allclose(mse[rows], expected, rtol=1e-9)
 
 
 def test_errors_of_a_wrong_k_0(runs):
