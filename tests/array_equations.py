@@ -1,6 +1,8 @@
-"""The full-order equations once more, for arrays: eqs (1) to (8) and (12) as selects."""
+"""The full-order equations once more, for arrays: eqs (1) to (8) and (12) as selects; Runge-Kutta steps."""
 
 import numpy as np
+
+from pneumo.simulation.runge_kutta import A, B
 
 
 def array_flows(u, P, T, plant):
@@ -54,3 +56,14 @@ def array_rates(y, reference, e):
         dy[..., 2 + 2 * side] = dP_dt
         dy[..., 3 + 2 * side] = T * (dP_dt / P + dV_dt / V - (m_in - m_out) * R * T / (P * V))
     return dy
+
+
+def integrated(rate, z, steps, h):
+    """States at every step of z' = rate(z, step, stage), shape (steps + 1, ...)."""
+    states = [z]
+    for k in range(steps):
+        K = np.empty((6, len(z)))
+        for i in range(6):
+            K[i] = rate(states[-1] + h * A[i, :i] @ K[:i], k, i)
+        states.append(states[-1] + h * B @ K)
+    return np.array(states)

@@ -57,25 +57,25 @@ def test_every_planned_file_is_there(smoke):
     assert not [name for name in made if name.endswith(".part")]
 
 
-def test_editing_a_model_reruns_replays_and_what_follows_only(smoke):
-    with replaced(smoke.folder / "pneumo/physics/models.py", '("M4",  1.2,', '("M4",  1.25,'):
+MODEL = "pneumo/physics/models.py", '("M4",  1.2,', '("M4",  1.25,'
+FIGURE = "pneumo/publish/figures/traces_figure.py", "import xarray as xr", "import xarray as xr  # edited"
+DURATION = "config/smoke.yaml", "duration_limit_s: 3.0", "duration_limit_s: 2.0"
+
+
+@pytest.mark.parametrize(
+    ("edit", "rerun", "kept"),
+    [
+        (MODEL, {"replay", "statistics"}, {"parameters", "settling", "datum", "schemes"}),
+        (FIGURE, {"figures"}, set()),
+        (DURATION, {"parameters", "datum", "replay", "statistics"}, set()),
+    ],
+)
+def test_an_edit_reruns_what_depends_on_it_only(smoke, edit, rerun, kept):
+    file, old, new = edit
+    with replaced(smoke.folder / file, old, new):
         jobs = planned(smoke)
-    assert {"replay", "statistics"} <= set(jobs)
-    assert not {"parameters", "settling", "datum", "schemes"} & set(jobs)
-
-
-def test_editing_a_figure_reruns_figures_only(smoke):
-    with replaced(
-        smoke.folder / "pneumo/publish/figures/traces_figure.py",
-        "import xarray as xr",
-        "import xarray as xr  # edited",
-    ):
-        assert planned(smoke) == {"figures": 1}
-
-
-def test_editing_the_configuration_reruns_everything_that_depends_on_it(smoke):
-    with replaced(smoke.folder / "config/smoke.yaml", "duration_limit_s: 3.0", "duration_limit_s: 2.0"):
-        assert {"parameters", "datum", "replay", "statistics"} <= set(planned(smoke))
+    assert rerun <= set(jobs) and not kept & set(jobs)
+    assert edit != FIGURE or jobs == {"figures": 1}
 
 
 @pytest.mark.parametrize(

@@ -10,24 +10,12 @@ from pneumo.jobs.checked_study import checked_study
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.fixture
-def paper(monkeypatch):
+@pytest.mark.parametrize(("options", "source"), [({"step_s": -1}, "--config"), ({}, "config/paper.yaml")])
+def test_a_bad_value_is_refused_with_its_source(monkeypatch, capsys, options, source):
     monkeypatch.chdir(ROOT)
-    return read_yaml(Path("config/paper.yaml"))
-
-
-def test_a_checked_study(paper):
+    paper = read_yaml(Path("config/paper.yaml"))
     assert checked_study(paper, [], {}).name == "paper"
-
-
-def test_a_bad_option_is_named(paper, capsys):
     with pytest.raises(SystemExit) as end:
-        checked_study(paper | {"step_s": -1}, [], {"step_s": -1})
+        checked_study(paper | {"step_s": -1}, [], options)
     assert end.value.code == 2
-    assert capsys.readouterr().err.startswith("pneumo: --config: step_s = -1: must be")
-
-
-def test_a_bad_value_of_the_papers_file_is_named(paper, capsys):
-    with pytest.raises(SystemExit):
-        checked_study(paper | {"step_s": -1}, [], {})
-    assert capsys.readouterr().err.startswith("pneumo: config/paper.yaml: step_s = -1: must be")
+    assert capsys.readouterr().err.startswith(f"pneumo: {source}: step_s = -1: must be")

@@ -8,22 +8,20 @@ import pytest
 from pneumo.jobs.run_lock import RUN, RUN_LOCK, take_run_lock
 
 
-def test_the_second_of_two_runs_is_refused(run_folder, monkeypatch, capsys):
+def refusal(capsys):
+    with pytest.raises(SystemExit) as end:
+        take_run_lock()
+    assert end.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_a_second_run_and_results_that_cannot_be_written_are_refused(run_folder, monkeypatch, capsys):
     monkeypatch.setenv(RUN, "")  # so that what is set here does not outlast this test
     take_run_lock()
     assert os.environ[RUN] == RUN_LOCK.read_text() != ""
-    with pytest.raises(SystemExit) as end:
-        take_run_lock()
-    assert end.value.code == 2
-    assert capsys.readouterr().err.startswith("pneumo: another run is at work in this folder")
-
-
-def test_results_that_cannot_be_written_are_refused(run_folder, monkeypatch, capsys):
+    assert refusal(capsys).startswith("pneumo: another run is at work in this folder")
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # whom root may always write
-    with pytest.raises(SystemExit) as end:
-        take_run_lock()
-    assert end.value.code == 2
-    assert "results: cannot be written" in capsys.readouterr().err
+    assert "results: cannot be written" in refusal(capsys)
 
 
 def test_files_from_the_future_are_dated_back_in_their_order(run_folder, monkeypatch):

@@ -35,19 +35,15 @@ def instructions() -> Counter[tuple[str, bool]]:
     return Counter((re.sub(r"\d{3}", "", name), bool(WIDE.search(operands))) for name, operands in found)
 
 
-def wide(instructions, pattern):
+@pytest.mark.parametrize(
+    ("pattern", "least"),
+    [
+        # The polynomials of the exponential, the logarithm and the flow have 28; sums come on top.
+        ("vfn?m(add|sub)pd", 28),
+        ("vdivpd", 1),  # of the logarithm
+        ("vsqrtpd", 1),  # of the flow
+    ],
+)
+def test_instructions_are_wide(instructions, pattern, least):
     found = instructions.items()
-    return sum(count for (name, is_wide), count in found if is_wide and re.fullmatch(pattern, name))
-
-
-def test_multiply_add_is_fused_and_wide(instructions):
-    # The polynomials of the exponential, the logarithm and the flow have 28 between them; sums come on top.
-    assert wide(instructions, "vfn?m(add|sub)pd") >= 28
-
-
-def test_the_division_of_the_logarithm_is_wide(instructions):
-    assert wide(instructions, "vdivpd") >= 1
-
-
-def test_the_root_of_the_flow_is_wide(instructions):
-    assert wide(instructions, "vsqrtpd") >= 1
+    assert sum(count for (name, is_wide), count in found if is_wide and re.fullmatch(pattern, name)) >= least

@@ -4,7 +4,6 @@
 """
 
 import argparse
-import functools
 import json
 import os
 import random
@@ -56,22 +55,14 @@ class Bench(NamedTuple):
 Fault = Callable[[Bench], Iterator[tuple[bool, str]]]
 
 
-def sigkill(bench: Bench) -> Iterator[tuple[bool, str]]:
-    """Kill the run, every other time without its jobs, which go on writing for a while."""
-    for number in range(bench.kills):
+def interrupted(bench: Bench, number: signal.Signals, tries: int, alone: bool) -> Iterator[tuple[bool, str]]:
+    """Signal the run; if asked to, every other time without its jobs, which go on writing for a while."""
+    for each in range(tries):
         bench.study.clear()
-        with_jobs = number % 2 == 0
-        killed = stop(bench.study.start(), signal.SIGKILL, with_jobs=with_jobs, after=bench.moment())
-        what = "killed with its jobs" if with_jobs else "killed, its jobs left to themselves"
-        yield bench.mended(f"{what}, resumed" if killed else "over before the kill")
-
-
-def sigint(bench: Bench) -> Iterator[tuple[bool, str]]:
-    """Interrupt as Ctrl-C does."""
-    for _ in range(bench.tries):
-        bench.study.clear()
-        stopped = stop(bench.study.start(), signal.SIGINT, with_jobs=True, after=bench.moment())
-        yield bench.mended("interrupted, resumed" if stopped else "over before the interrupt")
+        with_jobs = not alone or each % 2 == 0
+        stopped = stop(bench.study.start(), number, with_jobs=with_jobs, after=bench.moment())
+        what = f"{number.name}{'' if with_jobs else ', its jobs left to themselves'}, resumed"
+        yield bench.mended(what if stopped else f"over before {number.name}")
 
 
 def mount(*arguments: str) -> None:
@@ -138,7 +129,7 @@ def two_runs(bench: Bench) -> Iterator[tuple[bool, str]]:
         yield same and codes == [0, 2], f"exit codes {codes[0]} and {codes[1]}"
 
 
-def damage(bench: Bench, spoil: Callable[[Path], None]) -> Iterator[tuple[bool, str]]:
+def damage(bench: Bench, spoil: Callable[[Bench, Path], None]) -> Iterator[tuple[bool, str]]:
     """Spoil one file after another; each must be refused by name, then made again."""
     study = bench.study
     for number in range(2 * bench.tries):
@@ -146,18 +137,16 @@ def damage(bench: Bench, spoil: Callable[[Path], None]) -> Iterator[tuple[bool, 
             study.run()
         path = bench.rng.choice(sealed_files(study.results))
         name, before = str(path.relative_to(study.folder)), path.stat()
-        spoil(path)
-        told = name in study.pneumo("verify").output
+        spoil(bench, path)
+        named = name in study.pneumo("paper", "verify").output
         if number % 2:
             os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # nothing but its content tells
-            removed = study.pneumo("verify", "--remove").code == 0 and not path.exists()
-            same, what = bench.mended("named and removed by `pneumo paper verify`, made again")
+            refused, by = study.pneumo("paper", "verify", "--remove").code == 0, "`pneumo paper verify`"
         else:
-            removed = name in study.run().refusal and not path.exists()
-            same, what = bench.mended(
-                "refused by name and removed by the next run, made again by the one after"
-            )
-        yield same and told and removed, what if told and removed else f"{name}: NOT refused"
+            refused, by = name in study.run().refusal, "the next run"
+        refused = refused and named and not path.exists()
+        same, what = bench.mended(f"named and removed by {by}, made again")
+        yield same and refused, what if refused else f"{name}: NOT refused"
 
 
 def flip(bench: Bench, path: Path) -> None:
@@ -186,15 +175,15 @@ def replace(bench: Bench, path: Path) -> None:
 
 
 FAULTS: dict[str, Fault] = {
-    "sigkill": sigkill,
-    "sigint": sigint,
+    "sigkill": lambda bench: interrupted(bench, signal.SIGKILL, bench.kills, alone=True),
+    "sigint": lambda bench: interrupted(bench, signal.SIGINT, bench.tries, alone=False),
     "disk_full": disk_full,
     "read_only": read_only,
     "clock_back": clock_back,
     "two_runs": two_runs,
-    "bit_flip": lambda bench: damage(bench, functools.partial(flip, bench)),
-    "truncated": lambda bench: damage(bench, functools.partial(cut, bench)),
-    "foreign": lambda bench: damage(bench, functools.partial(replace, bench)),
+    "bit_flip": lambda bench: damage(bench, flip),
+    "truncated": lambda bench: damage(bench, cut),
+    "foreign": lambda bench: damage(bench, replace),
 }
 
 
@@ -209,9 +198,7 @@ def tried(name: str, bench: Bench, study: str) -> dict[str, object]:
     except NotRun as reason:
         outcomes[f"not run: {reason}"] += 1
         print(f"{name}: not run: {reason}", flush=True)
-    text = "; ".join(
-        f"{number} x {outcome}" if number > 1 else outcome for outcome, number in outcomes.items()
-    )
+    text = "; ".join(f"{number} x {outcome}" for outcome, number in outcomes.items())
     return {"tried": len(same), "identical": sum(same), "outcome": f"{study}: {text}"}
 
 

@@ -30,16 +30,9 @@ class Done(NamedTuple):
 
 
 class Study:
-    """A checkout's copy and the study in it.
+    """A checkout's copy in a new folder and the study in it.
 
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where to; it must not exist.
-    config : str
-        Configuration on top of the paper's, or nothing.
-    environment : mapping
-        Variables on top of those of this process.
+    `config` stands on top of the paper's, `environment` on top of this process's variables.
     """
 
     def __init__(self, folder: Path, config: str, environment: Mapping[str, str] | None = None):
