@@ -7,70 +7,35 @@ from pneumo.physics.valve import Conditions, Gas, Valve
 
 
 class Plant(NamedTuple):
-    """Everything physical about one experiment.
+    """Everything physical about one experiment."""
 
-    Attributes
-    ----------
-    gas : Gas
-    valve : Valve
-    conditions : Conditions
-    cylinder : Cylinder
-    k_0 : float
-        Thermal conductance of each chamber at equilibrium, W/K.
-    """
-
-    gas: Gas
-    valve: Valve
-    conditions: Conditions
-    cylinder: Cylinder
-    k_0: float
+    gas: Gas  #: in valve and chambers
+    valve: Valve  #: one for both chambers
+    conditions: Conditions  #: supply, surroundings and equilibrium
+    cylinder: Cylinder  #: with what it moves
+    k_0: float  #: thermal conductance of each chamber's wall at equilibrium, W/K
 
 
 class Drive(NamedTuple):
-    """How the command follows from the reference, Figs 4 and 5.
+    """How the command follows from the reference, Figs 4 and 5."""
 
-    Attributes
-    ----------
-    closed_loop : bool
-        Proportional control of position, or the open-loop sequence with forced sign.
-    k_p : float
-        Proportional gain, V/m.
-    x_reverse : float
-        Distance from the centre at which the open-loop sign is forced back, m.
-    """
-
-    closed_loop: bool
-    k_p: float
-    x_reverse: float
+    closed_loop: bool  # proportional control of position, or the open-loop sequence with forced sign
+    k_p: float  # proportional gain, V/m
+    x_reverse: float  # distance from the centre at which the open-loop sign is forced back, m
 
 
 class Excitation(NamedTuple):
-    """Reference signal, Table 3.
+    """Reference signal, Table 3."""
 
-    Attributes
-    ----------
-    seed : int
-        Seed of the Random Number block.
-    amplitude : float
-        Standard deviation of the position reference, m, in closed loop; magnitude of the
-        two-valued command, V, in open loop.
-    every : int
-        Steps between draws, or of each level.
-    signal : {"loop's own", "prbs", "gaussian", "sweep", "levels"}
-        Signs of random numbers, the random numbers, a sine, or levels; the loop's own is the first of them
-        in open loop and the second in closed loop.
-    band : tuple of float
-        First and last frequency of a sweep, cycles per step.
-    levels : tuple of float
-        Multiples of the amplitude, one after another and then again.
-    """
-
-    seed: int
+    seed: int  # of the Random Number block
+    # Standard deviation of the position reference, m, in closed loop; command's size, V, in open loop.
     amplitude: float
-    every: int
+    every: int  # steps between draws, or of each level
+    # prbs (signs of random numbers), gaussian (the random numbers), sweep (a sine) or levels; the loop's own
+    # is prbs in open loop and gaussian in closed loop.
     signal: str = "loop's own"
-    band: tuple[float, float] = (0.0, 0.0)
-    levels: tuple[float, ...] = ()
+    band: tuple[float, float] = (0.0, 0.0)  # first and last frequency of a sweep, cycles per step
+    levels: tuple[float, ...] = ()  # multiples of the amplitude, one after another and then again
 
     @property
     def random(self) -> bool:
@@ -79,81 +44,39 @@ class Excitation(NamedTuple):
 
 
 class Push(NamedTuple):
-    """The force of the settling-time runs, Fig. 7.
+    """The force of the settling-time runs, Fig. 7."""
 
-    Attributes
-    ----------
-    force : float
-        External force while holding, N.
-    x_stop : float
-        End stop against which it pushes, m.
-    tolerance : float
-        The piston is held until pressures and temperatures change by less than this fraction of
-        their equilibrium values over one thermal time constant.
-    """
-
-    force: float
-    x_stop: float
+    force: float  # external force while holding, N
+    x_stop: float  # end stop against which it pushes, m
+    # The piston is held until pressures and temperatures change by less than this fraction of their
+    # equilibrium values over one thermal time constant.
     tolerance: float
 
 
 class Experiment(NamedTuple):
-    """One of the paper's E1 ... E16, or a user's.
+    """One of the paper's E1 ... E16, or a user's."""
 
-    Attributes
-    ----------
-    name, cylinder : str
-        Experiment, E01 ..., and cylinder, D or E in the paper.
-    plant : Plant
-    drive : Drive
-    excitation : Excitation
-    push : Push
-    h : float
-        Step, s.
-    steps : int
-        Number of steps of the full-order run.
-    pressure_stride : int
-        Steps between stored pressures of the replays.
-    """
-
-    name: str
-    cylinder: str
+    name: str  # E01 ... in the paper
+    cylinder: str  # name of the cylinder, D or E in the paper
     plant: Plant
     drive: Drive
     excitation: Excitation
     push: Push
-    h: float
-    steps: int
-    pressure_stride: int
+    h: float  # step, s
+    steps: int  # of the full-order run
+    pressure_stride: int  # steps between stored pressures of the replays
 
 
 class Study(NamedTuple):
-    """A set of experiments and the grid of models replayed on them.
+    """A set of experiments and the grid of models replayed on them."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the configuration.
-    experiments : dict of str to Experiment
-    n : tuple of float
-        Polytropic indices of the grid.
-    levels : dict of str to tuple of float
-        Conductances k_0, W/K, that make up each heat-transfer level.
-    lag : float
-        Delay of the recorded signals in the published transport, s.
-    config_sha256 : str
-        Hash of the configuration.
-    seeds : int
-        How often `pneumo study` runs each experiment, each time with another seed.
-    """
-
-    name: str
+    name: str  # of the configuration
     experiments: dict[str, Experiment]
-    n: tuple[float, ...]
-    levels: dict[str, tuple[float, ...]]
-    lag: float
+    n: tuple[float, ...]  # polytropic indices of the grid
+    levels: dict[str, tuple[float, ...]]  # conductances k_0, W/K, of each heat-transfer level
+    lag: float  # delay of the recorded signals in the published transport, s
     config_sha256: str
-    seeds: int = 5
+    seeds: int = 5  # how often `pneumo study` runs each experiment, each time with another seed
 
     @property
     def experiments_by_level(self) -> dict[str, list[str]]:

@@ -17,16 +17,8 @@ def wall_heat(T: float, conductance: float, T_amb: float) -> float:
 def wall_conductance(k_0: float, area_ratio: float, PT_ratio: float, e_A: float, e_PT: float) -> float:
     """Thermal conductance of the wall, W/K.
 
-    Parameters
-    ----------
-    k_0 : float
-        Conductance at equilibrium, lambda_0 A_q(x_0), W/K: eq (12).
-    area_ratio : float
-        A_q(x) / A_q(x_0).
-    PT_ratio : float
-        P T / (P_0 T_0).
-    e_A, e_PT : float
-        Exponents: (0, 0) is eq (13), (1, 0) is eq (11), (1, 1/2) is eqs (7) and (8).
+    From that at equilibrium, k_0 = lambda_0 A_q(x_0) of eq (12), A_q(x) / A_q(x_0) and P T / (P_0 T_0).
+    Exponents e_A, e_PT: (0, 0) is eq (13), (1, 0) is eq (11), (1, 1/2) is eqs (7) and (8).
     """
     return k_0 * area_ratio**e_A * PT_ratio**e_PT  # (8)
 
@@ -49,20 +41,9 @@ def dP_dt(
 ) -> float:
     """Rate of pressure, Pa/s: eq (4) when all three indices are gamma, and M1-M10 otherwise.
 
-    Parameters
-    ----------
-    P, T, V, dV_dt : float
-        Pressure, Pa, temperature, K, volume, m^3, and its rate, m^3/s.
-    m_in, m_out : float
-        Mass flows, kg/s.
-    T_inlet : float
-        Temperature at which inflow enters the balance, K.
-    heat : float
-        Heat flow from the wall into the air, W.
-    n_V, n_in, n_out : float
-        Index on the volume, inflow and outflow term.
-    R, gamma : float
-        Gas constant, J/(kg K), and ratio of specific heats.
+    From pressure, Pa, temperature, K, volume, m^3, its rate, m^3/s, mass flows, kg/s, the temperature T_inlet
+    at which inflow enters the balance, K, and heat flow from the wall into the air, W. The indices n_V, n_in
+    and n_out stand on the volume, inflow and outflow term.
     """
     return (
         -n_V * P * dV_dt + R * (n_in * m_in * T_inlet - n_out * m_out * T) + (gamma - 1) * heat

@@ -10,43 +10,22 @@ from pneumo.physics.jitable import Real, jitable
 
 
 class Cylinder(NamedTuple):
-    """Geometry and moving parts.
+    """Geometry and moving parts."""
 
-    Attributes
-    ----------
-    bore, stroke : float
-        Actuator diameter (phi) and stroke (l), m.
-    A_A, A_B : float
-        Piston areas of chambers A and B, m^2.
-    V_d : float
-        Dead volume of each chamber, m^3.
-    M : float
-        Moving mass with load, kg.
-    k_f : float
-        Viscous friction coefficient, N s/m.
-    x_min, x_max : float
-        End stops, m from the central position.
-    rests : bool
-        Whether a piston at rest on a stop stays while the force points into the stop; else the stop only
-        clips the position.
-    load : float
-        Constant force towards a larger chamber A, N: gravity, the atmosphere's on a rod.
-    coulomb : float
-        Coulomb friction, N: a piston at rest stays while no greater force acts.
-    """
-
-    bore: float
-    stroke: float
-    A_A: float
-    A_B: float
-    V_d: float
-    M: float
-    k_f: float
-    x_min: float
-    x_max: float
-    rests: bool = True  # ASSUME: not printed
-    load: float = 0.0
-    coulomb: float = 0.0
+    bore: float  #: actuator diameter phi, m
+    stroke: float  #: stroke l, m
+    A_A: float  #: piston area of chamber A, m^2
+    A_B: float  #: piston area of chamber B, m^2
+    V_d: float  #: dead volume of each chamber, m^3
+    M: float  #: moving mass with load, kg
+    k_f: float  #: viscous friction coefficient, N s/m
+    x_min: float  #: end stop where chamber A is smallest, m from the central position
+    x_max: float  #: end stop where chamber B is smallest, m from there
+    #: Whether a piston at rest on a stop stays while the force points into the stop; else the stop only
+    #: clips the position. ASSUME: not printed.
+    rests: bool = True
+    load: float = 0.0  #: constant force towards a larger chamber A, N, of gravity, of the atmosphere on a rod
+    coulomb: float = 0.0  #: Coulomb friction, N, which holds a piston at rest while no greater force acts
 
 
 @jitable

@@ -11,24 +11,14 @@ PRECISION = 1e-14  # of P_0, relative; both stop the search
 def equilibrium_pressure(P_s: float, P_atm: float, gas: Gas, area_ratio: float = 1.0) -> float:
     """Pressure at which the leak from the supply equals the leak to the atmosphere.
 
-    Parameters
-    ----------
-    P_s, P_atm : float
-        Absolute supply and atmospheric pressure, Pa; ``P_s > P_atm > 0``.
-    gas : Gas
-    area_ratio : float
-        A_1 / A_2, leak area towards the supply over leak area towards the atmosphere.
-
-    Returns
-    -------
-    float
-        P_0, Pa. With equal areas and the exact sonic coefficient it is 0.807458 P_s for air
-        wherever the exhaust side is sonic (P_s >= 2.344 P_atm).
+    P_0, Pa, from absolute pressures, Pa, and A_1 / A_2, leak area towards the supply over that towards the
+    atmosphere. With equal areas and the exact sonic coefficient it is 0.807458 P_s for air wherever the
+    exhaust side is sonic (P_s >= 2.344 P_atm).
 
     Raises
     ------
     ValueError
-        If P_s does not exceed P_atm.
+        Unless ``P_s > P_atm > 0``.
     """
     if not 0 < P_atm < P_s:
         raise ValueError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")

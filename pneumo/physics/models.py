@@ -15,28 +15,15 @@ Index = Literal["n", "gamma"] | float
 
 
 class Model(NamedTuple):
-    """One row of the table of models.
+    """One row of the table of models."""
 
-    Attributes
-    ----------
-    name : str
-        Paper's name, M1 ... M10.
-    n_V, n_in, n_out : {"n", "gamma"} or float
-        Index on the volume, inflow and outflow term of eq (10).
-    temperature : {"constant", "polytropic"}
-        T = T_0 or eq (6).
-    mixing : bool
-        Whether inflow enters at T_in (mixing) or at the chamber's T.
-    wall : {"none", "k_0", "lambda_0 A_q", "lambda A_q"}
-        Explicit wall heat: none, eq (13), eq (11) or eq (7).
-    """
-
-    name: str
-    n_V: Index
-    n_in: Index
-    n_out: Index
-    temperature: Literal["constant", "polytropic"]
-    mixing: bool
+    name: str  #: paper's name, M1 ... M10
+    n_V: Index  #: index on the volume term of eq (10)
+    n_in: Index  #: index on the inflow term
+    n_out: Index  #: index on the outflow term
+    temperature: Literal["constant", "polytropic"]  #: T = T_0 or eq (6)
+    mixing: bool  #: whether inflow enters at T_in (mixing) or at the chamber's T
+    #: Explicit wall heat by eq (13), eq (11) or eq (7), or none.
     wall: Literal["none", "k_0", "lambda_0 A_q", "lambda A_q"]
 
     @property
@@ -71,41 +58,20 @@ WALL_LAWS = {
 
 
 class Lane(NamedTuple):
-    """A model with its indices filled in: one point of the models' common coefficient space.
+    """A model with its indices filled in: one point of the models' common coefficient space."""
 
-    Attributes
-    ----------
-    n_V, n_in, n_out : float
-        Index on the volume, inflow and outflow term.
-    a : float
-        Exponent of the temperature law, (n - 1)/n, or 0 for constant temperature.
-    mixing, explicit_heat : float
-        1 where the process is modelled, else 0.
-    e_A, e_PT : float
-        Exponents of the wall law.
-    """
-
-    n_V: float
-    n_in: float
-    n_out: float
-    a: float
-    mixing: float
-    explicit_heat: float
-    e_A: float
-    e_PT: float
+    n_V: float  # index on the volume term
+    n_in: float  # on the inflow term
+    n_out: float  # on the outflow term
+    a: float  # exponent of the temperature law, (n - 1)/n, or 0 for constant temperature
+    mixing: float  # 1 where it is modelled, else 0
+    explicit_heat: float  # the same
+    e_A: float  # exponents of the wall law: of A_q / A_q0
+    e_PT: float  # and of PT / (P_0 T_0)
 
 
 def lane(model: Model, n: float, gamma: float) -> Lane:
-    """Return a model's coefficients at one n.
-
-    Parameters
-    ----------
-    model : Model
-    n : float
-        Polytropic index; plays no role where ``not model.has_n``.
-    gamma : float
-        Ratio of specific heats.
-    """
+    """Return a model's coefficients at one n, which plays no role where ``not model.has_n``."""
 
     def value(index: Index) -> float:
         return n if index == "n" else gamma if index == "gamma" else index
@@ -142,22 +108,9 @@ def model_dP_dt(
 ) -> float:
     """Right-hand side of every reduced model, Pa/s.
 
-    Parameters
-    ----------
-    P, T, V, dV_dt : float, array or symbol
-        Pressure, Pa, the model's own `temperature`, K, volume, m^3, and its rate, m^3/s.
-    m_in, m_out : float, array or symbol
-        Mass flows, kg/s, with the model's T upstream of an outflow.
-    area_ratio : float, array or symbol
-        A_q(x) / A_q(x_0).
-    k_0 : float
-        Thermal conductance at equilibrium, W/K.
-    P_0, T_0, T_in, T_amb : float
-        Equilibrium pressure, Pa, and temperature, inlet and ambient temperature, K.
-    R, gamma : float
-        Gas constant, J/(kg K), and ratio of specific heats.
-    lane : Lane
-        Which model, at which n.
+    Pressure, volume, m^3, its rate and what follows from them may be arrays or symbols. T is the model's own
+    `temperature`, also upstream of an outflow; mass flows in kg/s; `area_ratio` is A_q(x) / A_q(x_0); k_0 is
+    the thermal conductance at equilibrium, W/K; the lane says which model, at which n.
     """
     T_inlet = lane.mixing * T_in + (1 - lane.mixing) * T
     conductance = wall_conductance(k_0, area_ratio, P * T / (P_0 * T_0), lane.e_A, lane.e_PT)

@@ -4,21 +4,11 @@ from typing import NamedTuple
 
 
 class Symbol(NamedTuple):
-    """How a quantity is written.
+    """How a quantity is written."""
 
-    Attributes
-    ----------
-    unit : str
-        SI unit as UDUNITS reads it.
-    latex : str
-        Mathematical notation, without dollar signs.
-    long_name : str
-        Plain words, for files and axes.
-    """
-
-    unit: str
-    latex: str
-    long_name: str
+    unit: str  # SI unit as UDUNITS reads it
+    latex: str  # without dollar signs
+    long_name: str  # plain words, for files and axes
 
 
 SYMBOLS = {

@@ -10,73 +10,38 @@ from pneumo.physics.jitable import Real, jitable
 
 
 class Gas(NamedTuple):
-    """A perfect gas and the two constants of eq (1) that follow from it.
+    """A perfect gas and the two constants of eq (1) that follow from it."""
 
-    Attributes
-    ----------
-    R : float
-        Gas constant, J/(kg K).
-    gamma : float
-        Ratio of specific heats.
-    sonic_coefficient : float
-        Choked mass flow is ``sonic_coefficient * P_u * A_t / sqrt(T_u)``, s K^0.5/m.
-    critical_ratio : float
-        Flow is sonic at and below this P_d / P_u.
-    elliptic : bool
-        Whether the subsonic branch is the ellipse of ISO 6358, with the critical ratio b of a valve's
-        catalogue, instead of eq (1).
-    """
-
-    R: float
-    gamma: float
+    R: float  #: gas constant, J/(kg K)
+    gamma: float  #: ratio of specific heats
+    #: Choked mass flow is ``sonic_coefficient * P_u * A_t / sqrt(T_u)``, s K^0.5/m.
     sonic_coefficient: float
-    critical_ratio: float
+    critical_ratio: float  #: flow is sonic at and below this P_d / P_u
+    #: Whether the subsonic branch is the ellipse of ISO 6358, with the critical ratio b of a valve's
+    #: catalogue, instead of eq (1).
     elliptic: bool = False
 
 
 class Valve(NamedTuple):
-    """Servo-valve, section 2.1; matched and symmetric restrictions by default.
+    """Servo-valve, section 2.1; matched and symmetric restrictions by default."""
 
-    Attributes
-    ----------
-    k_xu : float
-        Area of an open restriction per volt of command, k_x k_u, m^2/V.
-    u_max : float
-        Limit of the command's magnitude, V.
-    laminar : float
-        1 - P_d / P_u below which flow is proportional to it; 0 is eq (1) as printed.
-    exhaust : float
-        Area of the path to the atmosphere over that of the path from the supply; 1 is symmetric.
-    leak : float
-        Area that stays open between a chamber and either of supply and atmosphere, m^2.
-    """
-
-    k_xu: float
-    u_max: float
-    laminar: float = 0.0
+    k_xu: float  #: area of an open restriction per volt of command, k_x k_u, m^2/V
+    u_max: float  #: limit of the command's magnitude, V
+    laminar: float = 0.0  #: 1 - P_d / P_u below which flow is proportional to it; 0 is eq (1) as printed
+    #: Area of the path to the atmosphere over that of the path from the supply; 1 is symmetric.
     exhaust: float = 1.0
-    leak: float = 0.0
+    leak: float = 0.0  #: area that stays open between a chamber and either of supply and atmosphere, m^2
 
 
 class Conditions(NamedTuple):
-    """Supply, surroundings and the equilibrium from which runs start.
+    """Supply, surroundings and the equilibrium from which runs start."""
 
-    Attributes
-    ----------
-    P_s, P_atm : float
-        Absolute supply and atmospheric pressure, Pa.
-    T_in, T_amb : float
-        Temperature of incoming air and of the cylinder's walls, K.
-    P_0, T_0 : float
-        Equilibrium pressure, Pa, and temperature, K.
-    """
-
-    P_s: float
-    P_atm: float
-    T_in: float
-    T_amb: float
-    P_0: float
-    T_0: float
+    P_s: float  #: absolute supply pressure, Pa
+    P_atm: float  #: atmospheric pressure, Pa
+    T_in: float  #: temperature of incoming air, K
+    T_amb: float  #: temperature of the cylinder's walls, K
+    P_0: float  #: equilibrium pressure, Pa
+    T_0: float  #: equilibrium temperature, K
 
 
 @jitable
@@ -109,16 +74,8 @@ def choked_flow(A_t: Real, P_u: float, T_u: float, gas: Gas) -> Real:
 def mass_flow(A_t: float, P_u: float, P_d: float, T_u: float, gas: Gas) -> float:
     """Mass flow through a restriction, kg/s: eq (1), or ISO 6358 where the gas is `elliptic`.
 
-    Parameters
-    ----------
-    A_t : float
-        Throat area, m^2.
-    P_u, P_d : float
-        Absolute upstream and downstream pressure, Pa; ``P_u >= P_d > 0``.
-    T_u : float
-        Upstream temperature, K.
-    gas : Gas
-        The flowing gas.
+    From throat area A_t, m^2, absolute upstream and downstream pressure, Pa, ``P_u >= P_d > 0``, and upstream
+    temperature T_u, K.
     """
     ratio = P_d / P_u
     if ratio <= gas.critical_ratio:
@@ -173,22 +130,9 @@ def chamber_flows(
     one below atmospheric pressure draws air in through the exhaust. A leaking valve also lets air through the
     other restriction.
 
-    Parameters
-    ----------
-    u : float
-        Limited command, V, positive where it connects this chamber to the supply
-        (the command itself for chamber A, its negative for chamber B).
-    P, T : float
-        Chamber pressure, Pa, and temperature, K.
-    valve : Valve
-    gas : Gas
-    conditions : Conditions
-        Supply and ambient state.
-
-    Returns
-    -------
-    m_in, m_out : float
-        Both non-negative; at most one of them is positive where the valve does not leak.
+    The limited command u, V, is positive where it connects this chamber to the supply: the command itself for
+    chamber A, its negative for chamber B. Both flows are non-negative; at most one of them is positive where
+    the valve does not leak.
     """
     A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
     if u >= 0:

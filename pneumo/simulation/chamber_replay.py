@@ -45,13 +45,6 @@ def _replay_chambers(recording: Recording, reading: Reading, stride: int) -> np.
 def replay_chambers(recording: Recording, transport: Transport, stride: int = 1) -> np.ndarray:
     """Pressures of the full-order chambers on recorded signals, Pa, shape (chamber, stored steps).
 
-    Parameters
-    ----------
-    recording : Recording
-        A full-order run.
-    transport : Transport
-        How its signals reach the chambers.
-    stride : int
-        Steps between stored pressures.
+    `stride` is the number of steps between stored pressures.
     """
     return _replay_chambers(recording, transport.reading, stride)

@@ -25,12 +25,8 @@ def cache_folder(module: str) -> Path:
 def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = frozenset()) -> Any:
     """Compile a function that takes floats and arrays; its plain form stays at ``.py_func``.
 
-    Parameters
-    ----------
-    function : callable, optional
-        Left out where the decorator takes options.
-    fastmath : set of str
-        Liberties the compiler may take with floats, by LLVM's names.
+    `fastmath` names liberties that the compiler may take with floats, by LLVM's names; a decorator with it
+    leaves `function` out.
     """
     compiled = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=set(fastmath))
 

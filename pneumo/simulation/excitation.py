@@ -42,19 +42,9 @@ def normal_deviates(seed: int) -> Iterator[float]:
 
 
 def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.ndarray:
-    """Reference of every step; random numbers are held between draws, and the first applies from t = 0.
+    """Reference in force from each step's start, and at the end: shape (steps + 1,).
 
-    Parameters
-    ----------
-    drive : Drive
-    excitation : Excitation
-    steps : int
-        Number of steps.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (steps + 1,): the value in force from each step's start (the last one at the end).
+    Random numbers are held between draws, and the first applies from t = 0.
     """
     amplitude, signal = excitation.amplitude, excitation.signal
     if signal == "sweep":

@@ -65,25 +65,10 @@ full_order_step = dormand_prince(full_order_rates)
 def run(
     y_0: np.ndarray, reference: np.ndarray, force: float, drive: Drive, plant: Plant, h: float
 ) -> np.ndarray:
-    """Integrate the full-order system with a fixed step.
+    """Integrate the full-order system with fixed steps of h s; return the states, shape (steps + 1, 6).
 
-    Parameters
-    ----------
-    y_0 : numpy.ndarray
-        Initial state, shape (6,): m, m/s, Pa, K, Pa, K.
-    reference : numpy.ndarray
-        Reference of every step, shape (steps + 1,): m in closed loop, V in open loop.
-    force : float
-        External force on the piston, N.
-    drive : Drive
-    plant : Plant
-    h : float
-        Step, s.
-
-    Returns
-    -------
-    numpy.ndarray
-        States at every step, shape (steps + 1, 6).
+    It starts from the state y_0 and follows the reference of every step, shape (steps + 1,), m in closed loop
+    or V in open loop, under an external force on the piston, N.
     """
     steps = len(reference) - 1
     states = np.empty((steps + 1, 6))
@@ -119,28 +104,14 @@ def failure(states: np.ndarray) -> tuple[int, int]:
 
 
 class Recording(NamedTuple):
-    """A run, simulated or measured, as the replays see it.
+    """A run, simulated or measured, as the replays see it."""
 
-    Attributes
-    ----------
-    states : numpy.ndarray
-        (x, v, P_A, T_A, P_B, T_B) at every step, shape (steps + 1, 6); NaN after a `failure`.
-    reference : numpy.ndarray
-        Reference in force from every step's start, shape (steps + 1,).
-    u : numpy.ndarray
-        Command before the limiter at every step, V, shape (steps + 1,).
-    drive : Drive
-    plant : Plant
-    h : float
-        Step, s.
-    """
-
-    states: np.ndarray
-    reference: np.ndarray
-    u: np.ndarray
+    states: np.ndarray  # (x, v, P_A, T_A, P_B, T_B) by step, shape (steps + 1, 6); NaN after a `failure`
+    reference: np.ndarray  # in force from every step's start, shape (steps + 1,)
+    u: np.ndarray  # command before the limiter at every step, V, shape (steps + 1,)
     drive: Drive
     plant: Plant
-    h: float
+    h: float  # step, s
 
 
 @kernel

@@ -47,7 +47,9 @@ def pressures_on_inputs(
     stride: int,
     start: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Pressures of reduced models on given commands, positions and velocities.
+    """Pressures of reduced models, Pa, shape (lane, chamber, stored steps), on given inputs.
+
+    They are NaN from where a lane left the positive numbers.
 
     Parameters
     ----------
@@ -57,17 +59,10 @@ def pressures_on_inputs(
         From `pneumo.physics.models.lane_array`, shape (lane, 8), at most `lanes.ROW` of them.
     plant : Plant
         Without leak or laminar share: its flow is a polynomial here.
-    h : float
-        Step, s.
-    stride : int
-        Steps between stored pressures.
+    h, stride : float, int
+        Step, s, and steps between stored pressures.
     start : numpy.ndarray, optional
         Pressure of every lane at first, Pa, shape (lane, chamber); P_0 where left out.
-
-    Returns
-    -------
-    numpy.ndarray
-        Pressure, Pa, shape (lane, chamber, stored steps); NaN from where a lane left the positive numbers.
     """
     laminar, leak = plant.valve.laminar, plant.valve.leak
     if len(lanes) > ROW or laminar or leak:
@@ -133,21 +128,10 @@ def pressures_on_flows(
     stride: int,
     start: np.ndarray,
 ) -> np.ndarray:
-    """Pressures of reduced models on given mass flows in place of a valve.
+    """Pressures of reduced models as from `pressures_on_inputs`, on given mass flows in place of a valve.
 
-    Parameters
-    ----------
-    inputs : numpy.ndarray
-        As for `pressures_on_inputs`; the command plays no role.
-    flow : numpy.ndarray
-        Mass flows into chambers A and B, negative out of them, kg/s, at every stage: shape (steps, 6, 2).
-    lanes, plant, h, stride, start
-        As for `pressures_on_inputs`; any number of lanes.
-
-    Returns
-    -------
-    numpy.ndarray
-        Pressure, Pa, shape (lane, chamber, stored steps); NaN from where a lane left the positive numbers.
+    `flow`, shape (steps, 6, 2), goes into chambers A and B, negative out of them, kg/s, at every stage. The
+    command plays no role; there may be any number of lanes.
     """
     pressure = np.empty((len(lanes), 2, len(inputs) // stride + 1))
     pressure[:, :, 0] = start
@@ -159,16 +143,8 @@ def pressures_on_flows(
 def joint_rates(y: np.ndarray, reference: float, lanes: np.ndarray, drive: Drive, plant: Plant) -> np.ndarray:
     """Rates of the six full-order states and of every lane's two pressures, all in one vector.
 
-    Parameters
-    ----------
-    y : numpy.ndarray
-        (x, v, P_A, T_A, P_B, T_B), then P_A and P_B of each lane: shape (6 + 2 lanes,).
-    reference : float
-        Reference in force: m in closed loop, V in open loop.
-    lanes : numpy.ndarray
-        Shape (lane, 8).
-    drive : Drive
-    plant : Plant
+    y holds (x, v, P_A, T_A, P_B, T_B), then P_A and P_B of each lane: shape (6 + 2 lanes,). The reference is
+    that in force, m in closed loop, V in open loop.
     """
     dy = np.empty_like(y)
     full_order_rates(y, 0, (reference, 0.0, drive, plant), dy)

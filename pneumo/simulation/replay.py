@@ -14,28 +14,14 @@ STATUS = {OK: "ok", LEFT_RANGE: "pressure left the positive numbers", NO_RUN: "n
 
 
 class Replayed(NamedTuple):
-    """Replays of several lanes on one run; every array starts with (lane, chamber).
+    """Replays of several lanes on one run; every array starts with (lane, chamber)."""
 
-    Attributes
-    ----------
-    mean_error, mse : numpy.ndarray
-        Mean, Pa, and mean square, Pa^2, of full-order minus reduced pressure over every step.
-    variance : numpy.ndarray
-        Population variance of the same error, Pa^2.
-    status : numpy.ndarray
-        Key of `STATUS`; anything but 0 makes the statistics NaN.
-    failure_step : numpy.ndarray
-        Step at which a lane failed, or -1.
-    pressure : numpy.ndarray
-        Reduced pressure, Pa, shape (lane, chamber, stored steps).
-    """
-
-    mean_error: np.ndarray
-    variance: np.ndarray
-    mse: np.ndarray
-    status: np.ndarray
-    failure_step: np.ndarray
-    pressure: np.ndarray
+    mean_error: np.ndarray  # of full-order minus reduced pressure over every step, Pa
+    variance: np.ndarray  # population variance of the same error, Pa^2
+    mse: np.ndarray  # its mean square, Pa^2
+    status: np.ndarray  # key of `STATUS`; anything but 0 makes the statistics NaN
+    failure_step: np.ndarray  # step at which a lane failed, or -1
+    pressure: np.ndarray  # reduced pressure, Pa, shape (lane, chamber, stored steps)
 
 
 def replay(recording: Recording, lanes: np.ndarray, transport: Transport, stride: int = 1) -> Replayed:
@@ -44,15 +30,8 @@ def replay(recording: Recording, lanes: np.ndarray, transport: Transport, stride
     The vectorised kernel replays what it can follow, the reference the rest: an unusual wall law or valve,
     or a pressure too far from P_0. Where the run itself failed every lane has status `NO_RUN`.
 
-    Parameters
-    ----------
-    recording : Recording
-    lanes : numpy.ndarray
-        From `pneumo.physics.models.lane_array`, shape (lane, 8).
-    transport : Transport
-        How the recorded signals reach the models.
-    stride : int
-        Steps between stored pressures.
+    Lanes are from `pneumo.physics.models.lane_array`, shape (lane, 8); `stride` is the number of steps
+    between stored pressures.
     """
     run_status, step = failure(recording.states)
     if run_status != RAN:

@@ -28,27 +28,13 @@ SETTLING_STATUS = RUN_STATUS | {
 
 
 class Settling(NamedTuple):
-    """A settling run.
+    """A settling run."""
 
-    Attributes
-    ----------
-    times : numpy.ndarray
-        Settling times of P_A, P_B, T_A, T_B from the release, s, shape (4,); NaN where there are none.
-    states : numpy.ndarray
-        (x, v, P_A, T_A, P_B, T_B) at every step from the start of the push, shape (steps + 1, 6).
-    release_step : int
-        Step at which the force is released.
-    status : int
-        Key of `SETTLING_STATUS`; anything but 0 leaves the run without settling times.
-    failure_step : int
-        Step at which the run failed or was given up, or -1.
-    """
-
-    times: np.ndarray
-    states: np.ndarray
-    release_step: int
-    status: int = RAN
-    failure_step: int = -1
+    times: np.ndarray  # of P_A, P_B, T_A, T_B from the release, s, shape (4,); NaN where there are none
+    states: np.ndarray  # (x, v, P_A, T_A, P_B, T_B) by step from the start of the push, shape (steps + 1, 6)
+    release_step: int  # at which the force is released
+    status: int = RAN  # key of `SETTLING_STATUS`; anything but 0 leaves the run without settling times
+    failure_step: int = -1  # step at which the run failed or was given up, or -1
 
 
 def thermal_time_constant(plant: Plant) -> float:
@@ -90,19 +76,10 @@ def _without_times(states: np.ndarray, release_step: int, given_up: int) -> Sett
 
 
 def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
-    """Run one settling-time estimation.
+    """Run one settling-time estimation of at most `longest` s (`LONGEST_RUN`, `LONGEST_IN_WINDOWS`).
 
-    Parameters
-    ----------
-    experiment : Experiment
-    longest : float, optional
-        Longest run, s, instead of `LONGEST_RUN` or `LONGEST_IN_WINDOWS`.
-
-    Returns
-    -------
-    Settling
-        Without settling times, and with a status that says why, if the run fails, the held piston's air
-        does not come to rest or the free run does not settle.
+    Without settling times, and with a status that says why, if the run fails, the held piston's air does not
+    come to rest or the free run does not settle.
 
     Raises
     ------

@@ -15,37 +15,18 @@ PUBLISHED, EXACT = "published", "exact"  # the study's two transports, and folde
 
 
 class Reading(NamedTuple):
-    """What the stages of a step read of a recorded run.
+    """What the stages of a step read of a recorded run."""
 
-    Attributes
-    ----------
-    exact : bool
-        The signals as the full-order run had them at each stage; what follows plays no role then.
-    held : bool
-        Samples are held (zero-order hold), not interpolated linearly.
-    late : numpy.ndarray
-        Delay of u, x and v at each stage, in samples, shape (6, 3); whole numbers where samples are held.
-    every : int
-        Steps between samples.
-    """
-
-    exact: bool
-    held: bool
-    late: np.ndarray
-    every: int
+    exact: bool  # signals as the full-order run had them at each stage; what follows plays no role then
+    held: bool  # samples are held (zero-order hold), not interpolated linearly
+    late: np.ndarray  # delay of u, x and v at each stage, in samples, shape (6, 3); whole numbers where held
+    every: int  # steps between samples
 
 
 class Transport(NamedTuple):
-    """How recorded signals reach a replay, Fig. 6.
+    """How recorded signals reach a replay, Fig. 6."""
 
-    Attributes
-    ----------
-    name : str
-        ``published`` and ``exact`` are those of the study.
-    reading : Reading
-    """
-
-    name: str
+    name: str  # ``published`` and ``exact`` are those of the study
     reading: Reading
 
 
@@ -68,15 +49,7 @@ EXACT_TRANSPORT = Transport(EXACT, Reading(True, False, np.zeros((STAGES, 3)), 1
 
 
 def study_transport(name: str, lag: float, h: float) -> Transport:
-    """Return one of the study's transports.
-
-    Parameters
-    ----------
-    name : {"published", "exact"}
-    lag : float
-        Delay of the recorded signals in the published transport, s.
-    h : float
-        Step and sample time, s.
+    """Return one of the study's transports, for steps of h s; in the published one signals are `lag` s late.
 
     Raises
     ------

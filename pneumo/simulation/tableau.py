@@ -6,21 +6,11 @@ import numpy as np
 
 
 class Tableau(NamedTuple):
-    """Butcher tableau of an explicit method.
+    """Butcher tableau of an explicit method."""
 
-    Attributes
-    ----------
-    A : numpy.ndarray
-        Stage coefficients, shape (stages, stages), strictly lower triangular.
-    b, c : numpy.ndarray
-        Weights and nodes, shape (stages,).
-    order : int
-        Order of the method.
-    """
-
-    A: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
+    A: np.ndarray  # stage coefficients, shape (stages, stages), strictly lower triangular
+    b: np.ndarray  # weights, shape (stages,)
+    c: np.ndarray  # nodes, shape (stages,)
     order: int
 
 
