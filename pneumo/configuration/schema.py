@@ -21,6 +21,11 @@ def _number(value: Any) -> Any:
 
 
 Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
+Share = Annotated[Number, Field(gt=0, lt=1)]
+Seconds = Annotated[Number, Field(gt=0, le=1e5)]
+Frequency = Annotated[Number, Field(gt=0, le=1e4)]
+Level = Annotated[Number, Field(ge=-100, le=100)]
+Conductance = Annotated[Number, Field(ge=0, le=1e4)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")]
 Count = Annotated[int, BeforeValidator(_number)]
 
@@ -52,29 +57,26 @@ class _Section(BaseModel):
 class GasSection(_Section):
     """Air as a perfect gas, and the two printed constants of eq (1)."""
 
-    R_J_per_kgK: Annotated[Number, Field(gt=0, le=5000, description="gas constant R")]
-    gamma: Annotated[Number, Field(ge=1.05, le=1.67, description="ratio of specific heats")]
-    sonic_coefficient: Annotated[
-        Literal["exact"] | Annotated[Number, Field(gt=0, lt=1)],
-        Field(description="factor of the sonic branch of eq (1), s K^0.5/m, or exact"),
-    ]
-    critical_ratio: Annotated[
-        Literal["exact"] | Annotated[Number, Field(gt=0, lt=1)],
-        Field(description="P_d/P_u at which flow becomes sonic, or exact"),
-    ]
+    R_J_per_kgK: Number = Field(gt=0, le=5000, description="gas constant R")
+    gamma: Number = Field(ge=1.05, le=1.67, description="ratio of specific heats")
+    sonic_coefficient: Literal["exact"] | Share = Field(
+        description="factor of the sonic branch of eq (1), s K^0.5/m, or exact"
+    )
+    critical_ratio: Literal["exact"] | Share = Field(
+        description="P_d/P_u at which flow becomes sonic, or exact"
+    )
 
 
 class SupplySection(_Section):
     """Supply and surroundings."""
 
-    P_s_Pa: Annotated[Number, Field(gt=0, le=5e6, description="absolute supply pressure, above P_atm_Pa")]
-    P_atm_Pa: Annotated[Number, Field(gt=0, le=2e5, description="atmospheric pressure")]
-    T_amb_K: Annotated[Number, Field(ge=150, le=500, description="temperature of walls and surroundings")]
-    T_in_K: Annotated[Number, Field(ge=150, le=500, description="temperature of incoming air")]
-    P_0_per_P_s: Annotated[
-        Literal["half-bridge"] | Annotated[Number, Field(gt=0, lt=1)],
-        Field(description="equilibrium over supply pressure, or half-bridge to solve Appendix 2"),
-    ]
+    P_s_Pa: Number = Field(gt=0, le=5e6, description="absolute supply pressure, above P_atm_Pa")
+    P_atm_Pa: Number = Field(gt=0, le=2e5, description="atmospheric pressure")
+    T_amb_K: Number = Field(ge=150, le=500, description="temperature of walls and surroundings")
+    T_in_K: Number = Field(ge=150, le=500, description="temperature of incoming air")
+    P_0_per_P_s: Literal["half-bridge"] | Share = Field(
+        description="equilibrium over supply pressure, or half-bridge to solve Appendix 2"
+    )
 
     @model_validator(mode="after")
     def _supply_above_atmosphere(self) -> Self:
@@ -87,24 +89,22 @@ class SupplySection(_Section):
 class OpenLoopSection(_Section):
     """Two-valued sequence of the open-loop runs."""
 
-    amplitude_V: Annotated[Number, Field(gt=0, le=1000, description="magnitude of the command")]
-    reverse_at: Annotated[
-        Number, Field(gt=0, le=1, description="fraction of the half-stroke at which the sign is forced back")
-    ]
+    amplitude_V: Number = Field(gt=0, le=1000, description="magnitude of the command")
+    reverse_at: Number = Field(
+        gt=0, le=1, description="fraction of the half-stroke at which the sign is forced back"
+    )
 
 
 class ClosedLoopSection(_Section):
     """Random position reference and proportional controller of the closed-loop runs."""
 
-    variance_m2: Annotated[
-        Annotated[Number, Field(gt=0, le=10)] | None,
-        Field(description="variance of the position reference; or instead"),
-    ] = None
-    amplitude_mm: Annotated[
-        Annotated[Number, Field(gt=0, le=5000)] | None,
-        Field(description="its standard deviation, or the amplitude of a sweep or of steps"),
-    ] = None
-    k_p_V_per_m: Annotated[Number, Field(gt=0, le=1e6, description="proportional gain")]
+    variance_m2: Annotated[Number, Field(gt=0, le=10)] | None = Field(
+        None, description="variance of the position reference; or instead"
+    )
+    amplitude_mm: Annotated[Number, Field(gt=0, le=5000)] | None = Field(
+        None, description="its standard deviation, or the amplitude of a sweep or of steps"
+    )
+    k_p_V_per_m: Number = Field(gt=0, le=1e6, description="proportional gain")
 
     @model_validator(mode="after")
     def _one_amplitude(self) -> Self:
@@ -119,86 +119,66 @@ class ClosedLoopSection(_Section):
 class SettlingSection(_Section):
     """Force and end stop of the settling-time runs."""
 
-    force_N: Annotated[
-        Number, Field(lt=0, ge=-1e6, description="external force (negative: towards the stop)")
-    ]
-    stop_mm: Annotated[
-        Number, Field(lt=0, ge=-5000, description="position of the end stop, inside the half-stroke")
-    ]
+    force_N: Number = Field(lt=0, ge=-1e6, description="external force (negative: towards the stop)")
+    stop_mm: Number = Field(lt=0, ge=-5000, description="position of the end stop, inside the half-stroke")
 
 
 class ValveSection(_Section):
     """A valve by its catalogue: flow by ISO 6358, conductance C and critical ratio b at full opening."""
 
-    C_dm3_per_sbar: Annotated[
-        Number, Field(gt=0, le=1000, description="sonic conductance C from supply to chamber at u_max_V")
-    ]
-    b: Annotated[Number, Field(gt=0, lt=1, description="critical pressure ratio; 0.3 where none is given")]
-    exhaust_ratio: Annotated[
-        Number, Field(gt=0, le=10, description="C from chamber to exhaust over C from supply to chamber")
-    ] = 1.0
-    leak_dm3_per_sbar: Annotated[
-        Number, Field(ge=0, le=100, description="sonic conductance that stays open in each closed path")
-    ] = 0.0
+    C_dm3_per_sbar: Number = Field(
+        gt=0, le=1000, description="sonic conductance C from supply to chamber at u_max_V"
+    )
+    b: Number = Field(gt=0, lt=1, description="critical pressure ratio; 0.3 where none is given")
+    exhaust_ratio: Number = Field(
+        1.0, gt=0, le=10, description="C from chamber to exhaust over C from supply to chamber"
+    )
+    leak_dm3_per_sbar: Number = Field(
+        0.0, ge=0, le=100, description="sonic conductance that stays open in each closed path"
+    )
 
 
 class CylinderSection(_Section):
     """A cylinder with its load, its valve and the signals that excite it."""
 
-    bore_mm: Annotated[Number, Field(gt=0, le=1000, description="diameter phi")]
-    stroke_mm: Annotated[Number, Field(gt=0, le=10000, description="stroke l")]
-    rod_mm: Annotated[
-        Number, Field(ge=0, le=1000, description="diameter of a single rod, in chamber B; 0: none")
-    ] = 0.0
-    dead_volume_m3: Annotated[
-        Annotated[Number, Field(gt=0, le=1)] | None,
-        Field(
-            description="dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out"
-        ),
-    ] = None
-    mass_kg: Annotated[Number, Field(gt=0, le=1e5, description="moving mass M with load")]
-    friction_Ns_per_m: Annotated[Number, Field(ge=0, le=1e6, description="viscous friction coefficient k_f")]
-    coulomb_N: Annotated[Number, Field(ge=0, le=1e6, description="Coulomb friction")] = 0.0
-    incline_deg: Annotated[
-        Number, Field(ge=-90, le=90, description="angle by which chamber A lifts the mass; 90: straight up")
-    ] = 0.0
-    load_N: Annotated[
-        Number, Field(ge=-1e6, le=1e6, description="constant force, positive where it enlarges chamber A")
-    ] = 0.0
-    k_x_k_u_m2_per_V: Annotated[
-        Annotated[Number, Field(gt=0, le=1e-2)] | None,
-        Field(description="valve area per volt, with the flow of eq (1); or instead"),
-    ] = None
-    valve: Annotated[ValveSection | None, Field(description="a valve by its catalogue")] = None
-    u_max_V: Annotated[Number, Field(gt=0, le=1000, description="limit of the command")]
-    seed: Annotated[Count, Field(ge=0, lt=2**32, description="seed of the Random Number block")]
-    sample_time_s: Annotated[Number, Field(gt=0, le=1000, description="time between draws")]
-    open_loop: Annotated[OpenLoopSection | None, Field(description="for experiments in open loop")] = None
-    closed_loop: Annotated[ClosedLoopSection | None, Field(description="for experiments in closed loop")] = (
-        None
+    bore_mm: Number = Field(gt=0, le=1000, description="diameter phi")
+    stroke_mm: Number = Field(gt=0, le=10000, description="stroke l")
+    rod_mm: Number = Field(0.0, ge=0, le=1000, description="diameter of a single rod, in chamber B; 0: none")
+    dead_volume_m3: Annotated[Number, Field(gt=0, le=1)] | None = Field(
+        None, description="dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out"
     )
-    settling: Annotated[
-        SettlingSection | None, Field(description="for settling runs, which only the paper's study asks for")
-    ] = None
+    mass_kg: Number = Field(gt=0, le=1e5, description="moving mass M with load")
+    friction_Ns_per_m: Number = Field(ge=0, le=1e6, description="viscous friction coefficient k_f")
+    coulomb_N: Number = Field(0.0, ge=0, le=1e6, description="Coulomb friction")
+    incline_deg: Number = Field(
+        0.0, ge=-90, le=90, description="angle by which chamber A lifts the mass; 90: straight up"
+    )
+    load_N: Number = Field(
+        0.0, ge=-1e6, le=1e6, description="constant force, positive where it enlarges chamber A"
+    )
+    k_x_k_u_m2_per_V: Annotated[Number, Field(gt=0, le=1e-2)] | None = Field(
+        None, description="valve area per volt, with the flow of eq (1); or instead"
+    )
+    valve: ValveSection | None = Field(None, description="a valve by its catalogue")
+    u_max_V: Number = Field(gt=0, le=1000, description="limit of the command")
+    seed: Count = Field(ge=0, lt=2**32, description="seed of the Random Number block")
+    sample_time_s: Number = Field(gt=0, le=1000, description="time between draws")
+    open_loop: OpenLoopSection | None = Field(None, description="for experiments in open loop")
+    closed_loop: ClosedLoopSection | None = Field(None, description="for experiments in closed loop")
+    settling: SettlingSection | None = Field(
+        None, description="for settling runs, which only the paper's study asks for"
+    )
 
     @model_validator(mode="after")
-    def _one_valve(self) -> Self:
+    def _one_valve_and_parts_that_fit(self) -> Self:
         if self.k_x_k_u_m2_per_V is None and self.valve is None:
             raise _missing("k_x_k_u_m2_per_V", "or give the section valve", "valve")
         if self.k_x_k_u_m2_per_V is not None and self.valve is not None:
             condition = "stands beside the section valve: give one of the two"
             raise _conflict(self.k_x_k_u_m2_per_V, condition, ("k_x_k_u_m2_per_V",), ("valve",))
-        return self
-
-    @model_validator(mode="after")
-    def _rod_thinner_than_bore(self) -> Self:
         if self.rod_mm >= self.bore_mm:
             condition = f"must be below bore_mm = {self.bore_mm:g}"
             raise _conflict(self.rod_mm, condition, ("rod_mm",), ("bore_mm",))
-        return self
-
-    @model_validator(mode="after")
-    def _stop_inside_stroke(self) -> Self:
         if self.settling and self.settling.stop_mm <= -self.stroke_mm / 2:
             condition = f"must lie inside the half-stroke, above {-self.stroke_mm / 2:g},"
             raise _conflict(self.settling.stop_mm, condition, ("settling", "stop_mm"), ("stroke_mm",))
@@ -211,34 +191,21 @@ class SignalSection(_Section):
     The amplitude is that of the loop's section, in V or in mm.
     """
 
-    kind: Annotated[
-        Literal["prbs", "gaussian", "sweep", "steps", "csv"],
-        Field(description="two-valued or normal random numbers, a sine of rising frequency, steps, a file"),
-    ]
-    from_Hz: Annotated[
-        Annotated[Number, Field(gt=0, le=1e4)] | None, Field(description="sweep: frequency at the start")
-    ] = None
-    to_Hz: Annotated[
-        Annotated[Number, Field(gt=0, le=1e4)] | None, Field(description="sweep: frequency at the end")
-    ] = None
-    levels: Annotated[
-        Annotated[list[Annotated[Number, Field(ge=-100, le=100)]], Field(min_length=1, max_length=1000)]
-        | None,
-        Field(description="steps: levels as multiples of the amplitude, repeated to the end"),
-    ] = None
-    hold_s: Annotated[
-        Annotated[Number, Field(gt=0, le=1e5)] | None,
-        Field(description="steps: length of each; csv: time between rows"),
-    ] = None
-    file: Annotated[
-        str | None, Field(description="csv: path from the working directory; its first row names the columns")
-    ] = None
-    column: Annotated[
-        str | None,
-        Field(
-            description="csv: column with the command, V, in open loop, or the reference, m, in closed loop"
-        ),
-    ] = None
+    kind: Literal["prbs", "gaussian", "sweep", "steps", "csv"] = Field(
+        description="two-valued or normal random numbers, a sine of rising frequency, steps, a file"
+    )
+    from_Hz: Frequency | None = Field(None, description="sweep: frequency at the start")
+    to_Hz: Frequency | None = Field(None, description="sweep: frequency at the end")
+    levels: Annotated[list[Level], Field(min_length=1, max_length=1000)] | None = Field(
+        None, description="steps: levels as multiples of the amplitude, repeated to the end"
+    )
+    hold_s: Seconds | None = Field(None, description="steps: length of each; csv: time between rows")
+    file: str | None = Field(
+        None, description="csv: path from the working directory; its first row names the columns"
+    )
+    column: str | None = Field(
+        None, description="csv: column with the command, V, in open loop, or the reference, m, in closed loop"
+    )
 
     @model_validator(mode="after")
     def _keys_of_its_kind(self) -> Self:
@@ -259,25 +226,19 @@ class SignalSection(_Section):
 class ExperimentSection(_Section):
     """One experiment: which cylinder, which loop, how much wall heat, how long."""
 
-    cylinder: Annotated[str, Field(description="name of one of the cylinders")]
-    loop: Annotated[
-        Literal["open", "closed"], Field(description="open loop, or proportional position control")
-    ]
-    signal: Annotated[SignalSection | None, Field(description="what excites it, if not the loop's own")] = (
-        None
+    cylinder: str = Field(description="name of one of the cylinders")
+    loop: Literal["open", "closed"] = Field(description="open loop, or proportional position control")
+    signal: SignalSection | None = Field(None, description="what excites it, if not the loop's own")
+    k_0_W_per_K: Conductance | None = Field(
+        None, description="thermal conductance of a chamber's wall at equilibrium; or instead"
     )
-    k_0_W_per_K: Annotated[
-        Annotated[Number, Field(ge=0, le=1e4)] | None,
-        Field(description="thermal conductance of a chamber's wall at equilibrium; or instead"),
-    ] = None
-    lambda_0_W_per_m2K: Annotated[
-        Annotated[Number, Field(ge=0, le=1e5)] | None,
-        Field(description="heat transfer coefficient there: k_0 over the heat transfer area in mid-stroke"),
-    ] = None
-    duration_s: Annotated[Number, Field(gt=0, le=1e5, description="length of the full-order run")]
-    pressure_stride: Annotated[
-        Count, Field(ge=1, le=10**6, description="steps between stored pressures of replays")
-    ] = 10
+    lambda_0_W_per_m2K: Annotated[Number, Field(ge=0, le=1e5)] | None = Field(
+        None, description="heat transfer coefficient there: k_0 over the heat transfer area in mid-stroke"
+    )
+    duration_s: Seconds = Field(description="length of the full-order run")
+    pressure_stride: Count = Field(
+        10, ge=1, le=10**6, description="steps between stored pressures of replays"
+    )
 
     @model_validator(mode="after")
     def _one_conductance(self) -> Self:
@@ -292,46 +253,34 @@ class ExperimentSection(_Section):
 class RunSection(_Section):
     """Which experiments run, for how long at most, and how often `pneumo study` repeats them."""
 
-    experiments: Annotated[
-        Literal["all"] | Annotated[list[str], Field(min_length=1)],
-        Field(description="names of experiments, or all"),
-    ] = "all"
-    duration_limit_s: Annotated[
-        Annotated[Number, Field(gt=0, le=1e5)] | None, Field(description="longest full-order run")
-    ] = None
-    seeds: Annotated[
-        Count,
-        Field(ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed"),
-    ] = 5
+    experiments: Literal["all"] | Annotated[list[str], Field(min_length=1)] = Field(
+        "all", description="names of experiments, or all"
+    )
+    duration_limit_s: Seconds | None = Field(None, description="longest full-order run")
+    seeds: Count = Field(
+        5, ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed"
+    )
 
 
 class Configuration(_Section):
     """The whole configuration of a study."""
 
-    name: Annotated[str, Field(pattern=r"^[\w-]{1,40}$", description="name of the study")]
+    name: str = Field(pattern=r"^[\w-]{1,40}$", description="name of the study")
     gas: GasSection
     supply: SupplySection
-    cylinders: Annotated[dict[Name, CylinderSection], Field(min_length=1, description="cylinders by name")]
-    experiments: Annotated[
-        dict[Name, ExperimentSection],
-        Field(min_length=1, description="experiments by name"),
-    ]
-    levels: Annotated[
-        dict[Name, list[Annotated[Number, Field(ge=0, le=1e4)]]],
-        Field(min_length=1, description="conductances k_0 of each heat-transfer level by name, W/K"),
-    ] = Field(default_factory=dict)
-    n: Annotated[
-        list[Annotated[Number, Field(gt=0, le=3)]],
-        Field(min_length=1, max_length=1000, description="polytropic indices of the grid, increasing"),
-    ]
-    step_s: Annotated[Number, Field(ge=1e-7, le=1, description="integration step")]
-    lag_s: Annotated[
-        Number, Field(ge=0, le=1, description="delay of recorded signals, published transport")
-    ] = 0.0
-    stationary_tolerance: Annotated[
-        Number,
-        Field(gt=0, lt=1, description="relative change over one thermal time constant that counts as none"),
-    ] = 0.002
+    cylinders: dict[Name, CylinderSection] = Field(min_length=1, description="cylinders by name")
+    experiments: dict[Name, ExperimentSection] = Field(min_length=1, description="experiments by name")
+    levels: dict[Name, list[Conductance]] = Field(
+        default_factory=dict, min_length=1, description="conductances k_0, W/K, of each heat-transfer level"
+    )
+    n: list[Annotated[Number, Field(gt=0, le=3)]] = Field(
+        min_length=1, max_length=1000, description="polytropic indices of the grid, increasing"
+    )
+    step_s: Number = Field(ge=1e-7, le=1, description="integration step")
+    lag_s: Number = Field(0.0, ge=0, le=1, description="delay of recorded signals, published transport")
+    stationary_tolerance: Number = Field(
+        0.002, gt=0, lt=1, description="relative change over one thermal time constant that counts as none"
+    )
     run: RunSection = RunSection()
 
     @model_validator(mode="after")
@@ -354,9 +303,8 @@ class Configuration(_Section):
     @model_validator(mode="after")
     def _grid_and_runs_can_be_made(self) -> Self:
         if "overall" in self.levels:
-            raise _conflict(
-                "overall", "is the name of Table 7's average; take another", ("levels", "overall")
-            )
+            condition = "is the name of Table 7's average; take another"
+            raise _conflict("overall", condition, ("levels", "overall"))
         for before, after in itertools.pairwise(self.n):
             if not before < after:
                 raise _conflict(self.n, f"must increase, and {after:g} follows {before:g}", ("n",))
