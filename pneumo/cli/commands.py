@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from pneumo.cli import engineer_commands, paper_commands
+from pneumo.cli.engineer_commands import check, export, fit, init, linearise, models, study
+from pneumo.cli.paper_commands import assumptions, ensemble, explain, identify, verdict, verify
 
 app = typer.Typer(
     help="Reduced-order thermodynamic models of servo-pneumatic chambers. The study runs with: snakemake -j2",
@@ -15,24 +16,9 @@ app = typer.Typer(
 paper = typer.Typer(help="The reproduction of the paper: its verdict, and what the verdict rests on.")
 app.add_typer(paper, name="paper")
 
-for command in (
-    engineer_commands.init,
-    engineer_commands.check,
-    engineer_commands.study,
-    engineer_commands.fit,
-    engineer_commands.linearise,
-    engineer_commands.export,
-    engineer_commands.models,
-):
+for command in (init, check, study, fit, linearise, export, models):
     app.command()(command)
-for command in (
-    paper_commands.verdict,
-    paper_commands.explain,
-    paper_commands.assumptions,
-    paper_commands.identify,
-    paper_commands.ensemble,
-    paper_commands.verify,
-):
+for command in (verdict, explain, assumptions, identify, ensemble, verify):
     paper.command()(command)
 
 

@@ -3,9 +3,8 @@
 Imports stand in the functions: help and errors of usage need none of them.
 """
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -23,27 +22,6 @@ Conductance = Annotated[
     float | None,
     typer.Option("--k0", help="conductance of each chamber's wall, W/K [the only one of the cylinder]"),
 ]
-
-
-class Origin(StrEnum):
-    """Where positions count from."""
-
-    mid = "mid"
-    end = "end"
-
-
-class Command(StrEnum):
-    """How a command goes on between samples."""
-
-    held = "held"
-    linear = "linear"
-
-
-class Side(StrEnum):
-    """A chamber."""
-
-    A = "A"
-    B = "B"
 
 
 def _study(files: list[Path] | None) -> "Study":
@@ -65,10 +43,8 @@ def check(files: Files) -> None:
     result = _study(files)
     for name, e in result.experiments.items():
         loop = "closed" if e.drive.closed_loop else "open"
-        typer.echo(
-            f"{name}  cylinder {e.cylinder}  {loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {e.steps * e.h:g} s,"
-            f" step {e.h * 1e3:g} ms"
-        )
+        time = f"{e.steps * e.h:g} s, step {e.h * 1e3:g} ms"
+        typer.echo(f"{name}  cylinder {e.cylinder}  {loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
     typer.echo(f"{result.name}: {len(result.experiments)} experiments, n = {', '.join(map(str, result.n))}")
 
 
@@ -76,9 +52,7 @@ def study(
     files: Files,
     cylinder: Annotated[list[str] | None, typer.Option(help="these cylinders only")] = None,
     experiment: Annotated[list[str] | None, typer.Option(help="these experiments only")] = None,
-    seeds: Annotated[
-        int | None, typer.Option(min=1, max=1000, help="runs of each experiment [run.seeds]")
-    ] = None,
+    seeds: Annotated[int | None, typer.Option(min=1, max=1000, help="runs of each [run.seeds]")] = None,
     threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="folder for study.html and study.nc [study-NAME]")
@@ -94,9 +68,8 @@ def study(
     from pneumo.publish.pages.study_page import check_folder, save_study
     from pneumo.publish.text.terminal_tables import study_tables
 
-    chosen = own_study.selected(
-        configured._replace(seeds=seeds or configured.seeds), cylinder or (), experiment or ()
-    )
+    configured = configured._replace(seeds=seeds or configured.seeds)
+    chosen = own_study.selected(configured, cylinder or (), experiment or ())
     folder = output or Path(f"study-{chosen.name}")
     check_folder(folder)
     console = Console()
@@ -125,12 +98,12 @@ def fit(
     config: Config = None,
     columns: Annotated[Path | None, typer.Option(help="YAML: `P_A: {column: name, unit: kPa}` ...")] = None,
     model: Annotated[list[str] | None, typer.Option(help="M1 to M10, may be repeated [all]")] = None,
-    x_from: Annotated[Origin, typer.Option(help="zero of x: mid-stroke or A's end")] = Origin.mid,
-    command: Annotated[Command, typer.Option(help="the command between samples")] = Command.held,
+    x_from: Annotated[Literal["mid", "end"], typer.Option(help="zero of x: mid-stroke or A's end")] = "mid",
+    command: Annotated[Literal["held", "linear"], typer.Option(help="between samples")] = "held",
     part: Annotated[float, typer.Option(min=0.2, max=0.9, help="fraction that is fitted")] = 0.6,
     trust: Annotated[bool, typer.Option("--trust", help="skip the check for swapped columns")] = False,
     closed: Annotated[
-        Side | None, typer.Option(help="instead: k_0 from the transient of this closed chamber")
+        Literal["A", "B"] | None, typer.Option(help="instead: k_0 from the transient of this closed chamber")
     ] = None,
     closed_from: Annotated[float, typer.Option(min=0.0, help="when that is closed, s")] = 0.0,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for fit.html, fit.nc")] = None,
@@ -153,12 +126,12 @@ def fit(
     plant = configured_plant(configured, cylinder, 1.0)
     names = [model_row(name).name for name in model or MODELS]
     mapping = read_mapping(columns) if columns else None
-    measured = read_measurement(measurement, plant, mapping, from_end=x_from is Origin.end)
+    measured = read_measurement(measurement, plant, mapping, from_end=x_from == "end")
     for note in measured.notes:
         typer.echo(f"note: {note}", err=True)
     if closed is not None:
-        return typer.echo(transient_text(transient(measured, plant, closed.value, closed_from)))
-    held = command is Command.held
+        return typer.echo(transient_text(transient(measured, plant, closed, closed_from)))
+    held = command == "held"
     if not trust:
         check_columns(measured, plant, held=held)
     fitted = fit_measurement(

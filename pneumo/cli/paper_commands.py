@@ -3,29 +3,13 @@
 Imports stand in the functions: help and errors of usage need none of them.
 """
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 RESULTS = Path("results")
 Results = Annotated[Path, typer.Option(help="folder of results")]
-
-
-class Cylinders(StrEnum):
-    """Cylinders that `pneumo paper identify` works on."""
-
-    D = "D"
-    E = "E"
-    both = "both"
-
-
-class Transport(StrEnum):
-    """How signals reach the replays."""
-
-    published = "published"
-    exact = "exact"
 
 
 def _result(file: Path, target: str) -> Path:
@@ -100,7 +84,9 @@ def assumptions(results: Results = RESULTS) -> None:
 
 def identify(
     files: Annotated[list[Path] | None, typer.Argument(help="configuration [config/paper.yaml]")] = None,
-    cylinder: Annotated[Cylinders, typer.Option(help="amplitudes and transport need both")] = Cylinders.both,
+    cylinder: Annotated[
+        Literal["D", "E", "both"], typer.Option(help="amplitudes and transport need both")
+    ] = "both",
     seed: Annotated[int, typer.Option(min=0, help="of the search's random numbers")] = 0,
     threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
     output: Annotated[Path, typer.Option("--output", "-o", help="NetCDF file to write")] = Path(
@@ -123,7 +109,7 @@ def identify(
         typer.echo(f"{time.perf_counter() - start:6.0f} s  {text}")
 
     configured = study(load(*(files or [Path("config/paper.yaml")])))
-    names = ["D", "E"] if cylinder is Cylinders.both else [cylinder.value]
+    names = ["D", "E"] if cylinder == "both" else [cylinder]
     identification = identified(configured, names, seed, threads, progress)
     save_identification(identification, configured, seed, output)
     for table in identification_tables(identification):
@@ -132,7 +118,7 @@ def identify(
 
 
 def ensemble(
-    transport: Annotated[Transport, typer.Option(help="of the table of pairs")] = Transport.exact,
+    transport: Annotated[Literal["published", "exact"], typer.Option(help="of the table of pairs")] = "exact",
     level: Annotated[str, typer.Option(help="of the table of pairs")] = "overall",
     results: Results = RESULTS,
 ) -> None:
@@ -151,7 +137,7 @@ def ensemble(
         raise ResultError(f"level = {level[:50]!r}: must be one of {', '.join(seeds['level'].values)}")
     console = Console()
     console.print(ratio_table(seeds))
-    console.print(probability_table(seeds, transport.value, level))
+    console.print(probability_table(seeds, transport, level))
     statements = json.loads(read_json(results / "findings.json"))
     console.print(findings_table(statements, headlines=False), markup=False, soft_wrap=True)
 

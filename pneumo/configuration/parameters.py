@@ -34,14 +34,9 @@ def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, An
 
 
 def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> Configuration:
-    """Validate a configuration.
+    """Validate a merged configuration.
 
-    Parameters
-    ----------
-    content : mapping
-        The merged configuration.
-    sources : sequence of (name, content)
-        Where it came from, later ones overriding earlier ones; for the error message only.
+    Its sources, each name and content, later ones overriding earlier ones, are for the error message only.
 
     Raises
     ------

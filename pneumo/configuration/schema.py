@@ -254,11 +254,11 @@ class RunSection(_Section):
     """Which experiments run, for how long at most, and how often `pneumo study` repeats them."""
 
     experiments: Literal["all"] | Annotated[list[str], Field(min_length=1)] = Field(
-        "all", description="names of experiments, or all"
+        default="all", description="names of experiments, or all"
     )
-    duration_limit_s: Seconds | None = Field(None, description="longest full-order run")
+    duration_limit_s: Seconds | None = Field(default=None, description="longest full-order run")
     seeds: Count = Field(
-        5, ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed"
+        default=5, ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed"
     )
 
 

@@ -11,15 +11,10 @@ MOST_ROWS = 100_000  # they are stored with every result of the experiment
 
 
 def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
-    """Return the numbers of one column.
+    """Return the numbers of one column of a CSV file whose first row names the columns.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        CSV whose first row names the columns; commas, semicolons or tabs between them, points in numbers.
-    column : str
-    where : str
-        Section of the configuration that names the file; for the error message only.
+    Commas, semicolons or tabs between columns, points in numbers. `where` is the section of the configuration
+    that names the file, for the error message.
 
     Raises
     ------

@@ -63,13 +63,7 @@ def attributes(
 ) -> dict[str, Any]:
     """Return the global attributes of a results file: what it holds and what it was made from.
 
-    Parameters
-    ----------
-    title, summary, config_sha256, code_sha256 : str
-    experiment : Experiment, optional
-        The one that the file is about; its parameters are stored as JSON.
-    **others
-        Further attributes.
+    The parameters of the experiment that the file is about, if any, are stored as JSON.
     """
     about = {"title": title, "summary": summary, **others}
     if experiment is not None:
@@ -78,16 +72,10 @@ def attributes(
 
 
 def write(dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any]) -> None:
-    """Write a dataset as NetCDF-4, compressed, atomically.
+    """Write a dataset as NetCDF-4, compressed, atomically, in a folder that is made if need be.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Variables named as in `pneumo.physics.symbols` get units and long names from there.
-    path : path-like
-        In a folder that is made if need be.
-    attributes : mapping
-        Global attributes beside the common ones, from `attributes`.
+    Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are
+    global ones beside the common ones.
     """
     dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
@@ -207,18 +195,13 @@ def read(path: Path | str, *variables: str) -> xr.Dataset:
 
 
 def open_grid(folder: Path | str) -> xr.Dataset:
-    """Open every replayed cell of a transport as one dataset over (experiment, model, n, chamber).
-
-    Parameters
-    ----------
-    folder : path-like
-        For example ``results/exact``.
+    """Open every replayed cell of a folder such as ``results/exact`` as one dataset.
 
     Returns
     -------
     xarray.Dataset
-        mean_error, variance, mse, status and failure_time, without the pressures. Cylinder, loop
-        and k_0 stand beside each experiment as coordinates.
+        mean_error, variance, mse, status and failure_time over (experiment, model, n, chamber), without the
+        pressures. Cylinder, loop and k_0 stand beside each experiment as coordinates.
 
     Raises
     ------

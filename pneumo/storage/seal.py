@@ -15,14 +15,9 @@ SEALS = {
 
 
 def seal(file: Path, kind: str) -> None:
-    """Append the seal to a file that is being written.
+    """Append the seal to a file of a kind, ``.nc`` or ``.json``, that is being written.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        Complete but for its seal; a JSON object lacks its closing brace.
-    kind : str
-        ``.nc`` or ``.json``.
+    The file is complete but for its seal; a JSON object lacks its closing brace.
     """
     before, after = SEALS[kind]
     with file.open("r+b") as opened:
