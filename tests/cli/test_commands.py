@@ -127,9 +127,8 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
     code, out, _ = inside("linearise", "M8", "--n", 1.3, *AT, "--config", "mine.yaml", "--json")
     plant = configured_plant(study(load(tmp_path / "mine.yaml")), "mine", 0.3)
     linear = linearise("M8", 1.3, plant, u=1.0, P_A=5e5, P_B=6e5)
-    assert (
-        code == 0 and json.loads(out)["A"] == linear.A.tolist() and json.loads(out)["B"] == linear.B.tolist()
-    )
+    printed = json.loads(out)
+    assert (code, printed["A"], printed["B"]) == (0, linear.A.tolist(), linear.B.tolist())
     given = ["--cylinder", "mine", "--k0", 0.3, "--config", "mine.yaml"]
     code, out, _ = inside("linearise", "M8", "--n", 1.3, *AT, *given)
     assert code == 0 and f"{linear.A[0, 0]:.6g}" in out and "u (Pa/s per V)" in out

@@ -104,12 +104,8 @@ def test_a_wrong_unit_is_noticed(wrong):
 
 
 def test_units_of_what_is_stored_follow_from_each_other():
-    one = {
-        name: U.Unit(
-            re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", symbol.unit).replace(" ", "*")
-        )  # UDUNITS to pint
-        for name, symbol in SYMBOLS.items()
-    }
+    udunits = {name: re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", symbol.unit) for name, symbol in SYMBOLS.items()}
+    one = {name: U.Unit(unit.replace(" ", "*")) for name, unit in udunits.items()}  # as pint writes them
     assert all(one[name] == U.Unit(ARGUMENTS[name][1]) for name in ("P", "T", "k_0"))
     assert one["v"] == one["x"] / one["t"]
     assert one["variance"] == one["mse"] == one["p10"] == one["p90"] == one["std"] ** 2
