@@ -115,21 +115,8 @@ def test_arrays_equal_the_scalar_loop(name, rows, n):
 
 
 ARGUMENTS = [
-    "P",
-    "V",
-    "dV_dt",
-    "m_in",
-    "m_out",
-    "T_amb",
-    "T_in",
-    "P_0",
-    "T_0",
-    "n",
-    "gamma",
-    "R",
-    "k_0",
-    "A_q",
-    "A_q0",
+    *("P", "V", "dV_dt", "m_in", "m_out", "T_amb", "T_in", "P_0", "T_0"),
+    *("n", "gamma", "R", "k_0", "A_q", "A_q0"),
 ]
 SYMBOLS = {name: sympy.Symbol(name, positive=name != "dV_dt", real=True) for name in ARGUMENTS}
 LAMBDIFIED = {
