@@ -3,7 +3,7 @@
 An alternative of the ledger is keys of the configuration, or words for one of `IN_WORDS`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,29 +37,15 @@ CRITICAL_RATIO = 0.3  # of a bought valve; catalogues have 0.2 to 0.5
 
 
 class Alternative(NamedTuple):
-    """The whole study as one alternative would have it.
-
-    Attributes
-    ----------
-    study : Study
-    record : callable
-        Makes the full-order run of an experiment.
-    times : callable
-        Reads the four settling times off a settling run; gets the step, s, too.
-    other_transport : Transport or None
-        In place of the study's published transport.
-    sign : float
-        Of the error.
-    ddof : int
-        Of the variance of means in eq (16).
-    """
+    """The whole study as one alternative would have it."""
 
     study: Study
-    record: Callable[[Experiment], Recording] = record
+    record: Callable[[Experiment], Recording] = record  #: makes the full-order run of an experiment
+    #: Reads the four settling times off a settling run; gets the step, s, too.
     times: Callable[[Settling, float], np.ndarray] = lambda settling, _: settling.times
-    other_transport: Transport | None = None
-    sign: float = 1.0
-    ddof: int = 1
+    other_transport: Transport | None = None  #: in place of the study's published transport
+    sign: float = 1.0  #: of the error
+    ddof: int = 1  #: of the variance of means in eq (16)
 
     def transport(self, experiment: Experiment) -> Transport:
         """Return how recorded signals reach the replays of an experiment."""
@@ -148,14 +134,7 @@ OTHER_PHYSICS: dict[str, Callable[[Plant], Plant]] = {
 def ledger_alternatives(
     configuration: Mapping[str, Any], folder: Path = PAPER_FOLDER
 ) -> dict[str, Alternative]:
-    """Every alternative of the ledger, named ``assumption.alternative``, after the study `AS_TAKEN`.
-
-    Parameters
-    ----------
-    configuration : mapping
-        The study's configuration, as in its file.
-    folder : pathlib.Path
-        Folder of ``assumptions.yaml``.
+    """Every alternative of ``assumptions.yaml``, named ``assumption.alternative``, after `AS_TAKEN`.
 
     Raises
     ------
@@ -209,13 +188,12 @@ def reconfigured(configuration: Mapping[str, Any], change: Mapping[str, Any], so
     """
     override: dict[str, Any] = {}
     for key, value in change.items():
-        override = merged(override, _nested(key.split("."), value))
+        nested = value
+        for part in reversed(key.split(".")):
+            nested = {part: nested}
+        override = merged(override, nested)
     sources = [("configuration", configuration), (source, override)]
     try:
         return Alternative(study(validated(merged(configuration, override), sources)))
     except ConfigurationError as error:
         raise PaperError(str(error)) from None
-
-
-def _nested(path: Sequence[str], value: Any) -> Any:
-    return {path[0]: _nested(path[1:], value)} if path else value

@@ -22,9 +22,7 @@ from pneumo.simulation.signals import EXACT_TRANSPORT, Transport, held, interpol
 from pneumo.verdict.published import table7, table9
 
 COARSE = np.geomspace(0.05, 10.0, 13)  # V
-REFINED_FACTORS = (COARSE[1] / COARSE[0]) ** (
-    np.arange(-2, 3) / 3
-)  # around the best of the coarse ones, over it
+REFINED_FACTORS = (COARSE[1] / COARSE[0]) ** (np.arange(-2, 3) / 3)  # over the best of the coarse ones
 MSE_DISCREPANCY = 0.03
 TRIED_LAG = 0.13e-3  # s
 BOTH_CYLINDERS = ("D", "E")
@@ -84,19 +82,11 @@ def printed_errors(table: xr.Dataset) -> PrintedErrors:
 
 
 class AmplitudeRuns(NamedTuple):
-    """Mean square errors that are computed.
-
-    Attributes
-    ----------
-    transports : tuple of str
-    amplitudes : dict of str to numpy.ndarray
-        Amplitudes of each cylinder, V, ascending.
-    mse : dict of (str, float) to numpy.ndarray
-        By experiment and, in open loop, its amplitude (0 in closed loop): shape (transport, model, n).
-    """
+    """Mean square errors that are computed."""
 
     transports: tuple[str, ...]
-    amplitudes: dict[str, np.ndarray]
+    amplitudes: dict[str, np.ndarray]  #: of each cylinder, V, ascending
+    #: By experiment and, in open loop, its amplitude (0 in closed loop): shape (transport, model, n).
     mse: dict[tuple[str, float], np.ndarray]
 
 
@@ -138,24 +128,15 @@ def surface(study: Study, done: AmplitudeRuns, transport: str) -> tuple[np.ndarr
             mse = grid_of(study, done, transport, float(a_D), float(a_E))
             ratio_7 = np.log(averages_of_table_7(mse) / seven.mse)
             deviance[i, j] = np.sum((ratio_7 / seven.sigma) ** 2)
-            rms_7[i, j] = rms_of(ratio_7)
-            rms_9[i, j] = rms_of(
-                np.log(averages_of_table_9(mse, names, study.experiments_by_level) / nine.mse)
-            )
+            ratio_9 = np.log(averages_of_table_9(mse, names, study.experiments_by_level) / nine.mse)
+            rms_7[i, j], rms_9[i, j] = rms_of(ratio_7), rms_of(ratio_9)
     return deviance, rms_7, rms_9
 
 
 def identify_amplitudes(study: Study, mapper: Mapper, progress: Callable[[str], None]) -> xr.Dataset:
     """Estimate the open-loop amplitudes, and compare the transports by the same misfit.
 
-    Parameters
-    ----------
-    study : Study
-        With all experiments of the paper, at full length.
-    mapper
-        ``map``, or that of a pool.
-    progress
-        Gets a line after each stage.
+    The study has all experiments of the paper at full length; `progress` gets a line after each stage.
     """
     coarse = run_at_amplitudes(study, dict.fromkeys(BOTH_CYLINDERS, COARSE), ("linear",), mapper)
     best = np.unravel_index(np.argmin(surface(study, coarse, "linear")[0]), (len(COARSE),) * 2)
@@ -174,34 +155,24 @@ def identify_amplitudes(study: Study, mapper: Mapper, progress: Callable[[str], 
     lowest = np.unravel_index(np.argmin(deviance), deviance.shape)
     widen = widening(deviance[lowest], len(MODELS), len(BOTH_CYLINDERS))
     deviance = (deviance - deviance[lowest]) / widen
-    profiles = [deviance.min(axis=1), deviance.min(axis=0)]
-    ends = [
-        deviance_interval(np.log(both[name]), curve)
-        for name, curve in zip(BOTH_CYLINDERS, profiles, strict=True)
-    ]
+    values, profiles = [both[name] for name in BOTH_CYLINDERS], [deviance.min(axis=1), deviance.min(axis=0)]
+    ends = [deviance_interval(np.log(one), curve) for one, curve in zip(values, profiles, strict=True)]
 
     misfits = [surface(study, fine, name) for name in names]
     at = [np.unravel_index(np.argmin(one[0]), one[0].shape) for one in misfits]
+    at_best = [[one[1][i], one[2][i]] for one, i in zip(misfits, at, strict=True)]
+    tried = [[fine.amplitudes[n][k] for n, k in zip(BOTH_CYLINDERS, i, strict=True)] for i in at]
     return xr.Dataset(
         {
-            "amplitude": (
-                "cylinder",
-                [both[name][i] for name, i in zip(BOTH_CYLINDERS, lowest, strict=True)],
-            ),
+            "amplitude": ("cylinder", [one[i] for one, i in zip(values, lowest, strict=True)]),
             "amplitude_low": ("cylinder", np.exp([end[0] for end in ends])),
             "amplitude_high": ("cylinder", np.exp([end[1] for end in ends])),
-            "amplitude_value": (("cylinder", "amplitude_point"), np.stack([both[n] for n in BOTH_CYLINDERS])),
+            "amplitude_value": (("cylinder", "amplitude_point"), np.stack(values)),
             "amplitude_deviance": (("cylinder", "amplitude_point"), np.stack(profiles)),
             "amplitude_widening": ((), widen),
             "amplitude_rms": ("table", [rms_7[lowest], rms_9[lowest]]),
-            "transport_rms": (
-                ("transport", "table"),
-                [[one[1][i], one[2][i]] for one, i in zip(misfits, at, strict=True)],
-            ),
-            "transport_amplitude": (
-                ("transport", "cylinder"),
-                [[fine.amplitudes[n][k] for n, k in zip(BOTH_CYLINDERS, i, strict=True)] for i in at],
-            ),
+            "transport_rms": (("transport", "table"), at_best),
+            "transport_amplitude": (("transport", "cylinder"), tried),
             "runs": ((), len(coarse.mse) + len(fine.mse)),
         },
         coords={"cylinder": list(BOTH_CYLINDERS), "transport": list(names), "table": [7, 9]},

@@ -26,9 +26,7 @@ LOOPS = ("open", "closed")
 GRID_N = (1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4)
 
 CATALOGUE_BORES = (8, 10, 12, 16, 20, 25, 32, 40, 50, 63, 80, 100)  # mm: ISO 6432 to 25, ISO 15552 from 32
-RODS: dict[int, int] = dict(
-    zip(CATALOGUE_BORES, (4, 4, 6, 6, 8, 10, 12, 16, 20, 20, 25, 25), strict=True)
-)  # mm
+RODS = dict(zip(CATALOGUE_BORES, (4, 4, 6, 6, 8, 10, 12, 16, 20, 20, 25, 25), strict=True))  # mm
 CATALOGUE_STROKES = (25, 50, 80, 100, 125, 160, 200, 250, 320, 400, 500, 630, 800, 1000)  # mm
 LONGEST_STROKES = {8: 100, 10: 100, 12: 200, 16: 200, 20: 320, 25: 500}  # mm, by bore
 
@@ -106,11 +104,8 @@ def _run(experiment: Experiment) -> xr.Dataset:
     mse = replay_dataset(experiment, GRID_N, index, cells)["mse"].mean("chamber", skipna=False)
     status, step = failure(recording.states)
     dataset = mse.drop_vars(["experiment", "cylinder", "loop", "k_0"]).to_dataset()
-    dataset["run_status"] = (
-        (),
-        np.int8(status),
-        status_attributes(RUN_STATUS, "what became of the full-order run"),
-    )
+    about = status_attributes(RUN_STATUS, "what became of the full-order run")
+    dataset["run_status"] = (), np.int8(status), about
     failure_time = step * experiment.h if status else np.nan
     dataset["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
     for name, value in (known_groups(experiment) | seen_groups(recording)).items():
@@ -142,11 +137,8 @@ def cylinder_sizes(plant: Plant) -> dict[str, float]:
 def cylinder_cells(number: int) -> xr.Dataset:
     """Run a random cylinder in open and in closed loop.
 
-    Returns
-    -------
-    xarray.Dataset
-        `mse`, Pa^2, by (loop, model, n); by loop `run_status`, `run_failure_time`, s, and the
-        dimensionless groups known before the run and seen in it; the cylinder's `CYLINDER_SIZES`.
+    Returns `mse`, Pa^2, by (loop, model, n); by loop `run_status`, `run_failure_time`, s, and the
+    dimensionless groups known before the run and seen in it; the cylinder's `CYLINDER_SIZES`.
     """
     both = random_experiments(number)
     dataset: xr.Dataset = xr.concat([_run(e) for e in both], xr.Variable("loop", list(LOOPS)))

@@ -29,12 +29,7 @@ ENSEMBLE_LONG_NAMES = {
     "ratio_single_high": "upper end of where one more seed set falls in 95 per cent of cases",
     "ratio_resolvable": "smallest ratio above 1 that one seed set tells from 1",
 }
-SPREAD_PARTS = (
-    "mean",
-    "std",
-    "low",
-    "high",
-)  # of a number over seed sets; low and high: interval of its mean
+SPREAD_PARTS = ("mean", "std", "low", "high")  # over seed sets; low and high: interval of the mean
 
 
 def _log(values: xr.DataArray) -> xr.DataArray:
@@ -55,29 +50,18 @@ def spread_over_seeds(values: xr.DataArray) -> xr.DataArray:
 
 def tables_by_seeds(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Tables 7, 8 and 9 of every seed set by (seeds, transport, ...), as `statistics` names them."""
-    by_seeds = [
-        xr.concat(
-            [
-                statistics(ensemble.sel(seeds=seeds, transport=name), levels)
-                for name in ensemble["transport"].values
-            ],
-            ensemble["transport"],
-        )
-        for seeds in ensemble["seeds"].values
-    ]
+    by_seeds: list[xr.Dataset] = []
+    for seeds in ensemble["seeds"].values:
+        cells = [ensemble.sel(seeds=seeds, transport=name) for name in ensemble["transport"].values]
+        by_seeds.append(xr.concat([statistics(one, levels) for one in cells], ensemble["transport"]))
     return xr.concat(by_seeds, ensemble["seeds"])
 
 
 def complete_sets(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
-    """Seed sets in which nothing is missing, so that all averages are over the same experiments.
+    """Whether nothing is missing in a seed set, by seeds: all averages are over the same experiments.
 
     Every full-order run succeeded, and every model has an n at which its replays did: one for each
     experiment, and one for all experiments of each level, with both transports.
-
-    Returns
-    -------
-    xarray.DataArray
-        By seeds.
     """
     mse = concatenated(ensemble)["mse"]
     complete = mse.min("n").notnull().all("experiment")
@@ -90,72 +74,46 @@ def complete_sets(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> 
 def scores_by_criterion(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
     """Score of each model by each criterion, lower is better, by (criterion, level, ..., model).
 
-    Parameters
-    ----------
-    mse : xarray.DataArray
-        Pa^2, both chambers joined, by (..., experiment, model, n).
-    levels : mapping of str to sequence of str
-        Experiments of each level. At a level each model has the one n of the lowest mean (or
-        geometric mean) square error; "overall" takes each experiment at its own best n, as Table 7 does.
-
-    Returns
-    -------
-    xarray.DataArray
-        Pa^2; ranks from 1 for the criterion "rank".
+    Pa^2, and ranks from 1 for the criterion "rank"; from errors, Pa^2, both chambers joined, by (...,
+    experiment, model, n). At a level each model has the one n of the lowest mean (or geometric mean) square
+    error; "overall" takes each experiment at its own best n, as Table 7 does.
     """
-    scores = {OVERALL: _scores(mse.min("n"), mse.min("n"))}
+    lowest = mse.min("n")
+    scores = {OVERALL: _scores(lowest, _exp(_log(lowest).mean("experiment")))}
     for level, names in levels.items():
         part = mse.sel(experiment=np.isin(mse["experiment"], names))
         n = part.mean("experiment", skipna=False).fillna(np.inf).argmin("n")  # never where a cell failed
         geometric = _exp(_log(part).mean("experiment", skipna=False)).min("n")
-        scores[level] = _scores(part.isel(n=n), part.isel(n=n), geometric)
+        scores[level] = _scores(part.isel(n=n), geometric)
     return xr.concat(
         list(scores.values()), xr.Variable("level", list(scores)), coords="minimal", compat="override"
     )
 
 
-def _scores(mean: xr.DataArray, ranked: xr.DataArray, geometric: xr.DataArray | None = None) -> xr.DataArray:
-    if geometric is None:
-        geometric = _exp(_log(mean).mean("experiment"))
+def _scores(mse: xr.DataArray, geometric: xr.DataArray) -> xr.DataArray:
+    dims = [["model"]]
     rank: xr.DataArray = xr.apply_ufunc(
-        lambda errors: stats.rankdata(errors, axis=-1),
-        ranked,
-        input_core_dims=[["model"]],
-        output_core_dims=[["model"]],
+        lambda errors: stats.rankdata(errors, axis=-1), mse, input_core_dims=dims, output_core_dims=dims
     )
-    parts: list[xr.DataArray] = [mean.mean("experiment"), geometric, rank.mean("experiment")]
-    return xr.concat(
-        [part.drop_vars("n", errors="ignore") for part in parts], xr.Variable("criterion", list(CRITERIA))
-    )
+    parts: list[xr.DataArray] = [mse.mean("experiment"), geometric, rank.mean("experiment")]
+    parts = [part.drop_vars("n", errors="ignore") for part in parts]
+    return xr.concat(parts, xr.Variable("criterion", list(CRITERIA)))
 
 
 def beats(score: xr.DataArray) -> xr.Dataset:
-    """How often model i beats model j over seed sets, and whether that can be chance.
+    """How often a model beats another over seed sets, and whether that can be chance.
 
-    Parameters
-    ----------
-    score : xarray.DataArray
-        From `scores_by_criterion`, by (seeds, ..., model).
-
-    Returns
-    -------
-    xarray.Dataset
-        By (..., model, other): `probability`, the share of seed sets in which `model` has the lower score, a
-        tie counting half; `p_value` of the two-sided sign test, ties left out, after Holm's correction over
-        all pairs of models; `resolved`, whether that is below 0.05.
+    From `scores_by_criterion` by (seeds, ..., model); by (..., model, other): `probability`, the share of
+    seed sets in which `model` has the lower score, a tie counting half; `p_value` of the two-sided sign test,
+    ties left out, after Holm's correction over all pairs of models; `resolved`, whether that is below 0.05.
     """
     other = score.rename(model="other")
     wins, losses = (score < other).sum("seeds"), (score > other).sum("seeds")
     probability = (wins + 0.5 * (score.sizes["seeds"] - wins - losses)) / score.sizes["seeds"]
     decided = wins + losses
     tail = xr.apply_ufunc(stats.binom.cdf, np.minimum(wins, losses), decided, 0.5)
-    p_value = xr.apply_ufunc(
-        holm,
-        np.minimum(2 * tail, 1.0),
-        input_core_dims=[["model", "other"]],
-        output_core_dims=[["model", "other"]],
-        vectorize=True,
-    )
+    dims, raw = [["model", "other"]], np.minimum(2 * tail, 1.0)
+    p_value = xr.apply_ufunc(holm, raw, input_core_dims=dims, output_core_dims=dims, vectorize=True)
     comparison = xr.Dataset({"probability": probability, "p_value": p_value})
     comparison["resolved"] = (p_value < 1 - CONFIDENCE).astype(np.int8)
     return comparison
@@ -173,19 +131,11 @@ def holm(p: np.ndarray) -> np.ndarray:
 
 
 def ratio_intervals(score: xr.DataArray) -> xr.Dataset:
-    """Ratios of scores between models that differ in one refinement, over seed sets.
+    """Ratios of mean square errors, by (seeds, ..., model), between the models of `MODEL_PAIRS`.
 
-    Parameters
-    ----------
-    score : xarray.DataArray
-        Mean square errors, Pa^2, by (seeds, ..., model).
-
-    Returns
-    -------
-    xarray.Dataset
-        By (ratio, ...): `ratio`, the geometric mean over seed sets, with the interval `low` to `high` of it;
-        `single_low` to `single_high`, between which one seed set falls in 95 per cent of cases;
-        `resolvable`, the smallest ratio above 1 that one seed set can tell from 1.
+    By (ratio, ...): `value`, the geometric mean over seed sets, with its interval `low` to `high`;
+    `single_low` to `single_high`, between which one seed set falls in 95 per cent of cases; `resolvable`, the
+    smallest ratio above 1 that one seed set can tell from 1.
     """
     logs = _log(pair_ratios(score, list(MODEL_PAIRS), "ratio"))
     of_mean = _exp(spread_over_seeds(logs).sel(spread=["mean", "low", "high"]))
@@ -193,27 +143,16 @@ def ratio_intervals(score: xr.DataArray) -> xr.Dataset:
     alone = logs.std("seeds", ddof=1) * stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)
     reach = alone * (1 + 1 / count) ** 0.5  # of one more seed set
     mean = logs.mean("seeds")
+    names = {"value": "mean", "low": "low", "high": "high"}
+    one_set = {"single_low": mean - reach, "single_high": mean + reach, "resolvable": alone}
     return xr.Dataset(
-        {
-            "value": of_mean.sel(spread="mean", drop=True),
-            "low": of_mean.sel(spread="low", drop=True),
-            "high": of_mean.sel(spread="high", drop=True),
-            "single_low": _exp(mean - reach),
-            "single_high": _exp(mean + reach),
-            "resolvable": _exp(alone),
-        }
+        {name: of_mean.sel(spread=part, drop=True) for name, part in names.items()}
+        | {name: _exp(values) for name, values in one_set.items()}
     )
 
 
 def ensemble_statistics(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
-    """All statistics of the ensemble in one dataset.
-
-    Parameters
-    ----------
-    ensemble : xarray.Dataset
-        `mean_error`, `mse`, `failure_time` by (seeds, transport, experiment, model, n, chamber).
-    levels : mapping of str to sequence of str
-        Experiments of each level.
+    """All statistics of the ensemble, by (seeds, transport, experiment, model, n, chamber), in one dataset.
 
     Returns
     -------
@@ -237,23 +176,17 @@ def ensemble_statistics(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]
     )
     score = scores_by_criterion(mse, levels)
     result = result.merge(beats(score), compat="no_conflicts")
-    of_levels = ratio_intervals(score.sel(criterion=["mean", "geometric"]))
-    result = result.merge(
-        of_levels.rename({name: f"ratio_{name}" for name in of_levels.data_vars}).rename(criterion="averaged")
-    )
+    of_levels = ratio_intervals(score.sel(criterion=["mean", "geometric"])).rename(criterion="averaged")
+    result = result.merge(of_levels.rename({name: f"ratio_{name}" for name in of_levels.data_vars}))
     own = ratio_intervals(mse.min("n"))
-    result = result.merge(
-        own.rename({name: f"experiment_ratio_{name}" for name in own.data_vars}), compat="no_conflicts"
-    )
+    own = own.rename({name: f"experiment_ratio_{name}" for name in own.data_vars})
+    result = result.merge(own, compat="no_conflicts")
     result["complete"] = whole.astype(np.int8)
     result["failed_sets"] = lacking.sum("seeds").astype(np.int32)
     for name, variable in result.data_vars.items():
         quantity = str(name).removeprefix("table_")
         known = SYMBOLS.get(quantity)
-        variable.attrs = {
-            "units": known.unit if known else "1",
-            "long_name": known.long_name
-            if known
-            else ENSEMBLE_LONG_NAMES[quantity.removeprefix("experiment_")],
-        }
+        unit, long_name = (known.unit, known.long_name) if known else ("1", None)
+        long_name = long_name or ENSEMBLE_LONG_NAMES[quantity.removeprefix("experiment_")]
+        variable.attrs = {"units": unit, "long_name": long_name}
     return result.drop_vars(["n"], errors="ignore")

@@ -98,13 +98,8 @@ def published_error(experiment: Experiment, lanes: np.ndarray, lag: float) -> np
 def sampled_inputs(recording: Recording, every: int, interpolation: str) -> np.ndarray:
     """Limited command, position and velocity at every stage, shape (steps, 6, 3), from sampled signals.
 
-    Parameters
-    ----------
-    recording : Recording
-    every : int
-        Steps between samples.
-    interpolation : {"hold", "linear", "cubic"}
-        Last sample, straight line, or interpolating cubic spline (not-a-knot); the limiter acts after it.
+    Samples are `every` so many steps; `interpolation` is one of `INTERPOLATIONS`: last sample, straight line,
+    or interpolating cubic spline (not-a-knot). The limiter acts after it.
     """
     steps, h, u_max = len(recording.states) - 1, recording.h, recording.plant.valve.u_max
     signals = np.column_stack([recording.u, recording.states[:, :2]])
@@ -155,14 +150,13 @@ def reference_error(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
     samples = np.empty((e.steps + 1, len(y)))
     for start in range(0, e.steps, e.excitation.every):
         t = np.arange(start, min(start + e.excitation.every, e.steps) + 1) * e.h
-        arguments = (reference[start], lanes, e.drive, e.plant)
         solution = solve_ivp(
             lambda _, y, *arguments: joint_rates(y, *arguments),
             t[[0, -1]],
             y,
             method="DOP853",
             t_eval=t,
-            args=arguments,
+            args=(reference[start], lanes, e.drive, e.plant),
             rtol=SOLVER_TOLERANCE,
             atol=SOLVER_TOLERANCE * scale,
         )
@@ -183,22 +177,11 @@ def mean_square(series: np.ndarray) -> np.ndarray:
 
 
 def budget(experiment: Experiment, n: tuple[float, ...], lag: float) -> xr.Dataset:
-    """Error budget of every cell of one experiment on its slice.
+    """Error budget of every cell of one experiment on its slice; `lag`, s, is that of published transport.
 
-    Parameters
-    ----------
-    experiment : Experiment
-    n : tuple of float
-        Polytropic indices of the grid.
-    lag : float
-        Delay of recorded signals in the study's published transport, s.
-
-    Returns
-    -------
-    xarray.Dataset
-        Mean squares, Pa^2, by (model, n, chamber) and what else their dimensions say. `total` is the study's
-        MSE with the published transport and `total_exact` with the exact one; `model_error`,
-        `transport_error`, `discretisation_error` and `cross_term` add up to `total`.
+    Mean squares, Pa^2, by (model, n, chamber) and what else their dimensions say, as `BUDGET_LONG_NAMES`
+    describes them; `model_error`, `transport_error`, `discretisation_error` and `cross_term` add up to
+    `total`.
     """
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
     e = sliced(experiment, SLICE)
@@ -211,12 +194,11 @@ def budget(experiment: Experiment, n: tuple[float, ...], lag: float) -> xr.Datas
     true, samples = reference_error(short, lanes), short.steps + 1
 
     cell = ("model", "n", "chamber")
-    parts = {
-        "model_error": fine,
-        "transport_error": total - coarse,
-        "discretisation_error": coarse - fine,
+    squares = {
+        "model_error": mean_square(fine),
+        "transport_error": mean_square(total - coarse),
+        "discretisation_error": mean_square(coarse - fine),
     }
-    squares = {name: mean_square(part) for name, part in parts.items()}
     squares["cross_term"] = mean_square(total) - sum(squares.values())
     squares |= {
         "total": mean_square(total),
@@ -263,21 +245,11 @@ def told_apart(total: xr.DataArray, model_error: xr.DataArray) -> xr.DataArray:
 
 
 def budget_by_level(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
-    """Budget by experiment and by level, joined over chambers.
+    """Budget by experiment and by level, joined over chambers, from cells of `budget` by experiment.
 
-    Parameters
-    ----------
-    cells : xarray.Dataset
-        Of `budget`, joined along "experiment".
-    levels : mapping of str to sequence of str
-        Experiments of each level.
-
-    Returns
-    -------
-    xarray.Dataset
-        `told_apart` by (study, experiment, model, other), each model at its `best_n` of the slice; and every
-        mean square averaged over a level's experiments with each model at its one `constant_n`, prefixed
-        ``level_``, with `level_told_apart` by (study, level, model, other).
+    `told_apart` by (study, experiment, model, other), each model at its `best_n` of the slice; and every mean
+    square averaged over a level's experiments with each model at its one `constant_n`, prefixed ``level_``,
+    with `level_told_apart` by (study, level, model, other).
     """
     joined = cells.mean("chamber", skipna=False)
     study = xr.Variable("study", list(BUDGETED_STUDIES))
@@ -313,18 +285,19 @@ def with_budget_attributes(dataset: xr.Dataset) -> xr.Dataset:
     for name, long_name in BUDGET_LONG_NAMES.items():
         dataset[name].attrs = {"units": "Pa2", "long_name": long_name}
         dataset[f"level_{name}"].attrs = {"units": "Pa2", "long_name": f"{long_name}; average of the level"}
+    flags = {
+        "long_name": "whether numerical errors leave the difference of two models' MSE standing",
+        "flag_values": np.array([0, 1], dtype=np.int8),
+        "flag_meanings": "not_told_apart told_apart",
+    }
     for name in ("told_apart", "level_told_apart"):
-        dataset[name] = (
-            dataset[name]
-            .astype(np.int8)
-            .assign_attrs(
-                long_name="whether numerical errors leave the difference of two models' MSE standing",
-                flag_values=np.array([0, 1], dtype=np.int8),
-                flag_meanings="not_told_apart told_apart",
-            )
-        )
-    dataset["order"].attrs = {"units": "1", "long_name": "observed order of the step's error at this step"}
-    dataset["constant_n"].attrs = {"units": "1", "long_name": "n of the lowest total of the level"}
-    dataset["step"].attrs = {"units": "s", "long_name": "step before it is halved"}
-    dataset["period"].attrs = {"units": "s", "long_name": "time between samples"}
+        dataset[name] = dataset[name].astype(np.int8).assign_attrs(flags)
+    about = {
+        "order": ("1", "observed order of the step's error at this step"),
+        "constant_n": ("1", "n of the lowest total of the level"),
+        "step": ("s", "step before it is halved"),
+        "period": ("s", "time between samples"),
+    }
+    for name, (unit, long_name) in about.items():
+        dataset[name].attrs = {"units": unit, "long_name": long_name}
     return dataset
