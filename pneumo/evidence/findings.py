@@ -21,7 +21,7 @@ from pneumo.statistics.averages import concatenated, statistics
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, Claims, ToleranceClass
 from pneumo.verdict.comparison import as_printed, compare
-from pneumo.verdict.sources import Finding, MissingEvidence, PrintedTables, StudyResults
+from pneumo.verdict.sources import MissingEvidence, PrintedTables, StudyResults
 
 STANDING_SHARE = 0.95  # of the seed sets, for "yes"; one less this, for "no"
 
@@ -37,25 +37,15 @@ class SeedSet(StudyResults):
 
 
 class StatementOverSets(NamedTuple):
-    """A statement over the seed sets, with one transport.
+    """A statement over the seed sets, with one transport; no `value` where it is only true or false."""
 
-    Attributes
-    ----------
-    value, low, high : float or None
-        Mean of what is measured, in the claim's unit (a quotient of mean square errors in place of
-        decades), and its 95 per cent interval by Student; None for what is only true or false.
-    holds, sets : int
-        In how many seed sets the statement holds, and how many there are.
-    share_low, share_high : float
-        Exact (Clopper-Pearson) 95 per cent interval of the share of seed sets in which it holds.
-    """
-
+    #: Mean of what is measured, in the claim's unit (a quotient of mean square errors in place of decades).
     value: float | None
-    low: float | None
+    low: float | None  #: 95 per cent interval of that mean, by Student
     high: float | None
-    holds: int
-    sets: int
-    share_low: float
+    holds: int  #: seed sets in which the statement holds
+    sets: int  #: seed sets that there are
+    share_low: float  #: exact (Clopper-Pearson) 95 per cent interval of the share of them in which it holds
     share_high: float
 
     @property
@@ -65,18 +55,13 @@ class StatementOverSets(NamedTuple):
         return True if share >= STANDING_SHARE else False if share <= 1 - STANDING_SHARE else None
 
 
-def _measured(finding: Finding) -> float:
-    """Number of a statement, decades as a logarithm; NaN where it has none."""
-    return math.nan if finding.holds is not None or finding.value is None else finding.value
-
-
 def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]) -> StatementOverSets:
     """Judge one statement on several sources, one for each seed set."""
     values: list[float] = []
     holds: list[bool] = []
     for source in sources:
         finding = COMPUTATIONS[claim.compute](source, **claim.arguments)
-        values.append(_measured(finding))
+        values.append(math.nan if finding.holds is not None or finding.value is None else finding.value)
         holds.append(compare(claim, claims.classes[claim.tolerance], finding).agreement is not None)
     count, total = sum(holds), len(holds)
     share = stats.binomtest(count, total).proportion_ci(CONFIDENCE)
@@ -143,14 +128,7 @@ def _answer(published: StatementOverSets, exact: StatementOverSets) -> tuple[str
 def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) -> dict[str, Any]:
     """Judge every statement about models over the seed sets, with both transports.
 
-    Parameters
-    ----------
-    study : Study
-    ensemble : xarray.Dataset
-        Cells of every seed set, as `ensemble_statistics` takes them.
-    claims : Claims
-    results : pathlib.Path
-        Folder of results, for the paper's own tables.
+    `ensemble` is what `ensemble_statistics` takes; `results` is the folder of the paper's own tables.
 
     Returns
     -------
@@ -178,9 +156,7 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
             "headline": claim.headline,
             "claim": claim_in_words(claim, claims.classes),
             "source": claim.where,
-            "published": "",
-            "exact": "",
-            "interval": "",
+            **dict.fromkeys(("published", "exact", "interval"), ""),
             "stands": "not run",
             "why": "",
             "printed_stands": _printed_stands(claim, claims, results),
@@ -208,13 +184,8 @@ def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) 
         f" {100 * STANDING_SHARE:.0f} % of them with exact transport,"
         f" not if in at most {100 * (1 - STANDING_SHARE):.0f} %."
     )
-    return {
-        "seed_sets": len(sets),
-        "drawn": drawn,
-        "note": note,
-        "claims": rows,
-        "config_sha256": study.config_sha256,
-    }
+    counts = {"seed_sets": len(sets), "drawn": drawn}
+    return counts | {"note": note, "claims": rows, "config_sha256": study.config_sha256}
 
 
 def _printed_stands(claim: Claim, claims: Claims, results: Path) -> bool | None:

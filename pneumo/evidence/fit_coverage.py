@@ -44,14 +44,13 @@ def fit_same_model(seed: int) -> xr.Dataset:
         MODELS[name], known.configured, record, noisy_inputs=noisy_inputs, intervals=JUDGED_PARAMETERS
     )
     seconds = time.thread_time() - begun
-    truth = true_parameters(known)
 
     def row(of: dict[str, float]) -> tuple[str, list[float]]:
         return "parameter", [of.get(p, np.nan) for p in JUDGED_PARAMETERS]
 
     return xr.Dataset(
         {
-            "truth": row(truth),
+            "truth": row(true_parameters(known)),
             "estimate": row(fitted.values),
             "low": row(fitted.low),
             "high": row(fitted.high),
@@ -87,13 +86,10 @@ def fit_full_order_truth(seed: int) -> xr.Dataset:
             ]
         )
     names = ("k_0", "n", "k_xu", "held_out", "held_out_error", "seconds")
-    columns = np.array(rows).T
+    columns = zip(names, np.array(rows).T, strict=True)
+    truth = {"full_true_k_0": known.truth.k_0, "full_true_k_xu": known.truth.valve.k_xu}
     return xr.Dataset(
-        {
-            **{f"full_{name}": ("model", column) for name, column in zip(names, columns, strict=True)},
-            "full_true_k_0": known.truth.k_0,
-            "full_true_k_xu": known.truth.valve.k_xu,
-        },
+        {**{f"full_{name}": ("model", column) for name, column in columns}, **truth},
         coords={"model": list(MODELS)},
     )
 
@@ -124,21 +120,16 @@ def coverage(cases: Iterable[int], progress: Callable[[str], None]) -> xr.Datase
 def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
     """Count the 95 per cent intervals of `coverage` that hold the truth; an open end sets no limit.
 
-    Returns
-    -------
-    pandas.DataFrame
-        By parameter: `held` of `cases`, with Clopper and Pearson's interval of the share, `low` to `high`,
-        and `closed_held` of the `closed` intervals with two ends.
+    By parameter: `held` of `cases`, with Clopper and Pearson's interval of the share, `low` to `high`, and
+    `closed_held` of the `closed` intervals with two ends.
     """
     low, high, truth = cases["low"].fillna(-np.inf), cases["high"].fillna(np.inf), cases["truth"]
     holds, closed = (low <= truth) & (truth <= high), cases["low"].notnull() & cases["high"].notnull()
     rows = []
     for name in cases["parameter"].values:
         inside, shut = holds.sel(parameter=name), closed.sel(parameter=name)
-        ends = binomtest(int(inside.sum()), inside.size).proportion_ci()
-        rows.append(
-            [int(inside.sum()), inside.size, ends.low, ends.high, int((inside & shut).sum()), int(shut.sum())]
-        )
+        held, ends = int(inside.sum()), binomtest(int(inside.sum()), inside.size).proportion_ci()
+        rows.append([held, inside.size, ends.low, ends.high, int((inside & shut).sum()), int(shut.sum())])
     columns = ["held", "cases", "low", "high", "closed_held", "closed"]
     return pd.DataFrame(rows, index=cases["parameter"].values, columns=columns)
 
@@ -146,26 +137,16 @@ def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
 def full_order_truth(cases: xr.Dataset) -> pd.DataFrame:
     """Summarise the fits to full-order truth; without intervals, since no reduced model is the truth.
 
-    Returns
-    -------
-    pandas.DataFrame
-        By model: median, 10th and 90th percentile of k_0 over the truth (NaN for models without), median of
-        the error on the part held out, kPa, and of the processor's time per fit, s.
+    By model: median, 10th and 90th percentile of k_0 over the truth (NaN for models without), median of the
+    error on the part held out, kPa, and of the processor's time per fit, s.
     """
     rows = []
     for model in cases["model"].values:
         own = cases.sel(model=model)
         ratio = (own["full_k_0"] / own["full_true_k_0"]).values
         low, middle, high = np.percentile(ratio, [10, 50, 90])
-        rows.append(
-            [
-                middle,
-                low,
-                high,
-                1e-3 * float(own["full_held_out"].median()),
-                float(own["full_seconds"].median()),
-            ]
-        )
+        held_out, seconds = (float(own[name].median()) for name in ("full_held_out", "full_seconds"))
+        rows.append([middle, low, high, 1e-3 * held_out, seconds])
     columns = ["k_0_median", "k_0_10", "k_0_90", "held_out_kPa", "seconds"]
     return pd.DataFrame(rows, index=cases["model"].values, columns=columns)
 
@@ -186,10 +167,7 @@ def coverage_tables(cases: xr.Dataset) -> str:
         "|---|---|---|---|",
     ]
     for model, row in full_order_truth(cases).iterrows():
-        bias = (
-            ""
-            if np.isnan(row["k_0_median"])
-            else f"{row['k_0_median']:.2f} ({row['k_0_10']:.2f} to {row['k_0_90']:.2f})"
-        )
+        bias = f"{row['k_0_median']:.2f} ({row['k_0_10']:.2f} to {row['k_0_90']:.2f})"
+        bias = "" if np.isnan(row["k_0_median"]) else bias
         lines.append(f"| {model} | {bias} | {row['held_out_kPa']:.1f} | {row['seconds']:.1f} |")
     return "\n".join(lines) + "\n"

@@ -87,21 +87,8 @@ def identify(
 ) -> xr.Dataset:
     """Identify each cylinder's M, k_f and stop; given both cylinders, also amplitudes and transport.
 
-    Parameters
-    ----------
-    study : Study
-        With the experiments of the paper.
-    cylinders : sequence of str
-        Of "D" and "E".
-    seed : int
-        Of the search's random numbers. The result does not depend on `threads`.
-    threads : int
-    progress
-        Gets a line after each stage.
-
-    Returns
-    -------
-    xarray.Dataset
+    `seed` is that of the search's random numbers; the result does not depend on `threads`; `progress` gets a
+    line after each stage.
 
     Raises
     ------
@@ -115,7 +102,11 @@ def identify(
     with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run
         mechanics = [identify_mechanics(data[name], seed, pool.map, progress) for name in cylinders]
         amplitudes = [identify_amplitudes(study, pool.map, progress)] if both else []
-    return _described([_by_cylinder(cylinders, mechanics), *amplitudes])
+    result = xr.merge([_by_cylinder(cylinders, mechanics), *amplitudes])
+    for name, variable in result.variables.items():
+        long_name, unit = IDENTIFICATION_LONG_NAMES.get(str(name), ("", ""))
+        variable.attrs = {k: text for k, text in (("long_name", long_name), ("units", unit)) if text}
+    return result
 
 
 def _by_cylinder(cylinders: Sequence[str], parts: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -126,17 +117,6 @@ def _by_cylinder(cylinders: Sequence[str], parts: Sequence[xr.Dataset]) -> xr.Da
         xr.Variable("cylinder", list(cylinders)),
     )
     return by_cylinder.merge(xr.concat([one[settling] for one in parts], "experiment"))
-
-
-def _described(parts: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Merge and give every variable its long name and unit."""
-    result = xr.merge(parts)
-    for name, variable in result.variables.items():
-        long_name, unit = IDENTIFICATION_LONG_NAMES.get(str(name), ("", ""))
-        variable.attrs = {"long_name": long_name} if long_name else {}
-        if unit:
-            variable.attrs["units"] = unit
-    return result
 
 
 def save_identification(dataset: xr.Dataset, study: Study, seed: int, path: Path | str) -> None:

@@ -8,14 +8,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
-from pneumo.engineer.floor_theory import (
-    SHIFTS,
-    averages,
-    floor,
-    late_rest,
-    predicted_error,
-    sensitivities,
-)
+from pneumo.engineer.floor_theory import SHIFTS, averages, floor, late_rest, predicted_error, sensitivities
 from pneumo.evidence.error_budget import refined, sliced
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.chamber_replay import replay_chambers
@@ -24,16 +17,8 @@ from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.storage.layout import experiment_labels
 
-FLOOR_EXPERIMENTS = (
-    "E09",
-    "E10",
-    "E11",
-    "E12",
-    "E13",
-    "E14",
-    "E15",
-    "E16",
-)  # of at most 120 s: at full length
+# At most 120 s long, so at full length.
+FLOOR_EXPERIMENTS = ("E09", "E10", "E11", "E12", "E13", "E14", "E15", "E16")
 FLOOR_REFINEMENT = 10  # steps within one of the study's: every period is a multiple
 FLOOR_PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s between samples
 DRAW_RATES = (5.0, 10.0, 20.0, 40.0, 100.0)  # draws per second, each a multiple of 1 ms apart
@@ -100,12 +85,9 @@ def reduced_floor(e: Experiment, recording: Recording, period: float) -> list[fl
 def measured_floor(experiment: Experiment) -> xr.Dataset:
     """Floor of one experiment by time between samples, rate of excitation and size of the valve.
 
-    Returns
-    -------
-    xarray.Dataset
-        RMS errors, Pa: `measured`, `predicted` and `formula` by (period, transport), the same with
-        ``between_`` for jumps that do not fall on samples, by (rate, transport) with ``rate_`` and by
-        (size, transport) with ``size_``; `reduced` by transport at the study's own period.
+    RMS errors, Pa: `measured`, `predicted` and `formula` by (period, transport), the same with ``between_``
+    for jumps that do not fall on samples, by (rate, transport) with ``rate_`` and by (size, transport) with
+    ``size_``; `reduced` by transport at the study's own period.
     """
     e, short = refined(experiment, FLOOR_REFINEMENT), refined(sliced(experiment, SWEEP), FLOOR_REFINEMENT)
     recording, apart = record(e), with_draws(short, PRIME_STEPS)
@@ -113,13 +95,11 @@ def measured_floor(experiment: Experiment) -> xr.Dataset:
     def at_once(changed: Experiment) -> np.ndarray:
         return floors(changed, record(changed), (SWEEP_PERIOD,))[0]
 
+    rates = [at_once(with_draws(short, round(1 / (r * short.h)))) for r in DRAW_RATES]
     sweeps = {
         "": ("period", floors(e, recording, FLOOR_PERIODS)),
         "between_": ("period", floors(apart, record(apart), FLOOR_PERIODS, between=True)),
-        "rate_": (
-            "rate",
-            np.array([at_once(with_draws(short, round(1 / (r * short.h)))) for r in DRAW_RATES]),
-        ),
+        "rate_": ("rate", np.array(rates)),
         "size_": ("size", np.array([at_once(with_valve(short, size)) for size in VALVE_SIZES])),
     }
     result = {

@@ -20,6 +20,7 @@ from pneumo.simulation.settling import QUANTITIES, SHORTEST_WINDOW, settle, ther
 # E12's pressures are not understood, and below 0.5 W/K neither are the closed-loop rows.
 FITTED_EXPERIMENTS = {"D": ("E09", "E10", "E13", "E14"), "E": ("E11", "E15", "E16")}
 FITTED_QUANTITIES = ("P_A", "T_A")
+IS_FITTED = np.isin(QUANTITIES, FITTED_QUANTITIES)
 MECHANICS = ("M", "k_f", "stop")
 MECHANICS_UNITS = ("kg", "N s m-1", "1")
 SEARCH_BOUNDS = np.array([(0.1, 20.0), (1.0, 1000.0), (0.1, 0.9)])
@@ -41,21 +42,11 @@ Mapper: TypeAlias = Callable[[Callable[..., Any], Iterable[Any]], Iterable[Any]]
 
 
 class SettlingCells(NamedTuple):
-    """A cylinder's experiments with their printed settling times.
-
-    Attributes
-    ----------
-    experiments : tuple of Experiment
-    printed, sigma : numpy.ndarray
-        Settling times as printed, s, and the standard deviation of their logarithm, shape (experiment, 4).
-    """
+    """A cylinder's experiments with their printed settling times, shape (experiment, 4)."""
 
     experiments: tuple[Experiment, ...]
-    printed: np.ndarray
-    sigma: np.ndarray
-
-
-IS_FITTED = np.isin(QUANTITIES, FITTED_QUANTITIES)
+    printed: np.ndarray  #: settling times as printed, s
+    sigma: np.ndarray  #: standard deviation of their logarithm
 
 
 def settling_cells(
@@ -144,15 +135,9 @@ def mechanics_profiles(
 ) -> tuple[np.ndarray, Any, int]:
     """Profile of each parameter from the optimum `best`: lowest deviance over the others.
 
-    The factor `widen` of `pneumo.evidence.misfit.widening` is how much further profiles are followed.
-
-    Returns
-    -------
-    curves : numpy.ndarray
-        Shape (parameter, offset); NaN where not followed.
-    lowest
-        The lowest point met, as from `search_bounds`.
-    evaluations : int
+    The factor `widen` of `pneumo.evidence.misfit.widening` is how much further profiles are followed. Returns
+    the curves, shape (parameter, offset), NaN where not followed; the lowest point met, as from
+    `search_bounds`; and the number of evaluations.
     """
     stop_at = best.fun + FOLLOWED * THRESHOLD * widen
 
@@ -174,9 +159,8 @@ def mechanics_profiles(
     result[:, len(PROFILE_STEPS)] = best.fun
     walks = list(mapper(walk, tasks))
     for (fixed, sign), steps in zip(tasks, walks, strict=True):
-        result[fixed, len(PROFILE_STEPS) + sign * np.arange(1, len(steps) + 1)] = [
-            optimum.fun for optimum in steps
-        ]
+        at = len(PROFILE_STEPS) + sign * np.arange(1, len(steps) + 1)
+        result[fixed, at] = [optimum.fun for optimum in steps]
     met = [optimum for steps in walks for optimum in steps]
     return result, min([best, *met], key=lambda optimum: optimum.fun), sum(optimum.nfev for optimum in met)
 
@@ -219,19 +203,10 @@ def correlation(ln_M: np.ndarray, ln_ratio: np.ndarray, deviances: np.ndarray) -
 def identify_mechanics(
     data: SettlingCells, seed: int, mapper: Mapper, progress: Callable[[str], None], **effort: int
 ) -> xr.Dataset:
-    """Estimate, profiles, region and misfit of one cylinder.
+    """Estimate, profiles, region and misfit of one cylinder; `progress` gets a line after each stage.
 
-    Parameters
-    ----------
-    data : SettlingCells
-    seed : int
-        Of the search's random numbers.
-    mapper : callable
-        ``map``, or that of a pool.
-    progress : callable
-        Gets a line after each stage.
-    **effort
-        ``population`` and ``generations`` of `search_bounds`.
+    `seed` is that of the search's random numbers, `mapper` is ``map`` or that of a pool, and `effort` takes
+    ``population`` and ``generations`` of `search_bounds`.
     """
     cylinder = data.experiments[0].cylinder
     best = search_bounds(data, seed, mapper, **effort)

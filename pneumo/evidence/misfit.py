@@ -14,14 +14,8 @@ REGION_THRESHOLD = float(chi2.ppf(0.95, 2))  # and at the edge of a 95 % region 
 def log_noise(printed: np.ndarray, half_unit: np.ndarray, discrepancy: float) -> np.ndarray:
     """Standard deviation of ln(reproduced / printed).
 
-    Parameters
-    ----------
-    printed : numpy.ndarray
-        Printed numbers.
-    half_unit : numpy.ndarray
-        Half a unit in the last printed digit of each, `pneumo.verdict.published.half_unit`.
-    discrepancy : float
-        Relative difference expected where everything is right.
+    `half_unit` is half a unit in the last printed digit, `pneumo.verdict.published.half_unit`; `discrepancy`
+    is the relative difference expected where everything is right.
     """
     return np.hypot(half_unit / np.sqrt(3) / np.abs(printed), discrepancy)
 
@@ -44,18 +38,8 @@ def deviance_interval(
 ) -> tuple[float, float]:
     """Ends of the interval in which a profile lies below a threshold.
 
-    Parameters
-    ----------
-    values : numpy.ndarray
-        Ascending values of the parameter.
-    deviance : numpy.ndarray
-        Profile over them; NaN where it was not followed.
-    threshold : float
-
-    Returns
-    -------
-    low, high : float
-        Outermost crossings, interpolated linearly; infinite where the profile ends below the threshold.
+    Outermost crossings, interpolated linearly, over ascending values of the parameter; infinite where the
+    profile ends below the threshold. The profile is NaN where it was not followed.
     """
     known = np.isfinite(deviance)
     x, y = np.asarray(values)[known], np.asarray(deviance)[known]

@@ -24,32 +24,17 @@ class Size(NamedTuple):
 
 
 class Ranges(NamedTuple):
-    """What is drawn of a cylinder; each use states its own.
-
-    Attributes
-    ----------
-    size : callable
-        Draws a `Size`.
-    draws : mapping of str to callable
-        In this order: ``P_s``, absolute supply pressure, Pa; ``speed`` at full command, m/s; ``dead`` volume
-        over half the stroke's; ``acceleration``, m/s^2; ``viscous`` and (left out: none) ``coulomb``
-        friction at that speed over the reference force; ``lambda_0``, W/(m^2 K).
-    strokes_per_second : float
-        Limit of the speed.
-    reference_force : float
-        Over the supply pressure on the bore's area.
-    accelerating_force : float
-        Over the reference force: what gives the mass the drawn acceleration.
-    P_atm : float
-        Pa.
-    """
+    """What is drawn of a cylinder; each use states its own."""
 
     size: Callable[[np.random.Generator], Size]
+    #: In this order: ``P_s``, absolute supply pressure, Pa; ``speed`` at full command, m/s; ``dead`` volume
+    #: over half the stroke's; ``acceleration``, m/s^2; ``viscous`` and (left out: none) ``coulomb`` friction
+    #: at that speed over the reference force; ``lambda_0``, W/(m^2 K).
     draws: Mapping[str, Draw]
-    strokes_per_second: float
-    reference_force: float
-    accelerating_force: float
-    P_atm: float
+    strokes_per_second: float  #: limit of the speed
+    reference_force: float  #: over the supply pressure on the bore's area
+    accelerating_force: float  #: over the reference force: what gives the mass the drawn acceleration
+    P_atm: float  #: Pa
 
 
 def log_uniform(low: float, high: float) -> Draw:
@@ -63,14 +48,9 @@ def uniform(low: float, high: float) -> Draw:
 
 
 def random_plant(rng: np.random.Generator, ranges: Ranges) -> tuple[Plant, dict[str, float]]:
-    """Draw a cylinder with its supply and wall.
+    """Draw a cylinder with its supply and wall, and each of `Ranges.draws`, the speed limited.
 
-    Returns
-    -------
-    plant : Plant
-        With a valve of 1 m^2/V; the caller chooses one for the speed.
-    drawn : dict of str to float
-        Each of `Ranges.draws`, the speed limited.
+    The plant's valve has 1 m^2/V; the caller chooses one for the speed.
     """
     bore, stroke, rod_area = ranges.size(rng)
     area = pi / 4 * bore**2

@@ -29,19 +29,10 @@ RESAMPLES, FEWEST = 2000, 10  # of the bootstrap; cylinders for an interval
 def with_answers(cells: xr.Dataset, compared: int) -> xr.Dataset:
     """Add what became of each run: lowest errors, the cheapest good model, and whether it counts.
 
-    Parameters
-    ----------
-    cells : xarray.Dataset
-        From `pneumo.evidence.cylinder_runs.cylinder_cells` by cylinder.
-    compared : int
-        Cylinders from here on are held out.
-
-    Returns
-    -------
-    xarray.Dataset
-        The cells with `lowest`, Pa^2, by (cylinder, loop, model), each at its best n; `counts`, whether
-        full-order run and M5 to M10 succeeded; `answer`, the cheapest of them within 10 % of the best, ""
-        where the run does not count; `held_out` by cylinder.
+    To `pneumo.evidence.cylinder_runs.cylinder_cells` by cylinder, of which those from `compared` on are held
+    out, are added: `lowest`, Pa^2, by (cylinder, loop, model), each at its best n; `counts`, whether
+    full-order run and M5 to M10 succeeded; `answer`, the cheapest of them within 10 % of the best, "" where
+    the run does not count; `held_out` by cylinder.
     """
     lowest = cells["mse"].min("n")
     good = lowest.sel(model=list(REFINED_MODELS))
@@ -85,36 +76,20 @@ def share_interval(right: int, of: int) -> tuple[float, float, float]:
     return right / of, float(ends.low), float(ends.high)
 
 
-def _lowest_of_loop(runs: xr.Dataset, loop: str) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest errors by (cylinder, loop, model), NaN where a run does not count, and models' names."""
-    part = runs if loop == "both" else runs.sel(loop=[loop])
-    values = part["lowest"].where(part["counts"] == 1).transpose("cylinder", "loop", "model").values
-    return values, runs["model"].values
-
-
 def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
-    """Compare models in pairs over cylinders.
+    """Compare models in pairs over cylinders, those held out left out.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        From `with_answers`; those held out are left out.
-
-    Returns
-    -------
-    xarray.Dataset
-        By (loop, bound): `ratio` of scores by (pair, criterion), below 1 where the first is better;
-        `share` of cylinders by statement: the first is better (by the geometric mean over its runs), or M6 is
-        enough (in every run of it); `cylinders` that count.
+    By (loop, bound): `ratio` of scores by (pair, criterion), below 1 where the first is better; `share` of
+    cylinders by statement: the first is better (by the geometric mean over its runs), or M6 is enough (in
+    every run of it); `cylinders` that count.
     """
     runs = runs.sel(cylinder=runs["held_out"] == 0)
     ratio = np.full((len(LOOPS_AND_BOTH), len(MODEL_PAIRS), len(CRITERIA), 3), np.nan)
-    share, number = (
-        np.full((len(LOOPS_AND_BOTH), len(MODEL_PAIRS) + 1, 3), np.nan),
-        np.zeros(len(LOOPS_AND_BOTH), dtype=int),
-    )
+    share = np.full((len(LOOPS_AND_BOTH), len(MODEL_PAIRS) + 1, 3), np.nan)
+    number = np.zeros(len(LOOPS_AND_BOTH), dtype=int)
     for i, loop in enumerate(LOOPS_AND_BOTH):
-        mse, names = _lowest_of_loop(runs, loop)
+        part, names = (runs if loop == "both" else runs.sel(loop=[loop])), runs["model"].values
+        mse = part["lowest"].where(part["counts"] == 1).transpose("cylinder", "loop", "model").values
         mse = mse[np.isfinite(mse).any(axis=(1, 2))]
         number[i] = len(mse)
         m6 = mse[..., int(np.flatnonzero(names == "M6")[0])]
@@ -124,26 +99,18 @@ def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
         for j, (one, other) in enumerate(MODEL_PAIRS.values()):
             a, b = (int(np.flatnonzero(names == name)[0]) for name in (one, other))
             logs = np.nansum(np.log(mse[..., a] / mse[..., b]), axis=1)
-            ratio[i, j, 0] = quotient_interval(np.nansum(mse[..., a], axis=1), np.nansum(mse[..., b], axis=1))
+            for k, score in ((0, mse), (2, ranks)):
+                ratio[i, j, k] = quotient_interval(*(np.nansum(score[..., m], axis=1) for m in (a, b)))
             ratio[i, j, 1] = np.exp(quotient_interval(logs, ran.sum(axis=1)))
-            ratio[i, j, 2] = quotient_interval(
-                np.nansum(ranks[..., a], axis=1), np.nansum(ranks[..., b], axis=1)
-            )
             share[i, j] = share_interval(int((logs < 0).sum()), len(mse))
         enough = (m6 <= (1 + MATERIAL) * best) | ~ran
         share[i, -1] = share_interval(int(enough.all(axis=1).sum()), len(mse))
+    of_ratio = {"units": "1", "long_name": "ratio of the models' scores, with its 95 per cent interval"}
+    of_share = {"units": "1", "long_name": "share of cylinders for which it holds, with its interval"}
     return xr.Dataset(
         {
-            "ratio": (
-                ("loop_of", "pair", "criterion", "bound"),
-                ratio,
-                {"units": "1", "long_name": "ratio of the models' scores, with its 95 per cent interval"},
-            ),
-            "share": (
-                ("loop_of", "statement", "bound"),
-                share,
-                {"units": "1", "long_name": "share of cylinders for which it holds, with its interval"},
-            ),
+            "ratio": (("loop_of", "pair", "criterion", "bound"), ratio, of_ratio),
+            "share": (("loop_of", "statement", "bound"), share, of_share),
             "cylinders": ("loop_of", number, {"long_name": "cylinders that count"}),
         },
         coords={
@@ -159,11 +126,8 @@ def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
 def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     """Compare the same pairs in the lowest, middle and highest third of the runs by some groups.
 
-    Returns
-    -------
-    xarray.Dataset
-        By (group, third): `third_from` and `third_to`; by (group, third, pair, bound): `third_ratio`,
-        geometric mean over runs, and `third_share`, of runs with a ratio below 1; intervals over cylinders.
+    By (group, third): `third_from` and `third_to`; by (group, third, pair, bound): `third_ratio`, geometric
+    mean over runs, and `third_share`, of runs with a ratio below 1; intervals over cylinders.
     """
     runs = runs.sel(cylinder=runs["held_out"] == 0)
     counts = runs["counts"].transpose("cylinder", "loop").values == 1

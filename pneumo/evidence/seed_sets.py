@@ -34,28 +34,16 @@ def _errors(study: Study, experiment: Experiment) -> xr.Dataset:
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     parts: list[xr.Dataset] = []
     for transport in STUDY_TRANSPORTS:
-        cells = replay(
-            recording, lanes, study_transport(transport, study.lag, experiment.h), experiment.steps
-        )
+        signals = study_transport(transport, study.lag, experiment.h)
+        cells = replay(recording, lanes, signals, experiment.steps)
         parts.append(replay_dataset(experiment, study.n, index, cells)[["mean_error", "mse", "failure_time"]])
     return xr.concat(parts, xr.Variable("transport", list(STUDY_TRANSPORTS)))
 
 
 def with_seeds(study: Study, seeds: Mapping[str, int], threads: int) -> xr.Dataset:
-    """Run the whole grid with the given seeds.
+    """Run the whole grid with the given seed of each cylinder; the result does not depend on `threads`.
 
-    Parameters
-    ----------
-    study : Study
-    seeds : mapping of str to int
-        Seed of each cylinder.
-    threads : int
-        The result does not depend on it.
-
-    Returns
-    -------
-    xarray.Dataset
-        `mean_error`, Pa, `mse`, Pa^2, and `failure_time`, s, by (transport, experiment, model, n, chamber).
+    `mean_error`, Pa, `mse`, Pa^2, and `failure_time`, s, by (transport, experiment, model, n, chamber).
     """
 
     def work(experiment: Experiment) -> xr.Dataset:

@@ -50,42 +50,20 @@ RECORD_RANGES = Ranges(
 
 
 class SyntheticRecord(NamedTuple):
-    """A measurement with known truth.
+    """A measurement with known truth."""
 
-    Attributes
-    ----------
-    truth : Plant
-        With the true k_0 and k_xu; its V_d is that of the full-order run.
-    configured : Plant
-        What the user believes: another valve coefficient and dead volume, any k_0.
-    n : float
-        Index of a reduced model's truth.
-    V_d : tuple of float
-        Dead volumes of chambers A and B in the reduced model's truth, m^3.
-    period, noise : float
-        Time between samples, s, and standard deviation of the noise over full scale.
-    bits : int
-        Of the converters.
-    u, x : numpy.ndarray
-        As logged, V and m, shape (samples,).
-    P : numpy.ndarray
-        As logged, Pa, shape (chamber, samples).
-    P_exact, x_exact : numpy.ndarray
-        Pressures and position before their sensors.
-    """
-
-    truth: Plant
-    configured: Plant
-    n: float
-    V_d: tuple[float, float]
-    period: float
-    noise: float
-    bits: int
-    u: np.ndarray
-    x: np.ndarray
-    P: np.ndarray
-    P_exact: np.ndarray
-    x_exact: np.ndarray
+    truth: Plant  #: with the true k_0 and k_xu; its V_d is that of the full-order run
+    configured: Plant  #: what the user believes: another valve coefficient and dead volume, any k_0
+    n: float  #: index of a reduced model's truth
+    V_d: tuple[float, float]  #: dead volumes of chambers A and B in the reduced model's truth, m^3
+    period: float  #: time between samples, s
+    noise: float  #: standard deviation over full scale
+    bits: int  #: of the converters
+    u: np.ndarray  #: as logged, V, shape (samples,)
+    x: np.ndarray  #: as logged, m, shape (samples,)
+    P: np.ndarray  #: as logged, Pa, shape (chamber, samples)
+    P_exact: np.ndarray  #: before the sensors
+    x_exact: np.ndarray  #: before the sensor
 
 
 def true_and_configured_plants(rng: np.random.Generator) -> tuple[Plant, Plant]:
@@ -104,12 +82,8 @@ def true_and_configured_plants(rng: np.random.Generator) -> tuple[Plant, Plant]:
 def controlled_run(rng: np.random.Generator, plant: Plant, period: float) -> tuple[np.ndarray, np.ndarray]:
     """Run the full-order system under the controller.
 
-    Returns
-    -------
-    states : numpy.ndarray
-        At every `TRUTH_STEP`, from rest on.
-    u : numpy.ndarray
-        Command of every sample, V, held for a period.
+    Returns the states at every `TRUTH_STEP`, from rest on, and the command of every sample, V, held for a
+    period.
     """
     within, samples = round(period / TRUTH_STEP), round((WARM_UP + LENGTH) / period)
     stroke = plant.cylinder.stroke

@@ -27,13 +27,7 @@ def _logarithmic(table: int, items: Mapping[str, Claim]) -> np.ndarray:
 
 
 def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
-    """Summarise the effect of each alternative.
-
-    Parameters
-    ----------
-    reproduced : xarray.DataArray
-        By (alternative, item), from `pneumo.evidence.toggles.toggled_tables`.
-    claims : Claims
+    """Summarise the effect of each alternative, from `pneumo.evidence.toggles.toggled_tables`.
 
     Returns
     -------

@@ -97,21 +97,10 @@ class ToggledResults(StudyResults):
 def toggled_tables(
     alternatives: Mapping[str, Alternative], claims: Mapping[str, Claim], threads: int = 1
 ) -> xr.Dataset:
-    """Every cell of Tables 5, 7, 8 and 9 under every alternative.
+    """Every cell of Tables 5, 7, 8 and 9 under every alternative, all of the same experiments.
 
-    Parameters
-    ----------
-    alternatives : mapping of str to Alternative
-        All of the same experiments.
-    claims : mapping of str to Claim
-        Items of the verdict; those of other tables are passed over.
-    threads : int
-        Experiments that run side by side.
-
-    Returns
-    -------
-    xarray.Dataset
-        `reproduced` by (alternative, item), each in its item's unit, NaN where there is no number.
+    `reproduced` by (alternative, item), each in its item's unit, NaN where there is no number; claims of
+    other tables are passed over.
     """
     items = {name: claim for name, claim in claims.items() if claim.table in TOGGLED_TABLES}
     experiments = next(iter(alternatives.values())).study.experiments

@@ -51,31 +51,17 @@ def errors_by_alternative(name: str, alternatives: Mapping[str, Alternative]) ->
         errors |= dict.fromkeys(group, mse)
     taken = alternatives[AS_TAKEN].study
     print(f"{name}: {len(groups)} full-order runs under {len(alternatives)} alternatives, done", flush=True)
-    dims = ("alternative", "transport", "model", "n")
-    coords = {
-        "alternative": list(alternatives),
-        "transport": list(BOTH_TRANSPORTS),
-        "model": list(REFINED_MODELS),
-    }
-    coords |= {"n": list(taken.n)} | experiment_labels(taken.experiments[name])
-    return xr.Dataset({"mse": (dims, np.array([errors[member] for member in alternatives]))}, coords)
+    coords = {"alternative": list(alternatives), "transport": list(BOTH_TRANSPORTS)}
+    coords |= {"model": list(REFINED_MODELS), "n": list(taken.n)}
+    mse = tuple(coords), np.array([errors[member] for member in alternatives])
+    return xr.Dataset({"mse": mse}, coords | experiment_labels(taken.experiments[name]))
 
 
 def level_scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
     """Error of each model over the experiments of a level, at its best constant n there.
 
-    Parameters
-    ----------
-    mse : xarray.DataArray
-        By (experiment, model, n) and more.
-    levels : mapping of str to sequence of str
-        Experiments of each level.
-
-    Returns
-    -------
-    xarray.DataArray
-        Pa^2, by (level, criterion, model) and what more `mse` has; overall, each model at its best n in each
-        experiment, as in Table 7. NaN for a level without experiments.
+    Pa^2, from `mse` by (experiment, model, n) and more, by (level, criterion, model) and what more `mse` has;
+    overall, each model at its best n in each experiment, as in Table 7. NaN for a level without experiments.
     """
     logarithm = xr.DataArray(np.log(mse))
 
@@ -99,11 +85,8 @@ def level_scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.D
 def refinement_ratios(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Ratios of the refinements and how often they pay.
 
-    Returns
-    -------
-    xarray.Dataset
-        `ratio` by (pair, level, criterion, alternative, transport); `share` of the alternatives with a ratio
-        below one, of the `counted` that have one at all, by (pair, level, criterion, transport).
+    `ratio` by (pair, level, criterion, alternative, transport); `share` of the alternatives with a ratio
+    below one, of the `counted` that have one at all, by (pair, level, criterion, transport).
     """
     ratio = pair_ratios(level_scores(mse, levels), REFINEMENT_PAIRS, "pair")
     others = ratio.drop_sel(alternative=AS_TAKEN)
