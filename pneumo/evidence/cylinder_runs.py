@@ -26,7 +26,8 @@ LOOPS = ("open", "closed")
 GRID_N = (1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4)
 
 CATALOGUE_BORES = (8, 10, 12, 16, 20, 25, 32, 40, 50, 63, 80, 100)  # mm: ISO 6432 to 25, ISO 15552 from 32
-RODS = dict(zip(CATALOGUE_BORES, (4, 4, 6, 6, 8, 10, 12, 16, 20, 20, 25, 25), strict=True))  # mm
+# Rods' diameters by bore, mm.
+RODS: dict[int, int] = dict(zip(CATALOGUE_BORES, (4, 4, 6, 6, 8, 10, 12, 16, 20, 20, 25, 25), strict=True))
 CATALOGUE_STROKES = (25, 50, 80, 100, 125, 160, 200, 250, 320, 400, 500, 630, 800, 1000)  # mm
 LONGEST_STROKES = {8: 100, 10: 100, 12: 200, 16: 200, 20: 320, 25: 500}  # mm, by bore
 
