@@ -21,14 +21,7 @@ from pneumo.evidence.identification import (
     identify,
     save_identification,
 )
-from pneumo.evidence.misfit import (
-    REGION_THRESHOLD,
-    THRESHOLD,
-    deviance_interval,
-    log_noise,
-    rms_of,
-    widening,
-)
+from pneumo.evidence.misfit import REGION_THRESHOLD, THRESHOLD, deviance_interval, log_noise, rms_of, widening
 from pneumo.publish.figures.identification_figure import identification_figure
 from pneumo.publish.style import paper_style
 from pneumo.publish.text.formatting import significant
@@ -58,6 +51,11 @@ def synthetic() -> mechanics.SettlingCells:
     return mechanics.settling_cells(STUDY.experiments, NAMES, table)
 
 
+def stay(f, start, size=0.0):
+    """A search that stays where it starts."""
+    return OptimizeResult(x=start, fun=f(start), nfev=1)
+
+
 # The noise model
 
 
@@ -65,9 +63,7 @@ def test_noise_adds_rounding_and_discrepancy():
     sigma = log_noise(np.array([0.1, 100.0]), np.array([5e-4, 5e-4]), 0.01)
     assert sigma[0] == pytest.approx(np.sqrt((5e-4 / np.sqrt(3) / 0.1) ** 2 + 0.01**2), rel=1e-15)
     assert sigma[1] == pytest.approx(0.01, rel=1e-6)
-
-
-def test_the_rounding_part_is_the_spread_of_rounded_numbers():
+    # The rounding part is the spread of rounded numbers.
     x = np.linspace(0.1, 0.2, 100_001)
     spread = np.std(np.round(x, 3) - x)
     assert float(log_noise(np.array(1.0), np.array(5e-4), 0.0)) == pytest.approx(spread, rel=1e-3)
@@ -95,9 +91,7 @@ def test_interval_without_an_end():
         np.inf,
     )
     assert deviance_interval(x, np.array([nan, 1.0, 0.0, 9.0, nan]))[0] == -np.inf
-
-
-def test_interval_takes_the_outermost_crossing():
+    # Of several crossings, the outermost count.
     low, high = deviance_interval(np.arange(6.0), np.array([8.0, 0.0, 8.0, 0.0, 8.0, 9.0]), 4.0)
     assert (low, high) == (0.5, 3.5)
 
@@ -126,9 +120,7 @@ def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
 def test_profile_is_lowest_at_the_truth_and_rises(monkeypatch):
     monkeypatch.setattr(mechanics, "PROFILE_STEPS", np.array([0.05, 0.4]))
     monkeypatch.setattr(mechanics, "OFFSETS", np.array([-0.4, -0.05, 0.0, 0.05, 0.4]))
-    monkeypatch.setattr(
-        mechanics, "nearby", lambda f, start, size=0.0: OptimizeResult(x=start, fun=f(start), nfev=1)
-    )
+    monkeypatch.setattr(mechanics, "nearby", stay)
     best, data = OptimizeResult(x=TRUE, fun=0.0), synthetic()
     curves, lowest, evaluations = mechanics.mechanics_profiles(data, best, 1.0, map)
     assert lowest is best
@@ -164,20 +156,16 @@ def test_correlation_of_a_known_normal():
 
 
 @pytest.mark.parametrize(
-    ("names", "message"),
+    ("name", "message"),
     [
-        (["E17"], "E17: not in this study; there are E01, "),
-        (["E04"], "E04: has no four legible settling times in Table 5"),
+        ("E17", "not in this study; there are E01, "),
+        ("E04", "has no four legible settling times in Table 5"),
+        ("E13", "has no four legible settling times in Table 5"),  # its row is taken out
     ],
 )
-def test_experiments_that_cannot_be_used(names, message):
-    with pytest.raises(ResultError, match=rf"^{message}"):
-        mechanics.settling_cells(STUDY.experiments, names, table5())
-
-
-def test_an_experiment_without_a_row_in_table_5():
-    with pytest.raises(ResultError, match=r"^E13: has no four legible"):
-        mechanics.settling_cells(STUDY.experiments, ["E13"], table5().drop_sel(experiment="E13"))
+def test_experiments_that_cannot_be_used(name, message):
+    with pytest.raises(ResultError, match=rf"^{name}: {message}"):
+        mechanics.settling_cells(STUDY.experiments, [name], table5().drop_sel(experiment="E13"))
 
 
 def test_a_part_of_the_study_has_no_tables_7_and_9():
@@ -207,13 +195,9 @@ def test_claims_mark_what_is_fitted():
     items = read_claims().items.values()
     for table in (5, 7):
         marked = {(c.row, c.column) for c in items if c.table == table and c.used_in_identification}
+        rows = [name for names in mechanics.FITTED_EXPERIMENTS.values() for name in names]
         fitted = {
-            5: {
-                (e, q)
-                for names in mechanics.FITTED_EXPERIMENTS.values()
-                for e in names
-                for q in mechanics.FITTED_QUANTITIES
-            },
+            5: {(row, quantity) for row in rows for quantity in mechanics.FITTED_QUANTITIES},
             7: {(model, "mse") for model in table7()["model"].values},
         }
         assert marked == fitted[table]
@@ -235,11 +219,8 @@ def test_tables_of_the_grid_are_those_of_the_statistics():
     expected = statistics(grid, STUDY.experiments_by_level)["mse"]
     levels = list(STUDY.experiments_by_level)
     np.testing.assert_allclose(amplitudes.averages_of_table_7(mse), expected.sel(level="overall"), rtol=1e-14)
-    np.testing.assert_allclose(
-        amplitudes.averages_of_table_9(mse, names, STUDY.experiments_by_level),
-        expected.sel(level=levels),
-        rtol=1e-14,
-    )
+    nine = amplitudes.averages_of_table_9(mse, names, STUDY.experiments_by_level)
+    np.testing.assert_allclose(nine, expected.sel(level=levels), rtol=1e-14)
     assert list(table9()["level"].values) == levels
 
 
@@ -290,9 +271,7 @@ def hasty() -> xr.Dataset:
         patch.setattr(mechanics, "REGION", 3)
         patch.setattr(mechanics, "RATIO_OFFSETS", np.linspace(-0.007, 0.007, 3))
         patch.setattr(mechanics, "FORCES", np.array([0.5, 1.0, 2.0]))
-        patch.setattr(
-            mechanics, "nearby", lambda f, start, size=0.0: OptimizeResult(x=start, fun=f(start), nfev=1)
-        )
+        patch.setattr(mechanics, "nearby", stay)
         patch.setattr(
             mechanics,
             "minimize_scalar",
