@@ -41,7 +41,7 @@ class Samples(NamedTuple):
 
 
 def check_time(samples: Samples) -> tuple[float, list[str]]:
-    """Period of the time column, s, and notes.
+    """Sampling period of the time column, s, and remarks for the user.
 
     Raises
     ------

@@ -64,7 +64,7 @@ def jump_rates(
 def relaxed(
     e_P: float, e_T: float, u: float, chamber: Chamber, plant: Plant, h: float
 ) -> tuple[float, float]:
-    """Errors of pressure and temperature one step later, by the linearised equations (implicit Euler)."""
+    """Deviations of pressure and temperature one step later, linearised at the run (implicit Euler)."""
     x, v, P, T, area = chamber
     P_1, T_1 = chamber_rates(u, x, v, P + SMALL_P, T, area, plant)
     P_2, T_2 = chamber_rates(u, x, v, P - SMALL_P, T, area, plant)

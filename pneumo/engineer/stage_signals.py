@@ -113,9 +113,10 @@ def stage_signals(
 
 
 def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> list[np.ndarray]:
-    """Inputs of a replay with noise added to the position of the part fitted, which is then smoothed again.
+    """Inputs of replays whose measured position has got more noise and was smoothed again.
 
-    Each is shaped as `StageSignals.inputs`; each noise is followed by its negative (`pairs` of them).
+    There are two for each of the `pairs`, one with a noise and one with its negative: antithetic pairs cancel
+    odd-order terms. Each is shaped as `StageSignals.inputs`.
     """
     steps, stride = signals.inputs[:, :, 1], signals.stride
     x = np.append(steps[::stride, 0], steps[-1, -1])

@@ -59,7 +59,7 @@ def _add_outcome(
 
 
 def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
-    """Traces and settling times of one settling run."""
+    """Traces and settling times of one settling run: piston pushed onto a stop, held, released."""
     every = -(-len(settling.states) // LONGEST_TRACE)
     t = np.arange(len(settling.states))[::every] * experiment.h
     dataset = _states_dataset(settling.states[::every], t)

@@ -101,7 +101,7 @@ class Judge:
         }
 
     def _stands(self, claim: Claim, source: str) -> tuple[bool | None, str]:
-        """Whether a claim about models holds on another source, and what was found there."""
+        """Whether a claim about models holds with the printed tables or another transport, and why."""
         compared_with_itself = source == "printed" and claim.table is not None
         if not claim.models or claim.unreadable or compared_with_itself:
             return None, ""

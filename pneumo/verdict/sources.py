@@ -130,7 +130,7 @@ class PrintedTables(StudyResults):
 
     @cached_property
     def cells(self) -> xr.Dataset:
-        """Raise `MissingEvidence`: the paper prints no cells."""
+        """Raise `MissingEvidence`: the paper prints no errors of single experiments, models and n."""
         raise MissingEvidence("the paper prints no single cells")
 
     def run(self, *names: str) -> xr.Dataset:

@@ -84,7 +84,7 @@ FIT_HEADS = [
 
 
 def rms_of_chambers(by_chamber: xr.DataArray) -> float:
-    """Root mean square of both chambers together."""
+    """Root mean square over both chambers of their RMS errors, in the same unit."""
     return float(np.sqrt(np.mean(by_chamber.values**2)))
 
 
