@@ -51,7 +51,7 @@ def close_up(stored: int) -> tuple[int, int]:
 
 
 def shown_samples(stored: int, every: int) -> np.ndarray:
-    """Return the indices of the samples that the page shows: all in the close-up, one in `every` elsewhere."""
+    """Indices of the samples that the page shows: all in the close-up, one in `every` elsewhere."""
     first, last = close_up(stored)
     return np.union1d(np.arange(0, stored, every), np.arange(first, last + 1))
 
