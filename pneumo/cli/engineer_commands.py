@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 Files = Annotated[list[Path], typer.Argument(help="configuration, later files override earlier ones")]
 Config = Annotated[list[Path] | None, typer.Option(help="configuration, may be repeated [config/paper.yaml]")]
 ModelName = Annotated[str, typer.Argument(help="M1 to M10")]
-Index = Annotated[float | None, typer.Option(help="polytropic index, where the model has one")]
+IndexOption = Annotated[float | None, typer.Option(help="polytropic index, where the model has one")]
 OneCylinder = Annotated[
     str | None, typer.Option("--cylinder", help="name in the configuration [the only one there]")
 ]
-Conductance = Annotated[
+ConductanceOption = Annotated[
     float | None,
     typer.Option("--k0", help="conductance of each chamber's wall, W/K [the only one of the cylinder]"),
 ]
@@ -152,9 +152,9 @@ def linearise(
     P_B: Annotated[float, typer.Option("--P_B", help="pressure of chamber B there, Pa")],
     x: Annotated[float, typer.Option("--x", help="position there, m from mid-stroke")] = 0.0,
     v: Annotated[float, typer.Option("--v", help="velocity there, m/s")] = 0.0,
-    n: Index = None,
+    n: IndexOption = None,
     cylinder: OneCylinder = None,
-    k0: Conductance = None,
+    k0: ConductanceOption = None,
     config: Config = None,
     as_json: Annotated[bool, typer.Option("--json", help="print A and B as JSON")] = False,
 ) -> None:
@@ -182,9 +182,9 @@ def linearise(
 def export(
     model: ModelName,
     to: Annotated[str, typer.Option(help="c, matlab (Octave too) or casadi (Python)")],
-    n: Index = None,
+    n: IndexOption = None,
     cylinder: OneCylinder = None,
-    k0: Conductance = None,
+    k0: ConductanceOption = None,
     config: Config = None,
     precision: Annotated[str, typer.Option(help="double or, in C, float")] = "double",
     output: Annotated[Path | None, typer.Option("--output", "-o", help="file [standard output]")] = None,

@@ -14,7 +14,7 @@ from yaml.constructor import ConstructorError
 
 from pneumo.errors import ConfigurationError, printable, shown
 
-LARGEST = 1_000_000  # bytes; the paper's configuration has 3 500
+LARGEST_CONFIGURATION = 1_000_000  # bytes; the paper's configuration has 3 500
 
 
 class _PlainLoader(yaml.SafeLoader):
@@ -54,13 +54,13 @@ def read_yaml(file: Path) -> dict[str, Any]:
     name = printable(str(file), 300)
     try:
         with file.open("rb") as stream:
-            content = stream.read(LARGEST + 1)
+            content = stream.read(LARGEST_CONFIGURATION + 1)
         text = content.decode("utf-8-sig")
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"{name}: cannot be read: {printable(str(error), 300)}") from None
-    if len(content) > LARGEST:
+    if len(content) > LARGEST_CONFIGURATION:
         raise ConfigurationError(
-            f"{name}: larger than {LARGEST} bytes, the most that a configuration may have"
+            f"{name}: larger than {LARGEST_CONFIGURATION} bytes, the most that a configuration may have"
         )
     try:
         result = yaml.load(text, _PlainLoader)  # noqa: S506 - a SafeLoader that takes less

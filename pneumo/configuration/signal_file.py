@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pneumo.errors import ConfigurationError, printable
 
-LARGEST = 20_000_000  # bytes
+LARGEST_SIGNAL_FILE = 20_000_000  # bytes
 MOST_ROWS = 100_000  # they are stored with every result of the experiment
 
 
@@ -26,8 +26,8 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
         return ConfigurationError(f"{where}.{key} = {printable(repr(value), 200)}: {printable(problem, 300)}")
 
     try:
-        if file.stat().st_size > LARGEST:
-            raise refuse("file", str(file), f"larger than {LARGEST} bytes")
+        if file.stat().st_size > LARGEST_SIGNAL_FILE:
+            raise refuse("file", str(file), f"larger than {LARGEST_SIGNAL_FILE} bytes")
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, ValueError) as error:
         if isinstance(error, ConfigurationError):

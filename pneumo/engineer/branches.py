@@ -112,11 +112,11 @@ def is_symbolic(value: Any) -> bool:
     return not isinstance(value, int | float | str | tuple)
 
 
-def merged(node: Any, choose: Callable[[Any, Any, Any], Any]) -> Any:
+def joined_branches(node: Any, choose: Callable[[Any, Any, Any], Any]) -> Any:
     """Merge a tree of choices into one value by `choose(condition, yes, no)`."""
     if not isinstance(node, Choice):
         return node
-    return choose(node.condition, merged(node.yes, choose), merged(node.no, choose))
+    return choose(node.condition, joined_branches(node.yes, choose), joined_branches(node.no, choose))
 
 
 def complex_value(function: Callable[..., Any], *arguments: Any) -> Any:

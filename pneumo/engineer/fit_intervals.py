@@ -18,7 +18,9 @@ from pneumo.engineer.least_squares import Fit, fit_with_one_fixed
 from pneumo.engineer.stage_signals import PAIRS
 
 LEVEL = 0.95
-REACH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # half an interval in standard errors, known from PAIRS noises
+HALF_WIDTH = float(
+    t.ppf((1 + LEVEL) / 2, PAIRS)
+)  # half an interval in standard errors, known from PAIRS noises
 # On the scale of the search:
 WIDE = 0.3  # half an interval beyond which the model is too far from linear for standard errors
 LOOSE = 1.0  # half an interval of a loosely known parameter: a factor of e
@@ -105,7 +107,7 @@ def parameter_interval(
     bounds = problem.bounds()
     low, high = bounds[:, index]
     limited = max((bounded(c, bounds) for c in both), key=lambda c: c[index, index])
-    halves = REACH * np.sqrt(np.diag(limited))
+    halves = HALF_WIDTH * np.sqrt(np.diag(limited))
     start, end = best.theta[index] - halves[index], best.theta[index] + halves[index]
     logarithmic = PARAMETERS[problem.names[index]].logarithmic
     wide = logarithmic and (halves[index] > WIDE or start <= low or end >= high)
@@ -124,9 +126,9 @@ def profile_interval(
     """Interval of parameter `index` from the profile of the sum of squares, with `rounds` points per side.
 
     A value is inside as long as the lowest sum of squares with this value exceeds the minimum by no more
-    than `REACH` squared, in units in which the curvature is the inverse of the parameter's `variance`.
+    than `HALF_WIDTH` squared, in units in which the curvature is the inverse of the parameter's `variance`.
     """
-    threshold = REACH**2
+    threshold = HALF_WIDTH**2
     scale = variance / inverse_curvature(fit)[index, index]
     low, high = (bound[index] for bound in problem.bounds())
     best = fit.theta[index]

@@ -17,7 +17,7 @@ from pneumo.physics.models import WALL_LAWS, Model, lane, lane_array
 from pneumo.simulation.given_inputs import pressures_on_flows, pressures_on_inputs
 
 LAMBDA_0 = 30.0  # W/(m^2 K), between still and moving air: start of the search for k_0
-STEP = 1e-4  # of finite differences, on the scale of the search
+SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
 
 
 class Parameter(NamedTuple):
@@ -96,7 +96,7 @@ class Problem(NamedTuple):
         }
         inner = [PARAMETERS[k].inner(values.get(k, self.reference(k))) for k in self.names]
         low, high = self.bounds()
-        return np.clip(inner, low + STEP, high - STEP)
+        return np.clip(inner, low + SLOPE_STEP, high - SLOPE_STEP)
 
     def values(self, theta: np.ndarray) -> dict[str, float]:
         """Parameters in SI units, fixed ones too, from `theta` on the scale of the search."""
@@ -166,7 +166,7 @@ def pressure_and_jacobian(
     bound. The pressure is NaN where the replay left the positive numbers.
     """
     low, high = problem.bounds()
-    steps = np.where(theta - low > high - theta, -STEP, STEP)
+    steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
     # Parameters of one chamber vary together with the same ones of the other: fewer replays.
     groups: dict[str, list[int]] = {}
     for i, name in enumerate(problem.names):

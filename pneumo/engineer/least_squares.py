@@ -10,7 +10,7 @@ from pneumo.errors import InputError
 
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
 SETTLED = 0.03  # change of the sum of squares, over the variance of a residual, that is negligible
-MOST_STEPS = 8
+ROUNDS = 8
 FLAT = 1e-2  # curvature over the largest, below which a direction is flat and left out of the first guess
 
 
@@ -105,7 +105,7 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
     return descend(problem, optimum.x) if problem.noisy_inputs else at(optimum.x)
 
 
-def descend(problem: Problem, theta: np.ndarray, fixed: int | None = None, most: int = MOST_STEPS) -> Fit:
+def descend(problem: Problem, theta: np.ndarray, fixed: int | None = None, most: int = ROUNDS) -> Fit:
     """Minimise the corrected sum of squares from `theta`, near its minimum (Levenberg and Marquardt).
 
     The parameter with index `fixed` keeps its value; `most` is the largest number of steps.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.engineer.branches import choices, merged
+from pneumo.engineer.branches import choices, joined_branches
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, Lane, Model, lane
 from pneumo.simulation.reference import lane_rate
@@ -78,7 +78,7 @@ def chamber_rate(
         return lane_rate(sign * u, sign * x, sign * v, P, area, plant, row)
 
     with np.errstate(invalid="ignore"):  # roots of negative numbers, where another branch is chosen
-        return merged(choices(rate, u, x, v, P), _chooser(u, x, v, P))
+        return joined_branches(choices(rate, u, x, v, P), _chooser(u, x, v, P))
 
 
 def _chooser(*arguments: Any) -> Callable[[Any, Any, Any], Any]:

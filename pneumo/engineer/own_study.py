@@ -28,7 +28,7 @@ from pneumo.storage.layout import CHAMBERS, status_attributes
 
 TITLE = "Reduced models on repeated runs"
 K_0_FACTORS = (0.5, 2.0)  # the models' k_0 over the cylinder's: an estimate may be wrong by as much
-TRACED = 500  # samples of the first run that are kept, at the experiment's stride
+TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experiment's stride
 
 
 def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[str] = ()) -> Study:
@@ -100,7 +100,7 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     stride = experiment.pressure_stride
     replays = replay(recording, lanes, EXACT_TRANSPORT, stride)
     cells = replay_dataset(experiment, n, index, replays)
-    pressure = cells["pressure"].isel(t=slice(TRACED)).drop_vars("t").rename(t="sample")
+    pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
     cells = cells.drop_vars(["pressure", "t"])
     wrong_k_0 = mse_of_wrong_k_0(experiment, n, recording)
     cells["mse_of_wrong_k_0"] = (("k_0_factor", "model", "n", "chamber"), wrong_k_0)
@@ -110,13 +110,13 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     failure_time = step * experiment.h if status != RAN else np.nan
     cells["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
     if traced:
-        states = recording.states[: TRACED * stride : stride]
+        states = recording.states[: TRACED_SAMPLES * stride : stride]
         full_order = {"units": "Pa", "long_name": "full order"}
         cells["trace_t"] = ("sample", np.arange(len(states)) * experiment.h * stride, {"units": "s"})
         cells["trace_x"] = ("sample", states[:, 0], {"units": "m", "long_name": "piston position"})
         cells["trace_P"] = (("chamber", "sample"), states[:, [2, 4]].T, full_order)
         cells["trace_pressure"] = pressure
-        cells = cells.pad(sample=(0, TRACED - len(states)), constant_values=np.nan, keep_attrs=True)
+        cells = cells.pad(sample=(0, TRACED_SAMPLES - len(states)), constant_values=np.nan, keep_attrs=True)
     return cells.assign_coords(
         k_0_factor=list(K_0_FACTORS), seed=experiment.excitation.seed, chamber=CHAMBERS
     )

@@ -40,7 +40,7 @@ COLUMN_UNITS: dict[str, dict[str, float]] = {
     "T": {"K": 1.0, "degC": 1.0},
 }
 REQUIRED = ("t", "x", "P_A", "P_B")
-COMMAND, FLOWS = ("u",), ("m_A", "m_B")  # one of the two
+COMMAND_COLUMN, FLOWS = ("u",), ("m_A", "m_B")  # one of the two
 HEADER = re.compile(
     r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g)?))\s*$"
 )
@@ -196,7 +196,7 @@ def read_measurement(
     names = [str(name) for name in table.columns]
     columns = dict(mapping) if mapping else _columns_by_header(names, units)
     measured_flow = any(quantity in columns for quantity in FLOWS)
-    for quantity in REQUIRED + (FLOWS if measured_flow else COMMAND):
+    for quantity in REQUIRED + (FLOWS if measured_flow else COMMAND_COLUMN):
         if quantity not in columns:
             there = ", ".join(printable(name, 30) for name in names[:12])
             raise InputError(

@@ -31,12 +31,15 @@ RODS: dict[int, int] = dict(zip(CATALOGUE_BORES, (4, 4, 6, 6, 8, 10, 12, 16, 20,
 CATALOGUE_STROKES = (25, 50, 80, 100, 125, 160, 200, 250, 320, 400, 500, 630, 800, 1000)  # mm
 LONGEST_STROKES = {8: 100, 10: 100, 12: 200, 16: 200, 20: 320, 25: 500}  # mm, by bore
 
-COMMAND, WAY = log_uniform(0.03, 1.0), log_uniform(0.01, 0.3)  # open loop: over u_max; per hold, over stroke
+SHARE, WAY = (
+    log_uniform(0.03, 1.0),
+    log_uniform(0.01, 0.3),
+)  # open loop: over u_max; per hold, over stroke
 # Closed loop: deviation of the reference and error of full command, over the stroke; hold, see 0029.
 DEVIATION, FULL_AT, PATIENCE = log_uniform(0.03, 0.2), log_uniform(0.1, 1.0), log_uniform(0.5, 20.0)
 HOLD = (0.02, 5.0)  # s
 RUN_LENGTH, HOLDS, TIME_CONSTANTS = (20.0, 1000.0), 200, 10.0  # of a run: s, and at least
-STEP, STEPS_PER_EMPTYING, MOST_STEPS = 1e-3, 30.0, 3_000_000  # s; at least; of a run at most
+FULL_STEP, STEPS_PER_EMPTYING, MOST_STEPS = 1e-3, 30.0, 3_000_000  # s; at least; of a run at most
 
 
 def catalogue_size(rng: np.random.Generator) -> Size:
@@ -79,7 +82,7 @@ def random_experiments(number: int) -> tuple[Experiment, Experiment]:
     plant, drawn = random_plant(rng, MAP_RANGES)
     plant = plant._replace(valve=Valve(drawn["speed"] / full_speed(plant), U_MAX))
     stroke, speed = plant.cylinder.stroke, full_speed(plant)
-    share, gain = COMMAND(rng), U_MAX / (FULL_AT(rng) * stroke)
+    share, gain = SHARE(rng), U_MAX / (FULL_AT(rng) * stroke)
     deviation = DEVIATION(rng) * stroke
     drives = Drive(False, 0.0, 0.96 * stroke / 2), Drive(True, gain, stroke / 2)
     amplitudes = share * U_MAX, deviation
@@ -87,7 +90,7 @@ def random_experiments(number: int) -> tuple[Experiment, Experiment]:
     experiments: list[Experiment] = []
     for i, loop in enumerate(LOOPS):
         hold, largest = float(np.clip(holds[i], *HOLD)), U_MAX if drives[i].closed_loop else amplitudes[i]
-        h = min(STEP, emptying_time(plant, largest) / STEPS_PER_EMPTYING)
+        h = min(FULL_STEP, emptying_time(plant, largest) / STEPS_PER_EMPTYING)
         length = np.clip(max(TIME_CONSTANTS * thermal_time_constant(plant), HOLDS * hold), *RUN_LENGTH)
         steps = min(MOST_STEPS, round(float(length) / h))
         signal = Excitation(int(rng.integers(1, 2**31)), amplitudes[i], max(1, round(hold / h)))

@@ -26,7 +26,7 @@ MECHANICS_UNITS = ("kg", "N s m-1", "1")
 SEARCH_BOUNDS = np.array([(0.1, 20.0), (1.0, 1000.0), (0.1, 0.9)])
 SETTLING_DISCREPANCY = 0.01
 TIME_TO_SETTLE = 40.0  # thermal time constants; a run that is not settled by then does not fit
-NOT_SETTLED = 3.0  # its ln(reproduced / printed)
+UNSETTLED_LOG = 3.0  # its ln(reproduced / printed)
 
 PROFILE_STEPS = np.array([0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.32])
 OFFSETS = np.concatenate([-PROFILE_STEPS[::-1], [0.0], PROFILE_STEPS])  # of a profile, ln(value / estimate)
@@ -82,13 +82,13 @@ def with_mechanics(experiment: Experiment, theta: np.ndarray, force: float = 1.0
 
 def log_ratios(data: SettlingCells, theta: np.ndarray, force: float = 1.0) -> np.ndarray:
     """ln(reproduced / printed) of every settling time, shape (experiment, 4)."""
-    result = np.full(data.printed.shape, NOT_SETTLED)
+    result = np.full(data.printed.shape, UNSETTLED_LOG)
     for i, experiment in enumerate(data.experiments):
         longest = TIME_TO_SETTLE * max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
         times = settle(with_mechanics(experiment, theta, force), longest=longest).times
         if np.isfinite(times).all():  # else the run failed or did not settle
             result[i] = np.log(np.maximum(times, experiment.h) / data.printed[i])
-    return np.clip(result, -NOT_SETTLED, NOT_SETTLED)
+    return np.clip(result, -UNSETTLED_LOG, UNSETTLED_LOG)
 
 
 def deviance(theta: np.ndarray, data: SettlingCells, force: float = 1.0) -> float:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.verdict import PAPER_FOLDER
-from pneumo.verdict.entries import Entry, read_yaml
+from pneumo.verdict.entries import Entry, read_entries
 
 AS_TAKEN = "as_taken"  # name of the unchanged study among the alternatives
 
@@ -26,4 +26,4 @@ class Assumption(Entry):
 def read_assumptions(folder: Path = PAPER_FOLDER) -> dict[str, Assumption]:
     """Read the assumptions by name; `PaperError` if the file is missing or an entry is wrong."""
     file = "assumptions.yaml"
-    return {n: Assumption.read(folder / file, n, entry) for n, entry in read_yaml(folder, file).items()}
+    return {n: Assumption.read(folder / file, n, entry) for n, entry in read_entries(folder, file).items()}

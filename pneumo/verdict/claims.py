@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 from pydantic import Field
 
 from pneumo.verdict import PAPER_FOLDER, PaperError
-from pneumo.verdict.entries import Entry, read_yaml
+from pneumo.verdict.entries import Entry, read_entries
 from pneumo.verdict.published import STATISTICS, half_unit, read_table
 
 UNITS_IN_TEXT = {"Pa2": "Pa²", "m2": "m²", "m3": "m³", "W m-2 K-1": "W/(m² K)", "1": ""}  # from UDUNITS
@@ -92,7 +92,7 @@ def read_claims(folder: Path = PAPER_FOLDER) -> Claims:
 
     A wrong entry, an id that stands twice, or an undefined tolerance class raises `PaperError`.
     """
-    file, content = folder / "claims.yaml", read_yaml(folder, "claims.yaml")
+    file, content = folder / "claims.yaml", read_entries(folder, "claims.yaml")
     classes = {name: ToleranceClass.read(file, name, entry) for name, entry in content["classes"].items()}
     cells = [cell for rule in content["tables"] for cell in _cells_of_table(rule, folder)]
     items: dict[str, Claim] = {}

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pneumo.verdict import PaperError, paper_file
 
 
-def read_yaml(folder: Path, name: str) -> dict[str, Any]:
+def read_entries(folder: Path, name: str) -> dict[str, Any]:
     """Read a YAML file of a paper's folder; `PaperError` if it is missing."""
     return yaml.safe_load(paper_file(folder, name).read_text(encoding="utf-8"))
 

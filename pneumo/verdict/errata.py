@@ -7,7 +7,7 @@ every verdict.
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from pneumo.verdict.entries import Entry, read_yaml
+from pneumo.verdict.entries import Entry, read_entries
 
 Proof = Callable[[], tuple[bool, str]]  # whether it passes, and its evidence
 
@@ -29,7 +29,7 @@ class Erratum(Entry):
 def read_errata(folder: Path, proofs: Mapping[str, Proof]) -> dict[str, Erratum]:
     """Read the errata by name and run the `proofs` that they name under ``proof``."""
     errata: dict[str, Erratum] = {}
-    for name, entry in read_yaml(folder, "errata.yaml").items():
+    for name, entry in read_entries(folder, "errata.yaml").items():
         passes, evidence = proofs[entry["proof"]]()
         outcome = {"id": name, "passes": passes, "evidence": evidence}
         errata[name] = Erratum.read(folder / "errata.yaml", name, entry | outcome)

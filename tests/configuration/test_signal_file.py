@@ -59,6 +59,6 @@ def test_limits_of_size(tmp_path, monkeypatch):
     monkeypatch.setattr(signal_file, "MOST_ROWS", 2)
     with pytest.raises(ConfigurationError, match="more than 2 rows"):
         read_column(file, "u", "here")
-    monkeypatch.setattr(signal_file, "LARGEST", 7)
+    monkeypatch.setattr(signal_file, "LARGEST_SIGNAL_FILE", 7)
     with pytest.raises(ConfigurationError, match="larger than 7 bytes"):
         read_column(file, "u", "here")

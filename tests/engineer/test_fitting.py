@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 
 from pneumo.engineer.closed_chamber import transient
 from pneumo.engineer.estimate import estimate, split_of
-from pneumo.engineer.fit_intervals import REACH, bounded, covariances, parameter_interval, profile_interval
+from pneumo.engineer.fit_intervals import (
+    HALF_WIDTH,
+    bounded,
+    covariances,
+    parameter_interval,
+    profile_interval,
+)
 from pneumo.engineer.fit_parameters import PARAMETERS, Problem, replayed_pressures
 from pneumo.engineer.least_squares import evaluate, fit
 from pneumo.engineer.record import Measurement
@@ -108,9 +114,9 @@ def test_interval_contains_the_truth_and_is_open_where_the_record_is_blind(known
     found = profile_interval(problem, best, i, variance)
     assert found.low < np.log(known.truth.valve.k_xu) < found.high
     # The interval of a near-linear parameter is that of its standard error.
-    assert found.high - found.low == pytest.approx(2 * REACH * np.sqrt(variance), rel=0.15)
+    assert found.high - found.low == pytest.approx(2 * HALF_WIDTH * np.sqrt(variance), rel=0.15)
     short = parameter_interval(problem, best, best, i, both)
-    assert short.high - short.low == pytest.approx(2 * REACH * np.sqrt(variance), rel=1e-6)
+    assert short.high - short.low == pytest.approx(2 * HALF_WIDTH * np.sqrt(variance), rel=1e-6)
     still = problem.signals.inputs.copy()
     still[:, :, 0] = 0.0  # a closed valve says nothing of its area
     blind = problem._replace(signals=problem.signals._replace(inputs=still))

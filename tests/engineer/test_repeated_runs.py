@@ -9,7 +9,7 @@ from workflow_scripts import script
 from pneumo.configuration.study_json import to_json
 from pneumo.engineer.own_study import (
     K_0_FACTORS,
-    TRACED,
+    TRACED_SAMPLES,
     mse_of_wrong_k_0,
     one_run,
     run_study,
@@ -125,7 +125,7 @@ def test_errors_of_a_wrong_k_0(runs):
 def test_traces_are_those_of_the_first_run(runs):
     one = runs.sel(experiment="E01")
     kept = one["trace_t"].notnull().values
-    assert one.sizes["sample"] == TRACED and kept.sum() == 1000 // 50 + 1
+    assert one.sizes["sample"] == TRACED_SAMPLES and kept.sum() == 1000 // 50 + 1
     assert one["trace_t"].values[kept][-1] == pytest.approx(1.0)
     P = one["trace_P"].values[:, kept]
     assert (P[:, 0] == STUDY.experiments["E01"].plant.conditions.P_0).all() and np.ptp(P) > 1e4

@@ -9,7 +9,7 @@ from packed_traces import unpacked
 
 from pneumo.publish.pages.packing import (
     FRACTION,
-    LARGEST,
+    LARGEST_CODE,
     LEAST_STEP,
     MISSING,
     packed,
@@ -58,9 +58,9 @@ def test_a_step_is_round_and_no_larger_than_it_must_be(rms, largest):
     step = rounding_step(rms, largest)
     digits = f"{step:e}"
     assert digits[0] in "125" and float(digits[1:8]) == 0
-    assert largest / step <= LARGEST * (1 + 1e-9)
+    assert largest / step <= LARGEST_CODE * (1 + 1e-9)
     # At most 5/2 lies between neighbours of 1, 2, 5, 10.
-    assert step <= max(rms / FRACTION, LEAST_STEP, 2.5 * largest / LARGEST) * (1 + 1e-8)
+    assert step <= max(rms / FRACTION, LEAST_STEP, 2.5 * largest / LARGEST_CODE) * (1 + 1e-8)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from pneumo.evidence.model_pairs import REFINED_MODELS
 from pneumo.publish.style import DOUBLE_MM, INK, new_figure, paper_style
 
-PANELS = {  # title: model above, models below
+REGIME_PANELS = {  # title: model above, models below
     "$M_8/M_7$, mixing": ("M8", ("M7",)),
     "$M_{10}/M_8$, wall law": ("M10", ("M8",)),
     "$M_6$/best, no $k_0$": ("M6", REFINED_MODELS),
@@ -18,7 +18,7 @@ AXES = {  # group on each axis, and its label
     "thermal": "thermal time constant / time between reversals",
     "exchange": "air through the valve per thermal time constant /\nair in a chamber",
 }
-REACH = 10.0  # ratios beyond this or its inverse have the colour of it
+LARGEST_RATIO = 10.0  # ratios beyond this or its inverse have the colour of it
 SHAPES = {"open": "o", "closed": "s"}
 
 
@@ -26,9 +26,9 @@ SHAPES = {"open": "o", "closed": "s"}
 def regime_map(runs: xr.Dataset) -> Figure:
     """Draw ratios of mean square errors of every run of ``results/cylinders.nc`` that counts."""
     fig = new_figure(DOUBLE_MM, 74)
-    axes = fig.subplots(1, len(PANELS), sharex=True, sharey=True)
-    norm, points = TwoSlopeNorm(0, -np.log10(REACH), np.log10(REACH)), None
-    for ax, (title, (above, below)) in zip(axes, PANELS.items(), strict=True):
+    axes = fig.subplots(1, len(REGIME_PANELS), sharex=True, sharey=True)
+    norm, points = TwoSlopeNorm(0, -np.log10(LARGEST_RATIO), np.log10(LARGEST_RATIO)), None
+    for ax, (title, (above, below)) in zip(axes, REGIME_PANELS.items(), strict=True):
         lowest = runs["lowest"].where(runs["counts"] == 1)
         ratio = lowest.sel(model=above) / lowest.sel(model=list(below)).min("model")
         ax.set(xscale="log", yscale="log", title=title)

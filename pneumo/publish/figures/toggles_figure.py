@@ -12,7 +12,7 @@ from pneumo.publish.figures.panels import fixed_ticks, name_rows, row_panel
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
 from pneumo.verdict.assumptions import AS_TAKEN
 
-PANELS = {7: "Table 7, MSE", 9: "Table 9, MSE", 5: "Table 5, settling times"}
+TOGGLE_PANELS = {7: "Table 7, MSE", 9: "Table 9, MSE", 5: "Table 5, settling times"}
 LEAST = 1e-3  # an effect that is smaller in all panels gets no row
 LINEAR = 0.01  # changes up to this are drawn to scale, larger ones by their logarithm
 NEARER: dict[str, Any] = {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.5}
@@ -41,15 +41,15 @@ def tornado(effects: pd.DataFrame) -> Figure:
     A bar to the left: the numbers come nearer to the print. `effects` is the table of
     `pneumo.evidence.toggle_effects.toggle_effects`.
     """
-    changes = effects.drop(index=AS_TAKEN)[[f"worse_{table}" for table in PANELS]].fillna(0.0)
+    changes = effects.drop(index=AS_TAKEN)[[f"worse_{table}" for table in TOGGLE_PANELS]].fillna(0.0)
     size = changes.abs().max(axis=1).to_numpy()
     order = np.argsort(size, kind="stable")
     shown = changes.iloc[order[size[order] >= LEAST]]
     y = np.arange(len(shown))
 
     fig = new_figure(DOUBLE_MM, 30 + 4.2 * len(shown))
-    axes = fig.subplots(1, len(PANELS), sharex=True, sharey=True)
-    for ax, (table, title) in zip(axes, PANELS.items(), strict=True):
+    axes = fig.subplots(1, len(TOGGLE_PANELS), sharex=True, sharey=True)
+    for ax, (table, title) in zip(axes, TOGGLE_PANELS.items(), strict=True):
         width = shown[f"worse_{table}"].to_numpy()
         for look, chosen in ((NEARER, width < 0), (FARTHER, width > 0)):
             ax.barh(y[chosen], width[chosen], 0.62, **look)

@@ -21,7 +21,7 @@ from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_
 from pneumo.publish.text.formatting import KILO
 from pneumo.statistics.averages import concatenated
 
-TRACED = (("M1", "M5"), ("M7", "M8", *ADDED_MODELS))  # models of the second and the third row
+TRACED_MODELS = (("M1", "M5"), ("M7", "M8", *ADDED_MODELS))  # models of the second and the third row
 WITHOUT_N = [name for name, model in MODELS.items() if not model.has_n]
 
 
@@ -58,7 +58,7 @@ def time_traces(
         pressure = replay["pressure"].sel(chamber="A", t=window) / KILO
         column[0].plot(full["t"], full, color="#b5b5b5", lw=2.4, label="full order")
         best = statistics[transport]["best_n"].sel(experiment=name)
-        for ax, models in zip(column[1:], TRACED, strict=True):
+        for ax, models in zip(column[1:], TRACED_MODELS, strict=True):
             ax.axhline(0, color=GREY, lw=0.5, zorder=0)
             ax.set_title("    ".join(_with_n(model, best) for model in models), loc="left", fontsize=8.0)
             for model in models:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 MISSING = np.int16(-32768)  # no value: the run or the cell had failed
-LARGEST = 32_000  # in steps, so that a rounded value never meets MISSING
+LARGEST_CODE = 32_000  # in steps, so that a rounded value never meets MISSING
 FRACTION = 16  # steps in the smallest RMS error of a model: rounding is then below 1/32 of it
 LEAST_STEP = 1.0  # Pa; the stored pressures are good to 0.03 Pa
 
@@ -41,7 +41,7 @@ def rounding_step(rms: float, largest: float) -> float:
     """
     fine = _round_number(max(LEAST_STEP, rms / FRACTION), up=False)
     # max() with LEAST_STEP first: the quotient may be NaN, or so small that it has no logarithm.
-    return max(fine, _round_number(max(LEAST_STEP, largest / LARGEST), up=True))
+    return max(fine, _round_number(max(LEAST_STEP, largest / LARGEST_CODE), up=True))
 
 
 def rounded(values: np.ndarray, step: float) -> np.ndarray:

@@ -8,7 +8,7 @@ from pneumo.publish.pages.page import STATUS_LOOKS, page_text
 from pneumo.verdict.published import read_table
 
 CONDUCTANCES_OF_LEVEL = {"adiabatic": "0.02, 0.1", "typical": "0.1, 0.5", "isothermal": "0.5, 2.5"}
-QUANTITIES = {"mu": "μ", "sigma": "σ", "mse": "MSE", "A_q0": "A_q", "wall_heat": "wall heat"}
+COLUMN_SIGNS = {"mu": "μ", "sigma": "σ", "mse": "MSE", "A_q0": "A_q", "wall_heat": "wall heat"}
 CAPTIONS = {
     1: "Features of the reduced models",
     2: "Cylinders: derived quantities (bores and strokes are inputs)",
@@ -99,7 +99,7 @@ def _grid(table: int, items: Sequence[Mapping[str, Any]]) -> Grid:
         (name, [cells.get((name, *column)) for column in columns])
         for name in dict.fromkeys(item["row"] for item in of_table)
     ]
-    heads = [[(QUANTITIES.get(column, str(column)), 1) for _, column in columns]]
+    heads = [[(COLUMN_SIGNS.get(column, str(column)), 1) for _, column in columns]]
     if table == 9:
         heads.insert(0, [(f"{level}, k₀ = {k_0} W/K", 3) for level, k_0 in CONDUCTANCES_OF_LEVEL.items()])
     return Grid(table, CAPTIONS[table], heads, rows)

@@ -9,7 +9,7 @@ from typing import Any
 from pneumo.errors import ResultError, shown
 from pneumo.storage.files import read
 
-WIDTH = 100
+TEXT_WIDTH = 100
 
 
 def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str | None) -> str:
@@ -53,7 +53,7 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str 
 
 def _line(label: str, text: str) -> str:
     indent = " " * 28
-    return textwrap.fill(f"  {label:26}{text}", WIDTH, subsequent_indent=indent, break_long_words=False)
+    return textwrap.fill(f"  {label:26}{text}", TEXT_WIDTH, subsequent_indent=indent, break_long_words=False)
 
 
 def cell_text(results: Path, experiment: str, model: str, n: float) -> str:
