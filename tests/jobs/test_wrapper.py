@@ -4,6 +4,7 @@ import errno
 import inspect
 import pkgutil
 import re
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -61,6 +62,7 @@ def test_without_snakemake_main_is_not_called():
 
 def test_every_rule_gives_its_script_what_it_takes(monkeypatch):
     monkeypatch.chdir(SCRIPTS.parents[1])
+    monkeypatch.setattr(sys, "executable", sys.executable)  # the Snakefile quotes it
     with SnakemakeApi() as api:
         workflow = api.workflow(ResourceSettings(cores=1), snakefile=Path("Snakefile"))._workflow
     rules = [rule for rule in workflow.rules if rule.script]
