@@ -12,8 +12,10 @@ def settling_table(parts: Mapping[str, xr.Dataset], durations: Mapping[str, floa
 
     Parameters
     ----------
-    parts, durations : mapping of str to xarray.Dataset, mapping of str to float
-        Settling run and length of the full-order run, s, of each experiment.
+    parts : mapping of str to xarray.Dataset
+        Settling runs by experiment.
+    durations : mapping of str to float
+        Length of each full-order run, s.
 
     Returns
     -------
@@ -21,11 +23,17 @@ def settling_table(parts: Mapping[str, xr.Dataset], durations: Mapping[str, floa
         `settling_time`, s, by (experiment, quantity); `failure_time`, s, `duration`, s, and
         `duration_per_settling_time` (over the longest of the experiment) by experiment.
     """
-    runs = [part[["settling_time", "failure_time"]] for part in parts.values()]
-    table = xr.concat(runs, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
-    lengths = [durations[name] for name in parts]
-    table["duration"] = ("experiment", lengths, {"units": "s", "long_name": "length of the full-order run"})
-    ratio = table["duration"] / table["settling_time"].max("quantity")
+    runs = [part["settling_time"] for part in parts.values()]
+    times = xr.concat(runs, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
+    duration = xr.DataArray(list(durations.values()), {"experiment": list(durations)}, name="duration")
+    table = times.to_dataset()
+    table["failure_time"] = xr.concat(
+        [part["failure_time"] for part in parts.values()], "experiment", coords="minimal", compat="override"
+    )
+    table["duration"] = duration.reindex(experiment=times["experiment"]).assign_attrs(
+        units="s", long_name="length of the full-order run"
+    )
+    ratio = table["duration"] / times.max("quantity")
     table["duration_per_settling_time"] = ratio.assign_attrs(
         units="1", long_name="length of the run over the longest settling time"
     )
