@@ -15,7 +15,8 @@ STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 
 def settling_part(name, times):
     coords = {"quantity": ["P_A", "P_B", "T_A", "T_B"], "experiment": name, "cylinder": "D", "loop": "open"}
-    return xr.Dataset({"settling_time": ("quantity", times), "failure_time": np.nan}, coords | {"k_0": 0.1})
+    values = {"settling_time": ("quantity", times), "failure_time": np.nan}
+    return xr.Dataset(values, coords | {"k_0": 0.1}, {"experiment_parameters": name})
 
 
 def test_settling_table_and_the_ten_times_rule():
@@ -28,6 +29,7 @@ def test_settling_table_and_the_ten_times_rule():
     assert table["duration"].values.tolist() == [30.0, 60.0]
     assert table["duration_per_settling_time"].values.tolist() == [30.0 / 3.0, 60.0 / 8.0]
     assert table["k_0"].dims == table["cylinder"].dims == ("experiment",)
+    assert "experiment_parameters" not in table.attrs  # one run's, and not the table's
     assert table["duration"].attrs["units"] == "s"
     assert table["duration_per_settling_time"].attrs["units"] == "1"
 
