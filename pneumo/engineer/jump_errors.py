@@ -1,4 +1,3 @@
-# pyright: basic
 """Pressure error that jumps of the command cause in a replay on sampled signals: linear theory."""
 
 from typing import TypeAlias
