@@ -9,25 +9,37 @@ JOBS ?= 2
 MODULES ?= physics/valve statistics/averages
 
 activate := . .venv/bin/activate
+unexport PYTHONDONTWRITEBYTECODE # else every job would compile all that it imports
 
-.PHONY: help reproduce test coverage docs lint bench crosscheck fuzz mutations torture determinism slurm-test lock clean
+.PHONY: help reproduce test test-all soak coverage docs lint bench crate crosscheck fuzz mutations torture determinism slurm-test wheel lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
-	@echo "Each makes .venv from requirements.lock when it is missing or out of date."
+	@echo "Each makes .venv when it is missing or out of date: reproduce from requirements.lock, what the study needs;"
+	@echo "the others add the tools of requirements-dev.lock."
 	@echo "PYTHON=... names the interpreter (3.11 or later), JOBS=... the number of parallel jobs."
 
-reproduce: .venv/.installed  ## run the whole study of the paper into results/
+reproduce: .venv/.study  ## run the whole study of the paper into results/
 	@echo "== reproduce: snakemake -j$(JOBS)"
 	$(activate)
 	snakemake -j$(JOBS)
 
-test: .venv/.installed  ## run the tests (those of results are skipped where results are absent)
-	@echo "== test: pytest -n $(JOBS)"
+test: .venv/.dev  ## run the tests but for the slow ones, in two minutes (those of results need results)
+	@echo "== test: pytest -n $(JOBS), without the slow ones"
 	$(activate)
-	pytest -n $(JOBS)
+	pytest -n $(JOBS) -m "not wheel and not slow"
 
-coverage: .venv/.installed  ## measure which lines of pneumo/ the tests reach; fails below 95 %
+test-all: .venv/.dev  ## run the slow tests too: whole workflows, kills, full-length replays, every figure
+	@echo "== test-all: pytest -n $(JOBS)"
+	$(activate)
+	pytest -n $(JOBS) -m "not wheel"
+
+soak: .venv/.dev  ## search for failures: 20 times the examples, random, in random order, for SOAK_MINUTES (30)
+	@echo "== soak: pytest -n $(JOBS) on random examples"
+	$(activate)
+	python -m tests.soak -n $(JOBS) -m "not wheel and not slow"
+
+coverage: .venv/.dev  ## measure which lines of pneumo/ the tests reach; fails below 95 %
 	@echo "== coverage: pytest -n $(JOBS), then small tests of the kernels uncompiled"
 	$(activate)
 	coverage erase
@@ -36,44 +48,49 @@ coverage: .venv/.installed  ## measure which lines of pneumo/ the tests reach; f
 	coverage combine --quiet
 	coverage report
 
-docs: .venv/.installed  ## build the documentation into site/; a warning is an error
+docs: .venv/.dev  ## build the documentation into site/; a warning is an error
 	@echo "== docs: sphinx-build docs site"
 	$(activate)
 	sphinx-build --quiet --fail-on-warning --keep-going --nitpicky docs site
 
-crosscheck: .venv/.installed  ## run the equations once more in GNU Octave, where it is installed, and compare
+crosscheck: .venv/.dev  ## run the equations once more in GNU Octave, where it is installed, and compare
 	@echo "== crosscheck: octave-cli tests/crosscheck/crosscheck.m"
 	$(activate)
 	python -m tests.crosscheck.octave
 
-fuzz: .venv/.installed  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
-	@echo "== fuzz: pytest tests/test_fuzz.py"
+fuzz: .venv/.dev  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
+	@echo "== fuzz: pytest tests/cli/test_fuzz.py"
 	$(activate)
-	FUZZ=10000 pytest -q -s tests/test_fuzz.py
+	FUZZ=10000 pytest -q -s tests/cli/test_fuzz.py
 
-mutations: .venv/.installed  ## change numbers and operators of MODULES one at a time; do the tests notice? (10 min each)
+crate: .venv/.dev  ## bundle the finished study as a Workflow Run RO-Crate, results/crate.zip
+	@echo "== crate: results/crate.zip"
+	$(activate)
+	python workflow/crate.py
+
+mutations: .venv/.dev  ## change numbers and operators of MODULES one at a time; do the tests notice? (10 min each)
 	@echo "== mutations: cosmic-ray on $(MODULES)"
 	$(activate)
 	uv pip install --quiet --constraint requirements.lock cosmic-ray
 	python -m tests.mutations $(MODULES)
 
-torture: .venv/.installed  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
+torture: .venv/.dev  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
 	@echo "== torture: results/evidence/torture.json"
 	$(activate)
 	python -m tests.torture.faults --config "$(CONFIG)"
 
-determinism: .venv/.installed  ## compare runs with other jobs, threads and processors
+determinism: .venv/.dev  ## compare runs with other jobs, threads and processors
 	@echo "== determinism: results/evidence/determinism.json"
 	$(activate)
 	python -m tests.torture.determinism --config "$(CONFIG)"
 
-slurm-test: .venv/.installed  ## run the smoke study on a Slurm of one node made for it (root; slurm-wlm, munge)
+slurm-test: .venv/.dev  ## run the smoke study on a Slurm of one node made for it (root; slurm-wlm, munge)
 	@echo "== slurm-test: workflow/profiles/slurm"
 	$(activate)
 	uv pip install --quiet --no-deps --target .snakemake/slurm snakemake-executor-plugin-slurm snakemake-executor-plugin-slurm-jobstep
 	PYTHONPATH="$$PWD/.snakemake/slurm" python -m tests.torture.slurm
 
-lint: .venv/.installed  ## check style, types, import contracts and the workflow
+lint: .venv/.dev  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"
 	$(activate)
 	ruff check
@@ -85,26 +102,51 @@ lint: .venv/.installed  ## check style, types, import contracts and the workflow
 	snakemake --dry-run --quiet all > /dev/null
 	if (snakemake --lint 2>&1 || true) | grep '^ *\* ' | grep -v 'Specify a conda environment or container'; then exit 1; fi
 
-bench: .venv/.installed  ## measure speed against other means, and the whole study's time, into results/bench.json
+bench: .venv/.dev  ## measure speed against other means, and the whole study's time, into results/bench.json
 	@echo "== bench: benchmarks/bench.py (some 5 minutes; leave the machine alone meanwhile)"
 	$(activate)
 	python -m benchmarks.bench
 
-lock: .venv/.installed  ## write requirements.lock again from pyproject.toml (UPGRADE=1: newest versions)
-	@echo "== lock: requirements.lock"
+wheel: .venv/.dev  ## build sdist and wheel into dist/; try every engineer's command of the wheel in an empty environment
+	@echo "== wheel: dist/, then pytest tests/test_wheel.py"
 	$(activate)
-	uv pip compile --quiet --generate-hashes --no-emit-index-url --no-header --no-annotate --extra dev --extra docs --extra evidence --extra control \
-	    --python-version 3.11 --python-platform x86_64-manylinux_2_28 $(if $(UPGRADE),--upgrade) \
-	    --output-file requirements.lock pyproject.toml
+	rm -rf dist
+	uv build --quiet --no-build-isolation --out-dir dist
+	rm dist/.gitignore
+	pytest -n0 tests/test_wheel.py
+
+# Universal: every platform and Python from 3.11 on.
+compile = uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header --no-annotate $(if $(UPGRADE),--upgrade)
+study_extras = --extra workflow --extra setup
+
+lock: .venv/.study  ## write both locks again from pyproject.toml (UPGRADE=1: newest versions)
+	@echo "== lock: requirements.lock, requirements-dev.lock"
+	$(activate)
+	$(compile) $(study_extras) --output-file requirements.lock pyproject.toml
+	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu \
+	    --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
+
+lock-check: .venv/.study  ## is there a wheel of every locked package for Linux on x86-64 and aarch64 and for macOS 15 on arm64
+	@echo "== lock-check: dry runs of both locks"
+	$(activate)
+	for platform in x86_64-manylinux_2_28 aarch64-manylinux_2_28 aarch64-apple-darwin; do
+	    for version in 3.11 3.12 3.13; do
+	        for lock in requirements.lock requirements-dev.lock; do
+	            echo "$$platform, Python $$version, $$lock"
+	            MACOSX_DEPLOYMENT_TARGET=15.0 uv pip install --quiet --dry-run --target .venv/none --python-platform $$platform --python-version $$version \
+	                --only-binary :all: --no-binary connection-pool --require-hashes -r $$lock
+	        done
+	    done
+	done
 
 clean:  ## remove results, documentation and caches, keep .venv
 	@echo "== clean: results, site, workflow state, tool caches"
 	find results -mindepth 1 ! -path results/README.md -delete
-	rm -rf site .coverage* .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf site dist build .coverage* .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 
-# The stamp comes last, so an interrupted set-up starts afresh. uv, itself pinned in the lock, takes 10 s where pip takes
-# 100; pip is kept for machines where only pip is configured to reach a package index.
-.venv/.installed: requirements.lock pyproject.toml
+# Stamps come last, so an interrupted set-up starts afresh. uv, itself pinned in the lock, takes seconds where pip takes
+# minutes; pip is kept for machines where only pip is configured to reach a package index.
+.venv/.study: requirements.lock pyproject.toml
 	@for candidate in "$(PYTHON)" python3; do
 	    # Not the interpreter of an active .venv: it is about to be removed.
 	    base=$$("$$candidate" -c 'import sys; print(sys._base_executable if sys.version_info >= (3, 11) else "")' 2>/dev/null) || true
@@ -113,13 +155,21 @@ clean:  ## remove results, documentation and caches, keep .venv
 	if [ -z "$$base" ]; then echo "No Python 3.11 or later found: install one, or name it with make PYTHON=/path/to/python3.11" >&2; exit 1; fi
 	echo "== set-up 1/3: .venv with $$("$$base" --version)"
 	"$$base" -m venv --clear --without-pip .venv
-	pip() { "$$base" -m pip --python .venv/bin/python install --quiet --disable-pip-version-check --require-hashes "$$@"; }
-	echo "== set-up 2/3: packages pinned in requirements.lock (15 s to 2 min, 1.8 GB on disk)"
+	echo "$$base" > .venv/.base
+	echo "== set-up 2/3: what the study needs, pinned in requirements.lock (10 s to 1 min, 0.7 GB on disk)"
 	sed -n '/^uv==/,/[^\]$$/p' requirements.lock > .venv/uv.lock
-	pip -r .venv/uv.lock
-	# Compiled here and not at first use: where PYTHONDONTWRITEBYTECODE is set every job would compile all it imports.
-	uv() { .venv/bin/uv pip install --quiet --compile-bytecode --python .venv/bin/python "$$@"; }
-	uv --require-hashes --build-constraints requirements.lock -r requirements.lock || pip -r requirements.lock
+	"$$base" -m pip --python .venv/bin/python install --quiet --disable-pip-version-check --require-hashes -r .venv/uv.lock
+	$(call install,requirements.lock)
 	echo "== set-up 3/3: pneumo itself, editable"
-	uv --no-deps --no-build-isolation --editable .
+	.venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --no-build-isolation --editable .
 	touch $@
+
+.venv/.dev: .venv/.study requirements-dev.lock
+	@echo "== set-up: tools for tests, documentation and evidence, pinned in requirements-dev.lock (10 s to 1 min, 0.7 GB more)"
+	base=$$(cat .venv/.base)
+	$(call install,requirements-dev.lock)
+	touch $@
+
+# Install a lock: with uv, else with pip.
+install = .venv/bin/uv pip install --quiet --python .venv/bin/python --require-hashes --build-constraints requirements.lock -r $(1) || \
+    "$$base" -m pip --python .venv/bin/python install --quiet --disable-pip-version-check --require-hashes -r $(1)

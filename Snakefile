@@ -7,7 +7,7 @@ import sys
 from snakemake.utils import min_version
 
 from pneumo.jobs.checked_study import checked_study, own_cylinders
-from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints
+from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made
 from pneumo.jobs.run_lock import take_run_lock
 
 min_version("9.0")
@@ -31,10 +31,12 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/assess.smk"
 include: "workflow/rules/publish.smk"
+include: "workflow/rules/second_paper.smk"
 include: "workflow/rules/own.smk"
 include: "workflow/rules/ensemble.smk"
 include: "workflow/rules/cylinders.smk"
 include: "workflow/rules/evidence.smk"
+include: "workflow/rules/live.smk"
 include: "workflow/rules/manuscript.smk"
 
 
@@ -51,6 +53,9 @@ rule paper:
         rules.tables.output,
         rules.verdict.output,
         rules.verdict_page.output,
+        rules.verdict_2007.output,
+        rules.verdict_page_2007.output,
+        expand("results/2007/figures/{name}.{kind}", name=DRAWN_2007, kind=["svg", "png"]),
         rules.report.output,
 
 

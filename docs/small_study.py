@@ -46,4 +46,8 @@ def small_study(results: Path, override: Path) -> None:
         script("replay")(parameters, each("datum"), replays, 2, code)
         statistics = [results / transport / "statistics.nc" for transport in TRANSPORTS]
         script("statistics")(parameters, statistics, code)
-        script("verdict")(parameters, ROOT / "paper/2006/claims.yaml", results / "verdict.json")
+        measured = results / "2007"
+        script("simulated_example")(
+            ROOT / "paper/2007/claims.yaml", measured / "example.nc", measured / "coefficients.nc", code
+        )
+        script("verdict")("2006", ROOT / "paper/2006/claims.yaml", results / "verdict.json")

@@ -3,6 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pneumo.catalogue import default_conductance as default_conductance
+    from pneumo.catalogue import measured_conductances as measured_conductances
     from pneumo.configuration.experiment import Plant as Plant
     from pneumo.engineer.floor_theory import transport_floor as transport_floor
     from pneumo.engineer.linear_model import Linear as Linear
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     __version__: str
 else:
     _NAMES = {
+        "catalogue": ["default_conductance", "measured_conductances"],
         "configuration.experiment": ["Plant"],
         "engineer.linear_model": ["Linear", "linearise"],
         "engineer.model_rate": ["chamber_rate"],

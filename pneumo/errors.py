@@ -31,12 +31,7 @@ class ResultError(PneumoError, ValueError):
 
 
 class DamagedError(ResultError):
-    """A results file whose content is not what was once written under its name.
-
-    Attributes
-    ----------
-    path : pathlib.Path
-    """
+    """A results file, `path`, whose content is not what was once written under its name."""
 
     def __init__(self, path: Path, reason: str) -> None:
         super().__init__(f"{path}: {reason}")

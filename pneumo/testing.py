@@ -181,10 +181,8 @@ def plants() -> st.SearchStrategy[Plant]:
     def build(gas: Gas, valve: Valve, conditions: Conditions, cylinder: Cylinder, k_0: float) -> Plant:
         return Plant(gas, valve, conditions._replace(T_0=conditions.T_amb), cylinder, k_0)
 
-    def valve(k_xu: float, u_max: float) -> Valve:  # `builds` would also draw the fields that have defaults
-        return Valve(k_xu, u_max)
-
-    valves = st.builds(valve, _between(1e-9, 1e-5), _between(1.0, 20.0))
+    # `builds` would also draw the fields that have defaults.
+    valves = st.tuples(_between(1e-9, 1e-5), _between(1.0, 20.0)).map(lambda values: Valve(*values))
     return st.builds(build, gases(), valves, conditions(), cylinders(), conductances())
 
 

@@ -32,18 +32,11 @@ class Browser:
             os.dup2(one, 3)
             os.dup2(two, 4)
 
-        self.process = subprocess.Popen(
-            [
-                CHROMIUM,
-                *("--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe"),
-                *("--hide-scrollbars", f"--window-size={width},{height}", f"--user-data-dir={self.profile}"),
-                "about:blank",
-            ],
-            close_fds=False,
-            preexec_fn=wire,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+        profile = f"--user-data-dir={self.profile}"
+        command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe"]
+        command += ["--hide-scrollbars", f"--window-size={width},{height}", profile, "about:blank"]
+        streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        self.process = subprocess.Popen(command, close_fds=False, preexec_fn=wire, **streams)
         os.close(to_browser)
         os.close(from_browser)
         self.buffer, self.events, self.number, self.session = b"", deque(), 0, None

@@ -1,6 +1,8 @@
 """What tests of several modules share: each made once, for tests of one xdist group by one process only."""
 
 import copy
+import itertools
+import sys
 import time
 from pathlib import Path
 
@@ -8,12 +10,15 @@ import hypothesis
 import numpy as np
 import pytest
 import xarray as xr
+from paper_study import STUDY
 
-from pneumo.configuration.parameters import load, study
+from pneumo.storage.kept_evidence import KEPT
 
-# The same examples in every run; `pytest --hypothesis-profile=random` searches for new ones.
-hypothesis.settings.register_profile("random", deadline=None)
-hypothesis.settings.register_profile("same", derandomize=True, deadline=None)
+# The same examples in every run; `pytest --hypothesis-profile=random` searches for new ones. No test fails
+# for the time that it takes on a busy machine.
+PATIENT = {"deadline": None, "suppress_health_check": [hypothesis.HealthCheck.too_slow]}
+hypothesis.settings.register_profile("random", **PATIENT)
+hypothesis.settings.register_profile("same", derandomize=True, **PATIENT)
 hypothesis.settings.load_profile("same")
 
 RESULTS = Path(__file__).parents[1] / "results"
@@ -21,10 +26,9 @@ RESULTS = Path(__file__).parents[1] / "results"
 
 def study_is_complete() -> bool:
     """Whether results/ holds the paper's study, not nothing and not the smoke runs."""
-    file = RESULTS / "exact" / "statistics.nc"
-    if not (file.exists() and (RESULTS / "settling.nc").exists() and (RESULTS / "table7.md").exists()):
+    if not all((RESULTS / name).exists() for name in ("exact/statistics.nc", "settling.nc", "table7.md")):
         return False
-    with xr.open_dataset(file) as statistics:
+    with xr.open_dataset(RESULTS / "exact/statistics.nc") as statistics:
         return statistics.sizes["experiment"] == 16
 
 
@@ -43,16 +47,70 @@ def results() -> Path:
 
 
 @pytest.fixture(scope="session")
+def evidence_file(results):
+    """Path of a file of evidence by its name, in results or kept with the source; where absent, skip."""
+
+    def path(name: str, target: str = "evidence") -> Path:
+        found = [file for file in (results / name, KEPT / name) if file.exists()]
+        if not found:
+            pytest.skip(f"results/{name} is not there: `snakemake -j2 {target}` makes it")
+        return found[0]
+
+    return path
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """A browser for all pages, which are loaded with `visit`."""
+    from browser import Browser
+
+    with Browser() as opened:
+        yield opened
+
+
+VISITS = itertools.count()
+
+
+@pytest.fixture
+def visit(chromium):
+    """Load a page anew at a place in it."""
+
+    def load(file: Path, place: str = ""):
+        chromium.requests.clear()
+        chromium.console.clear()
+        chromium.open(file, f"?{next(VISITS)}{place}")  # a query: loaded again
+        return chromium
+
+    return load
+
+
+@pytest.fixture
+def inside(tmp_path, monkeypatch, capsys):
+    """Run a command in this process and an empty folder; give exit code, output and error."""
+    from pneumo.cli.commands import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["pneumo", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code or 0, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture(scope="session")
 def plant():
     """Cylinder D at 0.5 W/K."""
-    return study(load(Path(__file__).parents[1] / "config/paper.yaml")).experiments["E09"].plant
+    return STUDY.experiments["E09"].plant
 
 
 @pytest.fixture(scope="session")
 def random_states() -> np.ndarray:
-    """10,000 states (u, x, v, P_A, P_B) of `plant`, on every branch of valve and limiter."""
+    """2,000 states (u, x, v, P_A, P_B) of `plant`, on every branch of valve and limiter."""
     low, high = (-12, -0.05, -2, 2e4, 2e4), (12, 0.05, 2, 9e5, 9e5)
-    return np.random.default_rng(2006).uniform(low, high, (10_000, 5))
+    return np.random.default_rng(2006).uniform(low, high, (2000, 5))
 
 
 @pytest.fixture(scope="session")
@@ -85,9 +143,8 @@ def smoke_study(tmp_path_factory):
     """
     from tests.torture.study import Study  # not where tests run in a copy of some folders only
 
-    compiled_already = {"PYTHONPATH": str(Path(__file__).parents[1])}  # numba's cache knows sources by path
     folder = tmp_path_factory.mktemp("smoke") / "a path" / "pneumo"
-    run = Study(folder, "config/smoke.yaml", compiled_already)
+    run = Study(folder, "config/smoke.yaml")
     start = time.perf_counter()
     done = run.run()
     assert done.code == 0, done.output

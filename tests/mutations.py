@@ -35,17 +35,13 @@ def mutate(module: str, checkout: Path) -> dict[str, int]:
     """Mutate one module of a copy of the checkout; print the survivors and return the counts."""
     room, _, name = module.rpartition("/")
     marked = "-m uncompiled" if room == "simulation" else ""  # the others of its tests are slow uncompiled
-    configuration = CONFIGURATION.format(
-        module=module, python=sys.executable, room=room, name=name, marked=marked
-    )
-    (checkout / "mutations.toml").write_text(configuration)
+    values = {"module": module, "python": sys.executable, "room": room, "name": name, "marked": marked}
+    (checkout / "mutations.toml").write_text(CONFIGURATION.format(**values))
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(checkout)}
 
     def run(command: str) -> str:
         tool = [str(Path(sys.executable).with_name(command.split()[0])), *command.split()[1:]]
-        return subprocess.run(
-            tool, cwd=checkout, env=environment, check=True, stdout=subprocess.PIPE, text=True
-        ).stdout
+        return subprocess.check_output(tool, cwd=checkout, env=environment, text=True)
 
     run("cosmic-ray baseline mutations.toml")  # fails where the tests fail without a mutation
     run("cosmic-ray init --force mutations.toml session.sqlite")

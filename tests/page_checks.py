@@ -38,6 +38,28 @@ CONTRAST = """
 """
 
 
+def assert_quiet(browser, file) -> None:
+    """Check that a page just loaded asked for nothing but itself and complained of nothing."""
+    assert [url.split("?")[0] for url in browser.requests] == [file.as_uri()]
+    assert browser.console == []
+
+
+def assert_readable(browser, least: int) -> None:
+    """Check the contrast of at least so many texts."""
+    worst = browser.run(CONTRAST)
+    assert worst["texts"] > least
+    assert worst["ratio"] >= 4.5, worst
+
+
+def stands_alone(page: str) -> "Structure":
+    """Check that a page loads nothing and has no identifier twice; return its structure."""
+    structure = Structure(page)
+    assert [target for target in structure.loads if not target.startswith("data:")] == []
+    assert "url(" not in page and "@import" not in page
+    assert len(set(structure.ids)) == len(structure.ids)
+    return structure
+
+
 class Structure(HTMLParser):
     """Identifiers, links and what would be loaded."""
 

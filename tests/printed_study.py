@@ -1,23 +1,23 @@
 """A results folder in which everything came out as the paper prints it, for tests of the verdict.
 
-Statistics and settling times are the published tables; runs and cells are small inventions that make the
-statements true which Tables 5 to 9 don't settle.
+Statistics and settling times are the published tables and figures; runs and cells are small inventions that
+make the statements true which Tables 5 to 9 don't settle.
 """
 
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from paper_study import STUDY
 
-from pneumo.configuration.parameters import load, study
 from pneumo.configuration.study_json import to_json
+from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, table5
+from pneumo.papers.paper_2006.study_results import PrintedTables
 from pneumo.physics.models import MODELS, lane
 from pneumo.storage.files import write, write_json
 from pneumo.storage.layout import experiment_labels
-from pneumo.verdict.published import table5
-from pneumo.verdict.sources import PrintedTables
+from pneumo.verdict.published import read_cells
 
-CONFIG = Path(__file__).parents[1] / "config" / "paper.yaml"
 CHAMBERS = ["A", "B"]
 
 
@@ -28,12 +28,10 @@ def save(dataset: xr.Dataset, file: Path) -> None:
 def write_printed_study(folder: Path) -> Path:
     """Write the folder and return it."""
     folder.mkdir(parents=True, exist_ok=True)
-    paper = study(load(CONFIG))
-    write_json(to_json(paper), folder / "parameters.json")
+    write_json(to_json(STUDY), folder / "parameters.json")
     statistics = PrintedTables(folder).statistics
     statistics["experiments"] = ("level", [16, 8, 8, 8])
     statistics["failure_time"] = ("experiment", [np.nan] * 16)
-    statistics["constant_n"] = xr.full_like(statistics["mse"], 1.35)
     settling = table5().drop_vars(["printed", "half_unit"]).to_dataset(name="settling_time")
     settling["failure_time"] = ("experiment", [np.nan] * 16)
     save(settling, folder / "settling.nc")
@@ -41,12 +39,13 @@ def write_printed_study(folder: Path) -> Path:
         (folder / name).mkdir(parents=True, exist_ok=True)
     for transport in ("published", "exact"):
         save(statistics, folder / transport / "statistics.nc")
-    for name, experiment in paper.experiments.items():
+    for name, experiment in STUDY.experiments.items():
         labels = experiment_labels(experiment)
-        cells = _cells(paper.n, int(name[1:])).assign_coords(labels)
+        cells = _cells(STUDY.n, int(name[1:])).assign_coords(labels)
         for transport in ("published", "exact"):
             save(cells, folder / transport / "replay" / f"{name}.nc")
-        save(_settling_run().assign_coords(labels), folder / "settling" / f"{name}.nc")
+        settled = _run_of_fig_7() if name == "E14" else _settling_run()
+        save(settled.assign_coords(labels), folder / "settling" / f"{name}.nc")
         datum = _datum(experiment.plant.cylinder.x_max).assign_coords(labels)
         save(datum, folder / "datum" / f"{name}.nc")
     return folder
@@ -63,46 +62,47 @@ def _cells(n: tuple[float, ...], number: int) -> xr.Dataset:
             distance = np.dot([3.0, 2.0, 1.0], [1.4 - row.n_V, 1.4 - row.n_in, 1.4 - row.n_out])
             processes = row.mixing * (number % 3 - 1) + row.explicit_heat + 0.1 * row.e_A + 0.1 * row.e_PT
             mse[i, j] = 1e7 * (1 + distance + (1.4 - value) * bool(row.a)) / (2 + processes)
-    names = ("model", "n", "chamber")
-    return xr.Dataset(
-        {
-            "mean_error": (names, 0.0 * mse),
-            "variance": (names, mse),
-            "mse": (names, mse),
-            "status": (names, np.zeros(mse.shape, dtype=np.int8)),
-            "failure_time": (names, np.full(mse.shape, np.nan)),
-            "pressure": ((*names, "t"), np.zeros((*mse.shape, 1), dtype=np.float32)),
-        },
-        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": [0.0]},
-    )
+    zero, names = 0.0 * mse, ("model", "n", "chamber")
+    arrays = {"mean_error": zero, "variance": mse, "mse": mse, "failure_time": zero * np.nan}
+    arrays["status"] = zero.astype(np.int8)
+    cells = xr.Dataset({name: (names, values) for name, values in arrays.items()})
+    cells["pressure"] = ((*names, "t"), zero[..., np.newaxis].astype(np.float32))
+    return cells.assign_coords(model=list(MODELS), n=list(n), chamber=CHAMBERS, t=[0.0])
+
+
+def _traces(t: list[float], P: np.ndarray, T: np.ndarray, **others: np.ndarray) -> xr.Dataset:
+    """A run of three samples; pressures and temperatures by sample, or by sample and chamber."""
+    both = {name: (("t", "chamber"), np.broadcast_to(a, (3, 2))) for name, a in (("P", P), ("T", T))}
+    one = {name: ("t", values) for name, values in others.items()}
+    return xr.Dataset(both | one, coords={"t": t, "chamber": CHAMBERS})
 
 
 def _settling_run() -> xr.Dataset:
     """Released at 1.267 s, and then at Fig. 7's final values throughout."""
-    t = np.array([0.0, 1.267, 2.0])
-    both = np.ones((3, 2))
-    return xr.Dataset(
-        {
-            "x": ("t", 0.0 * t),
-            "P": (("t", "chamber"), both * [5.276e5, 5.294e5]),
-            "T": (("t", "chamber"), both * [292.93, 293.12]),
-            "release_time": ((), 1.267),
-        },
-        coords={"t": t, "chamber": CHAMBERS},
-    )
+    P, T = np.array([5.276e5, 5.294e5]), np.array([292.93, 293.12])
+    return _traces([0.0, 1.267, 2.0], P, T, x=np.zeros(3)).assign(release_time=1.267)
+
+
+def _run_of_fig_7() -> xr.Dataset:
+    """Straight lines from one extremum of Fig. 7 to the next, then to its final values."""
+    final = {"x": 0.0, "P_A": 5.276e5, "P_B": 5.294e5, "T_A": 292.93, "T_B": 293.12}
+    cells = {
+        (c["row"], c["column"], c["order"]): float(c["printed"]) for c in read_cells("figure7", PAPER_FOLDER)
+    }
+    orders = [str(order) for order in range(1, 9)]
+    times = {name: [0.0, *(cells[name, "time", order] for order in orders), 0.6, 1.3] for name in final}
+    t = np.unique(np.concatenate(list(times.values())))
+    traces = {
+        name: np.interp(t, times[name], [end, *(cells[name, "value", order] for order in orders), end, end])
+        for name, end in final.items()
+    }
+    both = {q: (("t", "chamber"), np.stack([traces[f"{q}_A"], traces[f"{q}_B"]], axis=1)) for q in "PT"}
+    run = xr.Dataset(both | {"x": ("t", traces["x"])}, coords={"t": 1.267 + t, "chamber": CHAMBERS})
+    return run.assign(release_time=1.267)
 
 
 def _datum(x_max: float) -> xr.Dataset:
     """The swings of section 1, within 96 % of the half-stroke."""
-    P_0, T_amb = 0.8077 * 7e5, 293.0
-    t = np.array([0.0, 1.0, 2.0])
-    both = np.ones((3, 2))
-    return xr.Dataset(
-        {
-            "x": ("t", 0.96 * x_max * np.array([0.0, 1.0, -1.0])),
-            "v": ("t", 0.0 * t),
-            "P": (("t", "chamber"), both * (P_0 + np.array([[0.0], [1.5e5], [-1.5e5]]))),
-            "T": (("t", "chamber"), both * (T_amb + np.array([[0.0], [20.0], [-30.0]]))),
-        },
-        coords={"t": t, "chamber": CHAMBERS},
-    )
+    P = 0.8077 * 7e5 + np.array([[0.0], [1.5e5], [-1.5e5]])
+    T = 293.0 + np.array([[0.0], [20.0], [-30.0]])
+    return _traces([0.0, 1.0, 2.0], P, T, x=0.96 * x_max * np.array([0.0, 1.0, -1.0]), v=np.zeros(3))

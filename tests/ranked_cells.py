@@ -8,18 +8,7 @@ from pneumo.statistics.ranking import Ranking, rank_models
 from pneumo.statistics.recommendation import recommend
 
 N = [1.2, 1.3, 1.4]
-LEVEL = {
-    "M1": 900,
-    "M2": 80,
-    "M3": 100,
-    "M4": 3000,
-    "M5": 20,
-    "M6": 8,
-    "M7": 6,
-    "M8": 3,
-    "M9": 2.5,
-    "M10": 2.4,
-}
+LEVEL = dict(zip(MODELS, (900, 80, 100, 3000, 20, 8, 6, 3, 2.5, 2.4), strict=True))
 
 
 def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e6):
@@ -36,25 +25,15 @@ def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e
     dims = ("experiment", "run", "model", "n", "chamber")
     wrong = np.stack([values * 2, values * 3])
     meanings = {"flag_meanings": "ok diverged"}
-    return xr.Dataset(
-        {
-            "mse": (dims, values),
-            "mse_of_wrong_k_0": (("k_0_factor", *dims), wrong),
-            "run_status": (dims[:2], np.zeros(shape[:2], np.int8), meanings),
-            "run_failure_time": (dims[:2], np.full(shape[:2], np.nan)),
-            "random": ("experiment", np.ones(len(experiments), np.int8)),
-            "duration": ("experiment", np.full(len(experiments), 20.0)),
-            "time_constant": ("experiment", np.full(len(experiments), 0.7)),
-        },
-        coords={
-            "experiment": list(experiments),
-            "model": list(MODELS),
-            "n": N,
-            "k_0_factor": [0.5, 2.0],
-            "cylinder": ("experiment", ["mine"] * len(experiments)),
-            "seed": (dims[:2], np.arange(np.prod(shape[:2])).reshape(shape[:2])),
-        },
-    )
+    data = {"mse": (dims, values), "mse_of_wrong_k_0": (("k_0_factor", *dims), wrong)}
+    data["run_status"] = (dims[:2], np.zeros(shape[:2], np.int8), meanings)
+    data["run_failure_time"] = (dims[:2], np.full(shape[:2], np.nan))
+    for name, value in {"random": np.int8(1), "duration": 20.0, "time_constant": 0.7}.items():
+        data[name] = ("experiment", np.full(len(experiments), value))
+    coords = {"experiment": list(experiments), "model": list(MODELS), "n": N, "k_0_factor": [0.5, 2.0]}
+    coords["cylinder"] = ("experiment", ["mine"] * len(experiments))
+    coords["seed"] = (dims[:2], np.arange(np.prod(shape[:2])).reshape(shape[:2]))
+    return xr.Dataset(data, coords)
 
 
 def ranked(cells, cylinder) -> Ranking:

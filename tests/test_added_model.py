@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from torture.study import Study
 
-pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
+pytestmark = [pytest.mark.slow, pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 LAST_ROW = '    Model("M10",'
 # Unlike all ten: three indices, mixing without wall heat.
@@ -27,17 +27,14 @@ def copy(tmp_path_factory) -> Study:
     return study
 
 
-def test_study_and_statistics_hold_the_added_model(copy):
+def test_study_statistics_and_figures_hold_the_added_model(copy):
     for transport in ("published", "exact"):
         with xr.open_dataset(copy.results / transport / "statistics.nc") as statistics:
             overall = statistics["mse"].sel(level="overall")
             assert 0 < overall.sel(model="M11") < overall.sel(model="M4")
     rows = (copy.results / "table7.md").read_text(encoding="utf-8")
     assert re.search(r"^\| M11 \| – \| \d\.\d\de\+\d\d \| – \|", rows, re.MULTILINE)
-
-
-def test_figures_show_the_added_model(copy):
-    """Glyphs are outlines: a label in the picture is known from its comment."""
+    # Glyphs are outlines: a label in the picture is known from its comment.
     for name in ("fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"):
         assert "<!-- $M_{11}$" in (copy.results / f"figures/{name}.svg").read_text(encoding="utf-8"), name
 
@@ -49,6 +46,5 @@ def test_report_holds_the_added_model(copy):
     data = json.loads(found[1])
     assert [model["name"] for model in data["models"]][-2:] == ["M10", "M11"]
     assert all(len(e["cells"]["exact"]["mse"]) == 11 for e in data["experiments"])
-    assert "M11" not in (copy.results / "verdict.html").read_text(
-        encoding="utf-8"
-    )  # the paper says nothing of it
+    verdict = (copy.results / "verdict.html").read_text(encoding="utf-8")
+    assert "M11" not in verdict  # the paper says nothing of it

@@ -8,10 +8,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from checkout import ROOT
 
 import pneumo
-
-ROOT = Path(__file__).parents[1]
 
 
 def test_dir_shows_the_public_names_and_each_is_there():
@@ -21,33 +20,23 @@ def test_dir_shows_the_public_names_and_each_is_there():
     assert inspect.isfunction(pneumo.simulate)
     with pytest.raises(AttributeError, match="module 'pneumo' has no attribute 'simulat'"):
         _ = pneumo.simulat
+    assert pneumo.__version__ == version("pneumo")
 
 
 def test_type_checkers_see_the_same_names_from_the_same_modules():
     # They read imports that never run; at run time a table says where each name is.
     tree = ast.parse((ROOT / "pneumo/__init__.py").read_text(encoding="utf-8"))
     imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    named = {
-        alias.asname: node.module
-        for node in imports
-        for alias in node.names
-        if alias.name == alias.asname and node.module.startswith("pneumo.")
-    }
+    names = ((alias, node.module) for node in imports for alias in node.names if "pneumo." in node.module)
+    named = {alias.asname: module for alias, module in names if alias.name == alias.asname}
     assert named == pneumo._MODULE_OF and set(named) | {"__version__"} == set(pneumo.__all__)
     assert (ROOT / "pneumo/py.typed").exists()
 
 
-def test_version_is_that_of_the_distribution():
-    assert pneumo.__version__ == version("pneumo")
-
-
-def test_import_loads_neither_numba_nor_xarray():
+def test_import_loads_neither_numba_nor_xarray_and_errors_have_one_base():
     code = "import sys, pneumo; print(sorted({'numba', 'numpy', 'xarray', 'scipy'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
-
-
-def test_every_error_that_a_user_can_mend_has_one_base():
     errors = [getattr(pneumo, name) for name in pneumo.__all__ if name.endswith("Error")]
     assert len(errors) == 6 and all(issubclass(error, pneumo.PneumoError) for error in errors)
     assert str(pneumo.DamagedError(Path("E01.nc"), "damaged")) == "E01.nc: damaged"

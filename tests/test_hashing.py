@@ -11,7 +11,7 @@ import pytest
 from pneumo import hashing
 from pneumo.hashing import code_hash, compiled_hash, imports_of, modules_behind
 from pneumo.jobs.rerun_triggers import code_behind
-from tests.checkout import ROOT, copy_checkout
+from tests.checkout import ROOT, copy_checkout, edit
 
 STEPS = ["datum.py", "settling.py", "replay.py", "statistics.py", "settling_table.py"]
 
@@ -25,15 +25,13 @@ def copy(tmp_path, monkeypatch):
 
 
 def edited(file, old="", new="\n# edited\n"):
-    text = file.read_text(encoding="utf-8")
-    assert old in text
-    file.write_text(text.replace(old, new, 1) if old else text + new, encoding="utf-8")
+    if old:
+        edit(file, old, new)
+    else:
+        file.write_text(file.read_text(encoding="utf-8") + new, encoding="utf-8")
 
 
-# Modules
-
-
-def test_modules_behind_a_module_are_all_it_imports_directly_or_not():
+def test_modules_behind_a_module_are_all_it_imports_in_any_form_directly_or_not(tmp_path):
     assert modules_behind("pneumo.physics.jitable") == ["pneumo.physics.jitable"]
     behind = modules_behind("pneumo.simulation.full_order")
     assert behind == sorted(behind)
@@ -42,31 +40,19 @@ def test_modules_behind_a_module_are_all_it_imports_directly_or_not():
     assert "pneumo.physics.models" not in behind and "pneumo.simulation.reference" not in behind
     together = modules_behind("pneumo.simulation.full_order", "pneumo.physics.models")
     assert together == sorted({*behind, *modules_behind("pneumo.physics.models")})
-
-
-def test_imports_of_any_form_are_found(tmp_path):
     file = tmp_path / "script.py"
-    file.write_text(
-        "import numpy, pneumo.storage.files\n"
-        "import pneumo.simulation.full_order as datum\n"
-        "from pneumo.physics import valve\n"
-        "from pneumo.physics.models import MODELS, lane\n"
-        "def later():\n    from pneumo.statistics.averages import statistics\n"
-        "from pathlib import Path\n"
-    )
+    lines = ["import numpy, pneumo.storage.files", "import pneumo.simulation.full_order as datum"]
+    lines += ["from pneumo.physics import valve", "from pneumo.physics.models import MODELS, lane"]
+    lines += [
+        "def later():",
+        "    from pneumo.statistics.averages import statistics",
+        "from pathlib import Path",
+    ]
+    file.write_text("\n".join(lines))
     modules = "storage.files simulation.full_order physics physics.valve physics.models statistics.averages"
     assert imports_of(file) == {f"pneumo.{name}" for name in modules.split()}
-
-
-def test_an_unknown_module_is_an_error():
     with pytest.raises(ModuleNotFoundError, match=r"no pneumo module 'pneumo\.physics\.nothing'"):
         code_hash("pneumo.physics.nothing")
-
-
-def test_the_package_imports_in_no_form_that_the_hash_would_miss():
-    for file in (ROOT / "pneumo").rglob("*.py"):
-        text = file.read_text(encoding="utf-8")
-        assert not re.search(r"^\s*from\s+\.", text, re.MULTILINE), f"{file.name}: relative import"
 
 
 LOADED = """
@@ -80,18 +66,16 @@ for names in {names}:
 """
 
 
-def test_nothing_is_loaded_that_the_hash_does_not_cover():
+def test_nothing_is_loaded_that_the_hash_does_not_cover_in_any_form_of_import():
     imported = [sorted(imports_of(ROOT / "workflow" / "scripts" / script)) for script in STEPS]
     program = LOADED.format(names=imported)
-    run = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    output = subprocess.check_output([sys.executable, "-c", program], cwd=ROOT, text=True)
     rooms = {".".join(file.parent.relative_to(ROOT).parts) for file in (ROOT / "pneumo").rglob("__init__.py")}
-    for names, loaded in zip(imported, run.stdout.splitlines(), strict=True):
+    for names, loaded in zip(imported, output.splitlines(), strict=True):
         assert set(loaded.split()) - rooms <= set(modules_behind(*names))  # __init__.py holds a sentence each
-
-
-# Hashes
+    for file in (ROOT / "pneumo").rglob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        assert not re.search(r"^\s*from\s+\.", text, re.MULTILINE), f"{file.name}: relative import"
 
 
 def test_an_edit_of_an_imported_module_changes_the_hash_and_of_an_unrelated_one_does_not(copy):
@@ -104,9 +88,7 @@ def test_an_edit_of_an_imported_module_changes_the_hash_and_of_an_unrelated_one_
     assert code_hash("pneumo.simulation.full_order") != before
     edited(copy / "pneumo/physics/valve.py", "\n# edited\n", "")
     assert code_hash("pneumo.simulation.full_order") == before
-
-
-def test_two_modules_that_swap_their_text_change_the_hash(copy):
+    # So do two modules that swap their text.
     names = "pneumo.physics.cylinder", "pneumo.physics.chamber"
     before = code_hash(*names)
     files = [copy / f"{name.replace('.', '/')}.py" for name in names]
@@ -143,34 +125,25 @@ def test_which_steps_of_the_workflow_an_edit_concerns(copy, file, old, new, chan
     assert {step for step in STEPS if code_behind(step) != before[step]} == changed
 
 
-# Compiled code
-
 KERNEL = """
 import numpy as np
-from numba import config
 from pneumo.configuration.experiment import Drive
 from pneumo.simulation.full_order import command_series
 u = command_series(np.zeros((2, 6)), np.full(2, 0.01), Drive(True, 1000.0, 0.048))
-print(u[0], config.CACHE_DIR, sum(command_series.stats.cache_hits.values()))
+print(u[0], command_series.stats.cache_path, sum(command_series.stats.cache_hits.values()))
 """
 
 
 def compiled(folder):
     """Result of a small kernel in a copy of the package, its cache folder, and whether it came from there."""
     environment = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
-    run = subprocess.run(
-        [sys.executable, "-c", KERNEL],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    u, cache, hits = run.stdout.split()
+    output = subprocess.check_output([sys.executable, "-c", KERNEL], cwd=folder, env=environment, text=True)
+    u, cache, hits = output.split()
     assert Path(cache).parent == folder / "cache"
     return float(u), cache, int(hits)
 
 
+@pytest.mark.slow
 def test_compiled_code_is_never_stale(copy):
     # The kernel is in full_order.py; the edit is in excitation.py, which numba's cache does not look at.
     u, cache, hits = compiled(copy)

@@ -2,23 +2,23 @@
 
 import json
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 import xarray as xr
+from checkout import ROOT, between
+from typer.testing import CliRunner
 
-ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+from pneumo.cli.commands import app
+from pneumo.physics.models import MODELS
+from pneumo.verdict.judging import STATUSES, read_statuses
+
+PAGE = ROOT / "README.md"
+README = PAGE.read_text(encoding="utf-8")
 
 
-def between(marker: str) -> str:
-    """Text of the README between the comment that begins with a marker and the closing one."""
-    name = marker.split(":")[0]
-    found = re.search(rf"<!-- {re.escape(marker)}[^>]*-->(.*?)<!-- /{name} -->", README, re.DOTALL)
-    assert found, f"README has no {marker}"
-    return found.group(1).strip()
+@pytest.fixture(autouse=True)
+def in_the_checkout(monkeypatch):
+    monkeypatch.chdir(ROOT)
 
 
 def test_make_targets_exist():
@@ -28,21 +28,41 @@ def test_make_targets_exist():
     assert all(f"\n{target}:" in makefile for target in targets)
 
 
-def test_named_files_and_folders_exist():
+def test_named_files_and_folders_links_and_pictures_exist():
     made = ("results/", "site/")  # by the study and by `make docs`
     names = {name for name in re.findall(r"`([\w./]+/[\w./]*)`", README) if not name.startswith(made)}
     assert len(names) >= 9
     assert [name for name in sorted(names) if not (ROOT / name).exists()] == []
-
-
-def test_links_and_pictures_exist():
     for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", README):
         assert (ROOT / target).exists(), target
+    # Made by tests/report_picture.py; its bytes are a browser's.
+    picture = (ROOT / "paper/readme/report.png").read_bytes()
+    assert picture[1:4] == b"PNG" and int.from_bytes(picture[16:20], "big") == 1200
+    assert len(picture) < 300_000
+    assert "(paper/readme/report.png)" in README
+
+
+def test_the_ten_models_are_those_of_the_table():
+    """Index, temperature, mixing, wall heat and what has to be known, in words."""
+    rows = between(PAGE, "models: a test").splitlines()[2:]
+    for row, (name, model) in zip(rows, MODELS.items(), strict=True):
+        explicit = model.wall != "none"
+        indices = list(dict.fromkeys(str(i).removesuffix(".0") for i in (model.n_V, model.n_in, model.n_out)))
+        words = "by the index: " if len(indices) == 1 else "by the indices: "
+        known = ["n"] * model.has_n + (["k_0" if model.wall == "k_0" else "lambda_0"] if explicit else [])
+        cells = [
+            name,
+            {"constant": "constant", "polytropic": "follows the pressure"}[model.temperature],
+            "its own temperature" if model.mixing else "the chamber's temperature",
+            model.wall if explicit else words + ", ".join(indices),
+            ", ".join(known),
+        ]
+        assert [cell.strip() for cell in row.strip("|").split("|")] == cells
 
 
 @pytest.mark.results
 def test_table_7_is_the_workflows(results):
-    assert between("table7: generated") == (results / "table7.md").read_text(encoding="utf-8").strip()
+    assert between(PAGE, "table7: generated") == (results / "table7.md").read_text(encoding="utf-8").strip()
 
 
 @pytest.mark.results
@@ -50,7 +70,7 @@ def test_table_7_is_the_workflows(results):
 def test_ratio_of_M8_to_M7(results, level):
     with xr.open_dataset(results / "exact/statistics.nc") as statistics:
         mse = statistics["mse"].sel(level=level)
-        assert between(f"ratio: {level}") == f"{(mse.sel(model='M8') / mse.sel(model='M7')).item():.2f}"
+        assert between(PAGE, f"ratio: {level}") == f"{(mse.sel(model='M8') / mse.sel(model='M7')).item():.2f}"
 
 
 @pytest.mark.results
@@ -58,48 +78,34 @@ def test_picture_is_the_workflows(results):
     assert (ROOT / "paper/readme/traces.png").read_bytes() == (results / "figures/traces.png").read_bytes()
 
 
-def test_picture_of_the_report():
-    """Made by tests/report_picture.py; its bytes are a browser's."""
-    picture = (ROOT / "paper/readme/report.png").read_bytes()
-    assert picture[1:4] == b"PNG" and int.from_bytes(picture[16:20], "big") == 1200
-    assert len(picture) < 300_000
-    assert "(paper/readme/report.png)" in README
-
-
-def output_of(code: str, *arguments: str) -> str:
-    done = subprocess.run([sys.executable, "-c", code, *arguments], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 def pneumo(command: str, *more: str) -> str:
     """Output of a command of pneumo."""
-    return output_of("from pneumo.cli.commands import main; main()", *command.split(), *more)
+    done = CliRunner().invoke(app, [*command.split(), *more])
+    assert done.exit_code == 0, done.output
+    return done.output
 
 
-def output_of_section(section: str) -> str:
+def output_of_section(section: str, capsys) -> str:
     """Output of a section's Python."""
     code = re.search(rf"^## {section}\n(?:(?!^## ).)*?```python\n(.*?)```", README, re.DOTALL | re.MULTILINE)
     assert code
-    return output_of(code.group(1))
+    exec(code.group(1), {"__name__": "__main__"})  # noqa: S102 - the project's own page
+    return capsys.readouterr().out
 
 
 @pytest.mark.results
-def test_cell_opens(results):
-    assert len(output_of_section("Open a cell").strip("[] \n").split()) == 2
+def test_cell_opens(results, capsys):
+    assert len(output_of_section("Open a cell", capsys).strip("[] \n").split()) == 2
 
 
-def test_use_in_code():
-    numbers = re.findall(r"[-\d.e+]+", output_of_section("Use in code"))
+def test_use_in_code_and_export(capsys, tmp_path):
+    numbers = re.findall(r"[-\d.e+]+", output_of_section("Use in code", capsys))
     assert len(numbers) == 2 + 4
     assert all(0 < float(mse) < 1e9 for mse in numbers[:2])
-
-
-def test_export_writes(tmp_path):
     command = re.search(r"`pneumo (export [^`]+)-o m8.c`", README)
     assert command
     pneumo(command.group(1), "-o", str(tmp_path / "m8.c"))
-    assert "void M8_dP_dt(" in (tmp_path / "m8.c").read_text()
+    assert "int M8_step(" in (tmp_path / "m8.c").read_text()
 
 
 @pytest.mark.results
@@ -109,9 +115,21 @@ def test_named_commands_answer(results):
     assert all("M8" in pneumo(command) for command in commands)
 
 
+def test_counts_of_the_second_verdict():
+    statuses = list(read_statuses(ROOT / "paper" / "2007").values())
+    assert between(PAGE, "verdict 2007: items") == str(len(statuses))
+    for status in STATUSES:
+        assert between(PAGE, f"verdict 2007: {status}") == str(statuses.count(status))
+
+
 @pytest.mark.results
 def test_counts_of_the_verdict(results):
-    counts = json.loads((results / "verdict.json").read_text())["counts"]
-    for status, count in counts.items():
-        assert between(f"verdict: {status}") == str(count)
+    verdict = json.loads((results / "verdict.json").read_text())
+    counts = verdict["counts"]
+    headline = {f"headline {basis}": verdict["headline"][basis] for basis in ("measured", "fitted")}
+    for numbers in verdict["counts_by_basis"].values():
+        del numbers["items"]
+    for name, numbers in {"": counts, **verdict["counts_by_basis"], **headline}.items():
+        for status, count in numbers.items():
+            assert between(PAGE, f"verdict: {name} {status}".replace("  ", " ")) == str(count)
     assert counts.pop("items") == sum(counts.values())

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from tests.checkout import ROOT
+from tests.checkout import ROOT, edit
 from tests.torture.study import Study
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
@@ -31,9 +31,7 @@ def planned(study: Study) -> dict[str, int]:
 @contextmanager
 def replaced(file: Path, old: str, new: str) -> Iterator[None]:
     """Replace part of a file's text for a while."""
-    original = file.read_text()
-    assert old in original
-    file.write_text(original.replace(old, new))
+    original = edit(file, old, new)
     try:
         yield
     finally:
@@ -51,7 +49,7 @@ def test_every_planned_file_is_there(smoke):
         assert {f"settling/{experiment}.nc", f"datum/{experiment}.nc"} <= made
         assert {f"{transport}/replay/{experiment}.nc" for transport in ("published", "exact")} <= made
     assert {"published/statistics.nc", "exact/statistics.nc", "settling.nc", "table7.md"} <= made
-    assert {"verdict.html", "report.html"} <= made
+    assert {"verdict.html", "report.html", "2007/verdict.json", "2007/verdict.html"} <= made
     assert {f"figures/fig{number:02}.svg" for number in range(1, 13)} <= made
     assert {f"figures/fig{number:02}.png" for number in range(7, 12)} <= made  # the others are kept by hand
     assert not [name for name in made if name.endswith(".part")]
@@ -62,6 +60,7 @@ FIGURE = "pneumo/publish/figures/traces_figure.py", "import xarray as xr", "impo
 DURATION = "config/smoke.yaml", "duration_limit_s: 3.0", "duration_limit_s: 2.0"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("edit", "rerun", "kept"),
     [
@@ -78,6 +77,7 @@ def test_an_edit_reruns_what_depends_on_it_only(smoke, edit, rerun, kept):
     assert edit != FIGURE or jobs == {"figures": 1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "text", "jobs"),
     [
@@ -98,6 +98,7 @@ def test_evidence_once_there_is_used_if_it_is_this_studys(smoke, name, text, job
         evidence.unlink()
 
 
+@pytest.mark.slow
 def test_snakemakes_own_report(smoke, tmp_path):
     done = smoke.run("--report", str(tmp_path / "report.zip"))
     assert done.code == 0, done.output
@@ -111,10 +112,7 @@ def test_bad_configuration_is_one_line_exit_2_and_nothing_written(tmp_path):
     (study.folder / "bad.yaml").write_text("cylinders: {D: {bore_mm: -20}}")
     done = study.run()
     assert done.code == 2
-    assert [line for line in done.output.splitlines() if line.startswith("pneumo: ")] == [
-        f"pneumo: {done.refusal}"
-    ]
-    assert "Traceback" not in done.output
+    assert done.output.count("pneumo: ") == 1 and "Traceback" not in done.output
     assert all(word in done.refusal for word in ("bad.yaml", "cylinders.D.bore_mm", "-20", "greater than 0"))
     assert not study.hashes()
 
@@ -133,6 +131,7 @@ run: {experiments: [open, other], seeds: 2, duration_limit_s: 0.3}
 """
 
 
+@pytest.mark.slow
 def test_cylinders_of_ones_own(tmp_path):
     compiled_already = {"PYTHONPATH": str(ROOT)}
     study = Study(tmp_path / "own", "my.yaml", compiled_already)

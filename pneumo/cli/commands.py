@@ -1,6 +1,9 @@
 """Command line: ``pneumo ...`` for engineers, ``pneumo paper ...`` for the reproduction; how errors end."""
 
+import os
 import sys
+from contextlib import suppress
+from io import TextIOWrapper
 from typing import Annotated
 
 import typer
@@ -20,6 +23,16 @@ for command in (init, check, study, fit, linearise, export, models):
     app.command()(command)
 for command in (verdict, explain, assumptions, identify, ensemble, verify):
     paper.command()(command)
+
+
+@paper.callback()
+def in_checkout() -> None:
+    """Refuse the commands of the reproduction where its tables and claims are not: in an installed wheel."""
+    from pneumo.errors import InputError
+    from pneumo.papers import PAPERS
+
+    if not PAPERS.is_dir():
+        raise InputError("`pneumo paper` needs a checkout of the project: clone it, `make reproduce` there")
 
 
 def _print_version(wanted: bool) -> None:
@@ -43,10 +56,23 @@ def main() -> None:
     """Run the command line; an error that the user can mend is one line and exit code 2."""
     from pneumo.errors import PneumoError, printable
 
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # whatever the locale can write
     try:
-        sys.exit(app(standalone_mode=False))
+        code = app(standalone_mode=False)
+        print(end="", flush=True)
+        sys.exit(code)
     except PneumoError as error:
         message = str(error)
+    except (OSError, SystemExit) as end:  # full, not to be written, or a pipe that nobody reads
+        error = (
+            end.__context__ if isinstance(end, SystemExit) else end
+        )  # typer and rich leave a broken pipe so
+        if not isinstance(error, OSError):
+            raise
+        message = f"{error.filename or 'output'}: {error.strerror}"
+        with suppress(OSError, ValueError):  # else Python would try to write the rest when it ends
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
         describe = getattr(error, "format_message", None)
         if describe is None:  # not one of typer's errors of usage

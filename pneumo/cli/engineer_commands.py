@@ -11,6 +11,7 @@ import typer
 if TYPE_CHECKING:
     from pneumo.configuration.experiment import Study
 
+PAPER = Path("config/paper.yaml")  # in a checkout
 Files = Annotated[list[Path], typer.Argument(help="configuration, later files override earlier ones")]
 Config = Annotated[list[Path] | None, typer.Option(help="configuration, may be repeated [config/paper.yaml]")]
 ModelName = Annotated[str, typer.Argument(help="M1 to M10")]
@@ -26,8 +27,11 @@ ConductanceOption = Annotated[
 
 def _study(files: list[Path] | None) -> "Study":
     from pneumo.configuration.parameters import load, study
+    from pneumo.errors import InputError
 
-    return study(load(*(files or [Path("config/paper.yaml")])))
+    if not files and not PAPER.exists():
+        raise InputError("name a configuration with --config; `pneumo init` writes one")
+    return study(load(*(files or [PAPER])))
 
 
 def init(file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml")) -> None:
@@ -40,11 +44,15 @@ def init(file: Annotated[Path, typer.Argument(help="file to write")] = Path("cyl
 
 def check(files: Files) -> None:
     """Check a configuration and say what it would run."""
+    from pneumo.engineer.plants import catalogue_notes
+
     result = _study(files)
     for name, e in result.experiments.items():
         loop = "closed" if e.drive.closed_loop else "open"
         time = f"{e.steps * e.h:g} s, step {e.h * 1e3:g} ms"
         typer.echo(f"{name}  cylinder {e.cylinder}  {loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
+    for note in catalogue_notes(result):
+        typer.echo(note)
     typer.echo(f"{result.name}: {len(result.experiments)} experiments, n = {', '.join(map(str, result.n))}")
 
 
@@ -64,6 +72,7 @@ def study(
     from rich.progress import Progress
 
     from pneumo.engineer import own_study
+    from pneumo.engineer.plants import catalogue_notes
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import check_folder, save_study
     from pneumo.publish.text.terminal_tables import study_tables
@@ -77,6 +86,8 @@ def study(
         line = bar.add_task("full-order runs and replays", total=own_study.simulated_time(chosen))
         cells = own_study.run_study(chosen, threads, lambda seconds: bar.advance(line, seconds))
     rankings = own_study.rankings(cells)
+    for note in catalogue_notes(chosen):
+        console.print(note, markup=False)
     for ranking in rankings:
         for table in study_tables(ranking):
             console.print(table)
@@ -93,7 +104,9 @@ def study(
 
 
 def fit(
-    measurement: Annotated[Path, typer.Argument(help="CSV or NetCDF: t, u, x, P_A, P_B, optional v and T")],
+    measurement: Annotated[
+        Path, typer.Argument(help="CSV, .lvm, .mat or NetCDF: t, u, x, P_A, P_B, optional v, T")
+    ],
     cylinder: OneCylinder = None,
     config: Config = None,
     columns: Annotated[Path | None, typer.Option(help="YAML: `P_A: {column: name, unit: kPa}` ...")] = None,
@@ -111,6 +124,7 @@ def fit(
     """Fit models to a measurement: k_0, n, valve coefficient, dead volumes; ranked on a part held out."""
     from rich.console import Console
 
+    from pneumo.catalogue import default_conductance
     from pneumo.engineer.closed_chamber import transient
     from pneumo.engineer.confused_columns import check_columns
     from pneumo.engineer.estimate import fit_measurement, save_fit
@@ -120,8 +134,10 @@ def fit(
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page
     from pneumo.publish.text.terminal_tables import fit_table, transient_text
-    from pneumo.storage.files import write_text
+    from pneumo.storage.files import check_output, write_text
 
+    if output is not None:
+        check_output(output)
     configured = _study(config)
     plant = configured_plant(configured, cylinder, 1.0)
     names = [model_row(name).name for name in model or MODELS]
@@ -138,6 +154,9 @@ def fit(
         measured, plant, names, held=held, part=part, progress=lambda text: typer.echo(text, err=True)
     )
     Console().print(fit_table(fitted))
+    start = default_conductance(plant.cylinder)
+    ends = f"95 % of such cylinders {start.k_0_low:.2g} to {start.k_0_high:.2g}"
+    typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})")
     if output is not None:
         save_fit(fitted, configured.config_sha256, output / "fit.nc")
         write_text(fit_page(fitted, measurement.name), output / "fit.html")
@@ -146,57 +165,93 @@ def fit(
 
 
 def linearise(
-    model: ModelName,
+    model: Annotated[str, typer.Argument(help="M1 to M10, or full for the full order")],
     u: Annotated[float, typer.Option("--u", help="command at the operating point, V")],
     P_A: Annotated[float, typer.Option("--P_A", help="pressure of chamber A there, Pa")],
     P_B: Annotated[float, typer.Option("--P_B", help="pressure of chamber B there, Pa")],
     x: Annotated[float, typer.Option("--x", help="position there, m from mid-stroke")] = 0.0,
     v: Annotated[float, typer.Option("--v", help="velocity there, m/s")] = 0.0,
+    T_A: Annotated[float | None, typer.Option("--T_A", help="for full: temperature there, K [T_0]")] = None,
+    T_B: Annotated[float | None, typer.Option("--T_B", help="the same of chamber B")] = None,
+    states: Annotated[
+        Literal["chambers", "actuator"], typer.Option(help="with x and v as inputs, or as states")
+    ] = "chambers",
     n: IndexOption = None,
     cylinder: OneCylinder = None,
     k0: ConductanceOption = None,
     config: Config = None,
     as_json: Annotated[bool, typer.Option("--json", help="print A and B as JSON")] = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(help="draw natural frequency and damping over stroke and pressure: name without suffix"),
+    ] = None,
 ) -> None:
-    """Print a linear model of both chambers at an operating point: rates of P_A and P_B."""
+    """Print a linear model of both chambers, or of the actuator, at an operating point."""
     import json
 
-    from pneumo.engineer.linear_model import INPUTS, STATES
+    from pneumo.engineer.linear_analysis import natural_modes, operating_range
     from pneumo.engineer.linear_model import linearise as linear_model
     from pneumo.engineer.plants import configured_plant
+    from pneumo.engineer.system import quantity, rate_unit, system
 
     plant = configured_plant(_study(config), cylinder, k0)
-    linear = linear_model(model, n, plant, u=u, P_A=P_A, P_B=P_B, x=x, v=v)
-    rows = [[*map(float, a), *map(float, b)] for a, b in zip(linear.A, linear.B, strict=True)]
+    names = system(model, n, plant, piston=states == "actuator")
+    linear = linear_model(model, n, plant, u=u, P_A=P_A, P_B=P_B, x=x, v=v, T_A=T_A, T_B=T_B, states=states)
+    A, B = ([[float(rate) for rate in row] for row in matrix] for matrix in (linear.A, linear.B))
+    if plot is not None:
+        from pneumo.publish.figures.modes_figure import modes_figure
+        from pneumo.publish.style import save
+
+        save(modes_figure(natural_modes(model, n, plant, *operating_range(plant))), plot)
     if as_json:
-        matrices = {"A": [row[:2] for row in rows], "B": [row[2:] for row in rows]}
-        return typer.echo(json.dumps({"states": STATES, "inputs": INPUTS, **matrices}))
-    units = ("1/s", "1/s", "Pa/s per V", "Pa/s per m", "Pa/s per m/s")
-    heads = [f"{name} ({unit})" for name, unit in zip((*STATES, *INPUTS), units, strict=True)]
-    typer.echo("         " + "  ".join(f"{head:>16}" for head in heads))
-    for state, row in zip(STATES, rows, strict=True):
-        typer.echo(f"d{state}/dt  " + "  ".join(f"{value:16.6g}" for value in row))
+        return typer.echo(json.dumps({"states": names.states, "inputs": names.inputs, "A": A, "B": B}))
+    heads = [f"{name} ({quantity(name)[0]})" for name in (*names.states, *names.inputs)]
+    typer.echo(" " * 18 + "  ".join(f"{head:>14}" for head in heads))
+    for state, by_state, by_input in zip(names.states, A, B, strict=True):
+        head = f"d{state}/dt ({rate_unit(state)})"
+        typer.echo(f"{head:18}" + "  ".join(f"{rate:14.6g}" for rate in by_state + by_input))
     return None
 
 
 def export(
-    model: ModelName,
-    to: Annotated[str, typer.Option(help="c, matlab (Octave too) or casadi (Python)")],
+    model: Annotated[str, typer.Argument(help="M1 to M10, or full for the full order")],
+    to: Annotated[str, typer.Option(help="c, matlab (Octave too), casadi (Python) or fmu")],
     n: IndexOption = None,
     cylinder: OneCylinder = None,
     k0: ConductanceOption = None,
     config: Config = None,
     precision: Annotated[str, typer.Option(help="double or, in C, float")] = "double",
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="file [standard output]")] = None,
+    valve: Annotated[bool, typer.Option("--valve/--no-valve", help="else mass flows are inputs")] = True,
+    piston: Annotated[bool, typer.Option("--piston/--no-piston", help="else x and v are inputs")] = False,
+    fmi: Annotated[Literal["2", "3"], typer.Option(help="version of the FMU")] = "2",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="file [standard output, if there is just one]")
+    ] = None,
 ) -> None:
-    """Write a model as source code: rates of both chambers' pressures from u, x, v, P_A and P_B."""
-    from pneumo.engineer.export import exported, write_source
+    """Write a model as source code or FMU: chambers with or without valve and piston."""
+    from pneumo.engineer.export import exported, write_files
     from pneumo.engineer.plants import configured_plant
+    from pneumo.errors import InputError
 
-    source = exported(model, n, configured_plant(_study(config), cylinder, k0), to, precision)
+    suffix = {"c": ".c", "fmu": ".fmu"}.get(to)
+    if suffix and (output is None or output.suffix != suffix):
+        raise InputError(f"--to {to}: needs --output FILE{suffix}")
+    files = exported(
+        model,
+        n,
+        configured_plant(_study(config), cylinder, k0),
+        to,
+        stem=output.stem if output else None,
+        precision=precision,
+        valve=valve,
+        piston=piston,
+        fmi=3 if fmi == "3" else 2,
+    )
     if output is None:
-        return typer.echo(source, nl=False)
-    return write_source(source, output)
+        return typer.echo("".join(text.decode() for text in files.values()), nl=False)
+    first, *rest = files
+    names = {first: output.name} | {name: name for name in rest}
+    return write_files({names[name]: content for name, content in files.items()}, output.parent)
 
 
 def models() -> None:

@@ -3,41 +3,63 @@
 Imports stand in the functions: help and errors of usage need none of them.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
+from pneumo.papers.known_papers import PaperName
+
 RESULTS = Path("results")
 Results = Annotated[Path, typer.Option(help="folder of results")]
+OfPaper = Annotated[PaperName, typer.Option("--paper", help="which paper")]
 
 
-def _result(file: Path, target: str) -> Path:
+def _evidence(results: Path, name: str, target: str) -> Path:
+    """Return a file of evidence from results, else the one kept with the source."""
     from pneumo.errors import ResultError
+    from pneumo.storage.kept_evidence import KEPT
 
-    if not file.exists():
-        raise ResultError(f"{file}: no such file; `snakemake -j2 {target}` makes it")
-    return file
+    named = results != RESULTS  # then only what is there counts
+    for file in (results / name, *([] if named else [KEPT / name])):
+        if file.exists():
+            return file
+    raise ResultError(f"{results / name}: no such file; `snakemake -j2 {target}` makes it")
+
+
+def _counts_in_words(counts: Mapping[str, int], of: str) -> str:
+    return ", ".join(f"{number} {of if name == 'items' else name}" for name, number in counts.items())
 
 
 def verdict(
     results: Results = RESULTS,
-    record: Annotated[bool, typer.Option("--record", help="write paper/2006/statuses.csv anew")] = False,
+    paper: OfPaper = "2006",
+    record: Annotated[bool, typer.Option("--record", help="write the paper's statuses.csv anew")] = False,
 ) -> None:
-    """Judge every claim: counts, and what is missed or contradicted; `--record` accepts the statuses."""
-    from pneumo.papers.paper_2006.current_verdict import current_verdict
+    """Judge every claim: what is missed or contradicted, and counts; `--record` accepts the statuses.
 
-    judged = current_verdict(results)
-    for item in judged["items"]:
-        if item["status"] in ("missed", "contradicted"):
-            typer.echo(f"{item['status']:12}  {item['id']:24}  {item['printed']:>10}  {item['reason']}")
-    typer.echo(", ".join(f"{number} {name}" for name, number in judged["counts"].items()))
+    Counts are by kind of evidence, first of facts (some are told in several items), then of items.
+    """
+    from pneumo.papers.known_papers import current_verdict
+
+    judged = current_verdict(results, paper)
+    for basis in judged["counts_by_basis"]:
+        for item in judged["items"]:
+            if item["basis"] == basis and item["status"] in ("missed", "contradicted"):
+                words = f"{basis:10}  {item['status']:12}  {item['id']:24}  {item['printed']:>10}"
+                typer.echo(f"{words}  {item['reason']}")
+    for basis in ("measured", "fitted"):
+        typer.echo(f"{basis}, facts: {_counts_in_words(judged['headline'][basis], 'facts')}")
+    for basis, counts in judged["counts_by_basis"].items():
+        typer.echo(f"{basis}: {_counts_in_words(counts, 'items')}")
+    typer.echo(_counts_in_words(judged["counts"], "items"))
     if record:
+        from pneumo.papers import PAPERS
         from pneumo.storage.files import write_text
-        from pneumo.verdict import PAPER_FOLDER
         from pneumo.verdict.judging import statuses_text
 
-        write_text(statuses_text(judged["items"]), PAPER_FOLDER / "statuses.csv")
+        write_text(statuses_text(judged["items"]), PAPERS / paper / "statuses.csv")
 
 
 def explain(
@@ -45,11 +67,12 @@ def explain(
         list[str],
         typer.Argument(help="an item of the verdict (T7.M8.mse), or a cell of the grid (E07 M8 1.35)"),
     ],
+    paper: OfPaper = "2006",
     results: Results = RESULTS,
 ) -> None:
     """Explain an item of the verdict, or a grid cell: printed, reproduced, and where the evidence is."""
     from pneumo.errors import ResultError
-    from pneumo.papers.paper_2006.paper import PAPER_2006
+    from pneumo.papers import known_papers
     from pneumo.publish.text.explain import cell_text, item_text
     from pneumo.verdict.judging import Judge, read_statuses
 
@@ -61,25 +84,27 @@ def explain(
         return typer.echo(cell_text(results, what[0], what[1], n))
     if len(what) != 1:
         raise ResultError("name one item, such as T7.M8.mse, or one cell, such as E07 M8 1.35")
-    judge = Judge(results, PAPER_2006)
+    judged = known_papers.paper(paper)
+    judge = Judge(results / known_papers.KNOWN[paper].results, judged)
     if what[0] not in judge.claims.items:
         near = [name for name in judge.claims.items if name.startswith(what[0].split(".")[0] + ".")]
         there = ", ".join(near[:6] or list(judge.claims.items)[::60])
         raise ResultError(f"{what[0][:50]}: no such item; there are {there} ...")
     errata = {name: erratum.model_dump() for name, erratum in judge.errata.items()}
     item = judge.judge(judge.claims.items[what[0]])
-    return typer.echo(item_text(item, errata, read_statuses().get(what[0])))
+    return typer.echo(item_text(item, errata, read_statuses(judged.folder).get(what[0])))
 
 
 def assumptions(results: Results = RESULTS) -> None:
     """Print what each alternative assumption does to Tables 5, 7, 8 and 9."""
     from pneumo.evidence.toggle_effects import toggle_effects
+    from pneumo.papers import PAPERS
     from pneumo.publish.text.markdown_tables import assumptions_table
     from pneumo.storage.files import read
     from pneumo.verdict.claims import read_claims
 
-    reproduced = read(_result(results / "assumptions.nc", "evidence"), "reproduced")["reproduced"]
-    typer.echo(assumptions_table(toggle_effects(reproduced, read_claims())), nl=False)
+    reproduced = read(_evidence(results, "assumptions.nc", "evidence"), "reproduced")["reproduced"]
+    typer.echo(assumptions_table(toggle_effects(reproduced, read_claims(PAPERS / "2006"))), nl=False)
 
 
 def identify(
@@ -102,7 +127,9 @@ def identify(
     from pneumo.evidence.identification import identify as identified
     from pneumo.evidence.identification import save_identification
     from pneumo.publish.text.terminal_tables import identification_tables
+    from pneumo.storage.files import check_output
 
+    check_output(output.parent)
     start = time.perf_counter()
 
     def progress(text: str) -> None:
@@ -132,13 +159,13 @@ def ensemble(
     from pneumo.publish.text.terminal_tables import probability_table, ratio_table
     from pneumo.storage.files import read, read_json
 
-    seeds = read(_result(results / "ensemble.nc", "ensemble"))
+    seeds = read(_evidence(results, "ensemble.nc", "ensemble"))
     if level not in seeds["level"].values:
         raise ResultError(f"level = {level[:50]!r}: must be one of {', '.join(seeds['level'].values)}")
     console = Console()
     console.print(ratio_table(seeds))
     console.print(probability_table(seeds, transport, level))
-    statements = json.loads(read_json(results / "findings.json"))
+    statements = json.loads(read_json(_evidence(results, "findings.json", "ensemble")))
     console.print(findings_table(statements, headlines=False), markup=False, soft_wrap=True)
 
 

@@ -5,6 +5,8 @@ from typing import NamedTuple
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.valve import Conditions, Gas, Valve
 
+MOST_HALVINGS = 6  # of a step that fails or is not accurate
+
 
 class Plant(NamedTuple):
     """Everything physical about one experiment."""
@@ -19,9 +21,13 @@ class Plant(NamedTuple):
 class Drive(NamedTuple):
     """How the command follows from the reference, Figs 4 and 5."""
 
-    closed_loop: bool  # proportional control of position, or the open-loop sequence with forced sign
+    closed_loop: bool  # proportional control of position, or the open-loop sequence whose sign is reversed
     k_p: float  # proportional gain, V/m
-    x_reverse: float  # distance from the centre at which the open-loop sign is forced back, m
+    x_reverse: float  # distance from the centre at which the open-loop sign is reversed, m
+    # Whether the sequence keeps its reversed sign; else the command only points inward while the piston is
+    # beyond x_reverse.
+    toggles: bool = False
+    each_stage: bool = True  # whether x is compared with x_reverse at every stage, or once a step
 
 
 class Excitation(NamedTuple):
@@ -51,6 +57,17 @@ class Push(NamedTuple):
     # The piston is held until pressures and temperatures change by less than this fraction of their
     # equilibrium values over one thermal time constant.
     tolerance: float
+    leak: float = 0.0  # of the valve in these runs, beside its own, m^2
+    stop: float | None = None  # time after release at which final values are read, s; None: once settled
+
+
+class Sampling(NamedTuple):
+    """How the replays of the published transport read the samples of a run, Fig. 6."""
+
+    # hold: all stages read sample k; hold_next: that at the step's end reads sample k + 1; linear:
+    # interpolated.
+    rule: str = "linear"
+    lag: float = 0.0  # by which the signals are late, s
 
 
 class Experiment(NamedTuple):
@@ -62,9 +79,11 @@ class Experiment(NamedTuple):
     drive: Drive
     excitation: Excitation
     push: Push
+    sampling: Sampling
     h: float  # step, s
     steps: int  # of the full-order run
     pressure_stride: int  # steps between stored pressures of the replays
+    most_halvings: int  # of a step that fails or is not accurate
 
 
 class Study(NamedTuple):
@@ -74,9 +93,13 @@ class Study(NamedTuple):
     experiments: dict[str, Experiment]
     n: tuple[float, ...]  # polytropic indices of the grid
     levels: dict[str, tuple[float, ...]]  # conductances k_0, W/K, of each heat-transfer level
-    lag: float  # delay of the recorded signals in the published transport, s
     config_sha256: str
     seeds: int = 5  # how often `pneumo study` runs each experiment, each time with another seed
+
+    def with_halvings(self) -> "Study":
+        """The study with steps halved wherever they fail or are not accurate."""
+        halved = {name: e._replace(most_halvings=MOST_HALVINGS) for name, e in self.experiments.items()}
+        return self._replace(experiments=halved)
 
     @property
     def experiments_by_level(self) -> dict[str, list[str]]:

@@ -8,11 +8,12 @@ import json
 from collections.abc import Mapping, Sequence
 from math import pi, radians, sin
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import ValidationError
 
-from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Study
+from pneumo.catalogue import default_conductance
+from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Sampling, Study
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection, GasSection
 from pneumo.configuration.schema_messages import error_line
@@ -70,7 +71,7 @@ def study(configuration: Configuration) -> Study:
     content = c.model_dump(), [e.excitation.levels for e in experiments.values()]
     digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
     levels = {name: tuple(values) for name, values in c.levels.items()}
-    return Study(c.name, experiments, tuple(c.n), levels, c.lag_s, digest, c.run.seeds)
+    return Study(c.name, experiments, tuple(c.n), levels, digest, c.run.seeds)
 
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
@@ -124,7 +125,7 @@ def _k_0(section: ExperimentSection, cylinder: Cylinder) -> float:
     if section.lambda_0_W_per_m2K is not None:
         return section.lambda_0_W_per_m2K * heat_area(0.0, cylinder)  # (12)
     assert section.k_0_W_per_K is not None
-    return section.k_0_W_per_K
+    return default_conductance(cylinder).k_0 if section.k_0_W_per_K == "catalogue" else section.k_0_W_per_K
 
 
 def _excitation(c: Configuration, name: str, s: CylinderSection) -> Excitation:
@@ -152,6 +153,25 @@ def _excitation(c: Configuration, name: str, s: CylinderSection) -> Excitation:
     return held._replace(amplitude=1.0, levels=read_column(Path(signal.file), signal.column, where))
 
 
+def _drive(s: CylinderSection, loop: Literal["open", "closed"]) -> Drive:
+    if loop == "closed":
+        assert s.closed_loop
+        return Drive(True, s.closed_loop.k_p_V_per_m, s.stroke_mm * 1e-3 / 2)
+    assert s.open_loop
+    toggles, each_stage = s.open_loop.reversal == "toggled", s.open_loop.reversal_tested == "each stage"
+    return Drive(False, 0.0, s.open_loop.reverse_at * s.stroke_mm * 1e-3 / 2, toggles, each_stage)
+
+
+def _push(c: Configuration, name: str, plant: Plant) -> Push:
+    e = c.experiments[name]
+    settling = c.cylinders[e.cylinder].settling
+    if settling is None:
+        return Push(0.0, plant.cylinder.x_min, c.stationary_tolerance)
+    leak = settling.closed_loop_leak * plant.valve.k_xu * plant.valve.u_max if e.loop == "closed" else 0.0
+    x_stop = settling.stop_mm * 1e-3
+    return Push(settling.force_N, x_stop, c.stationary_tolerance, leak, e.settling_stop_s)
+
+
 def _experiment(c: Configuration, name: str) -> Experiment:
     e = c.experiments[name]
     s = c.cylinders[e.cylinder]
@@ -164,20 +184,19 @@ def _experiment(c: Configuration, name: str) -> Experiment:
     conditions = Conditions(P_s, P_atm, c.supply.T_in_K, c.supply.T_amb_K, P_0, c.supply.T_amb_K)
     cylinder = _cylinder(s, P_atm)
     plant = Plant(gas, _valve(s, gas), conditions, cylinder, _k_0(e, cylinder))
-    k_p = s.closed_loop.k_p_V_per_m if s.closed_loop else 0.0
-    x_reverse = s.open_loop.reverse_at * cylinder.stroke / 2 if s.open_loop else cylinder.stroke / 2
-    push = Push(0.0, cylinder.x_min, c.stationary_tolerance)
-    if s.settling:
-        push = push._replace(force=s.settling.force_N, x_stop=s.settling.stop_mm * 1e-3)
+    loop = s.closed_loop if e.loop == "closed" else s.open_loop
+    assert loop
     duration = min(e.duration_s, c.run.duration_limit_s or e.duration_s)
     return Experiment(
         name,
         e.cylinder,
         plant,
-        Drive(e.loop == "closed", k_p, x_reverse),
+        _drive(s, e.loop),
         _excitation(c, name, s),
-        push,
+        _push(c, name, plant),
+        Sampling(loop.replays_read, loop.lag_s),
         c.step_s,
         max(1, round(duration / c.step_s)),
         e.pressure_stride,
+        c.most_halvings,
     )

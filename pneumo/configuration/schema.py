@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.errors import printable
 
 
@@ -86,16 +87,39 @@ class SupplySection(_Section):
         return self
 
 
-class OpenLoopSection(_Section):
+class LoopSection(_Section):
+    """How the replays of the published transport read the signals recorded in a loop."""
+
+    replays_read: Literal["linear", "hold", "hold_next"] = Field(
+        "linear",
+        description="samples interpolated; held for a step; held, and the stage at its end reads the next",
+    )
+    lag_s: Number = Field(0.0, ge=0, le=1, description="delay of the signals, where they are interpolated")
+
+    @model_validator(mode="after")
+    def _lag_beside_interpolation(self) -> Self:
+        if self.lag_s and self.replays_read != "linear":
+            condition = f"has no use with replays_read: {self.replays_read}"
+            raise _conflict(self.lag_s, condition, ("lag_s",), ("replays_read",))
+        return self
+
+
+class OpenLoopSection(LoopSection):
     """Two-valued sequence of the open-loop runs."""
 
     amplitude_V: Number = Field(gt=0, le=1000, description="magnitude of the command")
     reverse_at: Number = Field(
-        gt=0, le=1, description="fraction of the half-stroke at which the sign is forced back"
+        gt=0, le=1, description="fraction of the half-stroke at which the sign is reversed"
+    )
+    reversal: Literal["forced", "toggled"] = Field(
+        "forced", description="inward while the piston is beyond; or the sequence keeps its reversed sign"
+    )
+    reversal_tested: Literal["each stage", "each step"] = Field(
+        "each stage", description="when the position is compared with that fraction"
     )
 
 
-class ClosedLoopSection(_Section):
+class ClosedLoopSection(LoopSection):
     """Random position reference and proportional controller of the closed-loop runs."""
 
     variance_m2: Annotated[Number, Field(gt=0, le=10)] | None = Field(
@@ -121,6 +145,9 @@ class SettlingSection(_Section):
 
     force_N: Number = Field(lt=0, ge=-1e6, description="external force (negative: towards the stop)")
     stop_mm: Number = Field(lt=0, ge=-5000, description="position of the end stop, inside the half-stroke")
+    closed_loop_leak: Number = Field(
+        0.0, ge=0, le=0.1, description="leak of the valve in closed loop, as a share of its full opening"
+    )
 
 
 class ValveSection(_Section):
@@ -229,13 +256,18 @@ class ExperimentSection(_Section):
     cylinder: str = Field(description="name of one of the cylinders")
     loop: Literal["open", "closed"] = Field(description="open loop, or proportional position control")
     signal: SignalSection | None = Field(None, description="what excites it, if not the loop's own")
-    k_0_W_per_K: Conductance | None = Field(
-        None, description="thermal conductance of a chamber's wall at equilibrium; or instead"
+    k_0_W_per_K: Literal["catalogue"] | Conductance | None = Field(
+        None,
+        description="thermal conductance of a chamber's wall at equilibrium, or catalogue where it is"
+        " unknown: what measured cylinders say of this size; or instead",
     )
     lambda_0_W_per_m2K: Annotated[Number, Field(ge=0, le=1e5)] | None = Field(
         None, description="heat transfer coefficient there: k_0 over the heat transfer area in mid-stroke"
     )
     duration_s: Seconds = Field(description="length of the full-order run")
+    settling_stop_s: Seconds | None = Field(
+        None, description="settling run: time after release at which it ends; if left out, once settled"
+    )
     pressure_stride: Count = Field(
         10, ge=1, le=10**6, description="steps between stored pressures of replays"
     )
@@ -277,7 +309,9 @@ class Configuration(_Section):
         min_length=1, max_length=1000, description="polytropic indices of the grid, increasing"
     )
     step_s: Number = Field(ge=1e-7, le=1, description="integration step")
-    lag_s: Number = Field(0.0, ge=0, le=1, description="delay of recorded signals, published transport")
+    most_halvings: Count = Field(
+        MOST_HALVINGS, ge=0, le=MOST_HALVINGS, description="of a step that fails or is not accurate"
+    )
     stationary_tolerance: Number = Field(
         0.002, gt=0, lt=1, description="relative change over one thermal time constant that counts as none"
     )

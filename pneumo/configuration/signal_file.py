@@ -7,6 +7,8 @@ from pathlib import Path
 from pneumo.errors import ConfigurationError, printable
 
 LARGEST_SIGNAL_FILE = 20_000_000  # bytes
+MOST_COLUMNS = 1000
+csv.field_size_limit(LARGEST_SIGNAL_FILE)
 MOST_ROWS = 100_000  # they are stored with every result of the experiment
 
 
@@ -26,15 +28,19 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
         return ConfigurationError(f"{where}.{key} = {printable(repr(value), 200)}: {printable(problem, 300)}")
 
     try:
-        if file.stat().st_size > LARGEST_SIGNAL_FILE:
-            raise refuse("file", str(file), f"larger than {LARGEST_SIGNAL_FILE} bytes")
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
+        with file.open("rb") as stream:  # whose size is known when it has been read: it may be a device
+            content = stream.read(LARGEST_SIGNAL_FILE + 1)
+        lines = content.decode("utf-8-sig").splitlines() if len(content) <= LARGEST_SIGNAL_FILE else None
     except (OSError, ValueError) as error:
-        if isinstance(error, ConfigurationError):
-            raise
         raise refuse("file", str(file), f"cannot be read from the working directory: {error}") from None
+    if lines is None:
+        raise refuse("file", str(file), f"must have at most {LARGEST_SIGNAL_FILE} bytes")
     first = lines[0] if lines else ""
     delimiter = max(",;\t", key=first.count)
+    if first.count(delimiter) >= MOST_COLUMNS:
+        raise refuse(
+            "file", str(file), f"{first.count(delimiter) + 1} columns: must be at most {MOST_COLUMNS}"
+        )
     rows = csv.reader(lines, delimiter=delimiter)
     names = [name.strip() for name in next(rows, [])]
     if column not in names:
@@ -52,7 +58,7 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
             raise refuse("column", column, problem) from None
         values.append(value)
         if len(values) > MOST_ROWS:
-            raise refuse("file", str(file), f"more than {MOST_ROWS} rows")
+            raise refuse("file", str(file), f"more than {MOST_ROWS} rows: must be at most that")
     if not values:
         raise refuse("file", str(file), "has no rows below the names of its columns")
     return tuple(values)

@@ -7,28 +7,25 @@ is run once for every combination of answers, and the results are put together a
 import operator
 from collections.abc import Callable
 from contextlib import suppress
+from importlib import import_module
 from typing import Any, NamedTuple
 
 
 class Traced:
-    """A value in place of a float. `decide` answers its comparisons; `magnitude` is its absolute value."""
+    """A value in place of a float, whose comparisons `decide` answers."""
 
     __array_ufunc__ = None  # a NumPy array beside it leaves the operation to it
 
-    def __init__(
-        self, value: Any, decide: Callable[..., bool], magnitude: Callable[[Any], Any] = abs
-    ) -> None:
-        self.value, self.decide, self.magnitude = value, decide, magnitude
-
-    def with_value(self, value: Any) -> "Traced":
-        """Return another value with the same rules."""
-        return Traced(value, self.decide, self.magnitude)
+    def __init__(self, value: Any, decide: Callable[..., bool]) -> None:
+        self.value, self.decide = value, decide
 
     def __neg__(self) -> "Traced":
-        return self.with_value(-self.value)
+        return Traced(-self.value, self.decide)
 
     def __abs__(self) -> "Traced":
-        return self.with_value(self.magnitude(self.value))
+        if isinstance(self.value, complex):  # has the branches of its real part
+            return -self if self.value.real < 0 else self
+        return Traced(abs(self.value), self.decide)
 
 
 def untraced(value: Any) -> Any:
@@ -43,7 +40,7 @@ def _arithmetic(function: Callable[..., Any], mirrored: bool = False) -> Callabl
         pair = (untraced(other), self.value) if mirrored else (self.value, untraced(other))
         if function is operator.truediv and isinstance(pair[1], int | float) and pair[1] == 0:
             raise ZeroDivisionError  # as floats do; symbols and arrays would go on with infinity
-        return self.with_value(function(*pair))
+        return Traced(function(*pair), self.decide)
 
     return method
 
@@ -59,6 +56,16 @@ for _name in ("lt", "le", "gt", "ge"):
     setattr(Traced, f"__{_name}__", _comparison(getattr(operator, _name)))
 
 
+def _equal(left: Any, right: Any) -> Any:
+    """`left == right`; of symbols a relation, which SymPy's own == is not."""
+    if hasattr(left, "free_symbols") or hasattr(right, "free_symbols"):
+        return import_module("sympy").Eq(left, right)
+    return left == right
+
+
+Traced.__eq__ = _comparison(_equal)  # pyright: ignore[reportAttributeAccessIssue]
+
+
 class Choice(NamedTuple):
     """A condition (symbol or array of bool) and the result for either answer: a value or a further choice."""
 
@@ -67,49 +74,40 @@ class Choice(NamedTuple):
     no: Any
 
 
+class _Undecided(Exception):
+    """A comparison of symbols or arrays without an answer; its argument is the condition."""
+
+
 def choices(function: Callable[..., Any], *arguments: Any, answers: tuple[bool, ...] = ()) -> Any:
     """Tree of a function's results on symbols or arrays, over all its branches.
 
-    Named tuples and numbers are passed to the function as they are, all else as `Traced`; `answers` are those
-    to the first comparisons. Without further comparison this is the function's result, else a `Choice`.
-    Branches that divide by the number zero are left out.
-
-    Raises
-    ------
-    ZeroDivisionError
-        If every branch does.
+    Numbers, strings and tuples are passed to the function as they are, all else as `Traced`; `answers` are
+    those to the first comparisons. Without further comparison this is the function's result, else a `Choice`.
+    Branches that divide by the number zero are left out; `ZeroDivisionError` if every branch does.
     """
-    remaining: list[bool] = list(answers)
-    open_conditions: list[Any] = []
+    remaining = iter(answers)
 
     def decide(compare: Callable[..., Any], left: Any, right: Any) -> bool:
         condition = compare(left, right)
         if type(condition).__name__ in ("bool", "bool_", "BooleanTrue", "BooleanFalse"):
             return bool(condition)  # known already
-        if remaining:
-            return remaining.pop(0)
-        open_conditions.append(condition)
-        return True
+        answer = next(remaining, None)
+        if answer is None:
+            raise _Undecided(condition)
+        return answer
 
-    traced = [Traced(a, decide) if is_symbolic(a) else a for a in arguments]
-    with suppress(ZeroDivisionError):
-        result = untraced(function(*traced))
-        if not open_conditions:
-            return result
-    branches: dict[bool, Any] = {}
-    for answer in (True, False) if open_conditions else ():
+    traced = [a if isinstance(a, int | float | str | tuple) else Traced(a, decide) for a in arguments]
+    try:
+        return untraced(function(*traced))
+    except _Undecided as undecided:
+        condition = undecided.args[0]
+    branches: list[Any] = []
+    for answer in (True, False):
         with suppress(ZeroDivisionError):  # floats would fail there, so they never go there
-            branches[answer] = choices(function, *arguments, answers=(*answers, answer))
+            branches.append(choices(function, *arguments, answers=(*answers, answer)))
     if not branches:
         raise ZeroDivisionError("every branch divides by zero")
-    if len(branches) == 1:
-        return next(iter(branches.values()))
-    return Choice(open_conditions[0], branches[True], branches[False])
-
-
-def is_symbolic(value: Any) -> bool:
-    """Whether a value is an array or a symbol: anything but a number, a string or a tuple."""
-    return not isinstance(value, int | float | str | tuple)
+    return Choice(condition, *branches) if len(branches) == 2 else branches[0]
 
 
 def joined_branches(node: Any, choose: Callable[[Any, Any, Any], Any]) -> Any:
@@ -125,8 +123,4 @@ def complex_value(function: Callable[..., Any], *arguments: Any) -> Any:
     def decide(compare: Callable[..., bool], left: complex, right: complex) -> bool:
         return compare(left.real, right.real)
 
-    def magnitude(z: complex) -> complex:
-        return -z if z.real < 0 else z
-
-    traced = [Traced(a, decide, magnitude) if isinstance(a, complex) else a for a in arguments]
-    return untraced(function(*traced))
+    return untraced(function(*(Traced(a, decide) if isinstance(a, complex) else a for a in arguments)))

@@ -43,13 +43,7 @@ def quick_fit_error(measurement: Measurement, plant: Plant, held: bool) -> float
 
 
 def check_columns(measurement: Measurement, plant: Plant, *, held: bool = True) -> None:
-    """Refuse a measurement that a model follows far better with its columns corrected.
-
-    Raises
-    ------
-    InputError
-        With one line that names the mistake and both errors.
-    """
+    """Refuse a measurement that a model follows far better with its columns corrected: `InputError`."""
     as_given = quick_fit_error(measurement, plant, held)
     candidates = corrected(measurement, plant.conditions.P_atm).items()
     error, best = min((quick_fit_error(right, plant, held), text) for text, right in candidates)

@@ -9,13 +9,7 @@ TEMPLATE = Path(__file__).parent / "templates" / "cylinder.yaml"
 
 
 def write_template(file: Path) -> None:
-    """Write the template.
-
-    Raises
-    ------
-    InputError
-        If the file is there already, or cannot be written.
-    """
+    """Write the template; `InputError` if the file is there already, or cannot be written."""
     if file.exists() or file.is_symlink():
         raise InputError(f"{file}: is there already, so left alone; name another file")
     try:

@@ -1,49 +1,142 @@
-"""One chamber's equations as symbolic assignments, for the printers of `pneumo.engineer.export`.
+"""Equations of one chamber, of the piston and of its stops, in the order in which they are solved.
 
-The functions of `pneumo.physics` are evaluated on SymPy symbols. Only the order in which
-`pneumo.simulation.reference.lane_rate` calls them is repeated here; tests compare the two.
+Each names a function of `pneumo.physics` and its arguments. `pneumo.engineer.system` solves them on numbers;
+here they become symbolic assignments, for the printers of `pneumo.engineer.export`. Only the order of the
+calls is repeated from `pneumo.simulation`; tests compare the two.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import sympy
 
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.branches import Choice, choices
-from pneumo.physics.cylinder import Cylinder, heat_area, volume
+from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo.physics.cylinder import Cylinder, acceleration, heat_area, motion, stopped, volume
 from pneumo.physics.models import Model, lane, model_dP_dt, temperature
 from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited
 
 
 class Constant(NamedTuple):
-    """A number of the plant, under the paper's name; the comment has unit and meaning."""
+    """A number of the plant, under the paper's name."""
 
     name: str
     value: float
-    comment: str
+    unit: str
+    meaning: str
+
+    @property
+    def comment(self) -> str:
+        """Unit and meaning."""
+        return self.meaning if self.unit == "1" else f"{self.unit}, {self.meaning}"
+
+
+class Equation(NamedTuple):
+    """Function whose results get names, and the names of its arguments."""
+
+    names: tuple[str, ...]
+    function: Callable[..., Any]
+    arguments: tuple[str, ...]
+    comment: str  # unit and number of the equation
 
 
 class Statement(NamedTuple):
-    """An assignment of one expression, or a `Choice` between tuples of expressions, to variables.
-
-    The comment has unit and number of the equation.
-    """
+    """An assignment to variables."""
 
     names: tuple[str, ...]
-    value: Any
-    comment: str
+    value: Any  # an expression, or a tuple of them, or a `Choice` between either
+    comment: str  # unit and number of the equation
 
 
-ARGUMENTS = ("u", "x", "v", "P", "area")  # outward from the chamber, but u before its limiter
 AREAS = ("A_A", "A_B")  # passed as `area`
 ROOT_2 = 2**0.5  # SymPy takes it out of the root in eq (1)
 WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "lambda A_q": "eqs (7), (8)"}
 
 
+def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) -> list[Equation]:
+    """Equations of one chamber by a model, or by the full order where that is None.
+
+    They need (u, x, v, P, area), all counted outward, the full order also T; m in place of u without valve.
+    """
+    gas, restrictions, c, cylinder, k_0 = plant
+    g, A_q0, every = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
+    if valve:
+        every.append(Equation(("u_limited",), lambda u: limited(u, restrictions.u_max), ("u",), "V"))
+    row = lane(model, n, g) if model else None
+    if model and row:
+        a, law = row.a, "eq (6)" if model.temperature == "polytropic" else "constant"
+        every.append(Equation(("T",), lambda P: temperature(P, c.P_0, c.T_0, a), ("P",), f"K, {law}"))
+    every += [
+        Equation(("V",), lambda x, area: volume(x, area, cylinder), ("x", "area"), "m^3"),
+        Equation(("dV_dt",), lambda v, area: area * v, ("v", "area"), "m^3/s"),
+    ]
+    flows = ("m_in", "m_out")
+    if valve:
+        through = lambda u, P, T: chamber_flows(u, P, T, restrictions, gas, c)  # noqa: E731
+        every.append(Equation(flows, through, ("u_limited", "P", "T"), "kg/s, eqs (1), (2)"))
+    else:
+        every.append(Equation(flows, lambda m: (m, 0.0) if m > 0 else (0.0, -m), ("m",), "kg/s"))
+    every.append(Equation(("area_ratio",), lambda x: heat_area(x, cylinder) / A_q0, ("x",), "A_q(x)/A_q(0)"))
+    known = ("P", "T", "V", "dV_dt", *flows)
+    if model and row:
+        names = ("k_0", "P_0", "T_0", "T_in", "T_amb", "R", "gamma", "lane")
+        rest = dict(zip(names, (k_0, c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, g, row), strict=True))
+        comment = f"Pa/s, eq (10); wall heat: {WALL_EQUATION[model.wall]}"
+        rate = Equation(("dP_dt",), lambda *y: model_dP_dt(*y, **rest), (*known, "area_ratio"), comment)
+        return [*every, rate]
+
+    def heat(P: Any, T: Any, area_ratio: Any) -> Any:
+        conductance = wall_conductance(k_0, area_ratio, P * T / (c.P_0 * c.T_0), 1.0, 0.5)
+        return wall_heat(T, conductance, c.T_amb)
+
+    def pressure(heat: Any, *y: Any) -> Any:
+        return dP_dt(*y, T_inlet=c.T_in, heat=heat, n_V=g, n_in=g, n_out=g, R=gas.R, gamma=g)
+
+    def warming(heat: Any, *y: Any) -> Any:
+        return dT_dt(*y, T_in=c.T_in, heat=heat, R=gas.R, gamma=g)
+
+    return [
+        *every,
+        Equation(("heat",), heat, ("P", "T", "area_ratio"), "W, eqs (7), (8)"),
+        Equation(("dP_dt",), pressure, ("heat", *known), "Pa/s, eq (4)"),
+        Equation(("dT_dt",), warming, ("heat", *known), "K/s, eq (5)"),
+    ]
+
+
+def piston_equations(plant: Plant) -> list[Equation]:
+    """Equations of the piston, of (x, v, P_A, P_B, force)."""
+    cylinder = plant.cylinder
+    return [
+        Equation(
+            ("a",),
+            lambda *y: acceleration(*y, cylinder=cylinder),
+            ("v", "P_A", "P_B", "force"),
+            "m/s^2, eq (3)",
+        ),
+        Equation(
+            ("dx_dt", "dv_dt"),
+            lambda *y: motion(*y, cylinder=cylinder),
+            ("x", "v", "a"),
+            "m/s, m/s^2; 0 on a stop",
+        ),
+    ]
+
+
+def stop_equations(plant: Plant) -> list[Equation]:
+    """What the end stops make of (x, v) after a step from velocity v_before."""
+    names = ("x", "v", "v_before")
+    stops = Equation(
+        ("x_after", "v_after"), lambda *y: stopped(*y, cylinder=plant.cylinder), names, "m, m/s, end stops"
+    )
+    return [stops]
+
+
 def exact_numbers(value: Any) -> Any:
     """Expression, tuple or choice with whole numbers, halves and the root of 2 exact."""
     if isinstance(value, Choice):
-        return Choice(*(exact_numbers(part) for part in value))
+        condition, yes, no = map(exact_numbers, value)
+        return yes if yes == no else Choice(condition, yes, no)
     if isinstance(value, tuple):
         return tuple(exact_numbers(part) for part in value)
     value = sympy.sympify(value)
@@ -59,77 +152,69 @@ def names_in(value: Any) -> set[str]:
     return {symbol.name for symbol in value.free_symbols}
 
 
-def statements(model: Model, plant: Plant) -> list[Statement]:
-    """Assignments that compute dP_dt of one chamber by a model; only those that model and valve need.
+def _real(name: str) -> Any:
+    return sympy.Symbol(name, real=True)
 
-    Symbols are named as in `used_constants`; `ARGUMENTS` are those of the function.
-    """
 
-    def real(name: str) -> Any:
-        return sympy.Symbol(name, real=True)
-
-    u, x, v, P, area = (real(name) for name in ARGUMENTS)
-    T, V, dV_dt, m_in, m_out, area_ratio = map(real, ("T", "V", "dV_dt", "m_in", "m_out", "area_ratio"))
-    u_max: Any = sympy.Symbol("u_max", positive=True)
+def symbols_of(plant: Plant) -> Plant:
+    """Plant of symbols, named as in `constants`; properties that it lacks stay numbers and drop out."""
     names = ("R", "gamma_", "sonic_coefficient", "critical_ratio")
-    gas = Gas._make([*map(real, names), plant.gas.elliptic])
-    usual = Valve(real("k_xu"), u_max)  # properties that the valve lacks stay numbers and drop out
+    gas = Gas._make([*map(_real, names), plant.gas.elliptic])
+    u_max: Any = sympy.Symbol("u_max", positive=True)
+    usual = Valve(_real("k_xu"), u_max, net_leak=plant.valve.net_leak)
     unusual = [
         name for name in ("laminar", "exhaust", "leak") if getattr(plant.valve, name) != getattr(usual, name)
     ]
-    valve = usual._replace(**{name: real(name) for name in unusual})
-    c = Conditions(*(real(name) for name in Conditions._fields))
-    cylinder = Cylinder(*(real(name) for name in Cylinder._fields))
-    k_0, row = real("k_0"), lane(model, real("n"), gas.gamma)
-    flows = choices(lambda u, P, T: chamber_flows(u, P, T, valve, gas, c), real("u_limited"), P, T)
-    rest = (c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, gas.gamma)
-    dP_dt = model_dP_dt(P, T, V, dV_dt, m_in, m_out, area_ratio, k_0, *rest, row)
-    law = "eq (6)" if model.temperature == "polytropic" else "constant"
-    every = [
-        Statement(("u_limited",), choices(lambda u: limited(u, valve.u_max), u), "V"),
-        Statement(("T",), temperature(P, c.P_0, c.T_0, row.a), f"K, {law}"),
-        Statement(("V",), volume(x, area, cylinder), "m^3"),
-        Statement(("dV_dt",), area * v, "m^3/s"),
-        Statement(("m_in", "m_out"), flows, "kg/s, eqs (1), (2)"),
-        Statement(("area_ratio",), heat_area(x, cylinder) / heat_area(0.0, cylinder), "A_q(x)/A_q(0)"),
-        Statement(("dP_dt",), dP_dt, f"Pa/s, eq (10); wall heat: {WALL_EQUATION[model.wall]}"),
-    ]
-    every = [statement._replace(value=exact_numbers(statement.value)) for statement in every]
-    needed: set[str] = {"dP_dt"}
-    kept: list[Statement] = []
-    for statement in reversed(every):
-        if needed & set(statement.names):
-            needed |= names_in(statement.value)
-            kept.insert(0, statement)
+    valve = usual._replace(**{name: _real(name) for name in unusual})
+    numbers = {name for name in ("load", "coulomb") if not getattr(plant.cylinder, name)} | {"rests"}
+    parts = ((name, getattr(plant.cylinder, name)) for name in Cylinder._fields)
+    cylinder = Cylinder(*(value if name in numbers else _real(name) for name, value in parts))
+    return Plant(
+        gas, valve, Conditions(*(_real(name) for name in Conditions._fields)), cylinder, _real("k_0")
+    )
+
+
+def statements(equations: list[Equation], wanted: set[str]) -> list[Statement]:
+    """Assignments that compute the wanted names; only those that they need."""
+    needed, kept = set(wanted), list[Statement]()
+    for names, function, arguments, comment in reversed(equations):
+        if needed & set(names):
+            value = exact_numbers(choices(function, *map(_real, arguments)))
+            needed |= names_in(value)
+            kept.insert(0, Statement(names, value, comment))
     return kept
 
 
-def used_constants(model: Model, plant: Plant, n: float) -> list[Constant]:
-    """Constants that a model's statements need, and both piston areas."""
+def constants(plant: Plant, n: float) -> list[Constant]:
+    """Every number of a plant, and the polytropic index."""
     gas, valve, c, cylinder, k_0 = plant
-    every = [
-        Constant("R", gas.R, "J/(kg K), gas constant"),
-        Constant("gamma_", gas.gamma, "ratio of specific heats"),
-        Constant("sonic_coefficient", gas.sonic_coefficient, "s K^0.5/m, eq (1)"),
-        Constant("critical_ratio", gas.critical_ratio, "P_d/P_u at which flow becomes sonic, eq (1)"),
-        Constant("k_xu", valve.k_xu, "m^2/V, valve area per volt, eq (2)"),
-        Constant("laminar", valve.laminar, "1 - P_d/P_u below which flow is proportional to it"),
-        Constant("exhaust", valve.exhaust, "area to the atmosphere over area from the supply"),
-        Constant("leak", valve.leak, "m^2, area that stays open to either port"),
-        Constant("u_max", valve.u_max, "V, limit of the command"),
-        Constant("P_s", c.P_s, "Pa, supply"),
-        Constant("P_atm", c.P_atm, "Pa, atmosphere"),
-        Constant("T_in", c.T_in, "K, incoming air"),
-        Constant("T_amb", c.T_amb, "K, walls"),
-        Constant("P_0", c.P_0, "Pa, equilibrium"),
-        Constant("T_0", c.T_0, "K, equilibrium"),
-        Constant("bore", cylinder.bore, "m, diameter phi"),
-        Constant("stroke", cylinder.stroke, "m, stroke l"),
-        Constant("V_d", cylinder.V_d, "m^3, dead volume"),
-        Constant("A_A", cylinder.A_A, "m^2, piston area, chamber A"),
-        Constant("A_B", cylinder.A_B, "m^2, piston area, chamber B"),
-        Constant("k_0", k_0, "W/K, thermal conductance of the wall at equilibrium, eq (12)"),
-        Constant("n", n, "polytropic index"),
+    return [
+        Constant("R", gas.R, "J/(kg K)", "gas constant"),
+        Constant("gamma_", gas.gamma, "1", "ratio of specific heats"),
+        Constant("sonic_coefficient", gas.sonic_coefficient, "s K^0.5/m", "eq (1)"),
+        Constant("critical_ratio", gas.critical_ratio, "1", "P_d/P_u at which flow becomes sonic, eq (1)"),
+        Constant("k_xu", valve.k_xu, "m^2/V", "valve area per volt, eq (2)"),
+        Constant("laminar", valve.laminar, "1", "1 - P_d/P_u below which flow is proportional to it"),
+        Constant("exhaust", valve.exhaust, "1", "area to the atmosphere over area from the supply"),
+        Constant("leak", valve.leak, "m^2", "area that stays open to either port"),
+        Constant("u_max", valve.u_max, "V", "limit of the command"),
+        Constant("P_s", c.P_s, "Pa", "supply"),
+        Constant("P_atm", c.P_atm, "Pa", "atmosphere"),
+        Constant("T_in", c.T_in, "K", "incoming air"),
+        Constant("T_amb", c.T_amb, "K", "walls"),
+        Constant("P_0", c.P_0, "Pa", "equilibrium"),
+        Constant("T_0", c.T_0, "K", "equilibrium"),
+        Constant("bore", cylinder.bore, "m", "diameter phi"),
+        Constant("stroke", cylinder.stroke, "m", "stroke l"),
+        Constant("V_d", cylinder.V_d, "m^3", "dead volume"),
+        Constant("A_A", cylinder.A_A, "m^2", "piston area, chamber A"),
+        Constant("A_B", cylinder.A_B, "m^2", "piston area, chamber B"),
+        Constant("M", cylinder.M, "kg", "moving mass with load"),
+        Constant("k_f", cylinder.k_f, "N s/m", "viscous friction"),
+        Constant("x_min", cylinder.x_min, "m", "end stop where chamber A is smallest"),
+        Constant("x_max", cylinder.x_max, "m", "end stop where chamber B is smallest"),
+        Constant("load", cylinder.load, "N", "constant force towards a larger chamber A"),
+        Constant("coulomb", cylinder.coulomb, "N", "Coulomb friction"),
+        Constant("k_0", k_0, "W/K", "thermal conductance of the wall at equilibrium, eq (12)"),
+        Constant("n", n, "1", "polytropic index"),
     ]
-    needed = names_in(tuple(statement.value for statement in statements(model, plant))) | set(AREAS)
-    return [constant for constant in every if constant.name in needed]

@@ -42,16 +42,10 @@ def estimate(
     intervals: Iterable[str] = REPORTED,
     part: float = PART,
 ) -> Estimate:
-    """Fit a model to the first part of a record and replay the rest.
+    """Fit a model to the first `part` of a record and replay the rest.
 
-    Parameters
-    ----------
-    noisy_inputs : sequence of numpy.ndarray
-        From `with_added_noise`, of the part fitted.
-    intervals : iterable of str
-        Parameters that get an interval.
-    part : float
-        Fraction of the record that is fitted.
+    `noisy_inputs` are from `with_added_noise`, of the part fitted; `intervals` names the parameters that get
+    one.
     """
     split = split_of(record, part)
     problem = Problem(model, plant, record.part(0, split), {}, noisy_inputs)
@@ -59,7 +53,7 @@ def estimate(
     rough = fit(few)
     # From so near, two steps are enough.
     best = descend(problem, rough.theta, most=2) if len(noisy_inputs) > 2 * FEW_PAIRS else rough
-    both, theta = covariances(best), best.theta
+    both, values = covariances(best), problem.values(best.theta)
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
@@ -68,38 +62,23 @@ def estimate(
                 PARAMETERS[name].outer(end) if np.isfinite(end) else np.nan
                 for end in parameter_interval(few, rough, best, i, both)
             )
-    fitted = replayed_pressures(problem, theta[None], problem.signals.inputs)[0]
-    predicted, held_out_rms = predict_rest(
-        problem._replace(signals=record.part(split, record.P.shape[1] - 1), noisy_inputs=()), theta
+    # Only the pressure at its start is fitted to the part held out, for every model: no model predicts it.
+    known = {name: value for name, value in values.items() if not name.startswith("start")}
+    rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), known)
+    fitted, predicted = (
+        replayed_pressures(of, theta[None], of.signals.inputs)[0]
+        for of, theta in ((problem, best.theta), (rest, fit(rest).theta))
     )
-    rms = np.sqrt(np.mean((problem.signals.P - fitted) ** 2, axis=1))
+    rms, held_out = (
+        np.sqrt(np.mean((of.signals.P - P) ** 2, axis=1)) for of, P in ((problem, fitted), (rest, predicted))
+    )
     pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
-    return Estimate(problem.values(theta), low, high, rms, held_out_rms, pressure)
+    return Estimate(values, low, high, rms, held_out, pressure)
 
 
 def split_of(record: StageSignals, part: float = PART) -> int:
     """Last sample of the part that is fitted."""
     return round(part * (record.P.shape[1] - 1))
-
-
-def predict_rest(rest: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pressure of a fitted model on the part held out, Pa, and root mean square error by chamber, Pa.
-
-    Only the pressure at its start is fitted there, for every model: no model predicts it.
-    """
-    known = {k: v for k, v in rest.values(theta).items() if not k.startswith("start")}
-    start = rest._replace(fixed=rest.fixed | known)
-    pressure = replayed_pressures(start, fit(start).theta[None], rest.signals.inputs)[0]
-    return pressure, np.sqrt(np.mean((rest.signals.P - pressure) ** 2, axis=1))
-
-
-def prepared(measurement: Measurement, plant: Plant, *, held: bool = True) -> tuple[Plant, StageSignals]:
-    """Plant at the measured temperature, if there is one, and the signals that replays read."""
-    if np.isfinite(measurement.T):
-        c = plant.conditions._replace(T_amb=measurement.T, T_in=measurement.T, T_0=measurement.T)
-        plant = plant._replace(conditions=c)
-    m = measurement
-    return plant, stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
 
 
 def fit_measurement(
@@ -111,23 +90,15 @@ def fit_measurement(
     part: float = PART,
     progress: Callable[[str], None] = lambda _text: None,
 ) -> xr.Dataset:
-    """Fit models to a measurement and rank them by their error on the part held out.
+    """Fit models to a measurement: `dataset`, the model of the lowest error on the part held out first.
 
-    Parameters
-    ----------
-    held : bool
-        Whether a command holds until the next sample.
-    part : float
-        Fraction of the record that is fitted.
-    progress : callable
-        Called with a line of text after each model.
-
-    Returns
-    -------
-    xarray.Dataset
-        From `dataset`, the best model first.
+    `held` is whether a command holds until the next sample, `part` the fraction of the record that is fitted;
+    `progress` gets a line after each model.
     """
-    plant, record = prepared(measurement, plant, held=held)
+    m = measurement
+    if np.isfinite(m.T):
+        plant = plant._replace(conditions=plant.conditions._replace(T_amb=m.T, T_in=m.T, T_0=m.T))
+    record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
     split = split_of(record, part)
     noisy_inputs = with_added_noise(record.part(0, split))
     fits: dict[str, Estimate] = {}

@@ -7,8 +7,6 @@ residuals, and the larger one is used. A narrow interval comes from the standard
 profile of the sum of squares.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.signal import fftconvolve
 from scipy.stats import t
@@ -18,9 +16,7 @@ from pneumo.engineer.least_squares import Fit, fit_with_one_fixed
 from pneumo.engineer.stage_signals import PAIRS
 
 LEVEL = 0.95
-HALF_WIDTH = float(
-    t.ppf((1 + LEVEL) / 2, PAIRS)
-)  # half an interval in standard errors, known from PAIRS noises
+HALF_WIDTH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # of an interval, in standard errors from PAIRS noises
 # On the scale of the search:
 WIDE = 0.3  # half an interval beyond which the model is too far from linear for standard errors
 LOOSE = 1.0  # half an interval of a loosely known parameter: a factor of e
@@ -30,13 +26,6 @@ UNSEEN = 1e-9  # derivative, over the largest, that is taken for zero
 SMALLEST = 1e-6  # curvature, over the largest, below which a direction is flat
 CLOSE = 0.05  # relative accuracy of the end of an interval
 MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
-
-
-class ParameterInterval(NamedTuple):
-    """A parameter's confidence interval on the scale of the search; an open end is infinite."""
-
-    low: float
-    high: float
 
 
 def correlations(residual: np.ndarray) -> np.ndarray:
@@ -97,12 +86,12 @@ def inverse_curvature(fit: Fit) -> np.ndarray:
 
 def parameter_interval(
     problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarray
-) -> ParameterInterval:
+) -> tuple[float, float]:
     """Interval of parameter `index`, from its standard error where that is small, else from the profile.
 
-    A parameter correlated with a loosely known one gets the union of both intervals: the sum of squares has
-    a curved valley there. `problem` has `FEW_PAIRS` of noisy inputs, `rough` is its fit, `best` that with all
-    noisy inputs; `both` is from `covariances`.
+    Its ends are on the scale of the search, infinite where open. A parameter correlated with a loosely known
+    one gets the union of both intervals: the sum of squares has a curved valley there. `problem` has
+    `FEW_PAIRS` of noisy inputs, `rough` is its fit, `best` that with all; `both` is from `covariances`.
     """
     bounds = problem.bounds()
     low, high = bounds[:, index]
@@ -114,15 +103,14 @@ def parameter_interval(
     correlation = np.abs(limited[index]) / np.sqrt(limited[index, index] * np.diag(limited))
     if wide or np.any((halves > LOOSE) & (correlation > CORRELATED)):
         by_profile = profile_interval(problem, rough, index, float(both[:, index, index].max()))
-        offset = best.theta[index] - rough.theta[index]
-        ends = by_profile.low + offset, by_profile.high + offset
+        ends = np.array(by_profile) + (best.theta[index] - rough.theta[index])
         start, end = ends if wide else (min(start, ends[0]), max(end, ends[1]))
-    return ParameterInterval(start if start > low else -np.inf, end if end < high else np.inf)
+    return start if start > low else -np.inf, end if end < high else np.inf
 
 
 def profile_interval(
     problem: Problem, fit: Fit, index: int, variance: float, rounds: int = 3
-) -> ParameterInterval:
+) -> tuple[float, float]:
     """Interval of parameter `index` from the profile of the sum of squares, with `rounds` points per side.
 
     A value is inside as long as the lowest sum of squares with this value exceeds the minimum by no more
@@ -142,7 +130,7 @@ def profile_interval(
                 start = fit.theta + (start - fit.theta) * trial / before
             there = fit_with_one_fixed(problem, fit, index, best + sign * trial, start)
             deviance, start, before = (there.squares - fit.squares) / scale, there.theta, trial
-            if trial == limit and deviance < threshold:
+            if trial == limit and deviance < threshold:  # open
                 end = np.inf
                 break
             # The deviance is nearly a parabola: the next point is where that crosses the threshold.
@@ -150,4 +138,4 @@ def profile_interval(
             if abs(end / trial - 1) < CLOSE:
                 break
         ends.append(best + sign * end if end < limit else sign * np.inf)
-    return ParameterInterval(*ends)
+    return ends[0], ends[1]

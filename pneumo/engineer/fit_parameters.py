@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.stage_signals import StageSignals
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.models import WALL_LAWS, Model, lane, lane_array
 from pneumo.simulation.given_inputs import pressures_on_flows, pressures_on_inputs
 
-LAMBDA_0 = 30.0  # W/(m^2 K), between still and moving air: start of the search for k_0
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
 
 
@@ -65,10 +65,9 @@ class Problem(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the fitted parameters."""
-        absent = {"n"} if not self.model.has_n else set[str]()
-        absent |= {"k_0"} if self.model.wall == "none" else set()
-        absent |= {"k_xu"} if self.signals.flow is not None else set()
-        return tuple(name for name in PARAMETERS if name not in absent | set(self.fixed))
+        wall, measured = self.model.wall != "none", self.signals.flow is not None
+        needed = {"n": self.model.has_n, "k_0": wall, "k_xu": not measured}
+        return tuple(name for name in PARAMETERS if needed.get(name, True) and name not in self.fixed)
 
     def reference(self, name: str) -> float:
         """Value in SI units of which a parameter's bounds are multiples."""
@@ -79,18 +78,15 @@ class Problem(NamedTuple):
 
     def bounds(self) -> np.ndarray:
         """Lower and upper bounds on the scale of the search, shape (2, parameter)."""
-        ends = [
-            [p.inner(end * self.reference(name)) for end in (p.low, p.high)]
-            for name, p in ((name, PARAMETERS[name]) for name in self.names)
-        ]
-        return np.array(ends).T
+        rows = [(PARAMETERS[name], self.reference(name)) for name in self.names]
+        return np.array([(p.inner(p.low * scale), p.inner(p.high * scale)) for p, scale in rows]).T
 
     def guess(self) -> np.ndarray:
         """Start of the search: the configured values and the first measured pressures."""
         first = self.signals.P[:, : max(1, round(2e-3 / self.signals.period))].mean(axis=1)
         values = {
             "n": 1.2,
-            "k_0": LAMBDA_0 * self.reference("k_0"),
+            "k_0": default_conductance(self.plant.cylinder).k_0,
             "start_A": first[0],
             "start_B": first[1],
         }
@@ -111,21 +107,14 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, inputs: np.ndarray)
     numbers. `thetas` has shape (set, parameter), on the scale of the search; `inputs` are those of the
     problem's signals, or noisy ones.
     """
-    plant, signals = problem.plant._replace(k_0=1.0), problem.signals
-    lanes, start, V_d = [], np.empty((len(thetas), 2)), np.empty((len(thetas), 2))
-    for i, theta in enumerate(thetas):
-        value = problem.values(theta)
+    plant, signals, lanes = problem.plant._replace(k_0=1.0), problem.signals, []
+    values = [problem.values(theta) for theta in thetas]
+    for value in values:
         row = lane(problem.model, value.get("n", 1.0), plant.gas.gamma)
         flow = value.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu  # 1 where flows were measured
-        lanes.append(
-            row._replace(
-                n_in=row.n_in * flow,
-                n_out=row.n_out * flow,
-                explicit_heat=row.explicit_heat * value.get("k_0", 0.0),
-            )
-        )
-        start[i] = value["start_A"], value["start_B"]
-        V_d[i] = value["V_d_A"], value["V_d_B"]
+        heat = row.explicit_heat * value.get("k_0", 0.0)
+        lanes.append(row._replace(n_in=row.n_in * flow, n_out=row.n_out * flow, explicit_heat=heat))
+    start, V_d = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("start", "V_d"))
     coefficients, stride = lane_array(lanes), signals.stride
     result = np.empty((len(thetas), 2, len(inputs) // stride + 1))
     pairs, which = np.unique(V_d, axis=0, return_inverse=True)

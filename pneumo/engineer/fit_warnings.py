@@ -18,36 +18,23 @@ AVERAGING = 0.02  # s, over which noise is small beside the motion of the piston
 
 
 class Samples(NamedTuple):
-    """Columns of a file in SI units by quantity.
-
-    `first_line` is the line of the first sample, or 0 where the file has no lines.
-    """
+    """Columns of a file in SI units by quantity."""
 
     path: Path
-    first_line: int
+    first_line: int  # of the first sample, or 0 where the file has no lines
     values: dict[str, np.ndarray]
-
-    def place(self, index: int, quantity: str) -> str:
-        """Name a sample by file, line and column."""
-        row = f"line {index + self.first_line}" if self.first_line else f"sample {index}"
-        return f"{self.path}: {row}, column {quantity}"
 
     def refuse(self, bad: np.ndarray, quantity: str, problem: Callable[[int, int], str]) -> None:
         """Raise an `InputError` if any sample is bad: `problem(first, more)` says why, `more` are as bad."""
         indices = np.flatnonzero(bad)
         if len(indices):
             first = int(indices[0])
-            raise InputError(f"{self.place(first, quantity)}: {problem(first, len(indices) - 1)}")
+            row = f"line {first + self.first_line}" if self.first_line else f"sample {first}"
+            raise InputError(f"{self.path}: {row}, column {quantity}: {problem(first, len(indices) - 1)}")
 
 
 def check_time(samples: Samples) -> tuple[float, list[str]]:
-    """Sampling period of the time column, s, and remarks for the user.
-
-    Raises
-    ------
-    InputError
-        If time does not increase, or has gaps.
-    """
+    """Sampling period of the time column, s, and remarks; `InputError` if time has gaps or goes back."""
     t = samples.values["t"]
     steps = np.diff(t, prepend=-np.inf)  # each sample's from the one before
     samples.refuse(steps <= 0, "t", lambda k, _: f"{t[k]:.9g} s follows {t[k - 1]:.9g} s: time must increase")
@@ -73,10 +60,7 @@ def check_time(samples: Samples) -> tuple[float, list[str]]:
 def check_signals(samples: Samples, plant: Plant, from_end: bool) -> list[str]:
     """Notes on pressures, position and command.
 
-    Raises
-    ------
-    InputError
-        If a pressure, position or temperature is impossible, or a signal is constant.
+    `InputError` if a pressure, position or temperature is impossible, or a signal is constant.
     """
     path, values = samples.path, samples.values
     c, half, u_max = plant.conditions, plant.cylinder.stroke / 2, plant.valve.u_max
@@ -133,18 +117,14 @@ def _check_pressure(samples: Samples, name: str, plant: Plant) -> list[str]:
 def check_velocity(samples: Samples, period: float) -> list[str]:
     """Note on a measured velocity, if there is one; the fit uses the derivative of the position.
 
-    Raises
-    ------
-    InputError
-        If the velocity is far from the derivative of the position.
+    `InputError` if the velocity is far from that.
     """
     if "v" not in samples.values:
         return []
     v, x = samples.values["v"], samples.values["x"]
     width = max(1, round(AVERAGING / period))
-    smooth = np.convolve(v, np.ones(width) / width, mode="valid")
     difference = (x[width:] - x[:-width]) / (width * period)
-    smooth = smooth[: len(difference)]
+    smooth = np.convolve(v, np.ones(width) / width, mode="valid")[: len(difference)]
     slope = float(difference @ smooth / max(difference @ difference, 1e-30))
     if not 0.8 < slope < 1.25:
         raise InputError(

@@ -18,7 +18,8 @@ from pneumo.errors import InputError
 from pneumo.physics.cylinder import volume
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.full_order import Recording, command_series
-from pneumo.simulation.signals import Transport, held, interpolated
+from pneumo.simulation.runge_kutta import B
+from pneumo.simulation.signals import Transport, held, held_to_next, interpolated
 
 ROUNDING = 1e-6  # relative distance of a ratio of times from a whole number that is rounding
 UNIFORM = 1 / 12  # variance of where a jump falls between two samples, if it may fall anywhere
@@ -28,20 +29,25 @@ class Shift(NamedTuple):
     """Delay of signals by sampling, to first order, in times between samples."""
 
     held: bool  # samples are held, not interpolated linearly
-    late: int  # samples by which the held one is older than the last
+    late: float  # samples by which the held one is older than the last, on average over the stages
     jump: float  # delay of a jump that falls on a sample, which has the new value already
     rest: float  # delay of everything continuous: position, velocity, a command that follows them
 
     def transport(self, every: int) -> Transport:
-        """Transport of a replay whose samples are `every` steps apart."""
+        """Transport of a replay whose samples are `every` steps apart (`hold_next`: one step)."""
+        if self.late < 0:
+            return held_to_next()
         kind = held if self.held else interpolated
         return kind(self.late, every=every)
 
 
+NEXT = float(B[-1])  # weight of the stage at a step's end
 SHIFTS = {
     "linear": Shift(False, 0, -0.5, 0.0),  # the line begins to rise one sample before the jump
     "hold": Shift(True, 0, 0.0, 0.5),
     "delay": Shift(True, 1, 1.0, 1.5),  # the sample before the last, held
+    # Held, but the stage at the step's end reads the next sample: for samples at every step.
+    "hold_next": Shift(True, -NEXT, -NEXT, 0.5 - NEXT),
 }
 
 
@@ -58,22 +64,13 @@ def predicted_error(
 ) -> np.ndarray:
     """Full-order minus replayed pressure on sampled signals, Pa, shape (chamber, samples), without a replay.
 
-    Linear theory along a full-order run, an error every `stride` steps.
-
-    Parameters
-    ----------
-    recording : Recording
-        Where its jumps fall between samples counts if `period` is longer than its step.
-    period : float
-        Time between samples, s: a multiple of the step, or less where all jumps fall on samples.
-    sampling : str
-        Key of `SHIFTS`.
-    late : numpy.ndarray, optional
-        `late_rest` of the run, where it is known already.
+    Linear theory along a full-order run, an error every `stride` steps. `period` is the time between samples,
+    s: a multiple of the run's step, and then it counts where jumps fall between samples, or less where all
+    fall on them. `sampling` is a key of `SHIFTS`; `late` is `late_rest` of the run, where known already.
     """
     shift = SHIFTS[sampling]
     every = max(1, round(period / recording.h))
-    error = jump_errors(recording, every, not shift.held, float(shift.late), False, stride)
+    error = jump_errors(recording, every, not shift.held, shift.late, False, stride)
     if shift.rest:
         error += shift.rest * (late_rest(recording, stride) if late is None else late)
     return period * error
@@ -94,22 +91,21 @@ class Averages(NamedTuple):
 
 def averages(recording: Recording, every: int) -> Averages:
     """Averages of a run whose reference is drawn every so many steps, over both chambers."""
-    drive, plant, h = recording.drive, recording.plant, recording.h
-    states, reference, u_max = recording.states, recording.reference, plant.valve.u_max
+    plant, states, u_max = recording.plant, recording.states, recording.plant.valve.u_max
     cylinder, x = plant.cylinder, states[:, 0]
     draws = np.arange(every, len(states), every)
-    before = command_series(states[draws], reference[draws - 1], drive)
-    after = recording.u[draws]
-    jumps = after.clip(-u_max, u_max) - before.clip(-u_max, u_max)
+    before = command_series(states[draws], recording.reference[draws - 1], recording.drive)
+    after, opened = recording.u[draws], recording.u.clip(-u_max, u_max)
+    jumps = opened[draws] - before.clip(-u_max, u_max)
     ramps = [
         np.subtract(*mean_of_ramp(u, w, u_max)) if w != u else w for u, w in zip(before, after, strict=True)
     ]
-    late = after.clip(-u_max, u_max) - ramps
+    late = opened[draws] - ramps
     inverse = [1 / volume(x, cylinder.A_A, cylinder), 1 / volume(-x, cylinder.A_B, cylinder)]
     return Averages(
         jump=sqrt(np.mean(jumps**2)),
-        opening=float(np.mean(abs(recording.u.clip(-u_max, u_max)))),
-        draw=every * h,
+        opening=float(np.mean(abs(opened))),
+        draw=every * recording.h,
         speed=sqrt(np.mean(states[:, 1] ** 2)),
         P_rate=sqrt(np.mean(pressure_rates(recording, 1) ** 2)),
         V=1 / sqrt(np.mean(np.square(inverse))),
@@ -155,11 +151,10 @@ def sensitivities(plant: Plant, known: Averages) -> Sensitivities:
     adiabatic = gamma * R * c.T_0 / known.V * flow * known.jump  # Pa/s
     index = 1 + (gamma**2 - 1) * _kept(wall * known.draw)  # mean square of gamma, reduced by wall heat
     jump = adiabatic / gamma * sqrt(index * _kept(level * known.draw) / 2)
-    alone = (
-        1 / (2 * level) + 2 * (gamma - 1) / (2 * level + wall) + (gamma - 1) ** 2 / (2 * level + 2 * wall)
-        if level
-        else 0.0
-    )
+    alone = 0.0
+    if level:
+        alone = 1 / (2 * level) + 2 * (gamma - 1) / (2 * level + wall)
+        alone += (gamma - 1) ** 2 / (2 * level + 2 * wall)
     return Sensitivities(
         jump=jump,
         rest=gamma * c.P_0 * known.area * known.speed / known.V,
@@ -198,8 +193,9 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
         From `pneumo.simulate`.
     period : float
         Time between samples of u, x and v, s: a multiple or a whole fraction of the run's step.
-    transport : {"linear", "hold", "delay"}
-        Linear interpolation, the last sample held (zero-order hold), or the sample before it held.
+    transport : {"linear", "hold", "delay", "hold_next"}
+        Linear interpolation, the last sample held (zero-order hold), the sample before it held, or the last
+        one held but for the stage at the step's end, which reads the next (samples at every step).
 
     Returns
     -------
@@ -209,7 +205,8 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
     Raises
     ------
     InputError
-        If there is no such transport, the period is no multiple or fraction, or the run was not simulated.
+        If there is no such transport, the period is no multiple or fraction (for "hold_next": not the step),
+        or the run was not simulated.
     """
     if transport not in SHIFTS:
         raise InputError(f"transport = {transport!r}: must be one of {', '.join(SHIFTS)}")
@@ -220,6 +217,8 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
     ratio = max(period / h, h / period)
     if abs(ratio - round(ratio)) > ROUNDING * ratio:
         raise InputError(f"period = {period:g} s: must be a multiple or a whole fraction of h = {h:g} s")
+    if SHIFTS[transport].late < 0 and round(ratio) != 1:
+        raise InputError(f"period = {period:g} s: must be h = {h:g} s for transport = {transport!r}")
     error = predicted_error(run.recording, period, transport)
     A, B = np.sqrt(np.mean(error**2, axis=1)).tolist()
     return A, B

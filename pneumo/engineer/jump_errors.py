@@ -80,18 +80,10 @@ def jump_errors(
 ) -> np.ndarray:
     """Pressure error that jumps of the command cause, per second between samples, Pa/s: linear theory.
 
-    Parameters
-    ----------
-    every : int
-        Steps between samples: determines where between them a jump falls.
-    linear : bool
-        The replay interpolates samples linearly; else it holds them.
-    late : float
-        Samples by which the held one is older than the last.
-    uniform : bool
-        Instead, every jump, the start from rest too, is delayed by one second.
-    stride : int
-        Steps between stored errors: the result has the shape (chamber, stored steps).
+    Shape (chamber, stored steps), an error every `stride` steps. Samples are `every` so many steps, which
+    determines where between them a jump falls; the replay interpolates them linearly if `linear`, else holds
+    the one that is older than the last by `late` samples. If `uniform`, every jump, the start from rest too,
+    is instead delayed by one second.
     """
     states, reference, drive, plant = recording.states, recording.reference, recording.drive, recording.plant
     steps = len(states) - 1

@@ -1,5 +1,6 @@
 """Least squares over a whole replay, corrected for the bias that noise in the position causes."""
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -68,12 +69,8 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
     """Fit a model: plain least squares first, then corrected for noise in the position.
 
     Plain least squares ends after `most` evaluations, or where the sum of squares or the parameters change
-    by less than `tolerance`, relative.
-
-    Raises
-    ------
-    InputError
-        If the valve leaks or has a laminar share, which the replay of a fit does not model.
+    by less than `tolerance`, relative. `InputError` if the valve leaks or has a laminar share, which the
+    replay of a fit does not model.
     """
     valve = problem.plant.valve
     if problem.signals.flow is None and (valve.leak or valve.laminar):
@@ -82,19 +79,15 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
             " leave leak_dm3_per_sbar out, or measure the flows m_A and m_B"
         )
     plain = problem._replace(noisy_inputs=())
-    evaluated: dict[bytes, Fit] = {}
 
-    def at(theta: np.ndarray) -> Fit:
-        key = theta.tobytes()
-        if key not in evaluated:
-            evaluated[key] = evaluate(plain, theta)
-        return evaluated[key]
+    @cache
+    def at(*theta: float) -> Fit:
+        return evaluate(plain, np.array(theta))
 
-    count = len(problem.names)
     optimum = least_squares(
-        lambda theta: at(theta).residual.ravel(),
+        lambda theta: at(*theta).residual.ravel(),
         problem.guess(),
-        jac=lambda theta: -at(theta).jacobian.reshape(-1, count),  # type: ignore[arg-type]
+        jac=lambda theta: -at(*theta).jacobian.reshape(-1, len(theta)),  # type: ignore[arg-type]
         bounds=problem.bounds(),
         x_scale="jac",
         ftol=tolerance,
@@ -102,7 +95,7 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
         gtol=None,  # type: ignore[arg-type]
         max_nfev=most,
     )
-    return descend(problem, optimum.x) if problem.noisy_inputs else at(optimum.x)
+    return descend(problem, optimum.x) if problem.noisy_inputs else at(*optimum.x)
 
 
 def descend(problem: Problem, theta: np.ndarray, fixed: int | None = None, most: int = ROUNDS) -> Fit:

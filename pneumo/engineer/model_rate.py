@@ -11,6 +11,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.engineer.branches import choices, joined_branches
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, Lane, Model, lane
+from pneumo.physics.valve import limited
 from pneumo.simulation.reference import lane_rate
 
 N_MAX = 3.0  # as in the configuration's schema
@@ -59,8 +60,8 @@ def chamber_rate(
     n : float or None
         Polytropic index; None where the model has none.
     u, x, v, P : float, NumPy array, CasADi or SymPy symbol
-        Command within the valve's limits, V, piston position, m, and velocity, m/s, both positive towards
-        a larger chamber A, and the chamber's pressure, Pa.
+        Command, V, limited inside as the exports do, piston position, m, and velocity, m/s, both positive
+        towards a larger chamber A, and the chamber's pressure, Pa.
     side : {"A", "B"}
         Which chamber.
 
@@ -75,7 +76,7 @@ def chamber_rate(
     area = plant.cylinder.A_A if side == "A" else plant.cylinder.A_B
 
     def rate(u: Any, x: Any, v: Any, P: Any) -> Any:
-        return lane_rate(sign * u, sign * x, sign * v, P, area, plant, row)
+        return lane_rate(limited(sign * u, plant.valve.u_max), sign * x, sign * v, P, area, plant, row)
 
     with np.errstate(invalid="ignore"):  # roots of negative numbers, where another branch is chosen
         return joined_branches(choices(rate, u, x, v, P), _chooser(u, x, v, P))

@@ -15,16 +15,15 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import InputError
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.simulation.full_order import RAN, RUN_STATUS, Recording, failure, record
-from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.ranking import Ranking, rank_models
 from pneumo.statistics.recommendation import recommend
 from pneumo.storage.files import attributes, write
-from pneumo.storage.grid_layout import replay_dataset, same_at_every_n
-from pneumo.storage.layout import CHAMBERS, status_attributes
+from pneumo.storage.grid_layout import replayed_grid, same_at_every_n
+from pneumo.storage.layout import CHAMBERS, run_outcome
 
 TITLE = "Reduced models on repeated runs"
 K_0_FACTORS = (0.5, 2.0)  # the models' k_0 over the cylinder's: an estimate may be wrong by as much
@@ -34,10 +33,7 @@ TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experimen
 def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[str] = ()) -> Study:
     """Study of the named cylinders and experiments only; of all where none is named.
 
-    Raises
-    ------
-    InputError
-        If there is no such cylinder or experiment, or nothing is left.
+    `InputError` if there is no such cylinder or experiment, or nothing is left.
     """
     cylinders_there = {e.cylinder for e in study.experiments.values()}
     kinds = ("cylinder", cylinders, cylinders_there), ("experiment", experiments, set(study.experiments))
@@ -92,23 +88,17 @@ def mse_of_wrong_k_0(experiment: Experiment, n: tuple[float, ...], recording: Re
 def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Dataset:
     """Cells of one full-order run and of the replays of the whole grid on it.
 
-    The variables of `replay_dataset` without the pressures; `run_status` and `run_failure_time`;
-    `mse_of_wrong_k_0` by (k_0_factor, model, n, chamber); where `traced`, the first samples of all pressures.
+    The variables of `replayed_grid` without the pressures; `run_outcome`; `mse_of_wrong_k_0` by (k_0_factor,
+    model, n, chamber); where `traced`, the first samples of all pressures.
     """
     recording = record(experiment)
-    lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
     stride = experiment.pressure_stride
-    replays = replay(recording, lanes, EXACT_TRANSPORT, stride)
-    cells = replay_dataset(experiment, n, index, replays)
+    cells = replayed_grid(experiment, n, recording, EXACT_TRANSPORT, stride)
     pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
-    cells = cells.drop_vars(["pressure", "t"])
     wrong_k_0 = mse_of_wrong_k_0(experiment, n, recording)
-    cells["mse_of_wrong_k_0"] = (("k_0_factor", "model", "n", "chamber"), wrong_k_0)
-    status, step = failure(recording.states)
-    meanings = status_attributes(RUN_STATUS, "what became of the full-order run")
-    cells["run_status"] = ((), np.int8(status), meanings)
-    failure_time = step * experiment.h if status != RAN else np.nan
-    cells["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
+    cells = cells.drop_vars(["pressure", "t"]).assign(
+        mse_of_wrong_k_0=(("k_0_factor", "model", "n", "chamber"), wrong_k_0), **run_outcome(recording)
+    )
     if traced:
         states = recording.states[: TRACED_SAMPLES * stride : stride]
         full_order = {"units": "Pa", "long_name": "full order"}
@@ -117,40 +107,36 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
         cells["trace_P"] = (("chamber", "sample"), states[:, [2, 4]].T, full_order)
         cells["trace_pressure"] = pressure
         cells = cells.pad(sample=(0, TRACED_SAMPLES - len(states)), constant_values=np.nan, keep_attrs=True)
-    return cells.assign_coords(
-        k_0_factor=list(K_0_FACTORS), seed=experiment.excitation.seed, chamber=CHAMBERS
-    )
+    seed = experiment.excitation.seed
+    return cells.assign_coords(k_0_factor=list(K_0_FACTORS), seed=seed, chamber=CHAMBERS)
 
 
 def run_study(
     study: Study, threads: int, progress: Callable[[float], None] = lambda _seconds: None
 ) -> xr.Dataset:
-    """Cells of every experiment of a study, run with several seeds.
-
-    A signal that is not random runs once; that run counts for all seeds.
+    """Cells of every experiment of a study, run with several seeds; a signal that is not random runs once.
 
     The variables of `one_run` by (experiment, run, ...), whatever the number of threads; traces of each
     experiment's first run; `time_constant`, s, and `duration`, s, by experiment. `progress` is called after
     each run with its simulated time, s.
     """
 
-    def work(item: tuple[Experiment, int, bool]) -> xr.Dataset:
-        experiment, seed, first = item
-        excitation = experiment.excitation._replace(seed=seed)
-        cells = one_run(experiment._replace(excitation=excitation), n, first)
-        progress(experiment.steps * experiment.h)
+    def work(item: tuple[Experiment, int]) -> xr.Dataset:
+        e, seed = item
+        experiment = e._replace(excitation=e.excitation._replace(seed=seed))
+        cells = one_run(experiment, study.n, traced=seed == e.excitation.seed)
+        progress(e.steps * e.h)
         return cells
 
-    experiments, n = list(study.experiments.values()), study.n
-    plan = [(e, seed, i == 0) for e in experiments for i, seed in enumerate(seeds_of(e, study.seeds))]
-    longest_first = sorted(range(len(plan)), key=lambda i: -plan[i][0].steps)
+    experiments = list(study.experiments.values())
+    plan = [(e, seed) for e in experiments for seed in seeds_of(e, study.seeds)]
+    longest_first = sorted(plan, key=lambda item: -item[0].steps)
     with ThreadPoolExecutor(threads) as pool:
-        done = list(pool.map(work, [plan[i] for i in longest_first]))
-    by_plan = dict(zip(longest_first, done, strict=True))
+        done = list(zip(longest_first, pool.map(work, longest_first), strict=True))
     count = study.seeds if any(e.excitation.random for e in experiments) else 1
     parts: list[xr.Dataset] = []
     for e in experiments:
-        runs = [by_plan[i] for i, item in enumerate(plan) if item[0] is e]
+        runs = [cells for (experiment, _), cells in done if experiment is e]  # sorting keeps their order
         traces = [str(name) for name in runs[0] if str(name).startswith("trace_")]
         cells = [run.drop_vars(traces, errors="ignore") for run in runs]
         cells = cells * count if len(cells) == 1 else cells

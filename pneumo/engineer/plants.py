@@ -2,6 +2,7 @@
 
 from math import isfinite
 
+from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant, Study
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Cylinder
@@ -69,6 +70,20 @@ def plant(
     check_positive(T_in=inlet, P_0=rest)
     conditions = Conditions(*(float(value) for value in (P_s, P_atm, inlet, T_amb, rest, T_amb)))
     return Plant(gas, Valve(float(k_xu), float(u_max)), conditions, c, float(k_0))
+
+
+def catalogue_notes(study: Study) -> list[str]:
+    """Sentences on the cylinders whose k_0 is the catalogue's default: which it is, and within what."""
+    notes: list[str] = []
+    plants = {e.cylinder: e.plant for e in study.experiments.values()}
+    for name, found in plants.items():
+        default = default_conductance(found.cylinder)
+        if found.k_0 == default.k_0:
+            ends = f"95 % of such cylinders {default.k_0_low:.2g} to {default.k_0_high:.2g} W/K"
+            notes.append(
+                f"{name}: k_0 = {default.k_0:.2g} W/K of the catalogue ({ends}); measure it: docs/fit.md"
+            )
+    return notes
 
 
 def configured_plant(study: Study, cylinder: str | None = None, k_0: float | None = None) -> Plant:

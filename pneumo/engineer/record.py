@@ -1,4 +1,4 @@
-"""Reading a measurement: columns by name and unit, from CSV or NetCDF, in SI units and uniform in time."""
+"""Reading a measurement: columns by name and unit, in SI units and uniform in time."""
 
 import re
 from collections.abc import Mapping
@@ -7,12 +7,12 @@ from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.engineer.fit_warnings import (
+    GAP,
     PRESSURE_UNITS,
     UNEVEN,
     Samples,
@@ -20,6 +20,7 @@ from pneumo.engineer.fit_warnings import (
     check_time,
     check_velocity,
 )
+from pneumo.engineer.record_formats import plain_unit, read_table
 from pneumo.errors import InputError, printable
 
 GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
@@ -40,11 +41,14 @@ COLUMN_UNITS: dict[str, dict[str, float]] = {
     "T": {"K": 1.0, "degC": 1.0},
 }
 REQUIRED = ("t", "x", "P_A", "P_B")
-COMMAND_COLUMN, FLOWS = ("u",), ("m_A", "m_B")  # one of the two
+FLOWS = ("m_A", "m_B")  # instead of u
 HEADER = re.compile(
     r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g)?))\s*$"
 )
+TIME = ("time", "zeit", "x_value")  # names of t that instruments write
 FEWEST_ROWS = 100
+MOST_MISSING = 0.01  # share of a signal's samples that may be interpolated
+MISSING = ("", "nan", "na", "n/a", "null", "-", "--")
 
 
 class Column(BaseModel):
@@ -81,122 +85,111 @@ class Measurement(NamedTuple):
 def read_mapping(path: Path) -> dict[str, Column]:
     """Read from YAML which column is what: `P_A: {column: "pressure 1", unit: kPa}`.
 
-    Raises
-    ------
-    InputError
-        If a key is no quantity, or column or unit is missing.
+    `InputError` if a key is no quantity, or column or unit is missing.
     """
     try:
         return {str(name): column for name, column in MAPPING.validate_python(read_yaml(path)).items()}
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in first["loc"] if part != "[key]")
-        quantities = ", ".join(COLUMN_UNITS)
-        raise InputError(
-            f"{path}: {printable(field)}: must be one of {quantities}, each with column and unit"
-        ) from None
+        expected = f"must be one of {', '.join(COLUMN_UNITS)}, each with column and unit"
+        raise InputError(f"{path}: {printable(field)}: {expected}") from None
 
 
 def _columns_by_header(names: list[str], units: Mapping[str, str]) -> dict[str, Column]:
     """Columns by quantity, from headers such as `P_A_kPa`, `P_A [kPa]` or `P_A (bar(g))`."""
     columns: dict[str, Column] = {}
-    for name in names:
-        match = HEADER.match(name)
-        quantity = name.strip() if name.strip() in COLUMN_UNITS else match["name"] if match else ""
-        if quantity not in COLUMN_UNITS:
-            continue
-        unit = units.get(name) or (match and (match["unit"] or match["suffix"])) or ""
+    spelled = [_name_and_unit(name) for name in names]
+    if all(quantity != "t" for quantity, _ in spelled):
+        spelled = [("t" if quantity.lower() in TIME else quantity, unit) for quantity, unit in spelled]
+    for name, (quantity, own) in zip(names, spelled, strict=True):
         if quantity in columns:
             raise InputError(f"columns {columns[quantity].column!r} and {name!r}: both are {quantity}")
-        unit = unit.replace("_per_s", "/s").replace("_g", GAUGE).strip()
-        columns[quantity] = Column(column=name, unit=unit)
+        if quantity in COLUMN_UNITS:
+            unit = units.get(name) or own
+            unit = plain_unit(unit.replace("_per_s", "/s").replace("_g", GAUGE))
+            columns[quantity] = Column(column=name, unit=unit)
     return columns
 
 
-def _read_table(path: Path) -> tuple[pd.DataFrame, dict[str, str], int]:
-    """Columns of a file as text or numbers, their units, and the line of the first sample (0: no lines)."""
-    try:
-        if path.suffix == ".nc":
-            with xr.open_dataset(path.absolute(), engine="netcdf4", decode_times=False) as data:
-                signals = [name for name in data.variables if data[name].ndim == 1]
-                units = {str(n): str(data[n].attrs.get("units", "")).replace(" s-1", "/s") for n in signals}
-                return pd.DataFrame({str(n): data[n].values for n in signals}), units, 0
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            header = file.readline()
-        table = pd.read_csv(
-            path,
-            sep=max(",;\t", key=header.count),
-            dtype=str,
-            encoding="utf-8-sig",
-            keep_default_na=False,
-            skip_blank_lines=False,
-        )
-        return table, {}, 2
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError, LookupError, RuntimeError) as error:
-        text = printable(" ".join(str(error).split()), 200)
-        kind = "NetCDF" if path.suffix == ".nc" else "CSV"
-        raise InputError(f"{path}: not a readable {kind} file ({text})") from None
+def _name_and_unit(name: str) -> tuple[str, str]:
+    """Quantity and unit of a header; `P_A` and `X_Value` have none."""
+    match = HEADER.match(name)
+    if match is None or name.strip() in COLUMN_UNITS or name.strip().lower() in TIME:
+        return name.strip(), ""
+    return match["name"], match["unit"] or match["suffix"]
 
 
-def _numbers(samples: Samples, quantity: str, column: pd.Series) -> np.ndarray:
-    """A column as finite numbers."""
+def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str]) -> np.ndarray:
+    """A column as finite numbers; a few missing ones are interpolated, or held if they are commands."""
     numbers = np.asarray(pd.to_numeric(column, errors="coerce"), dtype=float)
+    absent = column.astype(str).str.strip().str.lower().isin(MISSING).to_numpy() & (quantity != "t")
+    samples.refuse(
+        ~np.isfinite(numbers) & ~absent,
+        quantity,
+        lambda k, more: (
+            f"{printable(str(column.iloc[k]), 30) or 'empty'!r}: must be a finite number"
+            f"{f', and {more} more' if more else ''}"
+        ),
+    )
+    count, there, row = int(absent.sum()), np.flatnonzero(~absent), np.arange(len(numbers))
+    if not count:
+        return numbers
+    # Samples on either side of missing ones stand no further apart than those of a gap in time.
+    run = np.concatenate([there, [len(row)]]) - np.concatenate([[-1], there])
+    long = np.zeros(len(row), dtype=bool)
+    long[np.concatenate([[-1], there])[run > GAP] + 1] = True
+    samples.refuse(
+        long,
+        quantity,
+        lambda *_: f"more than {GAP - 1:g} missing samples in a row: cut the file there and fit one part",
+    )
+    samples.refuse(
+        absent & (count > MOST_MISSING * len(row)),
+        quantity,
+        lambda *_: (
+            f"{count} of {len(row)} samples are missing: at most {100 * MOST_MISSING:g} % are"
+            " interpolated; take a record without them"
+        ),
+    )
+    held = quantity == "u"
+    notes.append(
+        f"column {quantity}: {count} of {len(row)} samples missing, {'held' if held else 'interpolated'}"
+    )
+    if held:
+        return numbers[there[np.clip(np.searchsorted(there, row, side="right") - 1, 0, None)]]
+    return np.interp(row, there, numbers[there])
 
-    def problem(first: int, more: int) -> str:
-        text = printable(str(column.iloc[first]), 30) or "empty"
-        return f"{text!r}: must be a finite number{f', and {more} more' if more else ''}"
 
-    samples.refuse(~np.isfinite(numbers), quantity, problem)
-    return numbers
-
-
-def _in_si(values: np.ndarray, quantity: str, unit: str, P_atm: float) -> np.ndarray:
-    """Values in SI units; a unit that ends with `GAUGE` counts from the atmosphere."""
-    gauge = unit.endswith(GAUGE) and COLUMN_UNITS[quantity] is _PRESSURE
-    scaled = values * COLUMN_UNITS[quantity][unit.removesuffix(GAUGE).strip() if gauge else unit]
-    return scaled + (P_atm if gauge else ZERO_CELSIUS if unit == "degC" else 0.0)
-
-
-def _check_column(path: Path, quantity: str, column: Column, names: list[str]) -> None:
-    name, unit = column.column, column.unit
-    if name not in names:
-        raise InputError(f"{path}: no column {printable(name)!r}, which the mapping has for {quantity}")
-    pressure = COLUMN_UNITS[quantity] is _PRESSURE
-    if (unit.removesuffix(GAUGE).strip() if pressure else unit) not in COLUMN_UNITS[quantity]:
+def _factor_and_offset(path: Path, quantity: str, column: Column, P_atm: float) -> tuple[float, float]:
+    """Factor and offset of a column's unit to SI; one that ends with `GAUGE` counts from the atmosphere."""
+    unit, units = plain_unit(column.unit), COLUMN_UNITS[quantity]
+    gauge = unit.endswith(GAUGE) and units is _PRESSURE
+    factor = units.get(unit.removesuffix(GAUGE).strip() if gauge else unit)
+    if factor is None:
         problem = f"unknown unit {printable(unit, 20)!r}" if unit else "no unit in the header"
-        allowed = ", ".join([*COLUMN_UNITS[quantity], *(["bar(g)"] if pressure else [])])
-        raise InputError(f"{path}: column {printable(name, 30)}: {problem}; it is one of {allowed}")
+        allowed = ", ".join([*units, *(["bar(g)"] if units is _PRESSURE else [])])
+        raise InputError(f"{path}: column {printable(column.column, 30)}: {problem}; it is one of {allowed}")
+    return factor, P_atm if gauge else ZERO_CELSIUS if unit == "degC" else 0.0
 
 
 def read_measurement(
     path: Path | str, plant: Plant, mapping: Mapping[str, Column] | None = None, *, from_end: bool = False
 ) -> Measurement:
-    """Read a measurement and check it against the cylinder and supply that it is of.
+    """Read a measurement and check it against the cylinder, valve and supply that it is of.
 
-    Parameters
-    ----------
-    path : path-like
-        CSV with a header, separated by comma, semicolon or tab; or NetCDF (.nc).
-    plant : Plant
-        Cylinder, valve and supply as configured.
-    mapping : mapping of str to Column, optional
-        Column and unit of each quantity; from the header where left out.
-    from_end : bool
-        Whether the position counts from the end where chamber A is smallest, and not from mid-stroke.
-
-    Raises
-    ------
-    InputError
-        With one line that says where and what is wrong, and what is expected.
+    The file is text, LabVIEW .lvm, MATLAB .mat or NetCDF, as `read_table` takes them. `mapping` has column
+    and unit of each quantity, as the header has them where it is left out. `from_end` is whether the position
+    counts from the end where chamber A is smallest, and not from mid-stroke. An `InputError` says where and
+    what is wrong, and what is expected.
     """
     path = Path(path)
-    table, units, first_line = _read_table(path)
+    known = {unit for units in COLUMN_UNITS.values() for unit in units}
+    table, units, first_line = read_table(path, known | {f"{unit}{GAUGE}" for unit in _PRESSURE})
     names = [str(name) for name in table.columns]
     columns = dict(mapping) if mapping else _columns_by_header(names, units)
     measured_flow = any(quantity in columns for quantity in FLOWS)
-    for quantity in REQUIRED + (FLOWS if measured_flow else COMMAND_COLUMN):
+    for quantity in REQUIRED + (FLOWS if measured_flow else ("u",)):
         if quantity not in columns:
             there = ", ".join(printable(name, 30) for name in names[:12])
             raise InputError(
@@ -205,15 +198,17 @@ def read_measurement(
             )
     values: dict[str, np.ndarray] = {}
     samples = Samples(path, first_line, values)
+    notes: list[str] = []
     for quantity, column in columns.items():
-        _check_column(path, quantity, column, names)
-        numbers = _numbers(samples, quantity, table.loc[:, column.column])
-        values[quantity] = _in_si(numbers, quantity, column.unit, plant.conditions.P_atm)
+        name = column.column
+        if name not in names:
+            raise InputError(f"{path}: no column {printable(name)!r}, which the mapping has for {quantity}")
+        factor, offset = _factor_and_offset(path, quantity, column, plant.conditions.P_atm)
+        values[quantity] = factor * _numbers(samples, quantity, table.loc[:, name], notes) + offset
     if from_end:
         values["x"] = values["x"] - plant.cylinder.stroke / 2
     if len(values["t"]) < FEWEST_ROWS:
         raise InputError(f"{path}: {len(values['t'])} samples: must be at least {FEWEST_ROWS}")
-    notes: list[str] = []
     if measured_flow:
         if "u" in values:
             notes.append("column u: not used, since the flows m_A and m_B were measured")
@@ -235,7 +230,5 @@ def _uniform(values: dict[str, np.ndarray], period: float) -> dict[str, np.ndarr
     if np.max(np.abs(t - grid)) <= UNEVEN * period:
         return values
     before = np.clip(np.searchsorted(t, grid + UNEVEN * period, side="right") - 1, 0, None)
-    return {
-        name: grid if name == "t" else signal[before] if name == "u" else np.interp(grid, t, signal)
-        for name, signal in values.items()
-    }
+    uniform = {name: np.interp(grid, t, signal) for name, signal in values.items()}
+    return uniform | {"t": grid, "u": values["u"][before]}

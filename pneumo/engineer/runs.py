@@ -1,16 +1,16 @@
 """Full-order runs on given signals, measured signals, and replays of a model on either."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pneumo.configuration.experiment import Drive, Plant
+from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
 from pneumo.engineer.model_rate import lane_for
 from pneumo.engineer.plants import check_positive
 from pneumo.errors import InputError
 from pneumo.physics.models import Model, lane_array
-from pneumo.simulation.full_order import Recording, command_series, equilibrium, run
+from pneumo.simulation.full_order import STATE, Recording, command_series, equilibrium, run
 from pneumo.simulation.replay import STATUS
 from pneumo.simulation.replay import replay as replay_lanes
 from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated
@@ -18,35 +18,19 @@ from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated
 OPEN_LOOP = Drive(False, 0.0, np.inf)
 
 
-class _Column:
-    """One column of a run's states, as an attribute of the run."""
-
-    def __init__(self, index: int) -> None:
-        self.index = index
-
-    def __get__(self, run: "Run", owner: type) -> np.ndarray:
-        return run.recording.states[:, self.index]
+def _column(name: str, doc: str) -> Any:
+    return property(lambda run: run.recording.states[:, STATE.index(name)], doc=doc)
 
 
 class Run(NamedTuple):
-    """Signals of a cylinder at every step; those that were not measured are NaN.
+    """Signals of a cylinder at every step; those that were not measured are NaN."""
 
-    Attributes
-    ----------
-    recording : Recording
-        States, reference and command, with plant and step.
-    simulated : bool
-        By `simulate`; else measured.
-    x, v : numpy.ndarray
-        Piston position from mid-stroke, m, and velocity, m/s.
-    P_A, T_A, P_B, T_B : numpy.ndarray
-        Pressures, Pa, and temperatures, K, in the chambers.
-    """
+    recording: Recording  #: states, reference and command, with plant and step
+    simulated: bool  #: by `simulate`; else measured
 
-    recording: Recording
-    simulated: bool
-
-    x, v, P_A, T_A, P_B, T_B = (_Column(i) for i in range(6))
+    x, v = _column("x", "Piston position from mid-stroke, m."), _column("v", "Piston velocity, m/s.")
+    P_A, P_B = (_column(f"P_{side}", f"Pressure in chamber {side}, Pa.") for side in "AB")
+    T_A, T_B = (_column(f"T_{side}", f"Temperature in chamber {side}, K.") for side in "AB")
 
     @property
     def u(self) -> np.ndarray:
@@ -60,36 +44,24 @@ class Run(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """Pressures of a reduced model on a run, and their error.
+    """Pressures of a reduced model on a run, and their error; a pair is of chambers A and B."""
 
-    Attributes
-    ----------
-    t : numpy.ndarray
-        Time, s.
-    P_A, P_B : numpy.ndarray
-        Pressures by the model, Pa.
-    mean_error, mse : numpy.ndarray
-        Mean, Pa, and mean square, Pa^2, of the run's minus the model's pressure, chambers A and B.
-    status : tuple of str
-        "ok", or why a chamber's pressures end in NaN, chambers A and B.
-    """
-
-    t: np.ndarray
-    P_A: np.ndarray
-    P_B: np.ndarray
-    mean_error: np.ndarray
-    mse: np.ndarray
-    status: tuple[str, ...]
+    t: np.ndarray  #: time, s
+    P_A: np.ndarray  #: pressure by the model, Pa
+    P_B: np.ndarray  #: the same of chamber B
+    mean_error: np.ndarray  #: mean of the run's minus the model's pressure, Pa: a pair
+    mse: np.ndarray  #: mean of its square, Pa^2: a pair
+    status: tuple[str, ...]  #: "ok", or why a chamber's pressures end in NaN: a pair
 
 
-def _series(**signals: ArrayLike) -> list[np.ndarray]:
+def _series(**signals: ArrayLike) -> dict[str, np.ndarray]:
     """Signals as arrays of floats: one-dimensional, finite and of one length."""
     arrays = {name: np.array(values, dtype=float) for name, values in signals.items()}
     length = next(iter(arrays.values())).size
     for name, values in arrays.items():
         if values.ndim != 1 or values.size != length or length < 2 or not np.isfinite(values).all():
             raise InputError(f"{name}: must be one finite number for each step, all signals equally many")
-    return list(arrays.values())
+    return arrays
 
 
 def simulate(
@@ -120,15 +92,16 @@ def simulate(
     """
     check_positive(h=h)
     if command is not None and reference is None:
-        drive, (signal,) = OPEN_LOOP, _series(command=command)
+        drive, signal = OPEN_LOOP, _series(command=command)["command"]
     elif reference is not None and command is None:
         check_positive(k_p=k_p)
-        drive, (signal,) = Drive(True, float(k_p), np.inf), _series(reference=reference)
+        drive, signal = Drive(True, float(k_p), np.inf), _series(reference=reference)["reference"]
     else:
         raise InputError("give either command or reference")
-    states = run(equilibrium(plant), signal, 0.0, drive, plant, float(h))
+    states, signal, halvings = run(equilibrium(plant), signal, 0.0, drive, plant, float(h), MOST_HALVINGS)
     u = command_series(states, signal, drive)
-    return Run(Recording(states, signal, u, drive, plant, float(h)), simulated=True)
+    recording = Recording(states, signal, u, drive, plant, float(h), halvings, MOST_HALVINGS)
+    return Run(recording, simulated=True)
 
 
 def recorded(
@@ -158,13 +131,14 @@ def recorded(
         If a signal has a wrong shape or numbers that are not finite.
     """
     check_positive(h=h)
-    u, x, v = _series(u=u, x=x, v=v)
-    states = np.full((len(u), 6), np.nan)
-    states[:, 0], states[:, 1] = x, v
-    for column, (name, P) in zip((2, 4), {"P_A": P_A, "P_B": P_B}.items(), strict=True):
-        if P is not None:
-            states[:, column] = _series(u=u, **{name: P})[1]
-    return Run(Recording(states, np.zeros(len(u)), u, OPEN_LOOP, plant, float(h)), simulated=False)
+    measured = {name: P for name, P in (("P_A", P_A), ("P_B", P_B)) if P is not None}
+    signals = _series(u=u, x=x, v=v, **measured)
+    u, states = signals["u"], np.full((len(signals["u"]), len(STATE)), np.nan)
+    for name in ("x", "v", *measured):
+        states[:, STATE.index(name)] = signals[name]
+    reference, halvings = np.zeros(len(u)), np.zeros(len(u) - 1, dtype=np.int8)
+    recording = Recording(states, reference, u, OPEN_LOOP, plant, float(h), halvings, MOST_HALVINGS)
+    return Run(recording, simulated=False)
 
 
 def replay(model: Model | str, n: float | None, run: Run) -> Prediction:

@@ -49,12 +49,8 @@ class StageSignals(NamedTuple):
 def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
     """Choose the smoothing of a signal, samples `period` seconds apart, by generalised cross-validation.
 
-    Returns
-    -------
-    penalty : float
-        Weight of the integrated squared second derivative against the sum of squared residuals, s^3.
-    noise : float
-        Estimated standard deviation of white noise in the signal, in units of x.
+    Returns the penalty, s^3: the weight of the integrated squared second derivative against the sum of
+    squared residuals; and the estimated standard deviation of white noise in the signal, in units of x.
     """
     count = len(x)
     spectrum = dct(x - np.linspace(x[0], x[-1], count), norm="ortho")
@@ -84,20 +80,12 @@ def stage_signals(
     held: bool = True,
     m: np.ndarray | None = None,
 ) -> StageSignals:
-    """Signals at the stages of a replay, from samples.
+    """Signals at the stages of a replay, from samples `period` seconds apart.
 
-    Parameters
-    ----------
-    period : float
-        Time between samples, s.
-    u, x, P, m : numpy.ndarray
-        Command before the limiter, V, and position, m, shape (samples,); pressures, Pa, and, where they were
-        measured, mass flows into the chambers, kg/s, shape (chamber, samples).
-    u_max : float
-        Limit of the command, V.
-    held : bool
-        Hold the command until the next sample (zero-order hold, as a digital controller does); else
-        interpolate it linearly, as flows always are.
+    They are the command before its limiter at `u_max`, V, and the position, m, shape (samples,); pressures,
+    Pa, and, where they were measured, mass flows into the chambers, kg/s, shape (chamber, samples). The
+    command is `held` until the next sample (zero-order hold, as a digital controller does) or else
+    interpolated linearly, as flows always are.
     """
     t, within = period * np.arange(len(u)), int(np.ceil(period / LONGEST_STEP * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)
@@ -128,10 +116,6 @@ def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -
         return np.stack([spline(at), spline.derivative()(at)], axis=-1)
 
     motion = smoothed(x)
-    result: list[np.ndarray] = []
-    for noise in smoothed(rng.normal(0.0, signals.noise, (pairs, len(x))).T).transpose(2, 0, 1, 3):
-        for sign in (1.0, -1.0):
-            inputs = signals.inputs.copy()
-            inputs[:, :, 1:] = motion + sign * noise
-            result.append(inputs)
-    return result
+    noises = smoothed(rng.normal(0.0, signals.noise, (pairs, len(x))).T).transpose(2, 0, 1, 3)
+    moved = (motion + sign * noise for noise in noises for sign in (1.0, -1.0))
+    return [np.concatenate([signals.inputs[:, :, :1], x_and_v], axis=-1) for x_and_v in moved]

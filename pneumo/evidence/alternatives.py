@@ -4,6 +4,7 @@ An alternative of the ledger is keys of the configuration, or words for one of `
 """
 
 from collections.abc import Callable, Mapping
+from functools import reduce
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,20 +13,19 @@ import numpy as np
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.configuration.parameters import merged, study, validated
 from pneumo.errors import ConfigurationError
-from pneumo.evidence.other_runs import first_draw_skipped, keeps_changed_sign, largest_excursions
+from pneumo.evidence.other_runs import first_draw_skipped, largest_excursions, leaking
+from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.simulation.full_order import Recording, record
-from pneumo.simulation.runge_kutta import STAGES
 from pneumo.simulation.settling import Settling
 from pneumo.simulation.signals import (
     EXACT_TRANSPORT,
     PUBLISHED,
     Transport,
-    held,
     interpolated,
     study_transport,
 )
-from pneumo.verdict import PAPER_FOLDER, PaperError
+from pneumo.verdict import PaperError
 from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
 
 ROD = 1 - 0.4**2  # share of the bore's area that a rod of 0.4 bores leaves
@@ -49,12 +49,12 @@ class Alternative(NamedTuple):
 
     def transport(self, experiment: Experiment) -> Transport:
         """Return how recorded signals reach the replays of an experiment."""
-        return self.other_transport or study_transport(PUBLISHED, self.study.lag, experiment.h)
+        return self.other_transport or study_transport(PUBLISHED, experiment)
 
     def run_key(self, name: str) -> tuple[Any, ...]:
         """Return what the full-order run of an experiment depends on."""
         e = self.study.experiments[name]
-        return e.plant, e.drive, e.excitation, e.h, e.steps, self.record
+        return e.plant, e.drive, e.excitation, e.h, e.steps, e.most_halvings, self.record
 
 
 def equal_runs(name: str, alternatives: Mapping[str, Alternative]) -> list[list[str]]:
@@ -73,26 +73,33 @@ def with_plants(alternative: Alternative, change: Callable[[Plant], Plant]) -> A
     return alternative._replace(study=alternative.study._replace(experiments=experiments))
 
 
-def _with_rod(plant: Plant) -> Plant:
-    c = plant.cylinder
-    return plant._replace(cylinder=c._replace(A_A=ROD * c.A_A, A_B=ROD * c.A_B))
+def other_runs_than(taken: Alternative) -> Callable[[Alternative], bool]:
+    """Whether an alternative has another full-order run than `taken` in some experiment."""
+    return lambda member: any(member.run_key(e) != taken.run_key(e) for e in taken.study.experiments)
 
 
-def _without_rest_rule(plant: Plant) -> Plant:
-    return plant._replace(cylinder=plant.cylinder._replace(rests=False))
+def _with_halvings(alternative: Alternative) -> Alternative:
+    """Return the alternative with steps halved wherever they fail or are not accurate."""
+    return alternative._replace(study=alternative.study.with_halvings())
 
 
-def _sticking(plant: Plant) -> Plant:
+def _with_rod(p: Plant) -> Plant:
+    return p._replace(cylinder=p.cylinder._replace(A_A=ROD * p.cylinder.A_A, A_B=ROD * p.cylinder.A_B))
+
+
+def _without_rest_rule(p: Plant) -> Plant:
+    return p._replace(cylinder=p.cylinder._replace(rests=False))
+
+
+def _sticking(p: Plant) -> Plant:
     """Coulomb friction beside the viscous one."""
-    cylinder = plant.cylinder
-    coulomb = CATALOGUE_COULOMB * plant.conditions.P_s * cylinder.A_A
-    return plant._replace(cylinder=cylinder._replace(coulomb=coulomb))
+    coulomb = CATALOGUE_COULOMB * p.conditions.P_s * p.cylinder.A_A
+    return p._replace(cylinder=p.cylinder._replace(coulomb=coulomb))
 
 
-def _leaking(plant: Plant) -> Plant:
+def _leaking(p: Plant) -> Plant:
     """A valve that never shuts."""
-    valve = plant.valve
-    return plant._replace(valve=valve._replace(leak=LEAK * valve.k_xu * valve.u_max))
+    return p._replace(valve=p.valve._replace(leak=LEAK * p.valve.k_xu * p.valve.u_max))
 
 
 def _elliptic(plant: Plant) -> Plant:
@@ -105,18 +112,14 @@ def _elliptic(plant: Plant) -> Plant:
 # The recorded signals (u, x, v) that a replay's stages may have read otherwise.
 OTHER_TRANSPORTS = {
     "exact_transport": EXACT_TRANSPORT,
-    "hold": held(),
-    "command_late": interpolated(np.outer(np.ones(STAGES), [1.0, 0.0, 0.0]), name="command_late"),
-    "last_stage_late": interpolated(
-        np.outer(np.arange(STAGES) == STAGES - 1, np.ones(3)), name="last_stage_late"
-    ),
+    "command_late": interpolated(np.array([1.0, 0.0, 0.0]), name="command_late"),
 }
 IN_WORDS: dict[str, Callable[[Alternative], Alternative]] = {
     "rod.rod_40_percent": lambda taken: with_plants(taken, _with_rod),
     "end_stop_law.no_rest_rule": lambda taken: with_plants(taken, _without_rest_rule),
     "settling_change.largest_excursion": lambda taken: taken._replace(times=largest_excursions),
+    "valve_leak.leak_in_runs_alone": lambda taken: taken._replace(record=leaking),
     "generator.first_draw_skipped": lambda taken: taken._replace(record=first_draw_skipped),
-    "sign_reversal.toggle": lambda taken: taken._replace(record=keeps_changed_sign),
     **{
         f"transport.{name}": lambda taken, transport=transport: taken._replace(other_transport=transport)
         for name, transport in OTHER_TRANSPORTS.items()
@@ -136,10 +139,8 @@ def ledger_alternatives(
 ) -> dict[str, Alternative]:
     """Every alternative of ``assumptions.yaml``, named ``assumption.alternative``, after `AS_TAKEN`.
 
-    Raises
-    ------
-    PaperError
-        If an alternative in words has no code, or names a key that the configuration lacks.
+    Those with other full-order runs halve steps that fail or are not accurate. `PaperError` if an alternative
+    in words has no code, or names a key that the configuration lacks.
     """
     file = folder / "assumptions.yaml"
     taken = Alternative(study(validated(configuration, [("configuration", configuration)])))
@@ -153,23 +154,22 @@ def ledger_alternatives(
                 alternatives[name] = IN_WORDS[name](taken)
             else:
                 raise PaperError(f"{file}: {name}: no code for {change!r}; left_out takes a reason")
-    return alternatives
+    other = other_runs_than(taken)
+    return {
+        name: _with_halvings(member) if other(member) else member for name, member in alternatives.items()
+    }
 
 
 def grid_alternatives(
     configuration: Mapping[str, Any], folder: Path = PAPER_FOLDER
 ) -> dict[str, Alternative]:
-    """Every alternative with other full-order runs, of the ledger and of physics, after `AS_TAKEN`.
-
-    Parameters and errors are those of `ledger_alternatives`.
-    """
-    ledger = ledger_alternatives(configuration, folder)
-    taken = ledger[AS_TAKEN]
-    alternatives = {
-        name: other
-        for name, other in ledger.items()
-        if other is taken or any(other.run_key(e) != taken.run_key(e) for e in taken.study.experiments)
+    """Every alternative with other full-order runs, of the ledger and of physics, after `AS_TAKEN`."""
+    ledger = {
+        name: _with_halvings(member) for name, member in ledger_alternatives(configuration, folder).items()
     }
+    taken = ledger.pop(AS_TAKEN)
+    other = other_runs_than(taken)
+    alternatives = {AS_TAKEN: taken} | {name: member for name, member in ledger.items() if other(member)}
     alternatives |= {name: with_plants(taken, change) for name, change in OTHER_PHYSICS.items()}
     T_amb = next(iter(taken.study.experiments.values())).plant.conditions.T_amb
     changes = {f"supply.{name}": {"supply.P_s_Pa": P_s} for name, P_s in SUPPLY_PRESSURES.items()}
@@ -181,17 +181,11 @@ def grid_alternatives(
 def reconfigured(configuration: Mapping[str, Any], change: Mapping[str, Any], source: str) -> Alternative:
     """Study whose configuration has other values at some keys, such as ``supply.P_s_Pa``.
 
-    Raises
-    ------
-    PaperError
-        If a configuration cannot have the values; `source` says where they come from.
+    `PaperError` if a configuration cannot have the values; `source` says where they come from.
     """
     override: dict[str, Any] = {}
     for key, value in change.items():
-        nested = value
-        for part in reversed(key.split(".")):
-            nested = {part: nested}
-        override = merged(override, nested)
+        override = merged(override, reduce(lambda inner, part: {part: inner}, key.split(".")[::-1], value))
     sources = [("configuration", configuration), (source, override)]
     try:
         return Alternative(study(validated(merged(configuration, override), sources)))

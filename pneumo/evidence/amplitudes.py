@@ -11,35 +11,34 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.evidence.alternatives import OTHER_TRANSPORTS
 from pneumo.evidence.mechanics import Mapper
 from pneumo.evidence.misfit import deviance_interval, log_noise, rms_of, widening
+from pneumo.papers.paper_2006.printed_tables import table7, table9
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.runge_kutta import STAGES
-from pneumo.simulation.signals import EXACT_TRANSPORT, Transport, held, interpolated
-from pneumo.verdict.published import table7, table9
+from pneumo.simulation.signals import PUBLISHED, Transport, held, held_to_next, interpolated, study_transport
 
 COARSE = np.geomspace(0.05, 10.0, 13)  # V
 REFINED_FACTORS = (COARSE[1] / COARSE[0]) ** (np.arange(-2, 3) / 3)  # over the best of the coarse ones
 MSE_DISCREPANCY = 0.03
 TRIED_LAG = 0.13e-3  # s
 BOTH_CYLINDERS = ("D", "E")
+AS_CONFIGURED = "as configured"  # name of the study's own transport among those tried
 
 
-def tried_transports(h: float) -> dict[str, Transport]:
-    """Ways in which recorded signals, sampled every h seconds, may have reached the replays."""
-    last_stage, u_late = np.zeros((STAGES, 3)), np.zeros((STAGES, 3))
-    last_stage[-1] = 1.0
-    u_late[:, 0] = 1.0
+def tried_transports(experiment: Experiment) -> dict[str, Transport]:
+    """Ways in which recorded signals may have reached the replays of an experiment."""
     return {
+        AS_CONFIGURED: study_transport(PUBLISHED, experiment),
         "linear": interpolated(),
-        "linear, 0.13 ms late": interpolated(TRIED_LAG / h),
-        "linear, last stage held": interpolated(last_stage),
-        "linear, u a sample late": interpolated(u_late),
+        "linear, 0.13 ms late": interpolated(TRIED_LAG / experiment.h),
+        "linear, u a sample late": OTHER_TRANSPORTS["command_late"],
         "hold": held(),
-        "exact": EXACT_TRANSPORT,
+        "hold, end of step next": held_to_next(),
+        "exact": OTHER_TRANSPORTS["exact_transport"],
     }
 
 
@@ -50,7 +49,7 @@ def cell_mse(experiment: Experiment, n: tuple[float, ...], names: tuple[str, ...
     """
     recording = record(experiment)
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
-    known = tried_transports(experiment.h)
+    known = tried_transports(experiment)
     cells = [replay(recording, lanes, known[name], experiment.steps) for name in names]
     result = np.stack([replays.mse.mean(axis=1)[index] for replays in cells])
     return np.where(np.isfinite(result), result, np.inf)
@@ -68,19 +67,6 @@ def averages_of_table_9(
     return np.stack([mse[np.isin(names, members)].mean(axis=0).min(axis=-1) for members in levels.values()])
 
 
-class PrintedErrors(NamedTuple):
-    """Mean square errors as printed, Pa^2, and the standard deviation of their logarithm."""
-
-    mse: np.ndarray
-    sigma: np.ndarray
-
-
-def printed_errors(table: xr.Dataset) -> PrintedErrors:
-    """Mean square errors of Table 7 or 9."""
-    mse = table["mse"].sel(model=list(MODELS))
-    return PrintedErrors(mse.values, log_noise(mse.values, mse["mse_half_unit"].values, MSE_DISCREPANCY))
-
-
 class AmplitudeRuns(NamedTuple):
     """Mean square errors that are computed."""
 
@@ -95,13 +81,12 @@ def run_at_amplitudes(
 ) -> AmplitudeRuns:
     """Run every open-loop experiment at each of its cylinder's amplitudes, and every closed-loop one."""
     tasks: dict[tuple[str, float], Experiment] = {}
-    for name, experiment in study.experiments.items():
-        if experiment.drive.closed_loop:
-            tasks[name, 0.0] = experiment
+    for name, e in study.experiments.items():
+        if e.drive.closed_loop:
+            tasks[name, 0.0] = e
             continue
-        for amplitude in amplitudes[experiment.cylinder]:
-            excitation = experiment.excitation._replace(amplitude=float(amplitude))
-            tasks[name, float(amplitude)] = experiment._replace(excitation=excitation)
+        for amplitude in amplitudes[e.cylinder].tolist():
+            tasks[name, amplitude] = e._replace(excitation=e.excitation._replace(amplitude=amplitude))
     order = sorted(tasks, key=lambda key: -tasks[key].steps)  # longest first: the threads end together
     errors = mapper(lambda key: cell_mse(tasks[key], study.n, transports), order)
     return AmplitudeRuns(transports, dict(amplitudes), dict(zip(order, errors, strict=True)))
@@ -110,25 +95,23 @@ def run_at_amplitudes(
 def grid_of(study: Study, done: AmplitudeRuns, transport: str, a_D: float, a_E: float) -> np.ndarray:
     """Cells of all experiments at one pair of amplitudes, shape (experiment, model, n)."""
     row, of = done.transports.index(transport), {"D": a_D, "E": a_E}
-    keys = (
-        (name, 0.0 if experiment.drive.closed_loop else of[experiment.cylinder])
-        for name, experiment in study.experiments.items()
-    )
+    experiments = study.experiments.items()
+    keys = [(name, 0.0 if e.drive.closed_loop else of[e.cylinder]) for name, e in experiments]
     return np.stack([done.mse[key][row] for key in keys])
 
 
 def surface(study: Study, done: AmplitudeRuns, transport: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Deviance of Table 7, and rms of Tables 7 and 9, for every pair of amplitudes of D and E."""
-    seven, nine = printed_errors(table7()), printed_errors(table9())
+    seven, nine = (table["mse"].sel(model=list(MODELS)) for table in (table7(), table9()))
+    sigma = log_noise(seven.values, seven["mse_half_unit"].values, MSE_DISCREPANCY)
     names = list(study.experiments)
-    shape = tuple(len(done.amplitudes[cylinder]) for cylinder in BOTH_CYLINDERS)
-    deviance, rms_7, rms_9 = np.empty(shape), np.empty(shape), np.empty(shape)
+    deviance, rms_7, rms_9 = np.empty((3, *(len(done.amplitudes[name]) for name in BOTH_CYLINDERS)))
     for i, a_D in enumerate(done.amplitudes["D"]):
         for j, a_E in enumerate(done.amplitudes["E"]):
             mse = grid_of(study, done, transport, float(a_D), float(a_E))
-            ratio_7 = np.log(averages_of_table_7(mse) / seven.mse)
-            deviance[i, j] = np.sum((ratio_7 / seven.sigma) ** 2)
-            ratio_9 = np.log(averages_of_table_9(mse, names, study.experiments_by_level) / nine.mse)
+            ratio_7 = np.log(averages_of_table_7(mse) / seven.values)
+            deviance[i, j] = np.sum((ratio_7 / sigma) ** 2)
+            ratio_9 = np.log(averages_of_table_9(mse, names, study.experiments_by_level) / nine.values)
             rms_7[i, j], rms_9[i, j] = rms_of(ratio_7), rms_of(ratio_9)
     return deviance, rms_7, rms_9
 
@@ -138,20 +121,20 @@ def identify_amplitudes(study: Study, mapper: Mapper, progress: Callable[[str], 
 
     The study has all experiments of the paper at full length; `progress` gets a line after each stage.
     """
-    coarse = run_at_amplitudes(study, dict.fromkeys(BOTH_CYLINDERS, COARSE), ("linear",), mapper)
-    best = np.unravel_index(np.argmin(surface(study, coarse, "linear")[0]), (len(COARSE),) * 2)
+    coarse = run_at_amplitudes(study, dict.fromkeys(BOTH_CYLINDERS, COARSE), (AS_CONFIGURED,), mapper)
+    best = np.unravel_index(np.argmin(surface(study, coarse, AS_CONFIGURED)[0]), (len(COARSE),) * 2)
     inner = np.clip(best, 1, len(COARSE) - 2)  # so that the finer ones stay within the bounds
     centre = {cylinder: COARSE[i] for cylinder, i in zip(BOTH_CYLINDERS, inner, strict=True)}
     progress("amplitudes, wide bounds: " + ", ".join(f"{name} {a:.3g} V" for name, a in centre.items()))
 
-    names = tuple(tried_transports(1.0))
+    names = tuple(tried_transports(next(iter(study.experiments.values()))))
     around = {name: a * REFINED_FACTORS for name, a in centre.items()}
     fine = run_at_amplitudes(study, around, names, mapper)
     progress(f"amplitudes, refined, and {len(names)} transports")
 
     both = {name: np.union1d(COARSE, around[name]) for name in BOTH_CYLINDERS}
     cells = coarse.mse | {key: value[:1] for key, value in fine.mse.items()}
-    deviance, rms_7, rms_9 = surface(study, AmplitudeRuns(("linear",), both, cells), "linear")
+    deviance, rms_7, rms_9 = surface(study, AmplitudeRuns((AS_CONFIGURED,), both, cells), AS_CONFIGURED)
     lowest = np.unravel_index(np.argmin(deviance), deviance.shape)
     widen = widening(deviance[lowest], len(MODELS), len(BOTH_CYLINDERS))
     deviance = (deviance - deviance[lowest]) / widen

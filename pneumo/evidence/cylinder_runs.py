@@ -8,18 +8,24 @@ from math import pi
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push
-from pneumo.evidence.dimensionless import KNOWN_GROUPS, SEEN_GROUPS, full_speed, known_groups, seen_groups
+from pneumo.configuration.experiment import (
+    MOST_HALVINGS,
+    Drive,
+    Excitation,
+    Experiment,
+    Plant,
+    Push,
+    Sampling,
+)
+from pneumo.evidence.dimensionless import KNOWN_GROUPS, full_speed, known_groups
 from pneumo.evidence.random_cylinders import U_MAX, Ranges, Size, log_uniform, random_plant, uniform
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.valve import Valve
-from pneumo.simulation.full_order import RUN_STATUS, failure, record
-from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.replay import replay
+from pneumo.simulation.full_order import record
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.simulation.signals import EXACT_TRANSPORT
-from pneumo.storage.grid_layout import replay_dataset
-from pneumo.storage.layout import status_attributes
+from pneumo.storage.grid_layout import replayed_grid
+from pneumo.storage.layout import run_outcome
 
 CYLINDERS_SEED = 29
 LOOPS = ("open", "closed")
@@ -31,10 +37,7 @@ RODS: dict[int, int] = dict(zip(CATALOGUE_BORES, (4, 4, 6, 6, 8, 10, 12, 16, 20,
 CATALOGUE_STROKES = (25, 50, 80, 100, 125, 160, 200, 250, 320, 400, 500, 630, 800, 1000)  # mm
 LONGEST_STROKES = {8: 100, 10: 100, 12: 200, 16: 200, 20: 320, 25: 500}  # mm, by bore
 
-SHARE, WAY = (
-    log_uniform(0.03, 1.0),
-    log_uniform(0.01, 0.3),
-)  # open loop: over u_max; per hold, over stroke
+SHARE, WAY = log_uniform(0.03, 1.0), log_uniform(0.01, 0.3)  # open loop: over u_max; per hold, over stroke
 # Closed loop: deviation of the reference and error of full command, over the stroke; hold, see 0029.
 DEVIATION, FULL_AT, PATIENCE = log_uniform(0.03, 0.2), log_uniform(0.1, 1.0), log_uniform(0.5, 20.0)
 HOLD = (0.02, 5.0)  # s
@@ -96,58 +99,44 @@ def random_experiments(number: int) -> tuple[Experiment, Experiment]:
         signal = Excitation(int(rng.integers(1, 2**31)), amplitudes[i], max(1, round(hold / h)))
         push = Push(0.0, plant.cylinder.x_min, 0.002)  # nothing pushes
         name = f"{number:03}-{loop}"
-        experiments.append(Experiment(name, f"{number:03}", plant, drives[i], signal, push, h, steps, steps))
+        about = name, f"{number:03}", plant, drives[i], signal, push, Sampling()
+        experiments.append(Experiment(*about, h, steps, pressure_stride=steps, most_halvings=MOST_HALVINGS))
     return experiments[0], experiments[1]
 
 
 def _run(experiment: Experiment) -> xr.Dataset:
     """Run an experiment: errors of the grid by (model, n), both chambers together, and its groups."""
     recording = record(experiment)
-    lanes, index = grid_lanes(GRID_N, experiment.plant.gas.gamma)
-    cells = replay(recording, lanes, EXACT_TRANSPORT, experiment.steps)
-    mse = replay_dataset(experiment, GRID_N, index, cells)["mse"].mean("chamber", skipna=False)
-    status, step = failure(recording.states)
-    dataset = mse.drop_vars(["experiment", "cylinder", "loop", "k_0"]).to_dataset()
-    about = status_attributes(RUN_STATUS, "what became of the full-order run")
-    dataset["run_status"] = (), np.int8(status), about
-    failure_time = step * experiment.h if status else np.nan
-    dataset["run_failure_time"] = ((), failure_time, {"units": "s", "long_name": "when it failed"})
-    for name, value in (known_groups(experiment) | seen_groups(recording)).items():
-        dataset[name] = ((), value, {"units": "1", "long_name": (KNOWN_GROUPS | SEEN_GROUPS)[name]})
-    return dataset
+    cells = replayed_grid(experiment, GRID_N, recording, EXACT_TRANSPORT, experiment.steps)
+    mse = cells["mse"].mean("chamber", skipna=False).drop_vars(["experiment", "cylinder", "loop", "k_0"])
+    groups = {
+        name: ((), value, {"units": "1", "long_name": KNOWN_GROUPS[name]})
+        for name, value in known_groups(experiment).items()
+    }
+    return mse.to_dataset().assign(run_outcome(recording) | groups)
 
 
-CYLINDER_SIZES = {
-    "bore": ("m", "diameter of the piston"),
-    "stroke": ("m", "stroke"),
-    "rod_share": ("1", "rod's area over the piston's"),
-    "P_s": ("Pa", "absolute supply pressure"),
-    "lambda_0": ("W m-2 K-1", "heat transfer coefficient at equilibrium"),
-}
-
-
-def cylinder_sizes(plant: Plant) -> dict[str, float]:
-    """Values of `CYLINDER_SIZES`, in SI units."""
+def cylinder_sizes(plant: Plant) -> dict[str, tuple[float, str, str]]:
+    """Sizes of a cylinder in SI units, each with unit and long name."""
     c = plant.cylinder
     return {
-        "bore": c.bore,
-        "stroke": c.stroke,
-        "rod_share": 1 - c.A_B / c.A_A,
-        "P_s": plant.conditions.P_s,
-        "lambda_0": plant.k_0 / heat_area(0.0, c),
+        "bore": (c.bore, "m", "diameter of the piston"),
+        "stroke": (c.stroke, "m", "stroke"),
+        "rod_share": (1 - c.A_B / c.A_A, "1", "rod's area over the piston's"),
+        "P_s": (plant.conditions.P_s, "Pa", "absolute supply pressure"),
+        "lambda_0": (plant.k_0 / heat_area(0.0, c), "W m-2 K-1", "heat transfer coefficient at equilibrium"),
     }
 
 
 def cylinder_cells(number: int) -> xr.Dataset:
     """Run a random cylinder in open and in closed loop.
 
-    Returns `mse`, Pa^2, by (loop, model, n); by loop `run_status`, `run_failure_time`, s, and the
-    dimensionless groups known before the run and seen in it; the cylinder's `CYLINDER_SIZES`.
+    Returns `mse`, Pa^2, by (loop, model, n); by loop `run_outcome` and the dimensionless `KNOWN_GROUPS`;
+    `cylinder_sizes`.
     """
     both = random_experiments(number)
     dataset: xr.Dataset = xr.concat([_run(e) for e in both], xr.Variable("loop", list(LOOPS)))
-    for name, value in cylinder_sizes(both[0].plant).items():
-        unit, words = CYLINDER_SIZES[name]
+    for name, (value, unit, words) in cylinder_sizes(both[0].plant).items():
         dataset[name] = ((), value, {"units": unit, "long_name": words})
     duration = [e.steps * e.h for e in both]
     dataset["duration"] = ("loop", duration, {"units": "s", "long_name": "length of the run"})

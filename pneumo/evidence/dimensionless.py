@@ -1,4 +1,4 @@
-"""Dimensionless groups of a run, ratios of times, air, ways and forces: known before it or seen in it."""
+"""Dimensionless groups of a run, known before it: ratios of times, air, ways and forces."""
 
 import numpy as np
 
@@ -6,7 +6,6 @@ from pneumo.configuration.experiment import Experiment, Plant
 from pneumo.physics.cylinder import volume
 from pneumo.physics.valve import choked_flow
 from pneumo.simulation.excitation import reference_series
-from pneumo.simulation.full_order import Recording
 from pneumo.simulation.settling import thermal_time_constant
 
 KNOWN_GROUPS = {
@@ -21,14 +20,6 @@ KNOWN_GROUPS = {
     "dead": "dead volume over the volume of half the stroke",
     "supply": "supply pressure over atmospheric pressure",
     "closed": "1 in closed, 0 in open loop",
-}
-SEEN_GROUPS = {
-    "seen_exchange": "air exchanged in a thermal time constant over the air in a chamber, in the run",
-    "seen_swing": "standard deviation of the pressure over the pressure at rest, in the run",
-    "seen_heat": "standard deviation of the temperature over the surroundings' temperature, in the run",
-    "seen_way": "standard deviation of the position over half the stroke, in the run",
-    "seen_thermal": "thermal time constant over standard deviation of P per that of dP/dt, in the run",
-    "seen_stops": "share of time that the piston stands on a stop, in the run",
 }
 
 
@@ -79,24 +70,4 @@ def known_groups(experiment: Experiment) -> dict[str, float]:
         "dead": cylinder.V_d / (cylinder.A_A * cylinder.stroke / 2),
         "supply": conditions.P_s / conditions.P_atm,
         "closed": float(drive.closed_loop),
-    }
-
-
-def seen_groups(recording: Recording) -> dict[str, float]:
-    """`SEEN_GROUPS` of a full-order run, averages over both chambers; NaN where the run failed."""
-    plant, conditions, h = recording.plant, recording.plant.conditions, recording.h
-    cylinder, time_constant = plant.cylinder, thermal_time_constant(plant)
-    x, P, T = recording.states[:, 0], recording.states[:, [2, 4]], recording.states[:, [3, 5]]
-    V = np.stack([volume(x, cylinder.A_A, cylinder), volume(-x, cylinder.A_B, cylinder)], axis=1)
-    air = P * V / (plant.gas.R * T)
-    exchanged = np.abs(np.diff(air, axis=0)).sum(axis=0) / 2 / air.mean(axis=0)
-    swing = P.std(axis=0)
-    rate = np.diff(P, axis=0).std(axis=0) / h
-    return {
-        "seen_exchange": float(exchanged.mean()) * time_constant / ((len(x) - 1) * h),
-        "seen_swing": float(swing.mean()) / conditions.P_0,
-        "seen_heat": float(T.std(axis=0).mean()) / conditions.T_amb,
-        "seen_way": float(x.std()) / (cylinder.stroke / 2),
-        "seen_thermal": float((time_constant * rate / swing).mean()),
-        "seen_stops": float(np.mean((x <= cylinder.x_min) | (x >= cylinder.x_max))),
     }

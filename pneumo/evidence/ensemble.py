@@ -4,7 +4,8 @@ Seed sets are independent repetitions of the whole study. Models are compared wi
 what a set does to all of them alike.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -12,12 +13,12 @@ from scipy import stats
 
 from pneumo.evidence.model_pairs import CRITERIA, MODEL_PAIRS, pair_ratios
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.statistics.averages import OVERALL, concatenated, statistics
+from pneumo.statistics.averages import OVERALL, along_levels, concatenated, statistics
 from pneumo.statistics.intervals import CONFIDENCE
 
 ENSEMBLE_LONG_NAMES = {
-    "complete": "whether every run of the seed set, and of each model a replay, succeeded",
-    "failed_sets": "seed sets in which the full-order run, or every replay of a model, failed",
+    "seed_sets": "number of seed sets",
+    "failed_sets": "seed sets in which the full-order run, or a replay, failed",
     "constant_n": "n of the lowest mean square error of the level",
     "probability": "share of seed sets in which model has the lower score than other",
     "p_value": "of the sign test, after Holm's correction over all pairs of models",
@@ -32,18 +33,14 @@ ENSEMBLE_LONG_NAMES = {
 SPREAD_PARTS = ("mean", "std", "low", "high")  # over seed sets; low and high: interval of the mean
 
 
-def _log(values: xr.DataArray) -> xr.DataArray:
-    return xr.apply_ufunc(np.log, values)
-
-
-def _exp(values: xr.DataArray) -> xr.DataArray:
-    return xr.apply_ufunc(np.exp, values)
+_log: Callable[[xr.DataArray], xr.DataArray] = partial(xr.apply_ufunc, np.log)
+_exp: Callable[[xr.DataArray], xr.DataArray] = partial(xr.apply_ufunc, np.exp)
 
 
 def spread_over_seeds(values: xr.DataArray) -> xr.DataArray:
     """Mean, standard deviation and Student's interval of the mean over seed sets, along `spread`."""
     count = values.sizes["seeds"]
-    mean, std = values.mean("seeds"), values.std("seeds", ddof=1)
+    mean, std = values.mean("seeds", skipna=False), values.std("seeds", ddof=1, skipna=False)
     half = stats.t.ppf((1 + CONFIDENCE) / 2, count - 1) * std / np.sqrt(count)
     return xr.concat([mean, std, mean - half, mean + half], xr.Variable("spread", list(SPREAD_PARTS)))
 
@@ -57,20 +54,6 @@ def tables_by_seeds(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -
     return xr.concat(by_seeds, ensemble["seeds"])
 
 
-def complete_sets(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
-    """Whether nothing is missing in a seed set, by seeds: all averages are over the same experiments.
-
-    Every full-order run succeeded, and every model has an n at which its replays did: one for each
-    experiment, and one for all experiments of each level, with both transports.
-    """
-    mse = concatenated(ensemble)["mse"]
-    complete = mse.min("n").notnull().all("experiment")
-    for names in levels.values():
-        part = mse.sel(experiment=np.isin(mse["experiment"], names))
-        complete &= part.notnull().all("experiment").any("n")
-    return complete.all(("transport", "model"))
-
-
 def scores_by_criterion(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
     """Score of each model by each criterion, lower is better, by (criterion, level, ..., model).
 
@@ -78,16 +61,15 @@ def scores_by_criterion(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) 
     experiment, model, n). At a level each model has the one n of the lowest mean (or geometric mean) square
     error; "overall" takes each experiment at its own best n, as Table 7 does.
     """
-    lowest = mse.min("n")
+    lowest = mse.min("n", skipna=False)
     scores = {OVERALL: _scores(lowest, _exp(_log(lowest).mean("experiment")))}
     for level, names in levels.items():
         part = mse.sel(experiment=np.isin(mse["experiment"], names))
-        n = part.mean("experiment", skipna=False).fillna(np.inf).argmin("n")  # never where a cell failed
-        geometric = _exp(_log(part).mean("experiment", skipna=False)).min("n")
-        scores[level] = _scores(part.isel(n=n), geometric)
-    return xr.concat(
-        list(scores.values()), xr.Variable("level", list(scores)), coords="minimal", compat="override"
-    )
+        mean = part.mean("experiment", skipna=False)
+        at_best = part.isel(n=mean.fillna(np.inf).argmin("n")).where(mean.notnull().all("n"))
+        geometric = _exp(_log(part).mean("experiment", skipna=False)).min("n", skipna=False)
+        scores[level] = _scores(at_best, geometric)
+    return along_levels(scores)
 
 
 def _scores(mse: xr.DataArray, geometric: xr.DataArray) -> xr.DataArray:
@@ -95,7 +77,8 @@ def _scores(mse: xr.DataArray, geometric: xr.DataArray) -> xr.DataArray:
     rank: xr.DataArray = xr.apply_ufunc(
         lambda errors: stats.rankdata(errors, axis=-1), mse, input_core_dims=dims, output_core_dims=dims
     )
-    parts: list[xr.DataArray] = [mse.mean("experiment"), geometric, rank.mean("experiment")]
+    mean, rank = (values.mean("experiment", skipna=False) for values in (mse, rank))
+    parts: list[xr.DataArray] = [mean, geometric, rank]
     parts = [part.drop_vars("n", errors="ignore") for part in parts]
     return xr.concat(parts, xr.Variable("criterion", list(CRITERIA)))
 
@@ -138,51 +121,39 @@ def ratio_intervals(score: xr.DataArray) -> xr.Dataset:
     smallest ratio above 1 that one seed set can tell from 1.
     """
     logs = _log(pair_ratios(score, list(MODEL_PAIRS), "ratio"))
-    of_mean = _exp(spread_over_seeds(logs).sel(spread=["mean", "low", "high"]))
-    count = logs.sizes["seeds"]
-    alone = logs.std("seeds", ddof=1) * stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)
+    count, spread = logs.sizes["seeds"], spread_over_seeds(logs)
+    mean, std, low, high = (spread.sel(spread=part, drop=True) for part in SPREAD_PARTS)
+    alone = std * stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)
     reach = alone * (1 + 1 / count) ** 0.5  # of one more seed set
-    mean = logs.mean("seeds")
-    names = {"value": "mean", "low": "low", "high": "high"}
+    of_mean = {"value": mean, "low": low, "high": high}
     one_set = {"single_low": mean - reach, "single_high": mean + reach, "resolvable": alone}
-    return xr.Dataset(
-        {name: of_mean.sel(spread=part, drop=True) for name, part in names.items()}
-        | {name: _exp(values) for name, values in one_set.items()}
-    )
+    return xr.Dataset({name: _exp(values) for name, values in (of_mean | one_set).items()})
 
 
 def ensemble_statistics(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """All statistics of the ensemble, by (seeds, transport, experiment, model, n, chamber), in one dataset.
 
-    Returns
-    -------
-    xarray.Dataset
-        ``table_mse``, ``table_mean_error``, ``table_std``, ``table_best_n``, ``table_constant_n`` with their
-        `spread`; ``probability``, ``p_value``, ``resolved`` by (criterion, transport, level, model, other);
-        ``ratio_...`` by (ratio, criterion, transport, level) and ``experiment_ratio_...`` by (ratio,
-        transport, experiment): all over the seed sets that are complete. ``complete`` by seeds, and
-        ``failed_sets`` by experiment, how many sets lack something there.
+    ``table_mse``, ``table_mean_error``, ``table_std``, ``table_best_n``, ``table_constant_n`` with their
+    `spread`; ``probability``, ``p_value``, ``resolved`` by (criterion, transport, level, model, other);
+    ``ratio_...`` by (ratio, criterion, transport, level) and ``experiment_ratio_...`` by (ratio, transport,
+    experiment). ``seed_sets``, their number, and ``failed_sets`` by experiment, in how many something failed:
+    whatever a failed cell would enter is then NaN.
     """
-    whole = complete_sets(ensemble, levels)
-    lacking = concatenated(ensemble)["mse"].min("n").isnull().any(("transport", "model"))
-    ensemble = ensemble.sel(seeds=whole)
     mse = concatenated(ensemble)["mse"]
-    tables = tables_by_seeds(ensemble, levels)
-    result = xr.Dataset(
-        {
-            f"table_{name}": spread_over_seeds(tables[name].astype(float))
-            for name in ("mse", "mean_error", "std", "best_n", "constant_n")
-        }
-    )
-    score = scores_by_criterion(mse, levels)
+    tables, score = tables_by_seeds(ensemble, levels), scores_by_criterion(mse, levels)
+    names = ("mse", "mean_error", "std", "best_n", "constant_n")
+    result = xr.Dataset({f"table_{name}": spread_over_seeds(tables[name].astype(float)) for name in names})
     result = result.merge(beats(score), compat="no_conflicts")
     of_levels = ratio_intervals(score.sel(criterion=["mean", "geometric"])).rename(criterion="averaged")
-    result = result.merge(of_levels.rename({name: f"ratio_{name}" for name in of_levels.data_vars}))
-    own = ratio_intervals(mse.min("n"))
-    own = own.rename({name: f"experiment_ratio_{name}" for name in own.data_vars})
-    result = result.merge(own, compat="no_conflicts")
-    result["complete"] = whole.astype(np.int8)
-    result["failed_sets"] = lacking.sum("seeds").astype(np.int32)
+    for prefix, ratios in (
+        ("ratio_", of_levels),
+        ("experiment_ratio_", ratio_intervals(mse.min("n", skipna=False))),
+    ):
+        ratios = ratios.rename({name: f"{prefix}{name}" for name in ratios.data_vars})
+        result = result.merge(ratios, compat="no_conflicts")
+    result["seed_sets"] = ((), np.int32(mse.sizes["seeds"]))
+    failed = mse.isnull().any(("transport", "model", "n"))
+    result["failed_sets"] = failed.sum("seeds").astype(np.int32)
     for name, variable in result.data_vars.items():
         quantity = str(name).removeprefix("table_")
         known = SYMBOLS.get(quantity)

@@ -1,8 +1,8 @@
 """Error budget: how much of a cell's error comes from the model, the signal transport and the step.
 
-Errors are full-order minus reduced pressure at the samples of the study's step, over a slice of a run. F_m
-and R_m are the full-order and the reduced pressure at 1/m of the study's step with exact transport, R is the
-study's own replay, which reads recorded signals:
+Errors are full-order minus reduced pressure over a whole run, end stops and reversals of the sign included,
+at up to `SAMPLES` instants. F_m and R_m are the full-order and the reduced pressure at 1/m of the study's
+step with exact transport, R is the study's own replay, which reads recorded signals:
 
     F_1 - R  =  (F_16 - R_16)  +  (R_1 - R)  +  ((F_1 - R_1) - (F_16 - R_16))
     total    =  model          +  transport  +  discretisation
@@ -27,10 +27,11 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.runge_kutta import C
 from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, study_transport
-from pneumo.statistics.averages import at_n, best_n
-from pneumo.storage.layout import CHAMBERS, experiment_labels
+from pneumo.statistics.averages import along_levels, at_n, best_n
+from pneumo.storage.layout import CHAMBERS, described, experiment_labels, status_attributes
 
-SLICE = 10.0  # s from the start of a run
+SAMPLES = 20_000  # instants of a run, evenly spaced, at which errors are taken
+SLICE = 10.0  # s from the start, for what would take too long over a whole run
 REFERENCE_SLICE = 2.0  # s from the start, for the adaptive reference
 HALVINGS = (1, 2, 4, 8, 16)  # steps within one of the study's
 SAMPLED_AT = 20  # steps within one of the study's where transports are compared: every period is a multiple
@@ -38,6 +39,7 @@ SAMPLE_PERIODS = (1e-4, 1e-3, 1e-2)  # s between samples of a recorded signal
 INTERPOLATIONS = ("hold", "linear", "cubic")
 LAMINAR = 1e-3  # 1 - P_d / P_u below which the regularised flow law is linear
 SOLVER_TOLERANCE = 1e-10  # of the adaptive reference, relative to the scale of each state
+MARGIN = 0.5  # share of the difference of two model errors that transport and step may change
 BUDGETED_STUDIES = ("published", "exact")  # transports with which the models are compared
 
 BUDGET_LONG_NAMES = {
@@ -47,14 +49,14 @@ BUDGET_LONG_NAMES = {
     "transport_error": "mean square of what the published transport adds at the study's step",
     "discretisation_error": "mean square of what the study's step adds to the error with exact transport",
     "cross_term": "total less the mean squares of its three parts",
-    "regularised_discretisation": "discretisation error with flow linear near equal pressures",
-    "chatter": "mean square of what linear flow near equal pressures takes from the discretisation error",
-    "regularised_law": "mean square of what linear flow near equal pressures changes at 1/16 of the step",
+    "regularised_discretisation": "discretisation error with flow linear near equal pressures, slice",
+    "chatter": "mean square of what linear flow near equal pressures takes from it, slice",
+    "regularised_law": "mean square of what linear flow near equal pressures changes at 1/16 step, slice",
     "reference_model_error": "model error by the adaptive reference, on the reference slice",
     "reference_coarse": "mean square of the error of the study's step against the adaptive reference",
     "reference_fine": "mean square of the error of 1/16 of the step against the adaptive reference",
     "halving": "mean square of the change from a step to its half, exact transport",
-    "sampled": "mean square of what sampled signals change in the reduced pressure, 1/20 of the study's step",
+    "sampled": "mean square of what sampled signals change in the reduced pressure, 1/20 of the step, slice",
 }
 
 
@@ -80,19 +82,19 @@ def full_pressure(recording: Recording, stride: int) -> np.ndarray:
     return recording.states[::stride, [2, 4]].T
 
 
-def exact_error(experiment: Experiment, lanes: np.ndarray, m: int) -> np.ndarray:
-    """Full-order minus reduced pressure at 1/m of the step, exact transport, Pa: (lane, chamber, samples)."""
-    fine = refined(experiment, m)
-    recording = record(fine)
-    cells = replay(recording, lanes, EXACT_TRANSPORT, m)
-    return full_pressure(recording, m) - cells.pressure
+def exact_error(experiment: Experiment, lanes: np.ndarray, m: int, stride: int = 1) -> np.ndarray:
+    """Full-order minus reduced pressure at 1/m of the step, exact transport, Pa: (lane, chamber, samples).
+
+    A sample is taken every `stride` of the experiment's own steps.
+    """
+    recording, every = record(refined(experiment, m)), m * stride
+    return full_pressure(recording, every) - replay(recording, lanes, EXACT_TRANSPORT, every).pressure
 
 
-def published_error(experiment: Experiment, lanes: np.ndarray, lag: float) -> np.ndarray:
+def published_error(experiment: Experiment, lanes: np.ndarray, stride: int = 1) -> np.ndarray:
     """Full-order minus reduced pressure of the study itself, Pa: (lane, chamber, samples)."""
-    recording = record(experiment)
-    cells = replay(recording, lanes, study_transport(PUBLISHED, lag, experiment.h))
-    return full_pressure(recording, 1) - cells.pressure
+    recording, transport = record(experiment), study_transport(PUBLISHED, experiment)
+    return full_pressure(recording, stride) - replay(recording, lanes, transport, stride).pressure
 
 
 def sampled_inputs(recording: Recording, every: int, interpolation: str) -> np.ndarray:
@@ -136,12 +138,7 @@ def reference_error(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
 
     DOP853 solves the full-order and the reduced models as one system, from draw to draw of the reference, so
     that no step contains a jump of the command. Valid while the piston stays between its stops and, in open
-    loop, between the positions that reverse the sign.
-
-    Raises
-    ------
-    RunError
-        If the piston leaves that range or the solver gives up.
+    loop, between the positions that reverse the sign: `RunError` if it leaves them or the solver gives up.
     """
     e = experiment
     reference = reference_series(e.drive, e.excitation, e.steps)
@@ -176,23 +173,21 @@ def mean_square(series: np.ndarray) -> np.ndarray:
     return (series**2).mean(axis=-1)
 
 
-def budget(experiment: Experiment, n: tuple[float, ...], lag: float) -> xr.Dataset:
-    """Error budget of every cell of one experiment on its slice; `lag`, s, is that of published transport.
+def budget(experiment: Experiment, n: tuple[float, ...]) -> xr.Dataset:
+    """Error budget of every cell of one experiment, over its whole run or the slices named with a quantity.
 
     Mean squares, Pa^2, by (model, n, chamber) and what else their dimensions say, as `BUDGET_LONG_NAMES`
     describes them; `model_error`, `transport_error`, `discretisation_error` and `cross_term` add up to
     `total`.
     """
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
-    e = sliced(experiment, SLICE)
-    exact = {m: exact_error(e, lanes, m) for m in HALVINGS}
-    total, coarse, fine = published_error(e, lanes, lag), exact[HALVINGS[0]], exact[HALVINGS[-1]]
-    even = {m: exact_error(regularised(e), lanes, m) for m in (HALVINGS[0], HALVINGS[-1])}
-    smooth = even[HALVINGS[0]] - even[HALVINGS[-1]]
-
-    short = sliced(e, REFERENCE_SLICE)
+    stride, ends = -(-experiment.steps // SAMPLES), (HALVINGS[0], HALVINGS[-1])
+    exact = {m: exact_error(experiment, lanes, m, stride) for m in HALVINGS}
+    total, coarse, fine = published_error(experiment, lanes, stride), *(exact[m] for m in ends)
+    e, short = sliced(experiment, SLICE), sliced(experiment, REFERENCE_SLICE)
+    slice_coarse, slice_fine = (exact_error(e, lanes, m) for m in ends)
+    even_coarse, even_fine = (exact_error(regularised(e), lanes, m) for m in ends)
     true, samples = reference_error(short, lanes), short.steps + 1
-
     cell = ("model", "n", "chamber")
     squares = {
         "model_error": mean_square(fine),
@@ -203,25 +198,22 @@ def budget(experiment: Experiment, n: tuple[float, ...], lag: float) -> xr.Datas
     squares |= {
         "total": mean_square(total),
         "total_exact": mean_square(coarse),
-        "regularised_discretisation": mean_square(smooth),
-        "chatter": mean_square(coarse - fine - smooth),
-        "regularised_law": mean_square(even[HALVINGS[-1]] - fine),
+        "regularised_discretisation": mean_square(even_coarse - even_fine),
+        "chatter": mean_square(slice_coarse - slice_fine - (even_coarse - even_fine)),
+        "regularised_law": mean_square(even_fine - slice_fine),
         "reference_model_error": mean_square(true),
-        "reference_coarse": mean_square(coarse[..., :samples] - true),
-        "reference_fine": mean_square(fine[..., :samples] - true),
+        "reference_coarse": mean_square(slice_coarse[..., :samples] - true),
+        "reference_fine": mean_square(slice_fine[..., :samples] - true),
     }
     halving = [mean_square(exact[m] - exact[2 * m]) for m in HALVINGS[:-1]]
-    return xr.Dataset(
-        {name: (cell, values[index]) for name, values in squares.items()}
-        | {
-            "halving": (("step", *cell), np.array(halving)[:, index]),
-            "sampled": (("period", "interpolation", *cell), sampled_errors(e, lanes)[:, :, index]),
-        },
-        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS}
-        | {"step": [e.h / m for m in HALVINGS[:-1]]}
-        | {"period": list(SAMPLE_PERIODS), "interpolation": list(INTERPOLATIONS)}
-        | experiment_labels(experiment),
-    )
+    variables = {name: (cell, values[index]) for name, values in squares.items()} | {
+        "halving": (("step", *cell), np.array(halving)[:, index]),
+        "sampled": (("period", "interpolation", *cell), sampled_errors(e, lanes)[:, :, index]),
+    }
+    coords = {"model": list(MODELS), "n": list(n), "chamber": CHAMBERS} | experiment_labels(experiment)
+    coords |= {"step": [experiment.h / m for m in HALVINGS[:-1]]}
+    coords |= {"period": list(SAMPLE_PERIODS), "interpolation": list(INTERPOLATIONS)}
+    return xr.Dataset(variables, coords)
 
 
 def observed_order(halving: xr.DataArray) -> xr.DataArray:
@@ -231,23 +223,19 @@ def observed_order(halving: xr.DataArray) -> xr.DataArray:
 
 
 def told_apart(total: xr.DataArray, model_error: xr.DataArray) -> xr.DataArray:
-    """Whether the sign of the difference between two models' MSE is that of their model errors.
+    """Whether the difference between two models' MSE is mostly that of their model errors.
 
-    True for (model, other) where transport and step change the difference of the two MSE by less than the
-    difference of the model errors alone.
+    True for (model, other) where transport and step change the difference of the two MSE by less than
+    `MARGIN` of the difference of the model errors alone.
     """
-
-    def difference(mse: xr.DataArray) -> xr.DataArray:
-        return mse - mse.rename(model="other")
-
-    seen, true = difference(total), difference(model_error)
-    return abs(seen - true) < abs(true)
+    seen, true = (mse - mse.rename(model="other") for mse in (total, model_error))
+    return abs(seen - true) < MARGIN * abs(true)
 
 
 def budget_by_level(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Budget by experiment and by level, joined over chambers, from cells of `budget` by experiment.
 
-    `told_apart` by (study, experiment, model, other), each model at its `best_n` of the slice; and every mean
+    `told_apart` by (study, experiment, model, other), each model at its `best_n`; and every mean
     square averaged over a level's experiments with each model at its one `constant_n`, prefixed ``level_``,
     with `level_told_apart` by (study, level, model, other).
     """
@@ -260,44 +248,39 @@ def budget_by_level(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> x
 
     best = best_n(joined["total"])
     result = xr.Dataset({"best_n": best, "told_apart": apart(at_n(joined, best))})
-    averages, constant = [], []
-    for names in levels.values():
+    none = xr.full_like(joined.isel(experiment=0, drop=True), np.nan)
+    averages: dict[str, xr.Dataset] = {}
+    for level, names in levels.items():
         inside = np.isin(cells["experiment"], names)
-        none = xr.full_like(joined.isel(experiment=0, drop=True), np.nan)
         average = joined.sel(experiment=inside).mean("experiment", skipna=False) if inside.any() else none
-        constant.append(best_n(average["total"]))
-        averages.append(at_n(average, constant[-1]))
-    level = xr.Variable("level", list(levels))
-    together = xr.concat(averages, level, coords="minimal", compat="override")
-    for name, values in together.data_vars.items():
-        result[f"level_{name}"] = values
-    result["constant_n"] = xr.concat(constant, level, coords="minimal", compat="override")
-    needed = ("total", "total_exact", "model_error")
-    by_level = result[[f"level_{name}" for name in needed]]
-    result["level_told_apart"] = apart(by_level.rename({f"level_{name}": name for name in needed}))
-    result["order"] = observed_order(result["level_halving"])
+        constant_n = best_n(average["total"])
+        averages[level] = at_n(average, constant_n).assign(constant_n=constant_n)
+    by_level = along_levels(averages)
+    for name in joined.data_vars:
+        result[f"level_{name}"] = by_level[name]
+    result["constant_n"] = by_level["constant_n"]
+    result["level_told_apart"] = apart(by_level)
+    result["order"] = observed_order(by_level["halving"])
     return result
 
 
 def with_budget_attributes(dataset: xr.Dataset) -> xr.Dataset:
     """Return budgets with unit and long name on every variable."""
-    dataset = dataset.copy()
-    for name, long_name in BUDGET_LONG_NAMES.items():
-        dataset[name].attrs = {"units": "Pa2", "long_name": long_name}
-        dataset[f"level_{name}"].attrs = {"units": "Pa2", "long_name": f"{long_name}; average of the level"}
-    flags = {
-        "long_name": "whether numerical errors leave the difference of two models' MSE standing",
-        "flag_values": np.array([0, 1], dtype=np.int8),
-        "flag_meanings": "not_told_apart told_apart",
-    }
-    for name in ("told_apart", "level_told_apart"):
-        dataset[name] = dataset[name].astype(np.int8).assign_attrs(flags)
+    flags = status_attributes(
+        {0: "not told apart", 1: "told apart"},
+        "whether numerical errors leave the difference of two models' MSE standing",
+    )
+    apart = {name: dataset[name].astype(np.int8) for name in ("told_apart", "level_told_apart")}
+    dataset = dataset.assign({name: values.assign_attrs(flags) for name, values in apart.items()})
     about = {
         "order": ("1", "observed order of the step's error at this step"),
         "constant_n": ("1", "n of the lowest total of the level"),
         "step": ("s", "step before it is halved"),
         "period": ("s", "time between samples"),
     }
-    for name, (unit, long_name) in about.items():
-        dataset[name].attrs = {"units": unit, "long_name": long_name}
-    return dataset
+    about |= {name: ("Pa2", words) for name, words in BUDGET_LONG_NAMES.items()}
+    level = {
+        f"level_{name}": ("Pa2", f"{words}; average of the level")
+        for name, words in BUDGET_LONG_NAMES.items()
+    }
+    return described(dataset, about | level)

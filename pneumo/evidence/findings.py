@@ -1,11 +1,11 @@
 """The paper's statements about models, judged again over many sets of seeds and with both transports.
 
-Each statement is judged by the verdict's computation and tolerance class, on other results. The share of seed
-sets in which it must hold was fixed in ``paper/decisions/0031-findings.md`` before there were results.
+Each statement is judged by the verdict's computation and tolerance class, on other results, and stands by the
+interval of what it is about: ``paper/decisions/0039-tolerances-from-seeds.md``.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,16 +14,14 @@ import xarray as xr
 from scipy import stats
 
 from pneumo.configuration.experiment import Study
-from pneumo.evidence.ensemble import complete_sets
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
+from pneumo.papers.paper_2006.study_results import PrintedTables, StudyResults
 from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.statistics.averages import concatenated, statistics
-from pneumo.statistics.intervals import CONFIDENCE
+from pneumo.statistics.intervals import CONFIDENCE, student_interval
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, Claims, ToleranceClass
-from pneumo.verdict.comparison import as_printed, compare
-from pneumo.verdict.sources import MissingEvidence, PrintedTables, StudyResults
-
-STANDING_SHARE = 0.95  # of the seed sets, for "yes"; one less this, for "no"
+from pneumo.verdict.comparison import as_printed, compare, where_true
+from pneumo.verdict.sources import MissingEvidence
 
 
 class SeedSet(StudyResults):
@@ -36,10 +34,22 @@ class SeedSet(StudyResults):
         self.cells = concatenated(cells)
 
 
+def over_seeds(study: Study, ensemble: xr.Dataset) -> dict[str, list[StudyResults]]:
+    """Results of every seed set of an ensemble, which `ensemble_statistics` takes too, by transport."""
+    return {
+        transport: [
+            SeedSet(study, ensemble.sel(seeds=seeds, transport=transport).drop_attrs(), transport)
+            for seeds in ensemble["seeds"].values
+        ]
+        for transport in (PUBLISHED, EXACT)
+    }
+
+
 class StatementOverSets(NamedTuple):
     """A statement over the seed sets, with one transport; no `value` where it is only true or false."""
 
-    #: Mean of what is measured, in the claim's unit (a quotient of mean square errors in place of decades).
+    #: Mean of what is measured, in the claim's unit, or of its margin (a quotient of mean square errors in
+    #: place of decades).
     value: float | None
     low: float | None  #: 95 per cent interval of that mean, by Student
     high: float | None
@@ -47,38 +57,45 @@ class StatementOverSets(NamedTuple):
     sets: int  #: seed sets that there are
     share_low: float  #: exact (Clopper-Pearson) 95 per cent interval of the share of them in which it holds
     share_high: float
+    #: Whether it stands: the interval (of the share, if there is no number) lies where the statement is true
+    #: (above one half), or where it is not; None where it reaches from one into the other.
+    stands: bool | None
 
-    @property
-    def stands(self) -> bool | None:
-        """Whether it holds in at least 95 of 100 seed sets; None where it depends on them."""
-        share = self.holds / self.sets
-        return True if share >= STANDING_SHARE else False if share <= 1 - STANDING_SHARE else None
+
+def holds_in(source: StudyResults, claim: Claim, claims: Claims) -> tuple[bool, float]:
+    """Whether a statement holds in results, and its number or margin; NaN if it is only true or false."""
+    finding = COMPUTATIONS[claim.compute](source, **claim.arguments)
+    value = finding.margin if finding.holds is not None else finding.value
+    agreement = compare(claim, claims.classes[claim.tolerance], finding).agreement
+    return agreement is not None, math.nan if value is None else value
+
+
+def _stands(interval: tuple[float, float], true: tuple[float, float]) -> bool | None:
+    """Whether an interval lies within the range in which a statement is true; None if in part."""
+    if true[0] <= interval[0] and interval[1] <= true[1]:
+        return True
+    return False if interval[1] < true[0] or interval[0] > true[1] else None
 
 
 def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]) -> StatementOverSets:
     """Judge one statement on several sources, one for each seed set."""
-    values: list[float] = []
-    holds: list[bool] = []
-    for source in sources:
-        finding = COMPUTATIONS[claim.compute](source, **claim.arguments)
-        values.append(math.nan if finding.holds is not None or finding.value is None else finding.value)
-        holds.append(compare(claim, claims.classes[claim.tolerance], finding).agreement is not None)
+    holds, values = zip(*(holds_in(source, claim, claims) for source in sources), strict=True)
     count, total = sum(holds), len(holds)
     share = stats.binomtest(count, total).proportion_ci(CONFIDENCE)
-    middle = low = high = None
-    if np.isfinite(values).all():
-        middle = float(np.mean(values))
-        student = float(stats.t.ppf((1 + CONFIDENCE) / 2, total - 1))
-        half = student * float(np.std(values, ddof=1)) / math.sqrt(total)
-        low, high = middle - half, middle + half
-        if claim.tolerance == "decade":
-            middle, low, high = 10**middle, 10**low, 10**high
-    return StatementOverSets(middle, low, high, count, total, share.low, share.high)
+    counted = count, total, share.low, share.high
+    if not np.isfinite(values).all():
+        return StatementOverSets(None, None, None, *counted, _stands((share.low, share.high), (0.5, 1.0)))
+    tolerance = claims.classes[claim.tolerance]
+    interval = student_interval(np.array(values))
+    stands = _stands((interval.low, interval.high), where_true(claim, tolerance))
+    decades = tolerance.measure in ("log10", "truth")
+    value, low, high = (10**end for end in interval) if decades else interval
+    return StatementOverSets(value, low, high, *counted, stands)
 
 
 def number_with_unit(value: float, claim: Claim) -> str:
     """Number of a statement with its unit; below 10 with one digit more than printed."""
-    if claim.tolerance == "decade":
+    if claim.tolerance in ("decade", "statement"):
         return f"{value:.2f}"
     text = as_printed(value, claim, exact=True)
     scaled = value / claim.scale
@@ -125,73 +142,51 @@ def _answer(published: StatementOverSets, exact: StatementOverSets) -> tuple[str
     return "no", "made by the published transport"
 
 
-def findings(study: Study, ensemble: xr.Dataset, claims: Claims, results: Path) -> dict[str, Any]:
+def findings(
+    study: Study, sources: Mapping[str, Sequence[StudyResults]], claims: Claims, results: Path
+) -> dict[str, Any]:
     """Judge every statement about models over the seed sets, with both transports.
 
-    `ensemble` is what `ensemble_statistics` takes; `results` is the folder of the paper's own tables.
-
-    Returns
-    -------
-    dict
-        ``claims``, a list with the texts of a table's row (``claim``, ``source``, ``published``, ``exact``,
-        ``interval``, ``stands``, ``why``), its ``id``, whether it is a ``headline``, whether the paper's own
-        tables support it (``printed_stands``), and the ``numbers`` of both transports; ``seed_sets`` that
-        are complete, of those ``drawn``; ``note``; ``config_sha256``.
+    `sources` is what `over_seeds` returns, `results` the folder of the paper's own tables. Returns
+    ``claims``, a list with the texts of a table's row (``claim``, ``source``, ``published``, ``exact``,
+    ``interval``, ``stands``, ``why``), its ``id``, whether it is a ``headline``, whether the paper's own
+    tables support it (``printed_stands``), and the ``numbers`` of both transports; the number of
+    ``seed_sets``; ``note``; ``config_sha256``.
     """
-    whole = complete_sets(ensemble, study.experiments_by_level)
-    drawn, sets = len(whole), ensemble["seeds"].values[whole.values]
-    sources = {
-        transport: [
-            SeedSet(study, ensemble.sel(seeds=seeds, transport=transport).drop_attrs(), transport)
-            for seeds in sets
-        ]
-        for transport in (PUBLISHED, EXACT)
-    }
+    printed = PrintedTables(results)
     rows: list[dict[str, Any]] = []
     for claim in claims.items.values():
-        if not claim.models or claim.table is not None:
+        if not claim.about_models:
             continue
-        row: dict[str, Any] = {
-            "id": claim.id,
-            "headline": claim.headline,
-            "claim": claim_in_words(claim, claims.classes),
-            "source": claim.where,
-            **dict.fromkeys(("published", "exact", "interval"), ""),
-            "stands": "not run",
-            "why": "",
-            "printed_stands": _printed_stands(claim, claims, results),
-            "numbers": {},
-        }
+        text = claim_in_words(claim, claims.classes)
+        row: dict[str, Any] = {"id": claim.id, "headline": claim.headline, "claim": text}
+        row |= {"source": claim.where, "published": "", "exact": "", "interval": "", "stands": "not run"}
+        row |= {"why": "", "printed_stands": _printed_stands(claim, claims, printed), "numbers": {}}
+        rows.append(row)
         try:
             judged = {name: over_seed_sets(claim, claims, of) for name, of in sources.items()}
         except MissingEvidence as error:
             row["why"] = str(error)
-        else:
-            row |= {name: _cell(statement, claim) for name, statement in judged.items()}
-            row["interval"] = _interval(judged[EXACT], claim)
-            row["stands"], row["why"] = _answer(judged[PUBLISHED], judged[EXACT])
-            row["numbers"] = {name: statement._asdict() for name, statement in judged.items()}
-        rows.append(row)
-    note = f"{len(sets)} sets of seeds, the whole study with each. "
-    if drawn > len(sets):
-        note += (
-            f"{drawn - len(sets)} more are left out: in them a full-order run, or every replay of a model,"
-            " left the positive pressures at the study's step. "
-        )
+            continue
+        row |= {name: _cell(statement, claim) for name, statement in judged.items()}
+        row["interval"] = _interval(judged[EXACT], claim)
+        row["stands"], row["why"] = _answer(judged[PUBLISHED], judged[EXACT])
+        row["numbers"] = {name: statement._asdict() for name, statement in judged.items()}
+    sets = len(sources[EXACT])
+    note = f"{sets} sets of seeds, the whole study with each. "
     note += (
-        "A cell has the mean over them and in how many the statement holds; the interval is that of the mean"
-        " (Student) or of the share (Clopper-Pearson), exact transport. It stands if it holds in at least"
-        f" {100 * STANDING_SHARE:.0f} % of them with exact transport,"
-        f" not if in at most {100 * (1 - STANDING_SHARE):.0f} %."
+        "A cell has the mean over them of what the statement is about and in how many it holds; an order"
+        " of models has the quotient of mean square errors by which it would turn over, above 1 where it is"
+        " true. The interval is that of the mean (Student) or, where there is no number, of the share"
+        " (Clopper-Pearson), exact transport. A statement stands if the whole interval lies where it is true"
+        " (of a share: above one half), not if none of it does."
     )
-    counts = {"seed_sets": len(sets), "drawn": drawn}
-    return counts | {"note": note, "claims": rows, "config_sha256": study.config_sha256}
+    return {"seed_sets": sets, "note": note, "claims": rows, "config_sha256": study.config_sha256}
 
 
-def _printed_stands(claim: Claim, claims: Claims, results: Path) -> bool | None:
+def _printed_stands(claim: Claim, claims: Claims, printed: PrintedTables) -> bool | None:
     """Whether the paper's own tables support a statement; None where they print nothing about it."""
     try:
-        finding = COMPUTATIONS[claim.compute](PrintedTables(results), **claim.arguments)
+        return holds_in(printed, claim, claims)[0]
     except MissingEvidence:
         return None
-    return compare(claim, claims.classes[claim.tolerance], finding).agreement is not None

@@ -14,6 +14,7 @@ from scipy.stats import binomtest
 
 from pneumo.engineer.estimate import estimate, split_of
 from pneumo.engineer.stage_signals import FEW_PAIRS, stage_signals, with_added_noise
+from pneumo.evidence.misfit import rms_of
 from pneumo.evidence.synthetic_records import SyntheticRecord, synthetic_record
 from pneumo.physics.models import MODELS
 
@@ -24,13 +25,8 @@ JUDGED_PARAMETERS = ("n", "k_0", "k_xu", "V_d_A", "V_d_B")
 
 def true_parameters(known: SyntheticRecord) -> dict[str, float]:
     """True value of each of `JUDGED_PARAMETERS`."""
-    return {
-        "n": known.n,
-        "k_0": known.truth.k_0,
-        "k_xu": known.truth.valve.k_xu,
-        "V_d_A": known.V_d[0],
-        "V_d_B": known.V_d[1],
-    }
+    values = known.n, known.truth.k_0, known.truth.valve.k_xu, *known.V_d
+    return dict(zip(JUDGED_PARAMETERS, values, strict=True))
 
 
 def fit_same_model(seed: int) -> xr.Dataset:
@@ -55,7 +51,7 @@ def fit_same_model(seed: int) -> xr.Dataset:
             "low": row(fitted.low),
             "high": row(fitted.high),
             "fitted_model": name,
-            "held_out": float(np.sqrt(np.mean(fitted.held_out**2))),
+            "held_out": rms_of(fitted.held_out),
             "seconds": seconds,
             **record_properties(known),
         },
@@ -67,54 +63,35 @@ def fit_full_order_truth(seed: int) -> xr.Dataset:
     """Fit every model to a case whose pressures come from the full-order system."""
     known = synthetic_record(seed)
     record = stage_signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
-    noisy_inputs = with_added_noise(record.part(0, split_of(record)), FEW_PAIRS)
     first = split_of(record)
-    exact = known.P_exact[:, first:]
+    noisy_inputs, exact = with_added_noise(record.part(0, first), FEW_PAIRS), known.P_exact[:, first:]
     rows = []
     for model in MODELS.values():
         begun = time.thread_time()
         fitted = estimate(model, known.configured, record, noisy_inputs=noisy_inputs, intervals=())
-        clean = fitted.pressure[:, first:] - exact
-        rows.append(
-            [
-                fitted.values.get("k_0", np.nan),
-                fitted.values.get("n", np.nan),
-                fitted.values["k_xu"],
-                float(np.sqrt(np.mean(fitted.held_out**2))),
-                float(np.sqrt(np.mean(clean**2))),
-                time.thread_time() - begun,
-            ]
-        )
+        values = [fitted.values.get(name, np.nan) for name in ("k_0", "n", "k_xu")]
+        errors = rms_of(fitted.held_out), rms_of(fitted.pressure[:, first:] - exact)
+        rows.append([*values, *errors, time.thread_time() - begun])
     names = ("k_0", "n", "k_xu", "held_out", "held_out_error", "seconds")
-    columns = zip(names, np.array(rows).T, strict=True)
+    columns = {f"full_{name}": ("model", row) for name, row in zip(names, np.array(rows).T, strict=True)}
     truth = {"full_true_k_0": known.truth.k_0, "full_true_k_xu": known.truth.valve.k_xu}
-    return xr.Dataset(
-        {**{f"full_{name}": ("model", column) for name, column in columns}, **truth},
-        coords={"model": list(MODELS)},
-    )
+    return xr.Dataset(columns | truth, {"model": list(MODELS)})
 
 
 def record_properties(known: SyntheticRecord) -> dict[str, float]:
     """Size, supply and sensors of a record."""
-    c = known.truth.cylinder
-    return {
-        "bore": c.bore,
-        "stroke": c.stroke,
-        "supply": known.truth.conditions.P_s,
-        "period": known.period,
-        "noise": known.noise,
-        "bits": known.bits,
-    }
+    c, sensors = known.truth.cylinder, {"period": known.period, "noise": known.noise, "bits": known.bits}
+    return {"bore": c.bore, "stroke": c.stroke, "supply": known.truth.conditions.P_s, **sensors}
 
 
 def coverage(cases: Iterable[int], progress: Callable[[str], None]) -> xr.Dataset:
     """Fit cases, by their numbers from 0; `progress` gets a line for each. The result is by case."""
-    parts: list[xr.Dataset] = []
-    numbers = list(cases)
-    for number in numbers:
-        parts.append(fit_same_model(FIRST_SEED + number).merge(fit_full_order_truth(FIRST_SEED + number)))
+    parts: dict[int, xr.Dataset] = {}
+    for number in cases:
+        seed = FIRST_SEED + number
+        parts[number] = fit_same_model(seed).merge(fit_full_order_truth(seed))
         progress(f"case {number}: done")
-    return xr.concat(parts, xr.Variable("case", numbers))
+    return xr.concat(list(parts.values()), xr.Variable("case", list(parts)))
 
 
 def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
@@ -125,13 +102,13 @@ def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
     """
     low, high, truth = cases["low"].fillna(-np.inf), cases["high"].fillna(np.inf), cases["truth"]
     holds, closed = (low <= truth) & (truth <= high), cases["low"].notnull() & cases["high"].notnull()
-    rows = []
-    for name in cases["parameter"].values:
-        inside, shut = holds.sel(parameter=name), closed.sel(parameter=name)
-        held, ends = int(inside.sum()), binomtest(int(inside.sum()), inside.size).proportion_ci()
-        rows.append([held, inside.size, ends.low, ends.high, int((inside & shut).sum()), int(shut.sum())])
-    columns = ["held", "cases", "low", "high", "closed_held", "closed"]
-    return pd.DataFrame(rows, index=cases["parameter"].values, columns=columns)
+    count, held = cases.sizes["case"], holds.sum("case").values
+    ends = [binomtest(int(number), count).proportion_ci() for number in held]
+    table = {
+        **{"held": held, "cases": count, "low": [e.low for e in ends], "high": [e.high for e in ends]},
+        **{"closed_held": (holds & closed).sum("case").values, "closed": closed.sum("case").values},
+    }
+    return pd.DataFrame(table, index=cases["parameter"].values)
 
 
 def full_order_truth(cases: xr.Dataset) -> pd.DataFrame:
@@ -140,15 +117,12 @@ def full_order_truth(cases: xr.Dataset) -> pd.DataFrame:
     By model: median, 10th and 90th percentile of k_0 over the truth (NaN for models without), median of the
     error on the part held out, kPa, and of the processor's time per fit, s.
     """
-    rows = []
-    for model in cases["model"].values:
-        own = cases.sel(model=model)
-        ratio = (own["full_k_0"] / own["full_true_k_0"]).values
-        low, middle, high = np.percentile(ratio, [10, 50, 90])
-        held_out, seconds = (float(own[name].median()) for name in ("full_held_out", "full_seconds"))
-        rows.append([middle, low, high, 1e-3 * held_out, seconds])
-    columns = ["k_0_median", "k_0_10", "k_0_90", "held_out_kPa", "seconds"]
-    return pd.DataFrame(rows, index=cases["model"].values, columns=columns)
+    ratio = (cases["full_k_0"] / cases["full_true_k_0"]).transpose("case", "model").values
+    low, middle, high = np.percentile(ratio, [10, 50, 90], axis=0)
+    held_out, seconds = (cases[name].median("case").values for name in ("full_held_out", "full_seconds"))
+    table = {"k_0_median": middle, "k_0_10": low, "k_0_90": high}
+    table |= {"held_out_kPa": 1e-3 * held_out, "seconds": seconds}
+    return pd.DataFrame(table, index=cases["model"].values)
 
 
 def coverage_tables(cases: xr.Dataset) -> str:

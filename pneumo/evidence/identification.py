@@ -16,20 +16,12 @@ from pneumo.evidence.mechanics import (
     settling_cells,
 )
 from pneumo.evidence.misfit import REGION_THRESHOLD, THRESHOLD
+from pneumo.evidence.settling_stops import identify_stops
 from pneumo.hashing import code_hash
+from pneumo.papers.paper_2006.printed_tables import table5
 from pneumo.storage.files import attributes, write
-from pneumo.verdict.published import table5
 
 SEARCH_SEED = 0
-IDENTIFICATION_TITLE = "Identification of the constants that the paper leaves open"
-IDENTIFICATION_SUMMARY = (
-    "M, k_f and end stop from Table 5, open-loop amplitudes and transport from Tables 7 and 9,"
-    " from wide bounds"
-)
-IDENTIFICATION_COMMENT = (
-    "Deviance: sum of squared ln(reproduced/printed) over noise, above its lowest, over widening."
-    " Noise: printed rounding and a discrepancy. stop is a fraction of the half-stroke."
-)
 IDENTIFICATION_LONG_NAMES = {  # name -> (long name, unit); a parameter's own unit stands in parameter_unit
     "estimate": ("estimate, in parameter_unit", ""),
     "low": ("lower end of the 95 per cent interval, in parameter_unit", ""),
@@ -55,13 +47,17 @@ IDENTIFICATION_LONG_NAMES = {  # name -> (long name, unit); a parameter's own un
     "settling_log_ratio": ("ln(reproduced/printed settling time) at the estimate", "1"),
     "settling_sigma": ("expected standard deviation of ln(reproduced/printed)", "1"),
     "fitted": ("1 where settling times are fitted, 0 where they are scored", "1"),
-    "amplitude": ("magnitude of the open-loop command, linear transport, lowest deviance", "V"),
+    "settling_stop": ("time after release at which a settling run ended, nearest to Table 5", "s"),
+    "settling_stop_low": ("first time that fits about as well", "s"),
+    "settling_stop_high": ("last time that fits about as well", "s"),
+    "settling_stop_misfit": ("rms of ln(reproduced/printed settling time) at the stop", "1"),
+    "amplitude": ("magnitude of the open-loop command, lowest deviance", "V"),
     "amplitude_low": ("lower end of the 95 per cent interval", "V"),
     "amplitude_high": ("upper end of the 95 per cent interval", "V"),
     "amplitude_value": ("magnitude of the open-loop command, held fixed", "V"),
     "amplitude_deviance": ("lowest deviance of Table 7 over the other cylinder's amplitude", "1"),
     "amplitude_widening": ("as widening, for Table 7", "1"),
-    "amplitude_rms": ("rms of ln(reproduced/printed mean square error), linear transport", "1"),
+    "amplitude_rms": ("rms of ln(reproduced/printed mean square error)", "1"),
     "transport_rms": ("the same by transport, each at its own best amplitudes", "1"),
     "transport_amplitude": ("amplitude at which Table 7 has the lowest deviance with a transport", "V"),
     "table": ("table of the paper: 7 is fitted, 9 scored", "1"),
@@ -70,13 +66,7 @@ IDENTIFICATION_LONG_NAMES = {  # name -> (long name, unit); a parameter's own un
 
 
 def check_all_experiments(study: Study) -> None:
-    """Refuse a study without all experiments of the paper, over which Tables 7 and 9 average.
-
-    Raises
-    ------
-    ResultError
-        If an experiment of the paper does not run.
-    """
+    """Refuse a study without an experiment of the paper: Tables 7 and 9 average over all. `ResultError`."""
     for name in table5()["experiment"].values:
         if name not in study.experiments:
             raise ResultError(f"{name}: not in this study; Tables 7 and 9 average over all 16 experiments")
@@ -85,15 +75,10 @@ def check_all_experiments(study: Study) -> None:
 def identify(
     study: Study, cylinders: Sequence[str], seed: int, threads: int, progress: Callable[[str], None]
 ) -> xr.Dataset:
-    """Identify each cylinder's M, k_f and stop; given both cylinders, also amplitudes and transport.
+    """Identify each cylinder's M, k_f and end stop; given both, amplitudes, transport and ends of settling.
 
     `seed` is that of the search's random numbers; the result does not depend on `threads`; `progress` gets a
-    line after each stage.
-
-    Raises
-    ------
-    ResultError
-        If an experiment that is needed does not run.
+    line after each stage. `ResultError` if an experiment that is needed does not run.
     """
     data = {name: settling_cells(study.experiments, FITTED_EXPERIMENTS[name], table5()) for name in cylinders}
     both = set(cylinders) >= set(BOTH_CYLINDERS)
@@ -101,8 +86,9 @@ def identify(
         check_all_experiments(study)
     with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run
         mechanics = [identify_mechanics(data[name], seed, pool.map, progress) for name in cylinders]
-        amplitudes = [identify_amplitudes(study, pool.map, progress)] if both else []
-    result = xr.merge([_by_cylinder(cylinders, mechanics), *amplitudes])
+        others = [identify_amplitudes(study, pool.map, progress)] if both else []
+        others += [identify_stops(study.experiments, pool.map)] if both else []
+    result = xr.merge([_by_cylinder(cylinders, mechanics), *others])
     for name, variable in result.variables.items():
         long_name, unit = IDENTIFICATION_LONG_NAMES.get(str(name), ("", ""))
         variable.attrs = {k: text for k, text in (("long_name", long_name), ("units", unit)) if text}
@@ -122,11 +108,13 @@ def _by_cylinder(cylinders: Sequence[str], parts: Sequence[xr.Dataset]) -> xr.Da
 def save_identification(dataset: xr.Dataset, study: Study, seed: int, path: Path | str) -> None:
     """Write what `identify` returned; the same bytes for the same seed."""
     about = attributes(
-        IDENTIFICATION_TITLE,
-        IDENTIFICATION_SUMMARY,
+        "Identification of the constants that the paper leaves open",
+        "M, k_f and end stop from Table 5, open-loop amplitudes and transport from Tables 7 and 9,"
+        " from wide bounds",
         study.config_sha256,
         code_hash(__name__),
-        comment=IDENTIFICATION_COMMENT,
+        comment="Deviance: sum of squared ln(reproduced/printed) over noise, above its lowest, over widening."
+        " Noise: printed rounding and a discrepancy. stop is a fraction of the half-stroke.",
         discrepancy_settling_time=SETTLING_DISCREPANCY,
         discrepancy_mse=MSE_DISCREPANCY,
         threshold_interval=THRESHOLD,

@@ -54,10 +54,7 @@ def settling_cells(
 ) -> SettlingCells:
     """Put the named experiments beside their rows of Table 5.
 
-    Raises
-    ------
-    ResultError
-        If an experiment does not run, or Table 5 has no legible row for it.
+    `ResultError` if an experiment does not run, or Table 5 has no legible row for it.
     """
     for name in names:
         if name not in experiments:
@@ -66,28 +63,29 @@ def settling_cells(
         if row is None or not bool(np.isfinite(row).all()):
             raise ResultError(f"{name}: has no four legible settling times in Table 5")
     rows = table.sel(experiment=list(names), quantity=list(QUANTITIES))
-    printed = rows.values
-    sigma = log_noise(printed, rows["half_unit"].values, SETTLING_DISCREPANCY)
-    return SettlingCells(tuple(experiments[name] for name in names), printed, sigma)
+    sigma = log_noise(rows.values, rows["half_unit"].values, SETTLING_DISCREPANCY)
+    return SettlingCells(tuple(experiments[name] for name in names), rows.values, sigma)
 
 
 def with_mechanics(experiment: Experiment, theta: np.ndarray, force: float = 1.0) -> Experiment:
-    """Return the experiment with M, k_f and stop, the exponentials of `theta`, and `force` times its push."""
+    """Return the experiment with M, k_f and stop, the exponentials of `theta`, and `force` times its push.
+
+    It runs until settled, without a leak: leak and times of the closed loop were found with M and k_f known.
+    """
     M, k_f, stop = np.exp(theta)
-    plant, push = experiment.plant, experiment.push
-    cylinder = plant.cylinder._replace(M=M, k_f=k_f)
-    push = push._replace(x_stop=-stop * cylinder.stroke / 2, force=push.force * force)
-    return experiment._replace(plant=plant._replace(cylinder=cylinder), push=push)
+    cylinder, push = experiment.plant.cylinder._replace(M=M, k_f=k_f), experiment.push
+    push = push._replace(x_stop=-stop * cylinder.stroke / 2, force=push.force * force, leak=0.0, stop=None)
+    return experiment._replace(plant=experiment.plant._replace(cylinder=cylinder), push=push)
 
 
 def log_ratios(data: SettlingCells, theta: np.ndarray, force: float = 1.0) -> np.ndarray:
     """ln(reproduced / printed) of every settling time, shape (experiment, 4)."""
     result = np.full(data.printed.shape, UNSETTLED_LOG)
-    for i, experiment in enumerate(data.experiments):
-        longest = TIME_TO_SETTLE * max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
-        times = settle(with_mechanics(experiment, theta, force), longest=longest).times
+    for i, e in enumerate(data.experiments):
+        longest = TIME_TO_SETTLE * max(thermal_time_constant(e.plant), SHORTEST_WINDOW)
+        times = settle(with_mechanics(e, theta, force), longest=longest).times
         if np.isfinite(times).all():  # else the run failed or did not settle
-            result[i] = np.log(np.maximum(times, experiment.h) / data.printed[i])
+            result[i] = np.log(np.maximum(times, e.h) / data.printed[i])
     return np.clip(result, -UNSETTLED_LOG, UNSETTLED_LOG)
 
 
@@ -99,10 +97,7 @@ def deviance(theta: np.ndarray, data: SettlingCells, force: float = 1.0) -> floa
 def search_bounds(
     data: SettlingCells, seed: int, mapper: Mapper, population: int = 10, generations: int = 40
 ) -> Any:
-    """Search all of the wide bounds, then polish.
-
-    Returns theta as ``x``, its deviance as ``fun`` and the number of evaluations as ``nfev``.
-    """
+    """Search the wide bounds, then polish: theta as ``x``, its deviance ``fun``, evaluations ``nfev``."""
     optimum = differential_evolution(
         deviance,
         np.log(SEARCH_BOUNDS),
@@ -115,11 +110,10 @@ def search_bounds(
         updating="deferred",
         workers=mapper,  # pyright: ignore[reportArgumentType]  # a map is allowed, says its documentation
     )
-    evaluations = optimum.nfev
     for size in (4 * NEAR, NEAR, NEAR / 4):
+        evaluations = optimum.nfev
         optimum = nearby(lambda theta: deviance(theta, data), optimum.x, size)
-        evaluations += optimum.nfev
-    optimum.nfev = evaluations
+        optimum.nfev += evaluations
     return optimum
 
 
@@ -135,9 +129,9 @@ def mechanics_profiles(
 ) -> tuple[np.ndarray, Any, int]:
     """Profile of each parameter from the optimum `best`: lowest deviance over the others.
 
-    The factor `widen` of `pneumo.evidence.misfit.widening` is how much further profiles are followed. Returns
-    the curves, shape (parameter, offset), NaN where not followed; the lowest point met, as from
-    `search_bounds`; and the number of evaluations.
+    Profiles are followed further by the factor `widen`, from `widening`. Returns the curves, shape
+    (parameter, offset), NaN where not followed; the lowest point met, as from `search_bounds`; and the number
+    of evaluations.
     """
     stop_at = best.fun + FOLLOWED * THRESHOLD * widen
 
@@ -186,12 +180,6 @@ def mass_friction_region(
     return np.array([values for values, _ in rows]), sum(evaluations for _, evaluations in rows)
 
 
-def force_profile(data: SettlingCells, best: Any, mapper: Mapper) -> tuple[np.ndarray, int]:
-    """Lowest deviance over M, k_f and stop for each of `FORCES`, and the number of evaluations."""
-    optima = list(mapper(lambda force: nearby(lambda theta: deviance(theta, data, force), best.x), FORCES))
-    return np.array([one.fun for one in optima]), sum(one.nfev for one in optima)
-
-
 def correlation(ln_M: np.ndarray, ln_ratio: np.ndarray, deviances: np.ndarray) -> float:
     """Correlation of ln(M) and ln(k_f) where likelihood is exp(-deviance / 2)."""
     weights = np.exp(-(deviances - deviances.min()) / 2)
@@ -228,19 +216,19 @@ def identify_mechanics(
 
     # A region of two parameters reaches further than the interval of each.
     reach = 1.25 * np.sqrt(REGION_THRESHOLD / THRESHOLD)
-    limits = np.clip(ends, best.x[:, None] + OFFSETS[0], best.x[:, None] + OFFSETS[-1])
-    low, high = best.x + reach * (limits[:, 0] - best.x), best.x + reach * (limits[:, 1] - best.x)
+    limits = np.clip(np.transpose(ends), best.x + OFFSETS[0], best.x + OFFSETS[-1])
+    low, high = best.x + reach * (limits - best.x)
     ln_M = np.linspace(low[0], high[0], REGION)
     ln_ratio = best.x[1] - best.x[0] + RATIO_OFFSETS
     deviances, gridded = mass_friction_region(data, ln_M, ln_ratio, (low[2], high[2]), mapper)
     deviances = (deviances - lowest) / widen
     progress(f"{cylinder}: region of M and k_f, {gridded} evaluations")
 
-    forces, pushed = force_profile(data, best, mapper)
+    optima = list(mapper(lambda force: nearby(lambda theta: deviance(theta, data, force), best.x), FORCES))
+    forces, pushed = np.array([one.fun for one in optima]), sum(one.nfev for one in optima)
     progress(f"{cylinder}: push force, {pushed} evaluations")
 
-    ratios = log_ratios(data, best.x)
-    names = [experiment.name for experiment in data.experiments]
+    ratios, names = log_ratios(data, best.x), [experiment.name for experiment in data.experiments]
     each = ("experiment", "quantity")
     return xr.Dataset(
         {

@@ -20,9 +20,9 @@ def log_noise(printed: np.ndarray, half_unit: np.ndarray, discrepancy: float) ->
     return np.hypot(half_unit / np.sqrt(3) / np.abs(printed), discrepancy)
 
 
-def rms_of(log_ratios: np.ndarray) -> float:
-    """Root mean square of logarithms of ratios."""
-    return float(np.sqrt(np.mean(np.square(log_ratios))))
+def rms_of(values: np.ndarray) -> float:
+    """Root mean square, such as of logarithms of ratios."""
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def widening(lowest: float, count: int, parameters: int) -> float:

@@ -4,27 +4,8 @@ import numpy as np
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.simulation.excitation import reference_series
-from pneumo.simulation.full_order import STATE, Recording, equilibrium, recorded, run
+from pneumo.simulation.full_order import STATE, Recording, record, recorded
 from pneumo.simulation.settling import QUANTITIES, Settling, settling_time
-
-
-def keeps_changed_sign(experiment: Experiment) -> Recording:
-    """Full-order run whose open-loop sequence keeps the sign that 96 % of the half-stroke forced on it.
-
-    At each crossing the rest of the sequence changes sign; in closed loop there is nothing to change.
-    """
-    drive, plant, every = experiment.drive, experiment.plant, experiment.excitation.every
-    reference = reference_series(drive, experiment.excitation, experiment.steps)
-    start, y = 0, equilibrium(plant)
-    while not drive.closed_loop and start < experiment.steps:
-        stop = min((start // every + 1) * every, experiment.steps)
-        states = run(y, reference[start : stop + 1], 0.0, drive, plant, experiment.h)
-        outward = np.flatnonzero(states[:-1, 0] * np.sign(reference[start]) >= drive.x_reverse)
-        if len(outward):
-            stop = start + int(outward[0])
-            reference[stop:] *= -1
-        start, y = stop, states[stop - start]
-    return recorded(experiment, reference)
 
 
 def first_draw_skipped(experiment: Experiment) -> Recording:
@@ -32,6 +13,13 @@ def first_draw_skipped(experiment: Experiment) -> Recording:
     excitation = experiment.excitation
     series = reference_series(experiment.drive, excitation, experiment.steps + excitation.every)
     return recorded(experiment, series[excitation.every :])
+
+
+def leaking(experiment: Experiment) -> Recording:
+    """Full-order run through a valve with the leak of the settling runs; replays have the tight valve."""
+    plant = experiment.plant
+    valve = plant.valve._replace(leak=experiment.push.leak, net_leak=True)
+    return record(experiment._replace(plant=plant._replace(valve=valve)))._replace(plant=plant)
 
 
 def largest_excursions(settling: Settling, h: float) -> np.ndarray:

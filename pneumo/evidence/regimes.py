@@ -107,20 +107,14 @@ def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
         share[i, -1] = share_interval(int(enough.all(axis=1).sum()), len(mse))
     of_ratio = {"units": "1", "long_name": "ratio of the models' scores, with its 95 per cent interval"}
     of_share = {"units": "1", "long_name": "share of cylinders for which it holds, with its interval"}
-    return xr.Dataset(
-        {
-            "ratio": (("loop_of", "pair", "criterion", "bound"), ratio, of_ratio),
-            "share": (("loop_of", "statement", "bound"), share, of_share),
-            "cylinders": ("loop_of", number, {"long_name": "cylinders that count"}),
-        },
-        coords={
-            "loop_of": list(LOOPS_AND_BOTH),
-            "pair": list(MODEL_PAIRS),
-            "criterion": list(CRITERIA),
-            "statement": [*(f"{pair} < 1" for pair in MODEL_PAIRS), ENOUGH],
-            "bound": list(INTERVAL),
-        },
-    )
+    variables = {
+        "ratio": (("loop_of", "pair", "criterion", "bound"), ratio, of_ratio),
+        "share": (("loop_of", "statement", "bound"), share, of_share),
+        "cylinders": ("loop_of", number, {"long_name": "cylinders that count"}),
+    }
+    coords = {"loop_of": list(LOOPS_AND_BOTH), "pair": list(MODEL_PAIRS), "criterion": list(CRITERIA)}
+    coords |= {"statement": [*(f"{pair} < 1" for pair in MODEL_PAIRS), ENOUGH], "bound": list(INTERVAL)}
+    return xr.Dataset(variables, coords)
 
 
 def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
@@ -147,20 +141,15 @@ def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
                 share[i, third, j] = quotient_interval((inside & (logs < 0)).sum(axis=1), inside.sum(axis=1))
     dims = ("group", "third", "pair", "bound")
     words = "of the models' errors in a third of the runs"
-    return xr.Dataset(
-        {
-            "third_from": (("group", "third"), edges[:, :-1], {"units": "1", "long_name": "lower edge"}),
-            "third_to": (("group", "third"), edges[:, 1:], {"units": "1", "long_name": "upper edge"}),
-            "third_ratio": (dims, ratio, {"units": "1", "long_name": f"geometric mean ratio {words}"}),
-            "third_share": (dims, share, {"units": "1", "long_name": f"share of ratios {words} below 1"}),
-        },
-        coords={
-            "group": list(names),
-            "third": ["lowest", "middle", "highest"],
-            "pair": list(MODEL_PAIRS),
-            "bound": list(INTERVAL),
-        },
-    )
+    variables = {
+        "third_from": (("group", "third"), edges[:, :-1], {"units": "1", "long_name": "lower edge"}),
+        "third_to": (("group", "third"), edges[:, 1:], {"units": "1", "long_name": "upper edge"}),
+        "third_ratio": (dims, ratio, {"units": "1", "long_name": f"geometric mean ratio {words}"}),
+        "third_share": (dims, share, {"units": "1", "long_name": f"share of ratios {words} below 1"}),
+    }
+    thirds = ["lowest", "middle", "highest"]
+    values = list(names), thirds, list(MODEL_PAIRS), list(INTERVAL)
+    return xr.Dataset(variables, dict(zip(dims, values, strict=True)))
 
 
 def regime_statistics(runs: xr.Dataset) -> xr.Dataset:

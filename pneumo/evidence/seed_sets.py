@@ -1,6 +1,7 @@
 """The study's grid with other seeds: every experiment, both transports, errors but no pressures."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -8,10 +9,10 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.simulation.full_order import record
-from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
-from pneumo.storage.grid_layout import replay_dataset
+from pneumo.statistics.averages import concatenated
+from pneumo.storage.files import read
+from pneumo.storage.grid_layout import replayed_grid
 
 STUDY_TRANSPORTS = (PUBLISHED, EXACT)
 SEEDS_SEED = 2006  # of the seeds that are drawn
@@ -31,12 +32,11 @@ def seed_sets(study: Study, count: int) -> list[dict[str, int]]:
 def _errors(study: Study, experiment: Experiment) -> xr.Dataset:
     """Every cell's error by (transport, model, n, chamber)."""
     recording = record(experiment)
-    lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     parts: list[xr.Dataset] = []
     for transport in STUDY_TRANSPORTS:
-        signals = study_transport(transport, study.lag, experiment.h)
-        cells = replay(recording, lanes, signals, experiment.steps)
-        parts.append(replay_dataset(experiment, study.n, index, cells)[["mean_error", "mse", "failure_time"]])
+        signals = study_transport(transport, experiment)
+        cells = replayed_grid(experiment, study.n, recording, signals, experiment.steps)
+        parts.append(cells[["mean_error", "mse", "failure_time"]])
     return xr.concat(parts, xr.Variable("transport", list(STUDY_TRANSPORTS)))
 
 
@@ -51,3 +51,16 @@ def with_seeds(study: Study, seeds: Mapping[str, int], threads: int) -> xr.Datas
         return _errors(study, experiment._replace(excitation=excitation))
 
     return side_by_side(for_each_experiment(study.experiments, work, threads))
+
+
+def both_chambers(cells: xr.Dataset) -> xr.Dataset:
+    """Errors of the vector that joins chambers A and B, from `with_seeds`, as those of one chamber "AB"."""
+    joined = concatenated(cells)[["mean_error", "mse"]]
+    joined["failure_time"] = cells["failure_time"].max("chamber")
+    return joined.expand_dims(chamber=["AB"], axis=-1)
+
+
+def read_seed_sets(blocks: Iterable[Path]) -> xr.Dataset:
+    """Read the errors of all seed sets, whose files have five digits, by (seeds, ...) as `both_chambers`."""
+    parts: list[xr.Dataset] = [read(block) for block in blocks]
+    return xr.concat(parts, "seeds").sortby("seeds").astype(float)

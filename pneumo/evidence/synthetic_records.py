@@ -80,11 +80,7 @@ def true_and_configured_plants(rng: np.random.Generator) -> tuple[Plant, Plant]:
 
 
 def controlled_run(rng: np.random.Generator, plant: Plant, period: float) -> tuple[np.ndarray, np.ndarray]:
-    """Run the full-order system under the controller.
-
-    Returns the states at every `TRUTH_STEP`, from rest on, and the command of every sample, V, held for a
-    period.
-    """
+    """Run under the controller: states at every `TRUTH_STEP`, from rest on, and each sample's command, V."""
     within, samples = round(period / TRUTH_STEP), round((WARM_UP + LENGTH) / period)
     stroke = plant.cylinder.stroke
     speed = plant.valve.k_xu * U_MAX * 0.0404 * 287.0 * 293.15**0.5 / 0.8 / plant.cylinder.A_A
@@ -97,7 +93,7 @@ def controlled_run(rng: np.random.Generator, plant: Plant, period: float) -> tup
             target = rng.uniform(-0.42, 0.42) * stroke
             until = k + max(1, round(rng.uniform(0.3, 1.2) * max(0.5, stroke / speed) / period))
         u[k] = np.clip(gain * (target - state[0]), -U_MAX, U_MAX)
-        steps = run(state, np.full(within + 1, u[k]), 0.0, open_loop, plant, TRUTH_STEP)
+        steps = run(state, np.full(within + 1, u[k]), 0.0, open_loop, plant, TRUTH_STEP).states
         state = steps[-1]
         states.append(steps[1:])
     return np.concatenate(states), u
@@ -116,30 +112,17 @@ def synthetic_record(seed: int, model: str | None = None) -> SyntheticRecord:
     period, noise = 1 / rng.choice(SAMPLE_RATES), NOISE(rng)
     bits, n = int(rng.integers(BITS[0], BITS[1] + 1)), rng.uniform(*TRUE_N)
     half = truth.cylinder.A_A * truth.cylinder.stroke / 2
-    other = DEAD_FRACTION(rng) * half if model else truth.cylinder.V_d
-    V_d = (truth.cylinder.V_d, other)
+    V_d = truth.cylinder.V_d, DEAD_FRACTION(rng) * half if model else truth.cylinder.V_d
     states, u = controlled_run(rng, truth, period)
-    within = round(period / TRUTH_STEP)
-    if model is None:
-        sampled = states[::within, [2, 4]].T
-    else:
-        sampled = reduced_pressures(truth, model, n, V_d, states, u)[:, ::within]
-    first = round(WARM_UP / period)
-    x, P, u = states[::within, 0][first:-1], sampled[:, first:-1], u[first:]
-    return SyntheticRecord(
-        truth,
-        configured,
-        n,
-        V_d,
-        float(period),
-        noise,
-        bits,
+    pressures = reduced_pressures(truth, model, n, V_d, states, u) if model else states[:, [2, 4]].T
+    within, first = round(period / TRUTH_STEP), round(WARM_UP / period)
+    x, P, u = states[::within, 0][first:-1], pressures[:, ::within][:, first:-1], u[first:]
+    logged = (
         sensed(rng, u, 2 * U_MAX, 0.0, bits),
         sensed(rng, x, truth.cylinder.stroke, noise, bits),
         sensed(rng, P, FULL_SCALE, noise, bits),
-        P,
-        x,
     )
+    return SyntheticRecord(truth, configured, n, V_d, float(period), noise, bits, *logged, P, x)
 
 
 def reduced_pressures(

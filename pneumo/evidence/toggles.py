@@ -11,15 +11,14 @@ from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.alternatives import Alternative, equal_runs
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
+from pneumo.papers.paper_2006.study_results import StudyResults
 from pneumo.simulation.full_order import RAN
-from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import QUANTITIES, Settling, settle
-from pneumo.statistics.averages import statistics
-from pneumo.storage.grid_layout import replay_dataset
+from pneumo.statistics.averages import concatenated, statistics
+from pneumo.storage.grid_layout import replayed_grid
 from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.claims import Claim
-from pneumo.verdict.sources import MissingEvidence, StudyResults
+from pneumo.verdict.sources import MissingEvidence
 
 TOGGLED_TABLES = (5, 7, 8, 9)
 LONGEST_SETTLING = 3000.0  # s; twice what a settling run of the study takes; a longer one has no time
@@ -41,16 +40,14 @@ def toggled_runs(experiment: Experiment, alternatives: Mapping[str, Alternative]
     for group in groups:
         first = alternatives[group[0]]
         recording = first.record(first.study.experiments[name])
-        by_transport: dict[tuple[str, float], xr.Dataset] = {}
+        by_transport: dict[tuple[Any, ...], xr.Dataset] = {}
         for member in group:
             alternative = alternatives[member]
-            transport = alternative.transport(alternative.study.experiments[name])
-            lag = 0.0 if alternative.other_transport else alternative.study.lag
-            key = transport.name, lag
+            e, n = alternative.study.experiments[name], alternative.study.n
+            transport = alternative.transport(e)
+            key = transport.name, e.sampling
             if key not in by_transport:
-                e, n = alternative.study.experiments[name], alternative.study.n
-                lanes, index = grid_lanes(n, e.plant.gas.gamma)
-                grid = replay_dataset(e, n, index, replay(recording, lanes, transport, e.steps))
+                grid = replayed_grid(e, n, recording, transport, e.steps)
                 by_transport[key] = grid[["mean_error", "mse", "failure_time"]]
             cells[member] = by_transport[key]
         replays += len(by_transport)
@@ -66,10 +63,8 @@ def toggled_runs(experiment: Experiment, alternatives: Mapping[str, Alternative]
         values = alternative.times(settling, e.h) if settling.status == RAN else settling.times
         coords = {"quantity": list(QUANTITIES)} | experiment_labels(e)
         times[member] = xr.DataArray(values, coords, ("quantity",), "settling_time")
-    print(
-        f"{name}: {len(groups)} full-order runs, {replays} replays, {len(settled)} settling runs, done",
-        flush=True,
-    )
+    counts = f"{len(groups)} full-order runs, {replays} replays, {len(settled)} settling runs"
+    print(f"{name}: {counts}, done", flush=True)
     return {member: ToggledRun(cells[member], times[member]) for member in alternatives}
 
 
@@ -81,7 +76,7 @@ class ToggledResults(StudyResults):
         super().__init__(Path(), alternative.transport(some).name)
         grid = side_by_side({name: run.cells for name, run in runs.items()})
         grid["mean_error"] = alternative.sign * grid["mean_error"]
-        self.study = alternative.study
+        self.study, self.cells = alternative.study, concatenated(grid)
         self.statistics = statistics(grid, alternative.study.experiments_by_level, alternative.ddof)
         self.settling_times = side_by_side({name: run.times for name, run in runs.items()})
 
@@ -90,7 +85,7 @@ class ToggledResults(StudyResults):
         try:
             value = COMPUTATIONS[claim.compute](self, **claim.arguments).value
         except MissingEvidence:
-            return np.nan
+            value = None
         return np.nan if value is None else value
 
 

@@ -18,7 +18,7 @@ from pneumo.physics.models import MODELS
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay
 from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
-from pneumo.statistics.averages import OVERALL
+from pneumo.statistics.averages import OVERALL, along_levels
 from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.assumptions import AS_TAKEN
 
@@ -31,11 +31,11 @@ def refined_errors(experiment: Experiment, alternative: Alternative) -> np.ndarr
     """Mean square error over both chambers, Pa^2, by (transport, model, n); NaN where a cell failed."""
     e, n = experiment, alternative.study.n
     lanes, index = grid_lanes(n, e.plant.gas.gamma)
-    rows = index[[list(MODELS).index(model) for model in REFINED_MODELS]].ravel()
+    rows = index[np.isin(list(MODELS), REFINED_MODELS)].ravel()
     recording = alternative.record(e)
     errors: list[np.ndarray] = []
     for name in BOTH_TRANSPORTS:
-        cells = replay(recording, lanes[rows], study_transport(name, alternative.study.lag, e.h), e.steps)
+        cells = replay(recording, lanes[rows], study_transport(name, e), e.steps)
         mse = np.where(cells.status == OK, cells.mse, np.nan).mean(axis=1)
         errors.append(mse.reshape(len(REFINED_MODELS), len(n)))
     return np.array(errors)
@@ -77,9 +77,7 @@ def level_scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.D
             scores[level] = both(mse.sel(experiment=inside), logarithm.sel(experiment=inside)).min("n")
         else:
             scores[level] = xr.full_like(scores[OVERALL], np.nan)
-    return xr.concat(
-        list(scores.values()), xr.Variable("level", list(scores)), coords="minimal", compat="override"
-    )
+    return along_levels(scores)
 
 
 def refinement_ratios(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:

@@ -1,12 +1,13 @@
 """What makes Snakemake run a rule again beside its inputs: imported code, and evidence found in results."""
 
 import hashlib
-import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from pneumo.configuration.experiment import Study
 from pneumo.hashing import code_hash, imports_of
+from pneumo.storage.kept_evidence import evidence_file
 
 
 def code_behind(script: str, *modules: str) -> str:
@@ -18,23 +19,17 @@ def code_behind(script: str, *modules: str) -> str:
     return code_hash(*imports_of(Path("workflow/scripts", script)), *modules)
 
 
-def evidence_for(study: Study, *files: str) -> list[str]:
-    """Return the files of evidence that exist and were made from this configuration."""
-    return [file for file in files if Path(file).exists() and _made_from(study, file)]
+def evidence_for(study: Study, name: str) -> list[str]:
+    """Return the file of evidence that was made from this configuration in a list, which may be empty."""
+    file = evidence_file(Path("results"), name, study.config_sha256)
+    return [] if file is None else [os.path.relpath(file)]
+
+
+def kept_or_made(study: Study, name: str) -> str:
+    """Return the file of evidence that was made from this configuration, else the one to be made."""
+    return (evidence_for(study, name) or [f"results/{name}"])[0]
 
 
 def fingerprints(files: Sequence[str]) -> dict[str, str]:
     """Return the SHA-256 of each file, for a rule that reads files which are not its inputs."""
     return {file: hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
-
-
-def _made_from(study: Study, file: str) -> bool:
-    from netCDF4 import Dataset  # here, since few runs have evidence
-
-    try:
-        if file.endswith(".json"):
-            return json.loads(Path(file).read_bytes())["config_sha256"] == study.config_sha256
-        with Dataset(Path(file).absolute()) as dataset:
-            return dataset.config_sha256 == study.config_sha256
-    except (OSError, AttributeError, LookupError, TypeError, ValueError):
-        return True  # damaged or foreign: the job that reads it refuses it

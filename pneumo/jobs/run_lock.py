@@ -1,5 +1,6 @@
 """One run in a folder at a time, and none beside jobs that a killed run has left behind."""
 
+import errno
 import fcntl
 import os
 import sys
@@ -23,12 +24,17 @@ def take_run_lock() -> None:
     Ends the process with exit code 2 and one line on standard error if another run holds the lock, or if
     results cannot be written.
     """
-    RESULTS.mkdir(exist_ok=True)
-    if not os.access(RESULTS, os.W_OK):
-        print(f"pneumo: {RESULTS}: cannot be written; is it mounted read-only?", file=sys.stderr)
+    try:
+        RESULTS.mkdir(exist_ok=True)
+        if not os.access(RESULTS, os.W_OK):
+            raise PermissionError(errno.EACCES, "not writable", RESULTS)
+        RUN_LOCK.parent.mkdir(exist_ok=True)
+        lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a number: nothing closes it before the end
+        JOBS_LOCK.open("a").close()
+    except OSError as error:
+        why = "cannot be written; is it mounted read-only, or another user's? Each user needs an own checkout"
+        print(f"pneumo: {error.filename}: {why}", file=sys.stderr)
         sys.exit(2)
-    RUN_LOCK.parent.mkdir(exist_ok=True)
-    lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a number, which nothing closes before the process ends
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:

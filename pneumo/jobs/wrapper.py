@@ -7,13 +7,14 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
 from pneumo.errors import DamagedError, PneumoError
 from pneumo.jobs.run_lock import job_lock
 
-DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)  # full, or not to be written
+DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)  # full, or not to be written
 
 
 def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
@@ -21,24 +22,20 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
 
     Writes to the job's log how long the work took, or what stopped it. An error that the user can mend is
     also one line on standard error, and the exit code is 2. A damaged file that the job was to read is
-    removed, so that the next run makes it again.
-
-    Parameters
-    ----------
-    main : callable
-        Each parameter takes what the rule has under its name: a path or a list of paths of the input or
-        output, a value of params or wildcards, or ``threads``.
-    script : mapping
-        The script's ``globals()``, into which Snakemake puts its job.
+    removed, so that the next run makes it again. `script` is the script's ``globals()``, into which Snakemake
+    puts its job; each parameter of `main` takes what the rule has under its name: a path or a list of paths
+    of the input or output, a value of params or wildcards, or ``threads``.
     """
     job = script.get("snakemake")
     if job is None:
         return
     start = time.perf_counter()
-    log = Path(job.log[0])
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # whatever the locale can write
     try:
         with job_lock():
             main(**arguments(main, job))
+        _log(job, f"{job.rule}: {time.perf_counter() - start:.2f} s\n")
     except BaseException as error:
         mendable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in DISK
         text = " ".join(str(error).split())
@@ -46,12 +43,16 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
             error.path.unlink(missing_ok=True)
             text += "; removed, the next run makes it again"
         with suppress(OSError):  # the disk may be full
-            log.write_text(f"{text}\n" if mendable else traceback.format_exc(), encoding="utf-8")
+            _log(job, f"{text}\n" if mendable else traceback.format_exc())
         if not mendable:
             raise
         print(f"pneumo: {text}", file=sys.stderr)
         sys.exit(2)
-    log.write_text(f"{job.rule}: {time.perf_counter() - start:.2f} s\n", encoding="utf-8")
+
+
+def _log(job: Any, text: str) -> None:
+    """Write a job's log; what is no Unicode, such as bytes of a path, is escaped."""
+    Path(job.log[0]).write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def arguments(main: Callable[..., object], job: Any) -> dict[str, Any]:

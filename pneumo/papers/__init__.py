@@ -1,1 +1,5 @@
-"""Computations with which the claims of each paper are compared."""
+"""What each paper's claims are compared with: one package of computations for each folder of ``paper/``."""
+
+from pathlib import Path
+
+PAPERS = Path(__file__).resolve().parents[2] / "paper"  # in a source checkout

@@ -40,6 +40,11 @@ def heat_area(x: float, cylinder: Cylinder) -> float:
     return pi / 2 * cylinder.bore**2 + abs(pi * cylinder.bore * (x + cylinder.stroke / 2))
 
 
+def wetted_area(V: Real, bore: Real) -> Real:
+    """Heat transfer area of a plain cylinder of volume V, m^3, dead volume and all, m^2: eq (27) of 2007."""
+    return 4 * V / bore + pi / 2 * bore**2
+
+
 @jitable
 def acceleration(v: float, P_A: float, P_B: float, force: float, cylinder: Cylinder) -> float:
     """Piston acceleration, m/s^2: eq (3) with friction, the cylinder's load and an external force, N."""

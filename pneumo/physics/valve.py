@@ -31,6 +31,8 @@ class Valve(NamedTuple):
     #: Area of the path to the atmosphere over that of the path from the supply; 1 is symmetric.
     exhaust: float = 1.0
     leak: float = 0.0  #: area that stays open between a chamber and either of supply and atmosphere, m^2
+    #: Whether leak in and leak out cancel before they cross the port, so that only the rest carries heat.
+    net_leak: bool = False
 
 
 class Conditions(NamedTuple):
@@ -132,7 +134,7 @@ def chamber_flows(
 
     The limited command u, V, is positive where it connects this chamber to the supply: the command itself for
     chamber A, its negative for chamber B. Both flows are non-negative; at most one of them is positive where
-    the valve does not leak.
+    the valve does not leak, or only `net_leak` passes.
     """
     A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
     if u >= 0:
@@ -144,4 +146,7 @@ def chamber_flows(
         return port_flows(A_t, P_port, P, T, valve, gas, conditions)
     m_in, m_out = port_flows(A_t + valve.leak, P_port, P, T, valve, gas, conditions)
     leak_in, leak_out = port_flows(valve.leak, P_other, P, T, valve, gas, conditions)
-    return m_in + leak_in, m_out + leak_out
+    m_in, m_out = m_in + leak_in, m_out + leak_out
+    if valve.net_leak:
+        return max(m_in - m_out, 0.0), max(m_out - m_in, 0.0)
+    return m_in, m_out

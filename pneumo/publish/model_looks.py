@@ -1,5 +1,6 @@
 """How each model is drawn, in figures and on pages; needs no plotting library."""
 
+import itertools
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -21,8 +22,11 @@ class Look(NamedTuple):
 
     def points(self) -> dict[str, Any]:
         """Keywords for `Axes.plot`: the curve with open markers."""
-        marks = {"marker": self.marker, "markerfacecolor": "white", "markeredgecolor": self.color}
-        return self.line() | marks
+        return self.line() | {
+            "marker": self.marker,
+            "markerfacecolor": "white",
+            "markeredgecolor": self.color,
+        }
 
 
 _DASH = (0, (5.0, 1.6))
@@ -54,13 +58,8 @@ _MARKERS = ("*", "d", "p", "8", "H")  # as many as share no divisor with the lin
 
 def looks_of(models: Iterable[str]) -> dict[str, Look]:
     """Return the look of each model: the paper's, or for an added model the next free one."""
-    names = list(models)
-    added = [name for name in names if name not in PAPER_LOOKS]
-    free = {
-        name: Look(_COLORS[i % len(_COLORS)], _LINES[i % len(_LINES)], _MARKERS[i % len(_MARKERS)])
-        for i, name in enumerate(added)
-    }
-    return {name: PAPER_LOOKS.get(name) or free[name] for name in names}
+    free = map(Look, itertools.cycle(_COLORS), itertools.cycle(_LINES), itertools.cycle(_MARKERS))
+    return {name: PAPER_LOOKS.get(name) or next(free) for name in models}
 
 
 MODEL_LOOKS = looks_of(MODELS)

@@ -22,7 +22,8 @@ GREY = "#7f7f7f"
 PALE = "#e6e6e6"
 ACCENT = "#1f5fa8"  # L* = 40, so it prints as a dark grey; the schemes have it too
 
-_TICKS = {"labelsize": 8.0, "color": INK, "direction": "in", "major.width": 0.6, "minor.width": 0.4}
+_TICKS = {"labelsize": 8.0, "color": INK, "direction": "in", "major.size": 3.0, "minor.size": 1.6}
+_TICKS |= {"major.width": 0.6, "minor.width": 0.4}
 PAPER_RC: dict[Any, Any] = {
     # STIX travels with matplotlib, has the whole mathematical alphabet and matches a Times text.
     "font.family": "STIXGeneral",
@@ -61,10 +62,6 @@ PAPER_RC: dict[Any, Any] = {
     "svg.fonttype": "path",
     # Identifiers inside an SVG are hashes of content and salt; a random salt would change every file.
     "svg.hashsalt": "pneumo",
-    "xtick.major.size": 3.0,
-    "ytick.major.size": 3.0,
-    "xtick.minor.size": 1.6,
-    "ytick.minor.size": 1.6,
     **{f"{axis}tick.{name}": value for axis in "xy" for name, value in _TICKS.items()},
 }
 # No date, and no version of the plotting library, inside the files.
@@ -86,11 +83,7 @@ def paper_style() -> Generator[None]:
 def new_figure(
     width_mm: float = SINGLE_MM, height_mm: float = 60.0, layout: Layout = "constrained"
 ) -> Figure:
-    """Make an empty figure of a printed size, without touching pyplot's global list.
-
-    `SINGLE_MM` and `DOUBLE_MM` are the two widths in use; `layout` is matplotlib's layout engine, None
-    leaves axes where they are put.
-    """
+    """Make an empty figure of a printed size, outside pyplot's global list; None: no layout engine."""
     fig = Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout=layout)
     FigureCanvasAgg(fig)
     return fig
@@ -130,11 +123,11 @@ SOURCE_BAR: dict[str, dict[str, Any]] = {
     "reproduced": {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.7},
     "exact": {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.7},
 }
+_MARK: dict[str, Any] = {"linestyle": "none", "markeredgewidth": 0.9, "markeredgecolor": INK}
 SOURCE_MARKER: dict[str, dict[str, Any]] = {
-    "published": {"linestyle": "none", "marker": "o", "markersize": 5.5, "markerfacecolor": "none"}
-    | {"markeredgecolor": INK, "markeredgewidth": 0.9},
-    "reproduced": {"linestyle": "none", "marker": "D", "markersize": 3.2, "markerfacecolor": ACCENT}
-    | {"markeredgecolor": ACCENT, "markeredgewidth": 0.9},
-    "exact": {"linestyle": "none", "marker": "s", "markersize": 3.4, "markerfacecolor": "#cfcfcf"}
-    | {"markeredgecolor": "#5a5a5a", "markeredgewidth": 0.9},
+    "published": _MARK | {"marker": "o", "markersize": 5.5, "markerfacecolor": "none"},
+    "reproduced": _MARK
+    | {"marker": "D", "markersize": 3.2, "markerfacecolor": ACCENT, "markeredgecolor": ACCENT},
+    "exact": _MARK
+    | {"marker": "s", "markersize": 3.4, "markerfacecolor": "#cfcfcf", "markeredgecolor": "#5a5a5a"},
 }

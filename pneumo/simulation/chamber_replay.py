@@ -27,13 +27,18 @@ _chamber_step = dormand_prince(_state_rates)
 def _replay_chambers(recording: Recording, reading: Reading, stride: int) -> np.ndarray:
     steps, plant = len(recording.states) - 1, recording.plant
     pressure = np.empty((2, steps // stride + 1))
-    inputs, Y, K = np.empty((STAGES, 3)), np.empty((STAGES + 1, 6)), np.empty((STAGES, 6))
+    inputs, y, Y, K = (
+        np.empty((STAGES + 1, 3)),
+        np.empty(6),
+        np.empty((STAGES + 1, 6)),
+        np.empty((STAGES + 1, 6)),
+    )
     Y_chamber, K_chamber, state = np.empty((STAGES, 2)), np.empty((STAGES, 2)), np.empty((2, 2))
     for side in range(2):
         state[side] = recording.states[0, 2 + 2 * side : 4 + 2 * side]
     pressure[:, 0] = state[:, 0]
     for k in range(steps):
-        stage_inputs(recording, reading, k, Y, K, inputs)
+        stage_inputs(recording, reading, k, 0, 1, y, Y, K, inputs)
         for side in range(2):
             context = (inputs, 1.0 - 2.0 * side, piston_area(plant.cylinder, side), plant)
             _chamber_step(state[side], context, recording.h, Y_chamber, K_chamber, state[side])

@@ -1,25 +1,40 @@
-"""Where functions get compiled.
+# pyright: standard
+"""Where functions get compiled, and where their machine code is kept.
 
-Numba's cache does not notice edits in imported functions. So each kernel's cache folder carries a hash of its
-module and of every module that this one imports, comments left out: a stale kernel cannot be loaded.
+Numba's cache does not notice edits in imported functions. So the folder of a kernel's code carries a hash of
+its module and of every module that this one imports, comments left out: a stale kernel cannot be loaded. Nor
+can one that is damaged or that another user may have written. Whatever is wrong with the folder costs a line
+on standard error and the time to compile again.
 """
 
 import os
+import pickle
+import sys
 from collections.abc import Callable, Set
+from contextlib import suppress
+from hashlib import sha256
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any
 
 import numba
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
 from numba.extending import register_jitable
 
 from pneumo.hashing import compiled_hash
 from pneumo.physics.jitable import JITABLE
 
+DIGEST = sha256().digest_size
+TOLD: set[str] = set()  # said already
+
 
 def cache_folder(module: str) -> Path:
     """Folder for the compiled functions of a module."""
     home = os.environ.get("NUMBA_CACHE_DIR") or Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "pneumo")
-    return Path(home).expanduser() / compiled_hash(module)[:16]
+    with suppress(RuntimeError):  # a user without a home
+        return Path(home).expanduser() / compiled_hash(module)[:16]
+    return Path(os.devnull, "home")
 
 
 def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = frozenset()) -> Any:
@@ -28,12 +43,76 @@ def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = f
     `fastmath` names liberties that the compiler may take with floats, by LLVM's names; a decorator with it
     leaves `function` out.
     """
-    compiled = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=set(fastmath))
+    compiled = numba.njit(nogil=True, error_model="numpy", fastmath=set(fastmath))
 
     def cached(function: Callable[..., Any]) -> Any:
         while JITABLE:  # imported by now: what a kernel calls stands above it
             register_jitable(JITABLE.pop())
-        numba.config.CACHE_DIR = str(cache_folder(function.__module__))  # type: ignore[attr-defined]
-        return compiled(function)
+        dispatcher: Any = compiled(function)
+        dispatcher._cache = KernelCache(function)  # where `cache=True` puts Numba's own
+        return dispatcher
 
     return cached if function is None else cached(function)
+
+
+class KernelCache:
+    """Machine code of a kernel on disk, a file for each signature and processor, behind its SHA-256.
+
+    Numba asks it as its own cache, which unpickles whatever it finds and fails where it cannot.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.name = f"{function.__qualname__}-{function.__code__.co_firstlineno}"
+        self.folder = cache_folder(function.__module__)
+        self.cache_path = str(self.folder)
+
+    def _file(self, signature: Any, codegen: Any) -> Path:
+        key = repr((signature, codegen.magic_tuple(), numba.__version__, sys.version_info[:2]))
+        return self.folder / f"{self.name}.{sha256(key.encode()).hexdigest()[:16]}"
+
+    def load_overload(self, signature: Any, target: Any) -> CompileResult | None:
+        """Return the compiled kernel for a signature; None if it is not there or must not be loaded."""
+        target.refresh()
+        file = self._file(signature, target.codegen())
+        try:
+            if not _only_ours(self.folder.stat()):
+                return self._tell("others can write there; compiled code in it is not used")
+            with file.open("rb") as stream:
+                ours, digest = _only_ours(os.fstat(stream.fileno())), stream.read(DIGEST)
+                content = stream.read()
+            if ours and digest == sha256(file.name.encode() + content).digest():
+                parts = pickle.loads(content)  # noqa: S301 - written by this user
+                return CompileResult._rebuild(target, *parts)
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            return self._tell(f"{error.strerror}; compiled code is not kept there")
+        except Exception:  # whatever unpickling raises where packages have changed
+            pass
+        return self._tell("compiled code in it is damaged or foreign; compiled again")
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Keep a compiled kernel, where that is possible."""
+        file, part = self._file(signature, compiled.codegen), None
+        try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            content = dumps(compiled._reduce())
+            with NamedTemporaryFile(dir=self.folder, delete=False) as part:
+                part.write(sha256(file.name.encode() + content).digest() + content)
+            Path(part.name).replace(file)
+        except OSError as error:
+            self._tell(f"{error.strerror}; compiled code is not kept there")
+            if part is not None:
+                Path(part.name).unlink(missing_ok=True)
+
+    def _tell(self, problem: str) -> None:
+        """Say once what is wrong with the folder."""
+        line = f"pneumo: {self.folder.parent}: {problem}"
+        if line not in TOLD:
+            TOLD.add(line)
+            print(line, file=sys.stderr)
+
+
+def _only_ours(status: os.stat_result) -> bool:
+    """Whether nobody else can have written a file or folder; on Windows, where modes say nothing, assumed."""
+    return os.name == "nt" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)

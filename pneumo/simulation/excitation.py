@@ -60,10 +60,23 @@ def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.nda
 
 
 @register_jitable
+def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[float, float]:
+    """Reference for the step that begins at x, m, and the sign that the rest of the sequence then has."""
+    if drive.closed_loop or (drive.each_stage and not drive.toggles):
+        return reference, sign
+    reference *= sign
+    if abs(x) < drive.x_reverse or reference * x <= 0:
+        return reference, sign
+    return -reference, -sign if drive.toggles else sign
+
+
+@register_jitable
 def command(reference: float, x: float, drive: Drive) -> float:
     """Command to the valve before its limiter, V: Figs 4 and 5."""
     if drive.closed_loop:
         return drive.k_p * (reference - x)
+    if not drive.each_stage:
+        return reference  # reversed, if at all, for the whole step
     if x >= drive.x_reverse:
         return -abs(reference)
     if x <= -drive.x_reverse:

@@ -13,8 +13,8 @@ from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import acceleration, heat_area, motion, stopped, volume
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulation.compiled import kernel
-from pneumo.simulation.excitation import command, reference_series
-from pneumo.simulation.runge_kutta import STAGES, dormand_prince
+from pneumo.simulation.excitation import command, reference_series, reversed_at
+from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, dormand_prince, embedded_error
 
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
 RAN, DIVERGED, NOT_POSITIVE = 0, 1, 2
@@ -58,28 +58,78 @@ def full_order_rates(y: np.ndarray, _i: int, context: Any, dy: np.ndarray) -> No
     dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
 
 
-full_order_step = dormand_prince(full_order_rates)
+_step, _estimate = dormand_prince(full_order_rates), embedded_error(full_order_rates)
+
+
+@register_jitable
+def full_order_step(y: np.ndarray, context: Any, h: float, Y: np.ndarray, K: np.ndarray) -> None:
+    """Advance the six states y by h s, then let the piston meet its stops.
+
+    The stage states go into Y, the state before the stops into its last row; Y and K are of shape (7, 6).
+    """
+    _step(y, context, h, Y, K, Y[STAGES])
+    v = y[1]
+    y[:] = Y[STAGES]
+    y[0], y[1] = stopped(y[0], y[1], v, context[3].cylinder)
+
+
+@register_jitable
+def _relative_error(context: Any, h: float, Y: np.ndarray, K: np.ndarray, error: np.ndarray) -> float:
+    """Largest estimated error of the step just made, over stroke, P_0 or T_0; infinite where it failed."""
+    plant = context[3]
+    _estimate(Y[STAGES], context, h, K, error)
+    largest = abs(error[0]) / plant.cylinder.stroke
+    for s in range(2, 6):
+        scale = plant.conditions.P_0 if s % 2 == 0 else plant.conditions.T_0
+        if not (Y[STAGES, s] > 0 and abs(error[s]) < np.inf):
+            return np.inf
+        largest = max(largest, abs(error[s]) / scale)
+    return largest
+
+
+class Run(NamedTuple):
+    """A run of the full-order system."""
+
+    states: np.ndarray  # (x, v, P_A, T_A, P_B, T_B) by step, shape (steps + 1, 6)
+    reference: np.ndarray  # with the signs that the open loop reversed, shape (steps + 1,)
+    halvings: np.ndarray  # how often each step was halved, shape (steps,)
 
 
 @kernel
 def run(
-    y_0: np.ndarray, reference: np.ndarray, force: float, drive: Drive, plant: Plant, h: float
-) -> np.ndarray:
-    """Integrate the full-order system with fixed steps of h s; return the states, shape (steps + 1, 6).
+    y_0: np.ndarray,
+    reference: np.ndarray,
+    force: float,
+    drive: Drive,
+    plant: Plant,
+    h: float,
+    most_halvings: int = 0,
+) -> Run:
+    """Integrate the full-order system by steps of h s.
 
     It starts from the state y_0 and follows the reference of every step, shape (steps + 1,), m in closed loop
-    or V in open loop, under an external force on the piston, N.
+    or V in open loop, under an external force on the piston, N. A step that fails or whose error estimate
+    exceeds `STEP_TOLERANCE` is made again in two halves, then in four, up to 2**most_halvings parts.
     """
-    steps = len(reference) - 1
-    states = np.empty((steps + 1, 6))
+    steps, reference, sign = len(reference) - 1, reference.copy(), 1.0
+    states, halvings = np.empty((steps + 1, 6)), np.zeros(steps, np.int8)
     states[0] = y_0
-    Y, K = np.empty((STAGES, 6)), np.empty((STAGES, 6))
+    Y, K, error = np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6)), np.empty(6)
     for k in range(steps):
+        reference[k], sign = reversed_at(states[k, 0], reference[k], sign, drive)
         context = (reference[k], force, drive, plant)
-        full_order_step(states[k], context, h, Y, K, states[k + 1])
-        x, v = states[k + 1, 0], states[k + 1, 1]
-        states[k + 1, 0], states[k + 1, 1] = stopped(x, v, states[k, 1], plant.cylinder)
-    return states
+        while True:
+            states[k + 1] = states[k]
+            parts, largest = 1 << halvings[k], 0.0
+            for _ in range(parts):
+                full_order_step(states[k + 1], context, h / parts, Y, K)
+                if most_halvings > 0:
+                    largest = max(largest, _relative_error(context, h / parts, Y, K, error))
+            if largest <= STEP_TOLERANCE or halvings[k] >= most_halvings:
+                break
+            halvings[k] += 1
+    reference[steps], sign = reversed_at(states[steps, 0], reference[steps], sign, drive)
+    return Run(states, reference, halvings)
 
 
 def equilibrium(plant: Plant) -> np.ndarray:
@@ -112,6 +162,8 @@ class Recording(NamedTuple):
     drive: Drive
     plant: Plant
     h: float  # step, s
+    halvings: np.ndarray  # how often the run halved each step, shape (steps,)
+    most_halvings: int  # that a replay may make of a step
 
 
 @kernel
@@ -126,11 +178,13 @@ def command_series(states: np.ndarray, reference: np.ndarray, drive: Drive) -> n
 def recorded(experiment: Experiment, reference: np.ndarray) -> Recording:
     """Run an experiment's full-order system from equilibrium on a reference and record it."""
     drive, plant = experiment.drive, experiment.plant
-    states = run(equilibrium(plant), reference, 0.0, drive, plant, experiment.h)
+    most = experiment.most_halvings
+    states, reference, halvings = run(equilibrium(plant), reference, 0.0, drive, plant, experiment.h, most)
     status, step = failure(states)
     if status != RAN:
         states[step + 1 :] = np.nan
-    return Recording(states, reference, command_series(states, reference, drive), drive, plant, experiment.h)
+    u = command_series(states, reference, drive)
+    return Recording(states, reference, u, drive, plant, experiment.h, halvings, most)
 
 
 def record(experiment: Experiment) -> Recording:

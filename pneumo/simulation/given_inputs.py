@@ -13,9 +13,10 @@ from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import full_order_rates
+from pneumo.simulation.polynomials import flow_polynomial
 from pneumo.simulation.reference import lane_of, lane_rate, lane_rate_with_flows, piston_area
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince
-from pneumo.simulation.vectorised import P_A, P_B, ROW, advance, flow_polynomial, needs, work_array
+from pneumo.simulation.vectorised import P_A, P_B, ROW, advance, needs, work_array
 
 
 @kernel(fastmath={"contract"})

@@ -15,7 +15,7 @@ from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.full_order import Recording
-from pneumo.simulation.runge_kutta import STAGES, dormand_prince
+from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, dormand_prince, embedded_error
 from pneumo.simulation.signals import Reading, stage_inputs
 
 
@@ -72,7 +72,26 @@ def lane_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
     dy[0] = lane_rate(u, x, v, y[0], area, plant, lane)
 
 
-lane_step = dormand_prince(lane_rates)
+_step, _estimate = dormand_prince(lane_rates), embedded_error(lane_rates)
+
+
+@register_jitable
+def lane_step(
+    P: np.ndarray, context: Any, h: float, estimated: bool, Y: np.ndarray, K: np.ndarray, error: np.ndarray
+) -> float:
+    """Advance a lane's pressure P, shape (1,), by h s; NaN beyond P > 0.
+
+    Return the estimated error over P_0, infinite where the step failed and 0 where it is not `estimated`.
+    """
+    _step(P, context, h, Y, K, P)
+    if not P[0] > 0:
+        P[0] = np.nan
+        return np.inf
+    if not estimated:
+        return 0.0
+    _estimate(P, context, h, K, error)
+    share = abs(error[0]) / context[3].conditions.P_0
+    return share if share < np.inf else np.inf
 
 
 @kernel
@@ -94,12 +113,16 @@ def replay_lanes(
     pressure = np.empty((count, 2, steps // stride + 1))
     moments = np.zeros((count, 2, 2))
     failure = np.full((count, 2), -1)
-    P = np.full((count, 2, 1), plant.conditions.P_0)
+    P, P_before, error = np.full((count, 2, 1), plant.conditions.P_0), np.empty(1), np.empty(1)
+    most, largest = recording.most_halvings, 0.0
     pressure[:, :, 0] = plant.conditions.P_0
-    inputs, Y, K = np.empty((STAGES, 3)), np.empty((STAGES + 1, 6)), np.empty((STAGES, 6))
-    Y_lane, K_lane = np.empty((STAGES, 1)), np.empty((STAGES, 1))
+    y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
+    # Of every part of a step, however often it is halved: parts 1, then 2 and 3, then 4 to 7, ...
+    inputs = np.empty((2 << most, STAGES + 1, 3))
+    Y_lane, K_lane = np.empty((STAGES, 1)), np.empty((STAGES + 1, 1))
     for k in range(steps):
-        stage_inputs(recording, reading, k, Y, K, inputs)
+        first = recording.halvings[k] if reading.exact else 0
+        known = first - 1  # halvings for which the inputs are known
         for side in range(2):
             sign = 1.0 - 2.0 * side
             area = piston_area(plant.cylinder, side)
@@ -107,14 +130,25 @@ def replay_lanes(
             for i in range(count):
                 if failure[i, side] >= 0:
                     continue
-                own, context = P[i, side], (inputs, sign, area, plant, lane_of(lanes[i]))
-                lane_step(own, context, recording.h, Y_lane, K_lane, own)
+                own, lane = P[i, side], lane_of(lanes[i])
+                P_before[0] = own[0]
+                for halvings in range(first, most + 1):
+                    parts, largest, own[0] = 1 << halvings, 0.0, P_before[0]
+                    for part in range(parts):
+                        now = inputs[parts + part]
+                        if halvings > known:
+                            stage_inputs(recording, reading, k, part, parts, y, Y, K, now)
+                        context = (now, sign, area, plant, lane)
+                        found = lane_step(own, context, recording.h / parts, most > 0, Y_lane, K_lane, error)
+                        largest = max(largest, found)
+                    known = max(known, halvings)
+                    if largest <= STEP_TOLERANCE:
+                        break
                 if not own[0] > 0:
                     failure[i, side] = k + 1
-                    own[0] = np.nan
-                error = P_full - own[0]
-                moments[i, side, 0] += error
-                moments[i, side, 1] += error * error
+                difference = P_full - own[0]
+                moments[i, side, 0] += difference
+                moments[i, side, 1] += difference * difference
         if (k + 1) % stride == 0:
             pressure[:, :, (k + 1) // stride] = P[:, :, 0]
     return moments, failure, pressure

@@ -1,15 +1,19 @@
 # pyright: basic
-"""One compiled step of Dormand and Prince's method, for any scalar equations."""
+"""One compiled step of Dormand and Prince's method, for any scalar equations, and its error estimate."""
 
 from collections.abc import Callable
 from typing import Any
 
 from numba.extending import register_jitable
 
-from pneumo.simulation.tableau import DORMAND_PRINCE
+from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
 
 A, B, C = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
 STAGES = len(B)
+E = EMBEDDED_DIFFERENCE
+# Error estimate of a step, over P_0, T_0 or the stroke, above which it is halved where it may be
+# (paper/decisions/0036).
+STEP_TOLERANCE = 1e-4
 
 
 def dormand_prince(rates: Callable[..., None]) -> Callable[..., None]:
@@ -25,7 +29,7 @@ def dormand_prince(rates: Callable[..., None]) -> Callable[..., None]:
     -------
     callable
         ``step(y, context, h, Y, K, y_next)`` writes the state one step h later into y_next, which may be y
-        itself, the six stage states into Y and their derivatives into K, both of shape (6, len(y)).
+        itself, the six stage states into Y and their derivatives into K, both with a row for each stage.
     """
 
     @register_jitable
@@ -44,3 +48,22 @@ def dormand_prince(rates: Callable[..., None]) -> Callable[..., None]:
             y_next[s] = y[s] + h * total
 
     return step
+
+
+def embedded_error(rates: Callable[..., None]) -> Callable[..., None]:
+    """Return the error estimate of `dormand_prince`'s steps, to be called from compiled code.
+
+    ``estimate(y_next, context, h, K, error)`` writes fifth-order minus fourth-order result into `error`; it
+    needs the six derivatives that the step left in K, shape (7, len(y)), and adds that at y_next, stage 6.
+    """
+
+    @register_jitable
+    def estimate(y_next: Any, context: Any, h: float, K: Any, error: Any) -> None:
+        rates(y_next, STAGES, context, K[STAGES])
+        for s in range(len(y_next)):
+            total = 0.0
+            for i in range(STAGES + 1):
+                total += E[i] * K[i, s]
+            error[s] = h * total
+
+    return estimate

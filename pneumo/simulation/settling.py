@@ -78,6 +78,7 @@ def _without_times(states: np.ndarray, release_step: int, given_up: int) -> Sett
 def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     """Run one settling-time estimation of at most `longest` s (`LONGEST_RUN`, `LONGEST_IN_WINDOWS`).
 
+    After the release it runs for `Push.stop` s where that is given, else until well after it has settled.
     Without settling times, and with a status that says why, if the run fails, the held piston's air does not
     come to rest or the free run does not settle.
 
@@ -89,31 +90,33 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     h, drive, push = experiment.h, experiment.drive, experiment.push
     if not push.force:
         raise RunError(f"{experiment.name}: a settling run needs its cylinder's section settling")
-    stopped = experiment.plant._replace(cylinder=experiment.plant.cylinder._replace(x_min=push.x_stop))
-    window = max(thermal_time_constant(experiment.plant), SHORTEST_WINDOW)
+    plant, valve = experiment.plant, experiment.plant.valve
+    plant = plant._replace(valve=valve._replace(leak=valve.leak + push.leak, net_leak=push.leak > 0))
+    stopped = plant._replace(cylinder=plant.cylinder._replace(x_min=push.x_stop))
+    window = max(thermal_time_constant(plant), SHORTEST_WINDOW)
     longest = min(LONGEST_RUN, LONGEST_IN_WINDOWS * window) if longest is None else longest
     if not window < longest / 10:
-        return _without_times(equilibrium(experiment.plant)[np.newaxis], 0, TOO_SLOW)
+        return _without_times(equilibrium(plant)[np.newaxis], 0, TOO_SLOW)
     zeros = np.zeros(round(window / h) + 1)
 
-    pieces = [equilibrium(experiment.plant)[np.newaxis]]
+    pieces = [equilibrium(plant)[np.newaxis]]
     while True:
-        piece = run(pieces[-1][-1], zeros, push.force, drive, stopped, h)
+        piece = run(pieces[-1][-1], zeros, push.force, drive, stopped, h).states
         pieces.append(piece[1:])
-        change = np.abs(piece[-1, 2:] - piece[0, 2:]) / equilibrium(experiment.plant)[2:]
+        change = np.abs(piece[-1, 2:] - piece[0, 2:]) / equilibrium(plant)[2:]
         if change.max() < push.tolerance:
             break
         if failure(piece)[0] != RAN or len(pieces) * window > longest:
             return _without_times(np.concatenate(pieces), sum(map(len, pieces)) - 1, NOT_AT_REST)
     hold = np.concatenate(pieces)
 
-    length = 20 * window
+    length = push.stop or 20 * window
     free = hold[-1:]
     while True:
         zeros = np.zeros(round(length / h) + 2 - len(free))
-        free = np.concatenate([free, run(free[-1], zeros, 0.0, drive, experiment.plant, h)[1:]])
+        free = np.concatenate([free, run(free[-1], zeros, 0.0, drive, plant, h).states[1:]])
         times, failed = settling_times(free, h), failure(free)[0] != RAN
-        if not failed and times.max() * FREE_RUN_PER_SETTLING <= length:
+        if not failed and (push.stop or times.max() * FREE_RUN_PER_SETTLING <= length):
             return Settling(times, np.concatenate([hold, free[1:]]), len(hold) - 1)
         length *= 2
         if failed or length > longest:

@@ -55,7 +55,7 @@ def explicit(rows: list[list[float]], weights: list[float], order: int) -> Table
     return Tableau(A, b, c, order)
 
 
-# Dormand and Prince's fifth-order method, as a fixed-step solver: six stages, no error estimate.
+# Dormand and Prince's fifth-order method, as a fixed-step solver of six stages.
 DORMAND_PRINCE = explicit(
     [
         [1 / 5],
@@ -67,3 +67,6 @@ DORMAND_PRINCE = explicit(
     [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
     order=5,
 )
+
+# Fifth-order minus fourth-order weights; a seventh stage stands at the end of the step.
+EMBEDDED_DIFFERENCE = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])

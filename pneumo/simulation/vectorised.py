@@ -10,22 +10,26 @@ are in units of P_0.
 A lane outside the range of the polynomials becomes NaN, and the reference replays it again.
 """
 
-from collections.abc import Callable
-from functools import cache
-from math import factorial, log, sqrt
-from typing import Any
+from math import log, sqrt
 
 import numpy as np
 from numba.extending import register_jitable
-from numpy.polynomial import Chebyshev, Polynomial
 
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import heat_area, volume
-from pneumo.physics.valve import Gas
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.full_order import Recording
+from pneumo.simulation.polynomials import (
+    EXP_REACH,
+    FLOW_TOLERANCE,
+    exponent_and_z,
+    exponential,
+    flow_polynomial,
+    logarithm,
+    polynomial,
+)
 from pneumo.simulation.reference import piston_area
-from pneumo.simulation.runge_kutta import STAGES, A, B
+from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, A, B, E
 from pneumo.simulation.signals import Reading, stage_inputs
 
 WIDTH = 8  # lanes are padded to a multiple of this; a vector register holds 2, 4 or 8
@@ -38,101 +42,16 @@ ROW = 104  # lanes at once; 13 cache lines, an odd number, so that rows do not c
     N_V, A_HALF, IN, IN_T, OUT, WALL, WALL_A, WALL_APT,  # what a lane is
     P_A, P_B, SUM_A, _, SQUARES_A, _, SUM_B, _, SQUARES_B, _,  # pressures; sums, each before its carry
     P, EXPONENT, Z, LP, ROOT_T, HEAT, ERROR,  # within one stage; error of one step
-    K_0, K_1, K_2, K_3, K_4, K_5, _, _, _, _, _, _, END,  # rates within one step, chamber A's and B's
-) = (np.uint64(ROW * row) for row in range(38))
+    # Rates within one step, chamber A's and B's, the last of each at the step's end.
+    K_0, K_1, K_2, K_3, K_4, K_5, K_6, _, _, _, _, _, _, _,
+    # Both chambers' pressures before the step, and after as many halvings as a lane needs; whether it needs
+    # one more; largest error estimate of the step's parts.
+    BEFORE, _, AFTER, _, COARSE, _, LARGEST, _, END,
+) = (np.uint64(ROW * row) for row in range(48))
 # fmt: on
 CARRY = np.uint64(ROW)
-RATES_B = np.uint64(STAGES * ROW)  # from chamber A's rates to chamber B's
-
-
-def coefficients(function: Callable[[Any], Any], low: float, high: float, degree: int) -> tuple[float, ...]:
-    """Return the polynomial, lowest power first, that meets a function at the Chebyshev nodes."""
-    fit = Chebyshev.interpolate(function, degree, domain=[low, high])
-    return tuple(float(c) for c in fit.convert(kind=Polynomial).coef)
-
-
-# exp(t) for |t| <= EXP_REACH, from its Taylor series
-EXP_REACH = 0.6
-EXP = (1.0, *coefficients(Polynomial([1 / factorial(k + 1) for k in range(20)]), -EXP_REACH, EXP_REACH, 10))
-# ln(m) / z with z = (m - 1)/(m + 1), in powers of z^2, for m between sqrt(1/2) and sqrt(2)
-LOG = (2.0, *coefficients(Polynomial([2 / (2 * k + 3) for k in range(20)]), 0.0, (3 - sqrt(8)) ** 2, 6))
-LN_2 = log(2)
-# A double as an integer: exponent, with a bias of 1023, above 52 bits of mantissa. The mantissa of LARGE
-# counts ones: an integer put there makes a double that is larger by LARGE.
-MANTISSA, ONE, ROOT_HALF = 2**52 - 1, 1023 << 52, int(np.sqrt(0.5).view(np.int64))
-LARGE, LARGE_BITS = 2.0**52, np.uint64((1023 + 52) << 52)
-
-# Relative error granted to `flow_polynomial`; it has 2e-15 for any gamma from 1.05 to 5/3.
-FLOW_TOLERANCE = 1e-13
-
-
-@register_jitable
-def polynomial(c: tuple[float, ...], x: float) -> float:
-    """Value of a polynomial of 4 n or 4 n + 2 coefficients, lowest power first.
-
-    Horner's rule in x^4: short chains that do not wait for one another.
-    """
-    x_2 = x * x
-    x_4 = x_2 * x_2
-    last = (len(c) - 1) // 4 * 4
-    total = c[last] + c[last + 1] * x
-    if last + 4 == len(c):
-        total += x_2 * (c[last + 2] + c[last + 3] * x)
-    for i in range(last - 4, -1, -4):
-        total = total * x_4 + ((c[i] + c[i + 1] * x) + x_2 * (c[i + 2] + c[i + 3] * x))
-    return total
-
-
-@register_jitable
-def exponent_and_z(x: float) -> tuple[float, float]:
-    """Split x = m 2^exponent; return the exponent and z = (m - 1)/(m + 1) of `LOG`."""
-    bits = np.float64(x).view(np.int64) + (ONE - ROOT_HALF)
-    exponent = np.int64((np.uint64(bits) >> np.uint64(52)) | LARGE_BITS).view(np.float64) - (LARGE + 1023.0)
-    m = np.int64((bits & MANTISSA) + ROOT_HALF).view(np.float64)
-    return exponent, (m - 1) / (m + 1)
-
-
-@register_jitable
-def logarithm(exponent: float, z: float) -> float:
-    """ln(x) of a positive x; a finite number beyond +-700 of anything that is not positive and finite."""
-    return exponent * LN_2 + z * polynomial(LOG, z * z)
-
-
-@register_jitable
-def exponential(t: float) -> float:
-    """exp(t), or NaN outside the reach of the polynomial."""
-    return polynomial(EXP, t) if abs(t) <= EXP_REACH else np.nan
-
-
-@cache
-def flow_polynomial(gas: Gas) -> tuple[tuple[float, ...], float]:
-    """Subsonic branch of eq (1) as a polynomial, for any gas.
-
-    Mass flow is ``A_t P_u / sqrt(T_u) sqrt(s) polynomial(s)`` with s = ln(P_u / P_d), from eq (1) or from
-    ISO 6358's ellipse.
-
-    Returns
-    -------
-    coefficients : tuple of float
-    error : float
-        Largest relative error found between equal pressures and the critical ratio.
-    """
-    g, b, s_sonic = gas.gamma, gas.critical_ratio, -log(gas.critical_ratio)
-
-    def function(s: np.ndarray) -> np.ndarray:
-        if gas.elliptic:
-            below = -np.expm1(-s) / (1 - b)
-            return gas.sonic_coefficient * np.sqrt(below * (2 - below) / s)
-        subsonic = -np.exp(-2 * s / g) * np.expm1(-(g - 1) * s / g)
-        return np.sqrt(2 * g / ((g - 1) * gas.R) * subsonic / s)  # (1)
-
-    s = np.linspace(0.0, s_sonic, 1000)[1:]
-    for degree in (9, 13, 17):  # eq (1) does with the first; the ellipse of a small critical ratio does not
-        psi = coefficients(function, 0.0, s_sonic, degree)
-        error = float(np.max(np.abs(Polynomial(psi)(s) / function(s) - 1)))
-        if error <= FLOW_TOLERANCE:
-            break
-    return psi, error
+RATES_B = np.uint64((STAGES + 1) * ROW)  # from chamber A's rates to chamber B's
+SIDE_B = np.uint64(ROW)  # from a row of chamber A to chamber B's, where they follow one another
 
 
 @register_jitable
@@ -236,6 +155,51 @@ def advance(
             W[now + i] = p if p > 0 else np.nan
 
 
+@register_jitable
+def estimate_errors(
+    W: np.ndarray,
+    inputs: np.ndarray,
+    starts: tuple[np.uint64, ...],
+    plant: Plant,
+    h: float,
+    psi: tuple[float, ...],
+    s_sonic: float,
+) -> None:
+    """Raise `LARGEST` to the error estimate of the step just made, over P_0; infinite where it failed."""
+    count = starts[3]
+    for side in range(2):
+        sign = 1.0 - 2.0 * side
+        now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
+        largest = LARGEST + np.uint64(side) * SIDE_B
+        for i in range(count):
+            W[P + i] = W[now + i]
+        u, x, v = sign * inputs[STAGES, 0], sign * inputs[STAGES, 1], sign * inputs[STAGES, 2]
+        shared = shared_terms(u, x, v, piston_area(plant.cylinder, side), plant)
+        write_rates(W, K_6 + r, starts, shared, plant, psi, s_sonic)
+        for i in range(count):
+            early = E[0] * W[K_0 + r + i] + E[2] * W[K_2 + r + i] + E[3] * W[K_3 + r + i]
+            late = E[4] * W[K_4 + r + i] + E[5] * W[K_5 + r + i] + E[6] * W[K_6 + r + i]
+            error = abs(h * (early + late))
+            W[largest + i] = max(W[largest + i], error) if error < np.inf else np.inf
+
+
+@register_jitable
+def keep_accurate(W: np.ndarray, count: np.uint64) -> bool:
+    """Keep the pressures of the lanes that are not `COARSE` any more; whether some still are."""
+    coarse = False
+    for side in range(2):
+        now = P_A if side == 0 else P_B
+        b = np.uint64(side) * SIDE_B
+        for i in range(count):
+            if W[COARSE + b + i] > 0:
+                W[AFTER + b + i] = W[now + i]
+                if W[LARGEST + b + i] <= STEP_TOLERANCE:
+                    W[COARSE + b + i] = 0.0
+                else:
+                    coarse = True
+    return coarse
+
+
 # Contracting a * b + c is the one liberty: a sum in another order would lose what `add` carries, and
 # without NaN a lane could not say that it left the range.
 @kernel(fastmath={"contract"})
@@ -250,10 +214,35 @@ def _replay(
 ) -> None:
     plant, h = recording.plant, recording.h
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), starts[3]
-    inputs, Y, K = np.empty((STAGES, 3)), np.empty((STAGES + 1, 6)), np.empty((STAGES, 6))
+    y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
+    inputs, most, coarse = np.empty((STAGES + 1, 3)), recording.most_halvings, False
     for k in range(len(recording.states) - 1):
-        stage_inputs(recording, reading, k, Y, K, inputs)
-        advance(W, inputs, starts, plant, h, psi, s_sonic)
+        if most > 0:
+            for b in (np.uint64(0), SIDE_B):
+                for i in range(count):
+                    W[BEFORE + b + i] = W[P_A + b + i]
+                    W[COARSE + b + i] = 1.0 if W[P_A + b + i] > 0 else 0.0
+        first = recording.halvings[k] if reading.exact else 0
+        for halvings in range(first, most + 1):
+            parts = 1 << halvings
+            if most > 0:
+                for b in (np.uint64(0), SIDE_B):
+                    for i in range(count):
+                        W[P_A + b + i] = W[BEFORE + b + i]
+                        W[LARGEST + b + i] = 0.0
+            for part in range(parts):
+                stage_inputs(recording, reading, k, part, parts, y, Y, K, inputs)
+                advance(W, inputs, starts, plant, h / parts, psi, s_sonic)
+                if most > 0:
+                    estimate_errors(W, inputs, starts, plant, h / parts, psi, s_sonic)
+            if most > 0:
+                coarse = keep_accurate(W, count)
+            if not coarse:
+                break
+        if most > 0:
+            for b in (np.uint64(0), SIDE_B):
+                for i in range(count):
+                    W[P_A + b + i] = W[AFTER + b + i]
         for side in range(2):
             now, errors, squares = (P_A, SUM_A, SQUARES_A) if side == 0 else (P_B, SUM_B, SQUARES_B)
             P_full = recording.states[k + 1, 2 + 2 * side]

@@ -1,9 +1,12 @@
 """Statistics over experiments: eqs (14) to (16), Tables 7 to 9 and the percentiles of Figs 9 and 11."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
+
+Labelled = TypeVar("Labelled", xr.Dataset, xr.DataArray)
 
 OVERALL = "overall"  # Table 7's level: all experiments, each model at its best n in each
 
@@ -20,9 +23,8 @@ def concatenated(grid: xr.Dataset) -> xr.Dataset:
 
 
 def best_n(mse: xr.DataArray) -> xr.DataArray:
-    """The n of the lowest mean square error, the lowest of equals (models without n); NaN if all failed."""
-    filled = mse.fillna(np.inf)
-    return filled.idxmin("n").where(np.isfinite(filled.min("n")))
+    """The n of the lowest mean square error, the lowest of equals (models without n); NaN if one failed."""
+    return mse.fillna(np.inf).idxmin("n").where(mse.notnull().all("n"))
 
 
 def at_n(cells: xr.Dataset, n: xr.DataArray) -> xr.Dataset:
@@ -53,27 +55,23 @@ def over_experiments(cells: xr.Dataset, ddof: int = 1) -> xr.Dataset:
     )
 
 
+def along_levels(parts: Mapping[str, Labelled]) -> Labelled:
+    """Join what belongs to levels along "level"."""
+    concat: Any = xr.concat  # its overloads take datasets or arrays, not one or the other
+    level = xr.Variable("level", list(parts))
+    return concat(list(parts.values()), level, coords="minimal", compat="override", join="exact")
+
+
 def statistics(grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int = 1) -> xr.Dataset:
-    """Tables 7, 8 and 9 of a grid.
+    """Tables 7, 8 and 9 of a grid, from `pneumo.open_grid` and the experiments of each heat-transfer level.
 
-    Parameters
-    ----------
-    grid : xarray.Dataset
-        From `pneumo.open_grid`.
-    levels : mapping of str to sequence of str
-        Names of the experiments of each heat-transfer level.
-    ddof : int
-        The variance of means in eq (16) is divided by N - ddof. ASSUME: 1, as Tables 7 and 9 say.
+    `best_n` by (experiment, model): Table 8. `mean_error`, `std`, `mse`, `p10`, `p90` by (level, model):
+    level "overall" is Table 7, the others Table 9. `constant_n` by (level, model): the n that Table 9's rows
+    use, NaN for "overall". `experiments` by level: number of experiments averaged (with none all is NaN, with
+    one `std` is). An experiment in which every cell failed is left out and has a `failure_time`, s; a model
+    that failed at some n in an experiment has no best n there, and its averages over that experiment are NaN.
 
-    Returns
-    -------
-    xarray.Dataset
-        `best_n` by (experiment, model): Table 8. `mean_error`, `std`, `mse`, `p10`, `p90` by
-        (level, model): level "overall" is Table 7, the others Table 9. `constant_n` by
-        (level, model): the n that Table 9's rows use, NaN for "overall". `experiments` by level:
-        number of experiments averaged (with none all is NaN, with one `std` is). An experiment in which
-        every cell failed is left out and has a `failure_time`, s; where a model failed at every n in an
-        experiment, its averages over that experiment are NaN.
+    The variance of means in eq (16) is divided by N - ddof. ASSUME: 1, as Tables 7 and 9 say.
     """
     ran = grid["mse"].notnull().any(("model", "n", "chamber"))
     failure_time = grid["failure_time"].max(("model", "n", "chamber")).where(~ran)
@@ -92,9 +90,8 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int 
             continue
         constant[level] = best_n(part["mse"].mean("experiment", skipna=False))
         tables[level] = over_experiments(at_n(part, constant[level]), ddof)
-    level = xr.Variable("level", list(tables))
-    result = xr.concat(list(tables.values()), level, coords="minimal", compat="override", join="exact")
-    result["constant_n"] = xr.concat(list(constant.values()), level, coords="minimal", compat="override")
+    result = along_levels(tables)
+    result["constant_n"] = along_levels(constant)
     result["constant_n"].attrs = {"units": "1", "long_name": "n of the lowest mean square error of the level"}
     result["best_n"] = best
     attributes = {"units": "1", "long_name": "number of experiments that the level averages"}

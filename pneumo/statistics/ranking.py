@@ -101,15 +101,18 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
     at_best = {name: mse.sel(model=name, n=cell_n[name]) for name in MODELS}  # (experiment, run) each
     by_run = {name: value.mean("experiment", skipna=False).values for name, value in at_best.items()}
     rows = _rows(cells, cell_n, at_best, by_run)
-    gains = tuple(_gain(*refinement, by_run) for refinement in REFINEMENT_STEPS)
-    wrong_k_0 = tuple(
-        _with_wrong_k_0(cells, cell_n, float(k_0), by_run) for k_0 in cells["k_0_factor"].values
-    )
+    gains: list[Gain] = []
+    for refinement, without, refined in REFINEMENT_STEPS:
+        ratio = paired_ratio(by_run[refined], by_run[without])
+        percent = Interval(*(100 * (1 - value) for value in (ratio.value, ratio.high, ratio.low)))
+        gains.append(Gain(refinement, without, refined, percent))
+    factors = cells["k_0_factor"].values.tolist()
+    wrong_k_0 = tuple(_with_wrong_k_0(cells, cell_n, factor, by_run) for factor in factors)
     by_experiment = {
         name: {model: float(value.sel(experiment=name).mean() ** 0.5) for model, value in at_best.items()}
         for name in names
     }
-    return Ranking(cylinder, names, runs, failed_runs, rows, gains, wrong_k_0, by_experiment, by_run)
+    return Ranking(cylinder, names, runs, failed_runs, rows, tuple(gains), wrong_k_0, by_experiment, by_run)
 
 
 def _failed_runs(cells: xr.Dataset) -> tuple[str, ...]:
@@ -151,12 +154,6 @@ def _rows(
         rms = float(A), float(B)
         rows.append(RankedModel(place[name], name, n, error, rms, over_best, geometric[name], wins, failed))
     return tuple(sorted(rows, key=lambda row: row.place))
-
-
-def _gain(refinement: str, without: str, refined: str, by_run: Mapping[str, np.ndarray]) -> Gain:
-    r = paired_ratio(by_run[refined], by_run[without])
-    percent = Interval(*(100 * (1 - value) for value in (r.value, r.high, r.low)))
-    return Gain(refinement, without, refined, percent)
 
 
 def _with_wrong_k_0(

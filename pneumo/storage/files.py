@@ -4,6 +4,7 @@ A rewrite of the same result gives the same bytes, so there are no times or host
 """
 
 import json
+import os
 import threading
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.study_json import from_json, plain
-from pneumo.errors import DamagedError, ResultError
+from pneumo.errors import DamagedError, InputError, ResultError
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.storage.seal import seal, unsealed
 
@@ -35,22 +36,26 @@ SEALED_JSON = ("parameters.json", "verdict.json", "findings.json")
 GRID = ("mean_error", "variance", "mse", "status", "failure_time")  # of every cell of an experiment
 
 
-def part_of(path: Path) -> Path:
-    """Return the temporary path under which a file is written."""
-    return path.with_name(path.name + ".part")
-
-
 @contextmanager
 def atomic(path: Path) -> Generator[Path]:
     """Yield a temporary path; rename it on success, delete it on failure."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = part_of(path)
+    part = path.with_name(f"{path.name}.part")
     try:
         yield part
         part.replace(path)
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def check_output(folder: Path) -> None:
+    """Raise `InputError` unless a folder is there, or can be made, and files can be written into it."""
+    there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    if not there.is_dir():
+        raise InputError(f"{there}: is a file; name a folder with -o")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"{folder}: cannot be written; name another folder with -o")
 
 
 def attributes(
@@ -71,11 +76,13 @@ def attributes(
     return {**about, "config_sha256": config_sha256, "code_sha256": code_sha256}
 
 
-def write(dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any]) -> None:
+def write(
+    dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any], digits: int | None = None
+) -> None:
     """Write a dataset as NetCDF-4, compressed, atomically, in a folder that is made if need be.
 
     Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are
-    global ones beside the common ones.
+    global ones beside the common ones. `digits` rounds floating-point variables, to be kept in 4 bytes.
     """
     dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
@@ -85,11 +92,17 @@ def write(dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any]) 
     for name, variable in dataset.data_vars.items():
         numeric = variable.dtype.kind in "fiu" and variable.ndim
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
+        if digits is not None and variable.dtype.kind == "f":
+            rounded = {"significant_digits": digits, "quantize_mode": "BitGroom", "complevel": 9}
+            encoding[str(name)] |= {"dtype": "float32", **rounded}
         if variable.dtype.kind != "f":
             encoding[str(name)]["_FillValue"] = None
     with atomic(Path(path)) as part:
-        with LOCK:
-            dataset.to_netcdf(part, engine="netcdf4", encoding=encoding)
+        try:
+            with LOCK:
+                dataset.to_netcdf(part, engine="netcdf4", encoding=encoding)
+        except RuntimeError as error:  # of HDF5, which does not say why
+            raise ResultError(f"{path}: cannot be written ({error}); is the disk full?") from None
         seal(part, ".nc")
 
 
@@ -107,13 +120,7 @@ def write_json(text: str, path: Path | str) -> None:
 
 
 def read_json(path: Path | str) -> str:
-    """Read the text of a sealed JSON file, without the seal.
-
-    Raises
-    ------
-    ResultError
-        If the file is missing, damaged, truncated or foreign.
-    """
+    """Read the text of a sealed JSON file; `ResultError` if it is missing, damaged, truncated or foreign."""
     try:
         return unsealed(Path(path)).decode() + "\n}\n"
     except FileNotFoundError:
@@ -159,7 +166,7 @@ def _checked(path: Path) -> Generator[xr.Dataset]:
 
 def sealed_files(folder: Path) -> list[Path]:
     """Return the files under a folder of results that carry a SHA-256: those that jobs read."""
-    return sorted([*folder.rglob("*.nc"), *(file for name in SEALED_JSON for file in folder.glob(name))])
+    return sorted([*folder.rglob("*.nc"), *(file for name in SEALED_JSON for file in folder.rglob(name))])
 
 
 def damaged(folder: Path) -> list[DamagedError]:

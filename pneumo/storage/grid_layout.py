@@ -5,7 +5,10 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.physics.models import MODELS
-from pneumo.simulation.replay import STATUS, Replayed
+from pneumo.simulation.full_order import Recording
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import STATUS, Replayed, replay
+from pneumo.simulation.signals import Transport
 from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
 
 
@@ -13,6 +16,14 @@ def same_at_every_n() -> str:
     """Return the sentence, for a file of cells, that names the models without n."""
     *others, last = [name for name, model in MODELS.items() if not model.has_n]
     return f"{', '.join(others)} and {last} have no n: they hold the same cell at every n"
+
+
+def replayed_grid(
+    experiment: Experiment, n: tuple[float, ...], recording: Recording, transport: Transport, stride: int
+) -> xr.Dataset:
+    """Replay every grid cell of one experiment, pressures at every `stride` steps."""
+    lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
+    return replay_dataset(experiment, n, index, replay(recording, lanes, transport, stride))
 
 
 def replay_dataset(

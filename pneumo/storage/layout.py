@@ -1,6 +1,7 @@
 """From arrays of a full-order or settling run to the datasets that are stored, and back."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -32,17 +33,19 @@ def status_attributes(meanings: Mapping[int, str], what: str) -> dict[str, objec
     }
 
 
+def described(dataset: xr.Dataset, about: Mapping[str, tuple[str, str]]) -> xr.Dataset:
+    """Return a dataset with the unit and long name of each variable in `about`."""
+    dataset = dataset.copy()
+    for name, (unit, long_name) in about.items():
+        dataset[name].attrs = {"units": unit, "long_name": long_name}
+    return dataset
+
+
 def _states_dataset(states: np.ndarray, t: np.ndarray) -> xr.Dataset:
-    columns = dict(zip(STATE, states.T, strict=True))
-    return xr.Dataset(
-        {
-            "x": ("t", columns["x"]),
-            "v": ("t", columns["v"]),
-            "P": (("t", "chamber"), np.stack([columns["P_A"], columns["P_B"]], axis=1)),
-            "T": (("t", "chamber"), np.stack([columns["T_A"], columns["T_B"]], axis=1)),
-        },
-        coords={"t": t, "chamber": CHAMBERS},
-    )
+    x, v, P_A, T_A, P_B, T_B = states.T
+    P, T = (np.stack(pair, axis=1) for pair in ((P_A, P_B), (T_A, T_B)))
+    variables = {"x": ("t", x), "v": ("t", v), "P": (("t", "chamber"), P), "T": (("t", "chamber"), T)}
+    return xr.Dataset(variables, {"t": t, "chamber": CHAMBERS})
 
 
 def _add_outcome(
@@ -52,10 +55,19 @@ def _add_outcome(
     dataset["status"] = ((), np.int8(status), status_attributes(meanings, "what became of the run"))
     dataset["failure_time"] = ((), step * h if status else np.nan)
     if status:
-        dataset["status"].attrs["last_state"] = states[max(step - 1, 0)]
-        dataset["status"].attrs["comment"] = (
-            f"last_state is {', '.join(STATE)} before the failure, in SI units"
-        )
+        comment = f"last_state is {', '.join(STATE)} before the failure, in SI units"
+        dataset["status"].attrs |= {"last_state": states[max(step - 1, 0)], "comment": comment}
+
+
+def run_outcome(recording: Recording) -> dict[str, Any]:
+    """Variables `run_status` and `run_failure_time`, s, of one of several full-order runs in a file."""
+    status, step = failure(recording.states)
+    about = status_attributes(RUN_STATUS, "what became of the full-order run")
+    failure_time = step * recording.h if status else np.nan
+    return {
+        "run_status": ((), np.int8(status), about),
+        "run_failure_time": ((), failure_time, {"units": "s", "long_name": "when it failed"}),
+    }
 
 
 def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
@@ -64,8 +76,8 @@ def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
     t = np.arange(len(settling.states))[::every] * experiment.h
     dataset = _states_dataset(settling.states[::every], t)
     dataset["settling_time"] = ("quantity", settling.times)
-    dataset["release_time"] = ((), settling.release_step * experiment.h, {"units": "s"})
-    dataset["release_time"].attrs["long_name"] = "time at which the force is released"
+    about = {"units": "s", "long_name": "time at which the force is released"}
+    dataset["release_time"] = ((), settling.release_step * experiment.h, about)
     outcome = settling.status, settling.failure_step, experiment.h, SETTLING_STATUS
     _add_outcome(dataset, settling.states, *outcome)
     return dataset.assign_coords(quantity=list(QUANTITIES)).assign_coords(experiment_labels(experiment))
@@ -78,6 +90,8 @@ def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
     dataset["u"] = ("t", recording.u)
     unit, what = ("m", "position reference") if experiment.drive.closed_loop else ("V", "open-loop sequence")
     dataset["reference"] = ("t", recording.reference, {"units": unit, "long_name": what})
+    what = {"units": "1", "long_name": "how often the step before was halved"}
+    dataset["halvings"] = ("t", np.concatenate([[np.int8(0)], recording.halvings]), what)
     status, step = failure(recording.states)
     _add_outcome(dataset, recording.states, status, step, experiment.h, RUN_STATUS)
     return dataset.assign_coords(experiment_labels(experiment))
@@ -98,4 +112,5 @@ def recording_from(dataset: xr.Dataset, experiment: Experiment) -> Recording:
     P, T = dataset["P"].values, dataset["T"].values
     columns = [dataset["x"].values, dataset["v"].values, P[:, 0], T[:, 0], P[:, 1], T[:, 1]]
     states, reference, u = np.stack(columns, axis=1), dataset["reference"].values, dataset["u"].values
-    return Recording(states, reference, u, experiment.drive, experiment.plant, experiment.h)
+    halvings, e = dataset["halvings"].values[1:], experiment
+    return Recording(states, reference, u, e.drive, e.plant, e.h, halvings, e.most_halvings)

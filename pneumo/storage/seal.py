@@ -8,10 +8,8 @@ from pathlib import Path
 
 from pneumo.errors import DamagedError
 
-SEALS = {
-    ".nc": (b"\nsha256 ", b"\n"),
-    ".json": (b',\n "sha256": "', b'"\n}\n'),
-}  # before and after the digits
+# Before and after the digits.
+SEALS = {".nc": (b"\nsha256 ", b"\n"), ".json": (b',\n "sha256": "', b'"\n}\n')}
 
 
 def seal(file: Path, kind: str) -> None:
@@ -26,13 +24,7 @@ def seal(file: Path, kind: str) -> None:
 
 
 def unsealed(path: Path) -> bytes:
-    """Return the content of a sealed file without its seal.
-
-    Raises
-    ------
-    DamagedError
-        If the seal is missing or belongs to other content.
-    """
+    """Return a sealed file's content; `DamagedError` if the seal is missing or belongs to other content."""
     before, after = SEALS[path.suffix]
     content = path.read_bytes()
     cut = max(0, len(content) - len(before) - 64 - len(after))

@@ -4,8 +4,6 @@ from pathlib import Path
 
 from pneumo.errors import PneumoError
 
-PAPER_FOLDER = Path(__file__).resolve().parents[2] / "paper" / "2006"  # read where no other is named
-
 
 class PaperError(PneumoError, ValueError):
     """A file of the paper that is missing, has an unknown key, a name twice, or a name of nothing."""

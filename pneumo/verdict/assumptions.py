@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pneumo.verdict import PAPER_FOLDER
 from pneumo.verdict.entries import Entry, read_entries
 
 AS_TAKEN = "as_taken"  # name of the unchanged study among the alternatives
@@ -23,7 +22,7 @@ class Assumption(Entry):
     left_out: Mapping[str, str] = {}
 
 
-def read_assumptions(folder: Path = PAPER_FOLDER) -> dict[str, Assumption]:
+def read_assumptions(folder: Path) -> dict[str, Assumption]:
     """Read the assumptions by name; `PaperError` if the file is missing or an entry is wrong."""
     file = "assumptions.yaml"
     return {n: Assumption.read(folder / file, n, entry) for n, entry in read_entries(folder, file).items()}

@@ -4,31 +4,62 @@ The cells of the tables come from the transcriptions, through one rule per table
 written out. Reading them needs no result.
 """
 
+import csv
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from pydantic import Field
 
-from pneumo.verdict import PAPER_FOLDER, PaperError
+from pneumo.verdict import PaperError
 from pneumo.verdict.entries import Entry, read_entries
-from pneumo.verdict.published import STATISTICS, half_unit, read_table
+from pneumo.verdict.published import half_unit, read_cells
 
-UNITS_IN_TEXT = {"Pa2": "Pa²", "m2": "m²", "m3": "m³", "W m-2 K-1": "W/(m² K)", "1": ""}  # from UDUNITS
+UNITS_IN_TEXT = {
+    "Pa2": "Pa²",
+    "log10(Pa2)": "log₁₀(Pa²)",
+    "m2": "m²",
+    "m3": "m³",
+    "W m-2 K-1": "W/(m² K)",
+    "1": "",
+}  # from UDUNITS
 
-# Keys of a table's rule that depend on the cell; all others are passed to its claims, names in braces filled.
-BY_CELL = ("table", "columns", "class", "used_in_identification", "errata", "assumptions")
+# Keys of a rule that depend on the cell; all others are passed to its claims, names in braces filled.
+BY_CELL = (
+    "table",
+    "figure",
+    "columns",
+    "class",
+    "basis",
+    "basis_of",
+    "facts",
+    "errata",
+    "assumptions",
+    "variables",
+)
 
 OF_CELL = ("row", "column", "level", "printed", "unit", "scale")
 
+BASES = {  # kind of evidence -> what it is
+    "measured": "nothing was fitted to it",
+    "fitted": "constants or a setup that the paper leaves open were found with it in view",
+    "arithmetic": "follows from the paper's own numbers and formulas",
+    "set-up": "an input, a count or an identity: it cannot fail",
+}
+READ_OFF = "read_off"  # tolerance class of numbers read off a figure
+
 
 class ToleranceClass(Entry):
-    """A tolerance class, as decided in ``paper/decisions/0010-tolerance-classes.md``."""
+    """A tolerance class, as decided in ``paper/decisions/0010`` and ``0039``."""
 
     limit: float  # largest deviation at which an item is still close
+    # Share of the seed-to-seed deviation: a number is close no further from the print than half a unit of
+    # its last digit and this share of its deviation, nor beyond `limit`.
+    seeds: float | None = None
+    signed: bool = False  # close only with the sign of the printed number
     # Unit of the limit: the number's own, the printed number, the row's sigma, the swing of the run, truth
-    # (statements) or decades.
-    measure: Literal["absolute", "relative", "sigma", "swing", "truth", "log10"]
+    # (statements), decades, or steps of n that cost little.
+    measure: Literal["absolute", "relative", "sigma", "swing", "truth", "log10", "index"]
     floor: float = 0.0  # smallest limit, in the number's unit
 
 
@@ -57,13 +88,15 @@ class Claim(Entry):
     evidence: Evidence
     models: bool = False  # about models: judged with exact transport and on the paper's own tables too
     headline: bool = False  # stands in short lists
-    arithmetic: bool = False  # needs only the paper's own numbers and formulas
-    used_in_identification: bool = False  # constants that the paper leaves open were found from it
+    basis: Literal["measured", "fitted", "arithmetic", "set-up"]  # kind of evidence, see `BASES`
+    fact: str = ""  # name shared by items that tell one fact
     erratum: str | None = None  # may explain a difference
     assumption: str | None = None  # an alternative that may explain a difference
     see: str | None = None  # erratum worth reading beside it
-    sigma: float | None = None  # scale of class `mu`, Pa
-    unreadable: str = ""  # why the print cannot be read
+    sigma: float | None = None  # unit of a limit in sigma; of `read_off`, standard deviation of the reading
+    # Standard deviation over seed sets of the number in `unit`, of a statement's margin, or, of a best n, of
+    # the logarithm of the mean square error there; from ``seed_deviations.csv``.
+    seed_deviation: float | None = None
     table: int | None = None  # cell of the paper's tables that it is, if it is one
     row: str = ""
     column: str = ""
@@ -75,8 +108,15 @@ class Claim(Entry):
         return float(self.printed) * self.scale
 
     @property
+    def about_models(self) -> bool:
+        """Whether it is a statement about models, and not a cell of a table or a point of a figure."""
+        return self.models and not self.row
+
+    @property
     def half_unit(self) -> float:
-        """Half a unit in the last printed digit."""
+        """Half a unit in the last printed digit; of a number read off a figure, two sigma of the reading."""
+        if self.tolerance == READ_OFF:
+            return 2 * (self.sigma or 0.0)
         return half_unit(self.printed, self.digits) * self.scale
 
 
@@ -87,17 +127,18 @@ class Claims(NamedTuple):
     items: dict[str, Claim]
 
 
-def read_claims(folder: Path = PAPER_FOLDER) -> Claims:
+def read_claims(folder: Path) -> Claims:
     """Read ``claims.yaml`` of a folder and, through its rules, the published tables.
 
     A wrong entry, an id that stands twice, or an undefined tolerance class raises `PaperError`.
     """
     file, content = folder / "claims.yaml", read_entries(folder, "claims.yaml")
     classes = {name: ToleranceClass.read(file, name, entry) for name, entry in content["classes"].items()}
-    cells = [cell for rule in content["tables"] for cell in _cells_of_table(rule, folder)]
+    cells = [cell for rule in content["tables"] for cell in _cells_of_table(rule, classes, folder)]
+    deviations = read_seed_deviations(folder)
     items: dict[str, Claim] = {}
     for entry in cells + content["claims"]:
-        claim = Claim.read(file, entry["id"], entry)
+        claim = Claim.read(file, entry["id"], entry | {"seed_deviation": deviations.get(entry["id"])})
         if claim.id in items:
             raise PaperError(f"{file}: id = {claim.id!r}: stands there twice")
         if claim.tolerance not in classes:
@@ -107,26 +148,44 @@ def read_claims(folder: Path = PAPER_FOLDER) -> Claims:
     return Claims(classes, items)
 
 
-def _cells_of_table(rule: Mapping[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
-    """Entries of one table's cells."""
-    cells = read_table(rule["table"], folder)
+def read_seed_deviations(folder: Path) -> dict[str, float]:
+    """Read how much seeds change each item, from ``seed_deviations.csv``; empty if there is no such file."""
+    file = folder / "seed_deviations.csv"
+    if not file.exists():
+        return {}
+    with file.open(encoding="utf-8", newline="") as lines:
+        return {row["id"]: float(row["deviation"]) for row in csv.DictReader(lines)}
+
+
+def _cells_of_table(
+    rule: Mapping[str, Any], classes: Mapping[str, ToleranceClass], folder: Path
+) -> Iterator[dict[str, Any]]:
+    """Entries of the cells of one table or figure."""
+    kind, word = ("table", "Table") if "table" in rule else ("figure", "Fig.")
+    cells = read_cells(f"{kind}{rule[kind]}", folder)
     sigmas = {(cell["row"], cell.get("level")): cell for cell in cells if cell["column"] == "sigma"}
-    used = rule.get("used_in_identification", {})
+    others = {
+        (row, column): basis
+        for basis, rows in rule.get("basis_of", {}).items()
+        for row in rows
+        for column in rows[row]
+    }
     passed_on = {"where": "{row}, {column}"} | {key: rule[key] for key in rule if key not in BY_CELL}
     for cell in cells:
-        row, column, note = cell["row"], cell["column"], cell["note"]
+        row, column = cell["row"], cell["column"]
         if column not in rule.get("columns", [column]):
             continue
-        entry = _filled(passed_on, cell | {"variable": STATISTICS.get(column, ("",))[0]})
+        entry = _filled(passed_on, cell | {"variable": rule.get("variables", {}).get(column, "")})
         entry |= {key: cell[key] for key in OF_CELL if key in cell}
-        entry |= {"table": rule["table"], "where": f"Table {rule['table']}, {entry['where']}"}
+        entry |= {"table": rule.get("table"), "where": f"{word} {rule[kind]}, {entry['where']}"}
         entry["class"] = rule["class"] if isinstance(rule["class"], str) else rule["class"][column]
-        if entry["class"] == "mu":
-            sigma = sigmas[row, cell.get("level")]
+        tolerance = classes.get(entry["class"])
+        if tolerance and tolerance.measure == "sigma":  # printed beside it, or in a column of its own
+            beside = cell.get("sigma")
+            sigma = cell | {"printed": beside, "scale": 1} if beside else sigmas[row, cell.get("level")]
             entry["sigma"] = float(sigma["printed"]) * float(sigma.get("scale", 1))
-        if note.startswith("unreadable"):
-            entry["unreadable"] = note.removeprefix("unreadable: ")
-        entry["used_in_identification"] = column in used.get("columns", []) and row in used.get("rows", [row])
+        entry["basis"] = others.get((row, column), rule["basis"])
+        entry["fact"] = rule.get("facts", {}).get(entry["id"], "")
         entry["erratum"] = rule.get("errata", {}).get(entry["id"])
         entry["assumption"] = rule.get("assumptions", {}).get(entry["id"])
         yield entry

@@ -1,6 +1,6 @@
 """How a finding compares with a printed number or statement, and how deviations are written.
 
-The rules stand in ``paper/decisions/0010-tolerance-classes.md``.
+The rules stand in ``paper/decisions/0010-tolerance-classes.md`` and ``0039-tolerances-from-seeds.md``.
 """
 
 import math
@@ -12,10 +12,11 @@ from pneumo.verdict.sources import Finding
 
 DEVIATION_FORMATS = {  # measure -> number format and what follows the number
     "absolute": ("{:+.3g}", ""),
-    "relative": ("{:+.1%}", ""),
-    "sigma": ("{:+.2f}", " sigma"),
+    "relative": ("{:+.2%}", ""),
+    "sigma": ("{:+.3g}", " sigma"),
     "swing": ("{:+.2%}", " of the swing"),
     "log10": ("{:.3f}", " decades"),
+    "index": ("{:+.2g}", ""),
 }
 
 
@@ -27,40 +28,81 @@ class Comparison(NamedTuple):
     limit: float  # of the class, in the same measure
 
 
+def _unit(claim: Claim, tolerance: ToleranceClass, swing: float | None) -> float:
+    """Unit of a class's limit, in the claim's unit."""
+    units = {"relative": abs(claim.value), "sigma": claim.sigma, "swing": swing}
+    return units.get(tolerance.measure) or 1.0
+
+
+def largest_difference(claim: Claim, tolerance: ToleranceClass, swing: float | None = None) -> float:
+    """Largest difference from the printed number at which an item is still close, in the claim's unit.
+
+    `swing` is the change during the run, in the same unit. Never more than the class allows; where the seeds
+    change the number, not more than half a unit of its last digit and a share of their deviation.
+    """
+    largest = max(tolerance.limit * _unit(claim, tolerance, swing), tolerance.floor)
+    if tolerance.seeds is not None and claim.seed_deviation is not None:
+        return min(largest, claim.half_unit + tolerance.seeds * claim.seed_deviation)
+    return largest
+
+
+def where_true(claim: Claim, tolerance: ToleranceClass) -> tuple[float, float]:
+    """Range of a statement's number, or of its margin, in which it is true."""
+    if tolerance.measure == "truth":
+        return 0.0, math.inf
+    if tolerance.measure == "log10":
+        return (-math.inf, tolerance.limit) if claim.sense == "at_most" else (tolerance.limit, math.inf)
+    largest = largest_difference(claim, tolerance)
+    low = -math.inf if claim.sense == "at_most" else claim.value - largest
+    return low, claim.value + largest
+
+
 def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Comparison:
     """Compare a finding with a claim, within the tolerance class that the claim names."""
     limit = tolerance.limit
     if finding.holds is not None:
-        return Comparison("exact" if finding.holds else None, None, limit)
+        doubtful = finding.margin is not None and finding.margin < _share(claim, tolerance)
+        return Comparison(("close" if doubtful else "exact") if finding.holds else None, None, limit)
     if finding.value is None and finding.low is None:
         return Comparison("exact" if finding.shown == claim.printed else None, None, limit)
     if tolerance.measure == "log10":
         value = finding.value or 0.0
-        holds = value <= limit if claim.sense == "at_most" else value >= limit
-        return Comparison("exact" if holds else None, value, limit)
+        low, high = where_true(claim, tolerance)
+        doubtful = min(value - low, high - value) < _share(claim, tolerance)
+        agreement = ("close" if doubtful else "exact") if low <= value <= high else None
+        return Comparison(agreement, value, limit)
 
     printed = claim.value
-    units = {"relative": abs(printed), "sigma": claim.sigma, "swing": finding.swing}
-    scale = units.get(tolerance.measure) or 1.0
-    limit = max(limit, tolerance.floor / scale)
+    scale = _unit(claim, tolerance, finding.swing)
+    limit = largest_difference(claim, tolerance, finding.swing) / scale
     slack = 1e-9 * max(abs(printed), claim.half_unit)  # decimal fractions are not binary ones
     if finding.low is not None and finding.high is not None:
         nearest = min(max(printed, finding.low), finding.high)
-        exact = False  # the paper does not say which run it means
+        # Else the paper does not say which run it means.
+        exact = finding.allowed and abs(nearest - printed) <= claim.half_unit + slack
     else:
         nearest = finding.value or 0.0
         exact = abs(nearest - printed) <= claim.half_unit + slack
     deviation = (nearest - printed) / scale
-    if claim.sense == "at_most":
+    if tolerance.measure == "index":
+        cheap = finding.margin is not None and abs(finding.margin) <= _share(claim, tolerance)
+        close = cheap and abs(deviation) <= tolerance.limit + slack
+    elif claim.sense == "at_most":
         exact = exact or nearest <= printed
         close = deviation <= limit + slack / scale
     else:
         close = abs(deviation) <= limit + slack / scale
+    close = close and not (tolerance.signed and nearest * printed < 0)
     return Comparison("exact" if exact else "close" if close else None, deviation, limit)
 
 
+def _share(claim: Claim, tolerance: ToleranceClass) -> float:
+    """Share of the seed-to-seed deviation within which a statement is doubtful, and a step of n is cheap."""
+    return (tolerance.seeds or 0.0) * (claim.seed_deviation or 0.0)
+
+
 def deviation_in_words(comparison: Comparison, tolerance: ToleranceClass) -> str:
-    """Deviation with its limit, such as ``+3.2% (limit 10.0%)``; empty for a statement."""
+    """Deviation with its limit, such as ``+3.20% (limit 10.00%)``; empty for a statement."""
     if comparison.deviation is None:
         return ""
     form, after = DEVIATION_FORMATS[tolerance.measure]

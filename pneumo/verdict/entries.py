@@ -8,10 +8,13 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pneumo.verdict import PaperError, paper_file
 
+LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast where PyYAML has libyaml
+
 
 def read_entries(folder: Path, name: str) -> dict[str, Any]:
     """Read a YAML file of a paper's folder; `PaperError` if it is missing."""
-    return yaml.safe_load(paper_file(folder, name).read_text(encoding="utf-8"))
+    text = paper_file(folder, name).read_text(encoding="utf-8")
+    return yaml.load(text, LOADER)  # noqa: S506 - a safe one, either way
 
 
 class Entry(BaseModel):

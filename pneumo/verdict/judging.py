@@ -6,19 +6,25 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pneumo.storage.files import read
-from pneumo.verdict import PAPER_FOLDER
+import xarray as xr
+
 from pneumo.verdict.assumptions import read_assumptions
-from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, read_claims
+from pneumo.verdict.claims import BASES, READ_OFF, UNITS_IN_TEXT, Claim, read_claims
 from pneumo.verdict.comparison import Comparison, as_printed, compare, deviation_in_words
 from pneumo.verdict.errata import Proof, read_errata
-from pneumo.verdict.sources import Computation, Finding, MissingEvidence, PrintedTables, StudyResults
+from pneumo.verdict.sources import Computation, Finding, MissingEvidence
 from pneumo.verdict.stored_verdict import hashes_behind_verdict
 
-STATUSES = ("exact", "close", "explained", "contradicted", "missed", "unreadable")
+STATUSES = ("exact", "close", "explained", "contradicted", "missed")
 
 Item = dict[str, Any]  # one judged claim, as in verdict.json
-Sources = Mapping[str, StudyResults]  # "published", "exact" and "printed"
+# What computations take, by name. The first is what claims are judged by; with "exact" (another way to run
+# what the paper ran) and "printed" (its own tables), where they are there, claims about models are tried too.
+Sources = Mapping[str, Any]
+
+
+def _no_alternatives(results: Path, sources: Sources) -> None:
+    """Return None: no alternative assumption was run."""
 
 
 class Paper(NamedTuple):
@@ -27,8 +33,14 @@ class Paper(NamedTuple):
     folder: Path  # of claims, errata, assumptions, recorded statuses and published tables
     computations: Mapping[str, Computation]  # by the name that ``claims.yaml`` gives under ``compute``
     proofs: Mapping[str, Proof]  # by the name that ``errata.yaml`` gives under ``proof``
+    sources: Callable[[Path, Path], Sources]  # from a folder of results and the paper's folder
+    about: Callable[[Sources], dict[str, Any]]  # name of the study, and runs that failed: see `verdict`
     highlights: Callable[[Sources, Sequence[Item]], dict[str, Any]]  # head of the verdict, from judged items
     module: str  # that defines the paper; with all it imports it is the code behind the verdict
+    reads: Sequence[str]  # patterns of the files of results that its sources read
+    command: str  # that shows one item, before the item's name
+    # What each alternative assumption gives for each item, by (alternative, item); None if not run.
+    alternatives: Callable[[Path, Sources], xr.DataArray | None] = _no_alternatives
 
 
 class Judge:
@@ -38,13 +50,8 @@ class Judge:
         self.paper = paper
         self.claims = read_claims(paper.folder)
         self.errata = read_errata(paper.folder, paper.proofs)
-        self.sources: dict[str, StudyResults] = {
-            "published": StudyResults(results, "published"),
-            "exact": StudyResults(results, "exact"),
-            "printed": PrintedTables(results),
-        }
-        toggled = results / "assumptions.nc"
-        self.alternatives = read(toggled, "reproduced")["reproduced"] if toggled.exists() else None
+        self.sources = paper.sources(results, paper.folder)
+        self.alternatives = paper.alternatives(results, self.sources)
 
     def finding(self, claim: Claim, source: str) -> Finding:
         """Run a claim's computation on a source; `MissingEvidence` if that lacks what it needs."""
@@ -62,7 +69,7 @@ class Judge:
         stands_exact, shown_exact = self._stands(claim, "exact")
         stands_printed, shown_printed = self._stands(claim, "printed")
         try:
-            finding = self.finding(claim, "published")
+            finding = self.finding(claim, next(iter(self.sources)))
         except MissingEvidence as error:
             finding, comparison = Finding(), Comparison(None, None, tolerance.limit)
             status, reason = "missed", f"not to be judged: {error}"
@@ -70,40 +77,31 @@ class Judge:
             comparison = compare(claim, tolerance, finding)
             refuted = shown_printed if stands_printed is False else None
             status, reason = self._status(claim, finding, comparison, refuted)
-        if claim.unreadable:
-            status, reason = "unreadable", claim.unreadable
         return {
             **claim.model_dump(include={"id", "where", "statement", "printed"}),
             "reproduced": _reproduced(finding),
             "shown": _in_words(claim, finding, comparison),
-            "deviation": None if claim.unreadable else six_digits(comparison.deviation),
-            "tolerance": {
-                "class": claim.tolerance,
-                "limit": six_digits(comparison.limit),
-                "measure": tolerance.measure,
-                "sense": claim.sense,
-            },
-            **claim.model_dump(include={"unit", "scale", "kind"}),
+            "deviation": six_digits(comparison.deviation),
+            "tolerance": {"class": claim.tolerance, "limit": six_digits(comparison.limit)}
+            | {"measure": tolerance.measure, "sense": claim.sense},
+            **claim.model_dump(include={"unit", "scale", "kind", "basis", "fact"}),
             "status": status,
             "stands_exact": stands_exact,
             "shown_exact": shown_exact,
             "stands_printed": stands_printed,
             "shown_printed": shown_printed,
-            "used_in_identification": claim.used_in_identification,
             "reason": reason,
             "erratum": claim.erratum or claim.see,
             "assumption": claim.assumption,
-            "evidence": {
-                **claim.evidence.model_dump(),
-                **{"compute": claim.compute, "command": f"pneumo paper explain {claim.id}"},
-            },
+            "evidence": claim.evidence.model_dump()
+            | {"compute": claim.compute, "command": f"{self.paper.command} {claim.id}"},
             **claim.model_dump(include={"table", "row", "column", "level"}),
         }
 
     def _stands(self, claim: Claim, source: str) -> tuple[bool | None, str]:
         """Whether a claim about models holds with the printed tables or another transport, and why."""
-        compared_with_itself = source == "printed" and claim.table is not None
-        if not claim.models or claim.unreadable or compared_with_itself:
+        compared_with_itself = source == "printed" and claim.row != ""
+        if not claim.models or compared_with_itself or source not in self.sources:
             return None, ""
         try:
             finding = self.finding(claim, source)
@@ -119,13 +117,19 @@ class Judge:
         deviation = deviation_in_words(comparison, self.claims.classes[claim.tolerance])
         if comparison.agreement == "exact":
             statement = finding.holds is not None or claim.tolerance == "decade" or claim.sense == "at_most"
+            if claim.tolerance == READ_OFF:
+                return "exact", f"{deviation}, within 2 sigma of the reading"
+            if finding.allowed:
+                return "exact", "in the range that the printed inputs allow"
             return "exact", "true as stated" if statement else "equal at the printed digits"
         if comparison.agreement == "close":
+            if claim.seed_deviation is not None and (finding.holds or claim.tolerance == "decade"):
+                return "close", "true, but by less than a quarter of what other seeds change"
             return "close", f"{deviation}, inside class {claim.tolerance}"
         if reason := self._explanation(claim, finding):
             return "explained", reason
         outside = f"{deviation}, outside class {claim.tolerance}" if deviation else "not so"
-        if claim.arithmetic:
+        if claim.basis == "arithmetic":
             return "contradicted", f"{outside}: the paper's own formulas and numbers say otherwise"
         if refuted is not None:
             return "contradicted", f"{outside}; the paper's own tables refute it too: {refuted}"
@@ -136,13 +140,11 @@ class Judge:
         tolerance = self.claims.classes[claim.tolerance]
         erratum = self.errata[claim.erratum] if claim.erratum else None
         if erratum and erratum.passes:
-            meant = erratum.values.get(claim.id)
-            if meant is None:
-                holds = finding.holds is False
-            else:
-                corrected = claim.model_copy(update={"printed": meant})
-                holds = compare(corrected, tolerance, finding).agreement is not None
-            if holds:
+            explained = finding.holds is False
+            if claim.id in erratum.values:
+                corrected = claim.model_copy(update={"printed": erratum.values[claim.id]})
+                explained = compare(corrected, tolerance, finding).agreement is not None
+            if explained:
                 return f"erratum {erratum.id}: {erratum.meant}"
         if claim.assumption and self.alternatives is not None:
             place = {"alternative": [claim.assumption], "item": [claim.id]}
@@ -178,37 +180,48 @@ def _reproduced(finding: Finding) -> float | list[float | None] | str | bool | N
     return finding.shown if finding.holds is None else bool(finding.holds)
 
 
-def verdict(results: Path, paper: Paper) -> dict[str, Any]:
-    """Judge every claim of a paper against a folder of results.
+def counts(items: Sequence[Item]) -> dict[str, int]:
+    """Number of items, and of those of each status."""
+    statuses = [item["status"] for item in items]
+    return {"items": len(items)} | {status: statuses.count(status) for status in STATUSES}
 
-    Returns
-    -------
-    dict
-        ``study``, ``counts`` by status, ``failures`` and ``settling_failures`` by experiment, ``highlights``,
-        ``items``, ``classes``, ``errata``, ``assumptions``, whether their alternatives were run
-        (``assumptions_run``), and the hashes of what it was made from.
-    """
-    made_from = hashes_behind_verdict(results, paper.folder, paper.module)
+
+def facts(items: Sequence[Item]) -> list[Item]:
+    """Keep one item of those that tell one fact: the first with the status that stands last in `STATUSES`."""
+    kept: dict[str, Item] = {}
+    for item in items:
+        name = item["fact"] or item["id"]
+        kept[name] = max(kept.get(name, item), item, key=lambda one: STATUSES.index(one["status"]))
+    return list(kept.values())
+
+
+def verdict(results: Path, paper: Paper) -> dict[str, Any]:
+    """Judge every claim of a paper against a folder of results; what ``verdict.json`` holds."""
+    made_from = hashes_behind_verdict(
+        results, paper.folder, paper.module, paper.reads
+    )  # before anything is read
     judge = Judge(results, paper)
     items = [judge.judge(claim) for claim in judge.claims.items.values()]
-    counts = {status: sum(item["status"] == status for item in items) for status in STATUSES}
-    published = judge.sources["published"]
+    by_basis = {basis: [item for item in items if item["basis"] == basis] for basis in BASES}
+    about = paper.about(judge.sources)
     return {
-        "study": published.study.name,
-        "counts": {"items": len(items)} | counts,
-        "failures": published.failures("datum"),
-        "settling_failures": published.failures("settling"),
+        "study": about["study"],
+        "counts": counts(items),
+        "counts_by_basis": {basis: counts(members) for basis, members in by_basis.items()},
+        "headline": {basis: counts(facts(members)) for basis, members in by_basis.items()},
+        "failures": about["failures"],
+        "settling_failures": about["settling_failures"],
         "highlights": paper.highlights(judge.sources, items),
         "items": items,
         "classes": {name: tolerance.model_dump() for name, tolerance in judge.claims.classes.items()},
         "errata": [erratum.model_dump() for erratum in judge.errata.values()],
         "assumptions": {name: entry.model_dump() for name, entry in read_assumptions(paper.folder).items()},
-        "assumptions_run": judge.alternatives is not None,
+        "assumptions_run": judge.alternatives is not None,  # whether the alternatives were
         **made_from,
     }
 
 
-def read_statuses(folder: Path = PAPER_FOLDER) -> dict[str, str]:
+def read_statuses(folder: Path) -> dict[str, str]:
     """Recorded status of every item, from ``statuses.csv``; empty if there is no such file."""
     file = folder / "statuses.csv"
     if not file.exists():

@@ -5,32 +5,28 @@ Imports nothing slow: showing a stored verdict takes less time than importing wh
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from pneumo.errors import DamagedError
 from pneumo.hashing import code_hash
+from pneumo.storage.kept_evidence import KEPT
 from pneumo.storage.seal import unsealed
 
-OF_PAPER = ("*.yaml", "published/*.csv")  # what a verdict reads
-OF_RESULTS = (
-    *("parameters.json", "settling.nc", "assumptions.nc", "settling/*.nc", "datum/*.nc"),
-    *("published/statistics.nc", "published/replay/*.nc", "exact/statistics.nc", "exact/replay/*.nc"),
-)
+OF_PAPER = ("*.yaml", "published/*.csv", "seed_deviations.csv")  # what a verdict reads
+OF_EVIDENCE = ("assumptions.nc", "power.nc")
 SEAL = 100  # bytes at the end of a results file, among them its SHA-256
 
 
-def hashes_behind_verdict(results: Path, paper: Path, module: str) -> dict[str, str]:
-    """Hashes of what a verdict is made from.
+def hashes_behind_verdict(results: Path, paper: Path, module: str, reads: Sequence[str]) -> dict[str, str]:
+    """Hashes of what a verdict is made from, under the names that they have in ``verdict.json``.
 
-    Returns
-    -------
-    dict of str to str
-        ``code_sha256`` of the module that makes the verdict, with all that it imports, and
-        ``inputs_sha256`` over the paper's files and the seals of the results.
+    That of the code is of the module that makes the verdict, with all that it imports; that of the inputs is
+    over the paper's files and the seals of the results that match one of the patterns `reads`.
     """
     digest = hashlib.sha256()
-    for folder, patterns in ((paper, OF_PAPER), (results, OF_RESULTS)):
+    for folder, patterns in ((paper, OF_PAPER), (results, reads), (KEPT, OF_EVIDENCE)):
         for file in sorted(file for pattern in patterns for file in folder.glob(pattern)):
             content = file.read_bytes() if folder == paper else _end(file)
             digest.update(str(file.relative_to(folder)).encode() + b"\0" + content + b"\0")
@@ -43,7 +39,7 @@ def _end(file: Path) -> bytes:
         return opened.read()
 
 
-def stored_verdict(results: Path, paper: Path, module: str) -> dict[str, Any] | None:
+def stored_verdict(results: Path, paper: Path, module: str, reads: Sequence[str]) -> dict[str, Any] | None:
     """Content of ``verdict.json``; None if it is missing, damaged or made from other files or code.
 
     The arguments are those of `hashes_behind_verdict`.
@@ -52,5 +48,5 @@ def stored_verdict(results: Path, paper: Path, module: str) -> dict[str, Any] | 
         found: dict[str, Any] = json.loads(unsealed(results / "verdict.json") + b"}")
     except (OSError, DamagedError, ValueError):
         return None
-    current = hashes_behind_verdict(results, paper, module).items()
+    current = hashes_behind_verdict(results, paper, module, reads).items()
     return found if current <= found.items() else None

@@ -4,38 +4,38 @@ import copy
 import json
 import math
 import re
-from pathlib import Path
 
 import pint
 import pytest
 import yaml
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from bad_input import BASE, PAPER, changed, fields
+from hypothesis import given
+from paper_study import STUDY
 
 from pneumo import testing as some
+from pneumo.catalogue import default_conductance
 from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation
 from pneumo.configuration.parameters import load, merged, study, validated
-from pneumo.configuration.plain_yaml import read_yaml
-from pneumo.configuration.schema import SCHEMA
-from pneumo.configuration.schema_messages import allowed, named_sections, resolved
+from pneumo.configuration.schema_messages import allowed
 from pneumo.configuration.study_json import from_json, to_json
 from pneumo.errors import ConfigurationError
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Gas, Valve, choked_flow, exact_gas
 
-CONFIG = Path(__file__).resolve().parents[2] / "config"
-PAPER = CONFIG / "paper.yaml"
-BASE = read_yaml(PAPER)
+CONFIG = PAPER.parent
+
+
+def made(override, *more):
+    """The study of an override of the paper's configuration."""
+    return study(validated(merged(BASE, override), more))
 
 
 def with_value(path, value):
     """An override that sets one field."""
-    keys = path.split(".")
-    content = value
-    for key in reversed(keys):
-        content = {key: content}
-    return content
+    for key in reversed(path.split(".")):
+        value = {key: value}
+    return value
 
 
 def error_of(content, *sources):
@@ -51,24 +51,9 @@ def complaint(path, value):
     return error_of(merged(BASE, override), ("config/paper.yaml", BASE), ("mine.yaml", override))
 
 
-def fields(node=SCHEMA, path=()):
-    """Every field of the schema that holds a value, as (path, schema); names that the user gives are NAME."""
-    for key, field in node["properties"].items():
-        inner, here = resolved(field), (*path, key)
-        if values := named_sections(inner):
-            inner, here = resolved(values), (*here, "NAME")
-        if "properties" in inner:
-            yield from fields(inner, here)
-        else:
-            yield here, inner
-
-
-# What paper.yaml says
-
-
 def test_the_papers_study():
-    s = study(load(PAPER))
-    assert list(s.experiments) == [f"E{j:02d}" for j in range(1, 17)]
+    s = STUDY
+    assert list(s.experiments) == NAMES
     assert s.n == (1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4)
     assert s.levels == {"adiabatic": (0.02, 0.1), "typical": (0.1, 0.5), "isothermal": (0.5, 2.5)}
     for j, e in enumerate(s.experiments.values()):  # Table 5's coding
@@ -82,7 +67,7 @@ def test_the_papers_study():
 
 
 def test_experiment_in_SI_units():
-    e = study(load(PAPER)).experiments["E14"]
+    e = STUDY.experiments["E14"]
     c = e.plant.cylinder
     # A key in mm is a product with 1e-3, good to an ulp.
     assert (c.bore, c.stroke, c.x_max, e.push.x_stop) == pytest.approx((0.02, 0.1, 0.05, -0.015), rel=3e-16)
@@ -96,33 +81,21 @@ def test_experiment_in_SI_units():
     assert e.excitation == Excitation(seed=666, amplitude=math.sqrt(0.0003), every=50)
     assert e.push.force == -300.0
     assert (e.steps, e.pressure_stride) == (60_000, 10)
+    # The amplitude is that of the loop.
+    assert STUDY.experiments["E15"].excitation == Excitation(777, 0.3**0.5, 50)  # V
+    assert STUDY.experiments["E16"].excitation == Excitation(777, math.sqrt(0.0021), 50)  # m
+    assert STUDY.experiments["E15"].drive.x_reverse == pytest.approx(0.96 * 0.1375, rel=3e-16)
 
 
-def test_amplitude_is_that_of_the_loop():
-    experiments = study(load(PAPER)).experiments
-    assert experiments["E15"].excitation == Excitation(777, 0.6, 50)  # V
-    assert experiments["E16"].excitation == Excitation(777, math.sqrt(0.0021), 50)  # m
-    assert experiments["E15"].drive.x_reverse == pytest.approx(0.96 * 0.1375, rel=3e-16)
-
-
-def test_words_in_place_of_numbers_mean_the_exact_values():
-    words = {
-        "gas": {"sonic_coefficient": "exact", "critical_ratio": "exact"},
-        "supply": {"P_0_per_P_s": "half-bridge"},
-    }
-    plant = study(validated(merged(BASE, words), [])).experiments["E01"].plant
+def test_words_mean_exact_values_and_text_like_1e_7_a_number():
+    gas = {"sonic_coefficient": "exact", "critical_ratio": "exact"}
+    plant = made({"gas": gas, "supply": {"P_0_per_P_s": "half-bridge"}}).experiments["E01"].plant
     assert plant.gas == exact_gas(287.0, 1.4)
     assert equilibrium_pressure(7e5, 1e5, plant.gas) == plant.conditions.P_0
-
-
-def test_numbers_as_YAML_1_1_reads_them():
     # YAML 1.1 takes 1e-7, which has no dot, for text: it must count as the number it is.
-    override = yaml.safe_load("cylinders: {D: {k_x_k_u_m2_per_V: 1e-7}}")
-    assert override["cylinders"]["D"]["k_x_k_u_m2_per_V"] == "1e-7"
-    assert study(validated(merged(BASE, override), [])).experiments["E01"].plant.valve.k_xu == 1e-7
+    plant = made({"cylinders": {"D": {"k_x_k_u_m2_per_V": "1e-7"}}}).experiments["E01"].plant
+    assert yaml.safe_load("1e-7") == "1e-7" and plant.valve.k_xu == 1e-7
 
-
-# Cylinders of one's own
 
 OWN = {
     **{"bore_mm": 25.0, "stroke_mm": 160.0, "mass_kg": 3.0, "friction_Ns_per_m": 60.0, "u_max_V": 5.0},
@@ -135,16 +108,13 @@ OWN = {
 def on_own_cylinder(experiment=None, **changes):
     """Experiment X on a cylinder of one's own, on top of the paper's gas and supply."""
     x = {"cylinder": "own", "loop": "open", "k_0_W_per_K": 0.3, "duration_s": 2.0} | (experiment or {})
-    override = {
-        "cylinders": {"own": OWN | changes},
-        "experiments": {"X": {key: value for key, value in x.items() if value is not None}},
-        "run": {"experiments": ["X"]},
-    }
-    return study(validated(merged(BASE, override), [("own.yaml", override)])).experiments["X"]
+    x = {key: value for key, value in x.items() if value is not None}
+    override = {"cylinders": {"own": OWN | changes}, "experiments": {"X": x}, "run": {"experiments": ["X"]}}
+    return made(override, ("own.yaml", override)).experiments["X"]
 
 
-def test_catalogue_valve_passes_the_choked_flow_of_ISO_6358():
-    ureg = pint.UnitRegistry()
+def test_catalogue_valve_passes_the_choked_flow_of_ISO_6358_and_may_leak():
+    ureg = pint.get_application_registry()
     e = on_own_cylinder()
     assert e.plant.gas.elliptic and e.plant.gas.critical_ratio == 0.35
     C, P, T = ureg.Quantity(1.5, "dm^3/(s bar)"), ureg.Quantity(7.0, "bar"), ureg.Quantity(310.0, "K")
@@ -153,13 +123,9 @@ def test_catalogue_valve_passes_the_choked_flow_of_ISO_6358():
     assert found == pytest.approx(wanted.to("kg/s").magnitude, rel=1e-12)
     plain = on_own_cylinder(valve=None, k_x_k_u_m2_per_V=1e-7)
     assert not plain.plant.gas.elliptic and plain.plant.gas.critical_ratio == 0.5283
-
-
-def test_asymmetry_and_leak_of_a_valve():
-    valve = on_own_cylinder(
-        valve={"C_dm3_per_sbar": 2.0, "b": 0.3, "exhaust_ratio": 1.3, "leak_dm3_per_sbar": 0.02}
-    )
-    valve = valve.plant.valve
+    # Asymmetry and leak.
+    asked = {"C_dm3_per_sbar": 2.0, "b": 0.3, "exhaust_ratio": 1.3, "leak_dm3_per_sbar": 0.02}
+    valve = on_own_cylinder(valve=asked).plant.valve
     assert valve.exhaust == 1.3
     assert valve.leak == pytest.approx(0.01 * valve.k_xu * valve.u_max, rel=1e-12)
 
@@ -168,9 +134,8 @@ def test_rod_weight_and_load():
     flat = on_own_cylinder().plant.cylinder
     assert (flat.load, flat.coulomb) == (0.0, 0.0) and flat.A_A == flat.A_B
     assert flat.V_d == pytest.approx(0.1 * flat.A_A * 0.08)
-    c = on_own_cylinder(
-        rod_mm=10.0, incline_deg=30.0, load_N=7.0, coulomb_N=4.0, dead_volume_m3=5e-6
-    ).plant.cylinder
+    changes = {"rod_mm": 10.0, "incline_deg": 30.0, "load_N": 7.0, "coulomb_N": 4.0, "dead_volume_m3": 5e-6}
+    c = on_own_cylinder(**changes).plant.cylinder
     rod = math.pi * 0.01**2 / 4
     assert pytest.approx(rod) == c.A_A - c.A_B
     assert c.load == pytest.approx(7.0 - 3.0 * 9.80665 / 2 - rod * 1e5)  # half the weight, along the axis
@@ -181,6 +146,11 @@ def test_wall_by_its_coefficient():
     e = on_own_cylinder({"k_0_W_per_K": None, "lambda_0_W_per_m2K": 40.0})
     area = 2 * math.pi / 4 * 0.025**2 + math.pi * 0.025 * 0.08  # both faces and half the wall
     assert e.plant.k_0 == pytest.approx(40.0 * area)
+
+
+def test_wall_from_the_catalogue():
+    e = on_own_cylinder({"k_0_W_per_K": "catalogue"})
+    assert e.plant.k_0 == default_conductance(e.plant.cylinder).k_0 > 0
 
 
 def test_signals():
@@ -202,9 +172,13 @@ def test_a_file_as_signal(tmp_path, monkeypatch):
     assert (found.amplitude, found.levels, found.every) == (1.0, (0.5, -1.5), 100)
 
     override = {"experiments": {"E01": x}}
-    before = study(validated(merged(BASE, override), [])).config_sha256
+    before = made(override).config_sha256
     file.write_text("t,u\n0,0.5\n0.1,-1.4\n")
-    assert study(validated(merged(BASE, override), [])).config_sha256 != before
+    assert made(override).config_sha256 != before
+
+
+TWICE = {"k_p_V_per_m": 1, "variance_m2": 1e-4, "amplitude_mm": 10.0}
+ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
 
 
 @pytest.mark.parametrize(
@@ -217,21 +191,13 @@ def test_a_file_as_signal(tmp_path, monkeypatch):
         ({}, {"valve": {"C_dm3_per_sbar": 1, "b": 1}}, "own.valve.b = 1: must be a number greater than 0"),
         ({}, {"open_loop": None}, "experiments.X.loop = 'open': needs the section cylinders.own.open_loop"),
         ({}, {"closed_loop": {"k_p_V_per_m": 1}}, "own.closed_loop.amplitude_mm: missing; must be a number"),
-        (
-            {},
-            {"closed_loop": {"k_p_V_per_m": 1, "variance_m2": 1e-4, "amplitude_mm": 10.0}},
-            "own.closed_loop.amplitude_mm = 10.0: stands beside variance_m2",
-        ),
-        ({"k_0_W_per_K": None}, {}, "X.k_0_W_per_K: missing; must be a number"),
+        ({}, {"closed_loop": TWICE}, "own.closed_loop.amplitude_mm = 10.0: stands beside variance_m2"),
+        ({"k_0_W_per_K": None}, {}, "X.k_0_W_per_K: missing; must be catalogue or a number"),
         ({"lambda_0_W_per_m2K": 40.0}, {}, "X.lambda_0_W_per_m2K = 40.0: stands beside k_0_W_per_K"),
         ({"signal": {"kind": "noise"}}, {}, "X.signal.kind = 'noise': must be prbs or gaussian or sweep"),
         ({"signal": {"kind": "sweep", "from_Hz": 1}}, {}, "X.signal.to_Hz: missing; must be a number"),
         ({"signal": {"kind": "prbs", "hold_s": 1}}, {}, "X.signal.hold_s = 1.0: has no use with kind: prbs"),
-        (
-            {"signal": {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}},
-            {},
-            "experiments.X.signal.file = 'nowhere.csv': cannot be read",
-        ),
+        ({"signal": ABSENT}, {}, "experiments.X.signal.file = 'nowhere.csv': cannot be read"),
     ],
 )
 def test_cylinders_that_cannot_be(experiment, changes, line):
@@ -241,10 +207,7 @@ def test_cylinders_that_cannot_be(experiment, changes, line):
     assert str(error.value).startswith(("own.yaml: ", "experiments.X.signal"))
 
 
-# Overrides
-
-
-def test_an_override_changes_what_it_names_and_nothing_else(tmp_path):
+def test_an_override_changes_what_it_names_and_nothing_else_and_the_hash(tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text("cylinders: {E: {mass_kg: 7.5}}\nn: [1.2]\n")
     ours, theirs = load(PAPER, file).model_dump(), load(PAPER).model_dump()
@@ -252,34 +215,18 @@ def test_an_override_changes_what_it_names_and_nothing_else(tmp_path):
     assert ours.pop("n") == [1.2]
     theirs["cylinders"]["E"].pop("mass_kg"), theirs.pop("n")
     assert ours == theirs
+    same, other = study(load(PAPER)), made({"supply": {"T_in_K": 293.5}})
+    assert same.config_sha256 == STUDY.config_sha256 != other.config_sha256
 
 
-def test_smoke_is_two_short_experiments_of_the_paper():
-    whole, smoke = study(load(PAPER)), study(load(PAPER, CONFIG / "smoke.yaml"))
-    assert list(smoke.experiments) == ["E06", "E12"]
-    for name, e in smoke.experiments.items():
-        assert e == whole.experiments[name]._replace(steps=3000)
-
-
-def test_a_new_experiment_and_a_new_cylinder():
-    override = {
-        "cylinders": {"mine": BASE["cylinders"]["E"] | {"bore_mm": 63.0}},
-        "experiments": {"X1": BASE["experiments"]["E16"] | {"cylinder": "mine"}},
-        "run": {"experiments": ["X1"]},
-    }
-    s = study(validated(merged(BASE, override), []))
+def test_smoke_is_two_short_experiments_of_the_paper_and_a_new_one_a_new_cylinder():
+    smoke = study(load(PAPER, CONFIG / "smoke.yaml"))
+    assert smoke.experiments == {n: STUDY.experiments[n]._replace(steps=3000) for n in ("E06", "E12")}
+    override = {"cylinders": {"mine": BASE["cylinders"]["E"] | {"bore_mm": 63.0}}}
+    override["experiments"] = {"X1": BASE["experiments"]["E16"] | {"cylinder": "mine"}}
+    s = made(override | {"run": {"experiments": ["X1"]}})
     assert list(s.experiments) == ["X1"]
     assert s.experiments["X1"].plant.cylinder.bore == 63e-3
-
-
-def test_hash_follows_the_content():
-    one = study(load(PAPER)).config_sha256
-    assert one == study(load(PAPER)).config_sha256
-    other = study(validated(merged(BASE, {"supply": {"T_in_K": 293.5}}), [])).config_sha256
-    assert other != one
-
-
-# JSON
 
 
 @given(some.bores(), some.masses(), some.temperatures(), some.grids())
@@ -290,7 +237,7 @@ def test_json_round_trip_is_exact(bore, mass, T_in, n):
         "n": n,
         "run": {"experiments": ["E01", "E02", "E16"]},
     }
-    s = study(validated(merged(BASE, override), []))
+    s = made(override)
     again = from_json(to_json(s))
     assert again == s
     assert type(again.experiments["E01"].plant.cylinder) is type(s.experiments["E01"].plant.cylinder)
@@ -298,7 +245,10 @@ def test_json_round_trip_is_exact(bore, mass, T_in, n):
     json.loads(to_json(s), parse_constant=pytest.fail)  # no NaN or Infinity: any JSON reader takes it
 
 
-# Bad input: one line with source, field, value and what is allowed
+NAMES = [f"E{j:02d}" for j in range(1, 17)]
+SHARE, PRESSURE = "a number greater than 0 and less than 1", "a number greater than 0 and at most 5000000"
+STOP = "must lie inside the half-stroke, above {}, and be a number at least -5000 and less than 0"
+CONDUCTANCE = "catalogue or a number at least 0 and at most 10000; or give lambda_0_W_per_m2K"
 
 
 @pytest.mark.parametrize(
@@ -312,7 +262,7 @@ def test_json_round_trip_is_exact(bore, mass, T_in, n):
         ("cylinders.E.seed", 1.5, "1.5: must be a whole number at least 0 and less than 4294967296"),
         ("cylinders.E.seed", False, "False: must be a whole number at least 0 and less than 4294967296"),
         ("cylinders.E.settling.force_N", 300, "300: must be a number at least -1000000 and less than 0"),
-        ("experiments.E01.k_0_W_per_K", -1, "-1: must be a number at least 0 and at most 10000"),
+        ("experiments.E01.k_0_W_per_K", -1, "-1: must be catalogue or a number at least 0 and at most 10000"),
         ("experiments.E01.loop", "half", "'half': must be open or closed"),
         ("experiments.E01.cylinder", 3, "3: must be text"),
         ("experiments.E01.cylinder", "F", "'F': must be one of D, E"),
@@ -325,66 +275,44 @@ def test_json_round_trip_is_exact(bore, mass, T_in, n):
         ("n", [], "[]: must be a list (not empty), each a number greater than 0 and at most 3"),
         ("name", "my study", r"'my study': must be text matching `^[\w-]{1,40}$`"),
         ("gas.critical_ratio", 1.5, "1.5: must be exact or a number greater than 0 and less than 1"),
-        (
-            "supply.P_0_per_P_s",
-            "half",
-            "'half': must be half-bridge or a number greater than 0 and less than 1",
-        ),
-        (
-            "supply.P_s_Pa",
-            0.9e5,
-            "90000.0: must exceed P_atm_Pa = 100000 and be a number greater than 0 and at most 5000000",
-        ),
-        (
-            "cylinders.D.settling.stop_mm",
-            -50.0,
-            "-50.0: must lie inside the half-stroke, above -50,"
-            " and be a number at least -5000 and less than 0",
-        ),
+        ("supply.P_0_per_P_s", "half", f"'half': must be half-bridge or {SHARE}"),
+        ("supply.P_s_Pa", 0.9e5, f"90000.0: must exceed P_atm_Pa = 100000 and be {PRESSURE}"),
+        ("cylinders.D.settling.stop_mm", -50.0, f"-50.0: {STOP.format(-50)}"),
+        ("run.experiments", ["E01", "E99"], f"'E99': no such experiment; there are {', '.join(NAMES)}"),
     ],
 )
 def test_bad_value(path, value, line):
     assert complaint(path, value) == f"mine.yaml: {path} = {line}"
 
 
-def test_bad_value_in_a_list():
-    line = "mine.yaml: n.1 = 0: must be a number greater than 0 and at most 3"
-    assert complaint("n", [1.2, 0]) == line
-    names = ", ".join(f"E{j:02d}" for j in range(1, 17))
-    line = f"mine.yaml: run.experiments = 'E99': no such experiment; there are {names}"
-    assert complaint("run.experiments", ["E01", "E99"]) == line
+@pytest.mark.parametrize(
+    ("path", "place", "known"),
+    [
+        ("cylinders.D.bore_cm", "cylinders.D.bore_cm", BASE["cylinders"]["D"]),
+        ("colour", "colour", BASE),
+        ("experiments.E01.wall.k_0", "experiments.E01.wall", BASE["experiments"]["E01"]),
+    ],
+)
+def test_unknown_key(path, place, known):
+    head, _, listed = complaint(path, 2).partition(": unknown key; config/README.md lists the known ones: ")
+    assert head.startswith(f"mine.yaml: {place} = ") and set(known) <= set(listed.split(", "))
 
 
-@pytest.mark.parametrize("path", ["cylinders.D.bore_cm", "colour", "experiments.E01.wall.k_0"])
-def test_unknown_key(path):
-    text = complaint(path, 2)
-    head, _, known = text.partition(": unknown key; config/README.md lists the known ones: ")
-    section = path.split(".")[: {"colour": 0}.get(path, 2)]
-    assert head.startswith(f"mine.yaml: {'.'.join(path.split('.')[: len(section) + 1])} = ")
-    node = BASE
-    for key in section:
-        node = node[key]
-    assert set(node) <= set(known.split(", "))
-
-
-def test_wrong_unit_suffix_is_reported_before_the_key_that_is_missing_for_it():
+def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_no_text():
     content = copy.deepcopy(BASE)
     content["cylinders"]["D"]["bore_cm"] = content["cylinders"]["D"].pop("bore_mm")
     line = error_of(content, ("p.yaml", content))
     assert re.match(r"p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key; .*bore_mm", line)
+    override = {"experiments": {17: BASE["experiments"]["E01"]}}
+    line = error_of(merged(BASE, override), ("mine", override))
+    assert line.startswith("mine: experiments.17 = 17: the name must be text")
+    assert error_of(BASE | {17: 1}, ("mine", {17: 1})).startswith("mine: 17 = 17: unknown key")
 
 
 @pytest.mark.parametrize("name", ["E 1", "1E", "", "a" * 41])
 def test_names_of_experiments(name):
     text = complaint(f"experiments.{name}", BASE["experiments"]["E01"])
     assert text.endswith(r": the name must be text matching `^[A-Za-z][\w-]{0,39}$`")
-
-
-def test_names_that_are_not_text():
-    override = {"experiments": {17: BASE["experiments"]["E01"]}}
-    line = error_of(merged(BASE, override), ("mine", override))
-    assert line.startswith("mine: experiments.17 = 17: the name must be text")
-    assert error_of(BASE | {17: 1}, ("mine", {17: 1})).startswith("mine: 17 = 17: unknown key")
 
 
 @pytest.mark.parametrize(
@@ -396,41 +324,37 @@ def test_names_that_are_not_text():
     ],
 )
 def test_missing_field(path, line):
-    content = copy.deepcopy(BASE)
-    *section, key = path.split(".")
-    node = content
-    for name in section:
-        node = node[name]
-    del node[key]
+    content = yaml.safe_load(changed(path.split("."), dict.__delitem__))
     error = error_of(content, ("config/paper.yaml", content), ("mine.yaml", {"name": "mine"}))
     assert error == f"config/paper.yaml: {path}: missing; {line}"
 
 
-def test_what_an_override_leaves_out_or_takes_away_is_missing_from_its_file():
-    line = "mine.yaml: experiments.X.cylinder: missing; must be text"
-    assert complaint("experiments.X", {"loop": "open"}) == line
-    line = "mine.yaml: experiments.E07.k_0_W_per_K: missing; must be a number at least 0 and at most 10000"
-    assert complaint("experiments.E07.k_0_W_per_K", None).startswith(line)
+@pytest.mark.parametrize(
+    ("path", "value", "line"),
+    [
+        ("n", [1.2, 0], "n.1 = 0: must be a number greater than 0 and at most 3"),
+        # What an override leaves out or takes away is missing from its file.
+        ("experiments.X", {"loop": "open"}, "experiments.X.cylinder: missing; must be text"),
+        ("experiments.E07.k_0_W_per_K", None, f"experiments.E07.k_0_W_per_K: missing; must be {CONDUCTANCE}"),
+        # The value that gets the blame stands in an earlier file; the override moved its limit.
+        ("cylinders.D.stroke_mm", 20.0, f"cylinders.D.settling.stop_mm = -15.0: {STOP.format(-10)}"),
+    ],
+)
+def test_the_file_that_made_a_mistake_is_named_whatever_the_place(path, value, line):
+    assert complaint(path, value) == f"mine.yaml: {line}"
 
 
-def test_a_conflict_names_the_file_that_made_it():
-    # The value that gets the blame stands in an earlier file; the override moved its limit.
-    text = complaint("cylinders.D.stroke_mm", 20.0)
-    line = "cylinders.D.settling.stop_mm = -15.0: must lie inside the half-stroke, above -10,"
-    assert text.startswith(f"mine.yaml: {line}")
+def test_the_last_file_that_sets_a_field_or_makes_a_conflict_is_named(tmp_path):
     low, high = {"supply": {"P_s_Pa": 1.5e5}}, {"supply": {"P_atm_Pa": 2e5}}
     sources = ("base", BASE), ("low", low), ("high", high), ("n", {"n": [1]})
     line = error_of(merged(merged(BASE, low), high), *sources)
     assert line.startswith("high: supply.P_s_Pa = 150000.0: must exceed P_atm_Pa = 200000")
-
-
-def test_the_last_file_that_sets_the_field_is_named(tmp_path):
-    for name, text in {"one": "step_s: -1\n", "two": "step_s: -2\n", "three": "name: three\n"}.items():
-        (tmp_path / f"{name}.yaml").write_text(text)
+    files = [tmp_path / f"{name}.yaml" for name in ("one", "two", "three")]
+    for file, text in zip(files, ("step_s: -1\n", "step_s: -2\n", "name: three\n"), strict=True):
+        file.write_text(text)
     with pytest.raises(ConfigurationError) as error:
-        load(PAPER, *(tmp_path / f"{name}.yaml" for name in ("one", "two", "three")))
-    line = "step_s = -2: must be a number at least 1e-07 and at most 1"
-    assert str(error.value) == f"{tmp_path / 'two.yaml'}: {line}"
+        load(PAPER, *files)
+    assert str(error.value) == f"{files[1]}: step_s = -2: must be a number at least 1e-07 and at most 1"
 
 
 @pytest.mark.parametrize(
@@ -447,55 +371,8 @@ def test_unreadable_file(tmp_path, content, problem):
     file = tmp_path / "mine.yaml"
     if content is not None:
         file.write_bytes(content)
-    with pytest.raises(ConfigurationError) as error:
+    with pytest.raises(ConfigurationError, match=rf"^{file}: {re.escape(problem)}[^\n]*$"):
         load(PAPER, file)
-    assert str(error.value).startswith(f"{file}: {problem}")
-    assert "\n" not in str(error.value)
-
-
-def is_a_number(text):
-    """Whether a text is read as a number, as YAML's 1e-7 is, which is one for everybody but YAML."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-BAD = (
-    st.none()
-    | st.booleans()
-    | st.just({})
-    | st.just([[]])
-    | st.sampled_from([-1e300, -1.0, math.nan, math.inf, -math.inf, 1e300])
-    | st.text(max_size=50).filter(lambda s: not is_a_number(s))
-)
-
-
-@settings(max_examples=300)
-@given(st.sampled_from(list(fields())), st.sampled_from(["D", "E"]), BAD)
-def test_any_bad_value_gets_one_line_with_source_field_and_range(field, cylinder, value):
-    path, node = field
-    name = cylinder if "cylinders" in path else "E07"
-    path = tuple(name if key == "NAME" else key for key in path)
-    override = with_value(".".join(path), value)
-    try:
-        validated(merged(BASE, override), [("config/paper.yaml", BASE), ("mine.yaml", override)])
-    except ConfigurationError as error:
-        line = str(error)
-    else:  # a number that this field allows, a free name, or an optional field left out
-        assert node.get("type") in ("number", "string") or value is None or value == {}
-        return
-    assert "\n" not in line
-    assert line.startswith(f"mine.yaml: {'.'.join(path[:3])}")
-    wanted = allowed(node["items"] if node.get("type") == "array" and isinstance(value, list) else node)
-    # A value that is allowed where another is missing, or where another excludes it.
-    elsewhere = ": missing; " in line or " stands beside " in line or " has no use " in line
-    conflict = path[-1] == "cylinder" and isinstance(value, str)
-    assert wanted in line or conflict or elsewhere
-
-
-# The schema and its description
 
 
 def test_every_number_has_both_limits():
@@ -509,13 +386,10 @@ def test_every_number_has_both_limits():
                 assert "less than" in limits or "at most" in limits, path
 
 
-def test_readme_of_the_configuration_is_that_of_the_schema():
+def test_readme_of_the_configuration_is_that_of_the_schema_and_names_every_key():
     assert (CONFIG / "README.md").read_text(encoding="utf-8") == schema_readme.readme(), (
         "run: python -m pneumo.configuration.schema_readme > config/README.md"
     )
-
-
-def test_readme_names_every_key_of_the_papers_configuration():
     readme = schema_readme.readme()
 
     def keys(node):
@@ -530,10 +404,9 @@ def test_readme_names_every_key_of_the_papers_configuration():
 
 UNITS = {
     **{"bore_mm": "mm", "dead_volume_m3": "m³", "variance_m2": "m²", "friction_Ns_per_m": "N s/m"},
-    "from_Hz": "Hz",
     **{"k_x_k_u_m2_per_V": "m²/V", "k_p_V_per_m": "V/m", "R_J_per_kgK": "J/(kg K)", "k_0_W_per_K": "W/K"},
     **{"lambda_0_W_per_m2K": "W/(m² K)", "C_dm3_per_sbar": "dm³/(s bar)", "P_s_Pa": "Pa"},
-    **{"duration_limit_s": "s", "P_0_per_P_s": "", "critical_ratio": "", "n": ""},
+    **{"duration_limit_s": "s", "from_Hz": "Hz", "P_0_per_P_s": "", "critical_ratio": "", "n": ""},
 }
 
 
@@ -541,4 +414,4 @@ UNITS = {
 def test_unit_of_a_key(key, unit):
     assert schema_readme.unit(key) == unit
     if unit:
-        pint.UnitRegistry().Unit(re.sub(r"(?<=\w|²) (?=\w)", "*", unit))
+        pint.get_application_registry().Unit(re.sub(r"(?<=\w|²) (?=\w)", "*", unit))

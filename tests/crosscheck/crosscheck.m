@@ -4,7 +4,8 @@
 %
 % NUMBERS is a text of "name value" lines in the units that the names say. OUTPUT gets doubles, one record per step:
 % x, v, P_A, T_A, P_B, T_B, then P of M1 to M10 in chamber A and in B with the exact transport (reduced and full-order
-% models are one system), then both again with the published one (1 ms samples, linear, late by lag_s).
+% models are one system), then both again with the published one (1 ms samples: replays_read is
+% 0 for interpolated, 1 for held, 2 for held but at the end of a step the next).
 1;
 
 paths = argv ();
@@ -44,10 +45,15 @@ y = [0; 0; c.P_0; c.T_0; c.P_0; c.T_0; c.P_0 * ones(20, 1)];
 states = zeros (26, steps + 1);
 states(:,1) = y;
 command = zeros (1, steps + 1);
-command(1) = command_voltage (levels(1), 0, c);
 K = zeros (26, 6);
+sign_kept = 1;
 for k = 1:steps
-  reference = levels(floor ((k - 1) / every) + 1);
+  reference = sign_kept * levels(floor ((k - 1) / every) + 1);
+  if (! c.closed_loop && abs (y(1)) >= c.x_reverse && reference * y(1) > 0)
+    reference = -reference;
+    sign_kept = -sign_kept;
+  end
+  command(k) = command_voltage (reference, y(1), c);
   for i = 1:6
     z = y + h * (K * a(i,:)');
     u = limit (command_voltage (reference, z(1), c));
@@ -59,8 +65,8 @@ for k = 1:steps
     error ("crosscheck: the piston meets a stop at %g s", k * h);
   end
   states(:,k+1) = y;
-  command(k+1) = command_voltage (levels(floor (k / every) + 1), y(1), c);
 end
+command(steps + 1) = command_voltage (sign_kept * levels(floor (steps / every) + 1), y(1), c);
 
 % Reduced models on the recorded signals.
 signals = [command; states(1:2,:)];
@@ -70,9 +76,12 @@ published(:,1) = P;
 K = zeros (20, 6);
 for k = 1:steps
   for i = 1:6
-    position = max (k - 1 + node(i) - c.lag_s / h, 0);
-    j = min (floor (position), steps - 1);
-    signal = signals(:,j+1) + (position - j) * (signals(:,j+2) - signals(:,j+1));
+    if (c.replays_read == 0)
+      share = node(i);
+    else
+      share = (c.replays_read == 2 && node(i) == 1);
+    end
+    signal = signals(:,k) + share * (signals(:,k+1) - signals(:,k));
     p = P + h * (K * a(i,:)');
     K(:,i) = reduced (reshape (p, 10, 2), limit (signal(1)), signal(2), signal(3), c.n, c)(:);
   end

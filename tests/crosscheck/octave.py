@@ -26,6 +26,7 @@ CONFIG = HERE.parents[1] / "config/paper.yaml"
 EXPERIMENTS = ("E13", "E14")  # cylinder D in open and in closed loop
 SECONDS, N = 10.0, 1.2
 TOLERANCE = 1e-8  # of pressure, relative, on the same step
+READINGS = ("linear", "hold", "hold_next")
 OCTAVE = shutil.which("octave-cli")
 
 
@@ -37,18 +38,14 @@ def numbers(config: dict[str, Any], name: str, seconds: float) -> dict[str, floa
     del cylinder["settling"]
     is_closed = experiment["loop"] == "closed"
     return {
-        **config["gas"],
-        **config["supply"],
-        **cylinder,
+        **(config["gas"] | config["supply"] | cylinder),
         "closed_loop": float(is_closed),
         "amplitude": closed["variance_m2"] ** 0.5 if is_closed else opened["amplitude_V"],
         "reverse_at": opened["reverse_at"],
         "k_p_V_per_m": closed["k_p_V_per_m"],
         "k_0_W_per_K": experiment["k_0_W_per_K"],
-        "duration_s": seconds,
-        "step_s": config["step_s"],
-        "lag_s": config["lag_s"],
-        "n": N,
+        **{"duration_s": seconds, "step_s": config["step_s"], "n": N},
+        "replays_read": READINGS.index((closed if is_closed else opened)["replays_read"]),
     }
 
 
@@ -91,11 +88,9 @@ def compared(name: str, seconds: float = SECONDS) -> dict[str, Any]:
     full = recording.states[:, [2, 4]].T
     result["full order"] = largest(states[:, [2, 4]].T - full, full, e.h)
     for transport, theirs in pressures.items():
-        cells = replay(recording, lanes, study_transport(transport, paper.lag, e.h))
-        ours = cells.pressure[index[:, 0]]
-        result[transport] = {
-            model: largest(theirs[i] - ours[i], ours[i], e.h) for i, model in enumerate(MODELS)
-        }
+        cells = replay(recording, lanes, study_transport(transport, e))
+        triples = zip(MODELS, theirs, cells.pressure[index[:, 0]], strict=True)
+        result[transport] = {model: largest(their - our, our, e.h) for model, their, our in triples}
     return result
 
 

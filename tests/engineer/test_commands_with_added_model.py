@@ -41,7 +41,7 @@ def test_study_ranks_the_added_model():
     assert "M11" in [row.model for row in ranking.rows]
 
 
-def test_fit_follows_the_added_models_own_pressures(plant, run):
+def test_fit_linear_model_and_source_code_of_the_added_model(plant, run):
     own = replay("M11", 1.3, run)
     noise = np.random.default_rng(3).normal(0, 50.0, (2, len(run.t)))
     P = np.array([own.P_A, own.P_B]) + noise
@@ -49,15 +49,14 @@ def test_fit_follows_the_added_models_own_pressures(plant, run):
     assert list(fits["model"].values) == ["M11", "M4"]
     assert fits["estimate"].sel(model="M11").notnull().all()  # n and k_0 both
     assert (fits["rms_held_out"].sel(model="M11") < 500).all()
-
-
-def test_linear_model_and_source_code_of_the_added_model(plant, run):
     point = {"u": 0.3, "P_A": 4e5, "P_B": 5e5}
     named, by_row = linearise("M11", 1.3, plant, **point), linearise(M11, 1.3, plant, **point)
     assert np.array_equal(named.A, by_row.A) and np.array_equal(named.B, by_row.B)
     for target in TARGETS:
-        source = exported("M11", 1.3, plant, target)
-        assert "M11_dP_dt" in source and "n = 1.3" in source and "eq (11)" in source
+        name, content = next(iter(exported("M11", 1.3, plant, target).items()))
+        assert name.startswith("M11")
+        if target != "fmu":
+            assert b"M11_" in content and b"n = 1.3" in content and b"eq (11)" in content
     assert model_row("M11") is M11
     measured = recorded(plant, 1e-3, u=run.u, x=run.x, v=run.v)
     assert replay("M11", 1.3, measured).status == ("ok", "ok")

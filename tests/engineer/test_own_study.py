@@ -2,30 +2,23 @@
 
 import re
 from math import pi
+from pathlib import Path
 
 import pytest
 import xarray as xr
 import yaml
+from bad_input import fields
 from paper_study import STUDY
 
+from pneumo.catalogue import default_conductance
 from pneumo.configuration.parameters import load, study, validated
-from pneumo.configuration.schema import SCHEMA
-from pneumo.configuration.schema_messages import named_sections, resolved
 from pneumo.engineer.cylinder_template import TEMPLATE, write_template
 from pneumo.engineer.own_study import TITLE, joined, rankings, run_study, selected, simulated_time
 from pneumo.errors import InputError
 from pneumo.publish.pages.study_page import MARK, check_folder, save_study
 from pneumo.storage.files import write
 
-
-def keys(node=SCHEMA):
-    """Every key of the schema."""
-    for key, field in node["properties"].items():
-        yield key
-        inner = resolved(field)
-        inner = resolved(named_sections(inner) or inner)
-        if "properties" in inner:
-            yield from keys(inner)
+pytestmark = pytest.mark.xdist_group("own study")  # its fixtures take seconds
 
 
 @pytest.fixture(scope="module")
@@ -44,15 +37,24 @@ def cells(short):
     return run_study(short, threads=2)
 
 
-def test_template_is_a_25_by_160_cylinder_with_a_catalogue_valve(template):
+def test_template_is_a_25_by_160_cylinder_with_a_catalogue_valve_and_init_writes_once(template, tmp_path):
     open_, closed = template.experiments.values()
     c = open_.plant.cylinder
     assert (c.bore, c.stroke) == pytest.approx((0.025, 0.16))
     assert open_.plant.gas.elliptic and open_.plant.gas.critical_ratio == 0.3
-    assert open_.plant.k_0 == closed.plant.k_0 == 0.3
+    assert open_.plant.k_0 == closed.plant.k_0 == default_conductance(c).k_0
     assert closed.drive.closed_loop and not open_.drive.closed_loop
     # The load is the atmosphere's on the rod.
     assert c.load == pytest.approx(-pi / 4 * 0.01**2 * 101325)
+    file = tmp_path / "new" / "my.yaml"
+    write_template(file)
+    assert file.read_bytes() == TEMPLATE.read_bytes()
+    file.write_text("mine")
+    with pytest.raises(InputError, match=r"my\.yaml: is there already"):
+        write_template(file)
+    assert file.read_text() == "mine"
+    with pytest.raises(InputError, match="cannot be written"):
+        write_template(file / "below.yaml")
 
 
 @pytest.fixture
@@ -61,17 +63,15 @@ def with_options():
     return yaml.safe_load(re.sub(r"#~ ?", "", TEMPLATE.read_text()))
 
 
-def test_template_holds_every_key(with_options):
+def test_template_holds_every_key_and_right_options(with_options):
     def there(node):
         for key, value in node.items():
             yield key
             if isinstance(value, dict):
                 yield from there(value)
 
-    assert sorted(set(keys()) - set(there(with_options))) == []
-
-
-def test_options_of_the_template_are_right_too(with_options):
+    known = {key for path, _ in fields() for key in path} - {"NAME"}
+    assert sorted(known - set(there(with_options))) == []
     # What excludes one another: the rest of one kind goes.
     mine, closed = with_options["cylinders"]["mine"], with_options["experiments"]["closed"]
     del mine["k_x_k_u_m2_per_V"], mine["closed_loop"]["variance_m2"]
@@ -84,38 +84,21 @@ def test_options_of_the_template_are_right_too(with_options):
     assert found.levels == {"mine": (0.3,)}
 
 
-def test_init_writes_once(tmp_path):
-    file = tmp_path / "new" / "my.yaml"
-    write_template(file)
-    assert file.read_bytes() == TEMPLATE.read_bytes()
-    file.write_text("mine")
-    with pytest.raises(InputError, match=r"my\.yaml: is there already"):
-        write_template(file)
-    assert file.read_text() == "mine"
-    with pytest.raises(InputError, match="cannot be written"):
-        write_template(file / "below.yaml")
-
-
-def test_choice_of_cylinders_and_experiments(template):
+def test_choice_of_cylinders_and_experiments_and_their_simulated_time(template):
     assert list(selected(template).experiments) == ["open", "closed"]
     assert list(selected(template, ["mine"], ["closed"]).experiments) == ["closed"]
-    for whole, cylinder, experiment, words in (
-        (template, ["theirs"], [], "cylinder = 'theirs'"),
-        (template, [], ["half"], "experiment = 'half'"),
-        (STUDY, ["E"], ["E02"], "no experiment"),
-    ):
+    wrong = (template, ["theirs"], [], "cylinder = 'theirs'"), (template, [], ["half"], "experiment = 'half'")
+    for whole, cylinder, experiment, words in (*wrong, (STUDY, ["E"], ["E02"], "no experiment")):
         with pytest.raises(InputError, match=words):
             selected(whole, cylinder, experiment)
-
-
-def test_simulated_time_counts_every_run(template):
     assert simulated_time(template) == pytest.approx(2 * 5 * 20)
     e = template.experiments["open"]
     fixed = e._replace(excitation=e.excitation._replace(signal="levels", levels=(1.0,)))
     assert simulated_time(template._replace(experiments={"open": fixed})) == pytest.approx(20)
 
 
-def test_files_of_a_study(short, cells, tmp_path):
+@pytest.mark.slow
+def test_files_of_a_study_and_of_cylinders_together(short, cells, tmp_path):
     found = rankings(cells)
     assert [ranking.cylinder for ranking in found] == ["mine"]
     check_folder(tmp_path / "out")
@@ -130,28 +113,22 @@ def test_files_of_a_study(short, cells, tmp_path):
     before = (page.read_bytes(), stored.read_bytes())
     save_study(short, cells, found, tmp_path / "out")
     assert before == (page.read_bytes(), stored.read_bytes())
-
-
-def test_foreign_files_stay(tmp_path, cells):
-    for name in ("study.html", "study.nc"):
-        (tmp_path / name).write_text("mine")
-        with pytest.raises(InputError, match=f"{name}: not written by"):
-            check_folder(tmp_path)
-        (tmp_path / name).unlink()
-        (tmp_path / name).mkdir()
-        with pytest.raises(InputError, match=f"{name}: not written by"):
-            check_folder(tmp_path)
-        (tmp_path / name).rmdir()
-    write(cells[["mse"]], tmp_path / "study.nc", {"title": "other", "summary": "", "config_sha256": ""})
-    with pytest.raises(InputError, match=r"study\.nc: not written by"):
-        check_folder(tmp_path)
-    with pytest.raises(InputError, match="is a file"):
-        check_folder(tmp_path / "study.nc")
-
-
-def test_cylinders_together(cells):
     other = cells.assign_coords(cylinder=("experiment", ["other", "other"]))
     other = other.assign_coords(experiment=["a", "b"])
     both = joined([cells, other.isel(run=[0])])
     assert both.sizes["experiment"] == 4 and both.sizes["run"] == 2
     assert [ranking.cylinder for ranking in rankings(both)] == ["mine", "other"]
+
+
+def test_foreign_files_stay(tmp_path, cells):
+    for name in ("study.html", "study.nc"):
+        for make, remove in ((Path.touch, Path.unlink), (Path.mkdir, Path.rmdir)):
+            make(tmp_path / name)
+            with pytest.raises(InputError, match=f"{name}: not written by"):
+                check_folder(tmp_path)
+            remove(tmp_path / name)
+    write(cells[["mse"]], tmp_path / "study.nc", {"title": "other", "summary": "", "config_sha256": ""})
+    with pytest.raises(InputError, match=r"study\.nc: not written by"):
+        check_folder(tmp_path)
+    with pytest.raises(InputError, match="is a file"):
+        check_folder(tmp_path / "study.nc")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from paper_study import STUDY
+from paper_study import STUDY, lasting
 from workflow_scripts import script
 
 from pneumo.configuration.study_json import to_json
@@ -21,13 +21,10 @@ from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.storage.files import write_json
 
+pytestmark = pytest.mark.xdist_group("repeated runs")  # its fixtures take seconds
+
 WITH_WALL = [name for name, model in MODELS.items() if model.wall != "none"]
 CELLS = ("mean_error", "variance", "mse", "status", "failure_time")
-
-
-def short(name, seconds=2.0):
-    e = STUDY.experiments[name]
-    return e._replace(steps=round(seconds / e.h))
 
 
 def repeated(experiments, n=STUDY.n, seeds=3, threads=2, **options):
@@ -37,11 +34,11 @@ def repeated(experiments, n=STUDY.n, seeds=3, threads=2, **options):
 
 @pytest.fixture(scope="module")
 def runs():
-    return repeated([short("E02"), short("E01", 1.0)])
+    return repeated([lasting("E02", 2.0), lasting("E01", 1.0)])
 
 
-def test_first_run_is_the_workflows_bit_for_bit(runs, tmp_path):
-    cut = STUDY._replace(experiments={"E02": short("E02")})
+def test_first_run_is_the_workflows_bit_for_bit_whatever_the_threads(runs, tmp_path):
+    cut = STUDY._replace(experiments={"E02": lasting("E02", 2.0)})
     write_json(to_json(cut), tmp_path / "parameters.json")
     parameters, datum = tmp_path / "parameters.json", tmp_path / "datum" / "E02.nc"
     replayed = tmp_path / "exact" / "replay" / "E02.nc"
@@ -54,39 +51,25 @@ def test_first_run_is_the_workflows_bit_for_bit(runs, tmp_path):
         stored = theirs["pressure"].values[..., : 2000 // 50 + 1]
         assert np.array_equal(mine["trace_pressure"].values[..., : 2000 // 50 + 1], stored)
     assert np.isfinite(mine["mse"].values).all() and (mine["mse"].values > 0).all()
-
-
-@pytest.mark.results
-@pytest.mark.parametrize("name", ["E02", "E06"])
-def test_cylinder_D_at_full_length_is_the_studys(results, name):
-    mine = repeated([STUDY.experiments[name]], STUDY.n, seeds=1, threads=1).isel(experiment=0, run=0)
-    with xr.open_dataset(results / "exact" / "replay" / f"{name}.nc") as theirs:
-        for variable in CELLS:
-            np.testing.assert_array_equal(mine[variable].values, theirs[variable].values, err_msg=variable)
-
-
-def test_threads_do_not_matter(runs):
-    again = repeated([short("E02"), short("E01", 1.0)], threads=1)
+    # Threads do not matter.
+    again = repeated([lasting("E02", 2.0), lasting("E01", 1.0)], threads=1)
     xr.testing.assert_identical(again, runs)
 
 
-def test_runs_differ_in_their_seed_and_nothing_else(runs):
+def test_runs_differ_in_their_seed_alone_and_more_begin_with_the_same(runs):
     seeds = runs["seed"].sel(experiment="E02").values.tolist()
-    assert seeds == seeds_of(short("E02"), 3)
+    assert seeds == seeds_of(lasting("E02", 2.0), 3)
     assert seeds[0] == 666 and len(set(seeds)) == 3
-    e = short("E02")
+    e = lasting("E02", 2.0)
     alone = one_run(e._replace(excitation=e.excitation._replace(seed=seeds[2])), STUDY.n, traced=False)
     assert np.array_equal(runs["mse"].sel(experiment="E02").isel(run=2).values, alone["mse"].values)
     assert len(np.unique(runs["mse"].sel(experiment="E02", model="M1", n=1.0, chamber="A"))) == 3
+    assert seeds_of(lasting("E02", 2.0), 9)[:4] == seeds_of(lasting("E02", 2.0), 4)
+    assert len(set(seeds_of(lasting("E02", 2.0), 100))) == 100
 
 
-def test_more_seeds_begin_with_the_same():
-    assert seeds_of(short("E02"), 9)[:4] == seeds_of(short("E02"), 4)
-    assert len(set(seeds_of(short("E02"), 100))) == 100
-
-
-def test_a_signal_that_is_not_random_runs_once():
-    e = short("E02", 0.3)
+def test_a_signal_that_is_not_random_runs_once_and_a_run_that_fails_is_a_status():
+    e = lasting("E02", 0.3)
     sweep = e._replace(excitation=e.excitation._replace(signal="sweep", band=(1e-3, 2e-3)))
     assert seeds_of(sweep, 5) == [666]
     told = []
@@ -95,10 +78,16 @@ def test_a_signal_that_is_not_random_runs_once():
     both = repeated([sweep, e._replace(name="E98")], (1.2,), seeds=2, threads=1)
     assert both.sizes["run"] == 2
     assert both["mse"].sel(experiment="E02").std("run").max() == 0
+    e = lasting("E02", 0.1)
+    wild = e._replace(plant=e.plant._replace(cylinder=e.plant.cylinder._replace(M=1e-9)))
+    found = repeated([wild], (1.2,), seeds=2, threads=1)
+    assert (found["run_status"] == DIVERGED).all() or (found["run_status"] > 0).all()
+    assert (found["status"] == NO_RUN).all() and found["mse"].isnull().all()
+    assert (found["run_failure_time"] > 0).all()
 
 
 def test_wrong_k_0_scales_wall_heat_only():
-    e = short("E02")
+    e = lasting("E02", 2.0)
     recording = record(e)
     found = mse_of_wrong_k_0(e, (1.2, 1.3), recording)
     lanes = lane_array([lane(MODELS[m], n, 1.4) for m in WITH_WALL for n in (1.2, 1.3)])
@@ -111,7 +100,7 @@ def test_wrong_k_0_scales_wall_heat_only():
         assert np.array_equal(mse[rows], expected.reshape(-1, 2, 2))
 
 
-def test_errors_of_a_wrong_k_0(runs):
+def test_errors_of_a_wrong_k_0_and_traces_of_the_first_run(runs):
     wrong = runs["mse_of_wrong_k_0"]
     assert tuple(wrong["k_0_factor"].values) == K_0_FACTORS
     assert wrong.sel(model=[m for m in MODELS if m not in WITH_WALL]).isnull().all()
@@ -120,21 +109,9 @@ def test_errors_of_a_wrong_k_0(runs):
     same = walled == runs["mse"].sel(model=WITH_WALL)
     # At n = 1 the air stays at the wall's temperature, whatever the conductance.
     assert same.sel(n=1.0).all() and not same.sel(n=slice(1.01, None)).any()
-
-
-def test_traces_are_those_of_the_first_run(runs):
     one = runs.sel(experiment="E01")
     kept = one["trace_t"].notnull().values
     assert one.sizes["sample"] == TRACED_SAMPLES and kept.sum() == 1000 // 50 + 1
     assert one["trace_t"].values[kept][-1] == pytest.approx(1.0)
     P = one["trace_P"].values[:, kept]
     assert (P[:, 0] == STUDY.experiments["E01"].plant.conditions.P_0).all() and np.ptp(P) > 1e4
-
-
-def test_a_run_that_fails_is_a_status():
-    e = short("E02", 0.1)
-    wild = e._replace(plant=e.plant._replace(cylinder=e.plant.cylinder._replace(M=1e-9)))
-    found = repeated([wild], (1.2,), seeds=2, threads=1)
-    assert (found["run_status"] == DIVERGED).all() or (found["run_status"] > 0).all()
-    assert (found["status"] == NO_RUN).all() and found["mse"].isnull().all()
-    assert (found["run_failure_time"] > 0).all()

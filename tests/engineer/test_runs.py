@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import pneumo
 from pneumo import Cylinder, Model, recorded, replay, simulate
 from pneumo import testing as some
+from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation import full_order as datum
@@ -32,24 +33,21 @@ def run(mine):
     return simulate(mine, H, command=COMMAND)
 
 
-def test_simulate_is_the_full_order_system(mine, run):
+def test_simulate_is_the_full_order_system_and_position_follows_its_reference(mine, run):
     drive = run.recording.drive
-    expected = datum.run(datum.equilibrium(mine), COMMAND, 0.0, drive, mine, H)
+    expected = datum.run(datum.equilibrium(mine), COMMAND, 0.0, drive, mine, H, MOST_HALVINGS).states
     assert np.array_equal(run.recording.states, expected)
     assert np.array_equal(run.u, COMMAND)
     assert run.t[-1] == pytest.approx(0.3)
     columns = (run.x, run.v, run.P_A, run.T_A, run.P_B, run.T_B)
     assert all(np.array_equal(column, expected[:, i]) for i, column in enumerate(columns))
     assert np.ptp(run.x) > 1e-3
-
-
-def test_position_follows_its_reference(mine):
     run = simulate(mine, H, reference=np.full(1501, 0.01), k_p=50.0)
     assert run.x[-1] == pytest.approx(0.01, abs=1e-3)
     assert run.u == pytest.approx(50.0 * (0.01 - run.x))
 
 
-def test_replay_is_the_grids(mine, run):
+def test_replay_is_the_grids_and_measured_signals_are_interpolated(mine, run):
     row = lane_array([lane(MODELS["M8"], 1.35, 1.4)])
     expected = replay_lanes(run.recording, row, EXACT_TRANSPORT)
     found = replay("M8", 1.35, run)
@@ -58,9 +56,6 @@ def test_replay_is_the_grids(mine, run):
     assert np.array_equal(found.mse, expected.mse[0])
     assert found.status == ("ok", "ok")
     assert found.mse[0] == pytest.approx(np.mean((run.P_A - found.P_A) ** 2), rel=1e-9)
-
-
-def test_measured_signals_are_interpolated(mine, run):
     measured = recorded(mine, H, u=run.u, x=run.x, v=run.v, P_A=run.P_A, P_B=list(run.P_B))
     found, exact = replay("M8", 1.35, measured), replay("M8", 1.35, run)
     assert pytest.approx(exact.P_A, rel=0.1) == found.P_A
@@ -68,9 +63,11 @@ def test_measured_signals_are_interpolated(mine, run):
     silent = replay("M8", 1.35, recorded(mine, H, u=run.u, x=run.x, v=run.v))
     np.testing.assert_allclose(silent.P_A, found.P_A, rtol=1e-12)  # by the other kernel
     assert np.isnan(silent.mse).all()
+    with pytest.raises(InputError, match="x"):  # of another length
+        recorded(mine, H, u=run.u, x=run.x[1:], v=run.v)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(data=st.data())
 def test_signals_of_the_strategies_run(mine, data):
     command = data.draw(some.commands(100, every=10, high=3.0))
@@ -82,25 +79,18 @@ def test_signals_of_the_strategies_run(mine, data):
         assert replay("M10", 1.2, run).status == ("ok", "ok")
 
 
-def test_a_row_can_stand_for_a_models_name(run):
+def test_a_row_can_stand_for_a_models_name_and_models_without_n_need_none(run):
     own = Model("M11", "gamma", "gamma", "gamma", "polytropic", True, "k_0")  # M8 under another name
     assert np.array_equal(replay(own, 1.35, run).P_A, replay("M8", 1.35, run).P_A)
-
-
-def test_models_without_n_need_none(run):
     assert np.array_equal(replay("M1", None, run).P_A, replay("M2", 1.0, run).P_A)
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({}, "either"),
-        ({"command": COMMAND, "reference": COMMAND}, "either"),
-        ({"reference": COMMAND}, "k_p"),
-        ({"command": [1.0]}, "command"),
-        ({"command": [1.0, np.nan]}, "command"),
-        ({"command": [[1.0, 2.0]]}, "command"),
-        ({"h": 0.0, "command": COMMAND}, "h = 0"),
+        *(({}, "either"), ({"command": COMMAND, "reference": COMMAND}, "either")),
+        *(({"command": wrong}, "command") for wrong in ([1.0], [1.0, np.nan], [[1.0, 2.0]])),
+        *(({"reference": COMMAND}, "k_p"), ({"h": 0.0, "command": COMMAND}, "h = 0")),
     ],
 )
 def test_bad_signals_are_refused(options, words, mine):
@@ -125,14 +115,8 @@ def test_bad_plants_are_refused(changes, words):
         pneumo.plant(options.pop("cylinder"), **options)
 
 
-def test_signals_of_different_length_are_refused(mine):
-    with pytest.raises(InputError, match="x"):
-        recorded(mine, H, u=COMMAND, x=COMMAND[1:], v=COMMAND)
-
-
 def test_strategies_without_hypothesis_name_it():
     code = "import sys; sys.modules['hypothesis'] = None; import pneumo.testing"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.stderr.splitlines()[-1] == (
-        "ImportError: pneumo.testing needs Hypothesis: install pneumo[testing]"
-    )
+    last = "ImportError: pneumo.testing needs Hypothesis: install pneumo[testing]"
+    assert done.stderr.splitlines()[-1] == last

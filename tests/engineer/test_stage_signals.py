@@ -16,7 +16,7 @@ def record():
     return t, u, x, stage_signals(PERIOD, u, x, np.zeros((2, 400)), 10.0)
 
 
-def test_stages_have_the_limited_command_and_a_motion_with_its_derivative(record):
+def test_stages_have_the_limited_command_or_a_linear_one_and_a_motion_with_its_derivative(record):
     t, u, _, found = record
     assert found.h == pytest.approx(1e-3) and found.stride == 2
     assert found.inputs.shape == (798, 6, 3)
@@ -26,9 +26,6 @@ def test_stages_have_the_limited_command_and_a_motion_with_its_derivative(record
     # Smoothing leaves less of the noise than was there, and the derivative's is that times a frequency.
     assert np.std(found.inputs[:, 0, 1] - 0.05 * np.sin(8 * at)) < 1e-4
     assert np.std(found.inputs[:, 0, 2] - 0.4 * np.cos(8 * at)) < 0.02
-
-
-def test_linear_command_is_between_samples(record):
     _, u, x, _ = record
     found = stage_signals(PERIOD, u, x, np.zeros((2, 400)), 20.0, held=False)
     np.testing.assert_allclose(found.inputs[1::2, 0, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)

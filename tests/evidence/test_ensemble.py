@@ -8,9 +8,10 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from invented_cells import cells_of
+from paper_study import STUDY
 from scipy import stats
 
-from pneumo.configuration.parameters import load, study
 from pneumo.evidence import ensemble as e
 from pneumo.evidence.model_pairs import CRITERIA
 from pneumo.evidence.seed_sets import seed_sets, with_seeds
@@ -22,7 +23,6 @@ from pneumo.simulation.signals import study_transport
 from pneumo.statistics.averages import concatenated
 
 CONFIG = Path(__file__).parents[2] / "config"
-STUDY = study(load(CONFIG / "paper.yaml"))
 LEVELS = {"low": ["E00", "E03"], "high": ["E01", "E02"]}
 
 
@@ -30,15 +30,16 @@ def short(steps, *names):
     return STUDY._replace(experiments={name: STUDY.experiments[name]._replace(steps=steps) for name in names})
 
 
-# Running
-
-
-def test_the_papers_seeds_come_first_and_no_set_twice():
+def test_the_papers_seeds_come_first_no_set_twice_and_each_cylinder_has_its_own():
     sets = seed_sets(STUDY, 100)
     assert sets[0] == {"D": 666, "E": 777}
     assert len(sets) == 100
     assert len({tuple(seeds.items()) for seeds in sets}) == 100
     assert seed_sets(STUDY, 10) == sets[:10]  # a larger ensemble goes on with what a smaller one has
+    small = short(300, "E06", "E16")
+    own, other = (with_seeds(small, {"D": 666, "E": seed}, 1)["mse"] for seed in (777, 778))
+    assert own.sel(experiment="E06").equals(other.sel(experiment="E06"))
+    assert not np.isclose(own.sel(experiment="E16"), other.sel(experiment="E16"), rtol=1e-3).any()
 
 
 def test_the_papers_seeds_give_the_studys_cells_whatever_the_threads():
@@ -48,16 +49,9 @@ def test_the_papers_seeds_give_the_studys_cells_whatever_the_threads():
     lanes, index = grid_lanes(STUDY.n, 1.4)
     for name, e_ in small.experiments.items():
         for transport in ("published", "exact"):
-            cells = replay(record(e_), lanes, study_transport(transport, STUDY.lag, e_.h))
+            cells = replay(record(e_), lanes, study_transport(transport, e_))
             found = one["mse"].sel(experiment=name, transport=transport)
             np.testing.assert_array_equal(found, cells.mse[index])
-
-
-def test_seeds_matter_and_each_cylinder_has_its_own():
-    small = short(300, "E06", "E16")
-    own, other = (with_seeds(small, {"D": 666, "E": seed}, 1)["mse"] for seed in (777, 778))
-    assert own.sel(experiment="E06").equals(other.sel(experiment="E06"))
-    assert not np.isclose(own.sel(experiment="E16"), other.sel(experiment="E16"), rtol=1e-3).any()
 
 
 def test_a_run_that_fails_leaves_its_cells_empty():
@@ -72,31 +66,14 @@ def test_a_run_that_fails_leaves_its_cells_empty():
     assert found["mse"].sel(experiment="E05").notnull().all()
 
 
-# Comparing
-
-
 def invented(mse):
     """Ensemble by (seeds, experiment) with models whose errors are given by (seeds, experiment, model)."""
     seeds, experiments, _ = mse.shape
-    n = [1.2, 1.4]
+    names = [f"E{i:02}" for i in range(experiments)]
+    coords = {"seeds": range(seeds), "transport": ["exact"], "experiment": names, "model": list(MODELS)}
     cells = np.stack([mse, 2 * mse], axis=-1)[:, np.newaxis, ..., np.newaxis] * np.ones(2)
-    dims = ("seeds", "transport", "experiment", "model", "n", "chamber")
-    return xr.Dataset(
-        {
-            "mse": (dims, cells),
-            "mean_error": (dims, 0.1 * np.sqrt(cells)),
-            "failure_time": (dims, np.full(cells.shape, np.nan)),
-        },
-        coords={
-            "seeds": np.arange(seeds),
-            "transport": ["exact"],
-            "experiment": [f"E{i:02}" for i in range(experiments)],
-            "model": list(MODELS),
-            "n": n,
-            "chamber": ["A", "B"],
-            "k_0": ("experiment", np.resize([0.1, 0.5, 2.5], experiments)),
-        },
-    )
+    found = cells_of(cells, coords | {"n": [1.2, 1.4], "chamber": ["A", "B"]})
+    return found.assign_coords(k_0=("experiment", np.resize([0.1, 0.5, 2.5], experiments)))
 
 
 def random_errors(seeds=8, experiments=4, sigma=0.3):
@@ -104,11 +81,25 @@ def random_errors(seeds=8, experiments=4, sigma=0.3):
     return 1e6 * np.exp(logs + 0.1 * np.arange(len(MODELS)))
 
 
-def test_spread_is_students():
+def test_spread_is_students_probability_and_sign_test():
     values = xr.DataArray([1.0, 2.0, 4.0, 9.0], dims="seeds")
     found = e.spread_over_seeds(values)
     low, high = stats.ttest_1samp(values, 0).confidence_interval(0.95)
     assert found.values == pytest.approx([4.0, np.std(values.values, ddof=1), low, high])
+    errors = random_errors(seeds=10)
+    errors[:, :, 7] = 0.5 * errors[:, :, 6]  # M8 beats M7 in all ten
+    errors[:3, :, 9] = 2 * errors[:3, :, 7]  # M10 loses to M8 three times
+    errors[3:, :, 9] = 0.5 * errors[3:, :, 7]
+    scores = e.scores_by_criterion(concatenated(invented(errors))["mse"], LEVELS)
+    found = e.beats(scores).sel(criterion="mean", level="overall", transport="exact")
+    p = found["probability"]
+    assert p.sel(model="M8", other="M7") == 1
+    assert p.sel(model="M10", other="M8") == 0.7
+    np.testing.assert_allclose(p + p.transpose("other", "model").values, 1)
+    assert found["resolved"].sel(model="M8", other="M7") in (0, 1)
+    raw = stats.binomtest(10, 10).pvalue
+    assert raw <= found["p_value"].sel(model="M8", other="M7") <= 45 * raw
+    assert found["p_value"].sel(model="M10", other="M8") == 1
 
 
 def test_scores_by_hand():
@@ -122,31 +113,12 @@ def test_scores_by_hand():
     expected = (np.arange(1, 11) ** 2 * 1000 * np.arange(10, 0, -1)) ** (1 / 3)
     np.testing.assert_allclose(overall.sel(criterion="geometric"), expected)
     np.testing.assert_allclose(found.sel(level="low", criterion="mean"), np.arange(1, 11))
-    np.testing.assert_allclose(
-        found.sel(level="high", criterion="mean"), (np.arange(1, 11) + 1000 * np.arange(10, 0, -1)) / 2
-    )
+    both = (np.arange(1, 11) + 1000 * np.arange(10, 0, -1)) / 2
+    np.testing.assert_allclose(found.sel(level="high", criterion="mean"), both)
     np.testing.assert_allclose(found.sel(level="low", criterion="rank"), np.arange(1, 11))
 
 
-def test_probability_and_sign_test():
-    errors = random_errors(seeds=10)
-    errors[:, :, 7] = 0.5 * errors[:, :, 6]  # M8 beats M7 in all ten
-    errors[:3, :, 9] = 2 * errors[:3, :, 7]  # M10 loses to M8 three times
-    errors[3:, :, 9] = 0.5 * errors[3:, :, 7]
-    found = e.beats(e.scores_by_criterion(concatenated(invented(errors))["mse"], LEVELS)).sel(
-        criterion="mean", level="overall", transport="exact"
-    )
-    p = found["probability"]
-    assert p.sel(model="M8", other="M7") == 1
-    assert p.sel(model="M10", other="M8") == 0.7
-    np.testing.assert_allclose(p + p.transpose("other", "model").values, 1)
-    assert found["resolved"].sel(model="M8", other="M7") in (0, 1)
-    raw = stats.binomtest(10, 10).pvalue
-    assert raw <= found["p_value"].sel(model="M8", other="M7") <= 45 * raw
-    assert found["p_value"].sel(model="M10", other="M8") == 1
-
-
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(arrays(float, 10, elements=st.floats(1e-6, 1.0)))
 def test_holm_is_that_of_the_definition(values):
     p = np.ones((5, 5))
@@ -162,22 +134,18 @@ def test_holm_is_that_of_the_definition(values):
     np.testing.assert_array_equal(found, found.T)
 
 
-def test_ratios_of_known_lognormals():
+def test_ratios_of_known_lognormals_and_everything_in_one_dataset():
     sigma = 0.2
     rng = np.random.default_rng(3)
     errors = np.ones((400, 2, len(MODELS)))
     errors[:, :, 7] = 0.5 * np.exp(rng.normal(0, sigma, 400))[:, np.newaxis]
-    found = e.ratio_intervals(concatenated(invented(errors))["mse"].min("n")).sel(
-        ratio="M8/M7", transport="exact", experiment="E00"
-    )
+    ratios = e.ratio_intervals(concatenated(invented(errors))["mse"].min("n"))
+    found = ratios.sel(ratio="M8/M7", transport="exact", experiment="E00")
     # Standard errors of mean and spread over 400 draws: 0.01 and 0.007; four of them.
     assert np.log(found["value"].item()) == pytest.approx(np.log(0.5), abs=0.04)
     assert np.log(found["resolvable"].item()) == pytest.approx(1.96 * sigma, abs=4 * 1.96 * 0.007)
     assert found["low"] < found["value"] < found["high"]
     assert found["single_low"] < found["low"] and found["high"] < found["single_high"]
-
-
-def test_everything_in_one_dataset():
     found = e.ensemble_statistics(invented(random_errors()), LEVELS)
     assert found["table_mse"].dims == ("spread", "transport", "level", "model")
     np.testing.assert_allclose(found["table_constant_n"].sel(spread="mean", level="low"), 1.2)

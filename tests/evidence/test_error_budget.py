@@ -5,9 +5,10 @@ import itertools
 import numpy as np
 import pytest
 import xarray as xr
+from figure_checks import saved_whole
 from hypothesis import given
 from hypothesis import strategies as st
-from paper_study import STUDY
+from paper_study import STUDY, lasting
 
 from pneumo.errors import RunError
 from pneumo.evidence import error_budget as b
@@ -15,7 +16,6 @@ from pneumo.physics.models import MODELS
 from pneumo.physics.valve import chamber_flows, laminar_share
 from pneumo.publish.figures.budget_figure import error_budget_figure
 from pneumo.publish.figures.panels import symbol
-from pneumo.publish.style import paper_style, save
 from pneumo.simulation.full_order import record
 from pneumo.simulation.given_inputs import pressures_on_inputs
 from pneumo.simulation.grid import grid_lanes
@@ -23,18 +23,15 @@ from pneumo.simulation.replay import replay, replay_by_reference
 from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated, study_transport
 from pneumo.storage.files import EXPERIMENT_LABELS
 
+pytestmark = pytest.mark.xdist_group("error budget")  # its fixtures take seconds
+
 N = (1.0, 1.2)
 LANES, INDEX = grid_lanes(N, 1.4)
-LAG = STUDY.lag
-
-
-def lasting(name, seconds):
-    return b.sliced(STUDY.experiments[name], seconds)
 
 
 @pytest.fixture(scope="module")
 def cells():
-    parts = [b.budget(lasting(name, 0.12), N, LAG) for name in ("E06", "E12")]
+    parts = [b.budget(lasting(name, 0.12), N) for name in ("E06", "E12")]
     return xr.concat(parts, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")
 
 
@@ -46,27 +43,21 @@ def dataset(cells):
 
 def test_parts_add_up_to_the_study_own_error(cells):
     e = lasting("E06", 0.12)
-    total, coarse, fine = (
-        b.published_error(e, LANES, LAG),
-        b.exact_error(e, LANES, 1),
-        b.exact_error(e, LANES, 16),
-    )
+    total, coarse, fine = (b.published_error(e, LANES), *(b.exact_error(e, LANES, m) for m in (1, 16)))
     transport, discretisation = total - coarse, coarse - fine
     products = fine * transport + fine * discretisation + transport * discretisation
     found = cells.sel(experiment="E06")
     # Sums of squares of some 1e4 Pa, each to 1e-16; their difference is a cross term as large.
     scale = found["total"].max().item()
     np.testing.assert_allclose(found["cross_term"], 2 * products.mean(axis=-1)[INDEX], atol=1e-12 * scale)
-    parts = sum(
-        found[name] for name in ("model_error", "transport_error", "discretisation_error", "cross_term")
-    )
-    np.testing.assert_allclose(parts, found["total"], rtol=1e-12)
+    parts = ("model_error", "transport_error", "discretisation_error", "cross_term")
+    np.testing.assert_allclose(sum(found[part] for part in parts), found["total"], rtol=1e-12)
 
 
 @pytest.mark.parametrize(("name", "transport"), [("total", "published"), ("total_exact", "exact")])
 def test_totals_are_those_of_the_study(cells, name, transport):
     e = lasting("E12", 0.12)
-    study = replay(record(e), LANES, study_transport(transport, LAG, e.h))
+    study = replay(record(e), LANES, study_transport(transport, e))
     np.testing.assert_allclose(cells[name].sel(experiment="E12"), study.mse[INDEX], rtol=1e-12)
 
 
@@ -102,21 +93,16 @@ def test_the_adaptive_reference_refuses_a_piston_out_of_range():
         b.reference_error(e._replace(drive=e.drive._replace(x_reverse=1e-6)), LANES[:1])
 
 
-def test_sampling_vanishes_with_its_period(cells):
+def test_sampling_vanishes_with_its_period_and_interpolation_is_that_of_the_replays(cells):
     rms = cells["sampled"].mean(["experiment", "model", "n", "chamber"]) ** 0.5
     growth = rms / rms.shift(period=1)
     assert ((growth > 4) | growth.isnull()).all()
     assert rms.isel(period=0).max() < 1e3 < rms.isel(period=-1).min()
-
-
-def test_linear_interpolation_is_the_published_transport_without_lag():
     e = lasting("E06", 0.3)
     recording = record(e)
     inputs = b.sampled_inputs(recording, 1, "linear")
-    study = replay(recording, LANES, interpolated())
-    np.testing.assert_allclose(
-        pressures_on_inputs(inputs, LANES, e.plant, e.h, 1), study.pressure, rtol=1e-10
-    )
+    ours = pressures_on_inputs(inputs, LANES, e.plant, e.h, 1)
+    np.testing.assert_allclose(ours, replay(recording, LANES, interpolated()).pressure, rtol=1e-10)
 
 
 @pytest.mark.uncompiled
@@ -138,15 +124,6 @@ def test_hold_and_cubic_meet_the_samples():
     assert (held.reshape(-1, 24, 3) == held.reshape(-1, 24, 3)[:, :1]).all()
 
 
-def test_given_inputs_refuse_the_regularised_law():
-    e = b.regularised(lasting("E06", 0.01))
-    with pytest.raises(ValueError, match=r"laminar = 0\.001"):
-        pressures_on_inputs(np.zeros((1, 6, 3)), LANES, e.plant, e.h, 1)
-
-
-# The regularised flow law
-
-
 @given(st.floats(-10, 10), st.floats(0.2e5, 9e5), st.floats(200, 500))
 def test_regularised_flow_is_the_printed_one_away_from_equal_pressures(u, P, T):
     plant = STUDY.experiments["E06"].plant
@@ -160,7 +137,7 @@ def test_regularised_flow_is_the_printed_one_away_from_equal_pressures(u, P, T):
         assert all(0 <= one <= other for one, other in zip(smooth, printed, strict=True))
 
 
-def test_regularised_flow_is_linear_at_equal_pressures_and_has_no_jump():
+def test_regularised_flow_is_linear_without_a_jump_and_given_inputs_refuse_it():
     plant = STUDY.experiments["E06"].plant
     valve = plant.valve._replace(laminar=b.LAMINAR)
     P_s = plant.conditions.P_s
@@ -172,6 +149,9 @@ def test_regularised_flow_is_linear_at_equal_pressures_and_has_no_jump():
     assert np.isclose(inflow(2e-6), 2 * inflow(1e-6), rtol=1e-5)
     assert np.isclose(inflow(b.LAMINAR * (1 - 1e-9)), inflow(b.LAMINAR * (1 + 1e-9)), rtol=1e-6)
     assert laminar_share(2.0, 2.0, 0.0) == 1
+    e = b.regularised(lasting("E06", 0.01))
+    with pytest.raises(ValueError, match=r"laminar = 0\.001"):
+        pressures_on_inputs(np.zeros((1, 6, 3)), LANES, e.plant, e.h, 1)
 
 
 def test_the_fast_replay_knows_the_regularised_law():
@@ -184,42 +164,35 @@ def test_the_fast_replay_knows_the_regularised_law():
     assert abs(other.pressure - fast.pressure).max() > 10  # Pa
 
 
-# Telling models apart
-
-
 def test_models_are_told_apart_where_their_difference_outweighs_the_numbers():
     models = {"model": ["M1", "M2", "M3"]}
     model_error = xr.DataArray([1.0, 2.0, 2.0], models)
     kept = b.told_apart(model_error + 5.0, model_error)  # the same for all: differences stand
     assert kept.values.tolist() == [[False, True, True], [True, False, False], [True, False, False]]
-    swapped = b.told_apart(xr.DataArray([2.0, 1.0, 2.5], models), model_error)
+    swapped = b.told_apart(xr.DataArray([2.0, 1.0, 2.75], models), model_error)
     assert not swapped.sel(model="M1", other="M2") and swapped.sel(model="M1", other="M3")
+    halved = b.told_apart(xr.DataArray([1.0, 1.5, 1.4], models), model_error)  # the sign stays only
+    assert not halved.any()
 
 
-def test_models_that_coincide_are_never_told_apart(dataset):
+def test_models_that_coincide_are_never_told_apart_levels_average_and_all_has_units(dataset):
     # M1 is M2, M5 and M6 at n = 1.
     at_one = dataset["constant_n"] == 1
     for model in ("M2", "M5", "M6"):
         apart = dataset["level_told_apart"].sel(model="M1", other=model).where(at_one.sel(model=model), 0)
         assert not apart.any()
     assert not dataset["told_apart"].where(dataset["model"] == dataset["other"], 0).any()
-
-
-def test_levels_average_their_experiments(dataset):
     mse = dataset["sampled"].mean("chamber").sel(n=1.0, model="M3").mean("experiment")
     np.testing.assert_allclose(dataset["level_sampled"].sel(level="typical", model="M3"), mse)
     assert dataset["level_total"].sel(level="isothermal").isnull().all()  # no experiment of this conductance
-
-
-def test_every_variable_has_its_unit(dataset):
     for name in dataset.data_vars:
         assert "long_name" in dataset[name].attrs or name in ("best_n",), name
 
 
+@pytest.mark.slow
 def test_figure_stacks_the_parts_and_is_unclipped(dataset, tmp_path):
     fig = error_budget_figure(dataset)
-    svg, png = save(fig, tmp_path / "error_budget")
-    assert svg.stat().st_size > 10_000 and png.stat().st_size > 10_000
+    saved_whole(fig, tmp_path / "error_budget")
     heights = [[bar.get_height() for bar in bars] for bars in fig.axes[0].containers]
     parts = ("model_error", "transport_error", "discretisation_error")
     level = dataset.sel(level="adiabatic")
@@ -240,6 +213,3 @@ def test_figure_stacks_the_parts_and_is_unclipped(dataset, tmp_path):
         assert 1 <= float(digits) < 10
         assert float(f"{digits}e{power}") == pytest.approx(value, rel=0.05)  # two digits are shown
     assert [label.get_text() for label in fig.axes[3].get_xticklabels()] == [symbol(name) for name in MODELS]
-    with paper_style():
-        ink, page = fig.get_tightbbox(), fig.get_size_inches()
-    assert ink.x0 >= 0 and ink.y0 >= 0 and ink.x1 <= page[0] and ink.y1 <= page[1]

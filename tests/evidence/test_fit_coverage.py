@@ -1,10 +1,9 @@
 """Coverage of `pneumo fit`: random cylinders as drawn, cases fitted, intervals counted."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
+from checkout import ROOT, between
 
 from pneumo.evidence.fit_coverage import (
     FITTED_MODELS,
@@ -19,13 +18,10 @@ from pneumo.evidence.fit_coverage import (
 from pneumo.evidence.synthetic_records import sensed, synthetic_record
 
 
-def test_sensors_are_noisy_and_quantised():
+def test_sensors_are_noisy_and_quantised_and_cases_as_drawn():
     found = sensed(np.random.default_rng(0), np.zeros(4000), 8.0, 0.01, 10)
     np.testing.assert_array_equal(found / (8 / 1024), np.round(found / (8 / 1024)))
     assert np.std(found) == pytest.approx(0.08, rel=0.05)  # 4000 samples: 1.1 %
-
-
-def test_cases_are_as_drawn():
     known = synthetic_record(8, "M7")
     half = known.truth.cylinder.stroke / 2
     assert np.ptp(known.x_exact) > 0.2 * half and np.abs(known.x_exact).max() < half
@@ -40,6 +36,7 @@ def test_cases_are_as_drawn():
     assert record_properties(known)["noise"] == known.noise
 
 
+@pytest.mark.slow
 def test_a_case_is_fitted_by_the_model_that_made_it():
     found = fit_same_model(1032)  # little noise, long in motion: k_0 is seen
     assert found["fitted_model"].item() == FITTED_MODELS[1032 % 4]
@@ -53,18 +50,13 @@ def test_a_case_is_fitted_by_the_model_that_made_it():
 
 def test_intervals_held_are_counted_and_open_ends_set_no_limit():
     nan = np.nan
-    found = xr.Dataset(
-        {
-            "truth": (("case", "parameter"), [[1.2], [1.2], [1.2], [1.2]]),
-            "low": (("case", "parameter"), [[1.1], [nan], [1.3], [1.1]]),
-            "high": (("case", "parameter"), [[1.3], [1.25], [1.4], [nan]]),
-            "full_k_0": (("case", "model"), [[nan, 0.5], [nan, 1.0], [nan, 2.0], [nan, 1.0]]),
-            "full_true_k_0": ("case", [1.0, 1.0, 1.0, 0.5]),
-            "full_held_out": (("case", "model"), 1e3 * np.array([[1.0, 2.0]] * 4)),
-            "full_seconds": (("case", "model"), np.ones((4, 2))),
-        },
-        coords={"parameter": ["n"], "model": ["M6", "M7"]},
-    )
+    by_parameter = {"truth": [1.2, 1.2, 1.2, 1.2], "low": [1.1, nan, 1.3, 1.1], "high": [1.3, 1.25, 1.4, nan]}
+    by_model = {"full_k_0": [[nan, 0.5], [nan, 1.0], [nan, 2.0], [nan, 1.0]], "full_seconds": np.ones((4, 2))}
+    by_model["full_held_out"] = 1e3 * np.array([[1.0, 2.0]] * 4)
+    found = xr.Dataset(coords={"parameter": ["n"], "model": ["M6", "M7"]})
+    found = found.assign({name: (("case", "parameter"), np.c_[v]) for name, v in by_parameter.items()})
+    found = found.assign({name: (("case", "model"), values) for name, values in by_model.items()})
+    found["full_true_k_0"] = ("case", [1.0, 1.0, 1.0, 0.5])
     row = intervals_that_hold(found).loc["n"]
     assert (row["held"], row["cases"], row["closed_held"], row["closed"]) == (3, 4, 1, 2)
     assert full_order_truth(found).loc["M7", "k_0_median"] == 1.5
@@ -73,10 +65,6 @@ def test_intervals_held_are_counted_and_open_ends_set_no_limit():
 
 
 @pytest.mark.results
-def test_the_page_shows_the_coverage_that_was_found(results):
-    file = results / "fit_coverage.md"
-    if not file.exists():
-        pytest.skip("no results/fit_coverage.md: `snakemake -j2 fit_coverage` makes it")
-    page = (Path(__file__).parents[2] / "docs/fit.md").read_text(encoding="utf-8")
-    shown = page.partition("<!-- coverage:")[2].partition("-->")[2].partition("<!-- /coverage -->")[0]
-    assert shown.strip() == file.read_text(encoding="utf-8").strip()
+def test_the_page_shows_the_coverage_that_was_found(evidence_file):
+    file = evidence_file("fit_coverage.md", "fit_coverage")
+    assert between(ROOT / "docs/fit.md", "coverage:") == file.read_text(encoding="utf-8").strip()

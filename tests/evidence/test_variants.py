@@ -1,19 +1,18 @@
 """Refinements under other assumptions and physics: what is run, how it is scored, how it is shown."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from checkout import ROOT
+from figure_checks import saved_whole
 
 from pneumo.evidence import alternatives
 from pneumo.evidence import variants as v
 from pneumo.evidence.model_pairs import REFINED_MODELS, REFINEMENT_PAIRS
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
-from pneumo.publish.figures.variants_figure import LEVEL_MARKS, clear_name, variants_figure
-from pneumo.publish.style import paper_style, save
+from pneumo.publish.figures.alternatives_figures import LEVEL_MARKS, clear_name, variants_figure
 from pneumo.publish.text.markdown_tables import variants_table
 from pneumo.simulation.full_order import record
 from pneumo.simulation.replay import replay_by_reference
@@ -21,7 +20,6 @@ from pneumo.simulation.signals import study_transport
 from pneumo.storage.files import read
 from pneumo.verdict.assumptions import AS_TAKEN
 
-ROOT = Path(__file__).parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/paper.yaml").read_text(encoding="utf-8"))
 TINY = CONFIG | {"run": {"experiments": ["E06", "E12"], "duration_limit_s": 0.5}}
 LEVEL = {"adiabatic": ["E06"], "typical": ["E06", "E12"], "isothermal": []}
@@ -40,17 +38,17 @@ def dataset(found):
     return made[["mse"]].merge(v.refinement_ratios(made["mse"], LEVEL))  # one level without experiments
 
 
-def test_what_does_not_reach_the_grid_is_left_out(found):
+def test_what_does_not_reach_the_grid_is_left_out_and_physics_is_what_it_says(found):
     ledger = alternatives.ledger_alternatives(TINY)
     left_out = {name.partition(".")[0] for name in set(ledger) - set(found)}
-    same = {"settling_E", "hold", "settling_change", "transport", "lag", "error_sign", "variance_of_means"}
-    # In closed loop an amplitude means nothing; nor does the reversal of the sign, but that is other code.
-    assert left_out == same | {"amplitude_D", "amplitude_E"}
+    same = {"settling_E", "hold", "settling_change", "valve_leak", "settling_stop", "error_sign"}
+    same |= {"transport", "transport_D", "transport_E_closed", "transport_E_open", "lag", "step_halving"}
+    # In closed loop an amplitude and the reversal of the sign mean nothing.
+    open_loop = {"amplitude_D", "amplitude_E", "sign_reversal", "sign_reversal_tested"}
+    assert left_out == same | open_loop | {"variance_of_means"}
     assert next(iter(found)) == AS_TAKEN
     assert set(alternatives.OTHER_PHYSICS) < set(found)
 
-
-def test_physics_is_what_it_says(found):
     def plant(name):
         return found[name].study.experiments["E06"].plant
 
@@ -63,11 +61,9 @@ def test_physics_is_what_it_says(found):
     assert plant("friction_law.coulomb").cylinder.coulomb == pytest.approx(11.0, rel=1e-3)  # N; 220 N push D
     assert plant("valve.leak").valve.leak == pytest.approx(1e-8)  # m^2; 1e-6 fully open
     other = plant("valve.elliptic")
-    flows = [
-        chamber_flows(u, other.conditions.P_0, 293.0, other.valve, other.gas, other.conditions)
-        for u in (1, -1)
-    ]
-    assert flows[0][0] == pytest.approx(flows[1][1], rel=1e-9)  # at rest as much comes in as goes out
+    at_rest = other.conditions.P_0, 293.0, other.valve, other.gas, other.conditions
+    (into, _), (_, out) = (chamber_flows(u, *at_rest) for u in (1, -1))
+    assert into == pytest.approx(out, rel=1e-9)
     assert other.gas.elliptic and not taken.gas.elliptic
 
 
@@ -76,20 +72,29 @@ def test_errors_are_those_of_plain_replays(found, dataset, transport):
     study = found[AS_TAKEN].study
     e = study.experiments["E12"]
     lanes = lane_array([lane(MODELS["M8"], 1.35, 1.4), lane(MODELS["M5"], 1.2, 1.4)])
-    reading = study_transport(transport, study.lag, e.h)
+    reading = study_transport(transport, e)
     plain = replay_by_reference(record(e), lanes, reading).mse.mean(axis=1)
     cells = dataset["mse"].sel(experiment="E12", alternative=AS_TAKEN, transport=transport)
     found_here = [cells.sel(model="M8", n=1.35).item(), cells.sel(model="M5", n=1.2).item()]
     np.testing.assert_allclose(found_here, plain, rtol=1e-9)  # two kernels, as in test_lanes
 
 
-def test_an_alternative_changes_what_it_is_about(dataset):
+def test_an_alternative_changes_what_it_is_about_and_the_table_tells_it(dataset):
     mse = dataset["mse"]
     taken = mse.sel(alternative=AS_TAKEN)
     for name in mse["alternative"].values[1:]:
         differs = (mse.sel(alternative=name) != taken).any(("transport", "model", "n"))
         assert differs.sel(experiment="E12")
         assert differs.sel(experiment="E06") == (name != "mass_E.mass_E_4")
+    lines = variants_table(dataset).splitlines()
+    one = dataset.sel(transport="exact", criterion="mean", pair="M8/M7", level="typical")
+    pays = int((one["ratio"] < 1).sum() - (one["ratio"].sel(alternative=AS_TAKEN) < 1))
+    (row,) = [line for line in lines if line.startswith("| exact | mean | M8/M7 |")]
+    assert row.split(" | ")[5] == f"{pays} of 6"
+    assert row.endswith("| 0 of 0 |")  # isothermal: no experiment
+    (row,) = [line for line in lines if line.startswith("| supply.10_bar |")]
+    assert f"{one['ratio'].sel(alternative='supply.10_bar').item():.2f}" in row
+    assert row.endswith("| - |")
 
 
 def by_hand():
@@ -104,20 +109,23 @@ def by_hand():
     return xr.concat([mse, 4 * mse, np.nan * mse], xr.Variable("alternative", [AS_TAKEN, "b.b", "c.c"]))
 
 
-def test_scores_by_hand():
-    scores = v.level_scores(by_hand(), LEVEL).sel(alternative=AS_TAKEN)
-
-    def score(model, **where):
-        return scores.sel(model=model, **where).item()
-
-    assert score("M5", level="typical", criterion="mean") == pytest.approx(17)  # (9 + 25)/2, n = 1.4
-    assert score("M6", level="typical", criterion="mean") == pytest.approx(10)
-    assert score("M5", level="typical", criterion="geometric mean") == pytest.approx(15)
-    assert score("M6", level="typical", criterion="geometric mean") == pytest.approx(5)  # now n = 1
-    assert score("M5", level="overall", criterion="mean") == pytest.approx(14.5)
-    assert score("M5", level="overall", criterion="geometric mean") == pytest.approx(10)
-    assert score("M5", level="adiabatic", criterion="mean") == pytest.approx(4)
-    assert scores.sel(level="isothermal").isnull().all()
+@pytest.mark.parametrize(
+    ("model", "level", "criterion", "expected"),
+    [
+        ("M5", "typical", "mean", 17),  # (9 + 25)/2, n = 1.4
+        ("M6", "typical", "mean", 10),
+        ("M5", "typical", "geometric mean", 15),
+        ("M6", "typical", "geometric mean", 5),  # now n = 1
+        ("M5", "overall", "mean", 14.5),
+        ("M5", "overall", "geometric mean", 10),
+        ("M5", "adiabatic", "mean", 4),
+        ("M5", "isothermal", "mean", np.nan),
+    ],
+)
+def test_scores_by_hand(model, level, criterion, expected):
+    scores = v.level_scores(by_hand(), LEVEL).sel(alternative=AS_TAKEN, model=model)
+    found = scores.sel(level=level, criterion=criterion)
+    assert found.item() == pytest.approx(expected, nan_ok=True)
 
 
 def test_shares_count_alternatives_that_have_a_ratio():
@@ -131,22 +139,10 @@ def test_shares_count_alternatives_that_have_a_ratio():
     assert summary["share"].sel(level="isothermal").isnull().all()
 
 
-def test_table_tells_shares_and_ratios(dataset):
-    lines = variants_table(dataset).splitlines()
-    one = dataset.sel(transport="exact", criterion="mean", pair="M8/M7", level="typical")
-    pays = int((one["ratio"] < 1).sum() - (one["ratio"].sel(alternative=AS_TAKEN) < 1))
-    (row,) = [line for line in lines if line.startswith("| exact | mean | M8/M7 |")]
-    assert row.split(" | ")[5] == f"{pays} of 6"
-    assert row.endswith("| 0 of 0 |")  # isothermal: no experiment
-    (row,) = [line for line in lines if line.startswith("| supply.10_bar |")]
-    assert f"{one['ratio'].sel(alternative='supply.10_bar').item():.2f}" in row
-    assert row.endswith("| - |")
-
-
+@pytest.mark.slow
 def test_figure_has_a_mark_for_every_ratio_and_is_unclipped(dataset, tmp_path):
     fig = variants_figure(dataset)
-    svg, png = save(fig, tmp_path / "variants")
-    assert svg.stat().st_size > 10_000 and png.stat().st_size > 10_000
+    saved_whole(fig, tmp_path / "variants")
     for ax, pair in zip(fig.axes, REFINEMENT_PAIRS, strict=True):
         for line, level in zip(ax.get_lines()[1:], LEVEL_MARKS, strict=True):
             ratio = dataset["ratio"].sel(pair=pair, level=level, transport="exact", criterion="mean")
@@ -156,17 +152,11 @@ def test_figure_has_a_mark_for_every_ratio_and_is_unclipped(dataset, tmp_path):
     assert shown[0] == "as taken" and shown[-2:] == ["supply 10 bar", "inlet colder"]
     heights = fig.axes[0].get_lines()[1].get_ydata()
     assert heights[0] == max(heights)  # the study on top
-    with paper_style():
-        ink, page = fig.get_tightbbox(), fig.get_size_inches()
-    assert ink.x0 >= 0 and ink.y0 >= 0 and ink.x1 <= page[0] and ink.y1 <= page[1]
 
 
 @pytest.mark.results
-def test_mixing_pays_at_the_adiabatic_level_unless_air_comes_in_cold(results):
-    file = results / "variants.nc"
-    if not file.exists():
-        pytest.skip("results/variants.nc is not there: `snakemake -j2 evidence` makes it")
-    found = read(file)
+def test_mixing_pays_at_the_adiabatic_level_unless_air_comes_in_cold(evidence_file):
+    found = read(evidence_file("variants.nc"))
     others = found["ratio"].drop_sel(alternative=AS_TAKEN)
     assert found["counted"].min() == others.sizes["alternative"] >= 30  # every run went through
     np.testing.assert_allclose(found["share"], (others < 1).mean("alternative"))

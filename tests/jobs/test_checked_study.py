@@ -3,11 +3,10 @@
 from pathlib import Path
 
 import pytest
+from checkout import ROOT
 
 from pneumo.configuration.parameters import read_yaml
 from pneumo.jobs.checked_study import checked_study
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(("options", "source"), [({"step_s": -1}, "--config"), ({}, "config/paper.yaml")])

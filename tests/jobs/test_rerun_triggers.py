@@ -1,12 +1,14 @@
 """Evidence found in results: only what this configuration made counts."""
 
 import json
+from pathlib import Path
 
 import pytest
 import xarray as xr
 from paper_study import STUDY
 
-from pneumo.jobs.rerun_triggers import evidence_for, fingerprints
+from pneumo.jobs.rerun_triggers import evidence_for, fingerprints, kept_or_made
+from pneumo.storage import kept_evidence
 from pneumo.storage.files import write, write_json
 
 OWN = {"config_sha256": STUDY.config_sha256}
@@ -14,16 +16,29 @@ OWN = {"config_sha256": STUDY.config_sha256}
 
 @pytest.mark.parametrize("name", ["assumptions.nc", "findings.json"])
 @pytest.mark.parametrize("damage", [b"", b"{", b"[]", b"{}", b"\xff"])
-def test_evidence_counts_for_the_configuration_that_made_it_only(tmp_path, name, damage):
-    file = tmp_path / name
-    assert evidence_for(STUDY, str(file)) == []
+def test_evidence_counts_for_the_configuration_that_made_it_only(tmp_path, monkeypatch, name, damage):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "kept")
+    file = Path("results") / name
+    assert evidence_for(STUDY, name) == []
     if name.endswith(".nc"):
         write(xr.Dataset({"x": 1.0}), file, OWN)
     else:
         write_json(json.dumps(OWN), file)
-    assert evidence_for(STUDY, str(file)) == [str(file)]
-    assert evidence_for(STUDY._replace(config_sha256="another"), str(file)) == []
+    assert evidence_for(STUDY, name) == [str(file)]
+    assert evidence_for(STUDY._replace(config_sha256="another"), name) == []
     before = fingerprints([str(file)])
     file.write_bytes(damage)
-    assert evidence_for(STUDY, str(file)) == [str(file)]  # so that the job which reads it refuses it
+    assert evidence_for(STUDY, name) == [str(file)]  # so that the job which reads it refuses it
     assert list(before) == [str(file)] and fingerprints([str(file)]) != before
+
+
+def test_kept_evidence_serves_where_results_lack_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "kept")
+    write(xr.Dataset({"x": 1.0}), tmp_path / "kept/ensemble/010.nc", OWN)
+    another = STUDY._replace(config_sha256="another")
+    assert kept_or_made(STUDY, "ensemble/010.nc") == "kept/ensemble/010.nc"
+    assert kept_or_made(another, "ensemble/010.nc") == "results/ensemble/010.nc"
+    write(xr.Dataset({"x": 2.0}), tmp_path / "results/ensemble/010.nc", OWN)
+    assert kept_or_made(STUDY, "ensemble/010.nc") == "results/ensemble/010.nc"

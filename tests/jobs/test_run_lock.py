@@ -24,6 +24,12 @@ def test_a_second_run_and_results_that_cannot_be_written_are_refused(run_folder,
     assert "results: cannot be written" in refusal(capsys)
 
 
+def test_the_lock_of_another_user_is_refused_in_clear_words(run_folder, capsys):
+    RUN_LOCK.unlink()
+    RUN_LOCK.mkdir()  # as little to be opened, for root too
+    assert "pneumo.run: cannot be written; is it mounted read-only, or another user's?" in refusal(capsys)
+
+
 def test_files_from_the_future_are_dated_back_in_their_order(run_folder, monkeypatch):
     monkeypatch.setenv(RUN, "")
     dates = {"old": -1000, "first": 1000, "second": 2000, "with_second": 2000, "third": 3000}  # s from now

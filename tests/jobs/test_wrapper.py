@@ -43,7 +43,7 @@ def failing(error):
     return main
 
 
-def test_main_takes_paths_and_parameters_by_their_names(job):
+def test_main_takes_paths_and_parameters_by_their_names_and_is_called_by_snakemake_alone(job):
     job.output._set_name("runs", 0, end=2)  # as Snakemake names a list
     taken = {}
 
@@ -53,10 +53,7 @@ def test_main_takes_paths_and_parameters_by_their_names(job):
     run_job(main, {"snakemake": job})
     files = {"runs": [Path("one.nc"), Path("two.nc")], "parameters": Path("parameters.json")}
     assert taken == files | {"first": "020", "threads": 2, "code": "abc"}
-    assert re.fullmatch(r"rule: 0\.0\d s\n", log_of(job))
-
-
-def test_without_snakemake_main_is_not_called():
+    assert re.fullmatch(r"rule: \d+\.\d\d s\n", log_of(job))
     run_job(failing(AssertionError), {"__name__": "script"})
 
 
@@ -67,13 +64,8 @@ def test_every_rule_gives_its_script_what_it_takes(monkeypatch):
         workflow = api.workflow(ResourceSettings(cores=1), snakefile=Path("Snakefile"))._workflow
     rules = [rule for rule in workflow.rules if rule.script]
     for rule in rules:
-        given = [
-            *rule.input.keys(),
-            *rule.output.keys(),
-            *rule.params.keys(),
-            *rule.wildcard_names,
-            "threads",
-        ]
+        named = [*rule.input.keys(), *rule.output.keys(), *rule.params.keys()]
+        given = [*named, *rule.wildcard_names, "threads"]
         assert len(given) == len(set(given)), f"{rule.name}: two values of one name"
         assert set(inspect.signature(script(Path(rule.script).stem)).parameters) <= set(given), rule.name
     assert {Path(rule.script).name for rule in rules} == {file.name for file in SCRIPTS.glob("*.py")}
@@ -81,14 +73,11 @@ def test_every_rule_gives_its_script_what_it_takes(monkeypatch):
         assert callable(pkgutil.resolve_name(drawn["draw"]))
 
 
-@pytest.mark.parametrize(
-    "error",
-    [
-        ResultError("E01.nc: broken"),
-        RunError("not settled"),
-        OSError(errno.ENOSPC, "no space left on device"),
-    ],
-)
+FULL = OSError(errno.ENOSPC, "no space left on device")
+FORBIDDEN = PermissionError(errno.EACCES, "permission denied")
+
+
+@pytest.mark.parametrize("error", [ResultError("E01.nc: broken"), RunError("not settled"), FULL, FORBIDDEN])
 def test_an_error_to_mend_is_one_line_and_exit_2(job, error, capsys):
     with pytest.raises(SystemExit) as end:
         run_job(failing(error), {"snakemake": job})
@@ -97,18 +86,30 @@ def test_an_error_to_mend_is_one_line_and_exit_2(job, error, capsys):
     assert log_of(job) == f"{error}\n"
 
 
-def test_any_other_error_is_in_the_log(job):
+def test_any_other_error_is_in_the_log_whatever_its_letters(job, capsys):
     with pytest.raises(ZeroDivisionError):
         run_job(failing(ZeroDivisionError()), {"snakemake": job})
     assert "Traceback" in log_of(job)
+    sys.stderr.reconfigure(errors="backslashreplace")  # as Python's own is
+    with pytest.raises(SystemExit):
+        run_job(failing(ResultError("Kolben\udce4.nc: broken")), {"snakemake": job})  # a byte of a path
+    assert log_of(job) == "Kolben\\udce4.nc: broken\n"
 
 
-def test_a_damaged_file_is_removed(job, run_folder, capsys):
+def test_a_damaged_file_is_removed_and_a_full_log_is_one_line(job, run_folder, capsys, monkeypatch):
     (run_folder / "E01.nc").write_text("spoilt")
     with pytest.raises(SystemExit):
         run_job(failing(DamagedError(Path("E01.nc"), "damaged")), {"snakemake": job})
     assert not (run_folder / "E01.nc").exists()
     assert "E01.nc: damaged; removed, the next run makes it again" in capsys.readouterr().err
+
+    def full(*_arguments, **_options):
+        raise FULL
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(SystemExit) as end:
+        run_job(lambda: None, {"snakemake": job})
+    assert end.value.code == 2 and capsys.readouterr().err == f"pneumo: {FULL}\n"
 
 
 def test_a_job_of_a_killed_run_ends_when_another_has_begun(job, monkeypatch):

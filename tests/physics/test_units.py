@@ -67,6 +67,7 @@ def acceleration_of(a):
     return acceleration(length(a, 0.3, "m/s"), a["P"], a["P_d"], length(a, 30.0, "N"), cylinder_of(a))
 
 
+WALL_LAWS = {7: (1.0, 0.5), 11: (1.0, 0.0), 13: (0.0, 0.0)}
 RATES = {
     **{f"{name} temperature": ("K", lambda a, name=name: model(name, a)[0]) for name in MODELS},
     **{f"{name} dP/dt": ("Pa/s", lambda a, name=name: model(name, a)[1]) for name in MODELS},
@@ -76,9 +77,7 @@ RATES = {
     "subsonic mass flow": ("kg/s", lambda a: flow(a, a["P_d"])),
     "choked flow": ("kg/s", lambda a: choked_flow(a["A_t"], a["P"], a["T"], gas_of(a))),
     "sonic coefficient": ("s K^0.5/m", lambda a: sonic_coefficient(a["R"], a["gamma"])),
-    "wall heat (7)": ("W", lambda a: heat(a, (1.0, 0.5))),
-    "wall heat (11)": ("W", lambda a: heat(a, (1.0, 0.0))),
-    "wall heat (13)": ("W", lambda a: heat(a, (0.0, 0.0))),
+    **{f"wall heat ({eq})": ("W", lambda a, law=law: heat(a, law)) for eq, law in WALL_LAWS.items()},
     "volume": ("m^3", lambda a: volume(length(a, 0.01), cylinder_of(a).A_A, cylinder_of(a))),
     "heat area": ("m^2", lambda a: heat_area(length(a, 0.01), cylinder_of(a))),
     "acceleration": ("m/s^2", acceleration_of),

@@ -39,31 +39,9 @@ def net_flow(u, P, T, valve, gas, conditions):
     return m_in - m_out
 
 
-# Constants of eq (1)
-
-
 def test_constants_of_air_are_the_printed_ones():
     assert f"{critical_ratio(1.4):.4f}" == "0.5283"
     assert f"{sonic_coefficient(287.0, 1.4):.4f}" == "0.0404"
-
-
-def test_printed_factor_of_eq_17_is_a_misprint():
-    R, g = 287.0, 1.4
-    printed = 2 / (g + 1) * (2 * g / ((g - 1) * R)) ** 0.5
-    assert f"{printed:.3f}" == "0.130"
-    mended = (2 / (g + 1)) ** (1 / (g - 1)) * (2 * g / ((g + 1) * R)) ** 0.5
-    assert f"{mended:.4f}" == "0.0404"
-
-
-@given(some.gas_constants(), some.gammas())
-def test_sonic_coefficient_is_the_flow_at_the_critical_ratio(R, gamma):
-    r = critical_ratio(gamma)
-    at_critical = math.sqrt(2 * gamma / ((gamma - 1) * R) * (r ** (2 / gamma) - r ** ((gamma + 1) / gamma)))
-    # The difference of powers loses (gamma + 1)/(gamma - 1), at most 41; powers up to 21 lose as much again.
-    assert sonic_coefficient(R, gamma) == pytest.approx(at_critical, rel=16 * EPS * (gamma + 1) / (gamma - 1))
-
-
-# One restriction
 
 
 @given(some.pressures(), st.floats(0.01, 1.0), some.temperatures(), some.throat_areas())
@@ -84,17 +62,6 @@ def test_flow_does_not_rise_with_downstream_pressure(gas, P_u, one, other, T_u):
     # sonic branch has powers up to 21 in its coefficient.
     lost = (4 * scale**2 + 64 * mass_flow(1e-6, P_u, low, T_u, gas) ** 2) * EPS
     assert mass_flow(1e-6, P_u, high, T_u, gas) ** 2 <= mass_flow(1e-6, P_u, low, T_u, gas) ** 2 + lost
-
-
-@given(some.gases(), some.pressures(), some.pressures(), some.pressure_ratios(), some.temperatures())
-def test_flow_rises_with_upstream_pressure(gas, one, other, ratio, T_u):
-    low, high = sorted((one, other))
-    P_d = ratio * low
-    scale = subsonic_scale(1e-6, high, T_u, gas)
-    below, above = (mass_flow(1e-6, P_u, P_d, T_u, gas) for P_u in (low, high))
-    assert above**2 >= below**2 - (4 * scale**2 + 64 * below**2) * EPS  # as above
-    if high > low * (1 + 1e-6):  # far more than those losses
-        assert above > below
 
 
 @given(some.gases(), some.pressures(), some.temperatures())
@@ -119,23 +86,11 @@ def test_printed_constants_drop_at_the_critical_ratio_and_nowhere_else():
     assert (np.diff(exact) >= -4 * EPS * exact[1:]).all()  # flat to rounding where it is sonic or nearly so
 
 
-@given(some.pressures(), some.temperatures(), some.throat_areas().filter(bool))
-def test_size_of_the_drop_depends_on_nothing(P_u, T_u, A_t):
-    sonic, subsonic = (mass_flow(A_t, P_u, (0.5283 + s) * P_u, T_u, PRINTED) for s in (-1e-9, 1e-9))
-    # 1e-8: the slope of the flow law just above the printed critical ratio times 1e-9, with a wide margin
-    assert 1 - sonic / subsonic == pytest.approx(1 - 0.0404 / AIR.sonic_coefficient, abs=1e-8)
-
-
 @given(some.gases(), some.pressures(), some.temperatures(), st.floats(0, 1), some.throat_areas())
 def test_choked_flow_does_not_depend_on_the_downstream_pressure(gas, P_u, T_u, fraction, A_t):
     # 0.999999: the division P_d / P_u may round up by an ulp
     flow = mass_flow(A_t, P_u, 0.999999 * fraction * gas.critical_ratio * P_u, T_u, gas)
     assert flow == choked_flow(A_t, P_u, T_u, gas)
-
-
-@given(some.gases(), some.pressures(), some.temperatures(), some.throat_areas())
-def test_no_flow_at_equal_pressures(gas, P, T, A_t):
-    assert mass_flow(A_t, P, P, T, gas) == 0
 
 
 @given(some.gases(), some.pressures(), some.temperatures(), st.integers(0, 100))
@@ -154,26 +109,11 @@ def test_flow_is_proportional_to_area_and_falls_with_the_root_of_temperature(gas
     assert mass_flow(A_t, P_u, ratio * P_u, 4 * T_u, gas) == pytest.approx(flow / 2, rel=4 * EPS)  # two roots
 
 
-# The whole valve
-
-
 @given(some.voltages(1000.0), st.floats(0.1, 100.0))
 def test_limiter(u, u_max):
     out = limited(u, u_max)
     assert abs(out) <= u_max
     assert out == u if abs(u) <= u_max else out == math.copysign(u_max, u)
-
-
-@given(some.plants(), some.voltages(), some.temperatures(), some.pressures())
-def test_areas_are_symmetric_in_the_sign_of_the_command(plant, u, T, P):
-    # With the same pressure and temperature at either port, the sign of u must not matter: eq (2), mended.
-    same = plant.conditions._replace(P_atm=plant.conditions.P_s)
-    assert chamber_flows(u, P, T, plant.valve, plant.gas, same) == chamber_flows(
-        -u, P, T, plant.valve, plant.gas, same
-    )
-    m_in, m_out = chamber_flows(abs(u), P, T, plant.valve, plant.gas, same)
-    assert min(m_in, m_out) == 0
-    assert max(m_in, m_out) >= 0
 
 
 @given(some.plants(), some.voltages(), some.pressures(), some.pressures(), some.temperatures())
@@ -192,30 +132,17 @@ def test_no_flow_where_chamber_and_port_are_equal_or_the_valve_is_shut(plant, u,
     assert chamber_flows(0.0, 0.9 * P, T, plant.valve, plant.gas, plant.conditions) == (0, 0)
 
 
-@pytest.mark.parametrize(("port", "sign"), [("P_s", 1), ("P_atm", -1)])
-@given(plant=some.plants(), u=st.floats(1e-6, 10.0), excess=st.floats(1e-3, 2.0), T=some.temperatures())
-def test_flow_goes_either_way_through_the_open_port(port, sign, plant, u, excess, T):
-    c, gas, A_t = plant.conditions, plant.gas, plant.valve.k_xu * u
-    P = getattr(c, port)
-    P_high, P_low = P * (1 + excess), P / (1 + excess)
-    out = chamber_flows(sign * u, P_high, T, plant.valve, gas, c)
-    assert out == (0, mass_flow(A_t, P_high, P, T, gas)) and sum(out) > 0  # the chamber's own air, at its T
-    drawn_in = chamber_flows(sign * u, P_low, T, plant.valve, gas, c)
-    assert drawn_in == (mass_flow(A_t, P, P_low, c.T_in, gas), 0)  # at the inlet temperature
-
-
 @given(some.plants(), some.voltages(), some.pressures(), some.temperatures())
 def test_chamber_flows_against_the_literal_equation(plant, u, P, T):
-    gas = PRINTED
     c = plant.conditions
     P_port = c.P_s if u >= 0 else c.P_atm
     A_t = plant.valve.k_xu * abs(u)
     into = P_port >= P
     P_u, P_d, T_u = (P_port, P, c.T_in) if into else (P, P_port, T)
-    m_in, m_out = chamber_flows(u, P, T, Valve(plant.valve.k_xu, 10.0), gas, c)
+    m_in, m_out = chamber_flows(u, P, T, Valve(plant.valve.k_xu, 10.0), PRINTED, c)
     literal = paper.mass_flow(A_t, P_u, P_d, T_u, 1.4, 287.0)
     assert (m_out if into else m_in) == 0
-    scale = subsonic_scale(A_t, P_u, T_u, gas)
+    scale = subsonic_scale(A_t, P_u, T_u, PRINTED)
     assert max(m_in, m_out) ** 2 == pytest.approx(literal**2, rel=16 * EPS, abs=4 * EPS * scale**2)
 
 
@@ -262,3 +189,11 @@ def test_leaking_chamber_of_a_shut_valve_rests_at_the_pressure_of_the_half_bridg
     c = Conditions(7e5, 1e5, T, T, P_0, T)
     m_in, m_out = chamber_flows(0.0, P_0, T, Valve(1e-7, 10.0, leak=1e-9), AIR, c)
     assert m_in == pytest.approx(m_out, rel=1e-8)  # the root of P_0 is found to 1e-9 P_atm
+
+
+@given(some.plants(), some.voltages(), some.pressures(), some.temperatures(), st.floats(1e-12, 1e-6))
+def test_net_leak_passes_the_difference_of_both_flows(plant, u, P, T, leak):
+    valve = plant.valve._replace(leak=leak)
+    m_in, m_out = chamber_flows(u, P, T, valve, plant.gas, plant.conditions)
+    net = chamber_flows(u, P, T, valve._replace(net_leak=True), plant.gas, plant.conditions)
+    assert net == (max(m_in - m_out, 0), max(m_out - m_in, 0))

@@ -27,7 +27,7 @@ def found():
     return dataset(m, {"M8": estimate(0.3, 0.2, np.nan, 1e3), "M3": estimate(0.5, 0.4, 0.6, 3e3)}, 120)
 
 
-def test_cells_have_the_fits_numbers_in_the_headings_units(found):
+def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(found):
     cells = [dict(zip(FIT_HEADS, row, strict=True)) for row in fit_rows(found)]
     assert [row["model"] for row in cells] == ["M8", "M3"]
     assert [row["rms held out (kPa)"] for row in cells] == ["1", "3"]
@@ -35,9 +35,6 @@ def test_cells_have_the_fits_numbers_in_the_headings_units(found):
     assert cells[1]["k_0 (W/K)"] == "0.500 (0.400 to 0.600)"
     assert cells[0]["k_x k_u (mm²/V)"].startswith("0.730")
     assert cells[0]["V_d of B (cm³)"].startswith("5.00")
-
-
-def test_page_stands_alone_and_escapes_what_it_is_given(found):
     page = fit_page(found, "<script>bench</script>.csv")
     assert "<script>" not in page and "&lt;script&gt;" in page
     assert "column &lt;b&gt;: odd" in page

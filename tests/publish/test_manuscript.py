@@ -3,13 +3,13 @@
 import json
 import re
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
 import typst
 import xarray as xr
 import yaml
+from checkout import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,7 +19,6 @@ from pneumo.publish.text import manuscript as m
 from pneumo.publish.text.formatting import with_interval
 from pneumo.storage.files import read_json, write, write_json
 
-ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "paper/manuscript"
 SOURCE = (FOLDER / "manuscript.typ").read_text(encoding="utf-8")
 ABOUT = {"title": "t", "summary": "s", "config_sha256": "c", "code_sha256": "c"}
@@ -46,21 +45,13 @@ def typed_numbers(source: str) -> list[str]:
 
 
 COORDS = {
-    "experiment": ["E09", "E10"],
-    "transport": ["published", "exact"],
-    "level": ["overall", *LEVELS],
-    "model": list(MODELS),
-    "cylinder": ["D", "E"],
-    "parameter": ["M", "k_f", "stop"],
-    "averaged": ["mean", "geometric"],
-    "criterion": ["mean", "geometric", "rank"],
-    "ratio": list(PAIRS),
-    "pair": list(PAIRS),
+    **{"experiment": ["E09", "E10"], "transport": ["published", "exact"], "level": ["overall", *LEVELS]},
+    **{"model": list(MODELS), "cylinder": ["D", "E"], "parameter": ["M", "k_f", "stop"]},
+    **{"averaged": ["mean", "geometric"], "criterion": ["mean", "geometric", "rank"]},
+    **{"ratio": list(PAIRS), "pair": list(PAIRS), "loop_of": ["open", "closed", "both"]},
     "alternative": ["inlet.colder", "inlet.warmer", "valve.leak"],
-    "loop_of": ["open", "closed", "both"],
     "statement": [*(f"{pair} < 1" for pair in PAIRS), "M6 enough"],
-    "group": ["thermal", "exchange"],
-    "third": ["lowest", "middle", "highest"],
+    **{"group": ["thermal", "exchange"], "third": ["lowest", "middle", "highest"]},
     "bound": ["value", "low", "high"],
 }
 
@@ -73,11 +64,10 @@ def full(dims: str, value=BOUNDS) -> xr.DataArray:
 
 def invented_ensemble():
     by_level = {"value": 0.8, "low": 0.7, "high": 0.9, "resolvable": 1.05}
-    found = {
-        f"ratio_{name}": full("ratio averaged transport level", value) for name, value in by_level.items()
-    }
+    dims = "ratio averaged transport level"
+    found = {f"ratio_{name}": full(dims, value) for name, value in by_level.items()}
     found["experiment_ratio_value"] = full("ratio transport experiment", 0.8)
-    return xr.Dataset(found).assign(complete=("seeds", [1] * 9 + [0]), failed_sets=("experiment", [0, 1]))
+    return xr.Dataset(found).assign(seed_sets=10, failed_sets=("experiment", [0, 1]))
 
 
 def invented_floor():
@@ -98,22 +88,15 @@ def invented_budget():
 
 def invented_variants():
     dims = "transport criterion pair level"
-    return xr.Dataset(
-        {"ratio": full(f"{dims} alternative", 2.6), "share": full(dims, 2 / 3), "counted": full(dims, 3)}
-    )
+    ratio = full(f"{dims} alternative", 2.6)
+    return xr.Dataset({"ratio": ratio, "share": full(dims, 2 / 3), "counted": full(dims, 3)})
 
 
 def invented_cylinders():
-    return xr.Dataset(
-        {
-            "ratio": full("loop_of pair criterion bound"),
-            "share": full("loop_of statement bound"),
-            "third_ratio": full("group third pair bound"),
-            "third_from": (("group", "third"), [[1.0, 2.0, 3.0], [0.01, 0.1, 4.34]]),
-            "counts": (("run", "loop"), [[1, 1], [1, 0], [1, 1]]),
-            "held_out": ("run", [0, 0, 1]),
-        },
-    )
+    dims = {"ratio": "loop_of pair criterion bound", "share": "loop_of statement bound"}
+    found = xr.Dataset({n: full(d) for n, d in (dims | {"third_ratio": "group third pair bound"}).items()})
+    found["third_from"] = (("group", "third"), [[1.0, 2.0, 3.0], [0.01, 0.1, 4.34]])
+    return found.assign(counts=(("run", "loop"), [[1, 1], [1, 0], [1, 1]]), held_out=("run", [0, 0, 1]))
 
 
 @pytest.fixture(scope="module")
@@ -126,14 +109,9 @@ def project(tmp_path_factory):
         shutil.copy(ROOT / "results" / name, results)
     for name in ("traces", "floor", "ensemble", "regimes"):
         shutil.copy(ROOT / "results/figures/traces.svg", results / f"figures/{name}.svg")
-    for name, invented in {
-        "ensemble": invented_ensemble,
-        "variants": invented_variants,
-        "floor": invented_floor,
-        "identification": invented_identification,
-        "error_budget": invented_budget,
-        "cylinders": invented_cylinders,
-    }.items():
+    made = {"ensemble": invented_ensemble, "variants": invented_variants, "floor": invented_floor}
+    made |= {"identification": invented_identification, "error_budget": invented_budget}
+    for name, invented in (made | {"cylinders": invented_cylinders}).items():
         write(invented(), results / f"{name}.nc", ABOUT)
     row = {"claim": "all alike", "published": "1.04", "exact": "5.9", "interval": "5 to 6", "why": ""}
     write_json(json.dumps({"claims": [row | {"stands": "no", "headline": True}]}), results / "findings.json")
@@ -150,15 +128,17 @@ def test_a_typed_number_is_found(number):
         assert typed_numbers(SOURCE[:cut] + sentence + SOURCE[cut:]) == [str(number)]
 
 
-def test_no_number_is_typed_and_names_and_references_are_none():
+def test_no_number_is_typed_metadata_is_complete_and_spans_and_intervals_are_written():
     assert typed_numbers(SOURCE) == []
-    assert (
-        typed_numbers("M8, E12, Tables 7 and 9, eq (17), ISO 6358 @f2006 $x_2 = 3$ `-j2` #f.a.b // 5\n") == []
-    )
+    none = "M8, E12, Tables 7 and 9, eq (17), ISO 6358 @f2006 $x_2 = 3$ `-j2` #f.a.b // 5\n"
+    assert typed_numbers(none) == []
     assert typed_numbers("M8 has 18 % of it, #f.share of 7") == ["18", "7"]
-
-
-def test_spans_and_intervals():
+    meta = yaml.safe_load((FOLDER / "metadata.yaml").read_text(encoding="utf-8"))
+    assert {"title", "authors", "keywords", "license", "replication"} <= set(meta)
+    assert meta["replication"]["doi"] == "10.1243/09596518JSCE203"
+    keys = re.findall(r"@\w+\{(\w+),", (FOLDER / "references.bib").read_text(encoding="utf-8"))
+    assert len(keys) == len(set(keys))
+    assert [key for key in keys if f"@{key}" not in SOURCE] == []
     assert with_interval([0.181, 0.1749, 0.19], 2) == "0.18 (0.17 to 0.19)"
     assert m._span(xr.DataArray([0.9, 1.204])) == {"lowest": "0.90", "highest": "1.20"}
     floor = m._floor(invented_floor())
@@ -172,15 +152,6 @@ def test_spans_and_intervals():
     assert cylinders["enough"] == "80 % (70 % to 90 %)" and cylinders["exchange"]["much"] == "4.3"
     assert (cylinders["compared"], cylinders["within"], cylinders["failed"]) == ("2", "10 %", "1")
     assert m._budget(invented_budget())["typical"]["M8"] == {"model": "2.00 kPa", "transport": "2.00 kPa"}
-
-
-def test_metadata_and_references():
-    meta = yaml.safe_load((FOLDER / "metadata.yaml").read_text(encoding="utf-8"))
-    assert {"title", "authors", "keywords", "license", "replication"} <= set(meta)
-    assert meta["replication"]["doi"] == "10.1243/09596518JSCE203"
-    keys = re.findall(r"@\w+\{(\w+),", (FOLDER / "references.bib").read_text(encoding="utf-8"))
-    assert len(keys) == len(set(keys))
-    assert [key for key in keys if f"@{key}" not in SOURCE] == []
 
 
 @pytest.mark.results

@@ -3,9 +3,9 @@
 import pytest
 import xarray as xr
 
+from pneumo.papers.paper_2006.printed_tables import table7
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.markdown_tables import table_7
-from pneumo.verdict.published import table7
 
 SHARES = [1.25, 1.0]  # reproduced over published, overall and at another level
 
@@ -27,10 +27,7 @@ def test_rows_stand_beside_the_published_ones(statistics):
         assert cells[0] == model
         assert cells[3] == "1.25"  # reproduced over published
         # Half a unit of the last digit shown: three significant ones, or whole pascals.
-        for place, name, rounding in (
-            (1, "mse", {"rel": 5e-3}),
-            (4, "mean_error", {"abs": 0.5}),
-            (6, "std", {"abs": 0.5}),
-        ):
+        columns = (1, "mse", {"rel": 5e-3}), (4, "mean_error", {"abs": 0.5}), (6, "std", {"abs": 0.5})
+        for place, name, rounding in columns:
             shown, expected = [float(cell) for cell in cells[place : place + 2]], printed[name].item()
             assert shown == [pytest.approx(expected, **rounding), pytest.approx(1.25 * expected, **rounding)]

@@ -2,20 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from packed_traces import unpacked
 
-from pneumo.publish.pages.packing import (
-    FRACTION,
-    LARGEST_CODE,
-    LEAST_STEP,
-    MISSING,
-    packed,
-    rounded,
-    rounding_step,
-)
+from pneumo.publish.pages import packing
+from pneumo.publish.pages.packing import LEAST_STEP, MISSING, packed, rounded, rounding_step
 
 short = st.integers(-(2**15), 2**15 - 1)
 
@@ -27,7 +20,6 @@ def groups(draw):
     return [draw(arrays(np.int16, (count, samples), elements=short)) for count in rows]
 
 
-@settings(deadline=None)
 @given(groups())
 @example([np.array([[32767, -32768], [-32768, 32767], [0, 0]], dtype=np.int16)])
 def test_what_is_packed_comes_back(traces):
@@ -41,7 +33,6 @@ def test_what_is_packed_comes_back(traces):
 pascal = st.floats(-1e7, 1e7)
 
 
-@settings(deadline=None)
 @given(arrays(float, st.integers(1, 30), elements=pascal), st.floats(1e-3, 1e6))
 def test_rounding_is_below_half_a_step(values, rms):
     step = rounding_step(rms, float(np.abs(values).max()))
@@ -51,16 +42,15 @@ def test_rounding_is_below_half_a_step(values, rms):
     assert (np.abs(kept * step - values) <= step * (0.5 + 1e-9)).all()
 
 
-@settings(deadline=None)
 @given(st.floats(1e-3, 1e6), st.floats(0, 1e9))
 @example(16.0, 5e-324)
 def test_a_step_is_round_and_no_larger_than_it_must_be(rms, largest):
     step = rounding_step(rms, largest)
     digits = f"{step:e}"
     assert digits[0] in "125" and float(digits[1:8]) == 0
-    assert largest / step <= LARGEST_CODE * (1 + 1e-9)
+    assert largest / step <= packing.LARGEST_CODE * (1 + 1e-9)
     # At most 5/2 lies between neighbours of 1, 2, 5, 10.
-    assert step <= max(rms / FRACTION, LEAST_STEP, 2.5 * largest / LARGEST_CODE) * (1 + 1e-8)
+    assert step <= max(rms / packing.FRACTION, LEAST_STEP, 2.5 * largest / packing.LARGEST_CODE) * (1 + 1e-8)
 
 
 @pytest.mark.parametrize(

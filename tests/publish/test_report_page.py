@@ -1,7 +1,6 @@
 """The page to explore: what it holds is what the results hold, and how it behaves in a headless Chromium."""
 
 import html
-import itertools
 import json
 import re
 from pathlib import Path
@@ -12,9 +11,9 @@ import pytest
 import xarray as xr
 from browser import Browser
 from packed_traces import unpacked
-from page_checks import CONTRAST, SHORTLY, Structure, in_chromium
+from page_checks import SHORTLY, assert_quiet, assert_readable, in_chromium, stands_alone
+from paper_study import STUDY as PAPER
 
-from pneumo.configuration.parameters import load, study
 from pneumo.physics.models import MODELS
 from pneumo.publish.pages.packing import FRACTION, MISSING
 from pneumo.publish.pages.page import STATUS_LOOKS
@@ -30,7 +29,8 @@ from pneumo.publish.pages.report_page import (
     shown_samples,
 )
 
-PAPER = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
+pytestmark = pytest.mark.xdist_group("report page")  # its fixtures take seconds
+
 ROWS = [len(PAPER.n) if model.has_n else 1 for model in MODELS.values() for _ in "AB"]
 EVERY = page_stride(PAPER)
 HOSTILE = "</script><img src=x onerror=alert(1)>"
@@ -97,31 +97,24 @@ def page(parts, verdict):
     return report_page(PAPER, parts, verdict, None, False)
 
 
-# What is on the page
-
-
 def errors_of(found: Part, transport: str, stored: int) -> list[np.ndarray]:
     """Errors in Pa by model and chamber, each by (n, t)."""
     groups = unpacked(found.traces[transport], ROWS, len(shown_samples(stored, EVERY)))
     steps = found.facts["cells"][transport]["steps"]
-    return [
-        np.where(group == MISSING, np.nan, group * step) for group, step in zip(groups, steps, strict=True)
-    ]
+    pairs = zip(groups, steps, strict=True)
+    return [np.where(group == MISSING, np.nan, group * step) for group, step in pairs]
 
 
 @pytest.mark.parametrize("transport", ["published", "exact"])
 def test_traces_are_those_of_the_results_to_half_a_step(made, parts, transport):
-    found = parts[5]
-    datum, replays, _ = made["E06"]
-    stored = replays[transport].sizes["t"]
-    chosen = shown_samples(stored, EVERY)
+    found, (datum, replays, _) = parts[5], made["E06"]
+    chosen = shown_samples(replays[transport].sizes["t"], EVERY)
     full = datum["P"].values[:: PAPER.experiments["E06"].pressure_stride]
-    kept = unpacked(found.traces["full"], [1, 1], len(chosen))
+    kept = np.concatenate(unpacked(found.traces["full"], [1, 1], len(chosen)))
     step = found.facts["step"]
-    for c in range(2):
-        assert np.abs(kept[c][0] * step - full[chosen, c]).max() <= step / 2 + 1e-6
+    assert np.abs(kept.T * step - full[chosen]).max() <= step / 2 + 1e-6
     steps = iter(found.facts["cells"][transport]["steps"])
-    groups = iter(errors_of(found, transport, stored))
+    groups = iter(errors_of(found, transport, len(full)))
     for name, model in MODELS.items():
         for c, chamber in enumerate("AB"):
             cells = replays[transport].sel(model=name, chamber=chamber)
@@ -165,10 +158,8 @@ def test_a_run_that_failed_says_so(made, verdict):
     failed["status"] = ((), np.int8(1), meanings)
     failed["failure_time"] = 1.5
     failed["P"][1500:] = np.nan
-    lost = {
-        name: cells.assign(status=cells["status"] + 2, mse=cells["mse"] * np.nan)
-        for name, cells in replays.items()
-    }
+    nan = np.nan
+    lost = {name: c.assign(status=c["status"] + 2, mse=c["mse"] * nan) for name, c in replays.items()}
     none = {name: xr.full_like(values, np.nan) for name, values in best.items()}
     found = part(PAPER.experiments["E06"], failed, lost, none, EVERY)
     assert found.facts["failed"].startswith("full-order run failed at t = 1.5 s: left the finite numbers")
@@ -176,7 +167,7 @@ def test_a_run_that_failed_says_so(made, verdict):
     assert "<strong>E06 is left out of every average:</strong> full-order run failed" in text
 
 
-def test_close_up_has_every_stored_sample():
+def test_close_up_has_every_stored_sample_and_any_study_has_room():
     chosen = shown_samples(6001, 7)
     first, last = close_up(6001)
     assert (first, last) == (2000, 2750)
@@ -185,8 +176,6 @@ def test_close_up_has_every_stored_sample():
     assert (outside % 7 == 0).all() and len(outside) > 740
     assert shown_samples(1, 3).tolist() == [0]
 
-
-def test_the_page_of_any_study_has_room():
     def values(one, every):
         stored = [e.steps // e.pressure_stride + 1 for e in one.experiments.values()]
         return 2 * sum(ROWS) * sum(len(shown_samples(count, every)) for count in stored)
@@ -196,29 +185,19 @@ def test_the_page_of_any_study_has_room():
     assert page_stride(few) == 1
 
 
-# The page as text
-
-
-def test_one_file_that_loads_nothing_and_is_the_same_twice(parts, verdict, page):
-    structure = Structure(page)
-    assert [target for target in structure.loads if not target.startswith("data:")] == []
-    assert "url(" not in page and "@import" not in page
+def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict(parts, verdict, page):
     links = {"https://doi.org/10.1243/09596518JSCE203", "https://github.com/leeoniya/uPlot"}
-    assert set(structure.links) == {"#explore", "verdict.html", *links}
-    assert len(set(structure.ids)) == len(structure.ids)
+    assert set(stands_alone(page).links) == {"#explore", "verdict.html", *links}
     assert report_page(PAPER, parts, verdict, None, False) == page
+    for status, (symbol, _) in STATUS_LOOKS.items():
+        badge = rf'class="badge {status}" href="verdict.html"[^>]*>.*?{re.escape(html.escape(symbol))}</span>'
+        assert re.search(rf"{badge} {verdict['counts'][status]} {status}</a>", page)
+    assert "432 printed numbers" in page
 
 
 @pytest.mark.results
 def test_the_papers_page_stays_below_its_bound(results):
     assert BYTES / 2 < (results / "report.html").stat().st_size < 0.92 * BYTES  # with room for findings
-
-
-def test_counts_lead_to_the_verdict(page, verdict):
-    for status, (symbol, _) in STATUS_LOOKS.items():
-        badge = rf'class="badge {status}" href="verdict.html"[^>]*>.*?{re.escape(html.escape(symbol))}</span>'
-        assert re.search(rf"{badge} {verdict['counts'][status]} {status}</a>", page)
-    assert "432 printed numbers" in page
 
 
 def test_claims(parts, verdict, page):
@@ -236,21 +215,11 @@ def test_claims(parts, verdict, page):
     assert "a note &lt;&amp;&gt;" in text and HOSTILE not in text
 
 
-def test_links_to_what_is_there(parts, verdict):
-    one = parts[:1]
-    assert 'href="paper.pdf"' not in report_page(PAPER, one, verdict, None, False)
-    assert 'href="paper.pdf"' in report_page(PAPER, one, verdict, None, True)
-    own = report_page(PAPER._replace(name="mine"), one, None, None, False)
+def test_links_to_what_is_there_and_text_is_escaped(parts, verdict, made):
+    for there in (False, True):
+        assert ('href="paper.pdf"' in report_page(PAPER, parts[:1], verdict, None, there)) == there
+    own = report_page(PAPER._replace(name="mine"), parts[:1], None, None, False)
     assert "verdict.html" not in own and "2006" not in own and "mine: reduced models" in own
-
-
-def hostile(made):
-    experiment = PAPER.experiments["E06"]._replace(name=HOSTILE, cylinder="<b>&")
-    mine = PAPER._replace(name="<script>alert(2)</script>", experiments={HOSTILE: experiment})
-    return report_page(mine, [part(experiment, *made["E06"], EVERY)], None, None, False)
-
-
-def test_text_is_escaped(made):
     text = hostile(made)
     assert HOSTILE not in text and "<b>&" not in text and "<script>alert" not in text
     assert "&lt;script&gt;alert(2)" in text
@@ -258,7 +227,11 @@ def test_text_is_escaped(made):
     assert data["experiments"][0]["name"] == HOSTILE
 
 
-# In the browser
+def hostile(made):
+    experiment = PAPER.experiments["E06"]._replace(name=HOSTILE, cylinder="<b>&")
+    mine = PAPER._replace(name="<script>alert(2)</script>", experiments={HOSTILE: experiment})
+    return report_page(mine, [part(experiment, *made["E06"], EVERY)], None, None, False)
+
 
 DRAWN = """new Promise((done) => {
   const drawn = () => location.hash && document.body.dataset.drawn === location.hash;
@@ -282,33 +255,23 @@ def file(page, tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def one_browser():
-    with Browser() as opened:
-        yield opened
-
-
 @pytest.fixture
-def view(one_browser, file):
+def view(visit, file):
     """Load the page anew at a choice, and wait until it is drawn."""
-    visits = itertools.count()
 
-    def visit(choice: str = "", other: Path | None = None) -> Browser:
-        one_browser.requests.clear()
-        one_browser.console.clear()
-        one_browser.open(other or file, f"?{next(visits)}{choice}")  # a query: loaded again
-        one_browser.run(DRAWN)
-        return one_browser
+    def drawn(choice: str = "", other: Path | None = None) -> Browser:
+        browser = visit(other or file, choice)
+        browser.run(DRAWN)
+        return browser
 
-    return visit
+    return drawn
 
 
-def rms(error: np.ndarray) -> str:
-    return f"{np.sqrt(np.mean(error**2)) / 1e3:.2f}"
-
-
-def mouse(browser, kind: str, place: dict[str, float]) -> None:
-    browser.send("Input.dispatchMouseEvent", type=f"mouse{kind}", button="left", clickCount=1, **place)
+def drag(browser, *places: dict[str, float]) -> None:
+    """Press the mouse at the first of these places, move it along and let it go at the last."""
+    kinds = ("Moved", "Pressed", *["Moved"] * (len(places) - 1), "Released")
+    for kind, place in zip(kinds, (places[0], *places, places[-1]), strict=True):
+        browser.send("Input.dispatchMouseEvent", type=f"mouse{kind}", button="left", clickCount=1, **place)
 
 
 @in_chromium
@@ -320,11 +283,10 @@ class TestInBrowser:
     def test_loads_in_time_without_network_and_without_complaint(self, view, file):
         assert file.stat().st_size > 0.8 * BYTES  # as much to load as the study has
         times = []
-        for _ in range(3):  # the machine may be busy with other tests
+        while len(times) < 10 and min(times, default=SECONDS) >= SECONDS:  # the machine may be busy
             browser = view()
             times.append(browser.run("performance.getEntriesByName('drawn')[0].startTime") / 1e3)
-            assert [url.split("?")[0] for url in browser.requests] == [file.as_uri()]
-            assert browser.console == []
+            assert_quiet(browser, file)
         assert min(times) < SECONDS, times
 
     def test_traces_are_the_packed_ones(self, view, parts, made):
@@ -362,10 +324,7 @@ class TestInBrowser:
         browser.run(SHORTLY)
         box = "(({x, y, width, height}) => [x, y, width, height])(plots.error.over.getBoundingClientRect())"
         x, y, width, height = browser.run(box)
-        for kind, share in zip(
-            ("Moved", "Pressed", *["Moved"] * 2, "Released"), (40, 40, 42, 45, 45), strict=True
-        ):
-            mouse(browser, kind, {"x": x + share / 100 * width, "y": y + height / 2})
+        drag(browser, *({"x": x + share * width, "y": y + height / 2} for share in (0.40, 0.42, 0.45)))
         start, end = map(float, self.address(browser)["w"].split())
         assert [start, end] == pytest.approx([24, 27], abs=0.2)  # of 60 s; two pixels
         for plot in ("pressure", "error"):
@@ -382,7 +341,8 @@ class TestInBrowser:
             for m, (name, model) in enumerate(MODELS.items())
         }
         for name, _, value, _ in found:
-            assert float(value) == pytest.approx(float(rms(expected[name])), abs=0.011)
+            rms = np.sqrt(np.mean(expected[name] ** 2)) / 1e3
+            assert float(value) == pytest.approx(round(rms, 2), abs=0.011)
         assert f"From the {inside.sum()} samples" in browser.run("element('sampling').textContent")
         browser.run("element('whole').click()")
         assert "w" not in self.address(browser)
@@ -396,32 +356,24 @@ class TestInBrowser:
     def test_keyboard(self, view):
         browser = view("#e=E16&t=exact&c=A&n=best&m=M5 M7")
 
-        def after(key: str) -> dict[str, str]:
+        def press(key: str) -> dict[str, str]:
             browser.press(key, 0, key if len(key) == 1 else "")
             return self.address(browser)
 
-        for key, chosen in {"ArrowRight": "E01", "ArrowLeft": "E16"}.items():
-            assert after(key)["e"] == chosen
-        for key, n in (("ArrowUp", "1"), ("ArrowUp", "1.05"), ("ArrowDown", "1")):
-            assert after(key)["n"] == n
-        assert after("0")["m"] == "M5 M7 M10" and after("5")["m"] == "M7 M10"
-        assert after("t")["t"] == "published" and after("c")["c"] == "B"
-        windows = {
-            "z": "20 27.5",
-            "+": "21.875 25.625",
-            ".": "23.75 27.5",
-            ",": "21.875 25.625",
-            "-": "20 27.5",
-        }
-        for key, window in windows.items():
-            assert after(key)["w"] == window
-        assert "w" not in after("Escape")
-        after("?")
+        for key, field, chosen in (
+            *(("ArrowRight", "e", "E01"), ("ArrowLeft", "e", "E16")),
+            *(("ArrowUp", "n", "1"), ("ArrowUp", "n", "1.05"), ("ArrowDown", "n", "1")),
+            *(("0", "m", "M5 M7 M10"), ("5", "m", "M7 M10"), ("t", "t", "published"), ("c", "c", "B")),
+            *(("z", "w", "20 27.5"), ("+", "w", "21.875 25.625"), (".", "w", "23.75 27.5")),
+            *((",", "w", "21.875 25.625"), ("-", "w", "20 27.5"), ("Escape", "w", None)),
+        ):
+            assert press(key).get(field) == chosen, key
+        press("?")
         assert browser.run("element('help').open")
-        assert after("ArrowRight")["e"] == "E16"  # under the dialog nothing moves
+        assert press("ArrowRight")["e"] == "E16"  # under the dialog nothing moves
         browser.run("element('help').close()")
         browser.run("element('from').focus()")
-        assert after("3")["m"] == "M7 M10"  # a digit in a field is a digit
+        assert press("3")["m"] == "M7 M10"  # a digit in a field is a digit
         assert browser.console == []
 
     def test_everything_is_reached_by_tab_and_seen(self, view):
@@ -441,12 +393,9 @@ class TestInBrowser:
     def test_a_click_over_n_chooses_it(self, view):
         browser = view("#e=E06&n=best")
         browser.run("element('over-n').scrollIntoView()")
-        place = browser.run(
-            "(({x, y, height}) => ({x: x + plots['over-n'].valToPos(1.2, 'x') + 2, y: y + height / 2}))"
-            "(plots['over-n'].over.getBoundingClientRect())"
-        )
-        for kind in ("Moved", "Pressed", "Released"):
-            mouse(browser, kind, place)
+        at = "({x, y, height}) => ({x: x + plots['over-n'].valToPos(1.2, 'x') + 2, y: y + height / 2})"
+        place = browser.run(f"({at})(plots['over-n'].over.getBoundingClientRect())")
+        drag(browser, place)
         assert self.address(browser)["n"] == "1.2"
         assert {n for _, n, _, _ in browser.run(ROWS_SHOWN)} == {"1.20", "–"}
 
@@ -474,9 +423,7 @@ class TestInBrowser:
         assert HOSTILE in browser.run("element('about').textContent")
 
     def test_contrast_is_at_least_4_5(self, view):
-        worst = view().run(CONTRAST)
-        assert worst["texts"] > 100
-        assert worst["ratio"] >= 4.5, worst
+        assert_readable(view(), 100)
 
     @pytest.mark.parametrize("width", [400, 1200])
     def test_fits_a_narrow_window(self, view, width):

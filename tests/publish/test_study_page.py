@@ -2,15 +2,14 @@
 
 import io
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from paper_study import STUDY
 from ranked_cells import made, ranked
 from rich.console import Console
 
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.parameters import load, study
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
@@ -32,14 +31,9 @@ def with_traces(cells):
 
 
 @pytest.fixture(scope="module")
-def paper():
-    return study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
-
-
-@pytest.fixture(scope="module")
-def page(paper):
+def page():
     cells = with_traces(made())
-    mine = paper._replace(name="mine", experiments={"X": paper.experiments["E06"]})
+    mine = STUDY._replace(name="mine", experiments={"X": STUDY.experiments["E06"]})
     return study_page(mine, cells, [ranked(cells, "mine")])
 
 
@@ -55,17 +49,17 @@ def test_page_holds_every_model_and_the_recommendation_and_loads_nothing(page):
     assert "<script" not in page
 
 
-def test_texts_are_escaped(paper):
+def test_texts_are_escaped():
     cells = made()
     cells["run_status"][:] = 1
     ranking = ranked(cells, "mine")._replace(left_out=("<b>&",), reason="<i>")
-    mine: Study = paper._replace(name="<script>", experiments={"X": paper.experiments["E06"]})
+    mine: Study = STUDY._replace(name="<script>", experiments={"X": STUDY.experiments["E06"]})
     page = study_page(mine, cells, [ranking])
     assert "<b>&" not in page and "&lt;b&gt;&amp;" in page and "&lt;i&gt;" in page
     assert "<script>" not in page and "<img" not in page
 
 
-def test_cells_of_a_line():
+def test_cells_of_a_line_and_gains_with_and_without_interval():
     row = ranked(made(noise=1e-9), "mine").row("M8")
     texts = dict(zip(STUDY_HEADS, ranking_cells(row), strict=True))
     assert (texts["rank"], texts["model"], texts["n"]) == ("3", "M8", "1.3")
@@ -74,18 +68,12 @@ def test_cells_of_a_line():
     cells = made()
     cells["mse"].loc[{"model": "M8"}] = np.nan
     assert "failed in 4 runs" in ranking_cells(ranked(cells, "mine").row("M8"))
-
-
-def test_gain_with_and_without_interval():
     assert gain_text(Interval(12.3, 10.1, 14.6)) == "12 % (10 to 15)"
     assert gain_text(Interval(-3.0, np.nan, np.nan)) == "-3 %"
     assert gain_text(Interval(np.nan, np.nan, np.nan)) == "–"
 
 
-# Pictures: what their lines hold
-
-
-def test_picture_of_the_places():
+def test_pictures_of_places_and_gains():
     ranking = ranked(made(), "mine")
     ax = study_figures.ranking_figure(ranking).axes[0]
     assert ax.get_yticklabels()[0].get_text() == "$M_{10}$"
@@ -94,9 +82,13 @@ def test_picture_of_the_places():
         assert point.get_xdata()[0] == pytest.approx(row.mse.value**0.5 / 1e3)
         assert bar.get_xdata() == pytest.approx(np.array([row.mse.low, row.mse.high]) ** 0.5 / 1e3)
         assert set(bar.get_ydata()) == set(point.get_ydata()) == {y}
+    ranking = ranked(made(), "mine")
+    lines = study_figures.gain_figure(ranking).axes[0].lines
+    points = [line for line in lines if line.get_marker() == "o"]
+    assert [point.get_xdata()[0] for point in points] == [gain.percent.value for gain in ranking.gains]
 
 
-def test_picture_over_n_leaves_failed_runs_out():
+def test_pictures_over_n_and_of_the_traces():
     cells = made()
     cells["run_status"][0, 1] = 1
     ranking = ranked(cells, "mine")
@@ -106,16 +98,6 @@ def test_picture_over_n_leaves_failed_runs_out():
     assert curve.get_ydata() == pytest.approx(kept.mean(("experiment", "run", "chamber")).values ** 0.5 / 1e3)
     marks = [line for line in ax.lines if len(line.get_xdata()) == 1]
     assert len(marks) == 7 and {line.get_xdata()[0] for line in marks} == {1.3}
-
-
-def test_picture_of_the_gains():
-    ranking = ranked(made(), "mine")
-    lines = study_figures.gain_figure(ranking).axes[0].lines
-    points = [line for line in lines if line.get_marker() == "o"]
-    assert [point.get_xdata()[0] for point in points] == [gain.percent.value for gain in ranking.gains]
-
-
-def test_picture_of_the_traces():
     cells = with_traces(made())
     ranking = ranked(cells, "mine")
     _, pressure, error = study_figures.first_run(cells, ranking, "X").axes

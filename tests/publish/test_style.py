@@ -28,16 +28,13 @@ def test_style_does_not_depend_on_the_readers_settings(tmp_path):
     assert plain.read_bytes() == other.read_bytes()
 
 
-def test_save_leaves_no_part_file_when_drawing_fails(tmp_path):
+def test_save_keeps_dots_in_the_name_and_leaves_no_part_file_when_drawing_fails(tmp_path):
     with paper_style():
         fig = new_figure()
         fig.text(0.5, 0.5, r"$\nosuchsymbol$")
     with pytest.raises(ValueError, match="nosuchsymbol"):
         save(fig, tmp_path / "broken")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_save_keeps_dots_in_the_name(tmp_path):
     with paper_style():
         fig = new_figure(layout=None)
     assert [p.name for p in save(fig, tmp_path / "n1.35")] == ["n1.35.svg", "n1.35.png"]
@@ -46,16 +43,12 @@ def test_save_keeps_dots_in_the_name(tmp_path):
 # Machado, Oliveira and Fernandes (2009), doi:10.1109/TVCG.2009.113, severity 1, on linear RGB.
 VISION = {
     "normal": np.eye(3),
-    "protanopia": [
-        [0.152286, 1.052583, -0.204868],
-        [0.114503, 0.786281, 0.099216],
-        [-0.003882, -0.048116, 1.051998],
-    ],
-    "deuteranopia": [
-        [0.367322, 0.860646, -0.227968],
-        [0.280085, 0.672501, 0.047413],
-        [-0.011820, 0.042940, 0.968881],
-    ],
+    "protanopia": np.reshape(
+        [0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998], (3, 3)
+    ),
+    "deuteranopia": np.reshape(
+        [0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940, 0.968881], (3, 3)
+    ),
     "grey": np.tile([0.2126, 0.7152, 0.0722], (3, 1)),
 }
 
@@ -81,14 +74,11 @@ def test_models_can_be_told_apart(vision):
         assert not (close and look.linestyle == another.linestyle), f"{one} and {other}, {vision}"
 
 
-def test_added_models_have_looks_of_their_own():
+def test_added_models_have_looks_of_their_own_and_sources_differ_without_colour():
     names = [*PAPER_LOOKS, *(f"M{i}" for i in range(11, 40)), "mine"]
     looks = looks_of(names)
     assert list(looks) == names
     assert len({(look.linestyle, look.marker) for look in looks.values()}) == len(names)
-
-
-def test_published_and_reproduced_differ_without_colour():
     assert SOURCE_BAR["published"]["facecolor"] == "white" and SOURCE_BAR["published"]["hatch"]
     assert lab(SOURCE_BAR["reproduced"]["facecolor"], "grey")[0] < 50
     assert SOURCE_MARKER["published"]["marker"] != SOURCE_MARKER["reproduced"]["marker"]

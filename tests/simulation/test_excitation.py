@@ -31,9 +31,6 @@ def first(seed, count):
     return np.array(list(islice(normal_deviates(seed), count)))
 
 
-# The generator
-
-
 @pytest.mark.parametrize(
     ("seed", "values", "tolerance"),
     [
@@ -105,9 +102,6 @@ def test_deviates_are_independent_and_follow_the_normal_distribution(seed):
     assert abs((z[1:] * z[:-1]).mean()) < 5 / sqrt(len(z) - 1)
 
 
-# The reference
-
-
 @given(st.booleans(), SEEDS, st.integers(1, 60), st.integers(1, 400), st.floats(1e-3, 10))
 def test_draws_are_held_and_the_first_one_applies_from_the_start(closed, seed, every, steps, amplitude):
     drive = CLOSED if closed else OPEN
@@ -139,9 +133,6 @@ def test_references_of_the_study(name):
         assert e.drive.x_reverse == pytest.approx(0.96 * half_stroke, rel=1e-15)
 
 
-# Other signals
-
-
 @given(st.booleans(), SEEDS)
 def test_random_signals_in_either_loop(closed, seed):
     drive, own = CLOSED if closed else OPEN, Excitation(seed, 0.5, 10)
@@ -167,9 +158,6 @@ def test_sweep_goes_from_its_first_frequency_to_its_last():
 def test_levels_are_held_and_repeated(levels, every, steps):
     found = reference_series(CLOSED, Excitation(1, 0.5, every, "levels", levels=tuple(levels)), steps)
     assert found.tolist() == [0.5 * levels[k // every % len(levels)] for k in range(steps + 1)]
-
-
-# The command
 
 
 @given(st.floats(-0.2, 0.2), some.positions())

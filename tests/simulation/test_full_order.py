@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from array_equations import array_command, array_flows, array_rates, array_sides, array_wall
+from brief import in_brief
 from hypothesis import given
 from hypothesis import strategies as st
 from paper_study import STUDY, lasting
@@ -28,17 +29,10 @@ def solved(e, reference, rtol):
     states = [equilibrium(e.plant)[np.newaxis]]
     for start, end in pairwise(jumps):
         t = np.arange(start, end + 1) * e.h
-        piece = solve_ivp(
-            lambda _, y, r, e: array_rates(y, r, e),
-            (t[0], t[-1]),
-            states[-1][-1],
-            "DOP853",
-            t,
-            args=(reference[start], e),
-            rtol=rtol,
-            atol=rtol * scale_of(e),
-            max_step=e.h,  # a longer first trial may leave the positive pressures
-        )
+        # A longer first trial may leave the positive pressures.
+        options = {"rtol": rtol, "atol": rtol * scale_of(e), "max_step": e.h, "args": (reference[start], e)}
+        rate, span = lambda _, y, r, e: array_rates(y, r, e), (t[0], t[-1])
+        piece = solve_ivp(rate, span, states[-1][-1], "DOP853", t, **options)
         assert piece.success
         states.append(piece.y.T[1:])
     return np.concatenate(states)
@@ -51,17 +45,31 @@ def test_smooth_run_against_dop853(name, voltage):
     # pressure, the other empties far above it, and nothing reaches a stop, the limiter or equal pressures.
     # The fastest motion swings at omega = (2 gamma P_0 A^2 / (V M))^(1/2), below 80 rad/s; a step of order
     # five errs by about (omega h)^6 / 6! = 4e-10 of it, and 60 of them add up to 2e-8 at most.
-    e = STUDY.experiments[name]
-    reference = np.full(61, voltage)
-    states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h)
-    c, filling = e.plant.conditions, states[:, 2 if voltage > 0 else 4]
+    e, reference = STUDY.experiments[name], np.full(61, voltage)
+    states = assert_smooth(e, reference)
+    if name == "E09":  # the bound is so narrow that it sees k_0's fifth digit
+        other = e.plant._replace(k_0=e.plant.k_0 * (1 + 1e-4))
+        change = run(equilibrium(other), reference, 0.0, e.drive, other, e.h).states - states
+        assert abs(change / scale_of(e)).max() > 2e-8
+
+
+def assert_smooth(e, reference):
+    """Compare a run that starts at equilibrium with the adaptive solver; return its states."""
+    states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h).states
+    c, filling = e.plant.conditions, states[:, 2 if reference[0] > 0 else 4]
     assert (filling / c.P_s > 0.6).all() and (filling / c.P_s < 0.95).all()
     difference = (states - solved(e, reference, 1e-12)) / scale_of(e)
     assert abs(difference).max() < 2e-8
-    if name == "E09":  # the bound is so narrow that it sees k_0's fifth digit
-        other = e.plant._replace(k_0=e.plant.k_0 * (1 + 1e-4))
-        change = run(equilibrium(other), reference, 0.0, e.drive, other, e.h) - states
-        assert abs(change / scale_of(e)).max() > 2e-8
+    return states
+
+
+@pytest.mark.parametrize("voltage", [0.5, -2.0])
+def test_smooth_run_of_a_cylinder_with_a_single_rod(voltage):
+    # A rod of half the bore takes a quarter of chamber B's area; the load balances it at equilibrium.
+    e = STUDY.experiments["E15"]
+    cylinder = e.plant.cylinder._replace(A_B=0.75 * e.plant.cylinder.A_A)
+    cylinder = cylinder._replace(load=-e.plant.conditions.P_0 * 0.25 * cylinder.A_A)
+    assert_smooth(e._replace(plant=e.plant._replace(cylinder=cylinder)), np.full(61, voltage))
 
 
 def chatter(states, u, e):
@@ -78,7 +86,7 @@ def chatter(states, u, e):
     return (e.h * C) ** 2
 
 
-@pytest.mark.parametrize("name", ["E06", "E14", "E08", "E16"])
+@pytest.mark.parametrize("name", in_brief(["E06", "E14", "E08", "E16"], ["E14"]))
 def test_closed_loop_run_against_dop853(name):
     # Two seconds with all that a fixed step handles badly. Chatter at equal pressures is as large as worked
     # out above (kilopascals in D's smallest volumes at 10 V) and is forgotten within a few steps, as the open
@@ -88,7 +96,7 @@ def test_closed_loop_run_against_dop853(name):
     e = lasting(name, 2.0)
     c = e.plant.conditions
     reference = reference_series(e.drive, e.excitation, e.steps)
-    states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h)
+    states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h).states
     difference = states - solved(e, reference, 1e-10)
     size = chatter(states, array_command(reference, states[:, 0], e), e)
     for side, P in enumerate((2, 4)):
@@ -103,9 +111,6 @@ def test_closed_loop_run_against_dop853(name):
         assert (abs(difference[:, P + 1]) < 2 / 7 * 400 * lasting_limit).all()
     # The piston integrates the pressure's error twice: 4e3 Pa for 2 ms on A = 3e-4 m2 and 1.5 kg are 2e-6 m.
     assert abs(difference[:, 0]).max() < 1e-4 * e.plant.cylinder.stroke
-
-
-# Balances
 
 
 def totals(rate_of, states, reference, e):
@@ -130,14 +135,16 @@ def air_rates(number, e):
     """Rates of the air's mass, kg/s, and energy, W: enthalpy, work and wall heat; of (states, reference)."""
     cylinder, c, R, g = e.plant.cylinder, e.plant.conditions, e.plant.gas.R, e.plant.gas.gamma
 
+    def side_of(y, reference):
+        u, x, v, P, T = list(array_sides(y, reference, e))[number]
+        return x, v, P, T, *array_flows(u, P, T, e.plant)
+
     def mass(y, reference):
-        u, _, _, P, T = list(array_sides(y, reference, e))[number]
-        m_in, m_out = array_flows(u, P, T, e.plant)
+        *_, m_in, m_out = side_of(y, reference)
         return m_in - m_out
 
     def energy(y, reference):
-        u, x, v, P, T = list(array_sides(y, reference, e))[number]
-        m_in, m_out = array_flows(u, P, T, e.plant)
+        x, v, P, T, m_in, m_out = side_of(y, reference)
         enthalpy = g * R / (g - 1) * (m_in * c.T_in - m_out * T)
         return enthalpy - P * cylinder.A_A * v + array_wall(x, P, T, e)
 
@@ -171,28 +178,14 @@ def test_mass_and_energy_balances_of_a_whole_run(name):
     assert abs(kinetic - totals(power, states, reference, e)).max() < tolerance * air(states, e)[1, 0, 0]
 
 
-@pytest.mark.parametrize("name", ["E01", "E06", "E16"])
-def test_a_smooth_step_keeps_the_balances_to_rounding(name):
-    # As above, where nothing has a kink: 60 ms of steady command. (omega h)^6/6! = 4e-10 each, 60 steps.
-    e = lasting(name, 0.06)
-    e = e._replace(drive=e.drive._replace(closed_loop=False))
-    reference = np.full(61, 0.5)
-    states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h)
-    for content, rate in zip(air(states, e)[:, 0], air_rates(0, e), strict=True):
-        assert abs(content - content[0] - totals(rate, states, reference, e)).max() < 2e-8 * content[0]
-        assert abs(content[-1] - content[0]) > 1e-3 * content[0]
-
-
-# Rest, symmetry, determinism
-
-
 @pytest.mark.uncompiled
 @given(st.sampled_from(list(STUDY.experiments)), some.conductances(), st.booleans())
 def test_equilibrium_stays_to_the_last_bit(name, k_0, closed):
     # Equal pressures, T_0 = T_amb and u = 0: every term is zero, not merely small.
     e = STUDY.experiments[name]
     plant = e.plant._replace(k_0=k_0)
-    states = run(equilibrium(plant), np.zeros(201), 0.0, e.drive._replace(closed_loop=closed), plant, e.h)
+    drive = e.drive._replace(closed_loop=closed)
+    states = run(equilibrium(plant), np.zeros(201), 0.0, drive, plant, e.h).states
     assert (states == equilibrium(plant)).all()
 
 
@@ -201,8 +194,8 @@ def test_mirrored_reference_gives_the_mirrored_run(name):
     # The two chambers are alike and IEEE arithmetic is symmetric in sign: equality, not closeness.
     e = lasting(name, 5.0)
     reference = reference_series(e.drive, e.excitation, e.steps)
-    states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h)
-    mirrored = run(equilibrium(e.plant), -reference, 0.0, e.drive, e.plant, e.h)
+    states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h).states
+    mirrored = run(equilibrium(e.plant), -reference, 0.0, e.drive, e.plant, e.h).states
     assert np.array_equal(mirrored[:, :2], -states[:, :2])
     assert np.array_equal(mirrored[:, 2:], states[:, [4, 5, 2, 3]])
     assert np.ptp(states[:, 0]) > 0.1 * e.plant.cylinder.stroke
@@ -223,7 +216,7 @@ def test_compiled_run_equals_the_python_that_one_reads(name):
     e = lasting(name, 0.15)
     reference = reference_series(e.drive, e.excitation, e.steps)
     arguments = equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h
-    compiled, plain = run(*arguments), run.py_func(*arguments)
+    compiled, plain = run(*arguments).states, run.py_func(*arguments).states
     assert abs((compiled - plain) / scale_of(e)).max() < 4e-12
     series = command_series(compiled, reference, e.drive)
     assert np.array_equal(series, command_series.py_func(compiled, reference, e.drive))
@@ -238,9 +231,6 @@ def test_recorded_command_is_that_before_the_limiter(name):
         assert abs(recording.u).max() > e.plant.valve.u_max
 
 
-# End stops
-
-
 @pytest.mark.parametrize("name", ["E01", "E11"])
 def test_piston_driven_against_its_stops(name):
     # Full command, changing sign every second, and no forced sign: each stroke ends at a stop.
@@ -248,7 +238,7 @@ def test_piston_driven_against_its_stops(name):
     stop = e.plant.cylinder.x_max
     reference = np.repeat([10.0, -10.0, 10.0, -10.0], 1000)
     drive = e.drive._replace(x_reverse=np.inf)
-    states = run(equilibrium(e.plant), np.append(reference, 0.0), 0.0, drive, e.plant, e.h)
+    states = run(equilibrium(e.plant), np.append(reference, 0.0), 0.0, drive, e.plant, e.h).states
     x, v = states[:, 0], states[:, 1]
     assert (abs(x) <= stop).all()
     at_stop = abs(x) == stop
@@ -273,13 +263,16 @@ def test_a_resting_piston_stays_under_force_and_leaves_without(side):
     c = plant.conditions
     start[2:] = [(1 - 0.2 * side) * c.P_0, c.T_0, (1 + 0.2 * side) * c.P_0, c.T_0]
     push_back = 0.4 * c.P_0 * cylinder.A_A  # of the air, towards the centre
-    held = run(start, np.zeros(501), side * 1.01 * push_back, drive, plant, e.h)
+    held = run(start, np.zeros(501), side * 1.01 * push_back, drive, plant, e.h).states
     assert (held[:, 0] == side * 0.015).all() and (held[:, 1] == 0).all()
-    left = run(start, np.zeros(21), side * 0.99 * push_back, drive, plant, e.h)
+    left = run(start, np.zeros(21), side * 0.99 * push_back, drive, plant, e.h).states
     assert (left[1:, 0] * side < 0.015).all() and (left[1:, 1] * side < 0).all()
 
 
-@pytest.mark.parametrize("name", [name for name, e in STUDY.experiments.items() if not e.drive.closed_loop])
+OPEN_LOOP = [name for name, e in STUDY.experiments.items() if not e.drive.closed_loop]
+
+
+@pytest.mark.parametrize("name", in_brief(OPEN_LOOP, set(OPEN_LOOP) - {"E03"}))  # half an hour
 def test_open_loop_piston_is_turned_before_the_ends(name):
     # At full length: forcing the sign at 96 % leaves 4 % of the half-stroke to come to a halt.
     e = STUDY.experiments[name]
@@ -291,26 +284,23 @@ def test_open_loop_piston_is_turned_before_the_ends(name):
     assert beyond.any()
 
 
-def test_coulomb_friction_brakes_as_a_constant_force():
+def test_coulomb_friction_brakes_as_a_constant_force_and_holds_what_is_below_it():
     # Shut valve, equal pressures, a huge dead volume: only friction acts, v falls by coulomb / M per second.
     e = lasting("E14", 0.2)
     cylinder = e.plant.cylinder._replace(coulomb=6.0, k_f=0.0, M=2.0, V_d=1e3)
     plant = e.plant._replace(cylinder=cylinder, k_0=0.0)
     y_0, drive = equilibrium(plant), e.drive._replace(closed_loop=False)
     y_0[1] = 0.15
-    v = run(y_0, np.zeros(e.steps + 1), 0.0, drive, plant, e.h)[:, 1]
+    v = run(y_0, np.zeros(e.steps + 1), 0.0, drive, plant, e.h).states[:, 1]
     expected = np.maximum(0.15 - 6.0 / 2.0 * e.h * np.arange(e.steps + 1), 0)
     # The air's spring, 2 gamma P_0 A^2 / V_d = 1.6e-4 N/m, over 4 mm and 50 ms; a whole step where it stops.
     np.testing.assert_allclose(v[:49], expected[:49], atol=2e-8)
     np.testing.assert_allclose(v[49:], 0, atol=6.0 / 2.0 * e.h)
     assert v[-1] == 0
-
-
-def test_a_load_within_coulomb_friction_moves_nothing_and_one_beyond_it_does():
     e = lasting("E14", 0.1)
     drive, zeros = e.drive._replace(closed_loop=False), np.zeros(e.steps + 1)
     for weight, moves in ((9.9, False), (10.1, True)):
         plant = e.plant._replace(cylinder=e.plant.cylinder._replace(load=-weight, coulomb=10.0))
-        x = run(equilibrium(plant), zeros, 0.0, drive, plant, e.h)[:, 0]
+        x = run(equilibrium(plant), zeros, 0.0, drive, plant, e.h).states[:, 0]
         assert (x[-1] < 0) == moves
         assert np.any(x) == moves

@@ -7,16 +7,13 @@ from hypothesis import strategies as st
 from paper_study import STUDY
 
 from pneumo.errors import RunError
+from pneumo.papers.paper_2006 import printed_tables as published
 from pneumo.simulation import settling
-from pneumo.simulation.full_order import equilibrium, run
+from pneumo.simulation.full_order import equilibrium
 from pneumo.simulation.settling import settle, settling_time, settling_times, thermal_time_constant
-from pneumo.verdict import published
 
 H = 0.001
 EPS = np.finfo(float).eps
-
-
-# The thermal time constant
 
 
 @pytest.mark.parametrize("name", STUDY.experiments)
@@ -28,23 +25,6 @@ def test_thermal_time_constant_is_m_c_v_over_k_0(name):
     mass = P_0 * (np.pi * bore**2 / 4 * stroke / 2 + V_d) / (R * T_0)
     expected = mass * (R / 0.4) / e.plant.k_0
     assert thermal_time_constant(e.plant) == pytest.approx(expected, rel=16 * EPS)  # a dozen roundings
-
-
-@pytest.mark.parametrize("name", ["E05", "E12"])
-def test_warm_air_cools_with_that_time_constant(name):
-    # Both chambers 1 K warm: nothing moves, and T decays as exp(-t/tau) but for (PT)^(1/2) in eq (8),
-    # which is within 1/293 of its value at equilibrium; over one tau that is 0.4 % at most.
-    e = STUDY.experiments[name]
-    tau = thermal_time_constant(e.plant)
-    warm = equilibrium(e.plant) * [1, 1, 294 / 293, 294 / 293, 294 / 293, 294 / 293]
-    states = run(warm, np.zeros(round(tau / H) + 1), 0.0, e.drive, e.plant, H)
-    assert (states[:, :2] == 0).all()
-    rounding_of_tau = 0.5 * H / tau
-    assert states[-1, 3] - 293 == pytest.approx(np.exp(-1), rel=4e-3 + rounding_of_tau)
-    assert states[-1, 5] == states[-1, 3]
-
-
-# The criterion
 
 
 @given(st.floats(0.01, 1.0), st.sampled_from([-1, 1]), st.floats(1.0, 1e6), st.floats(0, 1e6))
@@ -69,11 +49,8 @@ def test_an_overshoot_out_of_the_band_counts(decay, tau):
     assert found > np.argmax(inside)
 
 
-def test_a_constant_settles_at_once():
+def test_a_constant_settles_at_once_pressures_by_their_change_and_temperatures_by_their_excursion():
     assert [settling_time(np.full(100, 5e5), change, H) for change in (0.0, 1.0)] == [0.0, 0.0]
-
-
-def test_pressures_are_measured_against_their_change_and_temperatures_against_their_excursion():
     tau = 0.2
     t = np.arange(8001) * H
     decay, hump = np.exp(-t / tau), t / tau * np.exp(1 - t / tau)  # the hump: 0, up to 1 at tau, and back
@@ -91,9 +68,6 @@ def test_pressures_are_measured_against_their_change_and_temperatures_against_th
     assert found[2] == found[3] == last_outside(hump, 0.01)
 
 
-# A run
-
-
 @pytest.mark.parametrize("name", ["E06", "E09", "E14", "E16"])
 def test_course_of_a_run(name):
     e = STUDY.experiments[name]
@@ -109,11 +83,13 @@ def test_course_of_a_run(name):
     last = hold[-1 - int(tau / e.h) :]
     assert (np.ptp(last, axis=0)[2:] / equilibrium(e.plant)[2:] < e.push.tolerance).all()
     assert free[1, 0] > e.push.x_stop  # released
-    assert (len(free) - 1) * e.h >= 4 * result.times.max()
     assert np.array_equal(result.times, settling_times(free, e.h))
-    assert free[-1, 3] == pytest.approx(293, abs=0.01) and free[-1, 5] == pytest.approx(293, abs=0.01)
     if e.drive.closed_loop:
-        assert free[-1, 0] == pytest.approx(0, abs=1e-4)  # the controller brings it back
+        assert len(free) - 1 == round(e.push.stop / e.h)
+        assert free[-1, 0] == pytest.approx(0, abs=1e-3)  # the controller brings it back
+    else:
+        assert (len(free) - 1) * e.h >= 4 * result.times.max()
+        assert free[-1, [3, 5]] == pytest.approx([293, 293], abs=0.01)
 
 
 @pytest.mark.parametrize("name", ["E05", "E07", "E09", "E11", "E13", "E15"])
@@ -138,14 +114,13 @@ def test_valves_stay_shut_in_open_loop(name):
         assert abs(steps).sum() < 1e-5 * mass[0]
 
 
-# Table 5
-
-
 @pytest.mark.parametrize(
     ("name", "quantities", "rtol", "atol"),
     [
         # Friction, masses, forces and stops are worked out from Table 5 itself, to two digits or so.
         *((name, slice(None), 0.07, 0.0) for name in ("E11", "E14", "E15", "E16")),
+        # The stops of the closed loop were identified to three digits from the pressures.
+        *((name, slice(2), 0.005, 0.0) for name in ("E02", "E06", "E14", "E16")),
         # Temperatures at low wall heat are set by the wall alone, which Table 4 gives to three digits.
         *((name, slice(2, None), 0.015, 0.0) for name in ("E05", "E07")),
         # The printed millisecond: one step either way.
@@ -157,7 +132,18 @@ def test_table_5(name, quantities, rtol, atol):
     np.testing.assert_allclose(settle(STUDY.experiments[name]).times[quantities], times, rtol=rtol, atol=atol)
 
 
-# What cannot settle
+def test_final_values_of_fig_7_need_the_leak_which_is_for_the_closed_loop_alone():
+    e = STUDY.experiments["E14"]
+    printed = np.array([5.276e5, 292.93, 5.294e5, 293.12])
+    half_unit = np.array([50, 0.005, 50, 0.005])
+    for leak, met in ((e.push.leak, True), (0.0, False)):
+        result = settle(e._replace(push=e.push._replace(leak=leak)))
+        values = result.states[result.release_step + round(1.282 / e.h), 2:]
+        assert (np.abs(values - printed) <= half_unit).all() == met
+    for e in STUDY.experiments.values():
+        full_opening = e.plant.valve.k_xu * e.plant.valve.u_max
+        assert e.push.leak == pytest.approx(1e-3 * full_opening if e.drive.closed_loop else 0, rel=4 * EPS)
+        assert not e.plant.valve.leak
 
 
 def assert_without_times(found, status, step):
@@ -168,8 +154,7 @@ def assert_without_times(found, status, step):
 
 
 def steps_of(windows, e):
-    window = max(settling.thermal_time_constant(e.plant), settling.SHORTEST_WINDOW)
-    return round(windows * window / e.h)
+    return round(windows * max(thermal_time_constant(e.plant), settling.SHORTEST_WINDOW) / e.h)
 
 
 @pytest.mark.parametrize("k_0", [0.0, 1e-6])
@@ -180,12 +165,15 @@ def test_wall_heat_too_slow_for_a_run_is_refused_before_it_starts(k_0):
     assert_without_times(settle(e._replace(plant=plant)), settling.TOO_SLOW, 0)
 
 
-def test_air_that_never_rests_is_given_up(monkeypatch):
+def test_air_that_never_rests_is_given_up_and_a_cylinder_without_settling_refused(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST_RUN", 10.0)
     e = STUDY.experiments["E13"]
     e = e._replace(push=e.push._replace(tolerance=1e-300))
     window = steps_of(1, e)
     assert_without_times(settle(e), settling.NOT_AT_REST, 10_000 // window * window)
+    e = STUDY.experiments["E14"]
+    with pytest.raises(RunError, match="E14: a settling run needs its cylinder's section settling"):
+        settle(e._replace(push=e.push._replace(force=0.0)))
 
 
 @pytest.mark.parametrize(
@@ -199,11 +187,6 @@ def test_a_release_that_does_not_settle_is_given_up(monkeypatch, name, limits, k
     for limit, value in limits.items():
         monkeypatch.setattr(settling, limit, value)
     e = STUDY.experiments[name]
-    found = settle(e._replace(drive=e.drive._replace(k_p=k_p)))
+    push = e.push._replace(leak=0.0, stop=None)
+    found = settle(e._replace(drive=e.drive._replace(k_p=k_p), push=push))
     assert_without_times(found, settling.NOT_SETTLED, found.release_step + steps_of(windows, e))
-
-
-def test_a_cylinder_without_the_section_settling_is_refused():
-    e = STUDY.experiments["E14"]
-    with pytest.raises(RunError, match="E14: a settling run needs its cylinder's section settling"):
-        settle(e._replace(push=e.push._replace(force=0.0)))

@@ -35,6 +35,7 @@ def instructions() -> Counter[tuple[str, bool]]:
     return Counter((re.sub(r"\d{3}", "", name), bool(WIDE.search(operands))) for name, operands in found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pattern", "least"),
     [

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from ranked_cells import LEVEL, made, ranked
 from scipy import stats
@@ -13,7 +13,7 @@ from pneumo.statistics.ranking import cost
 from pneumo.statistics.recommendation import MATERIAL
 
 
-def test_order_n_and_recommendation():
+def test_order_n_recommendation_and_numbers_of_a_row():
     found = ranked(made(), "mine")
     assert [row.model for row in found.rows] == sorted(LEVEL, key=lambda name: LEVEL[name])
     assert [row.place for row in found.rows] == list(range(1, 11))
@@ -21,9 +21,6 @@ def test_order_n_and_recommendation():
     # M9 costs less than M10 and lies within 10 %; M8 does not.
     assert found.recommended == "M9"
     assert "cheapest model within 10 %" in found.reason and "M8" in found.reason
-
-
-def test_numbers_of_a_row():
     cells = made(experiments=("X", "Y"))
     row = ranked(cells, "mine").row("M6")
     own = cells["mse"].sel(model="M6", n=1.3)
@@ -34,25 +31,21 @@ def test_numbers_of_a_row():
     assert row.rms == pytest.approx(tuple(own.mean(("experiment", "run")).values ** 0.5))
 
 
-def test_paired_comparison_is_sharper_than_two_intervals():
+def test_paired_comparison_is_sharper_than_two_intervals_and_gains_are_per_cent():
     found = ranked(made(noise=0.3, runs=6, level=LEVEL | {"M9": 2.0, "M10": 2.4}), "mine")
     first, second = found.rows[:2]
     assert first.model == "M9" and second.model == "M10"
     assert second.mse.low < first.mse.high  # one by one they overlap,
     assert second.over_best.low > 1  # run by run they don't
     assert second.over_best.value == pytest.approx(1.2, rel=0.05)
-
-
-def test_gains_are_per_cent_of_what_was_there():
     gains = {(gain.without, gain.refined): gain.percent for gain in ranked(made(noise=1e-6), "mine").gains}
     assert gains["M2", "M5"].value == pytest.approx(75)
     assert gains["M7", "M8"].value == pytest.approx(50)
     assert gains["M8", "M9"].value == pytest.approx(100 / 6, rel=1e-3)
     assert all(gain.low <= gain.value <= gain.high for gain in gains.values())
     worse = ranked(made(LEVEL | {"M8": 12}, noise=1e-6), "mine").gains
-    assert next(g.percent.value for g in worse if g.refined == "M8" and g.without == "M7") == pytest.approx(
-        -100
-    )
+    (loss,) = [gain.percent.value for gain in worse if (gain.without, gain.refined) == ("M7", "M8")]
+    assert loss == pytest.approx(-100)
 
 
 def test_a_wrong_k_0_touches_only_models_that_have_one():
@@ -65,14 +58,11 @@ def test_a_wrong_k_0_touches_only_models_that_have_one():
     assert lone.recommended == "M8" and any(line.startswith("Measure k_0") for line in lone.advice)
 
 
-def test_recommendation_goes_to_the_cheapest_within_the_limit():
+def test_recommendation_goes_to_the_cheapest_within_the_limit_and_k_0_costs_most():
     near, far = 1 + 0.8 * MATERIAL, 1 + 1.2 * MATERIAL
     assert ranked(made(LEVEL | {"M6": 2.4 * near}, noise=1e-6), "mine").recommended == "M6"
     assert ranked(made(LEVEL | {"M6": 2.4 * far, "M9": 3.5}, noise=1e-6), "mine").recommended == "M10"
     assert ranked(made(LEVEL | {"M6": 1.0}, noise=1e-6), "mine").recommended == "M6"
-
-
-def test_cost_asks_for_k_0_last():
     order = sorted(MODELS, key=lambda name: cost(MODELS[name]))
     assert order.index("M6") < order.index("M7") < order.index("M8") < order.index("M9") < order.index("M10")
     assert order.index("M2") < order.index("M5") < order.index("M6")
@@ -100,7 +90,7 @@ def test_failed_full_order_run_is_left_out_and_told():
     assert "no full-order run" in nothing.reason
 
 
-def test_failed_model_comes_last():
+def test_failed_model_comes_last_and_an_n_that_failed_is_not_taken():
     cells = made()
     cells["mse"].loc[{"model": "M10", "run": 2}] = np.nan
     found = ranked(cells, "mine")
@@ -109,23 +99,17 @@ def test_failed_model_comes_last():
     assert found.recommended == "M9"
     cells["mse"][:] = np.nan
     assert ranked(cells, "mine").recommended == ""
-
-
-def test_an_n_that_failed_is_not_taken():
     cells = made()
     cells["mse"].loc[{"model": "M8", "n": 1.3, "run": 0}] = np.nan
     assert ranked(cells, "mine").row("M8").n in (1.2, 1.4)
 
 
-def test_cylinders_are_ranked_apart():
+def test_cylinders_are_ranked_apart_and_experiments_with_another_winner_are_told():
     cells = made(experiments=("X", "Y"))
     cells = cells.assign_coords(cylinder=("experiment", ["mine", "other"]))
     cells["mse"].loc[{"experiment": "Y", "model": "M1"}] = 1.0
     assert ranked(cells, "other").rows[0].model == "M1" and ranked(cells, "other").experiments == ("Y",)
     assert ranked(cells, "mine").rows[0].model == "M10"
-
-
-def test_experiments_with_another_winner_are_told():
     cells = made(experiments=("X", "Y"), noise=1e-6)
     cells["mse"].loc[{"experiment": "Y", "model": "M1"}] = 1.0
     found = ranked(cells, "mine")
@@ -134,7 +118,7 @@ def test_experiments_with_another_winner_are_told():
     assert any("M10 in X, M1 in Y" in line for line in found.advice)
 
 
-def test_short_runs_and_narrow_grids_are_told():
+def test_short_runs_narrow_grids_and_too_few_seeds_are_told():
     cells = made(best=1.4)
     cells["duration"][:] = 6.9
     advice = " ".join(ranked(cells, "mine").advice)
@@ -142,14 +126,10 @@ def test_short_runs_and_narrow_grids_are_told():
     assert "A wider grid" in advice
     calm = " ".join(ranked(made(noise=1e-6), "mine").advice)
     assert "Longer" not in calm and "wider" not in calm and "More seeds" not in calm
-
-
-def test_intervals_that_hold_the_limit_ask_for_more_seeds():
     cells = made(LEVEL | {"M9": 2.4 * 1.1}, runs=3, noise=0.2)
     assert any(line.startswith("More seeds: M9") for line in ranked(cells, "mine").advice)
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(0.1, 1e3), min_size=2, max_size=20))
 def test_interval_is_students(samples):
     found = student_interval(np.array(samples))
@@ -160,7 +140,6 @@ def test_interval_is_students(samples):
     assert found == pytest.approx(Interval(float(np.mean(samples)), low, high))
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.floats(0.1, 1e3), st.floats(0.1, 1e3)), min_size=2, max_size=20))
 def test_ratio_of_exchanged_samples_is_the_reciprocal(pairs):
     upper, lower = np.array(pairs).T

@@ -1,16 +1,12 @@
 """Settling times beside the lengths of the runs."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
+from paper_study import STUDY
 
-from pneumo.configuration.parameters import load, study
+from pneumo.papers.paper_2006 import printed_tables as published
 from pneumo.statistics.settling_times import settling_table
-from pneumo.verdict import published
-
-STUDY = study(load(Path(__file__).parents[2] / "config" / "paper.yaml"))
 
 
 def settling_part(name, times):
@@ -19,11 +15,9 @@ def settling_part(name, times):
     return xr.Dataset(values, coords | {"k_0": 0.1}, {"experiment_parameters": name})
 
 
-def test_settling_table_and_the_ten_times_rule():
-    parts = {
-        "E01": settling_part("E01", [1.0, 2.0, 3.0, 2.5]),
-        "E02": settling_part("E02", [8.0, 1.0, 2.0, 3.0]),
-    }
+def test_settling_table_the_ten_times_rule_and_durations_of_table_6():
+    times = {"E01": [1.0, 2.0, 3.0, 2.5], "E02": [8.0, 1.0, 2.0, 3.0]}
+    parts = {name: settling_part(name, values) for name, values in times.items()}
     table = settling_table(parts, {"E02": 60.0, "E01": 30.0})  # in any order
     assert table["settling_time"].sel(experiment="E01").values.tolist() == [1.0, 2.0, 3.0, 2.5]
     assert table["duration"].values.tolist() == [30.0, 60.0]
@@ -32,9 +26,6 @@ def test_settling_table_and_the_ten_times_rule():
     assert "experiment_parameters" not in table.attrs  # one run's, and not the table's
     assert table["duration"].attrs["units"] == "s"
     assert table["duration_per_settling_time"].attrs["units"] == "1"
-
-
-def test_durations_of_the_study_are_those_of_table_6():
     printed = published.table6()
     for name, e in STUDY.experiments.items():
         assert e.steps * e.h == pytest.approx(float(printed.sel(experiment=name)), rel=1e-12)

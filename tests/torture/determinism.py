@@ -43,9 +43,7 @@ REFERENCE = Variant()
 VARIANTS = {
     "one_job": Variant(arguments=("-j1",)),
     "one_replay_thread": Variant(arguments=("-j2", "--set-threads", "replay=1")),
-    "one_library_thread": Variant(
-        environment=dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-    ),
+    "one_library_thread": Variant(environment={"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}),
     "avx512": processor("x86-64-v4", "-prefer-256-bit", instructions="avx512f"),
     "avx2": processor("x86-64-v3", instructions="avx2"),
     "sse2": processor("x86-64"),

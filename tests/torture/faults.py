@@ -221,8 +221,7 @@ def main() -> int:
         done = study.run()
         seconds = time.perf_counter() - start
         if done.code:
-            print(done.output)
-            return 1
+            raise SystemExit(done.output)
         expected, size = study.hashes(), study.size()
         print(f"undisturbed: {len(expected)} files, {seconds:.0f} s", flush=True)
         name = Path(options.config).stem or "paper"

@@ -56,26 +56,23 @@ OPTIONS = (
 
 def free_ports(number: int) -> list[int]:
     """Ports that nothing listens on."""
-    sockets = [socket.create_server(("127.0.0.1", 0)) for _ in range(number)]
-    ports = [each.getsockname()[1] for each in sockets]
-    for each in sockets:
-        each.close()
-    return ports
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(number)]
+        return [each.getsockname()[1] for each in sockets]
 
 
 @contextmanager
 def daemon(*command: str) -> Generator[None]:
     """Keep a program at work in the background."""
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        yield
-    finally:
-        process.terminate()
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         try:
-            process.wait(20)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+            yield
+        finally:
+            process.terminate()
+            try:
+                process.wait(20)
+            except subprocess.TimeoutExpired:
+                process.kill()
 
 
 def wait_for(*command: str, word: str = "", seconds: float = 30) -> None:
@@ -117,7 +114,7 @@ def cluster(scratch: Path) -> Generator[None]:
         yield
 
 
-def main() -> int:
+def main() -> None:
     """Run the study both ways and compare."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--config", default="config/smoke.yaml", help="configuration on top of the paper's")
@@ -142,10 +139,8 @@ def main() -> int:
         jobs = done.output.count("has been submitted with SLURM jobid")
         print(f"{same} of {len(expected)} files identical, {jobs} Slurm jobs", flush=True)
         if done.code or same != len(expected):
-            print(done.output)
-            return 1
-    return 0
+            raise SystemExit(done.output)
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    main()

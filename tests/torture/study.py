@@ -8,9 +8,9 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from tests.checkout import copy_checkout
+from tests.checkout import PNEUMO, copy_checkout
 from tests.torture.compare import compared_files
 
 TWO_JOBS = ("-j2",)
@@ -46,15 +46,10 @@ class Study:
         self, *arguments: str, before: tuple[str, ...] = (), output: int = subprocess.DEVNULL
     ) -> subprocess.Popen[str]:
         """Start a run, with two jobs unless told otherwise, in a process group of its own."""
-        return subprocess.Popen(
-            [*before, *self.command, *(arguments or TWO_JOBS)],
-            cwd=self.folder,
-            env=self.environment,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        )
+        options: dict[str, Any] = {"cwd": self.folder, "env": self.environment, "text": True}
+        command = [*before, *self.command, *(arguments or TWO_JOBS)]
+        options |= {"stdout": output, "stderr": subprocess.STDOUT, "start_new_session": True}
+        return subprocess.Popen(command, **options)
 
     def run(self, *arguments: str, before: tuple[str, ...] = ()) -> Done:
         """Run to the end."""
@@ -64,8 +59,8 @@ class Study:
 
     def pneumo(self, *arguments: str) -> Done:
         """Run a command of the package on this copy."""
-        command = [sys.executable, "-c", "from pneumo.cli.commands import main; main()", *arguments]
-        done = subprocess.run(command, cwd=self.folder, env=self.environment, capture_output=True, text=True)
+        options: dict[str, Any] = {"cwd": self.folder, "env": self.environment, "text": True}
+        done = subprocess.run([*PNEUMO, *arguments], capture_output=True, **options)
         return Done(done.returncode, done.stdout + done.stderr)
 
     def hashes(self) -> dict[str, str]:
@@ -89,11 +84,8 @@ def stop(run: subprocess.Popen[str], number: signal.Signals, *, with_jobs: bool,
     """Signal a run after some seconds, alone or with its jobs; tell whether it was still at work."""
     try:
         run.wait(timeout=after)
+        return False
     except subprocess.TimeoutExpired:
-        if with_jobs:
-            os.killpg(run.pid, number)
-        else:
-            run.send_signal(number)
+        os.killpg(run.pid, number) if with_jobs else run.send_signal(number)
         run.wait()
         return True
-    return False

@@ -17,7 +17,7 @@ from tests.torture.determinism import largest_change
 from tests.torture.faults import FAULTS, Bench
 from tests.torture.study import stop
 
-in_smoke_study = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
+in_smoke_study = [pytest.mark.slow, pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 
 class TestFaults:
@@ -42,9 +42,6 @@ class TestFaults:
         done = study.run("-j1")
         assert done.code == 0, done.output
         assert study.hashes() == expected
-
-
-# Comparing
 
 
 @pytest.fixture

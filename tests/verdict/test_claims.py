@@ -6,18 +6,23 @@ from pathlib import Path
 
 import pytest
 import yaml
+from checkout import ROOT, edit
 
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS
-from pneumo.verdict import PAPER_FOLDER, PaperError
+from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, read_table
+from pneumo.papers.paper_2006.summary import LEVELS
+from pneumo.verdict import PaperError
 from pneumo.verdict.assumptions import read_assumptions
-from pneumo.verdict.claims import read_claims
+from pneumo.verdict.claims import BASES, read_claims
 from pneumo.verdict.errata import read_errata
 from pneumo.verdict.judging import STATUSES, read_statuses
-from pneumo.verdict.published import read_table
 
-ROOT = Path(__file__).parents[2]
-CLAIMS, ERRATA, ASSUMPTIONS = read_claims(), read_errata(PAPER_FOLDER, PROOFS), read_assumptions()
+CLAIMS, ERRATA, ASSUMPTIONS = (
+    read_claims(PAPER_FOLDER),
+    read_errata(PAPER_FOLDER, PROOFS),
+    read_assumptions(PAPER_FOLDER),
+)
 CELLS = {1: 40, 2: 4, 4: 8, 5: 64, 6: 16, 7: 30, 8: 96, 9: 90}  # table -> items
 INPUTS = {2: 4}  # table -> cells that are no items
 
@@ -25,31 +30,55 @@ INPUTS = {2: 4}  # table -> cells that are no items
 def test_every_cell_of_the_tables_is_an_item_or_an_input():
     tables = [claim.table for claim in CLAIMS.items.values()]
     assert {table: tables.count(table) for table in CELLS} == CELLS
-    assert tables.count(None) >= 80
+    figures = [name.split(".")[0] for name, claim in CLAIMS.items.items() if claim.row and not claim.table]
+    assert {figure: figures.count(figure) for figure in figures} == {"F7": 80, "F9": 18, "F11": 81}
+    assert tables.count(None) >= 80 + 179
     for table, number in CELLS.items():
         assert len(read_table(table)) == number + INPUTS.get(table, 0)
 
 
-def classes_of_the_decision() -> dict[str, tuple[float, str]]:
-    """Class -> (limit, measure) from the table of decision 10."""
+NARROWED = (
+    "mse",
+    "sigma",
+    "fraction",
+    "mu",
+    "best_n",
+    "statement",
+    "decade",
+)  # by seed deviations
+
+
+def classes_of_the_decisions() -> dict[str, tuple[float, str]]:
+    """Class -> (limit, measure) from the table of decision 10 and sentences of decisions 37 and 39."""
     text = (ROOT / "paper/decisions/0010-tolerance-classes.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \| ([\d.e-]+)( %)?(.*?) \|", text, re.MULTILINE)
     words = {"": "absolute", " absolute": "absolute", " of the row's printed sigma": "sigma"}
     words |= {" of the swing": "swing", " of log10": "log10", " or 1 ms": "relative"}
-    classes = {}
+    text = (ROOT / "paper/decisions/0037-figures-judged.md").read_text(encoding="utf-8")
+    exact, close = re.search(r"met \(`exact`\) within (\d) sigma,.*`close` within (\d) sigma", text).groups()
+    assert exact == "2"
+    classes = {"read_off": (float(close), "sigma")}
     for name, number, percent, after in rows:
         measure = "relative" if percent and not after else words[after]
         classes[name] = (float(number) / (100 if percent else 1), "truth" if name == "statement" else measure)
-    return classes
+    text = (ROOT / "paper/decisions/0039-tolerances-from-seeds.md").read_text(encoding="utf-8")
+    settling = float(re.search(r"^\| `settling` \| (\d) %", text, re.MULTILINE)[1]) / 100
+    assert settling < classes["settling"][0]
+    return classes | {"settling": (settling, "relative"), "best_n": (classes["best_n"][0], "index")}
 
 
-def test_classes_are_those_of_the_decision():
+def test_classes_are_those_of_the_decisions_and_every_status_is_recorded():
     found = {name: (tolerance.limit, tolerance.measure) for name, tolerance in CLAIMS.classes.items()}
-    assert found == classes_of_the_decision()
+    assert found == classes_of_the_decisions()
     assert CLAIMS.classes["settling"].floor == 0.001
+    seeds = {name: tolerance.seeds for name, tolerance in CLAIMS.classes.items() if tolerance.seeds}
+    assert seeds == dict.fromkeys(NARROWED, 0.25) and CLAIMS.classes["mu"].signed
+    recorded = read_statuses(PAPER_FOLDER)
+    assert list(recorded) == list(CLAIMS.items)
+    assert set(recorded.values()) <= set(STATUSES)
 
 
-def test_whatever_a_claim_names_is_there():
+def test_whatever_a_claim_names_is_there_and_whatever_is_there_is_named():
     for claim in CLAIMS.items.values():
         assert claim.compute in COMPUTATIONS, claim.id
         assert claim.statement or claim.table, claim.id
@@ -60,9 +89,6 @@ def test_whatever_a_claim_names_is_there():
             assert alternative in ASSUMPTIONS[name].alternatives, claim.id
         if not claim.evidence.path.startswith("results/"):
             assert (ROOT / claim.evidence.path).is_file(), claim.id
-
-
-def test_every_computation_proof_and_corrected_number_is_used():
     assert {claim.compute for claim in CLAIMS.items.values()} == set(COMPUTATIONS)
     assert [erratum.proof for erratum in ERRATA.values()] == list(PROOFS)
     assert {name for erratum in ERRATA.values() for name in erratum.values} <= set(CLAIMS.items)
@@ -74,11 +100,47 @@ def test_proof_of_erratum_passes_with_evidence(name):
     assert ERRATA[name].evidence
 
 
-def test_mean_errors_are_judged_by_the_deviation_printed_beside_them():
+def test_sigma_of_mean_errors_is_printed_and_that_of_points_their_readings():
     claims = CLAIMS.items
     assert (claims["T7.M1.mu"].sigma, claims["T9.adiabatic.M1.mse"].sigma) == (19_900.0, None)
     for name in ("T9.adiabatic.M1", "T9.typical.M5"):
         assert claims[f"{name}.mu"].sigma == claims[f"{name}.sigma"].value
+    claims = CLAIMS.items
+    read_off = {name: claim for name, claim in claims.items() if name.startswith(("F7.", "F9.", "F11."))}
+    assert {claim.tolerance for claim in read_off.values()} == {"read_off", "best_n"}
+    assert not any("average" in name for name in read_off)
+    assert (claims["F9.M1.p10"].sigma, claims["F9.M1.p10"].half_unit) == (0.016, 0.032)
+    assert claims["F7.P_A.1.value"].sigma == 800 and claims["F7.x.1.time"].sigma == 0.005
+    assert claims["F11.typical.M7.best_n"].half_unit == 0.005  # print, not a reading
+
+
+def test_every_item_has_its_kind_of_evidence_and_one_fact_one_basis():
+    by_basis: dict[str, set[str]] = {basis: set() for basis in BASES}
+    for name, claim in CLAIMS.items.items():
+        by_basis[claim.basis].add(name)
+    without_n = {f"F11.{level}.{model}.best_n" for level in LEVELS for model in ("M1", "M3")}
+    of_figures = {name for name in CLAIMS.items if name.startswith(("F7.", "F9.", "F11."))}
+    assert of_figures & by_basis["measured"] == of_figures - without_n and without_n <= by_basis["set-up"]
+    for claim in CLAIMS.items.values():
+        if claim.models and not claim.row and claim.basis != "set-up":  # Tables 7 to 9 told in words
+            assert (claim.basis == "fitted") == (claim.id not in ("S4.no_single_best", "S4.M7_n")), claim.id
+        if claim.table == 6:  # as the longest settling time of the experiment, which the print underlines
+            (longest,) = (c["column"] for c in read_table(5) if c["row"] == claim.row and c["underlined"])
+            assert claim.basis == CLAIMS.items[f"T5.{claim.row}.{longest}"].basis
+    finals = {f"S4.fig7.{quantity}" for quantity in ("P_A", "P_B", "T_A", "T_B")}
+    assert finals <= by_basis["fitted"] and "S4.fig7.release" in by_basis["measured"]
+    assert {"S4.slpm_D", "S4.eq16", "S2.eq5", "T4.E.k_0=0.02"} <= by_basis["arithmetic"]
+    assert {"T1.M1.mixing", "S3.M1_is_M2", "S3.M7_is_M5", "S4.experiments"} <= by_basis["set-up"]
+    facts: dict[str, dict[str, str]] = {}
+    for name, claim in CLAIMS.items.items():
+        if claim.fact:
+            facts.setdefault(claim.fact, {})[name] = claim.basis
+    assert {fact: set(items) for fact, items in facts.items()} == {
+        "slpm": {"S4.slpm_D", "S4.slpm_E"},
+        "M7_is_M8": {"S4.M7_40", "S4.M7_10", "S4.M7_mu", "S4.M7_sigma", "S4.M7_72"},
+        "constant_n_of_M7": {"S4.M7_n", "F11.typical.M7.best_n"},
+    }
+    assert all(len(set(items.values())) == 1 for items in facts.values())
 
 
 def test_assumptions_are_those_of_the_configuration():
@@ -101,25 +163,18 @@ def test_assumptions_are_those_of_the_configuration():
                 assert at(key) != value, (name, key)
 
 
-def test_statuses_are_recorded_for_every_item():
-    recorded = read_statuses()
-    assert list(recorded) == list(CLAIMS.items)
-    assert set(recorded.values()) <= set(STATUSES)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
         ("id: S1.P_0\n", "id: S1.states\n", "id = 'S1.states': stands there twice"),
         ("class: half_bridge", "class: halfbridge", "class = 'halfbridge': must be one of printed"),
         ("kind: rounded", "kind: round", "kind = 'round'"),
-        ("arithmetic: true", "arithmetics: true", "arithmetics"),
+        ("basis: set-up", "basis: setup", "basis = 'setup'"),
+        ("fact: slpm", "facts: slpm", "facts"),
     ],
 )
 def test_bad_claims_are_named(tmp_path, old, new, words):
     paper = Path(shutil.copytree(PAPER_FOLDER, tmp_path / "paper"))
-    text = (paper / "claims.yaml").read_text(encoding="utf-8")
-    assert old in text
-    (paper / "claims.yaml").write_text(text.replace(old, new), encoding="utf-8")
+    edit(paper / "claims.yaml", old, new)
     with pytest.raises(PaperError, match=re.escape(words)):
         read_claims(paper)

@@ -1,15 +1,17 @@
 """Comparison of findings with printed numbers, and how numbers are written."""
 
+import math
+
 import pytest
 
 from pneumo.verdict.claims import Claim, ToleranceClass
-from pneumo.verdict.comparison import as_printed, compare
+from pneumo.verdict.comparison import as_printed, compare, where_true
 from pneumo.verdict.sources import Finding
 
 
 def claim(**changes) -> Claim:
-    fields = {"id": "X", "where": "", "printed": "2.0", "kind": "rounded", "tolerance": "x", "compute": "x"}
-    fields |= {"evidence": {"path": "results/x", "select": ""}}
+    fields = {"id": "X", "where": "", "printed": "2.0", "kind": "rounded", "basis": "measured"}
+    fields |= {"tolerance": "x", "compute": "x", "evidence": {"path": "results/x", "select": ""}}
     return Claim(**fields | changes)
 
 
@@ -40,6 +42,7 @@ def agreement(finding, measure, limit, floor=0.0, **changes):
         (0.11, "log10", 0.1, {"sense": "at_least"}, "exact"),
         (-0.2, "log10", 0.1, {"sense": "at_least"}, None),
         (0.0118, "relative", 0.02, {"printed": "0.0108", "floor": 0.001}, "close"),
+        (0.0119, "relative", 0.02, {"printed": "0.0108", "floor": 0.001}, None),  # the larger, not the sum
         (0.0118, "relative", 0.02, {"printed": "0.0108"}, None),
     ],
 )
@@ -65,6 +68,13 @@ def test_swings_intervals_statements_and_marks(finding, measure, limit, changes,
 
 
 @pytest.mark.parametrize(
+    ("value", "expected"), [(2.2, "exact"), (1.8, "exact"), (2.21, "close"), (2.3, "close"), (2.31, None)]
+)
+def test_numbers_read_off_a_figure_are_met_within_two_sigma_and_close_within_three(value, expected):
+    assert agreement(Finding(value), "sigma", 3.0, tolerance="read_off", sigma=0.1) == expected
+
+
+@pytest.mark.parametrize(
     ("value", "changes", "exact", "text"),
     [
         (1.2345e7, {"printed": "1.16e7"}, False, "1.23e7"),
@@ -79,3 +89,58 @@ def test_swings_intervals_statements_and_marks(finding, measure, limit, changes,
 )
 def test_value_is_written_like_the_printed_one(value, changes, exact, text):
     assert as_printed(value, claim(**changes), exact) == text
+
+
+SEEDS = {"seed_deviation": 0.2}
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "changes", "expected"),
+    [
+        (2.10, 0.1, SEEDS, "close"),  # half a unit, 0.05, and a quarter of 0.2
+        (2.11, 0.1, SEEDS, None),
+        (2.11, 0.1, {}, "close"),  # without a deviation the class alone
+        (2.07, 0.01, SEEDS, None),  # never beyond the class
+        (2.05, 0.01, SEEDS, "exact"),
+    ],
+)
+def test_no_further_than_a_quarter_of_the_seed_deviation(value, limit, changes, expected):
+    tolerance = ToleranceClass(measure="relative", limit=limit, seeds=0.25)
+    assert compare(claim(**changes), tolerance, Finding(value)).agreement == expected
+
+
+def test_a_signed_number_has_the_printed_sign():
+    tolerance = ToleranceClass(measure="sigma", limit=0.1, seeds=0.25, signed=True)
+    mu = claim(printed="-0.1", sigma=10.0, seed_deviation=2.0)
+    assert compare(mu, tolerance, Finding(-0.4)).agreement == "close"
+    assert compare(mu, tolerance, Finding(0.2)).agreement is None
+
+
+@pytest.mark.parametrize(
+    ("n", "cost", "expected"),
+    [(1.35, 0.0, "exact"), (1.4, 0.04, "close"), (1.3, 0.04, "close"), (1.4, 0.06, None), (1.45, 0.0, None)],
+)
+def test_one_step_of_n_is_close_where_it_costs_little(n, cost, expected):
+    tolerance = ToleranceClass(measure="index", limit=0.05, seeds=0.25)
+    printed = claim(printed="1.35", seed_deviation=0.2)
+    assert compare(printed, tolerance, Finding(n, margin=cost)).agreement == expected
+
+
+@pytest.mark.parametrize(("margin", "expected"), [(0.06, "exact"), (0.04, "close"), (-0.04, None)])
+def test_a_statement_true_by_chance_of_the_seeds_is_close(margin, expected):
+    truth = ToleranceClass(measure="truth", limit=0.0, seeds=0.25)
+    finding = Finding(holds=margin > 0, margin=margin)
+    assert compare(claim(**SEEDS), truth, finding).agreement == expected
+    decade = ToleranceClass(measure="log10", limit=0.1, seeds=0.25)
+    for sense, value in (("at_most", 0.1 - margin), ("at_least", 0.1 + margin)):
+        assert compare(claim(sense=sense, **SEEDS), decade, Finding(value)).agreement == expected
+
+
+def test_where_statements_are_true():
+    truth, decade = ToleranceClass(measure="truth", limit=0.0), ToleranceClass(measure="log10", limit=0.1)
+    assert where_true(claim(), truth) == (0.0, math.inf)
+    assert where_true(claim(sense="at_most"), decade) == (-math.inf, 0.1)
+    assert where_true(claim(sense="at_least"), decade) == (0.1, math.inf)
+    about = ToleranceClass(measure="relative", limit=0.1)
+    assert where_true(claim(), about) == pytest.approx((1.8, 2.2))
+    assert where_true(claim(sense="at_most"), about) == pytest.approx((-math.inf, 2.2))

@@ -1,14 +1,13 @@
 """The published tables against themselves, each other and the paper's formulas: needs no result of ours."""
 
-import re
-
 import numpy as np
 import pandas as pd
 import pytest
 
+from pneumo.papers.paper_2006 import printed_tables as published
 from pneumo.papers.paper_2006 import setup_checks
 from pneumo.papers.paper_2006.setup_checks import rows_within
-from pneumo.verdict import PaperError, published
+from pneumo.verdict import PaperError
 
 EPS = np.finfo(float).eps
 CELLS = {1: 40, 2: 8, 3: 20, 4: 8, 5: 64, 6: 16, 7: 30, 8: 96, 9: 90}
@@ -17,22 +16,14 @@ MODELS = [f"M{i}" for i in range(1, 11)]
 WITHOUT_N = ["M1", "M3", "M4"]
 
 
-# The files
-
-
 @pytest.mark.parametrize("number", CELLS)
-def test_every_cell_is_there_once(number):
+def test_every_cell_is_there_once_and_notes_begin_with_a_known_word(number):
     cells = pd.DataFrame(published.read_table(number))
     assert list(cells.columns[:4]) == ["row", "column", "printed", "note"]
     assert len(cells) == CELLS[number]
     assert not cells.drop(columns=["printed", "note"]).duplicated().any()
     assert (cells["printed"] != "").all()
-
-
-@pytest.mark.parametrize("number", range(1, 10))
-def test_notes_begin_with_a_known_word(number):
-    notes = [cell["note"] for cell in published.read_table(number)]
-    assert all(re.fullmatch(r"|(unreadable|misprint|suspect|blank): .+", note) for note in notes)
+    assert cells["note"].str.fullmatch(r"|(misprint|suspect|blank): .+").all()
 
 
 @pytest.mark.parametrize("number", [5, 6, 8])
@@ -44,42 +35,23 @@ def test_experiments_are_coded_as_in_the_paper(number):
         assert cell["k_0"] == ["0.02", "0.1", "0.5", "2.5"][(j - 1) // 4]
 
 
-def test_a_table_the_paper_does_not_have():
+def test_tables_that_are_not_there_or_incomplete_are_named(tmp_path):
     with pytest.raises(PaperError, match="number = 10: the paper has Tables 1 to 9"):
         published.read_table(10)
-
-
-def test_a_missing_folder_is_named(tmp_path):
     with pytest.raises(PaperError, match=rf"{tmp_path}/published/table5.csv: no such file"):
         published.read_table(5, folder=tmp_path)
-
-
-def test_an_incomplete_table_names_the_cell():
     cells = published.read_table(8)
     del cells[7]
     with pytest.raises(ValueError, match=r"\('E02', 'M6'\)"):
         published._array(cells, {"experiment": "row", "model": "column"})
 
 
-# Half units
-
-
 @pytest.mark.parametrize(
     ("text", "digits", "expected"),
     [
-        ("1.02e4", None, 50.0),
-        ("140", None, 0.5),
-        ("-0.047", None, 0.0005),
-        ("4.96e8", None, 5e5),
-        ("1.571e-6", None, 5e-10),
-        ("26.280", None, 0.0005),
-        ("3000", 2, 50.0),
-        ("-110", 2, 5.0),
-        ("46.0", 2, 0.5),
-        ("2.37", 2, 0.005),
-        ("-0.860", 2, 0.005),
-        ("18", 2, 0.5),
-        ("0", 2, 0.5),
+        *(("1.02e4", None, 50.0), ("140", None, 0.5), ("-0.047", None, 0.0005), ("4.96e8", None, 5e5)),
+        *(("1.571e-6", None, 5e-10), ("26.280", None, 0.0005), ("3000", 2, 50.0), ("-110", 2, 5.0)),
+        *(("46.0", 2, 0.5), ("2.37", 2, 0.005), ("-0.860", 2, 0.005), ("18", 2, 0.5), ("0", 2, 0.5)),
     ],
 )
 def test_half_unit(text, digits, expected):
@@ -92,43 +64,36 @@ def test_half_unit_of_no_number(text):
         published.half_unit(text)
 
 
-# Shapes and units of the readers
-
-
-def test_shapes_and_labels():
-    assert published.table5().sizes == {"experiment": 16, "quantity": 4}
-    assert published.table6().sizes == {"experiment": 16}
-    assert published.table7().sizes == {"model": 10}
-    assert published.table8().sizes == {"experiment": 16, "model": 6}
-    assert published.table9().sizes == {"level": 3, "model": 10}
-    for table in (published.table5(), published.table6(), published.table8()):
-        assert table["experiment"].values.tolist() == EXPERIMENTS
-    for table in (published.table7(), published.table9()):
-        assert table["model"].values.tolist() == MODELS
-    assert published.table5()["quantity"].values.tolist() == ["P_A", "P_B", "T_A", "T_B"]
-
-
-def test_values_are_in_SI():
+def test_shapes_labels_and_SI_units():
+    labels = {"experiment": EXPERIMENTS, "quantity": ["P_A", "P_B", "T_A", "T_B"], "model": MODELS}
+    labels["level"] = ["adiabatic", "typical", "isothermal"]
+    for table, dims in (
+        (published.table5(), ["experiment", "quantity"]),
+        (published.table6(), ["experiment"]),
+        (published.table7(), ["model"]),
+        (published.table9(), ["level", "model"]),
+    ):
+        assert {dim: table[dim].values.tolist() for dim in table.sizes} == {dim: labels[dim] for dim in dims}
+    best = published.table8()
+    assert best["experiment"].values.tolist() == EXPERIMENTS and best["model"].values.tolist() == MODELS[4:]
+    grid = [float(f"{1 + 0.05 * i:.2f}") for i in range(9)]  # the nine decimal literals 1.0, 1.05 ... 1.4
+    assert best.isin(grid).all()
     cell = published.table9().sel(level="typical", model="M9")
-    assert cell["mean_error"].item() == pytest.approx(-4.7, rel=4 * EPS)
-    assert cell["mean_error_half_unit"].item() == pytest.approx(0.05, rel=4 * EPS)
+    values = {"mean_error": -4.7, "mean_error_half_unit": 0.05, "std": 2400, "mse": 5.6e6}
+    assert {name: cell[name].item() for name in values} == pytest.approx(values, rel=4 * EPS)
     assert cell["mean_error_printed"].item() == "-0.047"
-    assert cell["std"].item() == pytest.approx(2400, rel=4 * EPS)
-    assert cell["mse"].item() == pytest.approx(5.6e6, rel=4 * EPS)
     assert published.table7()["mse"].sel(model="M4").item() == pytest.approx(2.84e9, rel=4 * EPS)
     assert published.table8().sel(experiment="E07", model="M7").item() == 1.35
 
 
-# Tables 5 and 6: times
-
-
-def test_unreadable_cells_of_table_5():
+def test_odd_cells_of_table_5_and_its_underlined_longest_times():
     times = published.table5()
-    unreadable = times.isnull().stack(cell=["experiment", "quantity"])
-    assert set(unreadable["cell"].values[unreadable]) == {("E04", "P_B"), ("E04", "T_A"), ("E08", "T_A")}
-    assert (times["half_unit"].isnull() == times.isnull()).all()
-    assert times["printed"].sel(experiment="E08", quantity="T_A").item() == "11.338"  # kept as scanned
-    assert (times["half_unit"].values[times.notnull()] == 0.0005).all()
+    assert " ".join(times["printed"].sel(experiment="E04").values) == "88.676 0.43324 35.950 110.460"
+    assert times["printed"].sel(experiment="E08", quantity="T_A").item() == "11.338"
+    assert (times["half_unit"].where(times["printed"] != "0.43324", 0.0005) == 0.0005).all()
+    longest = published.table5().idxmax("quantity").to_series().to_dict()
+    underlined = [(c["row"], c["column"]) for c in published.read_table(5) if c["underlined"] == "yes"]
+    assert underlined == list(longest.items())
 
 
 def test_open_loop_settling_time_falls_as_conductance_grows():
@@ -139,9 +104,6 @@ def test_open_loop_settling_time_falls_as_conductance_grows():
         assert (open_loop.diff("experiment") < 0).all()
         pace = (open_loop * open_loop.k_0).sel(quantity=["T_A", "T_B"])
         assert pace.max() < 1.3 * pace.min()
-
-
-# Tables 7 and 9
 
 
 def test_rows_are_what_eq_16_gives_with_the_sample_variance_only():
@@ -158,14 +120,16 @@ def test_a_wrong_mean_square_error_would_be_noticed_in_every_row(monkeypatch, fa
     assert rows_within(divisor_is_N=False) == (0, 40)
 
 
-def test_levels():
+def test_levels_and_one_n_that_is_never_better_than_the_best_of_each_experiment():
     levels = published.table9()
-    assert levels["level"].values.tolist() == ["adiabatic", "typical", "isothermal"]
     k_0 = [0.02, 0.1, 0.5, 2.5]
     assert levels["k_0_low"].values.tolist() == k_0[:3]
     assert levels["k_0_high"].values.tolist() == k_0[1:]
     for low, high in zip(levels["k_0_low"], levels["k_0_high"], strict=True):
         assert published.table6()["k_0"].isin([low, high]).sum() == 8
+    overall = published.table7()
+    halves, half_unit = adiabatic_and_isothermal("mse")
+    assert (halves + half_unit >= overall["mse"] - overall["mse_half_unit"]).all()
 
 
 def adiabatic_and_isothermal(name):
@@ -183,12 +147,6 @@ def test_levels_average_to_table_7_where_there_is_no_n(model, name):
     assert abs(halves.sel(model=model) - overall[name]) <= tolerance
 
 
-def test_one_n_for_a_level_is_never_better_than_the_best_n_of_each_experiment():
-    overall = published.table7()
-    halves, half_unit = adiabatic_and_isothermal("mse")
-    assert (halves + half_unit >= overall["mse"] - overall["mse_half_unit"]).all()
-
-
 @pytest.mark.parametrize("model", WITHOUT_N)
 def test_typical_level_lies_within_the_other_two_where_there_is_no_n(model):
     # It takes half of each, and squared errors are not negative.
@@ -196,11 +154,52 @@ def test_typical_level_lies_within_the_other_two_where_there_is_no_n(model):
     assert mse.sel(level="typical") <= (mse + half_unit).sel(level=["adiabatic", "isothermal"]).sum()
 
 
-# Table 8
+@pytest.mark.parametrize("number", [9, 10, 11])
+def test_averages_of_a_figure_are_those_of_its_table(number):
+    # Read less one constant per panel: only the scatter about it could be off.
+    printed = {"overall": published.table7()["mse"]}
+    printed |= {str(level): mse for level, mse in published.table9()["mse"].groupby("level", squeeze=False)}
+    for cell in published.read_cells(f"figure{number}", published.PAPER_FOLDER):
+        if cell["column"] == "average":
+            value, mse = float(cell["printed"]), printed[cell["level"]].sel(model=cell["row"]).item()
+            assert abs(value - (mse if number == 10 else np.log10(mse))) <= 2.5 * float(cell["sigma"]), cell
 
 
-def test_best_n_is_on_the_grid():
-    grid = [float(f"{1 + 0.05 * i:.2f}") for i in range(9)]  # the nine decimal literals 1.0, 1.05 ... 1.4
-    best = published.table8()
-    assert best.isin(grid).all()
-    assert best["model"].values.tolist() == MODELS[4:]
+def test_percentiles_of_the_figures_agree_and_constant_n_lie_on_the_grid():
+    nine, ten = published.percentiles(9), published.percentiles(10)
+    apart = abs(np.log10(ten["p90"] / nine["p90"]))
+    assert apart.sizes == {"level": 1, "model": 6} and (apart <= 0.011).all()
+    assert (abs(ten["p10"] - nine["p10"]) <= 1.3e5).all()
+    for number in (9, 10, 11):
+        found = published.percentiles(number)
+        assert (found["p10"] < found["p90"]).all()
+    assert found["constant_n"].sizes == {"level": 3, "model": 9}
+    assert found["constant_n"].isin([1.0, 1.2, 1.25, 1.3, 1.35, 1.4]).all()
+
+
+EXTREMA = {
+    (c["row"], int(c["order"]), c["column"]): c
+    for c in published.read_cells("figure7", published.PAPER_FOLDER)
+}
+
+
+@pytest.mark.parametrize("panel", ["x", "P_A", "P_B", "T_A", "T_B"])
+def test_extrema_of_fig_7_lie_on_its_curves_and_count_from_their_release(panel):
+    t, low, high = published.traces_of_fig_7()[panel]
+    sigma = float(EXTREMA[panel, 2, "value"]["sigma"])
+    start = np.flatnonzero(t > -0.3)[0]
+    moved = start + np.argmax(
+        (abs(low - low[start]) > 2 * sigma)[start:] | (abs(high - high[start]) > 2 * sigma)[start:]
+    )
+    # A column also shows its neighbours: the release lies from the last flat one to after the first other.
+    assert t[moved - 1] <= 0.0 <= t[moved] + 0.0063
+    previous = 0.0
+    for order in range(1, 9):
+        value, time = (EXTREMA[panel, order, column] for column in ("value", "time"))
+        at = float(time["printed"])
+        near = abs(t - at) <= 0.0125
+        tip = high[near].max() if value["kind"] == "max" else low[near].min()
+        assert abs(tip - float(value["printed"])) <= float(value["sigma"]), (panel, order)
+        assert previous < at, (panel, order)
+        assert value["kind"] == ("max" if (order % 2 == 1) == (panel in ("x", "P_B", "T_B")) else "min")
+        previous = at

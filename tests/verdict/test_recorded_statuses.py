@@ -7,9 +7,10 @@ A number that gets worse fails, and so does one that gets better without being r
 import pytest
 
 from pneumo.papers.paper_2006.paper import PAPER_2006
+from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.verdict.judging import Judge, read_statuses
 
-RECORDED = read_statuses()
+RECORDED = read_statuses(PAPER_FOLDER)
 
 pytestmark = pytest.mark.results
 
@@ -23,8 +24,3 @@ def judge(results) -> Judge:
 def test_item(judge, name, status):
     item = judge.judge(judge.claims.items[name])
     assert item["status"] == status, f"{name}: {item['shown']} for {item['printed']}; {item['reason']}"
-
-
-def test_at_most_a_tenth_of_the_readable_items_is_missed():
-    statuses = [status for status in RECORDED.values() if status != "unreadable"]
-    assert statuses.count("missed") <= 0.1 * len(statuses)

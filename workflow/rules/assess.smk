@@ -36,7 +36,7 @@ rule settling_table:
 rule verdict:
     input:
         # Evidence is not part of the study; once it is there, the verdict uses it and it is kept up to date.
-        evidence=evidence_for(STUDY, "results/assumptions.nc"),
+        evidence=evidence_for(STUDY, "assumptions.nc") + evidence_for(STUDY, "power.nc"),
         parameters=rules.parameters.output[0],
         settling_table=rules.settling_table.output[0],
         settling=rules.settling.output,
@@ -46,13 +46,16 @@ rule verdict:
         claims="paper/2006/claims.yaml",
         errata="paper/2006/errata.yaml",
         assumptions="paper/2006/assumptions.yaml",
+        seed_deviations="paper/2006/seed_deviations.csv",
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
+        figures=expand("paper/2006/published/figure{number}.csv", number=[7, 9, 11]),
     output:
         judged="results/verdict.json",
     log:
         "results/logs/verdict.log",
     params:
-        code=code_behind("verdict.py"),
+        name="2006",
+        code=code_behind("verdict.py", "pneumo.papers.paper_2006.paper"),
     message:
         "Verdict: every published number and claim"
     script:

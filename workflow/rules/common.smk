@@ -11,6 +11,11 @@ def sets_of(wildcards):
     return list(range(int(wildcards.first), int(wildcards.first) + BLOCK))
 
 
+def ensemble_blocks(wildcards):
+    """Files of seed sets: those in results, else those that travel with the source, else to be made."""
+    return [kept_or_made(STUDY, f"ensemble/{first}.nc") for first in BLOCKS]
+
+
 def cylinders_of(wildcards):
     """Numbers of the cylinders of a block."""
     return list(range(int(wildcards.first), int(wildcards.first) + CYLINDER_BLOCK))

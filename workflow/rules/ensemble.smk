@@ -28,7 +28,7 @@ rule ensemble_block:
 rule ensemble_statistics:
     input:
         parameters=rules.parameters.output[0],
-        blocks=expand("results/ensemble/{first}.nc", first=BLOCKS),
+        blocks=ensemble_blocks,
     output:
         tables="results/ensemble.nc",
     log:
@@ -50,12 +50,13 @@ rule findings:
     output:
         findings="results/findings.json",
         table="results/findings.md",
+        deviations="results/seed_deviations.csv",
     log:
         "results/logs/findings.log",
     params:
         code=code_behind("findings.py"),
     message:
-        "Statements about models judged over the ensemble"
+        "Statements about models judged over the ensemble; how much seeds change each number"
     script:
         "../scripts/findings.py"
 

@@ -14,7 +14,8 @@ DRAWN = {
         ("floor", "floor", "floor_figure", "floor_figure"),
         ("ensemble", "ensemble", "ensemble_figure", "ensemble_figure"),
         ("regimes", "cylinders", "regimes_figure", "regime_map"),
-        ("variants", "variants", "variants_figure", "variants_figure"),
+        ("variants", "variants", "alternatives_figures", "variants_figure"),
+        ("measurements", "measurements", "measurements_figure", "measurements_figure"),
     ]
 }
 
@@ -73,6 +74,27 @@ rule assumptions_effects:
         "../scripts/assumptions_effects.py"
 
 
+rule power:
+    input:
+        parameters=rules.parameters.output[0],
+        cells=expand("results/published/replay/{experiment}.nc", experiment=STUDY.experiments),
+        runs=[rules.datum.output, rules.settling.output],
+        claims="paper/2006/claims.yaml",
+        seed_deviations="paper/2006/seed_deviations.csv",
+    output:
+        agrees="results/power.nc",
+    log:
+        "results/logs/power.log",
+    threads: all_cores
+    params:
+        configuration=config,
+        code=code_behind("power.py"),
+    message:
+        "Power of the verdict: the study under known mistakes"
+    script:
+        "../scripts/power.py"
+
+
 rule identification:
     input:
         parameters=rules.parameters.output[0],
@@ -120,6 +142,30 @@ rule floor:
         "Floor of error that signal transport leaves: measured, and predicted without replays"
     script:
         "../scripts/floor.py"
+
+
+RECORDS = ["2021-07-26", "2022-01-28", "2022-12-21-vented", "friction"]  # of data/mbari
+
+
+rule measured_records:
+    input:
+        records=[f"data/mbari/{name}.nc" for name in RECORDS],
+    output:
+        cells="results/measurements.nc",
+    log:
+        "results/logs/measurements.log",
+    params:
+        code=code_behind("measurements.py"),
+    message:
+        "Thermal laws on measured records of closed chambers"
+    script:
+        "../scripts/measurements.py"
+
+
+rule measurements:
+    input:
+        rules.measured_records.output,
+        expand("results/figures/measurements.{kind}", kind=["svg", "png"]),
 
 
 rule variants:
@@ -194,6 +240,7 @@ rule evidence:
     input:
         rules.assumptions_effects.output,
         rules.variants_summary.output,
+        rules.power.output,
         expand("results/figures/{name}.{kind}", name=DRAWN, kind=["svg", "png"]),
         rules.fit_coverage.output,
         rules.cylinders.input,

@@ -24,6 +24,7 @@ rule own_page:
         cells=expand(rules.own_cells.output[0], cylinder=OWN_CYLINDERS),
         templates=[
             "pneumo/publish/pages/templates/page.html.j2",
+            "pneumo/publish/pages/templates/macros.html.j2",
             "pneumo/publish/pages/templates/study.html.j2",
             "pneumo/publish/pages/templates/page.css",
         ],

@@ -7,8 +7,10 @@ SHOWN = {
     for figure, experiment in {"fig07": "E14", "traces": "E06"}.items()
 }
 
-VERDICT_TEMPLATES = ["verdict.html.j2", "page.css", "verdict.js"]
+PAGE_TEMPLATES = ["page.html.j2", "macros.html.j2", "page.css"]
+VERDICT_TEMPLATES = [*PAGE_TEMPLATES, "verdict.html.j2", "verdict.js"]
 REPORT_TEMPLATES = [
+    *PAGE_TEMPLATES,
     *["report.html.j2", "report.css", "report_traces.js", "report.js", "report_choice.js"],
     *["uplot/uPlot.iife.min.js", "uplot/uPlot.min.css", "uplot/LICENSE"],
 ]
@@ -77,7 +79,8 @@ rule tables:
 rule verdict_page:
     input:
         verdict=rules.verdict.output[0],
-        templates=expand("pneumo/publish/pages/templates/{name}", name=["page.html.j2", *VERDICT_TEMPLATES]),
+        templates=expand("pneumo/publish/pages/templates/{name}", name=VERDICT_TEMPLATES),
+        about=["paper/2006/page.yaml", "paper/2006/findings.html.j2"],
     output:
         page=report("results/verdict.html", caption="../captions/verdict.rst", category="Pages"),
     log:
@@ -97,16 +100,15 @@ rule report:
         cells=rules.replay.output,
         statistics=rules.statistics.output,
         verdict=[] if OWN_CYLINDERS else rules.verdict.output,
-        templates=expand(
-            "pneumo/publish/pages/templates/{name}", name=["page.html.j2", "page.css", *REPORT_TEMPLATES]
-        ),
+        templates=expand("pneumo/publish/pages/templates/{name}", name=REPORT_TEMPLATES),
     output:
         page=report("results/report.html", caption="../captions/report.rst", category="Pages"),
     log:
         "results/logs/report.log",
     params:
         # What is there is shown. As inputs, these would bring the whole ensemble and all evidence with them.
-        findings={} if OWN_CYLINDERS else fingerprints(evidence_for(STUDY, "results/findings.json")),
+        findings={} if OWN_CYLINDERS else fingerprints(evidence_for(STUDY, "findings.json")),
+        findings_code=code_behind("findings.py"),
         manuscript=exists("results/paper.pdf"),
         code=code_behind("report.py"),
     message:

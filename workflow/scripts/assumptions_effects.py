@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pneumo.evidence.toggle_effects import toggle_effects
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.figures.toggles_figure import tornado
+from pneumo.publish.figures.alternatives_figures import tornado
 from pneumo.publish.style import save
 from pneumo.publish.text.markdown_tables import assumptions_table
 from pneumo.storage.files import read, write_text

@@ -2,17 +2,15 @@
 
 from pathlib import Path
 
-import xarray as xr
-
 from pneumo.evidence.ensemble import ensemble_statistics
+from pneumo.evidence.seed_sets import read_seed_sets
 from pneumo.jobs.wrapper import run_job
-from pneumo.storage.files import attributes, read, read_study, write
+from pneumo.storage.files import attributes, read_study, write
 
 
 def main(parameters: Path, blocks: list[Path], tables: Path, code: str) -> None:
     study = read_study(parameters)
-    parts: list[xr.Dataset] = [read(block) for block in blocks]
-    ensemble: xr.Dataset = xr.concat(parts, "seeds")
+    ensemble = read_seed_sets(blocks)
     about = attributes(
         "Ensemble of the study over sets of seeds",
         "Tables 7 to 9 with their spread over sets of seeds; models compared",

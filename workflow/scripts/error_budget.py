@@ -21,7 +21,7 @@ def main(parameters: Path, budgets: Path, threads: int, code: str) -> None:
     study = read_study(parameters)
 
     def budget_of(experiment: Experiment) -> xr.Dataset:
-        part = budget(experiment, study.n, study.lag)
+        part = budget(experiment, study.n)
         print(f"{experiment.name}: error budget, done", flush=True)
         return part
 
@@ -33,7 +33,6 @@ def main(parameters: Path, budgets: Path, threads: int, code: str) -> None:
         code,
         slice_s=SLICE,
         reference_slice_s=REFERENCE_SLICE,
-        lag_s=study.lag,
     )
     by_level = budget_by_level(cells, study.experiments_by_level)
     write(with_budget_attributes(cells.merge(by_level)), budgets, about)

@@ -3,12 +3,11 @@
 from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.figures.performance_figures import fig08, fig09, fig10, fig11
-from pneumo.publish.figures.settling_figure import fig07
+from pneumo.papers.paper_2006.printed_tables import table7, table9, traces_of_fig_7, with_percentiles
+from pneumo.publish.figures.paper_figures import fig07, fig08, fig09, fig10, fig11
 from pneumo.publish.figures.traces_figure import mse_over_n, time_traces
 from pneumo.publish.style import save
 from pneumo.storage.files import open_grid, read, read_study
-from pneumo.verdict.published import table7, table9
 
 
 def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], svg: list[Path]) -> None:
@@ -19,11 +18,11 @@ def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], 
     grids = {
         name: open_grid(path).sel(experiment=list(study.experiments)) for name, path in transports.items()
     }
-    save(fig07(read(settling)), folder / "fig07")
+    save(fig07(read(settling), traces_of_fig_7() if settling.stem == "E14" else {}), folder / "fig07")
     save(fig08(averages, table7()), folder / "fig08")
-    save(fig09(averages, table7()), folder / "fig09")
-    save(fig10(averages, table7()), folder / "fig10")
-    save(fig11(averages, table9()), folder / "fig11")
+    save(fig09(averages, with_percentiles(table7(), 9)), folder / "fig09")
+    save(fig10(averages, with_percentiles(table7(), 10)), folder / "fig10")
+    save(fig11(averages, with_percentiles(table9(), 11)), folder / "fig11")
     save(time_traces(read(datum), replays, averages), folder / "traces")
     save(mse_over_n(grids, study.experiments_by_level), folder / "mse_over_n")
 

@@ -1,23 +1,34 @@
-"""Judge the statements about models over the ensemble: findings.json and the table that the README shows."""
+"""Judge the statements about models over the ensemble, and say how much seeds change each number."""
 
 import json
 from pathlib import Path
 
-import xarray as xr
-
 from pneumo.evidence.findings import findings as judged_statements
+from pneumo.evidence.findings import over_seeds
+from pneumo.evidence.seed_deviations import seed_deviations, seed_deviations_text
+from pneumo.evidence.seed_sets import read_seed_sets
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.text.markdown_tables import findings_table
-from pneumo.storage.files import read, read_study, write_json, write_text
+from pneumo.simulation.signals import PUBLISHED
+from pneumo.storage.files import read_study, write_json, write_text
 from pneumo.verdict.claims import read_claims
 
 
-def main(parameters: Path, blocks: list[Path], claims: Path, findings: Path, table: Path) -> None:
-    study = read_study(parameters)
-    ensemble = xr.concat([read(block, "mean_error", "mse", "failure_time") for block in blocks], "seeds")
-    judged = judged_statements(study, ensemble, read_claims(claims.parent), findings.parent)
+def main(
+    parameters: Path,
+    blocks: list[Path],
+    claims: Path,
+    findings: Path,
+    table: Path,
+    deviations: Path,
+    code: str,
+) -> None:
+    study, entries = read_study(parameters), read_claims(claims.parent)
+    sources = over_seeds(study, read_seed_sets(blocks))
+    judged = judged_statements(study, sources, entries, findings.parent) | {"code_sha256": code}
     write_json(json.dumps(judged, indent=1, ensure_ascii=False), findings)
     write_text(findings_table(judged), table)
+    write_text(seed_deviations_text(seed_deviations(entries, sources[PUBLISHED])), deviations)
 
 
 run_job(main, globals())

@@ -19,7 +19,7 @@ def replay_one(study: Study, datum: Path, outputs: list[Path], code: str) -> Non
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     for output in outputs:
         transport = output.parts[-3]
-        reading = study_transport(transport, study.lag, experiment.h)
+        reading = study_transport(transport, experiment)
         cells = replay(recording, lanes, reading, experiment.pressure_stride)
         about = attributes(
             f"Reduced models replayed on {experiment.name}, {transport} transport",
@@ -29,7 +29,9 @@ def replay_one(study: Study, datum: Path, outputs: list[Path], code: str) -> Non
             experiment,
             comment=same_at_every_n(),
             transport=transport,
-            lag_s=study.lag if transport == PUBLISHED else 0.0,
+            samples=" ".join(map(str, experiment.sampling))
+            if transport == PUBLISHED
+            else "none: every stage",
         )
         write(replay_dataset(experiment, study.n, index, cells), output, about)
 

@@ -14,6 +14,7 @@ def main(
     statistics: list[Path],
     verdict: list[Path],
     findings: Mapping[str, str],
+    findings_code: str,
     manuscript: bool,
     page: Path,
 ) -> None:
@@ -33,6 +34,8 @@ def main(
         parts.append(part(experiment, datum, replays, best, every))
     first = (next(iter(files), None) for files in (verdict, findings))
     judged, stated = (json.loads(read_json(file)) if file else None for file in first)
+    if stated and stated.get("code_sha256") != findings_code:
+        stated["note"] += " Made by earlier code."
     write_text(report_page(study, parts, judged, stated, manuscript), page)
 
 

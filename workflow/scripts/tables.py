@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
+from pneumo.papers.paper_2006.printed_tables import table7
 from pneumo.publish.text.markdown_tables import table_7
 from pneumo.storage.files import read, write_text
-from pneumo.verdict.published import table7
 
 
 def main(statistics: Path, table: Path) -> None:

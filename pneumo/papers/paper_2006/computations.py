@@ -10,7 +10,8 @@ from pneumo.verdict.sources import Computation
 # fmt: off
 COMPUTATIONS: dict[str, Computation] = {function.__name__: function for function in (
     cells.feature, cells.geometry, cells.heat_transfer_coefficient, cells.settling_time,
-    cells.ten_settling_times, cells.statistic, cells.best_index, cells.constant_index,
+    cells.ten_settling_times, cells.statistic, cells.percentile, cells.best_index,
+    cells.constant_index,
     equations.critical_pressure_ratio, equations.coefficient_of_sonic_flow, equations.branches_meet,
     equations.areas_as_printed, equations.equilibrium_pressure_as_printed, equations.half_bridge_ratio,
     equations.three_ranges_from, equations.root_in_range, equations.eq_17_as_printed, equations.largest_flow,
@@ -24,6 +25,6 @@ COMPUTATIONS: dict[str, Computation] = {function.__name__: function for function
     models.next_best, models.in_order, models.same_order, models.walls_before_mixing,
     models.simplest_of_the_best, models.best_n_varies, models.no_single_best, models.same_cells,
     runs.swing, runs.number_of_states, runs.air_is_kept, runs.piston_stays_off_the_ends,
-    runs.number_of_experiments, runs.release_time, runs.final_value,
+    runs.number_of_experiments, runs.release_time, runs.value_after_release, runs.extremum,
 )}
 # fmt: on

@@ -9,22 +9,21 @@ import numpy as np
 
 from pneumo.papers.paper_2006 import equation_checks as equations
 from pneumo.papers.paper_2006.equation_checks import GAMMA, P_0, P_ATM, P_S, SONIC, T_AMB, R
+from pneumo.papers.paper_2006.printed_tables import read_table, table7, table9
 from pneumo.papers.paper_2006.setup_checks import CARRYING
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Valve, chamber_flows, exact_gas, sonic_coefficient
 from pneumo.verdict.errata import Proof
-from pneumo.verdict.published import half_unit, read_table, table5, table7, table9
+from pneumo.verdict.published import half_unit
 
 
 def wall_heat_sign() -> tuple[bool, str]:
     """Wall heat warms air 20 K above ambient as printed and cools it as meant."""
     hot = T_AMB + 20
     printed, meant = (equations.wall_heat_rates(hot, sign) for sign in (-1.0, 1.0))
-    return (
-        all(printed[unit] > 0 > meant[unit] for unit in printed),
-        f"air at {hot:g} K: {printed['K/s']:+.3g} K/s as printed, {meant['K/s']:+.3g} K/s as meant",
-    )
+    words = f"air at {hot:g} K: {printed['K/s']:+.3g} K/s as printed, {meant['K/s']:+.3g} K/s as meant"
+    return all(printed[unit] > 0 > meant[unit] for unit in printed), words
 
 
 def eq5_factor_T() -> tuple[bool, str]:
@@ -47,20 +46,15 @@ def number_of_runs() -> tuple[bool, str]:
     """Seven models of section 3 carry n; 912 counts six."""
     carrying = len(CARRYING)
     printed, meant = 16 * (6 * 9 + 3), 16 * (carrying * 9 + len(PAPER_MODELS) - carrying)
-    return (
-        carrying == 7 and printed == 912 and meant == 1056,
-        f"{carrying} models carry n: 16 (6 x 9 + 3) = {printed}, 16 ({carrying} x 9 + 3) = {meant}",
-    )
+    words = f"{carrying} models carry n: 16 (6 x 9 + 3) = {printed}, 16 ({carrying} x 9 + 3) = {meant}"
+    return carrying == 7 and printed == 912 and meant == 1056, words
 
 
 def eq17_sonic() -> tuple[bool, str]:
     """The printed factor is not the 0.0404 of eq (1), the meant one is."""
     printed, meant = equations.sonic_factor_as_printed(), sonic_coefficient(R, GAMMA)
-    half = half_unit("0.0404")
-    return (
-        abs(printed - SONIC) > half >= abs(meant - SONIC),
-        f"{printed:.4f} as printed, {meant:.5f} as meant, 0.0404 in eq (1)",
-    )
+    words = f"{printed:.4f} as printed, {meant:.5f} as meant, 0.0404 in eq (1)"
+    return abs(printed - SONIC) > half_unit("0.0404") >= abs(meant - SONIC), words
 
 
 def P_0_ratio() -> tuple[bool, str]:
@@ -78,10 +72,8 @@ def P_s_condition() -> tuple[bool, str]:
     """The exact root is the same from 2.344 P_atm on, and not below."""
     gas = exact_gas(R, GAMMA)
     ratios = {r: equilibrium_pressure(r * P_ATM, P_ATM, gas) / (r * P_ATM) for r in (2.3, 2.344, 3.6)}
-    return (
-        abs(ratios[2.344] - ratios[3.6]) < 1e-6 < abs(ratios[2.3] - ratios[3.6]),
-        ", ".join(f"{ratio:.6f} at {r:g} P_atm" for r, ratio in ratios.items()),
-    )
+    words = ", ".join(f"{ratio:.6f} at {r:g} P_atm" for r, ratio in ratios.items())
+    return abs(ratios[2.344] - ratios[3.6]) < 1e-6 < abs(ratios[2.3] - ratios[3.6]), words
 
 
 def eq2_areas() -> tuple[bool, str]:
@@ -90,10 +82,8 @@ def eq2_areas() -> tuple[bool, str]:
     conditions = Conditions(P_S, P_ATM, T_AMB, T_AMB, P_0, T_AMB)
     m_in, m_out = chamber_flows(-1.0, P_0, T_AMB, valve, gas, conditions)
     area = valve.k_xu * -1.0
-    return (
-        area < 0 and m_in == 0 and m_out > 0,
-        f"at u = -1 V: {area:g} m^2 as printed; {m_out:.3g} kg/s leave chamber A as meant",
-    )
+    words = f"at u = -1 V: {area:g} m^2 as printed; {m_out:.3g} kg/s leave chamber A as meant"
+    return area < 0 and m_in == 0 and m_out > 0, words
 
 
 def valve_flow() -> tuple[bool, str]:
@@ -118,63 +108,52 @@ def valve_units() -> tuple[bool, str]:
     """With x_v = k_u u and A = k_x x_v, k_u is a length per volt and k_x a length."""
     area, x_v, u = np.array([2, 0]), np.array([1, 0]), np.array([0, 1])  # exponents of length and voltage
     k_u, k_x = (x_v - u).tolist(), (area - x_v).tolist()
-    return (
-        k_u == [1, -1] and k_x == [1, 0] and np.add(k_u, k_x).tolist() == [2, -1],
-        "x_v = k_u u makes k_u a length per volt; A = k_x x_v makes k_x a length, not a length per volt",
-    )
+    words = "x_v = k_u u makes k_u a length per volt; A = k_x x_v makes k_x a length, not a length per volt"
+    return k_u == [1, -1] and k_x == [1, 0] and np.add(k_u, k_x).tolist() == [2, -1], words
 
 
-def unreadable_cells() -> tuple[bool, str]:
-    """One unreadable cell of Table 5 has other decimals than all the rest; two repeat a cell of E02."""
-    cells = {f"{cell['row']} {cell['column']}": cell["printed"] for cell in read_table(5)}
-    odd = [name for name, printed in cells.items() if len(printed.split(".")[1]) != 3]
-    repeats = [name for name, printed in cells.items() if printed == cells["E02 T_B"] and name != "E02 T_B"]
-    missing = int(table5().isnull().sum())
-    return (
-        odd == ["E04 P_B"] and repeats == ["E04 T_A", "E08 T_A"] and missing == 3,
-        f"not three decimals: {', '.join(odd)}; repeats E02's T_B: {', '.join(repeats)}",
-    )
+def E04_P_B() -> tuple[bool, str]:
+    """Only this cell of Table 5 has not three decimals, and only its row does not fall as k_0 grows."""
+    cells = read_table(5)
+    odd = [f"{c['row']} {c['column']}" for c in cells if len(c["printed"].split(".")[1]) != 3]
+    growing: dict[str, list[str]] = {}
+    for shift in (1.0, 100.0):
+        times: dict[str, list[float]] = {}
+        for c in cells:  # by rising k_0
+            factor = shift if f"{c['row']} {c['column']}" in odd else 1.0
+            row = times.setdefault(f"{c['column']} of {c['cylinder']}, {c['type']} loop", [])
+            row.append(factor * float(c["printed"]))
+        growing[f"{shift:g}"] = [name for name, row in times.items() if row != sorted(row, reverse=True)]
+    passes = odd == ["E04 P_B"] and growing == {"1": ["P_B of E, closed loop"], "100": []}
+    words = f"not three decimals: {', '.join(odd)}; rows that do not fall as k_0 grows: "
+    return passes, words + f"{', '.join(growing['1'])} as printed, {len(growing['100'])} as meant"
 
 
 def variance_D() -> tuple[bool, str]:
     """Table 3 gives cylinder D the same variance in V^2 and in m^2, and cylinder E two different ones."""
     variance = {(c["row"], c["type"]): c["printed"] for c in read_table(3) if c["column"] == "variance"}
     D, E = ([variance[cylinder, loop] for loop in ("open", "closed")] for cylinder in "DE")
-    opening = [float(D[0]) ** 0.5 * 1e-7, float(E[0]) ** 0.5 * 1e-6]
-    return (
-        D[0] == D[1] and E[0] != E[1],
-        f"D: {D[0]} V² and {D[1]} m²; E: {E[0]} V² and {E[1]} m²; "
-        f"valve areas of {opening[0]:.1g} and {opening[1]:.1g} m²",
-    )
+    areas = f"valve areas of {float(D[0]) ** 0.5 * 1e-7:.1g} and {float(E[0]) ** 0.5 * 1e-6:.1g} m²"
+    return D[0] == D[1] and E[0] != E[1], f"D: {D[0]} V² and {D[1]} m²; E: {E[0]} V² and {E[1]} m²; {areas}"
 
 
 def M7_is_M8() -> tuple[bool, str]:
     """The text's four numbers for M7 at the typical level stand in M8's row of Table 9, none in M7's."""
-    row = table9().sel(level="typical")
+    row, overall = table9().sel(level="typical"), table7()["mse"]
     M6, classical = float(row["mse"].sel(model="M6")), float(row["mse"].sel(model=["M1", "M2", "M3"]).min())
-
-    def numbers(model: str) -> list[float]:
-        mse, mu, sigma = (float(row[name].sel(model=model)) for name in ("mse", "mean_error", "std"))
-        return [round(mse / M6, 2), round(mse / classical, 2), mu, sigma]
-
-    in_text, M7, M8 = [0.40, 0.10, 140, 2400], numbers("M7"), numbers("M8")
+    quantities = row["mse"] / M6, row["mse"] / classical, row["mean_error"], row["std"]
+    M7, M8 = ([round(float(q.sel(model=model)), 2) for q in quantities] for model in ("M7", "M8"))
+    in_text = [0.40, 0.10, 140, 2400]
+    none_of_M7 = all(one != other for one, other in zip(M7, in_text, strict=True))
     shares = table9()["mse"] / table9()["mse"].sel(model="M6", drop=True)
     at_most = {model: float(shares.sel(model=model).max()) for model in ("M7", "M8", "M9", "M10")}
-    only_M7 = [model for model, share in at_most.items() if share > 0.725]
-    overall = table7()["mse"]
+    only_M7 = [model for model, share in at_most.items() if share > 0.725] == ["M7"]
     holds_63 = float(overall.sel(model="M7") / overall.sel(model="M6")) < 0.635
-    none_of_M7 = all(one != other for one, other in zip(M7, in_text, strict=True))
-    return (
-        in_text == M8 and none_of_M7 and only_M7 == ["M7"] and holds_63,
-        f"M7's row: {M7[0]:.0%} of M6, {M7[1]:.0%} of M2, {M7[2]:.0f} Pa, {M7[3]:.0f} Pa; "
-        "largest share of M6 at any level: "
-        + ", ".join(f"{model} {share:.0%}" for model, share in at_most.items()),
-    )
+    words = f"M7's row: {M7[0]:.0%} of M6, {M7[1]:.0%} of M2, {M7[2]:.0f} Pa, {M7[3]:.0f} Pa; largest share"
+    words += " of M6 at any level: " + ", ".join(f"{model} {share:.0%}" for model, share in at_most.items())
+    return in_text == M8 and none_of_M7 and only_M7 and holds_63, words
 
 
-# fmt: off
-PROOFS: dict[str, Proof] = {proof.__name__: proof for proof in (
-    wall_heat_sign, eq5_factor_T, n_step, number_of_runs, eq17_sonic, P_0_ratio, P_s_condition, eq2_areas,
-    valve_flow, lambda_E, valve_units, unreadable_cells, variance_D, M7_is_M8,
-)}
-# fmt: on
+PROOFS: dict[str, Proof] = {  # every function of this module, in the order of ``errata.yaml``
+    name: proof for name, proof in list(vars().items()) if getattr(proof, "__module__", "") == __name__
+}

@@ -6,20 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pneumo.papers.paper_2006.study_results import StudyResults
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS, processes
 from pneumo.papers.paper_2006.table_cells import number_at
 from pneumo.statistics.averages import OVERALL
-from pneumo.verdict.sources import Finding, StudyResults
+from pneumo.verdict.sources import Finding
 
 
 def _mse_by_model(results: StudyResults, level: str) -> dict[str, float]:
     """Average mean square error of every model of the paper at a level, Pa^2."""
     return {model: number_at(results.statistics["mse"], level=level, model=model) for model in PAPER_MODELS}
-
-
-def _order(mse: Mapping[str, float]) -> list[str]:
-    """Models by rising mean square error."""
-    return sorted(mse, key=mse.__getitem__)
 
 
 def _decades(mse: Mapping[str, float], above: str, below: str) -> float:
@@ -41,20 +37,17 @@ def quotient(
     shares: list[float] = []
     words: list[str] = []
     for model in of:
-        share = {level: mse[level][model] / min(mse[level][name] for name in over) for level in levels}
-        level = choose(levels, key=lambda level: share[level])
-        shares.append(share[level])
-        words.append(f"{model} {100 * share[level]:.1f} %" + (f" ({level})" if len(levels) > 1 else ""))
+        share, level = choose((mse[at][model] / min(mse[at][name] for name in over), at) for at in levels)
+        shares.append(share)
+        words.append(f"{model} {100 * share:.1f} %" + (f" ({level})" if len(levels) > 1 else ""))
     return Finding(choose(shares), shown=", ".join(words) if len(of) * len(levels) > 1 else "")
 
 
 def smallest_gap(results: StudyResults, groups: Sequence[Sequence[str]], level: str) -> Finding:
     """Smallest gap in mean square error from the best of a group down to the worst of the next, decades."""
     mse = _mse_by_model(results, level)
-    pairs = [
-        (min(above, key=mse.__getitem__), max(below, key=mse.__getitem__))
-        for above, below in itertools.pairwise(groups)
-    ]
+    of = mse.__getitem__
+    pairs = [(min(above, key=of), max(below, key=of)) for above, below in itertools.pairwise(groups)]
     return Finding(min(_decades(mse, *pair) for pair in pairs), shown=_quotients(mse, pairs))
 
 
@@ -79,14 +72,19 @@ def gain(results: StudyResults, better: Sequence[str], than: str, level: str) ->
 
 def best_models(results: StudyResults, models: Sequence[str], level: str) -> Finding:
     """Whether the given models have the lowest mean square errors."""
-    order = _order(_mse_by_model(results, level))
-    return Finding(holds=set(order[: len(models)]) == set(models), shown=" < ".join(order))
+    mse = _mse_by_model(results, level)
+    order = sorted(mse, key=mse.__getitem__)
+    others = min(mse[model] for model in mse if model not in models)
+    margin = math.log10(others / max(mse[model] for model in models))
+    return Finding(holds=margin > 0, shown=" < ".join(order), margin=margin)
 
 
 def next_best(results: StudyResults, after: Sequence[str], claimed: str, level: str) -> Finding:
     """Whether a model is the best of those left when some are taken away."""
-    order = [model for model in _order(_mse_by_model(results, level)) if model not in after]
-    return Finding(holds=order[0] == claimed, shown=" < ".join(order))
+    mse = _mse_by_model(results, level)
+    order = sorted(mse.keys() - after, key=mse.__getitem__)
+    margin = min(_decades(mse, model, claimed) for model in order if model != claimed)
+    return Finding(holds=order[0] == claimed, shown=" < ".join(order), margin=margin)
 
 
 def in_order(results: StudyResults, models: Sequence[str], levels: Sequence[str]) -> Finding:
@@ -94,22 +92,23 @@ def in_order(results: StudyResults, models: Sequence[str], levels: Sequence[str]
     by_level = {level: _mse_by_model(results, level) for level in levels}
     orders = {level: sorted(models, key=mse.__getitem__) for level, mse in by_level.items()}
     words = "; ".join(f"{level}: {' < '.join(order)}" for level, order in orders.items())
-    return Finding(holds=all(order == list(models) for order in orders.values()), shown=words)
+    margin = min(_decades(mse, b, a) for mse in by_level.values() for a, b in itertools.pairwise(models))
+    return Finding(holds=margin > 0, shown=words, margin=margin)
 
 
 def same_order(results: StudyResults, levels: Sequence[str], apart: float) -> Finding:
     """Whether models that lie more than `apart` decades apart overall keep their order at every level."""
     overall = _mse_by_model(results, OVERALL)
-    swapped: list[str] = []
-    for level in levels:
-        mse = _mse_by_model(results, level)
-        swapped += [
-            f"{a} above {b} ({level})"
-            for a in mse
-            for b in mse
-            if _decades(overall, b, a) > apart and mse[a] >= mse[b]
-        ]
-    return Finding(holds=not swapped, shown="; ".join(swapped) or "no pair changes places")
+    by_level = {level: _mse_by_model(results, level) for level in levels}
+    distances = {
+        f"{a} above {b} ({level})": _decades(mse, b, a)
+        for level, mse in by_level.items()
+        for a, b in itertools.permutations(mse, 2)
+        if _decades(overall, b, a) > apart
+    }
+    swapped = "; ".join(words for words, distance in distances.items() if distance <= 0)
+    margin = min(distances.values(), default=0.0)
+    return Finding(holds=not swapped, shown=swapped or "no pair changes places", margin=margin)
 
 
 def walls_before_mixing(results: StudyResults, level: str) -> Finding:
@@ -118,17 +117,24 @@ def walls_before_mixing(results: StudyResults, level: str) -> Finding:
     walls = mse["M6"] - max(mse[m] for m in ("M7", "M8", "M9", "M10"))
     mixing = mse["M5"] - mse["M6"]
     words = f"wall heat saves {walls / 1e6:.2f}, mixing {mixing / 1e6:.2f} x 1e6 Pa^2"
-    return Finding(holds=walls > mixing, shown=words)
+    margin = math.log10(2 * mse["M6"] / (mse["M6"] - walls + mse["M5"]))
+    return Finding(holds=walls > mixing, shown=words, margin=margin)
 
 
 def simplest_of_the_best(results: StudyResults, claimed: str, level: str, apart: float) -> Finding:
     """Whether a model is the simplest of those within `apart` decades of the lowest error."""
     mse = _mse_by_model(results, level)
-    best = _order(mse)[0]
+    best = min(mse, key=mse.__getitem__)
     alike = [model for model in mse if _decades(mse, model, best) <= apart]
     choice = min(alike, key=lambda model: (processes(model), mse[model]))
     words = f"{choice}; {claimed} has {mse[claimed] / mse[best]:.2f} times the lowest mean square error"
-    return Finding(holds=choice == claimed, shown=words)
+    distances = [apart - _decades(mse, claimed, best)]
+    for model in mse.keys() - {claimed}:
+        if processes(model) < processes(claimed):
+            distances.append(_decades(mse, model, best) - apart)
+        elif processes(model) == processes(claimed):
+            distances.append(_decades(mse, model, claimed))
+    return Finding(holds=choice == claimed, shown=words, margin=min(distances))
 
 
 def best_n_varies(results: StudyResults) -> Finding:

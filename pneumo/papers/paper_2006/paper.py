@@ -1,9 +1,49 @@
-"""The paper of 2006: its folder, computations, proofs and highlights, for `pneumo.verdict.judging`."""
+"""The paper of 2006: what `pneumo.verdict.judging` needs of it."""
 
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from pneumo.papers.known_papers import KNOWN
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS
+from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
+from pneumo.papers.paper_2006.study_results import PrintedTables, StudyResults
 from pneumo.papers.paper_2006.summary import highlights
-from pneumo.verdict import PAPER_FOLDER
-from pneumo.verdict.judging import Paper
+from pneumo.storage.files import read
+from pneumo.storage.kept_evidence import evidence_file
+from pneumo.verdict.judging import Paper, Sources
 
-PAPER_2006 = Paper(PAPER_FOLDER, COMPUTATIONS, PROOFS, highlights, module=__name__)
+
+def sources(results: Path, _: Path) -> dict[str, StudyResults]:
+    """Both transports, and the printed tables."""
+    transports: dict[str, StudyResults] = {n: StudyResults(results, n) for n in ("published", "exact")}
+    return transports | {"printed": PrintedTables(results)}
+
+
+def about(sources: Sources) -> dict[str, Any]:
+    """Name of the study, and when and how its full-order and settling runs failed."""
+    study = sources["published"]
+    failures = {"failures": study.failures("datum"), "settling_failures": study.failures("settling")}
+    return {"study": study.study.name} | failures
+
+
+def alternatives(results: Path, sources: Sources) -> xr.DataArray | None:
+    """Tables under each alternative assumption, from ``assumptions.nc``."""
+    toggled = evidence_file(results, "assumptions.nc", sources["published"].study.config_sha256)
+    return read(toggled, "reproduced")["reproduced"] if toggled else None
+
+
+PAPER_2006 = Paper(
+    PAPER_FOLDER,
+    COMPUTATIONS,
+    PROOFS,
+    sources,
+    about,
+    highlights,
+    module=__name__,
+    reads=KNOWN["2006"].reads,
+    command="pneumo paper explain",
+    alternatives=alternatives,
+)

@@ -3,8 +3,11 @@
 import numpy as np
 import xarray as xr
 
+from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
+from pneumo.papers.paper_2006.study_results import StudyResults
 from pneumo.statistics.averages import OVERALL
-from pneumo.verdict.sources import Finding, StudyResults
+from pneumo.verdict.published import read_cells
+from pneumo.verdict.sources import Finding, MissingEvidence
 
 
 def swing(results: StudyResults, quantity: str, side: str) -> Finding:
@@ -42,12 +45,11 @@ def air_is_kept(results: StudyResults) -> Finding:
 
 def piston_stays_off_the_ends(results: StudyResults) -> Finding:
     """Whether the open-loop piston never reaches the ends of the stroke."""
-    reach = {
-        name: float(np.abs(results.run("datum", name, "x")["x"]).max()) / experiment.plant.cylinder.x_max
+    reach, name = max(
+        (float(np.abs(results.run("datum", name, "x")["x"]).max()) / experiment.plant.cylinder.x_max, name)
         for name, experiment in results.experiments(closed_loop=False).items()
-    }
-    far = max(reach, key=lambda name: reach[name])
-    return Finding(holds=reach[far] < 1, shown=f"{100 * reach[far]:.1f} % of the half-stroke at most ({far})")
+    )
+    return Finding(holds=reach < 1, shown=f"{100 * reach:.1f} % of the half-stroke at most ({name})")
 
 
 def number_of_experiments(results: StudyResults) -> Finding:
@@ -60,9 +62,49 @@ def release_time(results: StudyResults, experiment: str) -> Finding:
     return Finding(float(results.run("settling", experiment)["release_time"]))
 
 
-def final_value(results: StudyResults, experiment: str, quantity: str, chamber: str) -> Finding:
-    """Value at the end of a settling run, and its change since the release."""
+def value_after_release(
+    results: StudyResults, experiment: str, quantity: str, chamber: str, after: float
+) -> Finding:
+    """Value in a settling run so many s after the release, and its largest change up to there."""
     run = results.run("settling", experiment)
-    free = run[quantity].sel(chamber=chamber, t=slice(float(run["release_time"]), None))
+    start = float(run["release_time"])
+    free = run[quantity].sel(chamber=chamber, t=slice(start, start + after + float(run["t"][1]) / 2))
     last = float(free[-1])
     return Finding(last, swing=float(np.abs(free - last).max()))
+
+
+def turning_points(values: np.ndarray, least: float) -> list[int]:
+    """Indices of the maxima and minima, in turn, after which a series turns by more than `least`."""
+    turns: list[int] = []
+    direction, high, low = (
+        0,
+        0,
+        0,
+    )  # rising, falling or not known; highest and lowest value since the last turn
+    for i, value in enumerate(values):
+        high, low = (i if value > values[high] else high), (i if value < values[low] else low)
+        turn = high if direction >= 0 and values[high] - value > least else None
+        turn = low if direction <= 0 and value - values[low] > least else turn
+        if turn is not None:
+            turns += [turn] if direction else []
+            direction = -1 if turn == high else 1
+            high = low = i
+    return turns
+
+
+def extremum(results: StudyResults, experiment: str, quantity: str, order: str, column: str) -> Finding:
+    """Value, or time since release, s, of an extremum of a settling run, counted from 1: Fig. 7."""
+    run = results.run("settling", experiment)
+    free = run.sel(t=slice(float(run["release_time"]), None))
+    name, _, chamber = quantity.partition("_")
+    values = free[name].sel(chamber=chamber) if chamber else free[name]
+    readings = [
+        float(c["sigma"])
+        for c in read_cells("figure7", PAPER_FOLDER)
+        if (c["row"], c["column"]) == (quantity, "value")
+    ]
+    turns = turning_points(values.values, 2 * min(readings))
+    if len(turns) < int(order):
+        raise MissingEvidence(f"{quantity} turns {len(turns)} times")
+    at = values[turns[int(order) - 1]]
+    return Finding(float(at["t"] - run["release_time"]) if column == "time" else float(at))

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pneumo.papers.paper_2006.printed_tables import read_table, table7, table9
+from pneumo.papers.paper_2006.study_results import StudyResults
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS, processes
-from pneumo.verdict.published import read_table, table7, table9
-from pneumo.verdict.sources import Finding, MissingEvidence, StudyResults
+from pneumo.verdict.sources import Finding, MissingEvidence
 
 CARRYING = [name for name, model in PAPER_MODELS.items() if model.has_n]
 NAMES = ("mean_error", "std", "mse")
@@ -59,9 +60,8 @@ def number_of_runs(results: StudyResults) -> Finding:
 def simplest(_: StudyResults, models: Sequence[str], claimed: str) -> Finding:
     """Whether a model carries the fewest processes."""
     count = {model: processes(model) for model in models}
-    alone = all(count[claimed] < count[model] for model in models if model != claimed)
     words = ", ".join(f"{model} carries {number}" for model, number in count.items())
-    return Finding(holds=alone, shown=words)
+    return Finding(holds=all(count[claimed] < count[m] for m in models if m != claimed), shown=words)
 
 
 def rows_within(divisor_is_N: bool) -> tuple[int, int]:

@@ -6,12 +6,17 @@ signals does to the ranking of the good models.
 
 import itertools
 import math
+import statistics
 from collections.abc import Sequence
 from typing import Any
 
 import xarray as xr
 
+from pneumo.papers.paper_2006.study_results import StudyResults
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS
+from pneumo.storage.files import read
+from pneumo.storage.kept_evidence import evidence_file
+from pneumo.verdict.claims import BASES
 from pneumo.verdict.judging import Item, Sources, six_digits
 
 EXPERIMENTS = [f"E{number:02d}" for number in range(1, 17)]
@@ -21,27 +26,41 @@ QUOTIENTS = (("M6", "M5"), ("M8", "M7"), ("M10", "M8"))
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
-    """Summarise the verdict from its sources and the judged items.
+    """Summarise the verdict: what the functions below return, by their names.
 
-    Returns
-    -------
-    dict
-        ``scores``; ``wrong_row``, the numbers of M7 and M8 at the typical level; ``transport``, quotients
-        of mean square errors by level and transport; ``by_experiment``, the same by experiment. The
-        last three are None for a study that is not the paper's, or in which an experiment failed.
+    The last three are None for a study that is not the paper's, or in which an experiment failed.
     """
-    summary: dict[str, Any] = {"scores": scores(items)}
     published = sources["published"]
+    summary: dict[str, Any] = {"scores": scores(items), "power": power(published, items)}
     whole = list(published.study.experiments) == EXPERIMENTS and not published.failures("datum")
     for part in (wrong_row, transport, by_experiment):
         summary[part.__name__] = part(sources) if whole else None
     return summary
 
 
+def power(published: StudyResults, items: Sequence[Item]) -> list[dict[str, Any]]:
+    """How many items agree, and how many of these no longer do under each known mistake; empty if not run.
+
+    From ``power.nc``: `mistake`, the number of items `lost`, and of these by kind of evidence.
+    """
+    file = evidence_file(published.folder, "power.nc", published.study.config_sha256)
+    if file is None:
+        return []
+    agrees = read(file, "agrees")["agrees"].astype(bool)
+    basis = {item["id"]: item["basis"] for item in items}
+    agrees = agrees.sel(item=[name for name in agrees["item"].values.tolist() if name in basis])
+    before, *mistakes = (agrees.sel(mistake=name) for name in agrees["mistake"].values.tolist())
+    rows: list[dict[str, Any]] = []
+    for after in mistakes:
+        lost = [basis[name] for name in agrees["item"].values[(before & ~after).values].tolist()]
+        rows.append({"mistake": after["mistake"].item(), "lost": len(lost), "of": int(before.sum())})
+        rows[-1] |= {kind: lost.count(kind) for kind in BASES}
+    return rows
+
+
 def scores(items: Sequence[Item]) -> dict[str, Any]:
     """How closely Tables 5, 7, 8 and 9 are met: number of cells, deviations, how many are exact or close."""
-    readable = [item for item in items if item["status"] != "unreadable"]
-    cells = [item for item in readable if isinstance(item["reproduced"], float)]
+    cells = [item for item in items if isinstance(item["reproduced"], float)]
     result: dict[str, Any] = {}
     for table in (7, 9):
         of_mse = [item for item in cells if (item["table"], item["column"]) == (table, "mse")]
@@ -57,8 +76,7 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
         statuses = [item["status"] for item in cells if item["table"] == table]
         exact, close = statuses.count("exact"), statuses.count("close")
         result[f"table_{table}"] = {"cells": len(statuses), "exact": exact, "exact_or_close": exact + close}
-    missed = sum(item["status"] == "missed" for item in readable)
-    return result | {"missed_of_readable": six_digits(missed / len(readable))}
+    return result
 
 
 def wrong_row(sources: Sources) -> list[dict[str, Any]]:
@@ -92,8 +110,7 @@ def by_experiment(sources: Sources) -> dict[str, Any]:
     quotients: dict[str, Any] = {"experiments": EXPERIMENTS}
     for name in ("published", "exact"):
         best: xr.DataArray = sources[name].cells["mse"].min("n").sel(experiment=EXPERIMENTS)
-        ratio = (best.sel(model="M8") / best.sel(model="M7")).values
-        quotients[name] = [six_digits(float(value)) for value in ratio]
-        mean = math.exp(sum(math.log(value) for value in ratio) / len(ratio))
-        quotients[f"{name}_geometric_mean"] = six_digits(mean)
+        ratio = (best.sel(model="M8") / best.sel(model="M7")).values.tolist()
+        quotients[name] = list(map(six_digits, ratio))
+        quotients[f"{name}_geometric_mean"] = six_digits(statistics.geometric_mean(ratio))
     return quotients

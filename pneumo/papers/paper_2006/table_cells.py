@@ -1,23 +1,27 @@
-"""Cells of the tables: each computation gives one reproduced number, mark or word."""
+"""Cells of tables and points of Figs 9 and 11: each computation gives one reproduced number, mark or word."""
 
 import math
+from collections.abc import Callable
 
 import xarray as xr
 
+from pneumo.papers.paper_2006.equation_checks import GAMMA
+from pneumo.papers.paper_2006.printed_tables import STATISTICS, read_table
+from pneumo.papers.paper_2006.study_results import StudyResults
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS, table_1_row
 from pneumo.physics.cylinder import heat_area
-from pneumo.verdict.published import STATISTICS, read_table
-from pneumo.verdict.sources import Finding, MissingEvidence, StudyResults
+from pneumo.physics.models import lane
+from pneumo.verdict.sources import Finding, MissingEvidence
 
 
-def number_at(values: xr.DataArray, **labels: str) -> float:
+def number_at(values: xr.DataArray, **labels: str | float) -> float:
     """One number of an array; `MissingEvidence` if the array lacks a label or the number is NaN."""
     try:
         value = values.sel(labels).item()
     except KeyError:
-        raise MissingEvidence(f"this study has no {', '.join(labels.values())}") from None
+        raise MissingEvidence(f"this study has no {', '.join(map(str, labels.values()))}") from None
     if not math.isfinite(value):
-        raise MissingEvidence(f"no number for {', '.join(labels.values())}")
+        raise MissingEvidence(f"no number for {', '.join(map(str, labels.values()))}")
     return value
 
 
@@ -46,24 +50,46 @@ def settling_time(results: StudyResults, experiment: str, quantity: str) -> Find
 def ten_settling_times(results: StudyResults, experiment: str) -> Finding:
     """Whether Table 6's duration is at least ten of the longest settling times."""
     (duration,) = (float(cell["printed"]) for cell in read_table(6) if cell["row"] == experiment)
-    longest = results.settling_times.max("quantity")
-    ratio = duration / number_at(longest, experiment=experiment)
+    ratio = duration / number_at(results.settling_times.max("quantity"), experiment=experiment)
     return Finding(holds=ratio >= 10, shown=f"{duration:g} s are {ratio:.1f} settling times")
 
 
 def statistic(results: StudyResults, level: str, model: str, column: str) -> Finding:
     """Mean, standard deviation (Pa) or mean square (Pa^2) of a model's error: Tables 7 and 9."""
-    name = STATISTICS[column][0]
-    return Finding(number_at(results.statistics[name], level=level, model=model))
+    return Finding(number_at(results.statistics[STATISTICS[column][0]], level=level, model=model))
 
 
-def best_index(results: StudyResults, experiment: str, model: str) -> Finding:
+def percentile(results: StudyResults, level: str, model: str, column: str) -> Finding:
+    """Percentile of a model's mean square errors over experiments, decades of Pa^2: Figs 9 and 11."""
+    return Finding(math.log10(number_at(results.statistics[column], level=level, model=model)))
+
+
+def best_index(results: StudyResults, experiment: str, model: str, printed: str) -> Finding:
     """The n of the lowest mean square error: Table 8."""
-    return Finding(number_at(results.statistics["best_n"], experiment=experiment, model=model))
+    n = number_at(results.statistics["best_n"], experiment=experiment, model=model)
+    return _with_cost(n, results, lambda cells: cells["mse"].sel(experiment=experiment, model=model), printed)
 
 
-def constant_index(results: StudyResults, model: str, level: str) -> Finding:
-    """The n that is best for a whole level: section 4 on Table 9."""
-    if "constant_n" not in results.statistics:
-        raise MissingEvidence("the paper prints no constant n")
-    return Finding(number_at(results.statistics["constant_n"], level=level, model=model))
+def _with_cost(
+    n: float, results: StudyResults, errors: Callable[[xr.Dataset], xr.DataArray], printed: str
+) -> Finding:
+    """A best n, with what the printed one costs: logarithm of the quotient of their mean square errors."""
+    try:
+        mse = errors(results.cells)
+    except MissingEvidence:  # the printed tables, and runs of which only the tables are kept
+        return Finding(n)
+    at_printed, at_best = number_at(mse, n=float(printed)), number_at(mse, n=n)
+    return Finding(n, margin=math.log(at_printed / at_best), varies=math.log(at_best))
+
+
+def constant_index(results: StudyResults, model: str, level: str, printed: str) -> Finding:
+    """The n that is best for a whole level, printed beside Fig. 11; of M1 and M3 their fixed index."""
+    if not PAPER_MODELS[model].has_n:
+        return Finding(lane(PAPER_MODELS[model], math.nan, GAMMA).n_V)
+    n = number_at(results.statistics["constant_n"], level=level, model=model)
+
+    def errors(cells: xr.Dataset) -> xr.DataArray:
+        names = list(results.study.experiments_by_level[level])
+        return cells["mse"].sel(experiment=names, model=model).mean("experiment")
+
+    return _with_cost(n, results, errors, printed)

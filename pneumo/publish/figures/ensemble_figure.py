@@ -5,14 +5,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from pneumo.publish.figures.panels import (
-    TRANSPORT_LABEL,
-    fixed_ticks,
-    legend_outside,
-    name_rows,
-    row_panel,
-    symbol,
-)
+from pneumo.publish.figures import panels
+from pneumo.publish.figures.panels import TRANSPORT_LABEL, symbol
 from pneumo.publish.style import DOUBLE_MM, INK, SOURCE_MARKER, new_figure, paper_style
 from pneumo.publish.text.terminal_tables import AVERAGE_HEADS
 
@@ -30,12 +24,10 @@ def ensemble_figure(ensemble: xr.Dataset) -> Figure:
     """
     experiments, levels = ensemble["experiment"], ensemble["level"].values
     rows = [
-        *(
-            f"{e['cylinder'].item()} {e['loop'].item()}, {e['k_0'].item():g} W/K ({e.item()})"
-            for e in experiments
-        ),
-        *(f"{level}, {head}" for level in levels for head in AVERAGE_HEADS.values()),
+        f"{e['cylinder'].item()} {e['loop'].item()}, {e['k_0'].item():g} W/K ({e.item()})"
+        for e in experiments
     ]
+    rows += [f"{level}, {head}" for level in levels for head in AVERAGE_HEADS.values()]
     y = np.arange(len(rows), dtype=float)
     y[len(experiments) :] += 0.8
     fig = new_figure(DOUBLE_MM, 28 + 4.3 * len(rows))
@@ -54,11 +46,11 @@ def ensemble_figure(ensemble: xr.Dataset) -> Figure:
         ax.axvline(1, color=INK, lw=0.7)
         ax.set_xscale("log")
         low, high = ax.get_xlim()
-        fixed_ticks(ax.xaxis, [t for t in (0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high])
+        panels.fixed_ticks(ax.xaxis, [t for t in (0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high])
         ax.xaxis.set_minor_locator(NullLocator())
         a, b = ratio.split("/")
-        row_panel(ax, f"{symbol(a)} over {symbol(b)}\n({REFINED[ratio]})")
-    name_rows(fig, axes[0], y, rows, "Quotient of mean square errors; below 1 the refinement pays")
+        panels.row_panel(ax, f"{symbol(a)} over {symbol(b)}\n({REFINED[ratio]})")
+    panels.name_rows(fig, axes[0], y, rows, "Quotient of mean square errors; below 1 the refinement pays")
     axes[0].set_ylim(y[-1] + 0.7, -0.7)
-    legend_outside(fig, axes[0], columns=2)
+    panels.legend_outside(fig, axes[0], columns=2)
     return fig

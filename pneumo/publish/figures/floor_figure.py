@@ -18,8 +18,7 @@ TRANSPORT_LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
     "hold": ("last sample held", {"color": "#c2701f", "marker": "s"}),
     "delay": ("one sample late", {"color": ACCENT, "marker": "^"}),
 }
-DASHED = (0, (2.4, 1.2))
-THEORIES: tuple[tuple[Any, str], ...] = (("-", "theory along the run"), (DASHED, "closed formula"))
+DASHED: Any = (0, (2.4, 1.2))
 ROWS = (  # prefix of the variables, dimension, scale of its ticks, label
     ("", "period", 1e3, axis_label("time between samples", "ms")),
     ("rate_", "rate", 1.0, axis_label("draws of the excitation", "1/s")),
@@ -48,9 +47,10 @@ def floor_figure(floor: xr.Dataset) -> Figure:
         ax.set_title(f"{name}: {one['cylinder'].item()}, {one['loop'].item()} loop")
     fig.align_ylabels()
     handles = [
-        Line2D([], [], linestyle="none", markerfacecolor="white", label=label, **look)
-        for label, look in TRANSPORT_LOOKS.values()
-    ] + [Line2D([], [], color=INK, linestyle=style, label=label) for style, label in THEORIES]
+        Line2D([], [], ls="none", mfc="white", label=name, **look) for name, look in TRANSPORT_LOOKS.values()
+    ]
+    handles += [Line2D([], [], color=INK, label="theory along the run")]
+    handles += [Line2D([], [], color=INK, ls=DASHED, label="closed formula")]
     fig.legend(handles=handles, loc="outside upper center", ncols=len(handles), columnspacing=1.3)
     return fig
 
@@ -63,8 +63,7 @@ def _panel(ax: Axes, one: xr.Dataset, prefix: str, dimension: str, scale: float)
         ax.plot(at, way["predicted"], "-", color=look["color"])
         ax.plot(at, way["formula"], linestyle=DASHED, color=look["color"], linewidth=0.8)
         ax.plot(at, way["measured"], linestyle="none", markerfacecolor="white", **look)
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    ax.set(xscale="log", yscale="log")
     every_decade(ax.yaxis)
     ax.xaxis.set_minor_formatter(NullFormatter())
     if dimension != "period":

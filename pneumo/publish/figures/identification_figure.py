@@ -35,16 +35,12 @@ def identification_figure(identified: xr.Dataset) -> Figure:
     for row, cylinder in enumerate(identified["cylinder"].values):
         part = identified.sel(cylinder=cylinder)
         for column, parameter in enumerate(identified["parameter"].values):
-            ax = panels[row, column]
-            _profile(ax, part.sel(parameter=parameter))
-            if column == 0:
-                ax.set_ylabel(f"Cylinder {cylinder}: deviance")
+            _profile(panels[row, column], part.sel(parameter=parameter))
+        panels[row, 0].set_ylabel(f"Cylinder {cylinder}: deviance")
         _region(panels[row, 3], part)
     amplitudes, force, transports = both.subplots(1, 3, width_ratios=[1, 1, 1.5])
     _deviances(amplitudes, identified, "amplitude_value", "amplitude_deviance", [0.1, 1.0, 10.0])
-    amplitudes.set_xlim(0.05, 10.0)
-    amplitudes.set_xlabel(axis_label("Amplitude", "V"))
-    amplitudes.set_ylabel("Both: deviance")
+    amplitudes.set(xlim=(0.05, 10.0), xlabel=axis_label("Amplitude", "V"), ylabel="Both: deviance")
     amplitudes.set_title("open loop", loc="left")
     pushed = identified.assign(force=-identified["push_force"] * identified["force_ratio"])
     _deviances(force, pushed, "force", "force_deviance", [200, 500, 1000, 2000])
@@ -86,8 +82,7 @@ def _region(ax: Axes, part: xr.Dataset) -> None:
     ax.plot(M, k_f / M, ls="none", marker="+", color=INK, markersize=6)
     ax.xaxis.set_major_locator(MaxNLocator(3))
     ax.yaxis.set_major_locator(MaxNLocator(5))
-    ax.set_xlabel(axis_label("$M$", "kg"))
-    ax.set_ylabel(axis_label("$k_f / M$", "1/s"))
+    ax.set(xlabel=axis_label("$M$", "kg"), ylabel=axis_label("$k_f / M$", "1/s"))
     ax.set_title(f"95 %, $r(M, k_f)$ = {part['correlation'].item():.3f}", loc="left")
 
 

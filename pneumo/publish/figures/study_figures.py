@@ -37,7 +37,7 @@ def ranking_figure(ranking: Ranking) -> Figure:
         if row.mse.known:
             # A lower end at or below zero has no place on a scale of decades.
             ax.plot([low or rms / 10, high], [y, y], color=look.color, lw=1.4)
-        ax.plot(rms, y, marker=look.marker, color=look.color, linestyle="none", markersize=5)
+        ax.plot(rms, y, marker=look.marker, color=look.color, ls="none", ms=5)
         n = f", $n$ = {row.n:g}" if np.isfinite(row.n) else ""
         end = (high if row.mse.known else rms, y)
         ax.annotate(f"{rms:.3g} kPa{n}", end, (6, 0), textcoords="offset points", va="center")
@@ -99,10 +99,7 @@ def gain_figure(ranking: Ranking) -> Figure:
 
 @paper_style()
 def first_run(cells: xr.Dataset, ranking: Ranking, experiment: str) -> Figure:
-    """Draw the beginning of an experiment's first run: position, pressures, and errors of three models.
-
-    The models are the recommended one and the best.
-    """
+    """Draw the start of an experiment's first run, with the errors of the recommended and the best models."""
     part = cells.sel(experiment=experiment)
     t = part["trace_t"].values
     shown = t <= SHOWN_S

@@ -35,15 +35,9 @@ def time_traces(
 ) -> Figure:
     """Pressure of chamber A against time: datum and four models, residuals below; a column per transport.
 
-    Parameters
-    ----------
-    datum : xarray.Dataset
-        A file of ``results/datum``.
-    replays, statistics : mapping of str to xarray.Dataset
-        Transport -> the same experiment's file of ``results/TRANSPORT/replay``, and
-        ``results/TRANSPORT/statistics.nc``, which knows the best n.
-    start, length : float
-        Window, s; a run that is over before shows its last `length` seconds.
+    `datum` is of ``results/datum``, `replays` are the same experiment's of ``results/TRANSPORT/replay``, and
+    `statistics`, from ``results/TRANSPORT/statistics.nc``, know the best n. The window has a `start` and a
+    `length`, s; a run that is over before shows its last `length` seconds.
     """
     name = datum["experiment"].item()
     if datum["status"]:
@@ -97,8 +91,7 @@ def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[st
     fig = new_figure(DOUBLE_MM, 128)
     axes = fig.subplots(len(grids), len(levels), sharex=True, sharey=True, squeeze=False)
     for row, (transport, grid) in zip(axes, grids.items(), strict=True):
-        mse = concatenated(grid)["mse"]
-        mse = mse.dropna("experiment", how="all")  # those that failed
+        mse = concatenated(grid)["mse"].dropna("experiment", how="all")  # those that failed
         for ax, names in zip(row, levels.values(), strict=True):
             ax.set_yscale("log")
             inside = np.isin(mse["experiment"], names)

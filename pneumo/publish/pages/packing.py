@@ -25,19 +25,10 @@ def _round_number(value: float, up: bool) -> float:
 
 
 def rounding_step(rms: float, largest: float) -> float:
-    """Return the step to round pressures to.
+    """Return the step to round pressures to, Pa: 1, 2 or 5 times a power of ten, at least 1 Pa.
 
-    Parameters
-    ----------
-    rms : float
-        Error that must stay visible, Pa: the step is at most 1/16 of it; NaN if there is none.
-    largest : float
-        Magnitude of the largest value, Pa: it must fit into 16 bits, even if the step then exceeds 1/16.
-
-    Returns
-    -------
-    float
-        1, 2 or 5 times a power of ten, Pa, at least 1 Pa.
+    It is at most 1/16 of the error `rms` that must stay visible (NaN if there is none), or more where the
+    `largest` magnitude would not fit into 16 bits.
     """
     fine = _round_number(max(LEAST_STEP, rms / FRACTION), up=False)
     # max() with LEAST_STEP first: the quotient may be NaN, or so small that it has no logarithm.
@@ -51,19 +42,11 @@ def rounded(values: np.ndarray, step: float) -> np.ndarray:
 
 
 def packed(groups: Sequence[np.ndarray]) -> str:
-    """Pack groups of neighbouring traces.
+    """Pack groups of neighbouring traces, each an int16 array by (row, t): a model's traces over n, in order.
 
-    Parameters
-    ----------
-    groups : sequence of numpy.ndarray
-        Each of shape (row, t), int16: the traces of one model over n, in order.
-
-    Returns
-    -------
-    str
-        Base64 of deflated bytes: all low bytes, then all high bytes, of zigzag-coded differences,
-        along t in the first row of a group, over rows of first order in the second and of second
-        order in the others. Sums wrap around like the differences, so nothing is lost.
+    The text is Base64 of deflated bytes: all low bytes, then all high bytes, of zigzag-coded differences,
+    along t in the first row of a group, over rows of first order in the second and of second order in the
+    others. Sums wrap around like the differences, so nothing is lost.
     """
     parts = []
     for values in groups:

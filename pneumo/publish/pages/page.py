@@ -2,6 +2,7 @@
 
 import base64
 import io
+import math
 import re
 from pathlib import Path
 from typing import Any, Literal
@@ -25,23 +26,26 @@ STATUS_LOOKS = {  # status -> symbol, which tells it without colour, and what it
     ),
     "contradicted": ("≠", "false: the paper's own formulas or tables refute it as well"),
     "missed": ("!", "differs, and nothing explains it"),
-    "unreadable": ("?", "the scan does not show it"),
 }
 
 
-def page_text(template: str, **content: Any) -> str:
-    """Fill a template of `TEMPLATES`; whatever is put in is escaped, and a missing name is an error."""
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    unit = {"unit": lambda unit: UNITS_IN_TEXT.get(unit, unit)}
-    environment.filters |= {"math": with_indices, "percent": percent_text} | unit
+def page_text(template: str, folder: Path | None = None, **content: Any) -> str:
+    """Fill a template of `TEMPLATES`; whatever is put in is escaped, and a missing name is an error.
+
+    A template may include others of a `folder`.
+    """
+    lines: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
+    loader = FileSystemLoader([TEMPLATES, folder] if folder else TEMPLATES)
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, **lines)
+    filters: dict[str, Any] = {"math": with_indices, "percent": percent_text, "on_log_axis": share_of_axis}
+    filters["unit"] = lambda unit: UNITS_IN_TEXT.get(unit, unit)
+    environment.filters.update(filters)
     return environment.get_template(template).render(**content)
+
+
+def share_of_axis(value: float, lowest: float, highest: float) -> float:
+    """Where a value stands on a logarithmic axis: 0 at its lowest, 1 at its highest value, and not beyond."""
+    return min(max(math.log(value / lowest) / math.log(highest / lowest), 0.0), 1.0)
 
 
 def with_indices(text: str) -> Markup:
@@ -54,6 +58,5 @@ def image_address(fig: Figure, kind: Literal["svg", "png"] = "svg") -> str:
     buffer = io.BytesIO()
     with paper_style():
         fig.savefig(buffer, format=kind, metadata=METADATA[kind])
-    return (
-        f"data:image/{kind.replace('svg', 'svg+xml')};base64,{base64.b64encode(buffer.getvalue()).decode()}"
-    )
+    content = base64.b64encode(buffer.getvalue()).decode()
+    return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{content}"

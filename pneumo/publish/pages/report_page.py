@@ -21,7 +21,7 @@ STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
     "yes": ("✓", "close"),
     "in part": ("≈", "explained"),
     "no": ("≠", "contradicted"),
-    "not run": ("?", "unreadable"),
+    "not run": ("?", "unknown"),
 }
 DIGITS = 5  # of a mean square error
 
@@ -63,21 +63,15 @@ def part(
     best_n: Mapping[str, xr.DataArray],
     every: int,
 ) -> Part:
-    """Gather what the page shows of one experiment.
+    """Gather what the page shows of one experiment, from its files of results by transport.
 
-    Parameters
-    ----------
-    experiment : Experiment
-    datum : xarray.Dataset
-        Its file of ``results/datum``: `P`, `status`, `failure_time`.
-    replays, best_n : mapping
-        Transport -> its file of ``results/TRANSPORT/replay``, and best n by model.
-    every : int
-        From `page_stride`.
+    `datum` is of ``results/datum``, `replays` of ``results/TRANSPORT/replay``; `best_n` has the best n of
+    each model; `every` is from `page_stride`.
     """
     full = datum["P"].sel(chamber=CHAMBERS).values.T[:, :: experiment.pressure_stride]
     stored = full.shape[-1]
-    full = full[:, shown_samples(stored, every)]
+    chosen = shown_samples(stored, every)
+    full = full[:, chosen]
     step = rounding_step(0.0, float(np.nanmax(np.abs(full))))
     facts: dict[str, Any] = {
         "name": experiment.name,
@@ -93,7 +87,7 @@ def part(
     for transport, replay in replays.items():
         best = best_n[transport].sel(model=list(MODELS)).values
         cells = replay.sel(model=list(MODELS), chamber=CHAMBERS).transpose("model", "chamber", "n", ...)
-        steps, traces[transport] = _errors(cells, full, shown_samples(stored, every))
+        steps, traces[transport] = _errors(cells, full, chosen)
         n = cells["n"].values
         facts["cells"][transport] = {
             "mse": _shortened(cells["mse"].transpose("model", "n", "chamber").values),
@@ -135,6 +129,19 @@ def experiment_text(experiment: Experiment) -> str:
     return f"cylinder {experiment.cylinder} ({size}), {loop} loop, k₀ = {plant.k_0:.4g} W/K, {length:.6g} s"
 
 
+def _model(name: str) -> dict[str, Any]:
+    model, look = MODELS[name], MODEL_LOOKS[name]
+    mixing = "mixing" if model.mixing else "no mixing"
+    return {
+        "name": name,
+        "text": f"{model.temperature} temperature, {mixing}, wall heat {model.wall}",
+        "colour": look.color,
+        "dash": [] if isinstance(look.linestyle, str) else look.linestyle[1],
+        "has_n": model.has_n,
+        "first": name in FIRST_SHOWN,
+    }
+
+
 def _shortened(values: np.ndarray) -> Any:
     """Nested lists of numbers with few digits; None where there is none."""
     if values.ndim:
@@ -151,32 +158,11 @@ def report_page(
 ) -> str:
     """Write the page, with style, script, library and data inside; the same text for the same results.
 
-    Parameters
-    ----------
-    study : Study
-    parts : sequence of Part
-        One for each experiment.
-    verdict, findings : mapping or None
-        From ``results/verdict.json``, which a study of own cylinders lacks, and from
-        ``results/findings.json``: what became of the claims of 2006. None if that was not run.
-    manuscript : bool
-        Whether ``paper.pdf`` is there to be linked.
+    `verdict` is that of ``verdict.json``, which a study of own cylinders lacks; `findings`, what became of
+    the claims of 2006, is None if that was not run; with `manuscript`, ``paper.pdf`` is there to be linked.
     """
-    models = [
-        {
-            "name": model.name,
-            "text": f"{model.temperature} temperature, {'mixing' if model.mixing else 'no mixing'}, "
-            + f"wall heat {model.wall}",
-            "colour": look.color,
-            "dash": [] if isinstance(look.linestyle, str) else look.linestyle[1],
-            "has_n": model.has_n,
-            "first": model.name in FIRST_SHOWN,
-        }
-        for model in MODELS.values()
-        for look in [MODEL_LOOKS[model.name]]
-    ]
     data = {
-        "models": models,
+        "models": [_model(name) for name in MODELS],
         "n": list(study.n),
         "chambers": CHAMBERS,
         "transports": list(TRANSPORT_BUTTONS),

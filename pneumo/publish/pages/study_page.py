@@ -15,7 +15,7 @@ from pneumo.publish.text.terminal_tables import STUDY_HEADS, gain_text, ranking_
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
 from pneumo.statistics.recommendation import MATERIAL
-from pneumo.storage.files import read, write_text
+from pneumo.storage.files import check_output, read, write_text
 
 MARK = "pneumo study"  # names the page's maker, so that another run may replace it
 PAGE, CELLS = "study.html", "study.nc"
@@ -65,7 +65,6 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
     experiments: list[Experiment] = [study.experiments[name] for name in ranking.experiments]
     plant = experiments[0].plant
     c, v, s, g = plant.cylinder, plant.valve, plant.conditions, plant.gas
-    law = "ISO 6358" if g.elliptic else "eq (1)"
     valve = f"{v.k_xu:.4g} m²/V up to {v.u_max:g} V, exhaust {v.exhaust:g} times, leak {v.leak:.3g} m²"
     inputs = [
         ("areas A, B", f"{c.A_A:.4g}, {c.A_B:.4g} m²"),
@@ -73,7 +72,7 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
         ("mass, friction", f"{c.M:g} kg, {c.k_f:g} N s/m, Coulomb {c.coulomb:g} N"),
         ("constant force", f"{c.load:.4g} N"),
         ("valve", valve),
-        ("flow", f"{law}, critical ratio {g.critical_ratio:g}"),
+        ("flow", f"{'ISO 6358' if g.elliptic else 'eq (1)'}, critical ratio {g.critical_ratio:g}"),
         ("supply", f"{s.P_s:g} Pa, atmosphere {s.P_atm:g} Pa, start {s.P_0:.5g} Pa and {s.T_0:g} K"),
     ]
     for e in experiments:
@@ -85,26 +84,22 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
 
 
 def check_folder(folder: Path) -> None:
-    """Make sure that a study may write into a folder.
+    """Raise `InputError` if a folder cannot be written, or holds a page or cells that no study wrote."""
+    check_output(folder)
+    for file, is_ours in ((folder / PAGE, _is_our_page), (folder / CELLS, _are_our_cells)):
+        if file.exists() and not is_ours(file):
+            raise InputError(f"{file}: not written by `{MARK}`, so left alone; name another folder with -o")
 
-    Raises
-    ------
-    InputError
-        If it is a file, cannot be written, or holds a page or cells that no study wrote.
-    """
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is a file; name a folder with -o")
-    page, cells = folder / PAGE, folder / CELLS
-    foreign = None
-    if cells.exists():
-        try:
-            foreign = None if read(cells).attrs.get("title") == TITLE else cells
-        except ResultError:
-            foreign = cells
-    if page.exists() and not (page.is_file() and MARK.encode() in page.read_bytes()[:1000]):
-        foreign = page
-    if foreign:
-        raise InputError(f"{foreign}: not written by `{MARK}`, so left alone; name another folder with -o")
+
+def _is_our_page(page: Path) -> bool:
+    return page.is_file() and MARK.encode() in page.read_bytes()[:1000]
+
+
+def _are_our_cells(cells: Path) -> bool:
+    try:
+        return read(cells).attrs.get("title") == TITLE
+    except ResultError:
+        return False
 
 
 def save_study(

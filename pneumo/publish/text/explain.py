@@ -8,6 +8,7 @@ from typing import Any
 
 from pneumo.errors import ResultError, shown
 from pneumo.storage.files import read
+from pneumo.verdict.claims import BASES
 
 TEXT_WIDTH = 100
 
@@ -15,11 +16,10 @@ TEXT_WIDTH = 100
 def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str | None) -> str:
     """Return what was claimed, found and concluded of an item of `pneumo.verdict.judging.Judge.judge`.
 
-    `errata` maps names to ``printed``, ``meant``, ``passes`` and ``evidence``; `recorded` is the item's
-    recorded status.
+    `errata` are those of ``verdict.json`` by name; `recorded` is the item's recorded status.
     """
     tolerance = item["tolerance"]
-    sense = {"equal": "", "at_most": ", at most", "at_least": ", at least"}[tolerance["sense"]]
+    sense = "" if tolerance["sense"] == "equal" else f", {tolerance['sense'].replace('_', ' ')}"
     status = item["status"] + ("" if recorded in (None, item["status"]) else f" (recorded: {recorded})")
     scale = "" if item["scale"] in (1, 0.01) else f" x {item['scale']:g}"
     lines = [
@@ -31,38 +31,30 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str 
         ("reason", item["reason"]),
         ("tolerance", f"class {tolerance['class']}{sense}: {tolerance['limit']:g}, {tolerance['measure']}"),
         ("kind", item["kind"]),
+        ("basis", f"{item['basis']}: {BASES[item['basis']]}"),
+        ("same fact as", item["fact"]),
     ]
     for key, label in (("exact", "with exact transport"), ("printed", "on the paper's own tables")):
-        stands = item[f"stands_{key}"]
-        if stands is not None:
+        if (stands := item[f"stands_{key}"]) is not None:
             value = f": {item[f'shown_{key}']}" if item[f"shown_{key}"] else ""
             lines.append((label, ("stands" if stands else "does not stand") + value))
-    if item["used_in_identification"]:
-        lines.append(("note", "constants that the paper leaves open were found from this table"))
     if item["erratum"]:
         erratum = errata[item["erratum"]]
         proof = "true" if erratum["passes"] else "false"
         lines.append(("erratum", f"{item['erratum']}: {erratum['printed']} -> {erratum['meant']}"))
         lines.append(("proof", f"{proof}: {erratum['evidence']}"))
-    if item["assumption"]:
-        lines.append(("assumption", item["assumption"]))
     evidence = item["evidence"]
+    lines.append(("assumption", item["assumption"] or ""))
     lines.append(("evidence", f"{evidence['path']}: {evidence['select']} ({evidence['compute']})"))
-    return "\n".join([item["id"], *(_line(label, text) for label, text in lines if text)])
-
-
-def _line(label: str, text: str) -> str:
-    indent = " " * 28
-    return textwrap.fill(f"  {label:26}{text}", TEXT_WIDTH, subsequent_indent=indent, break_long_words=False)
+    wrapped = textwrap.TextWrapper(TEXT_WIDTH, subsequent_indent=" " * 28, break_long_words=False)
+    filled = (wrapped.fill(f"  {label:26}{text}") for label, text in lines if text)
+    return "\n".join([item["id"], *filled])
 
 
 def cell_text(results: Path, experiment: str, model: str, n: float) -> str:
     """Return the errors of a model at one n in one experiment, for both transports and chambers.
 
-    Raises
-    ------
-    ResultError
-        If the file is missing, or holds no such model or n.
+    A file that is missing, or holds no such model or n, raises `ResultError`.
     """
     if not re.fullmatch(r"[A-Za-z][\w-]{0,39}", experiment):
         raise ResultError(f"experiment = {shown(experiment)}: must be a name, such as E07")

@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.study_json import from_json
 from pneumo.evidence.alternatives import INLET
-from pneumo.evidence.findings import STANDING_SHARE
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text, with_interval
@@ -29,6 +28,7 @@ from pneumo.storage.files import atomic, read, read_json
 REFINEMENTS = ("M6/M5", "M8/M7", "M10/M8")
 TRANSPORTS = (PUBLISHED, EXACT)
 ENDS = ("value", "low", "high")
+STATED = ("claim", "published", "exact", "interval", "stands", "why")  # of a statement about models
 CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
     "of_M6": "S4.M7_40",
     "of_classical": "S4.M7_10",
@@ -46,9 +46,9 @@ def manuscript_numbers(results: Path) -> dict[str, Any]:
     study = from_json(read_json(results / "parameters.json"))
     verdict = json.loads(read_json(results / "verdict.json"))
     claims = json.loads(read_json(results / "findings.json"))["claims"]
+    answers = [row["stands"] for row in claims]
     return {
         "confidence": percent_text(CONFIDENCE),
-        "stands": percent_text(STANDING_SHARE),
         "setup": _setup(study),
         "verdict": _verdict(verdict),
         "identified": _identified(read(results / "identification.nc")),
@@ -57,15 +57,9 @@ def manuscript_numbers(results: Path) -> dict[str, Any]:
         "floor": _floor(read(results / "floor.nc")),
         "variants": _variants(read(results / "variants.nc", "ratio", "share", "counted")),
         "cylinders": _cylinders(read(results / "cylinders.nc")),
-        "statements": [
-            {key: row[key] for key in ("claim", "published", "exact", "interval", "stands", "why")}
-            for row in claims
-            if row["headline"]
-        ],
-        "standing": {
-            answer: str(sum(row["stands"] == answer for row in claims)) for answer in ("yes", "in part", "no")
-        }
-        | {"all": str(len(claims))},
+        "statements": [{key: row[key] for key in STATED} for row in claims if row["headline"]],
+        "standing": {answer: str(answers.count(answer)) for answer in ("yes", "in part", "no")}
+        | {"all": str(len(answers))},
         "models": [_model(name) for name in MODELS],
     }
 
@@ -91,7 +85,9 @@ def _setup(study: Study) -> dict[str, Any]:
     some = next(iter(experiments))
     return {
         "step": f"{1e3 * some.h:g} ms",
-        "lag": f"{1e3 * study.lag:g} ms",
+        "leak": percent_text(
+            max(e.push.leak / (e.plant.valve.k_xu * e.plant.valve.u_max) for e in experiments), 1
+        ),
         "experiments": str(len(study.experiments)),
         "n": str(len(study.n)),
         "replays": str(per_experiment * len(study.experiments)),
@@ -103,30 +99,28 @@ def _setup(study: Study) -> dict[str, Any]:
 
 
 def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
-    highlights, counts = verdict["highlights"], dict(verdict["counts"])
-    scores = highlights["scores"]
-    readable = counts["items"] - counts["unreadable"]
+    highlights, counts = verdict["highlights"], verdict["counts"]
+    scores, transport = highlights["scores"], highlights["transport"]
     rows = {row["model"]: row for row in highlights["wrong_row"] if row["source"] == "printed"}
     printed = {item["id"]: f"{item['printed']} {item['unit']}".rstrip() for item in verdict["items"]}
+    exact = {row["level"]: row["quotients"]["M8/M7"] for row in transport if row["source"] == EXACT}
+    table_8, table_5 = scores["table_8"], scores["table_5"]
     return {
-        "counts": {"all": str(counts.pop("items"))} | {name: str(count) for name, count in counts.items()},
+        "counts": _texts(counts),
+        "by_basis": {basis: _texts(numbers) for basis, numbers in verdict["counts_by_basis"].items()},
+        "headline": {basis: _texts(verdict["headline"][basis]) for basis in ("measured", "fitted")},
         "places": str(len(verdict["errata"])),
         "claimed": {key: printed[item] for key, item in CLAIMED.items()},
-        "exact": {
-            row["level"]: percent_text(row["quotients"]["M8/M7"])
-            for row in highlights["transport"]
-            if row["source"] == EXACT
-        },
-        "missed_share": percent_text(verdict["counts"]["missed"] / readable, 1),
-        "readable": str(readable),
+        "exact": {level: percent_text(quotient) for level, quotient in exact.items()},
+        "missed_share": percent_text(counts["missed"] / counts["items"], 1),
         "errata": [
             {key: erratum[key] for key in ("where", "printed", "meant")} for erratum in verdict["errata"]
         ],
         "scores": {
             **{f"table_{i}": percent_text(scores[f"table_{i}_mse"]["rms_of_ln_ratio"], 1) for i in (7, 9)},
-            "table_8": f"{scores['table_8']['exact']} of {scores['table_8']['cells']}",
-            "table_8_close": str(scores["table_8"]["exact_or_close"] - scores["table_8"]["exact"]),
-            "table_5": f"{scores['table_5']['exact_or_close']} of {scores['table_5']['cells']}",
+            "table_8": f"{table_8['exact']} of {table_8['cells']}",
+            "table_8_close": str(table_8["exact_or_close"] - table_8["exact"]),
+            "table_5": f"{table_5['exact_or_close']} of {table_5['cells']}",
         },
         "wrong_row": {
             model: {name: percent_text(rows[model][name]) for name in ("of_M6", "of_classical")}
@@ -137,10 +131,14 @@ def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
             {"level": row["level"], "source": row["source"]}
             | {model: f"{row['mse'][model] / 1e6:.2f}" for model in row["mse"]}
             | {name: f"{quotient:.2f}" for name, quotient in row["quotients"].items()}
-            for row in highlights["transport"]
+            for row in transport
         ],
         "by_experiment": {name: _span(highlights["by_experiment"][name]) for name in TRANSPORTS},
     }
+
+
+def _texts(numbers: Mapping[str, int]) -> dict[str, str]:
+    return {"all" if name == "items" else name: str(number) for name, number in numbers.items()}
 
 
 def _identified(identified: xr.Dataset) -> dict[str, Any]:
@@ -156,48 +154,38 @@ def _identified(identified: xr.Dataset) -> dict[str, Any]:
 
 
 def _budget(budget: xr.Dataset) -> dict[str, Any]:
-    def rms(part: str, **labels: str) -> str:
-        return f"{budget[f'level_{part}_error'].sel(labels).item() ** 0.5 / 1e3:.2f} kPa"
+    def rms(level: str, model: str) -> dict[str, str]:
+        errors = {part: budget[f"level_{part}_error"] for part in ("model", "transport")}
+        found = {part: error.sel(level=level, model=model).item() for part, error in errors.items()}
+        return {part: f"{square**0.5 / 1e3:.2f} kPa" for part, square in found.items()}
 
-    return {
-        level: {
-            model: {part: rms(part, level=level, model=model) for part in ("model", "transport")}
-            for model in ("M7", "M8", "M10")
-        }
-        for level in LEVELS
-    }
+    return {level: {model: rms(level, model) for model in ("M7", "M8", "M10")} for level in LEVELS}
 
 
 def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
-    def ratio(name: str, **labels: str) -> float:
-        return ensemble[f"ratio_{name}"].sel(labels).item()
+    def ratios(pair: str, level: str) -> dict[str, str]:
+        at = ensemble.sel(ratio=pair, level=level)
+        return {
+            f"{transport} {averaged}": with_interval(
+                [at[f"ratio_{end}"].sel(transport=transport, averaged=averaged).item() for end in ENDS], 2
+            )
+            for transport in TRANSPORTS
+            for averaged in ("mean", "geometric")
+        }
 
-    over_all = {"ratio": "M8/M7", "level": "overall", "averaged": "mean"}
+    least = ensemble["ratio_resolvable"].sel(ratio="M8/M7", level="overall", averaged="mean")
+    extremes = ensemble["experiment_ratio_value"]
     return {
-        "sets": str(int(ensemble["complete"].sum())),
-        "drawn": str(ensemble.sizes["seeds"]),
-        "left_out": str(int((ensemble["complete"] == 0).sum())),
-        "failing": " and ".join(ensemble["experiment"].values[ensemble["failed_sets"].values > 0].tolist()),
+        "sets": str(ensemble["seed_sets"].item()),
+        "failed": str(int(ensemble["failed_sets"].sum())),
         "rows": [
-            {"ratio": pair, "level": level}
-            | {
-                f"{transport} {averaged}": with_interval([ratio(end, **labels) for end in ENDS], 2)
-                for transport in TRANSPORTS
-                for averaged in ("mean", "geometric")
-                for labels in [{"ratio": pair, "level": level, "averaged": averaged, "transport": transport}]
-            }
+            {"ratio": pair, "level": level} | ratios(pair, level)
             for pair in REFINEMENTS
             for level in (*LEVELS, "overall")
         ],
-        "resolvable": {
-            transport: percent_text(ratio("resolvable", transport=transport, **over_all) - 1)
-            for transport in TRANSPORTS
-        },
+        "resolvable": {name: percent_text(least.sel(transport=name).item() - 1) for name in TRANSPORTS},
         "extremes": {
-            pair: {
-                transport: _span(ensemble["experiment_ratio_value"].sel(ratio=pair, transport=transport))
-                for transport in TRANSPORTS
-            }
+            pair: {name: _span(extremes.sel(ratio=pair, transport=name)) for name in TRANSPORTS}
             for pair in (*REFINEMENTS, "M6/M7")
         },
     }
@@ -235,9 +223,7 @@ def _variants(variants: xr.Dataset) -> dict[str, Any]:
         return f"{round(here['share'].sel(labels).item() * counted)} of {counted:.0f}"
 
     return {
-        "rows": [
-            {"pair": pair} | {level: pays(pair=pair, level=level) for level in LEVELS} for pair in REFINEMENTS
-        ],
+        "rows": [{"pair": p} | {level: pays(pair=p, level=level) for level in LEVELS} for p in REFINEMENTS],
         "inlet": _span(inlet, 1),
         "inlet_step": f"{INLET:g} K",
     }
@@ -271,9 +257,7 @@ def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
         "exchange": {
             "much": f"{runs['third_from'].sel(exchange | {'third': 'highest'}).item():.2g}",
             **{
-                place: {
-                    pair: ratio("third_ratio", **exchange, third=third, pair=pair) for pair in REFINEMENTS
-                }
+                place: {p: ratio("third_ratio", **exchange, third=third, pair=p) for p in REFINEMENTS}
                 for place, third in thirds.items()
             },
         },

@@ -1,6 +1,7 @@
 """Tables for the terminal; pages show the rows of some of them too."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -54,15 +55,14 @@ def study_tables(ranking: Ranking) -> list[Table]:
     """Ranking of the models, and gain of each refinement, of one cylinder."""
     experiments, confidence = ", ".join(ranking.experiments), f"{100 * CONFIDENCE:.0f} %"
     title = f"{ranking.cylinder}: {experiments}, {ranking.runs} runs each; intervals {confidence} over seeds"
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    looks: dict[str, Any] = {"title_justify": "left", "box": box.SIMPLE_HEAD}
+    table = Table(title=title, padding=(0, 1, 0, 0), **looks)
     for head in STUDY_HEADS[:IN_TERMINAL]:
         table.add_column(head, justify="left" if head == "model" else "right")
     for row in ranking.rows:
         style = "bold" if row.model == ranking.recommended else ""
         table.add_row(*ranking_cells(row)[:IN_TERMINAL], style=style)
-    gains = Table(
-        "refinement", "models", "gain", title="Taken from the MSE", title_justify="left", box=box.SIMPLE_HEAD
-    )
+    gains = Table("refinement", "models", "gain", title="Taken from the MSE", **looks)
     for gain in ranking.gains:
         gains.add_row(gain.refinement, f"{gain.without} to {gain.refined}", gain_text(gain.percent))
     return [table, gains]
@@ -117,8 +117,8 @@ def transient_text(transient: Transient) -> str:
     k_0 = f"{significant(transient.k_0)} W/K ({ends_text(transient.k_0_low, transient.k_0_high)})"
     return (
         f"thermal time constant  {significant(transient.tau)} s ({tau})\n"
-        f"conductance now        {significant(transient.k)} W/K, at {transient.P_inf / KILO:.4g} kPa\n"
-        f"k_0, eqs (7) and (8)   {k_0}; {transient.rms:.3g} Pa rms are left"
+        f"k_av = m c_v / tau     {significant(transient.k_av)} W/K, at {transient.P_inf / KILO:.4g} kPa\n"
+        f"k_0, law of the root   {k_0}; {transient.rms:.3g} Pa rms are left"
     )
 
 
@@ -134,25 +134,22 @@ def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
     for cylinder in cylinders:
         for parameter in identified["parameter"].values:
             part = identified.sel(cylinder=cylinder, parameter=parameter)
-            unit = IDENTIFIED_UNIT[parameter] or "of the half-stroke"
-            table.add_row(
-                cylinder,
-                f"{parameter} ({unit})",
-                significant(part["estimate"].item()),
-                ends_text(part["low"].item(), part["high"].item()),
-                f"{part['bound_low'].item():g} to {part['bound_high'].item():g}",
-            )
+            names = ("estimate", "low", "high", "bound_low", "bound_high")
+            estimate, low, high, least, most = (part[name].item() for name in names)
+            heading = f"{parameter} ({IDENTIFIED_UNIT[parameter] or 'of the half-stroke'})"
+            ends = ends_text(low, high)
+            table.add_row(cylinder, heading, significant(estimate), ends, f"{least:g} to {most:g}")
     yield table
     table = Table("cylinder", "rms fitted", "rms scored", "r(M, k_f)", "widening", "evaluations")
     for cylinder in cylinders:
         part = identified.sel(cylinder=cylinder)
         rms = (f"{part[key].item():.2%}" for key in ("fitted_rms", "scored_rms"))
-        r, widening = part["correlation"].item(), part["widening"].item()
-        table.add_row(cylinder, *rms, f"{r:.2f}", f"{widening:.2f}", str(part["evaluations"].item()))
+        others = (f"{part[key].item():.2f}" for key in ("correlation", "widening"))
+        table.add_row(cylinder, *rms, *others, str(part["evaluations"].item()))
     yield table
     if "amplitude" not in identified:
         return
-    table = Table("cylinder", "amplitude (V)", "95 % interval", title="Table 7, linear transport")
+    table = Table("cylinder", "amplitude (V)", "95 % interval", title="Table 7")
     for cylinder in cylinders:
         part = identified.sel(cylinder=cylinder)
         ends = ends_text(part["amplitude_low"].item(), part["amplitude_high"].item())
@@ -163,6 +160,14 @@ def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
         part = identified.sel(transport=transport)
         amplitudes = ", ".join(significant(value) for value in part["transport_amplitude"].values)
         table.add_row(transport, *(f"{value:.4f}" for value in part["transport_rms"].values), amplitudes)
+    yield table
+    table = Table("experiment", "settling run ends (s)", "about as well", "rms", title="Table 5, closed loop")
+    for name in identified["stopped"].values:
+        part = identified.sel(stopped=name)
+        stop, low, high, misfit = (
+            part[f"settling_stop{end}"].item() for end in ("", "_low", "_high", "_misfit")
+        )
+        table.add_row(name, significant(stop), ends_text(low, high), f"{misfit:.2%}")
     yield table
 
 
@@ -184,9 +189,8 @@ def ratio_table(ensemble: xr.Dataset) -> Table:
                 cells = []
                 for transport in TRANSPORT_HEADS:
                     at = ensemble.sel(ratio=ratio, level=level, averaged=averaged, transport=transport)
-                    value, low, high, least = (
-                        at[f"ratio_{name}"].item() for name in ("value", "low", "high", "resolvable")
-                    )
+                    names = ("value", "low", "high", "resolvable")
+                    value, low, high, least = (at[f"ratio_{name}"].item() for name in names)
                     cells += [f"{value:.3f} [{low:.3f}, {high:.3f}]", f"{100 * (least - 1):.0f} %"]
                 table.add_row(ratio, level, average_head, *cells)
     return table
@@ -195,12 +199,10 @@ def ratio_table(ensemble: xr.Dataset) -> Table:
 def probability_table(ensemble: xr.Dataset, transport: str, level: str) -> Table:
     """How often each model from M5 on has the lower error than another, by the three criteria."""
     models = ensemble["model"].values[4:]
-    sets = int(ensemble["complete"].sum())
-    title = (
-        f"Of {sets} seed sets, per cent in which the row beats the column; "
-        f"{TRANSPORT_HEADS[transport]}, {level}"
-    )
-    table = Table("criterion", "model", *models, title=title, caption="* not told apart (Holm, 5 %)")
+    sets = ensemble["seed_sets"].item()
+    title = f"Of {sets} seed sets, per cent in which the row beats the column; {TRANSPORT_HEADS[transport]}"
+    caption = "* not told apart (Holm, 5 %)"
+    table = Table("criterion", "model", *models, title=f"{title}, {level}", caption=caption)
     for criterion in CRITERIA:
         here = ensemble.sel(criterion=criterion, transport=transport, level=level)
         for model in models:

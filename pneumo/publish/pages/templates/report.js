@@ -24,15 +24,16 @@ function placesOf({ stored, close_up: [from, to] }) {
   return places.filter((i) => i % data.every === 0 || (i >= from && i <= to));
 }
 
+const timeOf = (i) => traces.places[i] * experiment().dt;
+const within = (t, [from, to]) => t >= from - 1e-9 && t <= to + 1e-9;
+const inWindow = (i) => !state.window || within(timeOf(i), state.window);
+
 // Of those, the ones to look at: equally far apart, all inside the close-up only.
 function samplesToDraw() {
-  const { dt } = experiment();
-  const [from, to] = closeUp();
-  const inside = state.window && state.window[0] >= from - 1e-9 && state.window[1] <= to + 1e-9;
-  return traces.places.flatMap((place, i) => (inside ? place * dt >= from - 1e-9 && place * dt <= to + 1e-9 : place % data.every === 0) ? [i] : []);
+  const inside = state.window?.every((t) => within(t, closeUp()));
+  const looked = (i) => (inside ? within(timeOf(i), closeUp()) : traces.places[i] % data.every === 0);
+  return [...traces.places.keys()].filter(looked);
 }
-const inWindow = (i) => !state.window || (timeOf(i) >= state.window[0] - 1e-9 && timeOf(i) <= state.window[1] + 1e-9);
-const timeOf = (i) => traces.places[i] * experiment().dt;
 
 // Of every step for the whole run; for a window from the samples that are drawn.
 function meanSquare(m, place) {
@@ -195,8 +196,7 @@ function drawRanking() {
   const ticks = Array.from({ length: high - low + 1 }, (_, i) => (100 * i) / (high - low || 1));
   element("ranking").replaceChildren(...rows.map(({ m, rms }) => {
     const model = models[m];
-    const row = document.createElement("tr");
-    row.className = state.models.has(m) ? "drawn" : "";
+    const row = Object.assign(document.createElement("tr"), { className: state.models.has(m) ? "drawn" : "" });
     row.dataset.model = m;
     const place = placeOf(m);
     const n = model.has_n && place !== null ? data.n[place].toFixed(2) : "–";

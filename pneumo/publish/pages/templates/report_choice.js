@@ -12,10 +12,9 @@ function address() {
 // Whatever the address names and the study has; the rest stays.
 function read() {
   const chosen = new URLSearchParams(location.hash.slice(1));
-  const named = (list, name) => list.indexOf(name);
-  const e = named(experiments.map(({ name }) => name), chosen.get("e"));
-  const c = named(chambers, chosen.get("c"));
-  const n = named(data.n, Number(chosen.get("n")));
+  const e = experiments.findIndex(({ name }) => name === chosen.get("e"));
+  const c = chambers.indexOf(chosen.get("c"));
+  const n = data.n.indexOf(Number(chosen.get("n")));
   const window = (chosen.get("w") ?? "").split(" ").map(Number);
   return {
     ...(e >= 0 && { e }),
@@ -53,14 +52,11 @@ const toggled = (m) => {
 };
 const around = (list, value, by) => list[(list.indexOf(value) + by + list.length) % list.length];
 
-function zoom(factor) {
+// A window stretched by a factor, or moved by a share of its length.
+function reframe({ factor = 1, share = 0 }) {
   const [from, to] = state.window ?? [0, duration()];
-  const [middle, half] = [(from + to) / 2, ((to - from) / 2) * factor];
+  const [middle, half] = [(from + to) / 2 + share * (to - from), ((to - from) / 2) * factor];
   choose({ window: [middle - half, middle + half] });
-}
-
-function move(share) {
-  if (state.window) choose({ window: state.window.map((t) => t + share * (state.window[1] - state.window[0])) });
 }
 
 const stepN = (by) => {
@@ -74,10 +70,10 @@ const KEYS = {
   ArrowDown: () => stepN(-1),
   t: () => choose({ t: around(data.transports, state.t, 1) }),
   c: () => choose({ c: around([...chambers.keys()], state.c, 1) }),
-  "+": () => zoom(0.5),
-  "-": () => zoom(2),
-  ",": () => move(-0.5),
-  ".": () => move(0.5),
+  "+": () => reframe({ factor: 0.5 }),
+  "-": () => reframe({ factor: 2 }),
+  ",": () => reframe({ share: -0.5 }),
+  ".": () => reframe({ share: 0.5 }),
   z: () => choose({ window: closeUp() }),
   Escape: () => choose({ window: null }),
   "?": () => element("help").showModal(),
@@ -94,11 +90,8 @@ document.addEventListener("keydown", (event) => {
 });
 
 function button(model, m) {
-  const made = document.createElement("button");
-  made.type = "button";
-  made.className = "model";
-  made.value = m;
-  made.title = `${model.name}: ${model.text}`;
+  const looks = { type: "button", className: "model", value: m, title: `${model.name}: ${model.text}` };
+  const made = Object.assign(document.createElement("button"), looks);
   const dash = model.dash.map((length) => 1.6 * length).join(" ");
   made.innerHTML = `<kbd>${m < 10 ? (m + 1) % 10 : ""}</kbd><svg width="30" height="8" aria-hidden="true"><line x1="0" x2="30" y1="4" y2="4" stroke="${model.colour}" stroke-width="2.4" stroke-dasharray="${dash}"/></svg>`;
   made.append(model.name);

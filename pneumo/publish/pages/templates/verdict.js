@@ -24,18 +24,16 @@ function filter() {
     if (fits) shown.add(item.id);
   }
   for (const group of groups) {
-    const any = [...group.querySelectorAll(".item")].some((item) => !item.hidden);
-    group.hidden = !any;
-    group.open = everything ? initially.get(group) : any;
+    group.hidden = !group.querySelector(".item:not([hidden])");
+    group.open = everything ? initially.get(group) : !group.hidden;
   }
   for (const grid of grids) {
     const cells = [...grid.querySelectorAll("td[data-id]")];
     for (const cell of cells) cell.classList.toggle("off", !shown.has(cell.dataset.id));
     grid.hidden = !cells.some((cell) => shown.has(cell.dataset.id));
   }
-  for (const tile of tiles) {
-    tile.setAttribute("aria-pressed", String(statuses.size === 1 && statuses.has(tile.dataset.status)));
-  }
+  const only = statuses.size === 1 ? [...statuses][0] : null;
+  for (const tile of tiles) tile.setAttribute("aria-pressed", String(tile.dataset.status === only));
   document.getElementById("shown").textContent = `${shown.size} of ${items.length} items`;
   document.getElementById("none").hidden = shown.size > 0;
 }
@@ -64,9 +62,7 @@ for (const tile of tiles) {
     filter();
   });
 }
-for (const box of boxes) box.addEventListener("change", filter);
-part.addEventListener("change", filter);
-falls.addEventListener("change", filter);
+for (const control of [...boxes, part, falls]) control.addEventListener("change", filter);
 search.addEventListener("input", filter);
 document.getElementById("reset").addEventListener("click", reset);
 window.addEventListener("hashchange", visit);

@@ -1,0 +1,107 @@
+"""Numbers and figure of measurements.md from results/: `python docs/measured.py` writes them anew."""
+
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from fragments import table
+
+from pneumo.engineer.closed_records import PART, read_closed_record
+from pneumo.storage.kept_evidence import KEPT
+
+PAGE = Path(__file__).with_name("measurements.md")
+DATA = Path(__file__).parents[1] / "data" / "mbari"
+RESULTS = Path(__file__).parents[1] / "results"
+SIMPLE = ["isothermal", "adiabatic", "free n"]
+WALL = ["wall heat, constant", "wall heat, root of PT"]
+
+
+def stored() -> xr.Dataset:
+    """What the laws predicted: of results/, else as kept with the source."""
+    file = next(path for path in (RESULTS / "measurements.nc", KEPT / "measurements.nc") if path.exists())
+    return xr.load_dataset(file)
+
+
+def speeds(record: Path) -> tuple[float, float]:
+    """RMS speed of the piston, m/s, in the part of a record that is fitted and in the rest."""
+    signals = read_closed_record(record)
+    v = np.gradient(signals.x, signals.t)
+    first = int(PART * len(v))
+    return float(np.sqrt(np.mean(v[:first] ** 2))), float(np.sqrt(np.mean(v[first:] ** 2)))
+
+
+def tables(found: xr.Dataset) -> dict[str, str]:
+    """Tables of the page by name."""
+    records, laws = found["record"].values, found["law"].values
+    held, none = found["held_out_rms"] / 1e3, found["value"].sel(leakage="none")
+
+    def pair(law: str, record: str, leakage: str) -> str:
+        return "{:.1f}, {:.1f}".format(*held.sel(law=law, record=record, leakage=leakage).values)
+
+    def values(law: str, record: str) -> list[str]:
+        at = none.sel(law=law, record=record)
+        get = {name: at.sel(parameter=name).item() for name in found["parameter"].values}
+        n = "" if np.isnan(get["n"]) else f"{get['n']:.2f}"
+        k = "" if np.isnan(get["k_A"]) else f"{get['k_A']:.0f}, {get['k_B']:.0f}"
+        return [f"{1e3 * get['V_d_A']:.1f}, {1e3 * get['V_d_B']:.1f}", n, k]
+
+    leakages = [("none", "without"), ("past the piston", "with")]
+    head = ["law", *(f"{record}, {words} leakage" for record in records for _, words in leakages)]
+    rows = [[law, *(pair(law, record, name) for record in records for name, _ in leakages)] for law in laws]
+    shown = ["free n", *WALL]
+    return {
+        "held out": table(head, rows),
+        "values": table(
+            ["record", "law", "dead volumes (L)", "n", "k (W/K)"],
+            [[record, law, *values(law, record)] for record in records for law in shown],
+        ),
+    }
+
+
+def numbers(found: xr.Dataset) -> dict[str, str]:
+    """Numbers in the page's sentences by name."""
+    held = found["held_out_rms"].sel(leakage="none") / 1e3
+    record = held.sel(record="2022-01-28")
+    both = np.sqrt((found["held_out_rms"].sel(leakage="none") ** 2).mean("chamber"))
+    ratio = both.sel(law=SIMPLE).min("law") / both.sel(law=WALL[0])
+    friction = found["error"].sel(law=WALL[0], record="friction") / 1e3
+    k = found["value"].sel(law=WALL[0], leakage="none", parameter=["k_A", "k_B"])
+
+    def span(values: xr.DataArray, digits: int) -> str:
+        return f"{values.min().item():.{digits}f} to {values.max().item():.{digits}f}"
+
+    return {
+        "simple": span(record.sel(law=SIMPLE), 0),
+        "wall": span(record.sel(law=WALL), 1),
+        "ratio": span(ratio, 1),
+        "k_A": span(k.sel(parameter="k_A"), 0),
+        "k_B": span(k.sel(parameter="k_B"), 0),
+        "friction wall": span(held.sel(record="friction", law=WALL), 0),
+        "friction wall fitted": span(
+            found["fitted_rms"].sel(record="friction", law=WALL, leakage="none") / 1e3, 1
+        ),
+        "friction mean": "{:.1f} and {:.1f}".format(*friction.mean("t").values),
+        "friction largest": f"{np.abs(friction).max().item():.0f}",
+        "friction speed": "{:.2f} and {:.2f}".format(*speeds(DATA / "friction.nc")),
+        "n": span(found["value"].sel(law="free n", leakage="none", parameter="n"), 2),
+    }
+
+
+def refreshed(text: str, found: xr.Dataset) -> str:
+    """The page with everything between markers made anew; `KeyError` if a marker's name is unknown."""
+    made = {"table": tables(found), "result": numbers(found)}
+
+    def fill(match: re.Match[str]) -> str:
+        kind, name = match["kind"], match["name"]
+        frame = "\n" if kind == "table" else ""
+        return f"<!-- {kind}: {name} -->{frame}{made[kind][name]}{frame}<!-- /{kind} -->"
+
+    marker = r"<!-- (?P<kind>table|result): (?P<name>[^>]*?) -->.*?<!-- /(?P=kind) -->"
+    return re.sub(marker, fill, text, flags=re.DOTALL)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(refreshed(PAGE.read_text(encoding="utf-8"), stored()), encoding="utf-8")
+    shutil.copyfile(RESULTS / "figures" / "measurements.svg", PAGE.parent / "static" / "measurements.svg")

@@ -1,0 +1,81 @@
+"""Measured wall conductances of catalogue cylinders, and the default that they give where k_0 is unknown."""
+
+import csv
+from functools import cache
+from math import exp, log
+from pathlib import Path
+from statistics import fmean, stdev
+from typing import NamedTuple
+
+from pneumo.physics.cylinder import Cylinder, volume, wetted_area
+
+FILE = Path(__file__).parent / "conductances.csv"
+LEVEL = 0.95  # of the prediction interval
+
+
+class Measured(NamedTuple):
+    """One measured conductance, in SI units, with the source that printed it."""
+
+    cylinder: str
+    type: str  # of the catalogue
+    bore: float
+    rod: float
+    stroke: float
+    material: str
+    P_f: float  # absolute pressure at rest
+    V_f: float
+    A_q: float  # heat transfer area, by `wetted_area`
+    k_0: float  # W/K, at 5.65e5 Pa and 293 K
+    lambda_0: float  # W/(m^2 K), there
+    source: str
+
+
+class Default(NamedTuple):
+    """Conductance of a cylinder that was not measured, with a 95 per cent prediction interval."""
+
+    lambda_0: float  # W/(m^2 K), over `wetted_area`
+    k_0: float  # W/K, in mid-stroke
+    k_0_low: float
+    k_0_high: float
+
+
+@cache
+def measured_conductances() -> tuple[Measured, ...]:
+    """Return the published measurements: three cylinders, two each."""
+    with FILE.open(encoding="utf-8", newline="") as file:
+        rows = [dict(zip(Measured._fields, row, strict=True)) for row in list(csv.reader(file))[1:]]
+    numbers = [name for name, kind in Measured.__annotations__.items() if kind is float]
+    scales = {"bore": 1e-3, "rod": 1e-3, "stroke": 1e-3, "P_f": 1e5}  # mm and bar in the file
+    converted = [{name: float(row[name]) * scales.get(name, 1.0) for name in numbers} for row in rows]
+    return tuple(Measured(**row | in_SI) for row, in_SI in zip(rows, converted, strict=True))  # type: ignore[arg-type]
+
+
+@cache
+def coefficient_times_length() -> tuple[float, float]:
+    """Mean of lambda_0 V / A_q over cylinders, W/(m K), and the factor of its prediction interval.
+
+    lambda_0 in inverse proportion to V / A_q is a Nusselt number that is the same for all cylinders. The mean
+    is geometric. The measurements of one cylinder count as one, so the interval has two degrees of freedom.
+    """
+    by_cylinder: dict[str, list[float]] = {}
+    for one in measured_conductances():
+        by_cylinder.setdefault(one.cylinder, []).append(log(one.lambda_0 * one.V_f / one.A_q))
+    logs = [fmean(values) for values in by_cylinder.values()]
+    assert len(logs) == 3  # else Student's t has another closed form, or none
+    quantile = LEVEL * (2 / (1 - LEVEL**2)) ** 0.5
+    half = quantile * stdev(logs) * (1 + 1 / len(logs)) ** 0.5
+    return exp(fmean(logs)), exp(half)
+
+
+def default_conductance(cylinder: Cylinder) -> Default:
+    """Return the conductance to take where that of a cylinder is unknown, for chamber A in mid-stroke.
+
+    From six measurements on three cylinders of 20 and 32 mm bore (`measured_conductances`); the interval is
+    wide, and beyond these sizes it is an extrapolation.
+    """
+    V = volume(0.0, cylinder.A_A, cylinder)
+    A_q = wetted_area(V, cylinder.bore)
+    product, factor = coefficient_times_length()
+    lambda_0 = product * A_q / V
+    k_0 = lambda_0 * A_q
+    return Default(lambda_0, k_0, k_0 / factor, k_0 * factor)

@@ -1,0 +1,217 @@
+"""Thermal laws judged on records of two closed chambers with a moving piston; no flow but leakage.
+
+Each chamber holds its gas; the balances of energy and mass, eqs (4) and (5), hold with one of `LAWS`. The
+first part of a record is fitted, the rest is predicted in one run from the record's first sample.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import least_squares
+
+from pneumo.physics.chamber import dP_dt, wall_conductance, wall_heat
+from pneumo.simulation.compiled import kernel
+
+R_NITROGEN, GAMMA = 296.80, 1.4  # J/(kg K); at 0.3 to 1.6 MPa nitrogen is perfect within 1 %
+T_WALL = 293.15  # K. ASSUME: not in the records; k scales with its inverse, predictions do not depend on it
+P_0 = 1e6  # Pa, at which with T_WALL the conductance of a wall law is stated, at mid-stroke
+PART = 0.6  # of a record that is fitted
+THINNED = 5  # samples of which one enters the sum of squares: 0.1 s, while strokes take seconds
+SHOWN = 60.0  # s, of errors that are kept for the figure
+STILL = 0.05  # relative change of pressure below which a record has nothing to fit
+
+
+class Law(NamedTuple):
+    """What happens to the gas: an index n, fitted where NaN, or gamma with wall heat."""
+
+    n: float
+    explicit_heat: bool = False
+    e_A: float = 0.0  # exponents of the conductance, as in `wall_conductance`
+    e_PT: float = 0.0
+
+
+LAWS = {
+    "isothermal": Law(1.0),
+    "adiabatic": Law(GAMMA),
+    "free n": Law(np.nan),
+    "wall heat, constant": Law(GAMMA, explicit_heat=True),
+    "wall heat, root of PT": Law(GAMMA, explicit_heat=True, e_PT=0.5),
+    "wall heat, area and root of PT": Law(GAMMA, explicit_heat=True, e_A=1.0, e_PT=0.5),
+}
+PARAMETERS = ("V_d_A", "V_d_B", "start_A", "start_B", "n", "k_A", "k_B", "leak")
+
+
+class ClosedRecord(NamedTuple):
+    """Signals of two closed chambers, uniform in time, and the piston's size."""
+
+    name: str
+    t: np.ndarray  # s
+    x: np.ndarray  # m, from the end where chamber A is smallest
+    P: np.ndarray  # Pa, absolute, by (chamber, sample)
+    areas: tuple[float, float]  # m^2, of the piston on either side
+    bore: float  # m
+    stroke: float  # m
+
+
+class ClosedFit(NamedTuple):
+    """A law fitted to the first part of a record."""
+
+    values: dict[str, float]  # by `PARAMETERS`, NaN where the law has none; SI units
+    pressure: np.ndarray  # Pa, of the whole record, by (chamber, sample)
+    fitted_rms: np.ndarray  # Pa, root mean square error by chamber, of the first part
+    held_out_rms: np.ndarray  # and of the rest
+
+
+def read_closed_record(path: Path) -> ClosedRecord:
+    """Read a NetCDF file of data/ with t, x, P_A, P_B and bore_m, rod_m, stroke_m as attributes."""
+    with xr.open_dataset(path.absolute(), decode_times=False) as data:
+        bore, rod, stroke = (float(data.attrs[f"{name}_m"]) for name in ("bore", "rod", "stroke"))
+        t, x, P_A, P_B = (data[name].values.astype(float) for name in ("t", "x", "P_A", "P_B"))
+    area = np.pi / 4 * bore**2
+    return ClosedRecord(
+        path.stem, t, x, np.array([P_A, P_B]), (area, area - np.pi / 4 * rod**2), bore, stroke
+    )
+
+
+def is_still(record: ClosedRecord) -> bool:
+    """Whether pressures hardly change, as in chambers that are open to the atmosphere."""
+    return bool(np.max(np.ptp(record.P, axis=1) / record.P.mean(axis=1)) < STILL)
+
+
+@kernel
+def closed_chambers(
+    P: np.ndarray,
+    V: np.ndarray,
+    area_ratio: np.ndarray,
+    h: float,
+    start: np.ndarray,
+    n: float,
+    k: np.ndarray,
+    e_A: float,
+    e_PT: float,
+    leak: float,
+) -> np.ndarray:
+    """Pressures of both chambers, Pa, by (chamber, sample), by four-stage Runge-Kutta steps.
+
+    From the first pressures P, volumes and relative wall areas by (chamber, sample), temperatures `start`
+    over the wall's, and the conductances k, W/K; `leak` is the mass flow from A to B over P_A - P_B.
+    """
+    R, gamma = R_NITROGEN, GAMMA
+    pressures = np.empty(V.shape)
+    mass = P * V[:, 0] / (R * T_WALL * start)
+    y = np.array([P[0], P[1], mass[0], mass[1]])
+    rate, total, z, T = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(2)
+    pressures[:, 0] = y[:2]
+    for j in range(V.shape[1] - 1):
+        total[:] = 0.0
+        for stage in range(4):
+            at = 0.0 if stage == 0 else 1.0 if stage == 3 else 0.5
+            z[:] = y + h * at * rate
+            for c in range(2):
+                T[c] = z[c] * (V[c, j] + at * (V[c, j + 1] - V[c, j])) / (z[2 + c] * R)
+            flow = leak * (z[0] - z[1])
+            upstream = T[0] if flow > 0 else T[1]
+            for c in range(2):
+                m_in, m_out = max(0.0, flow if c == 1 else -flow), max(0.0, -flow if c == 1 else flow)
+                dV_dt = (V[c, j + 1] - V[c, j]) / h
+                ratio = area_ratio[c, j] + at * (area_ratio[c, j + 1] - area_ratio[c, j])
+                conductance = wall_conductance(
+                    k[c], ratio, z[c] * T[c] / (P_0 * T_WALL), e_A, e_PT
+                )  # (7), (8)
+                heat = wall_heat(T[c], conductance, T_WALL)
+                volume = V[c, j] + at * h * dV_dt
+                rate[c] = dP_dt(z[c], T[c], volume, dV_dt, m_in, m_out, upstream, heat, n, n, n, R, gamma)
+                rate[2 + c] = m_in - m_out
+            total += rate * (1.0 if stage in (0, 3) else 2.0)
+        y = y + h / 6 * total
+        pressures[:, j + 1] = y[:2]
+    return pressures
+
+
+def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> ClosedFit:
+    """Fit dead volumes, start, and what the law leaves open, to the first `PART` of a record.
+
+    The start is, with wall heat, the gas's first temperature over the wall's; else the first pressure over
+    the measured one, since without wall heat an error in it never decays.
+    """
+    names = ["V_d_A", "V_d_B", "start_A", "start_B"]
+    names += (["k_A", "k_B"] if law.explicit_heat else []) + (["n"] if np.isnan(law.n) else [])
+    names += ["leak"] if leaks else []
+    scales = {
+        "V_d_A": 1e-2,
+        "V_d_B": 1e-2,
+        "start_A": 1.0,
+        "start_B": 1.0,
+        "n": 1.0,
+        "k_A": 10.0,
+        "k_B": 10.0,
+    }
+    scales |= {"leak": 1e-9}  # kg/(s Pa)
+    guess = {"V_d_A": 2.0, "V_d_B": 4.0, "n": 1.2, "leak": 0.01}
+    low = {"V_d_A": 0.01, "V_d_B": 0.01, "start_A": 0.5, "start_B": 0.5, "n": 0.8}
+    high = {"start_A": 2.0, "start_B": 2.0, "n": 2.0}
+    h, first = float(record.t[-1]) / (len(record.t) - 1), int(PART * len(record.t))
+    uncovered = np.array([record.x, record.stroke - record.x])
+    # Two faces and the uncovered wall: before eq (12).
+    wall = np.pi / 2 * record.bore**2 + np.pi * record.bore * uncovered
+    area_ratio = wall / (np.pi / 2 * record.bore**2 + np.pi * record.bore * record.stroke / 2)
+
+    def values(theta: np.ndarray) -> dict[str, float]:
+        return {name: float(part) * scales[name] for name, part in zip(names, theta, strict=True)}
+
+    def replay(theta: np.ndarray, samples: int) -> np.ndarray:
+        v = values(theta)
+        V = np.array([[v["V_d_A"]], [v["V_d_B"]]]) + np.array([record.areas]).T * uncovered[:, :samples]
+        start = np.array([v["start_A"], v["start_B"]])
+        k = np.array([v.get("k_A", 0.0), v.get("k_B", 0.0)])
+        P, T = (record.P[:, 0], start) if law.explicit_heat else (record.P[:, 0] * start, np.ones(2))
+        n, leak = v.get("n", law.n), v.get("leak", 0.0)
+        return closed_chambers(P, V, area_ratio[:, :samples], h, T, n, k, law.e_A, law.e_PT, leak)
+
+    def residual(theta: np.ndarray) -> np.ndarray:
+        error = (replay(theta, first) - record.P[:, :first])[:, ::THINNED].ravel() / P_0
+        return np.where(np.isfinite(error), error, 1.0)
+
+    ends = [[side.get(name, other) for name in names] for side, other in ((low, 0.0), (high, np.inf))]
+    optimum = least_squares(
+        residual, [guess.get(name, 1.0) for name in names], bounds=(ends[0], ends[1]), x_scale="jac"
+    )
+    pressure = replay(optimum.x, len(record.t))
+    squares = (pressure - record.P) ** 2
+    return ClosedFit(
+        dict.fromkeys(PARAMETERS, np.nan) | values(optimum.x),
+        pressure,
+        np.sqrt(squares[:, :first].mean(axis=1)),
+        np.sqrt(squares[:, first:].mean(axis=1)),
+    )
+
+
+def judged(record: ClosedRecord) -> xr.Dataset:
+    """Every law fitted to a record, without and with leakage past the piston.
+
+    `fitted_rms` and `held_out_rms`, Pa, by (law, leakage, chamber); `value` by (law, leakage, parameter), SI
+    units; `error`, Pa, predicted minus measured without leakage over the first `SHOWN` seconds that were held
+    out, by (law, chamber, t).
+    """
+    fits = [[fit_law(record, law, leaks) for leaks in (False, True)] for law in LAWS.values()]
+    first, by = int(PART * len(record.t)), ("law", "leakage", "chamber")
+    window = slice(first, first + int(np.searchsorted(record.t, SHOWN)), THINNED)
+    errors = [(row[0].pressure - record.P)[:, window] for row in fits]
+    values = [[[fit.values[name] for name in PARAMETERS] for fit in row] for row in fits]
+    return xr.Dataset(
+        {
+            "fitted_rms": (by, [[fit.fitted_rms for fit in row] for row in fits], {"units": "Pa"}),
+            "held_out_rms": (by, [[fit.held_out_rms for fit in row] for row in fits], {"units": "Pa"}),
+            "value": ((*by[:2], "parameter"), values),
+            "error": (("law", "chamber", "t"), errors, {"units": "Pa"}),
+        },
+        {
+            "law": list(LAWS),
+            "leakage": ["none", "past the piston"],
+            "chamber": ["A", "B"],
+            "parameter": list(PARAMETERS),
+            "t": ("t", THINNED * np.diff(record.t).mean() * np.arange(len(errors[0][0])), {"units": "s"}),
+        },
+    )

@@ -1,0 +1,41 @@
+"""How much other seeds change each number of the paper: the scale of the verdict's tolerances."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneumo.papers.paper_2006.computations import COMPUTATIONS
+from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.verdict.claims import Claims
+from pneumo.verdict.sources import Finding, MissingEvidence
+
+
+def _what_seeds_change(finding: Finding) -> float | None:
+    """The number whose deviation counts: see `Claim.seed_deviation`."""
+    if finding.varies is not None:
+        return finding.varies
+    return finding.value if finding.margin is None else finding.margin
+
+
+def seed_deviations(claims: Claims, sources: Sequence[StudyResults]) -> dict[str, float]:
+    """Standard deviation over seed sets of each number whose class refers to it, by item.
+
+    `sources` has the results of one seed set each; an item without a number in one of them has no deviation.
+    """
+    deviations: dict[str, float] = {}
+    for name, claim in claims.items.items():
+        if not claim.models or claims.classes[claim.tolerance].seeds is None:
+            continue
+        try:
+            found = [COMPUTATIONS[claim.compute](source, **claim.arguments) for source in sources]
+        except MissingEvidence:
+            continue
+        values = [_what_seeds_change(finding) for finding in found]
+        if None not in values:
+            deviations[name] = float(np.std(np.array(values, dtype=float), ddof=1))
+    return deviations
+
+
+def seed_deviations_text(deviations: dict[str, float]) -> str:
+    """Text of ``seed_deviations.csv``, to three digits."""
+    return "".join(["id,deviation\n", *(f"{name},{value:.3g}\n" for name, value in deviations.items())])

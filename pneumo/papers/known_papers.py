@@ -1,0 +1,57 @@
+"""The papers that are judged, by name, and the verdict that ``pneumo paper verdict`` shows.
+
+Imports nothing slow: what judges is imported when it is needed.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from pneumo.papers import PAPERS
+from pneumo.verdict.stored_verdict import stored_verdict
+
+if TYPE_CHECKING:
+    from pneumo.verdict.judging import Paper
+
+PaperName = Literal["2006", "2007"]
+
+
+class KnownPaper(NamedTuple):
+    """Where a paper's definition is, and what it reads."""
+
+    module: str  # that defines it
+    results: str  # its folder in that of all results
+    reads: Sequence[str]  # patterns of the files of results behind its verdict
+
+
+KNOWN: dict[PaperName, KnownPaper] = {
+    "2006": KnownPaper(
+        "pneumo.papers.paper_2006.paper",
+        ".",
+        (
+            *("parameters.json", "settling.nc", "assumptions.nc", "power.nc", "settling/*.nc", "datum/*.nc"),
+            *("published/statistics.nc", "published/replay/*.nc", "exact/statistics.nc", "exact/replay/*.nc"),
+        ),
+    ),
+    "2007": KnownPaper("pneumo.papers.paper_2007.companion", "2007", ("example.nc",)),
+}
+
+
+def paper(name: PaperName) -> "Paper":
+    """Return a paper's definition, with all that judging it needs."""
+    return resolve_name(f"{KNOWN[name].module}:PAPER_{name}")
+
+
+def current_verdict(results: Path, name: PaperName = "2006", folder: Path | None = None) -> dict[str, Any]:
+    """Verdict on a paper: what ``verdict.json`` holds if up to date, else judged anew (not written).
+
+    `results` is the folder of all results; `folder`, the paper's, is that in ``paper/`` where it is left out.
+    """
+    known, folder = KNOWN[name], folder or PAPERS / name
+    stored = stored_verdict(results / known.results, folder, known.module, known.reads)
+    if stored is not None:
+        return stored
+    from pneumo.verdict.judging import verdict  # here: it imports slow packages
+
+    return verdict(results / known.results, paper(name)._replace(folder=folder))

@@ -1,0 +1,151 @@
+"""The computations that ``paper/2007/claims.yaml`` names under ``compute``."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneumo.engineer.closed_chamber import mean_pressure
+from pneumo.papers.paper_2006 import equation_checks as equations
+from pneumo.papers.paper_2007 import simulated_example as example
+from pneumo.papers.paper_2007.measured_columns import Results
+from pneumo.verdict.sources import Computation, Finding
+
+WALL = 2e-3  # m, ASSUME: thickness of a cylinder's wall
+CONDUCTIVITY = {"stainless steel": 15.0, "steel": 50.0, "aluminium alloy": 160.0}  # W/(m K), textbooks
+CYLINDERS = "ABC"
+
+
+def allowed(results: Results, column: str, quantity: str) -> Finding:
+    """Range of a cell of Tables 4 and 5 that the printed inputs allow."""
+    low, high = results.allowed(column)[quantity]
+    return Finding(low=low, high=high, allowed=True, shown=f"{low:.4g} to {high:.4g}")
+
+
+def whole_column(results: Results, column: str) -> Finding:
+    """Whether one set of inputs within their digits gives all cells of a column of Tables 4 and 5 at once."""
+    dropped = results.left_over(column)
+    return Finding(holds=not dropped, shown=f"all but {', '.join(dropped)}" if dropped else "all cells")
+
+
+def step(results: Results, quantity: str) -> Finding:
+    """One number of the simulated example."""
+    return Finding(results.step(quantity))
+
+
+def error_of_method(results: Results) -> Finding:
+    """By how much the method misses the lambda_0 that was simulated, as a fraction of it."""
+    area = results.step("A_q") / example.WALL_AREA
+    of_k_0 = results.step("k_0") / (example.LAMBDA_0 * example.WALL_AREA)
+    words = f"k_0 is {of_k_0 - 1:+.1%} off; the area alone {area - 1:+.1%}, the regression {of_k_0 - 1:+.1%}"
+    return Finding(abs(results.step("lambda_0") / example.LAMBDA_0 - 1), shown=words)
+
+
+def true_temperature(_: Results, P_f: float, delta_P: float) -> Finding:
+    """Mean temperature of a regression over its settling time, with the mass and volume simulated, K."""
+    return Finding(mean_pressure(P_f, delta_P) * example.T_OVER_P)
+
+
+def peak(results: Results) -> Finding:
+    """How far the pressure of the simulated example rises above its final value, as a fraction of that."""
+    return Finding(float(results.example["P"][0]) / results.step("P_f") - 1)
+
+
+def coefficient_falls(results: Results) -> Finding:
+    """Whether lambda_0 falls from cylinder to cylinder as V_f / A_q grows, in both experiments."""
+    by_experiment = [[f"{cylinder}{experiment}" for cylinder in CYLINDERS] for experiment in "12"]
+    orders = []
+    for columns in by_experiment:
+        ordered = sorted(columns, key=lambda c: results.printed[c, "V_f_over_A_q"].value)
+        orders.append([results.printed[c, "lambda_0"].value for c in ordered])
+    words = "; ".join(" > ".join(f"{value:g}" for value in order) for order in orders)
+    return Finding(holds=all(order == sorted(order, reverse=True) for order in orders), shown=words)
+
+
+def experiments_agree(results: Results, cylinder: str, quantity: str) -> Finding:
+    """A cylinder's second experiment over its first."""
+    one, two = (results.printed[f"{cylinder}{experiment}", quantity].value for experiment in "12")
+    return Finding(two / one, shown=f"{one:g} and {two:g}")
+
+
+def _conductivities(results: Results) -> dict[str, float]:
+    """Conductivity of the walls by cylinder, W/(m K)."""
+    return {cylinder: CONDUCTIVITY[results.table_1[cylinder, "material"]] for cylinder in CYLINDERS}
+
+
+def walls_resist_little(results: Results, at_most: float) -> Finding:
+    """Whether each wall's own resistance is at most a share of that of the air in it."""
+    shares = {
+        cylinder: max(results.printed[f"{cylinder}{e}", "lambda_0"].value for e in "12") * WALL / conductivity
+        for cylinder, conductivity in _conductivities(results).items()
+    }
+    words = ", ".join(f"{cylinder} {share:.2%}" for cylinder, share in shares.items())
+    return Finding(holds=max(shares.values()) <= at_most, shown=words)
+
+
+def opposite_to_conductivity(results: Results) -> Finding:
+    """Whether the cylinders' order by lambda_0 is the opposite of that by the conductivity of their walls."""
+    conductivity = _conductivities(results)
+    coefficient = {
+        c: np.mean([results.printed[f"{c}{e}", "lambda_0"].value for e in "12"]) for c in conductivity
+    }
+    orders = [sorted(values, key=values.__getitem__) for values in (conductivity, coefficient)]
+    return Finding(holds=orders[0] == orders[1][::-1], shown=" > ".join(orders[1][::-1]))
+
+
+def room(results: Results, columns: Sequence[str]) -> Finding:
+    """Range of the room temperatures that the printed mean temperatures imply, K."""
+    rooms = {column: results.allowed(column)["T_amb"] for column in columns}
+    words = ", ".join(f"{column} {low:.1f} to {high:.1f} K" for column, (low, high) in rooms.items())
+    ends = np.array(list(rooms.values()))
+    return Finding(low=float(ends.min()), high=float(ends.max()), allowed=True, shown=words)
+
+
+def bore_tested(results: Results, column: str) -> Finding:
+    """Bore of the cylinder of a column as Table 1 has it, m."""
+    return Finding(1e-3 * float(results.table_1[column[0], "bore"]))
+
+
+def swept_within_stroke(results: Results, column: str) -> Finding:
+    """Whether a push ends nearer to the end than it began, and began within the stroke of Table 1."""
+    S_f, S_i = (results.printed[column, name].value for name in ("S_f", "S_i"))
+    stroke = 1e-3 * float(results.table_1[column[0], "stroke"])
+    return Finding(holds=0 < S_f < S_i <= stroke, shown=f"{S_f:g} < {S_i:g} <= {stroke:g} m")
+
+
+def pressure_equation(_: Results) -> Finding:
+    """Whether eq (1) is the energy balance."""
+    return Finding(holds=equations.pressure_equation_fits(), shown="20 states")
+
+
+def temperature_equation(_: Results) -> Finding:
+    """Whether eq (2), with its factor T, follows from mass and energy balance."""
+    return Finding(holds=equations.temperature_equation_fits(True), shown="20 states")
+
+
+def equilibrium_pressure(_: Results) -> Finding:
+    """Equilibrium pressure as printed, 0.8077 times the supply pressure, Pa."""
+    return Finding(0.8077 * equations.P_S)
+
+
+def half_bridge_ratio(_: Results) -> Finding:
+    """Root of the half-bridge with the exact coefficient, over P_s."""
+    return Finding(equations.half_bridge_ratios(equations.R)[0])
+
+
+def sonic_factor(sign: int) -> float:
+    """Sonic factor of eq (29), s K^0.5/m, with gamma + 1 (`sign` 1) or gamma - 1 (-1) beside R."""
+    g = equations.GAMMA
+    return (2 / (g + 1)) ** (1 / (g - 1)) * (2 * g / ((g + sign) * equations.R)) ** 0.5
+
+
+def eq_29_as_printed(_: Results) -> Finding:
+    """Whether the sonic factor printed in eq (29) is the 0.0404 of the valve's equation."""
+    factor = sonic_factor(-1)
+    return Finding(holds=abs(factor - equations.SONIC) <= 0.00005, shown=f"it is {factor:.4f}")
+
+
+COMPUTATIONS: dict[str, Computation] = {  # every public function of this module but one that they share
+    name: function
+    for name, function in list(vars().items())
+    if getattr(function, "__module__", "") == __name__ and name not in ("_conductivities", "sonic_factor")
+}

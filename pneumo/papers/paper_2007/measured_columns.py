@@ -1,0 +1,110 @@
+"""What claims of 2007 are compared with: the simulated example, and what the printed inputs allow."""
+
+import itertools
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import least_squares
+
+from pneumo.engineer.closed_chamber import mean_pressure, seven_steps
+from pneumo.papers import PAPERS
+from pneumo.papers.paper_2007.simulated_example import P_0, T_0, R
+from pneumo.storage.files import read
+from pneumo.verdict.published import half_unit, read_cells
+
+FOLDER = PAPERS / "2007"
+COLUMNS = tuple(f"{cylinder}{experiment}" for experiment in "12" for cylinder in "ABC")
+INPUTS = ("P_i", "S_i", "S_f", "P_f", "delta_P", "tau", "T_av")  # of Tables 2 to 4
+C_V = (717.0, 718.0)  # J/(kg K): R / (gamma - 1) and textbooks; not printed
+MET = 1e-6  # of a half unit: rounding of the search for inputs that meet a whole column
+MOST_DROPPED = 1  # cells without which a column may still follow
+CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=len(INPUTS) + 1)))
+QUANTITIES = ("m", "A_q", "V_d", "k_av", "P_av", "lambda_av", "lambda_0", "k_0", "V_f", "V_f_over_A_q")
+
+
+class Printed(NamedTuple):
+    """A printed number in SI units, and half a unit in its last digit."""
+
+    value: float
+    half: float
+
+
+class Results:
+    """The simulated example in a folder of results, and the printed tables in a paper's folder."""
+
+    def __init__(self, folder: Path, paper: Path) -> None:
+        self.folder, self.paper = folder, paper
+
+    @cached_property
+    def example(self) -> xr.Dataset:
+        """Response and steps of the simulated example."""
+        return read(self.folder / "example.nc")
+
+    @cached_property
+    def printed(self) -> dict[tuple[str, str], Printed]:
+        """Numbers of Tables 2 to 5 by column and quantity."""
+        cells = [cell for table in range(2, 6) for cell in read_cells(f"table{table}", self.paper)]
+        scaled = [(cell, float(cell["scale"])) for cell in cells]
+        return {
+            (c["row"], c["column"]): Printed(float(c["printed"]) * scale, half_unit(c["printed"]) * scale)
+            for c, scale in scaled
+        }
+
+    @cached_property
+    def table_1(self) -> dict[tuple[str, str], str]:
+        """Table 1 by cylinder and quantity, as printed."""
+        return {(cell["row"], cell["column"]): cell["printed"] for cell in read_cells("table1", self.paper)}
+
+    def step(self, name: str) -> float:
+        """One number of the simulated example in the reading that is taken."""
+        return float(self.example[name][self.example.attrs["taken"]])
+
+    def follows(self, column: str, moved: np.ndarray) -> dict[str, Any]:
+        """Tables 4 and 5 from Tables 2 and 3, each input `moved` by so many half units: shape (input, ...).
+
+        The last row moves c_v within `C_V`. ``T_amb``, K, is the room temperature that T_av implies; T_av
+        then follows from it again.
+        """
+        given = [self.printed[column, name] for name in INPUTS]
+        values = [number.value + number.half * u for number, u in zip(given, moved, strict=False)]
+        P_i, S_i, S_f, P_f, delta_P, tau, T_av = values
+        bore = self.printed[column, "phi_1"].value
+        piston = np.pi / 4 * bore**2
+        T_amb = T_av * P_f / mean_pressure(P_f, delta_P)
+        c_v = np.mean(C_V) + np.ptp(C_V) / 2 * moved[-1]
+        gas = {"T_amb": T_amb, "c_v": c_v, "R": R, "P_0": P_0, "T_0": T_0}
+        found = seven_steps(P_i, piston * S_i, piston * S_f, (P_f, delta_P, tau), bore=bore, **gas)
+        return found._asdict() | {"V_f_over_A_q": found.V_f / found.A_q, "T_amb": T_amb}
+
+    def allowed(self, column: str) -> dict[str, tuple[float, float]]:
+        """Lowest and highest value of each quantity of `follows` that the digits of the inputs allow.
+
+        They stand at the corners: every quantity rises or falls with each input throughout (a test tries).
+        """
+        corners = self.follows(column, CORNERS.T)
+        return {name: (float(np.min(values)), float(np.max(values))) for name, values in corners.items()}
+
+    def left_over(self, column: str) -> tuple[str, ...]:
+        """Names of the fewest cells without which one set of inputs meets a whole column; all if many."""
+        cells = [name for row, name in self.printed if row == column and name in QUANTITIES]
+
+        def outside(moved: np.ndarray, names: list[str]) -> np.ndarray:
+            """Distance from the printed range, in half units."""
+            found = self.follows(column, moved)
+            off = [
+                (float(found[n]) - self.printed[column, n].value) / self.printed[column, n].half
+                for n in names
+            ]
+            return np.maximum(np.abs(off) - 1, 0.0)
+
+        for number in range(MOST_DROPPED + 1):
+            for dropped in itertools.combinations(cells, number):
+                kept = [name for name in cells if name not in dropped]
+                start = np.zeros(len(INPUTS) + 1)
+                best = least_squares(outside, start, bounds=(-1.0, 1.0), args=(kept,), xtol=1e-12, ftol=1e-12)
+                if best.fun.max() < MET:
+                    return dropped
+        return tuple(cells)

@@ -1,0 +1,119 @@
+"""The simulated example: a closed chamber pushed to mid-stroke, and what the seven steps make of it.
+
+The chamber is the full-order model's, eqs (1) and (2); `READINGS` is what the paper leaves open of it.
+"""
+
+import itertools
+from math import pi
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.integrate import solve_ivp
+
+from pneumo.engineer.closed_chamber import Conductance, Exponential, exponential, seven_steps
+from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo.physics.cylinder import Cylinder, heat_area, volume, wetted_area
+
+# As printed: m, m^3, Pa, K, W/(m^2 K).
+BORE, STROKE, V_D, P_AMB, T_AMB, LAMBDA_0 = 0.02, 0.1, 1.57e-6, 1e5, 293.0, 26.5
+P_0, T_0 = 5.65e5, 293.0  # Pa, K
+GAMMA, R, C_V = 1.4, 287.0, 718.0  # J/(kg K), ASSUME: not printed
+PERIOD = 1e-3  # s, ASSUME: between samples of the regression
+AREA = pi / 4 * BORE**2
+CYLINDER = Cylinder(BORE, STROKE, AREA, AREA, V_D, M=1.5, k_f=100.0, x_min=0.0, x_max=STROKE / 2)
+WALL_AREA = heat_area(0.0, CYLINDER)  # m^2, in mid-stroke
+T_OVER_P = volume(0.0, AREA, CYLINDER) / volume(STROKE / 2, AREA, CYLINDER) * T_AMB / P_AMB  # K/Pa, held
+ACCURACY: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-6, "method": "DOP853"}
+
+
+Area = Literal["of 2006", "with dead volume"]  # wall in the simulation: without or with that of V_d
+
+
+class Reading(NamedTuple):
+    """One reading of what the paper leaves open."""
+
+    area: Area
+    final: Literal["free", "fixed"]  # final pressure of the regression: fitted, or that of the run
+    push: float  # s, duration at constant speed
+    window: float  # s, length of the regression, from the peak on
+
+
+# Push and window were chosen with delta_P, tau and lambda_av in view.
+TAKEN = Reading("of 2006", "free", 0.037, 5.05)
+# Every combination is tried. A piston of 1.5 kg with 100 N s/m takes 30 to 50 ms under 150 to 250 N.
+PUSHES, WINDOWS = (0.01, 0.02, TAKEN.push, 0.05, 0.1), (3.0, TAKEN.window, 8.0, 12.0)
+AREAS: tuple[Area, ...] = ("of 2006", "with dead volume")
+READINGS = [Reading(*r) for r in itertools.product(AREAS, ("free", "fixed"), PUSHES, WINDOWS)]
+STEPS = ("P_f", "delta_P", "tau", *(name for name in Conductance._fields if name != "V_f"))
+
+
+def wall_area(x: float, area: Area) -> float:
+    """Heat transfer area of the simulation at x from mid-stroke, m^2."""
+    if area == "of 2006":
+        return heat_area(x, CYLINDER)
+    return wetted_area(volume(x, AREA, CYLINDER), BORE)
+
+
+def response(area: Area, push: float, window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time from the peak, s, pressure, Pa, and temperature, K, of the chamber that is pushed and held."""
+
+    def rates(t: float, state: np.ndarray, speed: float) -> list[float]:
+        P, T = state
+        x = STROKE / 2 - speed * t if speed else 0.0
+        V, dV_dt = volume(x, AREA, CYLINDER), -AREA * speed
+        conductance = wall_conductance(LAMBDA_0 * wall_area(x, area), 1.0, P * T / (P_0 * T_0), 0.0, 0.5)
+        heat = wall_heat(T, conductance, T_AMB)  # (1), (2) of 2007
+        rate_P = dP_dt(P, T, V, dV_dt, 0.0, 0.0, T_AMB, heat, GAMMA, GAMMA, GAMMA, R, GAMMA)
+        return [rate_P, dT_dt(P, T, V, dV_dt, 0.0, 0.0, T_AMB, heat, R, GAMMA)]
+
+    pushed = solve_ivp(rates, (0.0, push), [P_AMB, T_AMB], args=(STROKE / 2 / push,), **ACCURACY)
+    t = PERIOD * np.arange(round(window / PERIOD) + 1)
+    held = solve_ivp(rates, (0.0, t[-1]), pushed.y[:, -1], args=(0.0,), t_eval=t, **ACCURACY)
+    return t, held.y[0], held.y[1]
+
+
+def estimated(t: np.ndarray, P: np.ndarray, final: str) -> tuple[Exponential, Conductance]:
+    """Regression, its final pressure fitted (``free``) or that of isothermal rest, and the seven steps."""
+    isothermal = P_AMB * volume(STROKE / 2, AREA, CYLINDER) / volume(0.0, AREA, CYLINDER)
+    fit = exponential(t, P, isothermal if final == "fixed" else None)
+    gas = {"bore": BORE, "T_amb": T_AMB, "c_v": C_V, "R": R, "P_0": P_0, "T_0": T_0}
+    return fit, seven_steps(P_AMB, AREA * STROKE, AREA * STROKE / 2, fit[:3], **gas)
+
+
+def held_pressure(t: np.ndarray, P_f: float, P_peak: float, tau: float) -> np.ndarray:
+    """Exact pressure of a held chamber by the law of the root, Pa, from its final and first one.
+
+    P T is then proportional to T^2, and T follows the logistic equation; `tau`, s, is m c_v / k at rest.
+    """
+    return P_f / (1 - (1 - P_f / P_peak) * np.exp(-t / tau))
+
+
+def example() -> xr.Dataset:
+    """Response and regression of the reading that is taken, by `t`, and the steps of every one, by `reading`.
+
+    SI units; steps carry the names of `seven_steps`.
+    """
+    rows: dict[Reading, list[float]] = {}
+    for area, push in itertools.product(AREAS, PUSHES):
+        t, P, _ = response(area, push, max(WINDOWS))
+        for reading in (r for r in READINGS if (r.area, r.push) == (area, push)):
+            seen = t <= reading.window + PERIOD / 2
+            fit, steps = estimated(t[seen], P[seen], reading.final)
+            found = steps._asdict() | {"P_f": fit.P_f, "delta_P": fit.delta_P, "tau": fit.tau}
+            rows[reading] = [found[name] for name in STEPS]
+    columns = np.array([rows[reading] for reading in READINGS]).T
+    t, P, T = response(TAKEN.area, TAKEN.push, TAKEN.window)
+    fitted = P - estimated(t, P, TAKEN.final)[0].residual
+    traces = {"P": (P, "Pa"), "T": (T, "K"), "fitted": (fitted, "Pa")}
+    units = {"P_f": "Pa", "delta_P": "Pa", "tau": "s", "m": "kg", "V_d": "m3", "k_av": "W K-1", "A_q": "m2"}
+    units |= {"lambda_av": "W m-2 K-1", "t_ss": "s", "P_av": "Pa", "T_av": "K"}
+    units |= {"lambda_0": "W m-2 K-1", "k_0": "W K-1"}
+    fields = zip(*READINGS, strict=True)
+    return xr.Dataset(
+        {name: ("t", values, {"units": unit}) for name, (values, unit) in traces.items()}
+        | {n: ("reading", c, {"units": units[n]}) for n, c in zip(STEPS, columns, strict=True)},
+        {"t": ("t", t, {"units": "s", "long_name": "time from the peak"})}
+        | {f: ("reading", list(v)) for f, v in zip(Reading._fields, fields, strict=True)},
+        {"taken": READINGS.index(TAKEN)},
+    )

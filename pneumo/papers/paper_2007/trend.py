@@ -1,0 +1,74 @@
+"""Coefficients over V / A_q: measured, predicted, quoted by the paper and studied in 2006."""
+
+from math import pi
+
+import numpy as np
+import xarray as xr
+
+from pneumo.catalogue import coefficient_times_length
+from pneumo.papers.paper_2006 import printed_tables as of_2006
+from pneumo.papers.paper_2007.measured_columns import COLUMNS, FOLDER, Results
+from pneumo.papers.paper_2007.simulated_example import P_0, T_0
+from pneumo.physics.cylinder import wetted_area
+from pneumo.verdict.published import read_cells
+
+LENGTHS = np.geomspace(3e-3, 30e-3, 50)  # m
+
+
+def trend(results: Results) -> xr.Dataset:
+    """Measured `lambda_0` by `column`, with all that its inputs allow, and the catalogue's prediction.
+
+    The prediction is by `length`, V / A_q. `quoted` is from `quoted_coefficient`; `studied` is the range of
+    2006 by `cylinder`, k_0 over the area in mid-stroke. W/(m^2 K), m.
+    """
+    measured = {
+        name: [results.printed[c, name].value for c in COLUMNS] for name in ("lambda_0", "V_f_over_A_q")
+    }
+    ranges = np.array([results.allowed(column)["lambda_0"] for column in COLUMNS])
+    product, factor = coefficient_times_length()
+    quoted = quoted_coefficient()
+    sizes = {(c["row"], c["column"]): float(c["printed"]) for c in of_2006.read_table(2)}
+    k_0 = [float(c["k_0"]) for c in of_2006.read_table(4)]
+    studied = [[min(k_0) / sizes[c, "A_q0"], max(k_0) / sizes[c, "A_q0"]] for c in "DE"]
+    lengths = [_length(1e-3 * sizes[c, "bore"], 1e-3 * sizes[c, "stroke"] / 2) for c in "DE"]
+    arrays = {
+        "lambda_0": ("column", measured["lambda_0"]),
+        "low": ("column", ranges[:, 0]),
+        "high": ("column", ranges[:, 1]),
+        "predicted": ("length", product / LENGTHS),
+        "predicted_low": ("length", product / factor / LENGTHS),
+        "predicted_high": ("length", product * factor / LENGTHS),
+        "quoted": ((), quoted["lambda_0"]),
+        "studied": (("cylinder", "end"), studied),
+    }
+    units = {"units": "W m-2 K-1"}
+    coords = {
+        "column": list(COLUMNS),
+        "length": ("length", LENGTHS, {"units": "m"}),
+        "cylinder": ["D", "E"],
+        "end": ["low", "high"],
+        "V_f_over_A_q": ("column", measured["V_f_over_A_q"], {"units": "m"}),
+        "length_studied": ("cylinder", lengths, {"units": "m"}),
+        "length_quoted": quoted["length"],
+    }
+    return xr.Dataset({name: (*array, units) for name, array in arrays.items()}, coords)
+
+
+def quoted_coefficient() -> dict[str, float]:
+    """Coefficient that the paper quotes for another cylinder, and what the catalogue predicts for it.
+
+    It is brought to P_0 and T_0 by the law of the root. W/(m^2 K); `length` is V / A_q with the piston at the
+    end, m.
+    """
+    det = {c["column"]: float(c["printed"]) * float(c["scale"]) for c in read_cells("quoted", FOLDER)}
+    length = _length(det["bore"], det["stroke"])
+    at_rest = det["lambda_av"] * (P_0 * T_0 / (det["P"] * det["T"])) ** 0.5
+    product, factor = coefficient_times_length()
+    found = {"length": length, "lambda_0": at_rest, "predicted": product / length}
+    return {name: float(f"{v:.6g}") for name, v in (found | {"highest": product * factor / length}).items()}
+
+
+def _length(bore: float, depth: float) -> float:
+    """V / A_q of a chamber without dead volume, m."""
+    V = pi / 4 * bore**2 * depth
+    return V / wetted_area(V, bore)

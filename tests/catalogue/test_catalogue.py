@@ -1,0 +1,60 @@
+"""Measured conductances are those that were printed, and the default lies among them."""
+
+from math import exp, log, pi
+from pathlib import Path
+from statistics import fmean, stdev
+
+import pytest
+from scipy.stats import t
+
+from pneumo.catalogue import coefficient_times_length, default_conductance, measured_conductances
+from pneumo.papers.paper_2007.measured_columns import COLUMNS, Results
+from pneumo.physics.cylinder import Cylinder, volume, wetted_area
+
+PAPER = Path(__file__).parents[2] / "paper" / "2007"
+
+
+def cylinder(bore: float, stroke: float, V_d: float) -> Cylinder:
+    area = pi / 4 * bore**2
+    return Cylinder(bore, stroke, area, area, V_d, 1.0, 1.0, -stroke / 2, stroke / 2)
+
+
+def test_data_are_the_printed_numbers_with_their_source():
+    results = Results(Path(), PAPER)
+    for column, one in zip(COLUMNS, measured_conductances(), strict=True):
+        for name in ("P_f", "V_f", "A_q", "k_0", "lambda_0"):
+            assert getattr(one, name) == pytest.approx(results.printed[column, name].value, rel=1e-12), name
+        sizes = {
+            name: 1e-3 * float(results.table_1[one.cylinder, name]) for name in ("bore", "rod", "stroke")
+        }
+        assert {name: getattr(one, name) for name in sizes} == pytest.approx(sizes)
+        assert one.type == results.table_1[one.cylinder, "type"] and "10.1243/09596518JSCE188" in one.source
+
+
+def test_the_documentation_gives_their_range():
+    text = (PAPER.parents[1] / "docs/which-model.md").read_text(encoding="utf-8")
+    k_0 = [one.k_0 for one in measured_conductances()]
+    assert f"bore it is {min(k_0):g} to {max(k_0):g} W/K" in text
+
+
+def test_interval_holds_every_measured_conductance_and_the_default_scales_as_said():
+    for one in measured_conductances():
+        product, factor = coefficient_times_length()
+        predicted = product * one.A_q**2 / one.V_f
+        assert predicted / factor < one.k_0 < predicted * factor
+    small, large = cylinder(0.02, 0.1, 1.6e-6), cylinder(0.04, 0.2, 8 * 1.6e-6)
+    one, other = default_conductance(small), default_conductance(large)
+    # Twice the size: V / A_q doubles, lambda_0 halves, A_q is four times as large.
+    assert other.lambda_0 == pytest.approx(one.lambda_0 / 2) and other.k_0 == pytest.approx(2 * one.k_0)
+    V = volume(0.0, small.A_A, small)
+    assert one.k_0 == pytest.approx(one.lambda_0 * wetted_area(V, 0.02))
+    assert one.k_0_low < one.k_0 < one.k_0_high
+
+
+def test_measurements_of_one_cylinder_count_as_one():
+    logs = [log(one.lambda_0 * one.V_f / one.A_q) for one in measured_conductances()]
+    means = [fmean(pair) for pair in zip(logs[:3], logs[3:], strict=True)]  # A, B, C of both experiments
+    expected = exp(t.ppf(0.975, 2) * stdev(means) * (1 + 1 / 3) ** 0.5)
+    assert coefficient_times_length()[1] == pytest.approx(expected, rel=1e-9)
+    of_six = exp(t.ppf(0.975, 5) * stdev(logs) * (1 + 1 / 6) ** 0.5)
+    assert coefficient_times_length()[1] > 1.5 * of_six

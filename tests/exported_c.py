@@ -1,0 +1,59 @@
+"""Exported C, compiled with every warning an error."""
+
+import ctypes
+import shutil
+import subprocess
+
+import pytest
+
+from pneumo.engineer.export import exported
+from pneumo.engineer.system import METHODS, system
+
+C_COMPILER = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-O1"]
+
+
+def write(files, folder):
+    """Write files and give the names of those in C."""
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    return [name for name in files if name.endswith(".c")]
+
+
+class CompiledModel:
+    """A model in C at its own constants."""
+
+    def __init__(self, model, n, plant, folder, precision="double", **parts):
+        self.system = system(model, n, plant, **parts)
+        source, _ = write(exported(model, n, plant, "c", precision=precision, **parts), folder)
+        command = ["gcc", *STRICT, "-shared", "-fPIC", "-o", "model.so", source, "-lm"]
+        subprocess.run(command, cwd=folder, check=True)
+        library = ctypes.CDLL(str(folder / "model.so"))
+        self.real = ctypes.c_double if precision == "double" else ctypes.c_float
+        self._rates, self._step = (
+            getattr(library, f"{self.system.name}_{name}") for name in ("rates", "step")
+        )
+        self._parameters = ctypes.byref(ctypes.c_char.in_dll(library, f"{self.system.name}_defaults"))
+
+    def array(self, values):
+        return (self.real * len(values))(*values)
+
+    def rates(self, inputs, state):
+        """Rates of the states."""
+        rates = self.array(state)
+        self._rates(self._parameters, self.array(inputs), self.array(state), rates)
+        return list(rates)
+
+    def step(self, method, start, end, h, state):
+        """Whether a step failed, and the state after it."""
+        after = self.array(state)
+        arrays = self.array(start), self.array(end), self.real(h), after
+        return self._step(self._parameters, list(METHODS).index(method), *arrays), list(after)
+
+
+def run_test_program(files, folder):
+    """Exit code and output of the test program that goes with a model."""
+    sources = write(files, folder)
+    subprocess.run(["gcc", *STRICT, "-o", "program", *sources, "-lm"], cwd=folder, check=True)
+    ran = subprocess.run(["./program"], cwd=folder, capture_output=True, text=True)
+    return ran.returncode, ran.stdout

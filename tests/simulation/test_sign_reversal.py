@@ -1,0 +1,44 @@
+"""Sign of the open-loop command at 96 % of the half-stroke: toggled or forced, each stage or each step."""
+
+import numpy as np
+import pytest
+from paper_study import lasting
+
+from pneumo.simulation.excitation import reference_series
+from pneumo.simulation.full_order import equilibrium, record, run
+
+
+@pytest.mark.parametrize("toggles", [True, False])
+@pytest.mark.parametrize("each_stage", [True, False])
+@pytest.mark.parametrize(("name", "amplitude"), [("E13", 5.0), ("E15", 2.0)])
+def test_the_rule_step_by_step(name, amplitude, toggles, each_stage):
+    e = lasting(name, 4.0)
+    excitation = e.excitation._replace(amplitude=amplitude)  # reaches 96 % several times
+    drive = e.drive._replace(toggles=toggles, each_stage=each_stage)
+    reference = reference_series(drive, excitation, e.steps)
+    # Within a step the plain command is used; whether stages still look is all that `each_stage` decides.
+    x_seen = drive.x_reverse if each_stage else np.inf
+    within = drive._replace(toggles=False, x_reverse=x_seen, each_stage=True)
+    states, sign, crossings = [equilibrium(e.plant)], 1.0, 0
+    for k in range(e.steps):
+        x, r = states[-1][0], sign * reference[k]
+        if abs(x) >= drive.x_reverse and r * x > 0:
+            crossings += 1
+            if toggles or not each_stage:
+                r = -r
+            if toggles:
+                sign = -sign
+        states.append(run(states[-1], np.array([r, r]), 0.0, within, e.plant, e.h).states[-1])
+    recording = record(e._replace(drive=drive, excitation=excitation))
+    assert np.array_equal(recording.states, np.array(states))
+    assert crossings >= 2
+    if toggles:  # the rest of the sequence keeps its sign
+        assert recording.reference[-2] == sign * reference[-2]
+
+
+def test_the_recorded_command_is_the_reversed_one():
+    e = lasting("E15", 4.0)
+    recording = record(e._replace(excitation=e.excitation._replace(amplitude=2.0)))
+    beyond = np.abs(recording.states[:, 0]) >= e.drive.x_reverse
+    assert beyond.any()
+    assert (recording.u[beyond] * recording.states[beyond, 0] < 0).all()

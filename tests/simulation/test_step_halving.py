@@ -1,0 +1,109 @@
+"""Steps that are halved where they fail or their error estimate is too large."""
+
+import numpy as np
+import pytest
+from paper_study import STUDY, lasting
+from scipy.integrate import RK45
+
+from pneumo.configuration.experiment import MOST_HALVINGS
+from pneumo.simulation.full_order import RAN, failure, record, run
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import OK, replay, replay_by_reference
+from pneumo.simulation.runge_kutta import STAGES, C
+from pneumo.simulation.signals import EXACT_TRANSPORT, held, held_to_next, interpolated, stage_inputs
+from pneumo.simulation.tableau import EMBEDDED_DIFFERENCE
+from pneumo.storage.layout import datum_dataset, recording_from
+
+LANES, _ = grid_lanes((1.0, 1.2, 1.4), 1.4)
+
+
+def coarse(name, factor, most=MOST_HALVINGS, seconds=3.0):
+    """An experiment at so many times its step: many steps are not accurate, some fail."""
+    e = lasting(name, seconds)
+    excitation = e.excitation._replace(every=e.excitation.every // factor)
+    steps = e.steps // factor
+    return e._replace(h=factor * e.h, steps=steps, excitation=excitation, most_halvings=most)
+
+
+def fine(e, parts):
+    """An experiment at a fraction of its step."""
+    excitation = e.excitation._replace(every=e.excitation.every * parts)
+    return e._replace(h=e.h / parts, steps=e.steps * parts, excitation=excitation, most_halvings=0)
+
+
+@pytest.mark.parametrize("name", ["E06", "E12"])
+def test_a_halved_step_is_a_run_at_the_smaller_step(name):
+    e = coarse(name, 10)
+    r = record(e)
+    assert len(set(r.halvings)) > 2
+    for k in np.flatnonzero(r.halvings)[:20]:
+        parts = 1 << r.halvings[k]
+        # No sign is reversed within a step: what holds at its start holds for all of it.
+        forced = e.drive._replace(toggles=False)
+        again = run(r.states[k], np.full(parts + 1, r.reference[k]), 0.0, forced, e.plant, e.h / parts)
+        assert np.array_equal(again.states[-1], r.states[k + 1])
+
+
+def test_a_run_that_fails_survives_by_halving_near_a_finer_one_with_scipys_estimate():
+    broken, mended = record(coarse("E06", 10, most=0)), record(coarse("E06", 10))
+    assert failure(broken.states)[0] != RAN and failure(mended.states)[0] == RAN
+    exact = record(fine(coarse("E06", 10), 80))
+    P, P_exact = mended.states[:, [2, 4]], exact.states[::80, [2, 4]]
+    # An error of at most 1e-4 P_0 in a step, 300 of them, most of which the next flows take back.
+    assert np.abs(P - P_exact).max() < 5e-3 * mended.plant.conditions.P_0
+    # SciPy has it as fourth minus fifth order.
+    np.testing.assert_allclose(EMBEDDED_DIFFERENCE, -RK45.E, rtol=1e-15)
+
+
+@pytest.mark.parametrize("transport", [interpolated(), held(), held_to_next(), EXACT_TRANSPORT])
+@pytest.mark.parametrize("name", ["E06", "E12"])
+def test_both_kernels_halve_alike(name, transport):
+    r = record(coarse(name, 10))
+    ours, theirs = replay(r, LANES, transport), replay_by_reference(r, LANES, transport)
+    assert (theirs.status == OK).all() and np.array_equal(ours.status, theirs.status)
+    # The same steps on the same inputs, added in another order: 1e-13 a step where nothing amplifies it.
+    np.testing.assert_allclose(ours.pressure, theirs.pressure, rtol=1e-8)
+    plain = replay(r._replace(most_halvings=0, halvings=0 * r.halvings), LANES, transport)
+    assert not np.allclose(plain.pressure, ours.pressure, rtol=1e-5)
+
+
+def test_lanes_do_not_depend_on_their_neighbours_and_exact_ones_follow_the_runs_parts():
+    r = record(coarse("E12", 10))
+    together = replay(r, LANES, interpolated()).pressure
+    alone = np.concatenate([replay(r, row[np.newaxis], interpolated()).pressure for row in LANES[::7]])
+    assert np.array_equal(alone, together[::7])
+    e = coarse("E06", 10)
+    r, exact = record(e), record(fine(e, 80))
+    ours = replay(r, LANES, EXACT_TRANSPORT).pressure
+    theirs = replay(exact, LANES, EXACT_TRANSPORT, 80).pressure
+    assert np.abs(ours - theirs).max() < 2e-2 * e.plant.conditions.P_0
+
+
+@pytest.mark.parametrize(
+    ("transport", "read"),
+    [
+        (interpolated(), lambda u, k, at: u[k] + at * (u[k + 1] - u[k])),
+        (held(), lambda u, k, at: np.full_like(at, u[k])),
+        (held_to_next(), lambda u, k, at: np.where(at == 1, u[k + 1], u[k])),
+    ],
+)
+def test_parts_of_a_step_read_by_the_same_rule(transport, read):
+    r, inputs = record(lasting("E06", 0.2)), np.empty((STAGES + 1, 3))
+    work = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
+    for k in (0, 57, 199):
+        for part in range(4):
+            stage_inputs(r, transport.reading, k, part, 4, *work, inputs)
+            at = (part + np.append(C, 1.0)) / 4
+            np.testing.assert_allclose(inputs[:, 1], read(r.states[:, 0], k, at), rtol=1e-12)
+            u = np.clip(read(r.u, k, at), -10, 10)
+            np.testing.assert_allclose(inputs[:, 0], u, rtol=1e-9, atol=1e-12)
+
+
+def test_halvings_are_stored():
+    e = coarse("E06", 10)
+    again = recording_from(datum_dataset(e, record(e)), e)
+    assert np.array_equal(again.halvings, record(e).halvings) and again.halvings.any()
+    assert again.most_halvings == MOST_HALVINGS
+    # The paper's runs keep their step.
+    assert {e.most_halvings for e in STUDY.experiments.values()} == {0}
+    assert {e.most_halvings for e in STUDY.with_halvings().experiments.values()} == {MOST_HALVINGS}

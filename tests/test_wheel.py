@@ -1,0 +1,122 @@
+# pyright: standard
+"""What `pip install` gives: every engineer's command and the public names, in an empty folder."""
+
+import os
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+from checkout import ROOT, copy_checkout, sources
+
+import pneumo
+
+pytestmark = pytest.mark.wheel
+
+MOST_MEGABYTES = 850  # without pip; SymPy, for exports, takes 86 of them
+QUICK = "n: [1.2, 1.3]\nrun: {seeds: 1, duration_limit_s: 0.3}\n"
+RECORD = """
+import numpy as np
+from pneumo import plant, simulate
+from pneumo.configuration.parameters import load, study
+from pneumo.engineer.plants import configured_plant
+
+steps = np.arange(400)
+run = simulate(configured_plant(study(load("cylinder.yaml"))), 1e-3, command=np.sign(np.sin(steps / 30)))
+columns = np.column_stack([run.t, run.u, run.x, run.P_A, run.P_B])
+np.savetxt("record.csv", columns, delimiter=",", header="t_s,u_V,x_m,P_A_Pa,P_B_Pa", comments="")
+"""
+AT = "--u 1 --P_A 5e5 --P_B 6e5 --config cylinder.yaml"
+COMMANDS = {  # in this order; what each prints or writes
+    "init": "cylinder.yaml: written",
+    "models": "M10",
+    "check cylinder.yaml": "2 experiments",
+    "study cylinder.yaml quick.yaml --experiment open -o out": "Recommended",
+    "fit record.csv --config cylinder.yaml --model M2 -o fitted": "fit.nc",
+    f"linearise M8 --n 1.3 {AT} --json": '"states"',
+    "export M8 --n 1.3 --to c --config cylinder.yaml -o m8.c": "",
+    "export full --to fmu --piston --config cylinder.yaml -o full.fmu": "",
+    "export M8 --n 1.3 --to matlab --config cylinder.yaml": "M8_dP_dt",
+    "export M8 --n 1.3 --to casadi --config cylinder.yaml": "M8_dP_dt",
+}
+
+
+@pytest.fixture(scope="module")
+def dist(tmp_path_factory) -> dict[str, Path]:
+    """Sdist and the wheel built from it, by suffix."""
+    checkout = copy_checkout(tmp_path_factory.mktemp("dist") / "pneumo")
+    build = ["uv", "build", "--quiet", "--offline", "--no-build-isolation", "--python", sys.executable]
+    subprocess.run([*build, str(checkout)], check=True)
+    return {file.suffix: file for file in (checkout / "dist").iterdir() if file.suffix in (".gz", ".whl")}
+
+
+def test_the_sdist_holds_the_project_and_the_wheel_the_package_with_its_data_alone(dist):
+    with tarfile.open(dist[".gz"]) as sdist:
+        names = {name.partition("/")[2] for name in sdist.getnames()}
+    assert set(sources()) - names == set()
+    with zipfile.ZipFile(dist[".whl"]) as wheel:
+        names = {name for name in wheel.namelist() if ".dist-info/" not in name}
+    files = (file for file in (ROOT / "pneumo").rglob("*") if file.is_file())
+    assert names == {str(file.relative_to(ROOT)) for file in files if "__pycache__" not in file.parts}
+
+
+@pytest.fixture(scope="module")
+def installed(dist, tmp_path_factory) -> Path:
+    """Programs of an environment that holds the wheel and what it needs, at the locked versions."""
+    environment = tmp_path_factory.mktemp("wheel") / "env"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(environment)], check=True)
+    install = ["uv", "pip", "install", "--quiet", "--compile-bytecode"]
+    install += ["--python", str(environment / "bin/python")]
+    install += ["--constraint", str(ROOT / "requirements.lock"), str(dist[".whl"])]
+    for where in (["--offline"], []):
+        if subprocess.run([*install, *where], capture_output=True).returncode == 0:
+            return environment / "bin"
+    pytest.skip("uv reaches no package index, and has not what the wheel needs in its cache")
+
+
+def contents(environment: Path) -> set[tuple[str, int, int]]:
+    files = (file for file in environment.rglob("*") if file.is_file())
+    return {(str(file), file.stat().st_size, file.stat().st_mtime_ns) for file in files}
+
+
+def test_an_engineers_commands_run_in_an_empty_folder(installed, tmp_path):
+    (tmp_path / "quick.yaml").write_text(QUICK)
+    keep = {name: os.environ[name] for name in ("PATH", "HOME", "NUMBA_CACHE_DIR") if name in os.environ}
+    environment = keep | {"PYTHONDONTWRITEBYTECODE": "1", "COLUMNS": "120"}
+    library = installed.parent / "lib"
+    subprocess.run(["chmod", "-R", "a-w", str(library)], check=True)  # root may write nevertheless
+    before = contents(library)
+
+    def run(*command: str) -> tuple[int, str, str]:
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+        return done.returncode, done.stdout, done.stderr
+
+    program, python = str(installed / "pneumo"), str(installed / "python")
+    try:
+        for command, words in COMMANDS.items():
+            if command.startswith("fit"):
+                code, _, err = run(python, "-c", RECORD)
+                assert code == 0, err
+            code, out, err = run(program, *command.split())
+            assert code == 0 and words in out, f"{command}: {out} {err}"
+            assert "Traceback" not in err
+        names = " ".join(pneumo.__all__)
+        code, out, err = run(python, "-c", f"import pneumo\nfor n in '{names}'.split(): getattr(pneumo, n)")
+        assert (code, out, err) == (0, "", "")
+        refusal = "pneumo: `pneumo paper` needs a checkout of the project: clone it, `make reproduce` there\n"
+        assert run(program, "paper", "verdict") == (2, "", refusal)
+        refusal = "pneumo: name a configuration with --config; `pneumo init` writes one\n"
+        assert run(program, "export", "M1", "--to", "casadi") == (2, "", refusal)
+    finally:
+        subprocess.run(["chmod", "-R", "u+w", str(library)], check=True)
+    assert contents(library) == before
+    written = {"out", "fitted", "cylinder.yaml", "record.csv", "quick.yaml"}
+    written |= {"m8.c", "m8.h", "m8_test.c", "full.fmu"}
+    assert {f.name for f in tmp_path.iterdir()} == written
+
+
+def test_the_environment_is_of_bearable_size(installed):
+    size = subprocess.check_output(["du", "-sm", str(installed.parent)], text=True)
+    assert int(size.split()[0]) <= MOST_MEGABYTES

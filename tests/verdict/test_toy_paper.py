@@ -1,0 +1,124 @@
+"""A third paper: five claims in a folder of their own, judged without a change to the package."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pneumo.publish.pages.page import TEMPLATES
+from pneumo.publish.pages.verdict_page import verdict_page
+from pneumo.verdict import claims as verdict_room
+from pneumo.verdict.judging import Paper, verdict
+from pneumo.verdict.sources import Finding, MissingEvidence
+
+FILES = {
+    "published/table1.csv": """\
+row,column,printed,note,unit
+water,density,998,,kg m-3
+water,boils,101,,degC
+""",
+    "claims.yaml": """
+classes:
+  printed: {limit: 0.0, measure: absolute}
+  about: {limit: 0.1, measure: relative}
+  statement: {limit: 0.0, measure: truth}
+tables:
+  - table: 1
+    id: T1.{row}.{column}
+    kind: rounded
+    class: printed
+    basis: measured
+    compute: property_of
+    with: {name: "{column}"}
+    evidence: {path: toy, select: "{column}"}
+    errata: {T1.water.boils: boils}
+claims:
+  - &claim
+    id: S1.sinks
+    where: Section 1
+    statement: ice sinks
+    printed: "true"
+    kind: qualitative
+    class: statement
+    basis: arithmetic
+    compute: ice_sinks
+    evidence: {path: toy, select: density}
+  - <<: *claim
+    id: S1.near
+    statement: density is about 1050
+    printed: "1050"
+    kind: rounded
+    class: about
+    basis: measured
+    compute: property_of
+    with: {name: density}
+  - {<<: *claim, id: S1.salt, statement: salt changes it, basis: measured, compute: salt}
+""",
+    "errata.yaml": """
+boils:
+  {kind: misprint, where: p. 1, printed: "101", meant: "100", proof: boils, values: {T1.water.boils: "100"}}
+""",
+    "assumptions.yaml": """
+pressure: {open: pressure, value: 101325, unit: Pa, basis: usual, alternatives: {}}
+""",
+    "page.yaml": """
+{title: Water, authors: A. Toy, journal: J. Toys 1 (2030), doi: 10.0/0, how: Looked up;, decision: none,
+ proofs: here, alternatives: none, search: water, commands: none, titles: {S1: Section 1},
+ tables: {1: {caption: Water}}}
+""",
+}
+
+
+@pytest.fixture
+def toy(tmp_path) -> Paper:
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+
+    def salt(_) -> Finding:
+        raise MissingEvidence("nobody tasted it")
+
+    computations = {
+        "property_of": lambda water, name: Finding(water[name]),
+        "ice_sinks": lambda water: Finding(holds=water["ice"] > water["density"], shown="917 kg/m^3"),
+        "salt": salt,
+    }
+    return Paper(
+        tmp_path,
+        computations,
+        {"boils": lambda: (True, "100 °C at 101325 Pa")},
+        lambda results, folder: {"water": {"density": 998.2, "boils": 100.0, "ice": 917.0}},
+        lambda sources: {"study": "paper", "failures": {}, "settling_failures": {}},
+        lambda sources, items: {},
+        module="pneumo.verdict.judging",
+        reads=(),
+        command="none",
+    )
+
+
+def test_a_toy_paper_is_judged_and_has_its_page(toy):
+    judged = verdict(toy.folder / "results", toy)
+    assert {item["id"]: item["status"] for item in judged["items"]} == {
+        "T1.water.density": "exact",
+        "T1.water.boils": "explained",
+        "S1.sinks": "contradicted",
+        "S1.near": "close",
+        "S1.salt": "missed",
+    }
+    assert judged["counts"]["items"] == 5 and judged["counts_by_basis"]["arithmetic"]["contradicted"] == 1
+    page = verdict_page(judged, toy.folder)
+    assert "A. Toy" in page and 'id="S1.salt"' in page and "nobody tasted it" in page
+
+
+def test_engine_and_templates_name_no_paper_table_or_model():
+    room = Path(verdict_room.__file__).parent
+    files = [*room.glob("*.py"), *(TEMPLATES / name for name in ("verdict.html.j2", "verdict.js"))]
+    files.append(TEMPLATES.parent / "verdict_page.py")
+    named = re.compile(r"\b(19|20)\d\d\b|[Tt]ables? \d|Figs?\. ?\d|\b(M|E)\d+\b|\btable\d")
+    lines = [
+        f"{file.name}: {line.strip()}"
+        for file in files
+        for line in file.read_text(encoding="utf-8").splitlines()
+        if named.search(line)
+    ]
+    assert len(files) > 8 and lines == []

@@ -1,0 +1,20 @@
+"""Run the simulated example of the paper of 2007 in every reading; gather its measured coefficients."""
+
+from pathlib import Path
+
+from pneumo.jobs.wrapper import run_job
+from pneumo.papers.paper_2007.measured_columns import Results
+from pneumo.papers.paper_2007.simulated_example import example
+from pneumo.papers.paper_2007.trend import trend
+from pneumo.storage.files import attributes, write
+
+
+def main(claims: Path, response: Path, coefficients: Path, code: str) -> None:
+    summary = "A closed chamber pushed to mid-stroke, and what the seven steps make of it, by reading"
+    write(example(), response, attributes("Simulated example", summary, "none", code))
+    summary = "Heat transfer coefficients over volume by area: measured, predicted, quoted, studied in 2006"
+    found = trend(Results(response.parent, claims.parent))
+    write(found, coefficients, attributes("Coefficients of cylinders", summary, "none", code))
+
+
+run_job(main, globals())
