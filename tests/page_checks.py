@@ -9,7 +9,8 @@ in_chromium = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"
 )
 
-SHORTLY = "new Promise(done => setTimeout(done, 300))"
+# Two frames drawn: what a change of the page brings about has happened.
+FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done))))"
 CONTRAST = """
 (() => {
   const channels = (text) => text.match(/[\\d.]+/g).map(Number);

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from page_checks import SHORTLY, assert_quiet, assert_readable, in_chromium, stands_alone
+from page_checks import assert_quiet, assert_readable, in_chromium, stands_alone
 
 from pneumo import MODELS
 from pneumo.engineer.export import live
@@ -78,8 +78,7 @@ def test_all_models_and_the_full_order_are_python_s(page, plant, visit):
 def test_the_page_runs_and_takes_the_keyboard(page, visit):
     browser = visit(page)
     assert browser.run("document.getElementById('run').textContent") == "Pause"
-    browser.run(SHORTLY)
-    assert browser.run("live.steps()") > 20
+    browser.wait("live.steps() > 20")
     browser.run("document.getElementById('k_0').focus()")
     k_0 = browser.run("live.get('k_0')")
     browser.press("ArrowRight", 39)
@@ -104,7 +103,7 @@ def test_the_page_is_readable_and_fits_a_phone(scheme, page, visit):
         "Emulation.setDeviceMetricsOverride", width=360, height=740, deviceScaleFactor=2, mobile=True
     )
     try:
-        browser.run(SHORTLY)
+        browser.wait("innerWidth === 360 && live.steps() > 0")
         assert_readable(browser, 40)
         assert browser.run("document.documentElement.scrollWidth") == 360
     finally:

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from browser import Browser
 from packed_traces import unpacked
-from page_checks import SHORTLY, assert_quiet, assert_readable, in_chromium, stands_alone
+from page_checks import FRAMES, assert_quiet, assert_readable, in_chromium, stands_alone
 from paper_study import STUDY as PAPER
 
 from pneumo.physics.models import MODELS
@@ -320,8 +320,8 @@ class TestInBrowser:
     def test_a_brush_zooms_both_panels_and_ranks_anew(self, view, made, parts):
         browser = view("#e=E06&t=exact&c=A&n=1.35&m=M5 M7")
         whole = browser.run(ROWS_SHOWN)
-        browser.run("element('error').scrollIntoView()")
-        browser.run(SHORTLY)
+        browser.run("element('error').scrollIntoView({behavior: 'instant'})")
+        browser.run(FRAMES)
         box = "(({x, y, width, height}) => [x, y, width, height])(plots.error.over.getBoundingClientRect())"
         x, y, width, height = browser.run(box)
         drag(browser, *({"x": x + share * width, "y": y + height / 2} for share in (0.40, 0.42, 0.45)))
@@ -408,7 +408,7 @@ class TestInBrowser:
         drawn = browser.run("plots.error.data.slice(2).map((curve) => curve.some((y) => y !== null))")
         assert [name for name, some in zip(MODELS, drawn, strict=True) if some] == ["M2", "M10"]
         browser.run("location.hash = '#explore'")
-        browser.run(SHORTLY)
+        browser.run(FRAMES)
         assert browser.run("state.window") == [700, 720]  # a place on the page changes nothing
         nonsense = view("#e=E99&t=x&c=C&n=7&m=M99&w=9 z")
         assert self.address(nonsense) == {"e": "E01", "t": "exact", "c": "A", "n": "best"}
@@ -430,7 +430,7 @@ class TestInBrowser:
         browser = view()
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         browser.send("Emulation.setDeviceMetricsOverride", **size)
-        browser.run(SHORTLY)
+        browser.wait("plots.error.width === element('error').clientWidth && innerWidth === %d" % width)
         assert browser.run("document.documentElement.scrollWidth") == width
-        assert browser.run("plots.error.width") == browser.run("element('error').clientWidth") <= width
+        assert browser.run("plots.error.width") <= width
         browser.send("Emulation.clearDeviceMetricsOverride")

@@ -4,7 +4,7 @@ import html
 import re
 
 import pytest
-from page_checks import SHORTLY, Structure, assert_quiet, assert_readable, in_chromium, stands_alone
+from page_checks import Structure, assert_quiet, assert_readable, in_chromium, stands_alone
 
 from pneumo.errors import ResultError
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
@@ -108,8 +108,7 @@ class TestInBrowser:
         assert_quiet(browser, file)
         browser.run("console.error('x')")
         assert len(browser.console) == 1
-        browser.run("void fetch('http://localhost:9/').catch(() => 0)")
-        browser.run(SHORTLY)
+        browser.run("fetch('http://localhost:9/').catch(() => 0)")
         assert len(browser.console) > 1  # the page's own policy forbids it
 
     def test_filters(self, browser, judged):
@@ -134,9 +133,8 @@ class TestInBrowser:
 
     def test_a_permanent_link_opens_its_item(self, visit, file):
         browser = visit(file, "#T8.E07.M7")
-        browser.run(SHORTLY)
+        browser.wait("document.activeElement.parentElement.id === 'T8.E07.M7'")
         assert browser.run("['T8.E07.M7', 'table-8'].every((id) => document.getElementById(id).open)")
-        assert browser.run("document.activeElement.parentElement.id") == "T8.E07.M7"
         top = browser.run("document.getElementById('T8.E07.M7').getBoundingClientRect().top")
         bar = browser.run("document.querySelector('.filters').getBoundingClientRect().bottom")
         assert bar - 1 <= top < browser.run("innerHeight")
@@ -144,9 +142,8 @@ class TestInBrowser:
     def test_a_link_opens_an_item_that_a_filter_hides(self, browser, judged):
         browser.run("document.querySelector('.tile.missed').click()")
         browser.run("location.hash = '#S1.P_0'")
-        browser.run(SHORTLY)
+        browser.wait("document.getElementById('S1.P_0').open")
         assert self.shown(browser) == judged["counts"]["items"]
-        assert browser.run("document.getElementById('S1.P_0').open")
 
     def test_keyboard(self, browser, judged):
         browser.press("Tab", TAB)
@@ -161,8 +158,7 @@ class TestInBrowser:
         assert browser.run(unreachable) == 0
         browser.run("document.querySelector('td[data-id=\"T4.E.k_0=0.02\"] a').focus()")
         browser.press("Enter", ENTER, "\r")
-        browser.run(SHORTLY)
-        assert browser.run("document.activeElement.parentElement.id") == "T4.E.k_0=0.02"
+        browser.wait("document.activeElement.parentElement.id === 'T4.E.k_0=0.02'")
         browser.press("Enter", ENTER, "\r")
         assert not browser.run("document.getElementById('T4.E.k_0=0.02').open")
 
