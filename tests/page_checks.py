@@ -1,6 +1,8 @@
 """What tests of several pages look at: structure, contrast, and Chromium where there is one."""
 
 from html.parser import HTMLParser
+from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 from browser import CHROMIUM
@@ -50,6 +52,29 @@ def assert_readable(browser, least: int) -> None:
     worst = browser.run(CONTRAST)
     assert worst["texts"] > least
     assert worst["ratio"] >= 4.5, worst
+
+
+def assert_accessible(browser, file) -> None:
+    """Check a page with axe on a phone and on a desk; contrast is `assert_readable`'s."""
+    package = find_spec("axe_core_python")
+    if package is None or package.origin is None:
+        pytest.skip("axe-core-python is not installed")
+    axe = Path(package.origin).with_name("axe.min.js").read_text(encoding="utf-8")
+    browser.send("Page.setBypassCSP", enabled=True)
+    try:
+        for width in (400, 1280):
+            size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+            browser.send("Emulation.setDeviceMetricsOverride", **size)
+            browser.open(file)
+            browser.run(f"{axe};0")
+            found = browser.run(
+                "axe.run({rules: {'color-contrast': {enabled: false}}}).then((r) => r.violations)"
+            )
+            assert [(one["id"], [node["html"][:200] for node in one["nodes"]]) for one in found] == []
+            assert browser.run("document.documentElement.scrollWidth") == width
+    finally:
+        browser.send("Emulation.clearDeviceMetricsOverride")
+        browser.send("Page.setBypassCSP", enabled=False)
 
 
 def stands_alone(page: str) -> "Structure":
