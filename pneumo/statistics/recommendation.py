@@ -59,7 +59,7 @@ def _in_words(ratio: Interval) -> str:
 
 
 def _more_seeds(ranking: Ranking, rows: Sequence[RankedModel]) -> list[str]:
-    """Advice where an interval holds the limit, or where there is none."""
+    """Advice to run more seeds, where those there are do not tell whether a model is worse."""
     limit = 1 + MATERIAL
     lines = [
         f"More seeds: {row.model} has {_in_words(row.over_best)} times the MSE of {ranking.rows[0].model},"
