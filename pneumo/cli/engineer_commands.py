@@ -78,6 +78,7 @@ def study(
     from rich.console import Console
     from rich.progress import Progress
 
+    from pneumo.configuration.known_within import known_within
     from pneumo.engineer import own_study
     from pneumo.engineer.plants import catalogue_notes
     from pneumo.errors import InputError
@@ -91,7 +92,9 @@ def study(
     console = Console()
     with Progress(console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task("full-order runs and replays", total=own_study.simulated_time(chosen))
-        cells = own_study.run_study(chosen, threads, lambda seconds: bar.advance(line, seconds))
+        cells = own_study.run_study(
+            chosen, threads, lambda seconds: bar.advance(line, seconds), known_within(_configuration(files))
+        )
     rankings = own_study.rankings(cells)
     for note in catalogue_notes(chosen):
         console.print(note, markup=False)
