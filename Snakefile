@@ -6,7 +6,7 @@ import sys
 
 from snakemake.utils import min_version
 
-from pneumo.jobs.checked_study import checked_study, own_cylinders
+from pneumo.jobs.checked_study import checked_study, k_0_factors, own_cylinders
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made
 from pneumo.jobs.run_lock import take_run_lock
 
@@ -25,6 +25,7 @@ onstart:
 STUDY = checked_study(config, workflow.config_settings.configfiles, workflow.config_settings.config)
 TRANSPORTS = ["published", "exact"]
 OWN_CYLINDERS = own_cylinders(STUDY)  # of a study that is not the paper's
+K_0_FACTORS = k_0_factors(config)  # within which k_0 is known, by cylinder
 
 
 include: "workflow/rules/common.smk"

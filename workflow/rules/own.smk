@@ -11,6 +11,7 @@ rule own_cells:
     wildcard_constraints:
         cylinder=r"[A-Za-z][\w-]*",
     params:
+        k_0_factor=lookup("{cylinder}", within=K_0_FACTORS),
         code=code_behind("own_cells.py"),
     message:
         "Full-order runs and replays over seeds, cylinder {wildcards.cylinder}"
