@@ -136,6 +136,29 @@ def fit_table(fit: xr.Dataset) -> Table:
     return table
 
 
+def valve_text(fit: xr.Dataset) -> str:
+    """What the full-order fit says of the valve's command, or an empty text where there is none."""
+    if "full" not in fit["model"]:
+        return ""
+    parts: list[str] = []
+    for name, text, unit, factor in (
+        ("lag", "lag", "ms", KILO),
+        ("dead_time", "dead time", "ms", KILO),
+        ("null", "null offset", "V", 1.0),
+    ):
+        one = fit.sel(model="full", parameter=name)
+        best, low, high = (factor * one[key].item() for key in ("estimate", "low", "high"))
+        # These may be negative, and no lag is an end that the search has.
+        ends = " to ".join("open" if np.isnan(end) else f"{end:.2g}" for end in (low, high))
+        parts.append(f"{text} {best:.2g} {unit} ({ends})")
+    return f"valve, from the full order: {', '.join(parts)}"
+
+
+def warning_texts(fit: xr.Dataset) -> list[str]:
+    """Return the reasons not to believe a fit, one sentence each."""
+    return [text for text in str(fit.attrs.get("warnings", "")).split("\n") if text]
+
+
 def transient_text(transient: Transient) -> str:
     """Conductance from the transient of a closed chamber, on three lines."""
     tau = ends_text(transient.tau_low, transient.tau_high)
