@@ -40,10 +40,17 @@ CONTRAST = """
 })()
 """
 
+# Elements that scroll sideways and are no stop of the keyboard, and the right edge of what is said of tables.
+UNREACHED = """[...document.querySelectorAll('*')].filter((e) => e.scrollWidth > e.clientWidth + 1
+  && e.tabIndex < 0 && getComputedStyle(e).overflowX === 'auto').length"""
+RIGHT_EDGE = """Math.max(...[...document.querySelectorAll('caption span, figcaption')]
+  .map((e) => e.getBoundingClientRect().right))"""
+
 
 def assert_quiet(browser, file) -> None:
     """Check that a page just loaded asked for nothing but itself and complained of nothing."""
-    assert [url.split("?")[0] for url in browser.requests] == [file.as_uri()]
+    asked = [url.split("?")[0] for url in browser.requests if not url.startswith("data:")]
+    assert asked == [file.as_uri()]
     assert browser.console == []
 
 
@@ -75,6 +82,25 @@ def assert_accessible(browser, file) -> None:
     finally:
         browser.send("Emulation.clearDeviceMetricsOverride")
         browser.send("Page.setBypassCSP", enabled=False)
+
+
+def assert_readable_on_a_phone(browser, scheme: str, least: int, width: int = 420) -> None:
+    """Check contrast and width in a colour scheme; what is wider can be scrolled by keyboard."""
+    browser.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+    browser.send(
+        "Emulation.setDeviceMetricsOverride", width=width, height=740, deviceScaleFactor=2, mobile=True
+    )
+    try:
+        browser.wait(f"innerWidth === {width}")
+        assert_readable(browser, least)
+        assert browser.run("document.documentElement.scrollWidth") == width
+        dark = browser.run("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)"
+        assert dark == (scheme == "dark")
+        assert browser.run(UNREACHED) == 0
+        assert browser.run(RIGHT_EDGE) <= width
+    finally:
+        browser.send("Emulation.clearDeviceMetricsOverride")
+        browser.send("Emulation.setEmulatedMedia", features=[])
 
 
 def stands_alone(page: str) -> "Structure":

@@ -147,7 +147,7 @@ def fit(
     from pneumo.engineer.record import read_mapping, read_measurement
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page
-    from pneumo.publish.text.terminal_tables import fit_table, transient_text, valve_text, warning_texts
+    from pneumo.publish.text.terminal_tables import fit_tables, transient_text, valve_text, warning_texts
     from pneumo.storage.files import check_output, write_text
 
     if output is not None:
@@ -168,7 +168,8 @@ def fit(
     fitted = fit_measurement(
         measured, plant, names, held=held, part=part, progress=lambda text: typer.echo(text, err=True)
     )
-    Console().print(fit_table(fitted))
+    for table in fit_tables(fitted):
+        Console().print(table)
     for text in filter(None, [valve_text(fitted), *(f"warning: {text}" for text in warning_texts(fitted))]):
         typer.echo(text)
     start = default_conductance(plant.cylinder)

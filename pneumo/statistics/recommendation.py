@@ -71,9 +71,8 @@ def _range(robust: UnknownConductance) -> str:
     if not np.isfinite(robust.k_0):
         return f"where k_0 is known within a factor of {robust.factor:.2g}"
     low, high = robust.k_0 / robust.factor, robust.k_0 * robust.factor
-    return (
-        f"for k_0 from {low:.2g} to {high:.2g} W/K, a factor of {robust.factor:.2g} around {robust.k_0:.2g}"
-    )
+    around = f"a factor of {robust.factor:.2g} around {robust.k_0:.2g}"
+    return f"for k_0 from {low:.2g} to {high:.2g} W/K ({around})"
 
 
 def _in_words(ratio: Interval) -> str:

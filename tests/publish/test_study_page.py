@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from page_checks import assert_quiet, assert_readable_on_a_phone, in_chromium
 from paper_study import STUDY
 from ranked_cells import made, ranked
 from rich.console import Console
@@ -147,3 +148,14 @@ def test_tables_fit_a_terminal():
     assert "…" not in text and "temperature law" in text
     assert "1.25 (1.25 to 1.25)" in text  # on one line
     assert "k_0 = 0.15 W/K" in text and "worst" in text
+
+
+@in_chromium
+@pytest.mark.xdist_group("chromium")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_page_is_readable_on_a_phone_in_both_schemes(scheme, page, visit, tmp_path):
+    file = tmp_path / "study.html"
+    file.write_text(page, encoding="utf-8")
+    browser = visit(file)
+    assert_readable_on_a_phone(browser, scheme, 100)
+    assert_quiet(browser, file)

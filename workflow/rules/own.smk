@@ -28,6 +28,7 @@ rule own_page:
             "pneumo/publish/pages/templates/macros.html.j2",
             "pneumo/publish/pages/templates/study.html.j2",
             "pneumo/publish/pages/templates/page.css",
+            "pneumo/publish/pages/templates/engineer.css",
         ],
     output:
         page="results/study.html",

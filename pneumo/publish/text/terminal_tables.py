@@ -128,12 +128,20 @@ def fit_rows(fit: xr.Dataset) -> list[list[str]]:
     return rows
 
 
-def fit_table(fit: xr.Dataset) -> Table:
-    """Ranking, estimates and 95 per cent intervals of the fitted models."""
-    table = Table(*FIT_HEADS, title="Ranked by error on the part held out; in brackets 95 % intervals")
-    for row in fit_rows(fit):
-        table.add_row(*row)
-    return table
+def fit_tables(fit: xr.Dataset) -> list[Table]:
+    """Ranking with n and k_0, then valve and dead volumes, with 95 per cent intervals: 80 columns each."""
+    titles = "Ranked by rms error on the part held out; 95 % intervals", "Valve and dead volumes"
+    places = (0, 1, 2, 3, 4), (0, 5, 6, 7)
+    tables: list[Table] = []
+    for title, columns in zip(titles, places, strict=True):
+        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+        for place in columns:
+            head = FIT_HEADS[place].removeprefix("rms ").replace(" (", "\n(")
+            table.add_column(head, no_wrap=True)
+        for row in fit_rows(fit):
+            table.add_row(*(row[place] for place in columns))
+        tables.append(table)
+    return tables
 
 
 def valve_text(fit: xr.Dataset) -> str:
