@@ -218,6 +218,17 @@ def markdown(outcomes: Sequence[Outcome], models: Sequence[str]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def write(outcomes: Sequence[Outcome], models: Sequence[str], folder: Path) -> None:
+    """Write the table, and every case as JSON."""
+    folder.mkdir(exist_ok=True)
+    (folder / "fit_bench.md").write_text(markdown(outcomes, models), encoding="utf-8")
+    found: list[dict[str, Any]] = []
+    for one in outcomes:
+        ends = {name: [v if np.isfinite(v) else None for v in row] for name, row in one.found.items()}
+        found.append(one._asdict() | {"found": ends, "outside": one.outside, "wrong": one.wrong})
+    (folder / "fit_bench.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
 def main() -> None:
     """Judge records of every disturbance and write results/fit_bench.md and .json."""
     parser = argparse.ArgumentParser(description=main.__doc__)
@@ -236,6 +247,7 @@ def main() -> None:
         outcomes.append(one)
         verdict = "refused" if one.refused else f"wrong {one.wrong}, {len(one.warnings)} warnings"
         print(f"{one.disturbance} {one.seed}: {verdict} ({one.seconds:.1f} s)", flush=True)
+        write(outcomes, chosen.models, chosen.output)  # what is finished is kept
 
     for name in chosen.only or DISTURBANCES:
         for number in range(chosen.undisturbed if name == "none" else chosen.count):
@@ -243,12 +255,7 @@ def main() -> None:
     if not chosen.only:
         purpose = judged("none", chosen.seed, chosen.models, purpose_rig())
         add(purpose._replace(disturbance="32 x 200 mm, k_0 = 0.6 W/K"))
-    chosen.output.mkdir(exist_ok=True)
-    text = markdown(outcomes, chosen.models)
-    (chosen.output / "fit_bench.md").write_text(text, encoding="utf-8")
-    found = [one._asdict() | {"outside": one.outside, "wrong": one.wrong} for one in outcomes]
-    (chosen.output / "fit_bench.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    print(text)
+    print(markdown(outcomes, chosen.models))
 
 
 if __name__ == "__main__":

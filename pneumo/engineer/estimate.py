@@ -12,7 +12,6 @@ from pneumo.engineer.fit_doubts import (
     disagreements,
     equally_good,
     far_from_noise,
-    parameter_doubts,
     record_doubts,
 )
 from pneumo.engineer.fit_intervals import covariances, parameter_interval
@@ -134,9 +133,7 @@ def fit_measurement(
     ranked = sorted(fits, key=lambda name: float(np.mean(fits[name].held_out ** 2)))
     judged = FULL if FULL.name in fits else MODELS[ranked[0]]
     problem = Problem(judged, plant, first, {}, few)
-    warnings = record_doubts(problem, fits[judged.name].values)
-    warnings += parameter_doubts(problem, fits[judged.name])
-    warnings += disagreements(fits)
+    warnings = record_doubts(problem, fits[judged.name]) + disagreements(fits)
     result = dataset(measurement, {name: fits[name] for name in ranked}, split)
     alike = [name for name in equally_good(fits) if name != FULL.name]
     if len(alike) > 1:

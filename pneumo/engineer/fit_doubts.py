@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 BLOCK = 0.02  # s, over which white noise averages out
 COLOURED = 0.4  # rms of what is left and not white, over the sensor's noise, that noise does not explain
-FAR = 3.0  # the same, beyond which intervals mean nothing
+FAR = 1.0  # the same, beyond which intervals mean nothing
 EXPLAINED = 0.5  # rms with a cause over that without, below which the cause is named
+STEPS = 15  # of a search for a cause
 ON_BOUND = 0.01  # of the distance between the bounds
 VAGUE = 3.0  # upper over lower end of an interval that says little
 UNLIKELY = 2.0  # factor between a dead volume found and the configured one
@@ -35,6 +36,8 @@ NAMES = {
     "lag": "the valve's lag",
     "null": "the valve's null offset",
     "n": "n",
+    **{f"start_{c}": f"the first pressure of {c}" for c in "AB"},
+    **{f"start_T_{c}": f"the first temperature of {c}" for c in "AB"},
 }
 EXPLANATIONS = {
     "P_s": "a supply of {:.4g} kPa (configured: {:.4g})",
@@ -92,18 +95,20 @@ def far_from_noise(problem: Problem, theta: np.ndarray) -> bool:
     return any(one.coloured > FAR * one.noise for one in remainders(problem, theta))
 
 
-def record_doubts(problem: Problem, values: dict[str, float]) -> list[str]:
-    """Warn of pressures that a fit does not follow down to the noise, with the cause where one stands out."""
-    theta, name = problem.inner(values), problem.model.name
+def record_doubts(problem: Problem, found: "Estimate") -> list[str]:
+    """Warn of what a fit leaves beside noise, and of the cause or else of each odd parameter."""
+    theta, name = problem.inner(found.values), problem.model.name
     left = remainders(problem, theta)
-    result = [
+    symptoms = [
         f"P_{chamber}: {name} leaves {one.rms / 1e3:.3g} kPa, of which {one.coloured / 1e3:.2g} kPa are not"
         f" noise; the sensor's noise is {one.noise / 1e3:.2g} kPa: something in rig, record or configuration"
         " is not as assumed, and no parameter here is to be trusted"
         for chamber, one in zip("AB", left, strict=True)
         if one.unexplained
     ]
-    return [*result, *causes(problem, left)] if result and name == FULL.name else result
+    named = causes(problem, left) if symptoms and name == FULL.name else []
+    # With a wrong rig all parameters are odd: its cause says more.
+    return symptoms + (named or parameter_doubts(problem, found))
 
 
 def causes(problem: Problem, left: list[Remainder]) -> list[str]:
@@ -112,7 +117,7 @@ def causes(problem: Problem, left: list[Remainder]) -> list[str]:
     best, text = EXPLAINED * before, ""
     for cause in CAUSES:
         trial = problem._replace(noisy_inputs=(), free=(cause,))
-        found = fit(trial, tolerance=1e-3)
+        found = fit(trial, tolerance=1e-3, most=STEPS)
         after = problem.plant.conditions.P_s * float(np.sqrt(np.mean(found.residual**2)))
         if after < best:
             factor, configured = FACTORS[cause], trial.guess()[trial.names.index(cause)]
@@ -132,14 +137,14 @@ def parameter_doubts(problem: Problem, found: "Estimate") -> list[str]:
         margin = ON_BOUND * (most - least)
         free = name == "lag" and theta < most - margin  # no lag is no doubt
         if not (least + margin < theta < most - margin or free):
-            result.append(f"{NAMES.get(name, name)} is on the bound of the search: {_shown(name, values)}")
+            result.append(f"{NAMES[name]} is on the bound of the search: {_shown(name, values)}")
         elif PARAMETERS[name].logarithmic and name in low:
             width = high[name] / low[name]
             if not width < VAGUE:
                 remedy = (
                     f": {CLOSED_TEST}" if name == "k_0" else ": excite the cylinder more, or record longer"
                 )
-                result.append(f"this record does not determine {NAMES.get(name, name)}{remedy}")
+                result.append(f"this record does not determine {NAMES[name]}{remedy}")
         if name.startswith("V_d") and not 1 / UNLIKELY < values[name] / configured < UNLIKELY:
             result.append(
                 f"{NAMES[name]} comes out as {values[name] / configured:.2g} times the configured one:"
