@@ -18,11 +18,13 @@ def test_the_rig_imports_nothing_of_pneumo():
     assert modules == {"math", "typing", "numpy", "numba"}
 
 
-def test_a_shut_valve_and_a_wall_bring_the_air_back_to_the_surroundings():
-    # With no gain the valve stays shut: pressure follows volume, and nothing drives the piston but the rod.
-    rig = purpose_rig()._replace(null=0.0, coulomb=1e4)  # friction holds it
-    rows = bench_rig._run(rig, np.zeros(3001), 0.0, 0)
-    np.testing.assert_allclose(rows[-1, 2:], rig.P_0, rtol=1e-2)
+@pytest.mark.parametrize(
+    ("target", "ends"), [(10.0, (7e5, 101325.0)), (-10.0, (101325.0, 7e5)), (0.0, (5.6e5, 5.6e5))]
+)
+def test_chambers_of_a_held_piston_go_to_supply_and_atmosphere(target, ends):
+    held = purpose_rig()._replace(mass=1e9)
+    rows = bench_rig._run(held, np.full(5001, target), 1.0, 0)  # 5 s are many times m c_v / k
+    np.testing.assert_allclose(rows[-1, 2:], ends, rtol=1e-3)
 
 
 def test_records_differ_by_seed_and_stay_within_what_is_possible():

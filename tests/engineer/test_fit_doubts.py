@@ -63,7 +63,7 @@ def test_full_order_fit_gives_the_rig_back_and_nothing_is_doubted(sound, plant):
             lambda p: p._replace(conditions=p.conditions._replace(P_s=p.conditions.P_s + 1e5)),
             r"supply of 70\d",
         ),
-        (lambda p: p._replace(cylinder=p.cylinder._replace(A_B=p.cylinder.A_A)), r"area of 69\d .*rod"),
+        (lambda p: p._replace(cylinder=p.cylinder._replace(A_B=p.cylinder.A_A)), r"area of 691\.\d .*rod"),
     ],
 )
 def test_a_wrong_configuration_is_named_with_the_number_that_would_explain_the_record(plant, wrong, said):
@@ -107,9 +107,11 @@ def test_equally_good_models_that_disagree_are_named():
 def test_valve_signal_is_late_lags_and_keeps_the_integral():
     h, u = 1e-3, np.where(np.arange(400) < 100, 0.0, 2.0)
     t = h * np.arange(401)
-    np.testing.assert_allclose(valve_signal(u, h, dead_time=0.0, lag=0.0, null=0.0), u, atol=1e-6)
+    np.testing.assert_allclose(
+        valve_signal(u, h, dead_time=0.0, lag=0.0, null=0.0), u, atol=1e-5
+    )  # none is 1 ns
     late = valve_signal(u, h, dead_time=2.5e-3, lag=0.0, null=0.5)
-    np.testing.assert_allclose(late[100:104], [-0.5, -0.5, 0.5, 1.5])
+    np.testing.assert_allclose(late[100:104], [-0.5, -0.5, 0.5, 1.5], atol=1e-5)
     slow = valve_signal(u, h, dead_time=0.0, lag=5e-3, null=0.0)
     # Mean over each step of the exact response, 2 (1 - exp(-t/tau)) from 0.1 s on.
     from_step = np.maximum(t - 0.1, 0.0)
