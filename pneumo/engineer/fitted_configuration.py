@@ -8,6 +8,7 @@ import yaml
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.schema import Configuration
+from pneumo.engineer.fit_parameters import FULL
 from pneumo.errors import printable
 
 DIGITS = 6  # of the numbers written
@@ -41,9 +42,14 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
+def best_model(fit: xr.Dataset) -> str:
+    """Name of the first reduced model: the one to replay or export with what `fitted.yaml` has."""
+    return next(str(name) for name in fit["model"].values if name != FULL.name)
+
+
 def best_estimates(fit: xr.Dataset) -> dict[str, Found]:
-    """What the first model of a fit found, by parameter, in SI units."""
-    best = fit.isel(model=0)
+    """What the first reduced model of a fit found, by parameter, in SI units."""
+    best = fit.sel(model=best_model(fit))
     columns = (best[name].values.tolist() for name in ("estimate", "low", "high"))
     found = dict(zip(fit["parameter"].values.tolist(), map(Found, *columns), strict=True))
     return {name: one for name, one in found.items() if np.isfinite(one.value)}
@@ -108,10 +114,12 @@ def fitted_configuration(
     content["run"] = content.get("run", {}) | {"experiments": list(content["experiments"])}
     content.pop("levels", None)
     content["name"] = content["name"][: LONGEST_NAME - len(SUFFIX)] + SUFFIX
-    rms = float(np.sqrt(np.mean(fit["rms_held_out"].isel(model=0).values ** 2)))
+    model = best_model(fit)
+    rms = float(np.sqrt(np.mean(fit["rms_held_out"].sel(model=model).values ** 2)))
     heading = [
-        f"Cylinder {cylinder} as fitted to {printable(record)} by {fit['model'].values[0]}, which is off by"
+        f"Cylinder {cylinder} as fitted to {printable(record)} by {model}, which is off by"
         f" {rms / 1e3:.3g} kPa rms on the part held out.",
+        *(f"WARNING: {text}" for text in str(fit.attrs.get("warnings", "")).split("\n") if text),
         "Found, with 95 % intervals that do not contain what the model itself lacks:",
         *(f"  {note}" for note in notes),
     ]
