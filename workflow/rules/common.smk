@@ -23,4 +23,4 @@ def cylinders_of(wildcards):
 
 def number_of_plant(wildcards):
     """Number of a plant at work, from which its seeds are drawn."""
-    return AT_WORK.index(wildcards.plant)
+    return AT_WORK[wildcards.plant]
