@@ -114,7 +114,7 @@ def numbers(found: xr.Dataset) -> dict[str, str]:
         uses = (f"controller, {kind}, {sensors}" for kind in ("tracking", "following"))
         for kind, use in zip(("tracking", "following"), uses, strict=True):
             worst = right["loss"].sel(use=use, bound="estimate").max()
-            made[f"worst {kind} {sensors}"] = f"{100 * (worst.item() - 1):.0f}"
+            made[f"worst {kind} {sensors}"] = f"{100 * (worst.item() - 1):.1f}"
         at = slow.sel(control_sensors=sensors)
         geometric = np.exp(np.log(at).mean("plant"))
         made[f"slow {sensors}"] = "{:.0f} to {:.0f}".format(

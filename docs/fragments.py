@@ -40,7 +40,7 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def filled(text: str, made: Mapping[str, Mapping[str, str]]) -> str:
-    """A page with what stands between markers made anew, by kind and name; `KeyError` if a name is unknown."""
+    """A page with what stands between markers made anew; `KeyError` if a marker's name is unknown."""
 
     def fill(match: re.Match[str]) -> str:
         kind, name = match["kind"], match["name"]

@@ -184,12 +184,15 @@ def test_sentences_of_at_work_hold():
     controllers = [use for use in found["use"].values if use.startswith("controller")]
     assert set(right["cheapest"].sel(use=observers).values) == {"M7"}
     assert set(right["cheapest"].sel(use=controllers).values) == {"M1"}
+    assert all(
+        right["hardly_matters"].sel(use=use) == (use != "controller, following, none") for use in controllers
+    )
     low = right["mean_correlation"].sel(bound="low")
     assert all((low.sel(use=use) > 0.5) == ("closed" in use) for use in observers)
     following = right["mean_correlation"].sel(use="controller, following, none")
     assert following.sel(bound="high") < -0.5  # the wrong way round
     loss = right["loss"].sel(use="controller, following, none", bound="estimate")
-    assert loss["compared"].values[loss.argmin()] == "M1"
+    assert loss["compared"].values[loss.values.argmin()] == "M1"
     replays = right["replay_error"].sel(loop="open").mean("seed")
     assert set(replays["model"].values[np.argsort(replays.values)[:2]]) == {"M5", "M6"}
     errors = right["estimation_error"].sel(loop="closed").mean("seed")
