@@ -109,8 +109,9 @@ class Browser:
 
     def wait(self, condition: str) -> None:
         """Wait until a JavaScript expression is true."""
-        script = f"(resolve => (function look() {{({condition}) ? resolve(true) : setTimeout(look, 20)}})())"
-        waited = f"Promise.race([new Promise({script}), new Promise(end => setTimeout(end, {PATIENCE * 500}))])"
+        look = f"(function look() {{({condition}) ? resolve(true) : setTimeout(look, 20)}})()"
+        late = f"new Promise(end => setTimeout(end, {PATIENCE * 500}))"
+        waited = f"Promise.race([new Promise(resolve => {look}), {late}])"
         assert self.run(waited), f"never came true: {condition}"
 
     def press(self, key: str, code: int, text: str = "") -> None:

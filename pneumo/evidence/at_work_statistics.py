@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from pneumo.physics.models import MODELS
 from pneumo.statistics.intervals import CONFIDENCE, student_interval
 
 RESAMPLINGS, RESAMPLING_SEED = 1000, 49
@@ -40,11 +41,8 @@ USES = {
 
 def carried_at(cells: xr.Dataset, factor: float) -> xr.Dataset:
     """Cells of the models that carry k_0 times a factor, and of those that carry none, by model."""
-    walled = (cells["model"].groupby("model").count() > 1).to_series()
-    own = [
-        bool(k == factor or not walled[name])
-        for k, name in zip(cells["k_0_factor"].values, cells["model"].values, strict=True)
-    ]
+    pairs = list(zip(cells["k_0_factor"].values, cells["model"].values, strict=True))
+    own = [k == factor or MODELS[name].wall == "none" for k, name in pairs]
     found = cells.isel(carried=np.flatnonzero(own))
     return found.drop_vars("k_0_factor").swap_dims(carried="model").drop_vars("carried")
 
