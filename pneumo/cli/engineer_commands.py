@@ -34,12 +34,18 @@ def _study(files: list[Path] | None) -> "Study":
     return study(load(*(files or [PAPER])))
 
 
-def init(file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml")) -> None:
+def init(
+    file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml"),
+    table: Annotated[bool, typer.Option("--table", help="with a table (CSV) of cylinders beside it")] = False,
+) -> None:
     """Write a commented configuration of a cylinder of one's own, to edit for `pneumo study`."""
-    from pneumo.engineer.cylinder_template import write_template
+    from pneumo.engineer.cylinder_template import write_table_template, write_template
 
+    if table:
+        rows = write_table_template(file)
+        return typer.echo(f"{file}, {rows}: written; edit them, then: snakemake -j2 --configfile {file}")
     write_template(file)
-    typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
+    return typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
 
 
 def check(files: Files) -> None:
