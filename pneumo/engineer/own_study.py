@@ -92,7 +92,7 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
     model, n, chamber); where `traced`, the first samples of all pressures.
     """
     recording = record(experiment)
-    stride = experiment.pressure_stride
+    stride = experiment.pressure_stride if traced else experiment.steps
     cells = replayed_grid(experiment, n, recording, EXACT_TRANSPORT, stride)
     pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
     wrong_k_0 = mse_of_wrong_k_0(experiment, n, recording)
@@ -112,19 +112,23 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
 
 
 def run_study(
-    study: Study, threads: int, progress: Callable[[float], None] = lambda _seconds: None
+    study: Study,
+    threads: int,
+    progress: Callable[[float], None] = lambda _seconds: None,
+    *,
+    traced: bool = True,
 ) -> xr.Dataset:
     """Cells of every experiment of a study, run with several seeds; a signal that is not random runs once.
 
-    The variables of `one_run` by (experiment, run, ...), whatever the number of threads; traces of each
-    experiment's first run; `time_constant`, s, and `duration`, s, by experiment. `progress` is called after
-    each run with its simulated time, s.
+    The variables of `one_run` by (experiment, run, ...), whatever the number of threads; where `traced`,
+    traces of each experiment's first run; `time_constant`, s, and `duration`, s, by experiment. `progress` is
+    called after each run with its simulated time, s.
     """
 
     def work(item: tuple[Experiment, int]) -> xr.Dataset:
         e, seed = item
         experiment = e._replace(excitation=e.excitation._replace(seed=seed))
-        cells = one_run(experiment, study.n, traced=seed == e.excitation.seed)
+        cells = one_run(experiment, study.n, traced=traced and seed == e.excitation.seed)
         progress(e.steps * e.h)
         return cells
 

@@ -1,0 +1,27 @@
+"""Run and rank every cylinder of a block."""
+
+from pathlib import Path
+from typing import Any
+
+from pneumo.configuration.parameters import study, validated
+from pneumo.engineer.fleet import run_block
+from pneumo.jobs.wrapper import run_job
+from pneumo.storage.files import attributes, write
+from pneumo.storage.grid_layout import same_at_every_n
+
+
+def main(content: dict[str, Any], cells: Path, threads: int, code: str) -> None:
+    configured = study(validated(content, []))
+    block = run_block(configured, threads, lambda cylinder: print(f"{cylinder}: done", flush=True))
+    about = attributes(
+        f"Reduced models on {block.sizes['cylinder']} cylinders of {configured.name}",
+        "Error of every model at every n against full-order runs over several seeds, and rankings",
+        configured.config_sha256,
+        code,
+        comment=same_at_every_n(),
+        transport="exact",
+    )
+    write(block, cells, about)
+
+
+run_job(main, globals())
