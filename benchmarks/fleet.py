@@ -5,7 +5,6 @@ seeds, the ten models at nine n. Times are of the processor, so that another loa
 """
 
 import argparse
-import csv
 import os
 import re
 import subprocess
@@ -15,8 +14,8 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from pneumo.engineer.cylinder_template import write_table_template
 from tests.checkout import copy_checkout
+from tests.fleet import SHORT, write_fleet
 
 NODES, CORES = 100, 4  # of the estimate: a job of the Slurm profile has a node's four cores
 LARGEST = 10_000
@@ -51,21 +50,6 @@ def snakemake(folder: Path, *arguments: str) -> Cost:
     return Cost(wall, cpu, usage.ru_maxrss / 1e3, int(total.group(1)) if total else 0)
 
 
-def write_fleet(folder: Path, count: int) -> None:
-    """Write a table: the first row of that to begin with, each with a stroke and a seed of its own."""
-    for name in ("fleet.yaml", "fleet.csv"):
-        (folder / name).unlink(missing_ok=True)
-    table = write_table_template(folder / "fleet.yaml")
-    with table.open(encoding="utf-8", newline="") as file:
-        first = next(csv.DictReader(file))
-    with table.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(first))
-        writer.writeheader()
-        for i in range(count):
-            own = {"name": f"c{i:05}", "stroke_mm": 80 + i % 400, "seed": i + 1}
-            writer.writerow(first | own)
-
-
 def size_of(folder: Path, pattern: str) -> int:
     """Bytes of all files that fit a pattern."""
     return sum(file.stat().st_size for file in folder.glob(pattern))
@@ -89,8 +73,8 @@ def main() -> None:
         print("\n| cylinders run | core-seconds each | in all (s) | blocks (kB each) | index (kB each) |")
         print("|---|---|---|---|---|")
         if options.run:  # compile first
-            write_fleet(folder, 1)
-            snakemake(folder, "--config", "run={duration_limit_s: 0.3}")
+            write_fleet(folder, 1, SHORT)
+            snakemake(folder)
         each = 0.0
         for count in options.run:
             write_fleet(folder, count)

@@ -33,7 +33,6 @@ NOT_RUN = {
     "uv pip install": "needs the network",
     "snakemake --profile": "needs Slurm; `make slurm-test` runs it",
     "pneumo study --from": "needs the results of a fleet; a test of the workflow runs it",
-    "python -m benchmarks.fleet": "takes many minutes",
 }
 UNKNOWN = "pneumo paper explain T7.M11.mse"
 INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -16,8 +16,8 @@ SECONDS_PER_STEP = (
     2e-6  # of one core, for each n of the grid, all models; docs/cluster.md has what was measured
 )
 LEAKING = 20.0  # times as long where closed paths of the valve leak
-MARGIN, START = 3.0, 120.0  # over what is expected; s, to import and to compile
-BYTES_PER_STEP, MEMORY = 500, 600  # of the longest run, for each thread; MB, of the process
+MARGIN, START = 3.0, 300.0  # over what is expected; s, to import and to compile
+BYTES_PER_STEP, MEMORY = 500, 1000  # of the longest run, for each thread; MB, of the process
 
 
 class Fleet(NamedTuple):
