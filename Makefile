@@ -7,11 +7,13 @@ SHELL := bash
 PYTHON ?= python3.11
 JOBS ?= 2
 MODULES ?= physics/valve statistics/averages
+COUNT ?= 3
+UNDISTURBED ?= 20
 
 activate := . .venv/bin/activate
 unexport PYTHONDONTWRITEBYTECODE # else every job would compile all that it imports
 
-.PHONY: help reproduce test test-all soak coverage docs lint bench crate crosscheck fuzz mutations torture determinism slurm-test wheel lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage docs lint bench fit-bench crate crosscheck fuzz mutations torture determinism slurm-test wheel lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -106,6 +108,11 @@ bench: .venv/.dev  ## measure speed against other means, and the whole study's t
 	@echo "== bench: benchmarks/bench.py (some 5 minutes; leave the machine alone meanwhile)"
 	$(activate)
 	python -m benchmarks.bench
+
+fit-bench: .venv/.dev  ## judge `pneumo fit` on random benches with known truth, COUNT of each disturbance (3), into results/fit_bench.md
+	@echo "== fit-bench: benchmarks/fit_bench.py (10 minutes)"
+	$(activate)
+	python -m benchmarks.fit_bench --count $(COUNT) --undisturbed $(UNDISTURBED)
 
 wheel: .venv/.dev  ## build sdist and wheel into dist/; try every engineer's command of the wheel in an empty environment
 	@echo "== wheel: dist/, then pytest tests/test_wheel.py"

@@ -8,7 +8,7 @@ from functools import cache
 from snakemake.utils import min_version
 
 from pneumo.configuration.parameters import validated
-from pneumo.jobs.checked_study import checked_study, own_cylinders
+from pneumo.jobs.checked_study import checked_study, k_0_factors, own_cylinders
 from pneumo.jobs.fleet_plan import checked_fleet, need
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made
 from pneumo.jobs.run_lock import take_run_lock
@@ -41,6 +41,7 @@ else:
     STUDY = checked_study(config, SETTINGS.configfiles, SETTINGS.config)
     TRANSPORTS = ["published", "exact"]
     OWN_CYLINDERS = own_cylinders(STUDY)  # of a study that is not the paper's
+    K_0_FACTORS = k_0_factors(config)  # within which k_0 is known, by cylinder
 
     include: "workflow/rules/study.smk"
 

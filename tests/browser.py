@@ -12,7 +12,7 @@ from typing import Any
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
-PATIENCE = 60  # s
+PATIENCE = 300  # s, on a busy machine
 
 
 class Browser:
@@ -110,7 +110,9 @@ class Browser:
     def wait(self, condition: str) -> None:
         """Wait until a JavaScript expression is true."""
         script = f"(resolve => (function look() {{({condition}) ? resolve(true) : setTimeout(look, 20)}})())"
-        waited = f"Promise.race([new Promise({script}), new Promise(end => setTimeout(end, {PATIENCE * 500}))])"
+        waited = (
+            f"Promise.race([new Promise({script}), new Promise(end => setTimeout(end, {PATIENCE * 500}))])"
+        )
         assert self.run(waited), f"never came true: {condition}"
 
     def press(self, key: str, code: int, text: str = "") -> None:

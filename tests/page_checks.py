@@ -1,6 +1,8 @@
 """What tests of several pages look at: structure, contrast, and Chromium where there is one."""
 
 from html.parser import HTMLParser
+from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 from browser import CHROMIUM
@@ -38,10 +40,17 @@ CONTRAST = """
 })()
 """
 
+# Elements that scroll sideways and are no stop of the keyboard, and the right edge of what is said of tables.
+UNREACHED = """[...document.querySelectorAll('*')].filter((e) => e.scrollWidth > e.clientWidth + 1
+  && e.tabIndex < 0 && getComputedStyle(e).overflowX === 'auto').length"""
+RIGHT_EDGE = """Math.max(...[...document.querySelectorAll('caption span, figcaption')]
+  .map((e) => e.getBoundingClientRect().right))"""
+
 
 def assert_quiet(browser, file) -> None:
     """Check that a page just loaded asked for nothing but itself and complained of nothing."""
-    assert [url.split("?")[0] for url in browser.requests] == [file.as_uri()]
+    asked = [url.split("?")[0] for url in browser.requests if not url.startswith("data:")]
+    assert asked == [file.as_uri()]
     assert browser.console == []
 
 
@@ -50,6 +59,48 @@ def assert_readable(browser, least: int) -> None:
     worst = browser.run(CONTRAST)
     assert worst["texts"] > least
     assert worst["ratio"] >= 4.5, worst
+
+
+def assert_accessible(browser, file) -> None:
+    """Check a page with axe on a phone and on a desk; contrast is `assert_readable`'s."""
+    package = find_spec("axe_core_python")
+    if package is None or package.origin is None:
+        pytest.skip("axe-core-python is not installed")
+    axe = Path(package.origin).with_name("axe.min.js").read_text(encoding="utf-8")
+    browser.send("Page.setBypassCSP", enabled=True)
+    try:
+        for width in (400, 1280):
+            size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+            browser.send("Emulation.setDeviceMetricsOverride", **size)
+            browser.open(file)
+            browser.run(f"{axe};0")
+            found = browser.run(
+                "axe.run({rules: {'color-contrast': {enabled: false}}}).then((r) => r.violations)"
+            )
+            assert [(one["id"], [node["html"][:200] for node in one["nodes"]]) for one in found] == []
+            assert browser.run("document.documentElement.scrollWidth") == width
+    finally:
+        browser.send("Emulation.clearDeviceMetricsOverride")
+        browser.send("Page.setBypassCSP", enabled=False)
+
+
+def assert_readable_on_a_phone(browser, scheme: str, least: int, width: int = 420) -> None:
+    """Check contrast and width in a colour scheme; what is wider can be scrolled by keyboard."""
+    browser.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+    browser.send(
+        "Emulation.setDeviceMetricsOverride", width=width, height=740, deviceScaleFactor=2, mobile=True
+    )
+    try:
+        browser.wait(f"innerWidth === {width}")
+        assert_readable(browser, least)
+        assert browser.run("document.documentElement.scrollWidth") == width
+        dark = browser.run("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)"
+        assert dark == (scheme == "dark")
+        assert browser.run(UNREACHED) == 0
+        assert browser.run(RIGHT_EDGE) <= width
+    finally:
+        browser.send("Emulation.clearDeviceMetricsOverride")
+        browser.send("Emulation.setEmulatedMedia", features=[])
 
 
 def stands_alone(page: str) -> "Structure":

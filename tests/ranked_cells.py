@@ -11,8 +11,11 @@ N = [1.2, 1.3, 1.4]
 LEVEL = dict(zip(MODELS, (900, 80, 100, 3000, 20, 8, 6, 3, 2.5, 2.4), strict=True))
 
 
-def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e6):
-    """Cells with a given MSE for each model at n = `best`, more elsewhere, and noise that models share."""
+def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e6, ends=(1.0, 1.0)):
+    """Cells with a given MSE for each model at n = `best`, more elsewhere, and noise that models share.
+
+    With walls, it is as many times that as `ends` say where the cylinder's k_0 is the lowest or the highest.
+    """
     rng = np.random.default_rng(1)
     shape = (len(experiments), runs, len(MODELS), len(N), 2)
     common = np.exp(noise * rng.standard_normal((len(experiments), runs, 1, 1, 1)))
@@ -23,14 +26,22 @@ def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e
         if not model.has_n:
             values[:, :, i] = values[:, :, i, :1]
     dims = ("experiment", "run", "model", "n", "chamber")
-    wrong = np.stack([values * 2, values * 3])
+    walled = np.array([model.wall != "none" for model in MODELS.values()])[:, None, None]
+    wrong = np.stack([np.where(walled, values * times, values) for times in ends])
     meanings = {"flag_meanings": "ok diverged"}
-    data = {"mse": (dims, values), "mse_of_wrong_k_0": (("k_0_factor", *dims), wrong)}
+    data = {"mse": (dims, values), "mse_of_wrong_k_0": (("k_0_end", *dims), wrong)}
+    data["mse_of_right_k_0"] = (("k_0_end", *dims), np.stack([values, values]))
     data["run_status"] = (dims[:2], np.zeros(shape[:2], np.int8), meanings)
     data["run_failure_time"] = (dims[:2], np.full(shape[:2], np.nan))
-    for name, value in {"random": np.int8(1), "duration": 20.0, "time_constant": 0.7}.items():
+    for name, value in {
+        "random": np.int8(1),
+        "duration": 20.0,
+        "time_constant": 0.7,
+        "k_0_factor": 2.0,
+    }.items():
         data[name] = ("experiment", np.full(len(experiments), value))
-    coords = {"experiment": list(experiments), "model": list(MODELS), "n": N, "k_0_factor": [0.5, 2.0]}
+    coords = {"experiment": list(experiments), "model": list(MODELS), "n": N, "k_0_end": ["low", "high"]}
+    coords["k_0"] = ("experiment", np.full(len(experiments), 0.3))
     coords["cylinder"] = ("experiment", ["mine"] * len(experiments))
     coords["seed"] = (dims[:2], np.arange(np.prod(shape[:2])).reshape(shape[:2]))
     return xr.Dataset(data, coords)

@@ -35,11 +35,12 @@ def test_named_files_and_folders_links_and_pictures_exist():
     assert [name for name in sorted(names) if not (ROOT / name).exists()] == []
     for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", README):
         assert (ROOT / target).exists(), target
-    # Made by tests/report_picture.py; its bytes are a browser's.
-    picture = (ROOT / "paper/readme/report.png").read_bytes()
-    assert picture[1:4] == b"PNG" and int.from_bytes(picture[16:20], "big") == 1200
-    assert len(picture) < 300_000
-    assert "(paper/readme/report.png)" in README
+    # Made by tests/readme_pictures.py; their bytes are a browser's.
+    for name in ("report", "live"):
+        picture = (ROOT / f"paper/readme/{name}.png").read_bytes()
+        assert picture[1:4] == b"PNG" and int.from_bytes(picture[16:20], "big") == 1200
+        assert len(picture) < 300_000
+        assert f"(paper/readme/{name}.png)" in README
 
 
 def test_the_ten_models_are_those_of_the_table():

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from pneumo.configuration.experiment import Study
+    from pneumo.configuration.schema import Configuration
 
 PAPER = Path("config/paper.yaml")  # in a checkout
 Files = Annotated[list[Path], typer.Argument(help="configuration, later files override earlier ones")]
@@ -27,13 +28,19 @@ ConductanceOption = Annotated[
 ]
 
 
-def _study(files: list[Path] | None) -> "Study":
-    from pneumo.configuration.parameters import load, study
+def _configuration(files: list[Path] | None) -> "Configuration":
+    from pneumo.configuration.parameters import load
     from pneumo.errors import InputError
 
     if not files and not PAPER.exists():
         raise InputError("name a configuration with --config; `pneumo init` writes one")
-    return study(load(*(files or [PAPER])))
+    return load(*(files or [PAPER]))
+
+
+def _study(files: list[Path] | None) -> "Study":
+    from pneumo.configuration.parameters import study
+
+    return study(_configuration(files))
 
 
 def init(
@@ -92,6 +99,7 @@ def study(
     from rich.console import Console
     from rich.progress import Progress
 
+    from pneumo.configuration.known_within import known_within
     from pneumo.engineer import own_study
     from pneumo.publish.pages.study_page import check_folder
 
@@ -101,7 +109,9 @@ def study(
     check_folder(folder)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task("full-order runs and replays", total=own_study.simulated_time(chosen))
-        cells = own_study.run_study(chosen, threads, lambda seconds: bar.advance(line, seconds))
+        cells = own_study.run_study(
+            chosen, threads, lambda seconds: bar.advance(line, seconds), known_within(_configuration(files))
+        )
     return _tell(chosen, cells, folder)
 
 
@@ -159,26 +169,31 @@ def fit(
         Literal["A", "B"] | None, typer.Option(help="instead: k_0 from the transient of this closed chamber")
     ] = None,
     closed_from: Annotated[float, typer.Option(min=0.0, help="when that is closed, s")] = 0.0,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for fit.html, fit.nc")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="folder for fit.html, fit.nc, fitted.yaml")
+    ] = None,
 ) -> None:
     """Fit models to a measurement: k_0, n, valve coefficient, dead volumes; ranked on a part held out."""
     from rich.console import Console
 
     from pneumo.catalogue import default_conductance
+    from pneumo.configuration.parameters import study
     from pneumo.engineer.closed_chamber import transient
     from pneumo.engineer.confused_columns import check_columns
     from pneumo.engineer.estimate import fit_measurement, save_fit
+    from pneumo.engineer.fitted_configuration import fitted_configuration
     from pneumo.engineer.model_rate import model_row
     from pneumo.engineer.plants import configured_plant
     from pneumo.engineer.record import read_mapping, read_measurement
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page
-    from pneumo.publish.text.terminal_tables import fit_table, transient_text
+    from pneumo.publish.text.terminal_tables import fit_tables, transient_text, valve_text, warning_texts
     from pneumo.storage.files import check_output, write_text
 
     if output is not None:
         check_output(output)
-    configured = _study(config)
+    configuration = _configuration(config)
+    configured = study(configuration)
     plant = configured_plant(configured, cylinder, 1.0)
     names = [model_row(name).name for name in model or MODELS]
     mapping = read_mapping(columns) if columns else None
@@ -193,14 +208,20 @@ def fit(
     fitted = fit_measurement(
         measured, plant, names, held=held, part=part, progress=lambda text: typer.echo(text, err=True)
     )
-    Console().print(fit_table(fitted))
+    for table in fit_tables(fitted):
+        Console().print(table)
+    for text in filter(None, [valve_text(fitted), *(f"warning: {text}" for text in warning_texts(fitted))]):
+        typer.echo(text)
     start = default_conductance(plant.cylinder)
     ends = f"95 % of such cylinders {start.k_0_low:.2g} to {start.k_0_high:.2g}"
     typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})")
     if output is not None:
         save_fit(fitted, configured.config_sha256, output / "fit.nc")
         write_text(fit_page(fitted, measurement.name), output / "fit.html")
-        typer.echo(f"written to {output / 'fit.html'} and {output / 'fit.nc'}")
+        named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
+        found = fitted_configuration(configuration, named, plant, fitted, measurement.name, T=measured.T)
+        write_text(found, output / "fitted.yaml")
+        typer.echo(f"{output / 'fit.html'}, {output / 'fit.nc'} and {output / 'fitted.yaml'}: written")
     return None
 
 

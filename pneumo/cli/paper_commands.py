@@ -118,7 +118,10 @@ def identify(
         "results/identification.nc"
     ),
 ) -> None:
-    """Find M, k_f, stop, amplitudes and transport from Tables 5, 7 and 9, without a starting hint."""
+    """Find mass, friction, stop, amplitudes and how replays read samples from Tables 5, 7 and 9.
+
+    Searches from wide bounds, without a starting value.
+    """
     import time
 
     from rich.console import Console

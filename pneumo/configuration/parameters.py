@@ -127,13 +127,25 @@ def _gas(section: GasSection, cylinder: CylinderSection) -> Gas:
     return Gas(R, gamma, sonic, critical)
 
 
+def _area_per_conductance(gas: Gas) -> float:
+    """Area, m^2, through which the sonic branch of eq (1) carries what 1 dm^3/(s bar) does.
+
+    Choked, that is C rho_ref P_u sqrt(T_ref/T_u) by ISO 6358.
+    """
+    return SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / gas.sonic_coefficient
+
+
+def sonic_conductance(valve: Valve, gas: Gas) -> float:
+    """Sonic conductance C of a valve fully open, dm^3/(s bar)."""
+    return valve.k_xu * valve.u_max / _area_per_conductance(gas)
+
+
 def _valve(section: CylinderSection, gas: Gas) -> Valve:
     catalogue, u_max = section.valve, section.u_max_V
     if catalogue is None:
         assert section.k_x_k_u_m2_per_V is not None
         return Valve(section.k_x_k_u_m2_per_V, u_max)
-    # Choked, C rho_ref P_u sqrt(T_ref/T_u) of ISO 6358 is the sonic branch of eq (1) through this area.
-    area = SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / gas.sonic_coefficient  # per dm^3/(s bar)
+    area = _area_per_conductance(gas)
     k_xu = catalogue.C_dm3_per_sbar * area / u_max
     return Valve(k_xu, u_max, exhaust=catalogue.exhaust_ratio, leak=catalogue.leak_dm3_per_sbar * area)
 

@@ -188,6 +188,13 @@ class CylinderSection(_Section):
     )
     valve: ValveSection | None = Field(None, description="a valve by its catalogue")
     u_max_V: Number = Field(gt=0, le=1000, description="limit of the command")
+    # Left out of hashes where it is not given: they are those of configurations from before it.
+    k_0_factor: Annotated[Number, Field(ge=1, le=100)] | None = Field(
+        None,
+        exclude_if=lambda value: value is None,
+        description="pneumo study: factor within which k_0 of its experiments is known; 2 if left out, or"
+        " that of the catalogue where they take k_0 from there",
+    )
     seed: Count = Field(ge=0, lt=2**32, description="seed of the Random Number block")
     sample_time_s: Number = Field(gt=0, le=1000, description="time between draws")
     open_loop: OpenLoopSection | None = Field(None, description="for experiments in open loop")

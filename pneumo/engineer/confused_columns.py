@@ -28,7 +28,10 @@ def corrected(m: Measurement, P_atm: float) -> dict[str, Measurement]:
         flows = "columns m_A and m_B"
         result[f"{flows} seem to have the wrong sign: positive flows into the chamber"] = m._replace(m=-m.m)
         result[f"{flows} look swapped"] = m._replace(m=m.m[::-1])
-    gauge = "columns P_A and P_B seem to be gauge pressures: a gauge's unit is written bar(g) or kPa(g)"
+    gauge = (
+        "columns P_A and P_B seem to be gauge pressures (a gauge's unit is written bar(g) or kPa(g)),"
+        " or P_s_Pa an atmosphere too high"
+    )
     return result | {gauge: m._replace(P=m.P + P_atm)}
 
 

@@ -57,7 +57,8 @@ WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "l
 def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) -> list[Equation]:
     """Equations of one chamber by a model, or by the full order where that is None.
 
-    They need (u, x, v, P, area), all counted outward, the full order also T; m in place of u without valve.
+    They need (u, x, v, P, area), the full order also T; the mass flow m in place of u without valve. u, m, x
+    and v are positive where they fill or enlarge this chamber.
     """
     gas, restrictions, c, cylinder, k_0 = plant
     g, A_q0, every = gas.gamma, heat_area(0.0, cylinder), list[Equation]()

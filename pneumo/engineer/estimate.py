@@ -8,18 +8,25 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Plant
+from pneumo.engineer.fit_doubts import (
+    disagreements,
+    equally_good,
+    far_from_noise,
+    record_doubts,
+)
 from pneumo.engineer.fit_intervals import covariances, parameter_interval
-from pneumo.engineer.fit_parameters import PARAMETERS, Problem, replayed_pressures
+from pneumo.engineer.fit_parameters import CAUSES, FULL, OF_VALVE, PARAMETERS, Problem, replayed_pressures
 from pneumo.engineer.least_squares import descend, fit
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
+from pneumo.engineer.valve_signal import behind_valve
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, Model
 from pneumo.storage.files import attributes, write
 
 PART = 0.6  # of the record that is fitted
 FLOW = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
-REPORTED = tuple(name for name in PARAMETERS if not name.startswith("start"))
+REPORTED = tuple(name for name in PARAMETERS if not name.startswith("start") and name not in CAUSES)
 
 
 class Estimate(NamedTuple):
@@ -100,14 +107,39 @@ def fit_measurement(
         plant = plant._replace(conditions=plant.conditions._replace(T_amb=m.T, T_in=m.T, T_0=m.T))
     record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
     split = split_of(record, part)
-    noisy_inputs = with_added_noise(record.part(0, split))
+    first = record.part(0, split)
+    noisy_inputs = with_added_noise(first)
+    few = noisy_inputs[: 2 * FEW_PAIRS]
     fits: dict[str, Estimate] = {}
+
+    def add(
+        model: Model, signals: StageSignals, noisy: Sequence[np.ndarray], named: Iterable[str] = REPORTED
+    ) -> None:
+        fits[model.name] = estimate(model, plant, signals, noisy_inputs=noisy, intervals=named, part=part)
+        rms = np.sqrt(np.mean(fits[model.name].held_out ** 2))
+        progress(f"{model.name}: rms {rms / 1e3:.3g} kPa on the part held out")
+
+    valve = plant.valve
+    opened = record
+    if m.m is None and not (valve.leak or valve.laminar):
+        plain = Problem(FULL, plant, first, {})
+        add(FULL, record, few, () if far_from_noise(plain, fit(plain).theta) else REPORTED)
+        # The reduced models get the valve's opening as the full order found it.
+        at = {name: fits[FULL.name].values[name] for name in OF_VALVE}
+        opened = record._replace(inputs=behind_valve(record.inputs, record.h, at))
+        noisy_inputs = [behind_valve(inputs, record.h, at) for inputs in noisy_inputs]
     for name in models:
-        fits[name] = estimate(MODELS[name], plant, record, noisy_inputs=noisy_inputs, part=part)
-        rms = np.sqrt(np.mean(fits[name].held_out ** 2))
-        progress(f"{name}: rms {rms / 1e3:.3g} kPa on the part held out")
+        add(MODELS[name], opened, noisy_inputs)
     ranked = sorted(fits, key=lambda name: float(np.mean(fits[name].held_out ** 2)))
-    return dataset(measurement, {name: fits[name] for name in ranked}, split)
+    judged = FULL if FULL.name in fits else MODELS[ranked[0]]
+    problem = Problem(judged, plant, first, {}, few)
+    warnings = record_doubts(problem, fits[judged.name]) + disagreements(fits)
+    result = dataset(measurement, {name: fits[name] for name in ranked}, split)
+    alike = [name for name in equally_good(fits) if name != FULL.name]
+    if len(alike) > 1:
+        note = f"this record cannot tell {', '.join(alike)} apart: their errors held out are alike"
+        result.attrs["notes"] = "\n".join([*measurement.notes, note])
+    return result.assign_attrs(warnings="\n".join(warnings))
 
 
 def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> xr.Dataset:
@@ -147,7 +179,9 @@ def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> 
             "t": measurement.t,
         },
     )
-    return result.assign_attrs(held_out_from=float(measurement.t[split]), notes="\n".join(measurement.notes))
+    return result.assign_attrs(
+        held_out_from=float(measurement.t[split]), notes="\n".join(measurement.notes), warnings=""
+    )
 
 
 def save_fit(fits: xr.Dataset, config_sha256: str, path: Path) -> None:

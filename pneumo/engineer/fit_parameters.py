@@ -13,8 +13,10 @@ import numpy as np
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.stage_signals import StageSignals
+from pneumo.engineer.valve_signal import valve_signal
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.models import WALL_LAWS, Model, lane, lane_array
+from pneumo.simulation.chambers_on_inputs import full_order_chamber
 from pneumo.simulation.given_inputs import pressures_on_flows, pressures_on_inputs
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
@@ -46,7 +48,23 @@ PARAMETERS = {
     "V_d_B": Parameter("m3", 0.02, 50.0, relative=True),
     "start_A": Parameter("Pa", 0.1, 3.0, relative=True),  # of P_0
     "start_B": Parameter("Pa", 0.1, 3.0, relative=True),
+    # Of the full order only; models take the first three of them from its fit.
+    "lag": Parameter("s", 0.0, 0.05, logarithmic=False),
+    "dead_time": Parameter("s", -0.02, 0.05, logarithmic=False),
+    "null": Parameter("V", -0.1, 0.1, relative=True, logarithmic=False),  # of u_max
+    "start_T_A": Parameter("K", 0.7, 1.4, relative=True),  # of T_0
+    "start_T_B": Parameter("K", 0.7, 1.4, relative=True),
+    # Fitted only where `Problem.free` names them: what may be wrong where nothing else explains a record.
+    "P_s": Parameter("Pa", 0.5, 2.0, relative=True),
+    "exhaust": Parameter("1", 0.2, 5.0),
+    "A_B": Parameter("m2", 0.5, 2.0, relative=True),
+    "offset_A": Parameter("Pa", -1e5, 1e5, logarithmic=False),
+    "offset_B": Parameter("Pa", -1e5, 1e5, logarithmic=False),
 }
+CAUSES = ("P_s", "exhaust", "A_B", "offset_A", "offset_B")
+OF_VALVE = ("lag", "dead_time", "null")
+# The full-order chambers, as a row of the table of models; their temperature is a state.
+FULL = Model("full", "gamma", "gamma", "gamma", "constant", True, "lambda A_q")
 
 
 def _without_chamber(name: str) -> str:
@@ -61,18 +79,24 @@ class Problem(NamedTuple):
     signals: StageSignals
     fixed: dict[str, float]  # parameters that are not fitted, in SI units
     noisy_inputs: Sequence[np.ndarray] = ()  # from `with_added_noise`; empty for plain least squares
+    free: tuple[str, ...] = ()  # of `CAUSES`, fitted too; of the full order only
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the fitted parameters."""
         wall, measured = self.model.wall != "none", self.signals.flow is not None
+        full = self.model.name == FULL.name
         needed = {"n": self.model.has_n, "k_0": wall, "k_xu": not measured}
+        needed |= dict.fromkeys((*OF_VALVE, "start_T_A", "start_T_B"), full)
+        needed |= {name: name in self.free for name in CAUSES}
         return tuple(name for name in PARAMETERS if needed.get(name, True) and name not in self.fixed)
 
     def reference(self, name: str) -> float:
         """Value in SI units of which a parameter's bounds are multiples."""
         p = self.plant
         values = {"k_xu": p.valve.k_xu, "V_d": p.cylinder.V_d, "start": p.conditions.P_0}
+        values |= {"null": p.valve.u_max, "start_T": p.conditions.T_0}
+        values |= {"P_s": p.conditions.P_s, "A": p.cylinder.A_B}
         values["k_0"] = heat_area(0.0, p.cylinder)
         return values[_without_chamber(name)] if PARAMETERS[name].relative else 1.0
 
@@ -89,10 +113,16 @@ class Problem(NamedTuple):
             "k_0": default_conductance(self.plant.cylinder).k_0,
             "start_A": first[0],
             "start_B": first[1],
+            "exhaust": self.plant.valve.exhaust,
+            **dict.fromkeys((*OF_VALVE, "offset_A", "offset_B"), 0.0),
         }
         inner = [PARAMETERS[k].inner(values.get(k, self.reference(k))) for k in self.names]
         low, high = self.bounds()
         return np.clip(inner, low + SLOPE_STEP, high - SLOPE_STEP)
+
+    def inner(self, values: dict[str, float]) -> np.ndarray:
+        """Fitted parameters on the scale of the search, from their values in SI units."""
+        return np.array([PARAMETERS[name].inner(values[name]) for name in self.names])
 
     def values(self, theta: np.ndarray) -> dict[str, float]:
         """Parameters in SI units, fixed ones too, from `theta` on the scale of the search."""
@@ -109,6 +139,8 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, inputs: np.ndarray)
     """
     plant, signals, lanes = problem.plant._replace(k_0=1.0), problem.signals, []
     values = [problem.values(theta) for theta in thetas]
+    if problem.model.name == FULL.name:
+        return np.array([_full_order_pressures(problem, value, inputs) for value in values])
     for value in values:
         row = lane(problem.model, value.get("n", 1.0), plant.gas.gamma)
         flow = value.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu  # 1 where flows were measured
@@ -130,6 +162,23 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, inputs: np.ndarray)
             )
             result[np.array(rows)[:, None], np.array(sides)] = pressure[:, sides]
     return result
+
+
+def _full_order_pressures(problem: Problem, value: dict[str, float], inputs: np.ndarray) -> np.ndarray:
+    """Pressures of the full-order chambers with one set of parameters, Pa, shape (chamber, samples)."""
+    p, s = problem.plant, problem.signals
+    valve = p.valve._replace(k_xu=value["k_xu"], exhaust=value.get("exhaust", p.valve.exhaust))
+    conditions = p.conditions._replace(P_s=value.get("P_s", p.conditions.P_s))
+    cylinder = p.cylinder._replace(A_B=value.get("A_B", p.cylinder.A_B))
+    p = p._replace(k_0=value["k_0"], valve=valve, conditions=conditions)
+    u = valve_signal(inputs[:, :, 0].mean(axis=1), s.h, **{name: value[name] for name in OF_VALVE})
+    pressure: list[np.ndarray] = []
+    for side, chamber in enumerate("AB"):
+        own = p._replace(cylinder=cylinder._replace(V_d=value[f"V_d_{chamber}"]))
+        start = value[f"start_{chamber}"], value[f"start_T_{chamber}"]
+        replayed = full_order_chamber(u, inputs, side, own, s.h, s.stride, *start)
+        pressure.append(replayed + value.get(f"offset_{chamber}", 0.0))
+    return np.array(pressure)
 
 
 def _plants_with_dead_volumes(

@@ -24,7 +24,8 @@ from pneumo.storage.files import read
 from pneumo.storage.layout import described
 
 INDEX = "fleet.nc"
-CELLS = ("mean_error", "variance", "mse", "failure_time", "mse_of_wrong_k_0")  # in four bytes
+# In four bytes.
+CELLS = ("mean_error", "variance", "mse", "failure_time", "mse_of_wrong_k_0", "mse_of_right_k_0")
 
 ABOUT = {  # unit, long name
     "recommended": ("", "model to take; nothing if none ran"),
@@ -33,6 +34,8 @@ ABOUT = {  # unit, long name
     "runs": ("1", "runs of each experiment that count"),
     "bore": ("m", "diameter of the piston"),
     "stroke": ("m", "stroke"),
+    "worst_rms": ("Pa", "largest RMS error over the range of k_0, at the n where it is least"),
+    "worst_n": ("1", "that polytropic index, to take; NaN where it plays no role"),
     "place": ("1", "rank by the mean square error of all experiments and runs, from 1"),
     "best_n": ("1", "polytropic index with the lowest error; NaN where it plays no role"),
     "best_mse": ("Pa2", "mean square error at that n, both chambers"),
@@ -69,6 +72,7 @@ def ranking_dataset(ranking: Ranking) -> xr.Dataset:
     """Return the ranking of one cylinder by (model) and the gains by (refinement), as `ABOUT` describes."""
     unknown = Interval(np.nan, np.nan, np.nan)
     found = {row.model: row for row in ranking.rows}
+    robust = {row.model: row for row in ranking.unknown_k_0.models} if ranking.unknown_k_0 else {}
     rows = [found.get(name) for name in MODELS]
     gains = [gain.percent for gain in ranking.gains] or [unknown] * len(REFINEMENT_STEPS)
     counts = {"place": "place", "geometric_place": "geometric_place", "wins": "wins", "failed": "failed"}
@@ -77,6 +81,8 @@ def ranking_dataset(ranking: Ranking) -> xr.Dataset:
         "reason": ((), ranking.reason),
         "advice": ((), "\n".join(ranking.advice)),
         "runs": ((), np.int32(ranking.runs)),
+        "worst_rms": ("model", [robust[name].worst if name in robust else np.nan for name in MODELS]),
+        "worst_n": ("model", [robust[name].n if name in robust else np.nan for name in MODELS]),
         "best_n": ("model", [row.n if row else np.nan for row in rows]),
         **_ends("best_mse", "model", [row.mse if row else unknown for row in rows]),
         **_ends("over_best", "model", [row.over_best if row else unknown for row in rows]),
@@ -104,9 +110,14 @@ def _exact(cells: xr.Dataset) -> xr.Dataset:
 
 
 def run_block(
-    study: Study, threads: int, progress: Callable[[str], None] = lambda _cylinder: None
+    study: Study,
+    threads: int,
+    progress: Callable[[str], None] = lambda _cylinder: None,
+    k_0_factors: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
     """Run and rank every cylinder of a block, whatever the number of threads.
+
+    `k_0_factors` are those of `run_study`.
 
     Returns
     -------
@@ -117,7 +128,7 @@ def run_block(
 
     def work(item: tuple[str, Study]) -> xr.Dataset:
         name, one = item
-        dataset = cylinder_dataset(one, run_study(one, threads=1, traced=False))
+        dataset = cylinder_dataset(one, run_study(one, 1, k_0_factors=k_0_factors, traced=False))
         progress(name)
         return dataset
 

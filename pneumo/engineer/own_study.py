@@ -4,7 +4,7 @@ Full-order runs and replays are those of the paper's study. The first run of an 
 configured seed, so that its cells equal those of `results/exact`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -12,10 +12,11 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.known_within import K_0_FACTOR
 from pneumo.errors import InputError
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.simulation.full_order import Recording, record
+from pneumo.simulation.full_order import record
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.simulation.signals import EXACT_TRANSPORT
@@ -26,7 +27,7 @@ from pneumo.storage.grid_layout import replayed_grid, same_at_every_n
 from pneumo.storage.layout import CHAMBERS, run_outcome
 
 TITLE = "Reduced models on repeated runs"
-K_0_FACTORS = (0.5, 2.0)  # the models' k_0 over the cylinder's: an estimate may be wrong by as much
+K_0_ENDS = ("low", "high")  # of the range within which the cylinder's k_0 is known
 TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experiment's stride
 
 
@@ -69,35 +70,44 @@ def simulated_time(study: Study) -> float:
     return sum(e.steps * e.h * len(seeds_of(e, study.seeds)) for e in study.experiments.values())
 
 
-def mse_of_wrong_k_0(experiment: Experiment, n: tuple[float, ...], recording: Recording) -> np.ndarray:
-    """Mean square error by (factor, model, n, chamber), with each of `K_0_FACTORS` on the models' k_0.
+def mse_at_other_k_0(
+    experiment: Experiment, n: tuple[float, ...], ratio: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean square errors, Pa^2, where the cylinder's k_0 is `ratio` times the experiment's.
 
-    NaN for models without explicit wall heat, which need no k_0, and for replays that fail.
+    Two arrays by (model, n, chamber): of models that take the experiment's k_0, and of models that know the
+    cylinder's. NaN for replays that fail.
     """
-    result = np.full((len(K_0_FACTORS), len(MODELS), len(n), 2), np.nan)
-    models, gamma = list(MODELS.values()), experiment.plant.gas.gamma
-    walled = [i for i, model in enumerate(models) if model.wall != "none"]
-    lanes = [lane(models[i], value, gamma) for i in walled for value in n]
-    for k, factor in enumerate(K_0_FACTORS):
-        scaled = lane_array([row._replace(explicit_heat=factor * row.explicit_heat) for row in lanes])
-        cells = replay(recording, scaled, EXACT_TRANSPORT, experiment.steps)
-        result[k, walled] = np.where(cells.status != 0, np.nan, cells.mse).reshape(-1, len(n), 2)
-    return result
+    gamma = experiment.plant.gas.gamma
+    recording = record(experiment._replace(plant=experiment.plant._replace(k_0=ratio * experiment.plant.k_0)))
+    right = [lane(model, value, gamma) for model in MODELS.values() for value in n]
+    wrong = [row._replace(explicit_heat=row.explicit_heat / ratio) for row in right]
+    cells = replay(recording, lane_array([*wrong, *right]), EXACT_TRANSPORT, experiment.steps)
+    mse = np.where(cells.status != 0, np.nan, cells.mse).reshape(2, len(MODELS), len(n), 2)
+    return mse[0], mse[1]
 
 
-def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Dataset:
+def one_run(
+    experiment: Experiment, n: tuple[float, ...], traced: bool, k_0_factor: float = K_0_FACTOR
+) -> xr.Dataset:
     """Cells of one full-order run and of the replays of the whole grid on it.
 
-    The variables of `replayed_grid` without the pressures; `run_outcome`; `mse_of_wrong_k_0` by (k_0_factor,
-    model, n, chamber); where `traced`, the first samples of all pressures.
+    The variables of `replayed_grid` without the pressures; `run_outcome`; `mse_of_wrong_k_0` and
+    `mse_of_right_k_0` by (k_0_end, model, n, chamber), from runs at both ends of the range of k_0; where
+    `traced`, the first samples of all pressures.
     """
     recording = record(experiment)
     stride = experiment.pressure_stride if traced else experiment.steps
     cells = replayed_grid(experiment, n, recording, EXACT_TRANSPORT, stride)
     pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
-    wrong_k_0 = mse_of_wrong_k_0(experiment, n, recording)
+    ends = [mse_at_other_k_0(experiment, n, ratio) for ratio in (1 / k_0_factor, k_0_factor)]
+    wrong, right = (np.stack(arrays) for arrays in zip(*ends, strict=True))
+    dims = ("k_0_end", "model", "n", "chamber")
+    about = {"units": "Pa2", "long_name": "mean square error where the cylinder's k_0 is at the end"}
     cells = cells.drop_vars(["pressure", "t"]).assign(
-        mse_of_wrong_k_0=(("k_0_factor", "model", "n", "chamber"), wrong_k_0), **run_outcome(recording)
+        mse_of_wrong_k_0=(dims, wrong, about | {"comment": "the models take the configured k_0"}),
+        mse_of_right_k_0=(dims, right, about | {"comment": "the models take the cylinder's k_0"}),
+        **run_outcome(recording),
     )
     if traced:
         states = recording.states[: TRACED_SAMPLES * stride : stride]
@@ -108,27 +118,35 @@ def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Da
         cells["trace_pressure"] = pressure
         cells = cells.pad(sample=(0, TRACED_SAMPLES - len(states)), constant_values=np.nan, keep_attrs=True)
     seed = experiment.excitation.seed
-    return cells.assign_coords(k_0_factor=list(K_0_FACTORS), seed=seed, chamber=CHAMBERS)
+    return cells.assign_coords(k_0_end=list(K_0_ENDS), seed=seed, chamber=CHAMBERS)
 
 
 def run_study(
     study: Study,
     threads: int,
     progress: Callable[[float], None] = lambda _seconds: None,
+    k_0_factors: Mapping[str, float] | None = None,
     *,
     traced: bool = True,
 ) -> xr.Dataset:
     """Cells of every experiment of a study, run with several seeds; a signal that is not random runs once.
 
+    `k_0_factors` are the factors within which k_0 of each cylinder is known, from `known_within`;
+    `K_0_FACTOR` where one is not there.
+
     The variables of `one_run` by (experiment, run, ...), whatever the number of threads; where `traced`,
-    traces of each experiment's first run; `time_constant`, s, and `duration`, s, by experiment. `progress` is
-    called after each run with its simulated time, s.
+    traces of each experiment's first run; `k_0_factor`, `time_constant`, s, and `duration`, s, by experiment.
+    `progress` is called after each run with its simulated time, s.
     """
+
+    def factor(e: Experiment) -> float:
+        return (k_0_factors or {}).get(e.cylinder, K_0_FACTOR)
 
     def work(item: tuple[Experiment, int]) -> xr.Dataset:
         e, seed = item
         experiment = e._replace(excitation=e.excitation._replace(seed=seed))
-        cells = one_run(experiment, study.n, traced=traced and seed == e.excitation.seed)
+        first = seed == e.excitation.seed
+        cells = one_run(experiment, study.n, traced and first, factor(e))
         progress(e.steps * e.h)
         return cells
 
@@ -146,6 +164,7 @@ def run_study(
         cells = cells * count if len(cells) == 1 else cells
         part = xr.concat(cells, "run", coords=["seed"], compat="equals", combine_attrs="drop_conflicts")
         part = part.assign({name: runs[0][name].drop_vars("seed") for name in traces})
+        part["k_0_factor"] = ((), factor(e), {"long_name": "k_0 is known within this factor"})
         part["time_constant"] = ((), thermal_time_constant(e.plant), {"units": "s"})
         part["duration"] = ((), e.steps * e.h, {"units": "s", "long_name": "length of each run"})
         part["random"] = ((), np.int8(e.excitation.random), {"long_name": "whether the seed plays a role"})

@@ -51,7 +51,11 @@ def with_draws(experiment: Experiment, every: int) -> Experiment:
 def floors(
     e: Experiment, recording: Recording, periods: tuple[float, ...], between: bool = False
 ) -> np.ndarray:
-    """Floor by (period, way, transport), Pa, of a run at its fine step."""
+    """RMS error, Pa, that reading samples of a run brings into a replay of the full order itself.
+
+    By (period between samples, s; replayed, predicted from the run, or by the formula; reading rule). The
+    formula can let jumps of the signals fall `between` samples.
+    """
     full = recording.states[::FLOOR_REFINEMENT, [2, 4]].T
     known, late = averages(recording, e.excitation.every), late_rest(recording, FLOOR_REFINEMENT)
     delays = sensitivities(e.plant, known)

@@ -16,7 +16,7 @@ def first_draw_skipped(experiment: Experiment) -> Recording:
 
 
 def leaking(experiment: Experiment) -> Recording:
-    """Full-order run through a valve with the leak of the settling runs; replays have the tight valve."""
+    """Full-order run through a valve that leaks; the recording names the tight valve, for replays of it."""
     plant = experiment.plant
     valve = plant.valve._replace(leak=experiment.push.leak, net_leak=True)
     return record(experiment._replace(plant=plant._replace(valve=valve)))._replace(plant=plant)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.configuration.experiment import Study
+from pneumo.configuration.known_within import known_within
 from pneumo.configuration.parameters import read_yaml, study, validated
 from pneumo.errors import ConfigurationError
 
@@ -25,6 +26,11 @@ def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Map
     except ConfigurationError as error:
         print(f"pneumo: {error}", file=sys.stderr)
         sys.exit(2)
+
+
+def k_0_factors(config: Mapping[str, Any]) -> dict[str, float]:
+    """Return the factor within which k_0 is known, by cylinder, of a configuration that is checked."""
+    return known_within(validated(config, []))
 
 
 def own_cylinders(study: Study) -> list[str]:

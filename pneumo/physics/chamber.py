@@ -9,7 +9,7 @@ from pneumo.physics.jitable import jitable
 
 @jitable
 def wall_heat(T: float, conductance: float, T_amb: float) -> float:
-    """Heat flow from the wall into the air, W: eqs (7), (11), (13) with T_amb - T as in the text."""
+    """Heat flow from the wall into the air, W: eqs (7), (11), (13), with the sign of the text."""
     return conductance * (T_amb - T)
 
 

@@ -14,6 +14,7 @@ import xarray as xr
 from pneumo.physics.models import MODELS, Model
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.intervals import Interval, paired_ratio, student_interval
+from pneumo.statistics.robust_choice import UnknownConductance, robust_choice
 
 REFINEMENT_STEPS = (  # what is added, model without it, model with it
     ("temperature law, eq (6)", "M2", "M5"),
@@ -49,14 +50,6 @@ class Gain(NamedTuple):
     percent: Interval
 
 
-class WrongConductance(NamedTuple):
-    """RMS error, Pa, and place of each model when its k_0 is `factor` times the cylinder's."""
-
-    factor: float
-    rms: dict[str, float]
-    place: dict[str, int]
-
-
 class Ranking(NamedTuple):
     """What a study says about one cylinder."""
 
@@ -66,7 +59,7 @@ class Ranking(NamedTuple):
     left_out: tuple[str, ...]  # full-order runs that failed
     rows: tuple[RankedModel, ...] = ()  # best first; empty if no full-order run succeeded
     gains: tuple[Gain, ...] = ()
-    wrong_k_0: tuple[WrongConductance, ...] = ()
+    unknown_k_0: UnknownConductance | None = None  # None if no full-order run succeeded
     by_experiment: Mapping[str, Mapping[str, float]] = {}  # RMS error, Pa, of each model at its n
     mse_by_run: Mapping[str, np.ndarray] = {}  # Pa^2, by model, averaged over the experiments
     recommended: str = ""  # this and the next two: `pneumo.statistics.recommendation.recommend`
@@ -106,13 +99,12 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
         ratio = paired_ratio(by_run[refined], by_run[without])
         percent = Interval(*(100 * (1 - value) for value in (ratio.value, ratio.high, ratio.low)))
         gains.append(Gain(refinement, without, refined, percent))
-    factors = cells["k_0_factor"].values.tolist()
-    wrong_k_0 = tuple(_with_wrong_k_0(cells, cell_n, factor, by_run) for factor in factors)
     by_experiment = {
         name: {model: float(value.sel(experiment=name).mean() ** 0.5) for model, value in at_best.items()}
         for name in names
     }
-    return Ranking(cylinder, names, runs, failed_runs, rows, tuple(gains), wrong_k_0, by_experiment, by_run)
+    robust = robust_choice(cells)
+    return Ranking(cylinder, names, runs, failed_runs, rows, tuple(gains), robust, by_experiment, by_run)
 
 
 def _failed_runs(cells: xr.Dataset) -> tuple[str, ...]:
@@ -154,14 +146,3 @@ def _rows(
         rms = float(A), float(B)
         rows.append(RankedModel(place[name], name, n, error, rms, over_best, geometric[name], wins, failed))
     return tuple(sorted(rows, key=lambda row: row.place))
-
-
-def _with_wrong_k_0(
-    cells: xr.Dataset, cell_n: Mapping[str, float], factor: float, by_run: Mapping[str, np.ndarray]
-) -> WrongConductance:
-    """Errors and places of the models at their n when k_0 is wrong in those that have one."""
-    wrong = cells["mse_of_wrong_k_0"].sel(k_0_factor=factor)
-    wrong = wrong.mean(("experiment", "run", "chamber"), skipna=False)
-    right = {name: float(np.mean(by_run[name])) for name, model in MODELS.items() if model.wall == "none"}
-    mse = {name: right.get(name, float(wrong.sel(model=name, n=cell_n[name]))) for name in MODELS}
-    return WrongConductance(factor, {name: value**0.5 for name, value in mse.items()}, _places(mse))

@@ -1,13 +1,14 @@
 """Recommended model for a cylinder, the reason, and advice on what would make it firmer, in words."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 
 from pneumo.physics.models import MODELS
-from pneumo.statistics.intervals import Interval, paired_ratio
+from pneumo.statistics.intervals import Interval
 from pneumo.statistics.ranking import RankedModel, Ranking, cost
+from pneumo.statistics.robust_choice import RobustModel, UnknownConductance
 
 MATERIAL = 0.10  # a mean square error that exceeds the lowest by this share or less is as good in practice
 LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's rule
@@ -16,39 +17,62 @@ LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's ru
 def recommend(ranking: Ranking, cells: xr.Dataset) -> Ranking:
     """Fill in recommendation, reason and advice of a ranking of `cells`.
 
-    Recommended is the cheapest model that is not materially worse than the best, none if none ran. The
-    advice is what would decide better.
+    Recommended is the cheapest model whose worst case over the range of k_0 is not materially worse than the
+    best, none if none ran. The advice is what would decide better.
     """
-    if not ranking.runs:
+    robust = ranking.unknown_k_0
+    if robust is None:
         return ranking._replace(reason="no full-order run succeeded")
-    best = ranking.rows[0]
-    if not np.isfinite(best.mse.value):
+    best = robust.models[0]
+    if not np.isfinite(best.worst):
         return ranking._replace(reason="every model failed in a run")
     order = sorted(MODELS, key=lambda name: (cost(MODELS[name]), list(MODELS).index(name)))
-    good = [name for name in order if ranking.row(name).over_best.value <= 1 + MATERIAL]
-    choice = ranking.row(good[0])
-    cheaper = [ranking.row(name) for name in order[: order.index(choice.model)]]
+    limit = (1 + MATERIAL) ** 0.5 * best.worst
+    choice = robust.model(next(name for name in order if robust.model(name).worst <= limit))
+    cheaper = [robust.model(name) for name in order[: order.index(choice.model)]]
     needs = "needs no k_0" if MODELS[choice.model].wall == "none" else "needs k_0"
-    if choice.model == best.model:
-        reason = f"{choice.model} has the lowest mean square error"
+    reason = f"{_named(choice)} has at most {_kpa(choice.worst)} RMS error {_range(robust)}"
+    if choice == best:
+        reason += ", the lowest worst case of all models"
     else:
-        reason = (
-            f"{choice.model} is the cheapest model within {100 * MATERIAL:.0f} % of the lowest mean square"
-            f" error: it {needs} and has {_in_words(choice.over_best)} times the MSE of {best.model}"
+        reason += (
+            f"; it {needs} and is the cheapest model within {100 * MATERIAL:.0f} % of the lowest worst mean"
+            f" square error, that of {best.model} ({_kpa(best.worst)} RMS)"
         )
-    if cheaper:
-        rival = min(cheaper, key=lambda row: row.place)
-        over = paired_ratio(ranking.mse_by_run[rival.model], ranking.mse_by_run[choice.model])
-        reason += f"; {rival.model}, the best of the cheaper ones, has {_in_words(over)} times its MSE"
+    rivals = [row for row in cheaper if np.isfinite(row.worst)]
+    if rivals:
+        rival = min(rivals, key=lambda row: row.worst)
+        reason += f"; {rival.model}, the best of the cheaper ones, has at most {_kpa(rival.worst)}"
     cells = cells.sel(experiment=list(ranking.experiments))
+    first = ranking.rows[0]
     advice = [
-        *_more_seeds(ranking, [choice, *cheaper]),
-        *_about_k_0(ranking, choice),
+        *_more_seeds(ranking, [ranking.row(row.model) for row in (choice, *cheaper)]),
+        _about_k_0(robust, choice),
         *_longer_runs(cells),
-        *_wider_grid(cells, [choice] if best == choice else [choice, best]),
+        *_wider_grid(cells, {choice.model: choice.n} | {first.model: first.n}),
         *_other_winners(ranking),
     ]
     return ranking._replace(recommended=choice.model, reason=reason, advice=tuple(advice))
+
+
+def _named(row: RobustModel) -> str:
+    """Model with its n."""
+    return f"{row.model} at n = {row.n:g}" if np.isfinite(row.n) else row.model
+
+
+def _kpa(rms: float) -> str:
+    return f"{rms / 1e3:.3g} kPa"
+
+
+def _range(robust: UnknownConductance) -> str:
+    """Within what k_0 is known."""
+    if robust.factor == 1:
+        return "at the given k_0"
+    if not np.isfinite(robust.k_0):
+        return f"where k_0 is known within a factor of {robust.factor:.2g}"
+    low, high = robust.k_0 / robust.factor, robust.k_0 * robust.factor
+    around = f"a factor of {robust.factor:.2g} around {robust.k_0:.2g}"
+    return f"for k_0 from {low:.2g} to {high:.2g} W/K ({around})"
 
 
 def _in_words(ratio: Interval) -> str:
@@ -59,7 +83,7 @@ def _in_words(ratio: Interval) -> str:
 
 
 def _more_seeds(ranking: Ranking, rows: Sequence[RankedModel]) -> list[str]:
-    """Advice where an interval holds the limit, or where there is none."""
+    """Advice to run more seeds, where those there are do not tell whether a model is worse."""
     limit = 1 + MATERIAL
     lines = [
         f"More seeds: {row.model} has {_in_words(row.over_best)} times the MSE of {ranking.rows[0].model},"
@@ -72,22 +96,14 @@ def _more_seeds(ranking: Ranking, rows: Sequence[RankedModel]) -> list[str]:
     return lines
 
 
-def _about_k_0(ranking: Ranking, choice: RankedModel) -> list[str]:
-    """Advice on k_0: what a wrong one does to the chosen model, or to the best if that alone needs k_0."""
-    row = choice if MODELS[choice.model].wall != "none" else ranking.rows[0]
-    if MODELS[row.model].wall == "none":
-        return []
-    parts: list[str] = []
-    for wrong in ranking.wrong_k_0:
-        times = {0.5: "half", 2.0: "twice"}.get(wrong.factor, f"{wrong.factor:g} times")
-        rms, place = wrong.rms[row.model] / 1e3, wrong.place[row.model]
-        parts.append(f"{rms:.2f} kPa, place {place}, with {times} k_0")
-    errors = f"{row.model} has {row.mse.value**0.5 / 1e3:.2f} kPa RMS at the right k_0; {'; '.join(parts)}."
-    if row != choice:
-        return [f"k_0, if {row.model} is to be used: {errors}"]
-    if any(wrong.place[row.model] > row.place for wrong in ranking.wrong_k_0):
-        return [f"Measure k_0, above all: {errors}"]
-    return [f"k_0 within a factor of two is enough for the order: {errors}"]
+def _about_k_0(robust: UnknownConductance, choice: RobustModel) -> str:
+    """What exact knowledge of k_0 would buy."""
+    known = (
+        f"with k_0 known exactly, and model and n chosen for it, the worst case is {_kpa(robust.known)} RMS"
+        f" instead of {_kpa(choice.worst)}."
+    )
+    pays = choice.worst**2 > (1 + MATERIAL) * robust.known**2
+    return f"{'Measure k_0, above all' if pays else 'k_0 is known well enough'}: {known}"
 
 
 def _longer_runs(cells: xr.Dataset) -> list[str]:
@@ -100,10 +116,10 @@ def _longer_runs(cells: xr.Dataset) -> list[str]:
     ]
 
 
-def _wider_grid(cells: xr.Dataset, rows: Sequence[RankedModel]) -> list[str]:
+def _wider_grid(cells: xr.Dataset, best_n: Mapping[str, float]) -> list[str]:
     """Advice where a best n is the first or last of the grid."""
     edges = {float(cells["n"].min()), float(cells["n"].max())}
-    models = " and ".join(row.model for row in rows if row.n in edges)
+    models = " and ".join(model for model, n in best_n.items() if n in edges)
     return [f"A wider grid: the best n of {models} is the first or last of the list n."] if models else []
 
 

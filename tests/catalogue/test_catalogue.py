@@ -1,5 +1,6 @@
 """Measured conductances are those that were printed, and the default lies among them."""
 
+import re
 from math import exp, log, pi
 from pathlib import Path
 from statistics import fmean, stdev
@@ -58,3 +59,12 @@ def test_measurements_of_one_cylinder_count_as_one():
     assert coefficient_times_length()[1] == pytest.approx(expected, rel=1e-9)
     of_six = exp(t.ppf(0.975, 5) * stdev(logs) * (1 + 1 / 6) ** 0.5)
     assert coefficient_times_length()[1] > 1.5 * of_six
+
+
+@pytest.mark.parametrize(
+    "page", ["README.md", "docs/own-cylinder.md", "pneumo/engineer/templates/cylinder.yaml"]
+)
+def test_texts_give_the_factor_of_the_interval(page):
+    text = " ".join((PAPER.parents[1] / page).read_text(encoding="utf-8").replace("#", " ").split())
+    stated = re.findall(r"within a factor of (\d+\.\d+)", text)
+    assert stated and set(stated) == {f"{coefficient_times_length()[1]:.1f}"}

@@ -264,7 +264,7 @@ def test_fit_of_a_measurement_of_the_only_cylinder(inside, tmp_path):
     called = ["fit", "bench.csv", "--config", "cylinder.yaml", "--model"]
     code, out, err = inside(*called, "M6", "--model", "M2", "-o", "fitted")
     assert code == 0, err
-    assert "Ranked" in out and "written to fitted/fit.html and fitted/fit.nc" in out
+    assert "Ranked" in out and "fitted/fit.html, fitted/fit.nc and fitted/fitted.yaml: written" in out
     assert "M6: rms" in err and "M2: rms" in err
     with xr.open_dataset(tmp_path / "fitted" / "fit.nc") as fit:
         k = fit.sel(model="M6", parameter="k_xu")
@@ -275,3 +275,31 @@ def test_fit_of_a_measurement_of_the_only_cylinder(inside, tmp_path):
         assert ranked[0] < ranked[1]
     (tmp_path / "leak.yaml").write_text("cylinders: {mine: {valve: {leak_dm3_per_sbar: 0.01}}}")
     assert_one_line(inside(*called, "M6", "--config", "leak.yaml"), "leak_dm3_per_sbar")
+
+
+@pytest.mark.slow
+def test_what_was_fitted_is_studied_linearised_and_exported(inside, tmp_path):
+    inside("init")
+    write_measurement(tmp_path)
+    code, _, err = inside("fit", "bench.csv", "--config", "cylinder.yaml", "--model", "M7", "-o", ".")
+    assert code == 0, err
+    with xr.open_dataset("fit.nc") as fit:
+        found = {
+            name: fit["estimate"].sel(model="M7", parameter=name).item() for name in ("n", "k_0", "k_xu")
+        }
+        assert np.isfinite(fit[["low", "high"]].sel(model="M7", parameter="k_0").to_array()).all()
+    (tmp_path / "quick.yaml").write_text("run: {seeds: 1, duration_limit_s: 0.3}\n")
+    code, out, err = inside("study", "fitted.yaml", "quick.yaml")
+    assert code == 0, err
+    with xr.open_dataset("study-my-cylinder-fitted/study.nc") as cells:
+        assert cells["k_0"].values == pytest.approx(found["k_0"], rel=1e-5)  # six digits are written
+    code, out, err = inside("check", "fitted.yaml")
+    assert code == 0 and f"k_0 = {found['k_0']:.6g} W/K" in out, err
+    at = ["--u", "0.1", "--P_A", "5e5", "--P_B", "5e5"]
+    code, _, err = inside("linearise", "M7", "--n", f"{found['n']:.4g}", "--config", "fitted.yaml", *at)
+    assert code == 0, err
+    target = ["--to", "matlab", "--config", "fitted.yaml"]
+    code, out, err = inside("export", "M7", "--n", f"{found['n']:.4g}", *target)
+    assert code == 0, err
+    k_xu = next(line for line in out.splitlines() if line.strip().startswith("k_xu"))
+    assert float(k_xu.split("=")[1].split(";")[0]) == pytest.approx(found["k_xu"], rel=1e-5)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from page_checks import assert_quiet, assert_readable, in_chromium, stands_alone
+from page_checks import assert_accessible, assert_quiet, assert_readable, in_chromium, stands_alone
 
 from pneumo import MODELS
 from pneumo.engineer.export import live
@@ -109,3 +109,9 @@ def test_the_page_is_readable_and_fits_a_phone(scheme, page, visit):
     finally:
         browser.send("Emulation.clearDeviceMetricsOverride")
         browser.send("Emulation.setEmulatedMedia", features=[])
+
+
+@CLANG
+@in_chromium
+def test_axe_finds_nothing(page, chromium):
+    assert_accessible(chromium, page)

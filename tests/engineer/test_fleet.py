@@ -69,11 +69,27 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
         stored = mine.sel(model=row.model)
         assert (stored["place"], stored["wins"], stored["failed"]) == (row.place, row.wins, row.failed)
         # Four bytes have 24 binary digits.
+        robust = ranking.unknown_k_0.model(row.model)
+        assert [stored["worst_rms"].item(), stored["worst_n"].item()] == pytest.approx(
+            [robust.worst, robust.n], rel=1e-5, nan_ok=True
+        )
         for name, interval in (("best_mse", row.mse), ("over_best", row.over_best)):
             found = [stored[f"{name}{end}"].item() for end in ("", "_low", "_high")]
             assert found == pytest.approx(list(interval), rel=1e-5)
     assert block["gain"].sizes["refinement"] == len(REFINEMENT_STEPS) == len(ranking.gains)
     assert mine["gain"].values == pytest.approx([gain.percent.value for gain in ranking.gains], abs=1e-3)
+
+
+def test_the_range_of_each_k_0_is_the_cylinders(short, block):
+    one = studies_of(short)["first"]
+    wide = run_block(
+        short._replace(experiments={f"first-{k}": e for k, e in one.experiments.items()}),
+        threads=2,
+        k_0_factors={"first": 5.0},
+    )
+    assert (wide["k_0_factor"] == 5.0).all() and (block["k_0_factor"] == 2.0).all()
+    expected = run_study(one, threads=2, k_0_factors={"first": 5.0}, traced=False)["mse_of_wrong_k_0"]
+    assert np.array_equal(wide["mse_of_wrong_k_0"].values[0], expected.values.astype(np.float32))
 
 
 def test_a_cylinder_whose_runs_fail_is_told_and_leaves_the_others_alone(short, block):

@@ -8,9 +8,9 @@ from workflow_scripts import script
 
 from pneumo.configuration.study_json import to_json
 from pneumo.engineer.own_study import (
-    K_0_FACTORS,
+    K_0_ENDS,
     TRACED_SAMPLES,
-    mse_of_wrong_k_0,
+    mse_at_other_k_0,
     one_run,
     run_study,
     seeds_of,
@@ -86,29 +86,36 @@ def test_a_signal_that_is_not_random_runs_once_and_a_run_that_fails_is_a_status(
     assert (found["run_failure_time"] > 0).all()
 
 
-def test_wrong_k_0_scales_wall_heat_only():
+def test_a_wrong_k_0_is_the_cylinders():
+    """The run has the cylinder's k_0; the models take the configured one, or know the cylinder's."""
+    e, n = lasting("E02", 2.0), (1.2, 1.3)
+    wrong, right = mse_at_other_k_0(e, n, 4.0)
+    recording = record(e._replace(plant=e.plant._replace(k_0=4 * e.plant.k_0)))
+    knowing = lane_array([lane(model, value, 1.4) for model in MODELS.values() for value in n])
+    mistaken = knowing.copy()
+    mistaken[:, Lane._fields.index("explicit_heat")] /= 4
+    for found, lanes in ((wrong, mistaken), (right, knowing)):
+        expected = replay(recording, lanes, EXACT_TRANSPORT, e.steps).mse
+        np.testing.assert_array_equal(found, expected.reshape(found.shape))
+    without = [i for i, name in enumerate(MODELS) if name not in WITH_WALL]
+    assert np.array_equal(wrong[without], right[without])
+    assert (wrong[len(without) :] != right[len(without) :]).all()
+
+
+def test_errors_at_the_ends_of_k_0_and_traces_of_the_first_run(runs):
+    wrong, right = runs["mse_of_wrong_k_0"], runs["mse_of_right_k_0"]
+    assert tuple(wrong["k_0_end"].values) == K_0_ENDS and (runs["k_0_factor"] == 2.0).all()
+    assert wrong.notnull().all() and right.notnull().all()
     e = lasting("E02", 2.0)
-    recording = record(e)
-    found = mse_of_wrong_k_0(e, (1.2, 1.3), recording)
-    lanes = lane_array([lane(MODELS[m], n, 1.4) for m in WITH_WALL for n in (1.2, 1.3)])
-    rows = [list(MODELS).index(m) for m in WITH_WALL]
-    column = Lane._fields.index("explicit_heat")
-    for factor, mse in zip(K_0_FACTORS, found, strict=True):
-        scaled = lanes.copy()
-        scaled[:, column] *= factor
-        expected = replay(recording, scaled, EXACT_TRANSPORT, e.steps).mse
-        assert np.array_equal(mse[rows], expected.reshape(-1, 2, 2))
-
-
-def test_errors_of_a_wrong_k_0_and_traces_of_the_first_run(runs):
-    wrong = runs["mse_of_wrong_k_0"]
-    assert tuple(wrong["k_0_factor"].values) == K_0_FACTORS
-    assert wrong.sel(model=[m for m in MODELS if m not in WITH_WALL]).isnull().all()
-    walled = wrong.sel(model=WITH_WALL)
-    assert walled.notnull().all()
-    same = walled == runs["mse"].sel(model=WITH_WALL)
-    # At n = 1 the air stays at the wall's temperature, whatever the conductance.
-    assert same.sel(n=1.0).all() and not same.sel(n=slice(1.01, None)).any()
+    for end, ratio in zip(K_0_ENDS, (0.5, 2.0), strict=True):
+        at = wrong.sel(experiment="E02", k_0_end=end).isel(run=0)
+        assert np.array_equal(at.values, mse_at_other_k_0(e, STUDY.n, ratio)[0])
+    one = runs.isel(run=0)
+    known = repeated([lasting("E01", 1.0)], seeds=1, k_0_factors={one["cylinder"].values[1]: 1.0})
+    # A factor of one is the configured k_0 itself.
+    for name in ("mse_of_wrong_k_0", "mse_of_right_k_0"):
+        for end in K_0_ENDS:
+            assert np.array_equal(known[name].sel(k_0_end=end).values, known["mse"].values)
     one = runs.sel(experiment="E01")
     kept = one["trace_t"].notnull().values
     assert one.sizes["sample"] == TRACED_SAMPLES and kept.sum() == 1000 // 50 + 1

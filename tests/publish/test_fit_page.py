@@ -1,14 +1,17 @@
 """Page and table of `pneumo fit`: the fit's numbers, open ends said, nothing from outside, texts escaped."""
 
+import io
 import re
 
 import numpy as np
 import pytest
+from page_checks import assert_quiet, assert_readable_on_a_phone, in_chromium
+from rich.console import Console
 
 from pneumo.engineer.estimate import Estimate, dataset
 from pneumo.engineer.record import Measurement
 from pneumo.publish.pages.fit_page import fit_page
-from pneumo.publish.text.terminal_tables import FIT_HEADS, fit_rows
+from pneumo.publish.text.terminal_tables import FIT_HEADS, fit_rows, fit_tables
 
 SAMPLES = 200
 
@@ -42,3 +45,25 @@ def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(found
     assert len(re.findall(r"<img src=\"data:image/png;base64,", page)) == 2
     assert "0.300 (0.200 to open)" in page and "t = 0.12 s" in page
     assert page.index('<th scope="row">M8') < page.index('<th scope="row">M3')
+
+
+def test_tables_fit_a_terminal(found):
+    console = Console(width=80, record=True, file=io.StringIO())
+    wide = found.assign(estimate=found["estimate"] * 1.2345678)
+    for fit in (found, wide):
+        for table in fit_tables(fit):
+            console.print(table)
+    text = console.export_text()
+    assert "…" not in text and "0.300 (0.200 to open)" in text
+    assert text.count(" M8 ") == text.count(" M3 ") == 4  # a line in each table
+
+
+@in_chromium
+@pytest.mark.xdist_group("chromium")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_page_is_readable_on_a_phone_in_both_schemes(scheme, found, visit, tmp_path):
+    file = tmp_path / "fit.html"
+    file.write_text(fit_page(found, "bench.csv"), encoding="utf-8")
+    browser = visit(file)
+    assert_readable_on_a_phone(browser, scheme, 20)
+    assert_quiet(browser, file)

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from browser import Browser
 from packed_traces import unpacked
-from page_checks import FRAMES, assert_quiet, assert_readable, in_chromium, stands_alone
+from page_checks import FRAMES, assert_accessible, assert_quiet, assert_readable, in_chromium, stands_alone
 from paper_study import STUDY as PAPER
 
 from pneumo.physics.models import MODELS
@@ -430,7 +430,10 @@ class TestInBrowser:
         browser = view()
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         browser.send("Emulation.setDeviceMetricsOverride", **size)
-        browser.wait("plots.error.width === element('error').clientWidth && innerWidth === %d" % width)
+        browser.wait(f"plots.error.width === element('error').clientWidth && innerWidth === {width}")
         assert browser.run("document.documentElement.scrollWidth") == width
         assert browser.run("plots.error.width") <= width
         browser.send("Emulation.clearDeviceMetricsOverride")
+
+    def test_axe_finds_nothing(self, chromium, file):
+        assert_accessible(chromium, file)

@@ -5,15 +5,25 @@ import re
 
 import numpy as np
 import pytest
+from page_checks import assert_quiet, assert_readable_on_a_phone, in_chromium
 from paper_study import STUDY
 from ranked_cells import made, ranked
 from rich.console import Console
 
 from pneumo.configuration.experiment import Study
+from pneumo.configuration.parameters import load, study
+from pneumo.engineer.cylinder_template import TEMPLATE
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
-from pneumo.publish.text.terminal_tables import STUDY_HEADS, gain_text, ranking_cells, study_tables
+from pneumo.publish.text.formatting import no_exponent
+from pneumo.publish.text.terminal_tables import (
+    STUDY_HEADS,
+    gain_text,
+    ranking_cells,
+    robust_cells,
+    study_tables,
+)
 from pneumo.statistics.intervals import Interval
 
 
@@ -43,10 +53,28 @@ def test_page_holds_every_model_and_the_recommendation_and_loads_nothing(page):
     for row in ranking.rows:
         line = "".join(f"<td>{text}</td>" for text in ranking_cells(row))
         assert line in page
+    best = ranking.unknown_k_0.models[0]
+    assert f"{with_indices('k_0 = 0.15 W/K')}</th>" in page and "Take M9 with <i>n</i> = 1.3" in page
+    for row in ranking.unknown_k_0.models:
+        line = "".join(f"<td>{text}</td>" for text in robust_cells(row))
+        assert line in page and robust_cells(row)[-1] == no_exponent(max(row.rms) / 1e3)
+    assert best.model == "M10" and "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])
     assert page.count("<img") == 4
     assert MARK in page[:1000]
     assert not re.findall(r'(?:src|href)="(?!data:|https://doi\.org/)[^"]*"', page)
     assert "<script" not in page
+
+
+def test_inputs_are_in_the_units_of_a_catalogue(page):
+    supply = STUDY.experiments["E06"].plant.conditions.P_s / 1e3
+    assert "mm²/V up to" in page and f"P<sub>s</sub> = {supply:g} kPa" in page and "no leak" in page
+    own = study(load(TEMPLATE))
+    by_catalogue = study_page(
+        own,
+        with_traces(made(experiments=("open", "closed"))),
+        [ranked(made(experiments=("open", "closed")), "mine")],
+    )
+    assert "C = 1.5 dm³/(s bar), b = 0.3 up to 10 V" in by_catalogue
 
 
 def test_texts_are_escaped():
@@ -119,3 +147,15 @@ def test_tables_fit_a_terminal():
     assert all(f" M{i} " in text for i in range(1, 11))
     assert "…" not in text and "temperature law" in text
     assert "1.25 (1.25 to 1.25)" in text  # on one line
+    assert "k_0 = 0.15 W/K" in text and "worst" in text
+
+
+@in_chromium
+@pytest.mark.xdist_group("chromium")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_page_is_readable_on_a_phone_in_both_schemes(scheme, page, visit, tmp_path):
+    file = tmp_path / "study.html"
+    file.write_text(page, encoding="utf-8")
+    browser = visit(file)
+    assert_readable_on_a_phone(browser, scheme, 100)
+    assert_quiet(browser, file)

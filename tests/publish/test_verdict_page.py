@@ -4,7 +4,7 @@ import html
 import re
 
 import pytest
-from page_checks import Structure, assert_quiet, assert_readable, in_chromium, stands_alone
+from page_checks import Structure, assert_accessible, assert_quiet, assert_readable, in_chromium, stands_alone
 
 from pneumo.errors import ResultError
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
@@ -168,6 +168,9 @@ class TestInBrowser:
             browser.run("document.querySelector('.tile.missed').click()")
         browser.run("for (const details of document.querySelectorAll('details')) details.open = true")
         assert_readable(browser, 600 if filtered else 5000)
+
+    def test_axe_finds_nothing(self, chromium, file):
+        assert_accessible(chromium, file)
 
 
 def test_item_text(judged):

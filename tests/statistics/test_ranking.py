@@ -48,14 +48,44 @@ def test_paired_comparison_is_sharper_than_two_intervals_and_gains_are_per_cent(
     assert loss == pytest.approx(-100)
 
 
-def test_a_wrong_k_0_touches_only_models_that_have_one():
-    found = ranked(made(noise=1e-6), "mine")
-    half, twice = found.wrong_k_0
-    assert half.rms["M6"] == pytest.approx(found.row("M6").mse.value ** 0.5)
-    assert half.rms["M8"] == pytest.approx(found.row("M8").mse.value ** 0.5 * 2**0.5, rel=1e-3)
-    assert twice.place["M10"] == 1 and twice.place["M8"] == 4  # 9e6, behind M6's 8e6
-    lone = ranked(made(LEVEL | {"M9": 7, "M10": 7}, noise=1e-6), "mine")
-    assert lone.recommended == "M8" and any(line.startswith("Measure k_0") for line in lone.advice)
+def test_the_worst_case_over_k_0_decides_and_exact_knowledge_has_its_price():
+    cells = made(noise=1e-6, ends=(2, 4))
+    robust = ranked(cells, "mine").unknown_k_0
+    assert robust.factor == 2.0 and robust.k_0 == 0.3
+    assert [row.worst for row in robust.models] == sorted(row.worst for row in robust.models)
+    M8, M6 = robust.model("M8"), robust.model("M6")
+    assert np.array(M8.rms) ** 2 == pytest.approx([6e6, 3e6, 12e6], rel=1e-3) and M8.worst == M8.rms[2]
+    assert np.array(M6.rms) ** 2 == pytest.approx([8e6] * 3, rel=1e-3)
+    found = ranked(cells, "mine")
+    assert found.recommended == "M6"  # M10 is better where k_0 is right, and four times 2.4 where it is not
+    assert "M6 at n = 1.3 has at most 2.83 kPa RMS error for k_0 from 0.15 to 0.6 W/K" in found.reason
+    (line,) = [line for line in found.advice if "known exactly" in line]
+    assert line.startswith("Measure k_0, above all") and "1.55 kPa RMS instead of 2.83 kPa" in line
+    calm = ranked(made(noise=1e-6, ends=(1.05, 1.05)), "mine")
+    assert calm.recommended == "M9"
+    assert any(line.startswith("k_0 is known well enough") for line in calm.advice)
+
+
+def test_n_is_chosen_for_the_worst_case_and_a_failure_there_counts():
+    cells = made(noise=1e-6)
+    cells["mse_of_wrong_k_0"].loc[{"model": "M10", "k_0_end": "high", "n": 1.3}] = 9e6
+    row = ranked(cells, "mine").unknown_k_0.model("M10")
+    # 0.1 beside its bottom, on either side, the bowl is 1.4 times as high.
+    assert row.n in (1.2, 1.4) and row.worst**2 == pytest.approx(2.4e6 * 1.4, rel=1e-3)
+    assert ranked(cells, "mine").row("M10").n == 1.3
+    cells["mse_of_wrong_k_0"].loc[{"model": "M10", "k_0_end": "low"}] = np.nan
+    robust = ranked(cells, "mine").unknown_k_0
+    assert robust.model("M10").worst == np.inf and robust.models[-1].model == "M10"
+    assert np.isfinite(robust.known)
+
+
+def test_a_factor_of_one_and_experiments_with_another_k_0_are_said_so():
+    cells = made(noise=1e-6, experiments=("X", "Y"))
+    cells["k_0_factor"][:] = 1.0
+    assert "at the given k_0" in ranked(cells, "mine").reason
+    cells["k_0_factor"][:] = 3.0
+    cells["k_0"][1] = 0.5
+    assert "where k_0 is known within a factor of 3" in ranked(cells, "mine").reason
 
 
 def test_recommendation_goes_to_the_cheapest_within_the_limit_and_k_0_costs_most():

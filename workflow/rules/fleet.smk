@@ -41,6 +41,7 @@ rule fleet_index:
             "pneumo/publish/pages/templates/fleet.html.j2",
             "pneumo/publish/pages/templates/fleet.js",
             "pneumo/publish/pages/templates/page.css",
+            "pneumo/publish/pages/templates/engineer.css",
         ],
     output:
         index="results/fleet.nc",

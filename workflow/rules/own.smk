@@ -11,6 +11,7 @@ rule own_cells:
     wildcard_constraints:
         cylinder=r"[A-Za-z][\w-]*",
     params:
+        k_0_factor=lookup("{cylinder}", within=K_0_FACTORS),
         code=code_behind("own_cells.py"),
     message:
         "Full-order runs and replays over seeds, cylinder {wildcards.cylinder}"
@@ -27,6 +28,7 @@ rule own_page:
             "pneumo/publish/pages/templates/macros.html.j2",
             "pneumo/publish/pages/templates/study.html.j2",
             "pneumo/publish/pages/templates/page.css",
+            "pneumo/publish/pages/templates/engineer.css",
         ],
     output:
         page="results/study.html",

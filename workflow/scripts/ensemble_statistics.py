@@ -18,7 +18,7 @@ def main(parameters: Path, blocks: list[Path], tables: Path, code: str) -> None:
         code,
         seed_sets=ensemble.sizes["seeds"],
     )
-    write(ensemble_statistics(ensemble, study.experiments_by_level), tables, about)
+    write(ensemble_statistics(ensemble, study.experiments_by_level), tables, about, digits=6)
 
 
 run_job(main, globals())

@@ -7,9 +7,9 @@ from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import read_study
 
 
-def main(parameters: Path, cylinder: str, cells: Path, threads: int) -> None:
+def main(parameters: Path, cylinder: str, k_0_factor: float, cells: Path, threads: int) -> None:
     study = selected(read_study(parameters), cylinders=[cylinder])
-    save_cells(study, run_study(study, threads), cells)
+    save_cells(study, run_study(study, threads, k_0_factors={cylinder: k_0_factor}), cells)
 
 
 run_job(main, globals())

@@ -100,7 +100,7 @@ def areas_as_printed(results: StudyResults) -> Finding:
 
 
 def equilibrium_pressure_as_printed(_: StudyResults) -> Finding:
-    """Equilibrium pressure as printed, 0.8077 times the supply pressure, Pa."""
+    """Equilibrium pressure, Pa, from the printed rule: 0.8077 times the supply pressure."""
     return Finding(0.8077 * P_S)
 
 
@@ -220,7 +220,7 @@ def gas_law_differentiated(_: StudyResults) -> Finding:
 
 
 def _by_model(name: str, s: State, n: float, area: float, k_0: float, T_in: float) -> tuple[float, float]:
-    """Temperature, K, and rate of pressure, Pa/s, of a reduced model; `area` over that in mid-stroke."""
+    """Temperature, K, and rate of pressure, Pa/s, of a reduced model; `area` is A_q(x) / A_q(x_0)."""
     row = lane(MODELS[name], n, GAMMA)
     T = temperature(s.P, P_0, T_AMB, row.a)
     of_chamber = s.P, T, s.V, s.dV_dt, s.m_in, s.m_out, area

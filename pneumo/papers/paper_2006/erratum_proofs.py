@@ -77,7 +77,7 @@ def P_s_condition() -> tuple[bool, str]:
 
 
 def eq2_areas() -> tuple[bool, str]:
-    """With the magnitude, a negative command empties chamber A; the area that is printed is negative."""
+    """With |u| in eq (2) a negative command empties chamber A; with u, as printed, its area is negative."""
     valve, gas = Valve(1e-7, 10.0), exact_gas(R, GAMMA)
     conditions = Conditions(P_S, P_ATM, T_AMB, T_AMB, P_0, T_AMB)
     m_in, m_out = chamber_flows(-1.0, P_0, T_AMB, valve, gas, conditions)

@@ -94,7 +94,7 @@ def clear_name(alternative: str) -> str:
 
 @paper_style()
 def variants_figure(variants: xr.Dataset) -> Figure:
-    """Draw the ratio of each refinement under each alternative of ``results/variants.nc``.
+    """Draw mean square errors with a refinement over those without, from ``results/variants.nc``.
 
     Exact transport, mean over experiments. A panel per refinement, a row per alternative, a mark per level;
     left of the line the refinement pays.

@@ -44,7 +44,7 @@ def held_out_figure(fit: xr.Dataset) -> Figure:
     fig = new_figure(DOUBLE_MM, 20 + 5 * len(models))
     ax = fig.subplots()
     for place, model in enumerate(models):
-        part, color = fit.sel(model=model), MODEL_LOOKS[model].color
+        part, color = fit.sel(model=model), MODEL_LOOKS[model].color if model in MODEL_LOOKS else INK
         fitted, left = (rms_of_chambers(part[f"rms_{name}"]) / KILO for name in ("fitted", "held_out"))
         ax.plot([fitted, left], [place, place], color=GREY, lw=0.6, zorder=1)
         ax.plot(fitted, place, ls="none", marker="o", markerfacecolor="white", markeredgecolor=color)

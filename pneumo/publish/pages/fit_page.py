@@ -4,7 +4,7 @@ import xarray as xr
 
 from pneumo.publish.figures.fit_figures import held_out_figure, residual_figure
 from pneumo.publish.pages.page import image_address, page_text
-from pneumo.publish.text.terminal_tables import FIT_HEADS, fit_rows
+from pneumo.publish.text.terminal_tables import FIT_HEADS, fit_rows, valve_text, warning_texts
 
 
 def fit_page(fit: xr.Dataset, name: str) -> str:
@@ -17,6 +17,8 @@ def fit_page(fit: xr.Dataset, name: str) -> str:
         samples=fit.sizes["t"],
         duration=f"{fit['t'].values[-1]:.4g}",
         held_out_from=f"{fit.attrs['held_out_from']:.4g}",
+        warnings=warning_texts(fit),
+        valve=valve_text(fit),
         notes=[note for note in str(fit.attrs["notes"]).split("\n") if note],
         pressures=image_address(residual_figure(fit), "png"),
         ranking=image_address(held_out_figure(fit), "png"),

@@ -20,9 +20,9 @@ HEADS = (
     "k₀ (W/K)",
     "take",
     "n",
-    "RMS (kPa)",
+    "worst RMS (kPa)",
     "best",
-    "its RMS (kPa)",
+    "its worst RMS (kPa)",
 )
 HEADS += ("runs", "failed runs")
 TEXTS = ("cylinder", "take", "best")  # columns that hold no numbers
@@ -38,9 +38,9 @@ def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
     rows: list[tuple[Any, ...]] = []
     for i, name in enumerate(columns["cylinder"].tolist()):
         take, (k_0, *others) = str(columns["recommended"][i]), columns["k_0"][i].tolist()
-        rms = np.sqrt(columns["best_mse"][i]) / KILO
+        worst = columns["worst_rms"][i] / KILO
         chosen = models.index(take) if take else None
-        best = columns["place"][i].tolist().index(1) if take else None
+        best = int(worst.argmin()) if take else None
         rows.append(
             (
                 name,
@@ -48,10 +48,10 @@ def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
                 _number(columns["stroke"][i] * KILO),
                 _number(k_0 if all(other == k_0 for other in others) else np.nan),
                 take,
-                None if chosen is None else _number(columns["best_n"][i, chosen]),
-                None if chosen is None else _number(rms[chosen]),
+                None if chosen is None else _number(columns["worst_n"][i, chosen]),
+                None if chosen is None else _number(worst[chosen]),
                 "" if best is None else models[best],
-                None if best is None else _number(rms[best]),
+                None if best is None else _number(worst[best]),
                 int(columns["runs"][i]),
                 int(columns["failed_runs"][i]),
             )

@@ -6,17 +6,26 @@ from pathlib import Path
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.parameters import sonic_conductance
 from pneumo.engineer.own_study import TITLE, save_cells
 from pneumo.errors import InputError, ResultError
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import image_address, page_text
 from pneumo.publish.text.formatting import KILO, percent_text
-from pneumo.publish.text.terminal_tables import STUDY_HEADS, gain_text, ranking_cells
+from pneumo.publish.text.terminal_tables import (
+    ROBUST_TITLE,
+    STUDY_HEADS,
+    gain_text,
+    ranking_cells,
+    robust_cells,
+    robust_heads,
+)
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
 from pneumo.statistics.recommendation import MATERIAL
 from pneumo.storage.files import check_output, read, write_text
 
+MM2, CM3 = 1e6, 1e6  # in a m², in a m³
 MARK = "pneumo study"  # names the page's maker, so that another run may replace it
 PAGE, CELLS = "study.html", "study.nc"
 
@@ -35,6 +44,9 @@ def study_page(study: Study, cells: xr.Dataset, rankings: Sequence[Ranking]) -> 
         heads=STUDY_HEADS,
         cells=ranking_cells,
         gain=gain_text,
+        robust_title=ROBUST_TITLE,
+        robust_heads=robust_heads,
+        robust_cells=robust_cells,
         confidence=percent_text(CONFIDENCE),
         material=percent_text(MATERIAL),
         kilo=KILO,
@@ -45,13 +57,17 @@ def _pictures(cells: xr.Dataset, ranking: Ranking) -> list[tuple[str, str]]:
     """Pictures of a cylinder as (data address, caption)."""
     if not ranking.recommended:
         return []
-    best = "RMS error of each model at its best constant n, both chambers together."
+    best = (
+        "RMS error of each model with the right k_0, both chambers together, at the one n that is best for"
+        " both chambers and all experiments."
+    )
+    over = "RMS error over n, both chambers together; marks: the best n of the grid."
     first = (
         "position, full-order pressures, and full-order minus reduced pressure (chamber A drawn, B dashed)."
     )
     pictures = [
         (study_figures.ranking_figure(ranking), best),
-        (study_figures.error_over_n(cells, ranking), "RMS error over n; marks: the best n of the grid."),
+        (study_figures.error_over_n(cells, ranking), over),
         (study_figures.gain_figure(ranking), "Gain of each refinement, from paired runs."),
     ]
     for name in ranking.experiments:
@@ -65,15 +81,19 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
     experiments: list[Experiment] = [study.experiments[name] for name in ranking.experiments]
     plant = experiments[0].plant
     c, v, s, g = plant.cylinder, plant.valve, plant.conditions, plant.gas
-    valve = f"{v.k_xu:.4g} m²/V up to {v.u_max:g} V, exhaust {v.exhaust:g} times, leak {v.leak:.3g} m²"
+    size = f"{v.k_xu * MM2:.4g} mm²/V"
+    if g.elliptic:
+        size = f"C = {sonic_conductance(v, g):.4g} dm³/(s bar), b = {g.critical_ratio:g}"
+    leak = f"leak {v.leak * MM2:.3g} mm²" if v.leak else "no leak"
+    supply = f"P_s = {s.P_s / KILO:g} kPa, atmosphere {s.P_atm / KILO:g} kPa"
     inputs = [
-        ("areas A, B", f"{c.A_A:.4g}, {c.A_B:.4g} m²"),
-        ("stroke, dead volume", f"{c.stroke:.4g} m, {c.V_d:.4g} m³ for each chamber"),
+        ("areas A, B", f"{c.A_A * MM2:.4g}, {c.A_B * MM2:.4g} mm²"),
+        ("stroke, dead volume", f"{c.stroke * KILO:.4g} mm, {c.V_d * CM3:.4g} cm³ for each chamber"),
         ("mass, friction", f"{c.M:g} kg, {c.k_f:g} N s/m, Coulomb {c.coulomb:g} N"),
         ("constant force", f"{c.load:.4g} N"),
-        ("valve", valve),
-        ("flow", f"{'ISO 6358' if g.elliptic else 'eq (1)'}, critical ratio {g.critical_ratio:g}"),
-        ("supply", f"{s.P_s:g} Pa, atmosphere {s.P_atm:g} Pa, start {s.P_0:.5g} Pa and {s.T_0:g} K"),
+        ("valve", f"{size} up to {v.u_max:g} V, exhaust {v.exhaust:g} times, {leak}"),
+        ("flow", "ISO 6358" if g.elliptic else f"eq (1), critical ratio {g.critical_ratio:.4g}"),
+        ("supply", f"{supply}, start {s.P_0 / KILO:.4g} kPa and {s.T_0:g} K"),
     ]
     for e in experiments:
         loop = "closed" if e.drive.closed_loop else "open"

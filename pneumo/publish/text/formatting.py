@@ -21,7 +21,7 @@ def significant(value: float) -> str:
 
 
 def ends_text(low: float, high: float) -> str:
-    """Write an interval; an end beyond what was searched is open.
+    """Write an interval to three or four digits; an end at 0, at infinity or NaN is open.
 
     Examples
     --------

@@ -13,6 +13,7 @@ from pneumo.evidence.ensemble import CRITERIA
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.ranking import RankedModel, Ranking
+from pneumo.statistics.robust_choice import RobustModel, UnknownConductance
 
 # --- pneumo study ----------------------------------------------------------------------------------
 
@@ -20,6 +21,9 @@ STUDY_HEADS = (
     *("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "geom.", "wins", "A (kPa)", "B (kPa)"),
 )
 IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
+
+
+ROBUST_TITLE = "RMS error (kPa) if the cylinder's k_0 is another than the models'; n for the worst case"
 
 
 def ranking_cells(row: RankedModel) -> list[str]:
@@ -51,8 +55,22 @@ def gain_text(percent: Interval) -> str:
     return f"{percent.value:.0f} %{interval}"
 
 
+def robust_heads(robust: UnknownConductance) -> list[str]:
+    """Headings of the worst cases: the cylinder's k_0 over the assumed one, or both in W/K."""
+    values = [robust.k_0 * scale for scale in (1 / robust.factor, 1.0, robust.factor)]
+    if np.isfinite(robust.k_0):
+        return ["model", "n", *(f"k_0 = {value:.2g} W/K" for value in values), "worst"]
+    return ["model", "n", f"k_0 / {robust.factor:.2g}", "k_0", f"{robust.factor:.2g} k_0", "worst"]
+
+
+def robust_cells(row: RobustModel) -> list[str]:
+    """Cells of a model's line, by `robust_heads`: RMS errors in kPa."""
+    errors = [no_exponent(value / KILO) if np.isfinite(value) else "–" for value in (*row.rms, row.worst)]
+    return [row.model, f"{row.n:g}" if np.isfinite(row.n) else "–", *errors]
+
+
 def study_tables(ranking: Ranking) -> list[Table]:
-    """Ranking of the models, and gain of each refinement, of one cylinder."""
+    """Ranking of the models, their worst cases, and gain of each refinement, of one cylinder."""
     experiments, confidence = ", ".join(ranking.experiments), f"{100 * CONFIDENCE:.0f} %"
     title = f"{ranking.cylinder}: {experiments}, {ranking.runs} runs each; intervals {confidence} over seeds"
     looks: dict[str, Any] = {"title_justify": "left", "box": box.SIMPLE_HEAD}
@@ -65,7 +83,14 @@ def study_tables(ranking: Ranking) -> list[Table]:
     gains = Table("refinement", "models", "gain", title="Taken from the MSE", **looks)
     for gain in ranking.gains:
         gains.add_row(gain.refinement, f"{gain.without} to {gain.refined}", gain_text(gain.percent))
-    return [table, gains]
+    if ranking.unknown_k_0 is None:
+        return [table, gains]
+    worst = Table(title=ROBUST_TITLE, padding=(0, 1, 0, 0), **looks)
+    for head in robust_heads(ranking.unknown_k_0):
+        worst.add_column(head, justify="left" if head == "model" else "right")
+    for row in ranking.unknown_k_0.models:
+        worst.add_row(*robust_cells(row), style="bold" if row.model == ranking.recommended else "")
+    return [table, gains, worst]
 
 
 # --- pneumo fit ------------------------------------------------------------------------------------
@@ -103,12 +128,43 @@ def fit_rows(fit: xr.Dataset) -> list[list[str]]:
     return rows
 
 
-def fit_table(fit: xr.Dataset) -> Table:
-    """Ranking, estimates and 95 per cent intervals of the fitted models."""
-    table = Table(*FIT_HEADS, title="Ranked by error on the part held out; in brackets 95 % intervals")
-    for row in fit_rows(fit):
-        table.add_row(*row)
-    return table
+def fit_tables(fit: xr.Dataset) -> list[Table]:
+    """Ranking with n and k_0, then valve and dead volumes, with 95 per cent intervals: 80 columns each."""
+    titles = "Ranked by rms error on the part held out; 95 % intervals", "Valve and dead volumes"
+    places = (0, 1, 2, 3, 4), (0, 5, 6, 7)
+    tables: list[Table] = []
+    for title, columns in zip(titles, places, strict=True):
+        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+        for place in columns:
+            head = FIT_HEADS[place].removeprefix("rms ").replace(" (", "\n(")
+            table.add_column(head, no_wrap=True)
+        for row in fit_rows(fit):
+            table.add_row(*(row[place] for place in columns))
+        tables.append(table)
+    return tables
+
+
+def valve_text(fit: xr.Dataset) -> str:
+    """What the full-order fit says of the valve's command, or an empty text where there is none."""
+    if "full" not in fit["model"]:
+        return ""
+    parts: list[str] = []
+    for name, text, unit, factor in (
+        ("lag", "lag", "ms", KILO),
+        ("dead_time", "dead time", "ms", KILO),
+        ("null", "null offset", "V", 1.0),
+    ):
+        one = fit.sel(model="full", parameter=name)
+        best, low, high = (factor * one[key].item() for key in ("estimate", "low", "high"))
+        # These may be negative, and no lag is an end that the search has.
+        ends = " to ".join("open" if np.isnan(end) else f"{end:.2g}" for end in (low, high))
+        parts.append(f"{text} {best:.2g} {unit} ({ends})")
+    return f"valve, from the full order: {', '.join(parts)}"
+
+
+def warning_texts(fit: xr.Dataset) -> list[str]:
+    """Return the reasons not to believe a fit, one sentence each."""
+    return [text for text in str(fit.attrs.get("warnings", "")).split("\n") if text]
 
 
 def transient_text(transient: Transient) -> str:

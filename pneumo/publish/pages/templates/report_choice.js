@@ -103,7 +103,7 @@ function button(model, m) {
 
 element("models").append(...models.map(button));
 element("experiment").append(...experiments.map(({ name, text }, e) => new Option(`${name}: ${text.replace(/ \(.*?\)|, [^,]*$/g, "")}`, e)));
-element("n").append(new Option("each model's best", "best"), ...data.n.map((n, place) => new Option(n.toFixed(2), place)));
+element("n").append(new Option("each model's best over both chambers", "best"), ...data.n.map((n, place) => new Option(n.toFixed(2), place)));
 element("experiment").addEventListener("change", (event) => choose({ e: +event.target.value }));
 element("n").addEventListener("change", (event) => choose({ n: event.target.value === "best" ? "best" : +event.target.value }));
 element("transport").addEventListener("change", (event) => choose({ t: event.target.value }));

@@ -1,0 +1,157 @@
+"""`fitted.yaml` of `pneumo fit`: a configuration whose cylinder has what the best model found."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+import yaml
+
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.schema import Configuration
+from pneumo.engineer.fit_parameters import FULL
+from pneumo.errors import printable
+
+DIGITS = 6  # of the numbers written
+LONGEST_NAME = 40  # of a study
+SUFFIX = "-fitted"
+
+
+class Found(NamedTuple):
+    """A parameter of the best model, with the ends of its 95 per cent interval; NaN where open."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def determined(self) -> bool:
+        """Whether the record limits it on both sides."""
+        return bool(np.isfinite(self.low) and np.isfinite(self.high))
+
+    def scaled(self, factor: float) -> "Found":
+        """The same in another unit."""
+        return Found(*(factor * value for value in self))
+
+    def text(self) -> str:
+        """Value and interval."""
+        ends = ("open" if np.isnan(end) else f"{end:.4g}" for end in (self.low, self.high))
+        return f"{self.value:.4g} ({' to '.join(ends)})"
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def best_model(fit: xr.Dataset) -> str:
+    """Name of the first reduced model: the one to replay or export with what `fitted.yaml` has."""
+    return next(str(name) for name in fit["model"].values if name != FULL.name)
+
+
+def best_estimates(fit: xr.Dataset) -> dict[str, Found]:
+    """What the first reduced model of a fit found, by parameter, in SI units."""
+    best = fit.sel(model=best_model(fit))
+    columns = (best[name].values.tolist() for name in ("estimate", "low", "high"))
+    found = dict(zip(fit["parameter"].values.tolist(), map(Found, *columns), strict=True))
+    return {name: one for name, one in found.items() if np.isfinite(one.value)}
+
+
+def common_dead_volume(V_d_A: float, V_d_B: float, plant: Plant) -> tuple[float, float]:
+    """Dead volume, m^3, and shift of the position, m, that give both chambers their volumes at once."""
+    c = plant.cylinder
+    shift = (V_d_A - V_d_B) / (c.A_A + c.A_B)
+    return V_d_A - c.A_A * shift, shift
+
+
+def fitted_configuration(
+    configuration: Configuration, cylinder: str, plant: Plant, fit: xr.Dataset, record: str, T: float
+) -> str:
+    """Return the text of a configuration of one cylinder as the best model of a fit has it.
+
+    The keys are those that the user gave. What has an open interval stays as configured, and a comment says
+    so. Of experiments that differed in k_0 the first of each loop and signal stays.
+
+    Parameters
+    ----------
+    configuration, plant
+        What the fit was made with, and the cylinder's plant there.
+    fit : xarray.Dataset
+        From `fit_measurement`, the best model first.
+    record : str
+        Name of the measurement.
+    T : float
+        Measured temperature of the surroundings, K; NaN where it was not measured.
+    """
+    content = configuration.model_dump(exclude_unset=True)
+    found, notes = best_estimates(fit), list[str]()
+    section = content["cylinders"][cylinder]
+    if np.isfinite(T):
+        content["supply"] |= {"T_amb_K": _rounded(T), "T_in_K": _rounded(T)}
+        notes.append(f"T = {T:.2f} K, measured")
+    if "n" in found:
+        notes.append(
+            f"n = {found['n'].text()}: for export and linearise, as --n {_rounded(found['n'].value)}"
+        )
+    known = {name: one for name, one in found.items() if one.determined}
+    if "k_0" in known:
+        notes.append(f"k_0 = {known['k_0'].text()} W/K, by this model's own wall law")
+    if "k_xu" in known:
+        notes.append(_put_valve(section, known["k_xu"], plant.valve.k_xu))
+    if {"V_d_A", "V_d_B"} <= set(known):
+        A, B = known["V_d_A"], known["V_d_B"]
+        V_d, shift = common_dead_volume(A.value, B.value, plant)
+        section["dead_volume_m3"] = _rounded(V_d)
+        notes.append(f"V_d of A = {A.scaled(1e6).text()} cm3, of B = {B.scaled(1e6).text()} cm3")
+        notes.append(
+            f"  one key has both: {1e6 * V_d:.4g} cm3, with {1e3 * shift:+.4g} mm added to positions"
+        )
+    open_ends = [
+        f"{name} = {one.text()}" for name, one in found.items() if not one.determined and name != "n"
+    ]
+    if open_ends:
+        notes.append(f"not determined by the record, so as configured (SI units): {', '.join(open_ends)}")
+    content["cylinders"] = {cylinder: section}
+    content["experiments"] = _experiments(content, configuration, cylinder, known.get("k_0"))
+    content["run"] = content.get("run", {}) | {"experiments": list(content["experiments"])}
+    content.pop("levels", None)
+    content["name"] = content["name"][: LONGEST_NAME - len(SUFFIX)] + SUFFIX
+    model = best_model(fit)
+    rms = float(np.sqrt(np.mean(fit["rms_held_out"].sel(model=model).values ** 2)))
+    heading = [
+        f"Cylinder {cylinder} as fitted to {printable(record)} by {model}, which is off by"
+        f" {rms / 1e3:.3g} kPa rms on the part held out.",
+        *(f"WARNING: {text}" for text in str(fit.attrs.get("warnings", "")).split("\n") if text),
+        "Found, with 95 % intervals that do not contain what the model itself lacks:",
+        *(f"  {note}" for note in notes),
+    ]
+    body = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+    return "".join(f"# {line}\n" for line in heading) + body
+
+
+def _put_valve(section: dict[str, Any], k_xu: Found, configured: float) -> str:
+    """Put the valve's coefficient into the key that was given, and say what it is."""
+    if "valve" in section:
+        C = k_xu.scaled(section["valve"]["C_dm3_per_sbar"] / configured)
+        section["valve"]["C_dm3_per_sbar"] = _rounded(C.value)
+        return f"C = {C.text()} dm3/(s bar) at u_max_V"
+    section["k_x_k_u_m2_per_V"] = _rounded(k_xu.value)
+    return f"k_x k_u = {k_xu.text()} m2/V"
+
+
+def _experiments(
+    content: dict[str, Any], configuration: Configuration, cylinder: str, k_0: Found | None
+) -> dict[str, Any]:
+    """Experiments of the cylinder among those that run, with its k_0."""
+    runs = configuration.run.experiments
+    kept: dict[str, Any] = {}
+    seen: list[tuple[Any, Any]] = []
+    for name, experiment in content["experiments"].items():
+        if experiment["cylinder"] != cylinder or (runs != "all" and name not in runs):
+            continue
+        if k_0 is not None:
+            experiment.pop("lambda_0_W_per_m2K", None)
+            experiment["k_0_W_per_K"] = _rounded(k_0.value)
+        kind = experiment["loop"], experiment.get("signal")
+        if kind not in seen or k_0 is None:
+            kept[name] = experiment
+            seen.append(kind)
+    return kept

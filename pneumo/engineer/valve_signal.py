@@ -1,0 +1,33 @@
+"""What a valve makes of its command: dead time, first-order lag and null offset."""
+
+import numpy as np
+from scipy.signal import lfilter
+
+INSTANT = 1e-9  # s, a lag that counts as none
+
+
+def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null: float) -> np.ndarray:
+    """Command that the restrictions follow, V, as its mean over each step of `h` s; shape of `u`.
+
+    `u`, V, is the limited command's mean over each step. The valve sees it `dead_time` s later (negative:
+    earlier), follows with the time constant `lag`, s, and is shut at the command `null`, V. Means over steps
+    keep the integral of the command, and vary smoothly with all three numbers.
+    """
+    boundary = np.arange(len(u) + 1) * h
+    integral = np.concatenate([[0.0], np.cumsum(u)]) * h
+    before, after = boundary - dead_time, boundary[-1]
+    late = np.interp(before, boundary, integral)
+    # Beyond the record the command is taken to hold.
+    late += np.minimum(before, 0.0) * u[0] + np.maximum(before - after, 0.0) * u[-1]
+    late = np.diff(late) / h
+    tau = max(lag, INSTANT)
+    decay = np.exp(-h / tau)
+    start, _ = lfilter([0.0, 1 - decay], [1.0, -decay], late, zi=[late[0]])
+    return late + (start - late) * (tau / h) * (1 - decay) - null
+
+
+def behind_valve(inputs: np.ndarray, h: float, valve: dict[str, float]) -> np.ndarray:
+    """Inputs of a replay, shape (steps, 6, 3), with `valve_signal` in place of the command."""
+    result = inputs.copy()
+    result[:, :, 0] = valve_signal(inputs[:, :, 0].mean(axis=1), h, **valve)[:, None]
+    return result

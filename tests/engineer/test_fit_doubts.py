@@ -1,0 +1,123 @@
+"""The full-order fit finds a rig that shares no code with it, and what is not as assumed is said by name."""
+
+import re
+
+import numpy as np
+import pytest
+
+from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
+from benchmarks.fit_bench import believed_plant
+from pneumo.engineer.estimate import REPORTED, Estimate, estimate, split_of
+from pneumo.engineer.fit_doubts import (
+    block_means,
+    disagreements,
+    equally_good,
+    parameter_doubts,
+    record_doubts,
+)
+from pneumo.engineer.fit_parameters import FULL, Problem
+from pneumo.engineer.stage_signals import StageSignals, stage_signals
+from pneumo.engineer.valve_signal import valve_signal
+
+RIG = purpose_rig()
+SECONDS = 5.0
+
+
+def signals_of(rig):
+    c = bench_record(rig, np.random.default_rng(3), SECONDS)
+    return stage_signals(1e-3, c["u"], c["x"], np.array([c["P_A"], c["P_B"]]), U_MAX)
+
+
+def fitted(signals: StageSignals, plant):
+    found = estimate(FULL, plant, signals, noisy_inputs=[])
+    return Problem(FULL, plant, signals.part(0, split_of(signals)), {}), found
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    return believed_plant(RIG._replace(C=1.1 * RIG.C), tmp_path_factory.mktemp("rig"))
+
+
+@pytest.fixture(scope="module")
+def sound(plant):
+    return fitted(signals_of(RIG._replace(lag=3e-3, null=0.1)), plant)
+
+
+def test_full_order_fit_gives_the_rig_back_and_nothing_is_doubted(sound, plant):
+    problem, found = sound
+    truth = {"k_0": RIG.k_0, "k_xu": plant.valve.k_xu / 1.1, "V_d_A": RIG.V_A, "V_d_B": RIG.V_B}
+    for name, value in truth.items():
+        # 95 % intervals, of which some miss: three times their half-width besides.
+        half = (found.high[name] - found.low[name]) / 2
+        assert abs(found.values[name] - value) < 3 * half, name
+        assert half < 0.2 * value, name
+    assert found.values["lag"] + found.values["dead_time"] == pytest.approx(3e-3, abs=1e-4)
+    assert found.values["null"] == pytest.approx(0.1, abs=0.01)
+    assert record_doubts(problem, found) == []
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (
+            lambda p: p._replace(conditions=p.conditions._replace(P_s=p.conditions.P_s + 1e5)),
+            r"supply of 70\d",
+        ),
+        (lambda p: p._replace(cylinder=p.cylinder._replace(A_B=p.cylinder.A_A)), r"area of 691\.\d .*rod"),
+    ],
+)
+def test_a_wrong_configuration_is_named_with_the_number_that_would_explain_the_record(plant, wrong, said):
+    problem, found = fitted(signals_of(RIG), wrong(plant))
+    *symptoms, cause = record_doubts(problem, found)
+    assert symptoms and all("noise" in text for text in symptoms)
+    assert re.search(said, cause)
+
+
+def test_bounds_vague_intervals_and_unlikely_values_are_doubted(sound):
+    problem, found = sound
+    configured = problem.plant.cylinder.V_d
+
+    def doubts(low=(), high=(), **values):
+        changed = found._replace(
+            values=found.values | values, low=found.low | dict(low), high=found.high | dict(high)
+        )
+        return parameter_doubts(problem, changed)
+
+    assert any("closed-chamber test" in text for text in doubts(low={"k_0": np.nan}))
+    assert any("closed-chamber test" in text for text in doubts(high={"k_0": 10 * found.values["k_0"]}))
+    assert any("null offset is on the bound" in text for text in doubts(null=0.1 * U_MAX))
+    assert any("2.5 times the configured" in text for text in doubts(V_d_B=2.5 * configured))
+    assert any("--command linear" in text for text in doubts(dead_time=-5e-3, high={"dead_time": -4e-3}))
+    assert doubts(lag=0.0) == []
+
+
+def test_equally_good_models_that_disagree_are_named():
+    def model(k_0, low, high, error):
+        blank = dict.fromkeys(REPORTED, np.nan)
+        ends = blank | {"k_0": low}, blank | {"k_0": high}
+        return Estimate({"k_0": k_0}, *ends, np.ones(2), np.full(2, error), np.zeros((2, 3)))
+
+    fits = {"M8": model(0.2, 0.1, 0.3, 1000.0), "M9": model(0.6, 0.5, 0.7, 1020.0)}
+    assert equally_good(fits) == ["M8", "M9"]
+    assert len(disagreements(fits)) == 1 and "k_0" in disagreements(fits)[0]
+    assert disagreements(fits | {"M9": model(0.6, np.nan, 0.7, 1020.0)}) == []  # an open end
+    assert disagreements(fits | {"M9": model(0.6, 0.5, 0.7, 2000.0)}) == []  # not as good
+
+
+def test_valve_signal_is_late_lags_and_keeps_the_integral():
+    h, u = 1e-3, np.where(np.arange(400) < 100, 0.0, 2.0)
+    t = h * np.arange(401)
+    np.testing.assert_allclose(
+        valve_signal(u, h, dead_time=0.0, lag=0.0, null=0.0), u, atol=1e-5
+    )  # none is 1 ns
+    late = valve_signal(u, h, dead_time=2.5e-3, lag=0.0, null=0.5)
+    np.testing.assert_allclose(late[100:104], [-0.5, -0.5, 0.5, 1.5], atol=1e-5)
+    slow = valve_signal(u, h, dead_time=0.0, lag=5e-3, null=0.0)
+    # Mean over each step of the exact response, 2 (1 - exp(-t/tau)) from 0.1 s on.
+    from_step = np.maximum(t - 0.1, 0.0)
+    exact = np.diff(2 * (from_step + 5e-3 * np.exp(-from_step / 5e-3))) / h
+    np.testing.assert_allclose(slow, exact, atol=1e-9)
+
+
+def test_means_over_blocks_leave_a_shorter_rest_out():
+    np.testing.assert_array_equal(block_means(np.arange(7.0), 3), [1.0, 4.0])

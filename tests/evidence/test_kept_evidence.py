@@ -1,0 +1,53 @@
+"""Evidence that is kept with the source: whose it is, how much, and a sample of it computed again."""
+
+import json
+
+import netCDF4
+import numpy as np
+import pytest
+from paper_study import STUDY
+
+from pneumo.evidence.seed_sets import both_chambers, read_seed_sets, seed_sets, with_seeds
+from pneumo.storage.kept_evidence import KEPT
+
+BLOCKS = sorted((KEPT / "ensemble").glob("*.nc"))
+DIGITS = 5e-5  # half a unit of the fifth digit, of a number that begins with 1
+MEASURED = ("measurements.nc",)  # made from records, from no configuration
+
+
+def hashes(file):
+    if file.suffix == ".json":
+        content = json.loads(file.read_text(encoding="utf-8"))
+        return content["config_sha256"], content["code_sha256"]
+    with netCDF4.Dataset(file) as dataset:
+        return dataset.config_sha256, dataset.code_sha256
+
+
+def test_each_file_names_what_made_it_and_all_are_small():
+    files = [file for file in KEPT.rglob("*") if file.suffix in (".nc", ".json")]
+    for file in files:
+        config, code = hashes(file)
+        assert len(code) == 64, file
+        assert config == STUDY.config_sha256 or file.name in MEASURED, file
+    assert sum(file.stat().st_size for file in files) <= 2_000_000  # bytes, in every clone
+
+
+def test_no_set_is_kept_twice_and_the_seeds_are_those_that_are_drawn():
+    kept = read_seed_sets(BLOCKS)
+    drawn = seed_sets(STUDY, 100)
+    numbers = kept["seeds"].values.tolist()
+    assert len(set(numbers)) == len(numbers)
+    for cylinder in ("D", "E"):
+        assert kept[f"seed_{cylinder}"].values.tolist() == [drawn[number][cylinder] for number in numbers]
+
+
+@pytest.mark.parametrize("name", ["E10", "E13", "E16"])
+def test_experiments_of_a_set_computed_again_are_those_that_are_kept(name):
+    kept = read_seed_sets(BLOCKS[:1])
+    number = int(kept["seeds"].values[0])
+    short = STUDY.with_halvings()
+    short = short._replace(experiments={name: short.experiments[name]})
+    again = both_chambers(with_seeds(short, seed_sets(STUDY, 100)[number], threads=1))
+    for quantity in ("mse", "mean_error"):
+        own = kept[quantity].sel(seeds=number, experiment=[name]).transpose(*again[quantity].dims)
+        np.testing.assert_allclose(own, again[quantity], rtol=DIGITS, err_msg=quantity)

@@ -1,0 +1,33 @@
+"""README's pictures of two pages, made from results/: `python tests/readme_pictures.py`."""
+
+import base64
+from pathlib import Path
+
+from browser import Browser
+
+ROOT = Path(__file__).parents[1]
+REPORT, REPORT_PICTURE = ROOT / "results/report.html", ROOT / "paper/readme/report.png"
+VIEW = "#e=E06&t=exact&c=A&n=best&m=M5 M7 M8&w=20 22"  # as in the time traces above it
+LIVE, LIVE_PICTURE = ROOT / "results/live.html", ROOT / "paper/readme/live.png"
+WIDTH = 1200  # px
+
+
+def picture(page: Path, view: str, ready: str, first: str, last: str) -> bytes:
+    """PNG of a page, once it is ready, from its first to its last element named."""
+    with Browser() as browser:
+        size = {"width": WIDTH, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        browser.send("Emulation.setDeviceMetricsOverride", **size)
+        browser.open(page, view)
+        browser.wait(ready)
+        top, bottom = browser.run(
+            f"['{first}', '{last}'].map((part) => document.querySelector(part).getBoundingClientRect())"
+            ".map(({ top, bottom }, i) => (i ? bottom : top) + scrollY)"
+        )
+        clip = {"x": 0, "y": top - 12, "width": WIDTH, "height": bottom - top + 24, "scale": 1}
+        shot = browser.send("Page.captureScreenshot", format="png", clip=clip, captureBeyondViewport=True)
+        return base64.b64decode(shot["data"])
+
+
+if __name__ == "__main__":
+    REPORT_PICTURE.write_bytes(picture(REPORT, VIEW, "plots.error", "#explore", ".panels"))
+    LIVE_PICTURE.write_bytes(picture(LIVE, "", "live.steps() > 6000", "header", "main"))
