@@ -2,7 +2,7 @@
 
 import re
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,18 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     lines = [list(head), *map(list, rows)]
     lines.insert(1, ["---"] * len(lines[0]))
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def filled(text: str, made: Mapping[str, Mapping[str, str]]) -> str:
+    """A page with what stands between markers made anew; `KeyError` if a marker's name is unknown."""
+
+    def fill(match: re.Match[str]) -> str:
+        kind, name = match["kind"], match["name"]
+        frame = "\n" if kind == "table" else ""
+        return f"<!-- {kind}: {name} -->{frame}{made[kind][name]}{frame}<!-- /{kind} -->"
+
+    marker = r"<!-- (?P<kind>table|result): (?P<name>[^>]*?) -->.*?<!-- /(?P=kind) -->"
+    return re.sub(marker, fill, text, flags=re.DOTALL)
 
 
 def errata() -> dict[str, str]:

@@ -1,12 +1,11 @@
 """Numbers and figure of measurements.md from results/: `python docs/measured.py` writes them anew."""
 
-import re
 import shutil
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from fragments import table
+from fragments import filled, table
 
 from pneumo.engineer.closed_records import PART, read_closed_record
 from pneumo.storage.kept_evidence import KEPT
@@ -91,15 +90,7 @@ def numbers(found: xr.Dataset) -> dict[str, str]:
 
 def refreshed(text: str, found: xr.Dataset) -> str:
     """The page with everything between markers made anew; `KeyError` if a marker's name is unknown."""
-    made = {"table": tables(found), "result": numbers(found)}
-
-    def fill(match: re.Match[str]) -> str:
-        kind, name = match["kind"], match["name"]
-        frame = "\n" if kind == "table" else ""
-        return f"<!-- {kind}: {name} -->{frame}{made[kind][name]}{frame}<!-- /{kind} -->"
-
-    marker = r"<!-- (?P<kind>table|result): (?P<name>[^>]*?) -->.*?<!-- /(?P=kind) -->"
-    return re.sub(marker, fill, text, flags=re.DOTALL)
+    return filled(text, {"table": tables(found), "result": numbers(found)})
 
 
 if __name__ == "__main__":

@@ -164,6 +164,46 @@ def test_sentences_of_measurements_hold():
     assert (simple > none.sel(law=SIMPLE)).all()
 
 
+def test_numbers_of_at_work_are_what_the_rule_made():
+    from at_work import PAGE, refreshed, stored
+
+    text = PAGE.read_text(encoding="utf-8")
+    assert text.count("<!-- result:") >= 10
+    assert text.count("<!-- table:") == 6
+    assert refreshed(text, stored()) == text
+
+
+def test_sentences_of_at_work_hold():
+    from at_work import WITHOUT_WALL, stored
+
+    found = stored()
+    assert found["plant"].values.tolist() == [
+        "D, 2.5 W/K"
+    ]  # what the page says of others waits for their runs
+    right = found.sel(factor=1.0, plant="D, 2.5 W/K")
+    observers = [use for use in found["use"].values if use.startswith("observer")]
+    controllers = [use for use in found["use"].values if use.startswith("controller")]
+    assert set(right["cheapest"].sel(use=observers).values) == {"M7"}
+    assert set(right["cheapest"].sel(use=controllers).values) == {"M1"}
+    assert all(
+        right["hardly_matters"].sel(use=use) == (use != "controller, following, none") for use in controllers
+    )
+    low = right["mean_correlation"].sel(bound="low")
+    assert all((low.sel(use=use) > 0.5) == ("closed" in use) for use in observers)
+    following = right["mean_correlation"].sel(use="controller, following, none")
+    assert following.sel(bound="high") < -0.5  # the wrong way round
+    loss = right["loss"].sel(use="controller, following, none", bound="estimate")
+    assert loss["compared"].values[loss.values.argmin()] == "M1"
+    replays = right["replay_error"].sel(loop="open").mean("seed")
+    assert set(replays["model"].values[np.argsort(replays.values)[:2]]) == {"M5", "M6"}
+    errors = right["estimation_error"].sel(loop="closed").mean("seed")
+    without = [model in WITHOUT_WALL for model in errors["model"].values]
+    wrong = errors["k_0_factor"].values != 1
+    for sensors in ("one", "both"):
+        at = errors.sel(sensors=sensors).values
+        assert at[wrong].max() < at[without].min()
+
+
 def cylinders(results: Path) -> Path:
     path = results / "cylinders.nc"
     if not path.exists():

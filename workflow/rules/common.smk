@@ -19,3 +19,8 @@ def ensemble_blocks(wildcards):
 def cylinders_of(wildcards):
     """Numbers of the cylinders of a block."""
     return list(range(int(wildcards.first), int(wildcards.first) + CYLINDER_BLOCK))
+
+
+def number_of_plant(wildcards):
+    """Number of a plant at work, from which its seeds are drawn."""
+    return AT_WORK[wildcards.plant]

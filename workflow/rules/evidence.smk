@@ -16,6 +16,7 @@ DRAWN = {
         ("regimes", "cylinders", "regimes_figure", "regime_map"),
         ("variants", "variants", "alternatives_figures", "variants_figure"),
         ("measurements", "measurements", "measurements_figure", "measurements_figure"),
+        ("at_work", "at_work", "at_work_figure", "at_work_figure"),
     ]
 }
 

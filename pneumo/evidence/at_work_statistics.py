@@ -1,0 +1,147 @@
+"""What models at work tell: does the replay error rank them as use does, and how little model will do."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pneumo.statistics.intervals import CONFIDENCE, student_interval
+
+RESAMPLINGS, RESAMPLING_SEED = 1000, 49
+ENOUGH = 1.1  # times the lowest error of use: what a model may lose
+PREDICTS = 0.5  # rank correlation above which the whole interval must lie
+BOUNDS = ("estimate", "low", "high")
+COMPARED_FROM = "M2"  # M1 does not count where it is said that it hardly matters which model is carried
+
+
+class Use(NamedTuple):
+    """What a model is carried for, and by which error that is judged."""
+
+    error: str  # variable of `plant_at_work`
+    at: dict[str, str]  # its dimensions
+    replayed: str  # loop of the runs whose replay errors it is compared with
+
+    @property
+    def paired(self) -> bool:
+        """Whether the replays are of the same runs."""
+        return self.error == "estimation_error"
+
+
+USES = {
+    f"observer, {loop} loop, {sensors}": Use("estimation_error", {"loop": loop, "sensors": sensors}, loop)
+    for loop in ("open", "closed")
+    for sensors in ("none", "one", "both")
+} | {
+    f"controller, {kind}, {sensors}": Use(f"{kind}_error", {"control_sensors": sensors}, "closed")
+    for kind in ("tracking", "following")
+    for sensors in ("none", "both")
+}
+
+
+def carried_at(cells: xr.Dataset, factor: float) -> xr.Dataset:
+    """Cells of the models that carry k_0 times a factor, and of those that carry none, by model."""
+    walled = (cells["model"].groupby("model").count() > 1).to_series()
+    own = [
+        bool(k == factor or not walled[name])
+        for k, name in zip(cells["k_0_factor"].values, cells["model"].values, strict=True)
+    ]
+    found = cells.isel(carried=np.flatnonzero(own))
+    return found.drop_vars("k_0_factor").swap_dims(carried="model").drop_vars("carried")
+
+
+def spearman(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Rank correlation along the first axis, without ties: shape of the other axes."""
+
+    def centred(values: np.ndarray) -> np.ndarray:
+        ranks = values.argsort(axis=0).argsort(axis=0)
+        return ranks - (len(values) - 1) / 2
+
+    x, y = centred(a), centred(b)
+    return (x * y).sum(axis=0) / (x * x).sum(axis=0)
+
+
+def correlations(
+    replayed: np.ndarray, used: np.ndarray, paired: bool, rng: np.random.Generator
+) -> np.ndarray:
+    """Rank correlation of RMS errors over the models: that of all seeds, then of every resampling of them.
+
+    Both are RMS errors of each run, shape (model, seed); `paired` says that both are of the same runs.
+    """
+    count = used.shape[1]
+    all_seeds = np.arange(count)
+    draws = np.vstack([all_seeds, rng.integers(0, count, (RESAMPLINGS, count))])
+    others = draws if paired else np.vstack([all_seeds, rng.integers(0, count, (RESAMPLINGS, count))])
+    return spearman((replayed**2)[:, draws].mean(axis=-1), (used**2)[:, others].mean(axis=-1))
+
+
+def with_bounds(values: np.ndarray) -> np.ndarray:
+    """Estimate and interval from what `correlations` returns: shape (3,)."""
+    tail = 100 * (1 - CONFIDENCE) / 2
+    return np.array([values[0], *np.percentile(values[1:], [tail, 100 - tail])])
+
+
+def predicts(low: float) -> str:
+    """What the low end of a rank correlation's interval says: paper/decisions/0049."""
+    if low > PREDICTS:
+        return "predicts use"
+    return "does not" if low <= 0 else "in part"
+
+
+def losses(used: np.ndarray) -> np.ndarray:
+    """Ratio of each model's error to the lowest, geometric mean and interval: shape (model, 3).
+
+    From errors of each run, shape (model, seed); the lowest is that of the lowest geometric mean.
+    """
+    logarithms = np.log(used)
+    best = logarithms[logarithms.mean(axis=1).argmin()]
+    return np.exp([student_interval(own - best) for own in logarithms])
+
+
+def at_work_statistics(cells: xr.Dataset) -> xr.Dataset:
+    """Correlations, losses and answers from the cells of all plants, joined along `plant`.
+
+    `correlation` of replay error and use by (use, factor, plant, bound), `mean_correlation` over the plants;
+    `loss` against the best model by (use, factor, plant, compared, bound); `cheapest`, the first model whose
+    whole interval of the loss is below `ENOUGH`; `hardly_matters`, whether that holds from M2 on.
+    """
+    rng = np.random.default_rng(RESAMPLING_SEED)
+    factors = sorted(set(cells["k_0_factor"].values.tolist()))
+    models = list(dict.fromkeys(cells["model"].values.tolist()))
+    plants = cells["plant"].values.tolist()
+    shape = len(USES), len(factors), len(plants)
+    correlation, mean = np.empty((*shape, 3)), np.empty((*shape[:2], 3))
+    loss, cheapest = np.empty((*shape, len(models), 3)), np.empty(shape, dtype=object)
+    for j, factor in enumerate(factors):
+        own = carried_at(cells, factor)
+        for i, use in enumerate(USES.values()):
+            errors = own[use.error].sel(use.at).transpose("plant", "model", "seed").values
+            replays = own["replay_error"].sel(loop=use.replayed).transpose("plant", "model", "seed").values
+            resampled = [correlations(*pair, use.paired, rng) for pair in zip(replays, errors, strict=True)]
+            correlation[i, j] = [with_bounds(values) for values in resampled]
+            mean[i, j] = with_bounds(np.mean(resampled, axis=0))
+            loss[i, j] = [losses(one) for one in errors]
+            cheapest[i, j] = [models[int(np.argmax(one[:, 2] < ENOUGH))] for one in loss[i, j]]
+    matters = (loss[..., models.index(COMPARED_FROM) :, 2] < ENOUGH).all(axis=-1)
+    dims = ("use", "factor", "plant")
+    one = {"units": "1"}
+    return xr.Dataset(
+        {
+            "correlation": ((*dims, "bound"), correlation, one | {"long_name": "rank correlation"}),
+            "mean_correlation": (("use", "factor", "bound"), mean, one | {"long_name": "over the plants"}),
+            "loss": (
+                (*dims, "compared", "bound"),
+                loss,
+                one | {"long_name": "error over that of the best model"},
+            ),
+            "cheapest": (dims, cheapest.astype(str), {"long_name": "first model that loses less than 10 %"}),
+            "hardly_matters": (dims, matters.astype(np.int8), {"long_name": "whether M2 to M10 all do so"}),
+        },
+        {"use": list(USES), "factor": factors, "plant": plants, "compared": models, "bound": list(BOUNDS)},
+    )
+
+
+def joined(blocks: list[xr.Dataset]) -> xr.Dataset:
+    """Cells of several plants along `plant`, named by cylinder and conductance."""
+    names = [f"{block['cylinder'].item()}, {block['k_0'].item():.2g} W/K" for block in blocks]
+    plain = [block.drop_attrs(deep=False) for block in blocks]
+    return xr.concat(plain, xr.Variable("plant", names), coords="different", compat="equals")

@@ -1,0 +1,88 @@
+# pyright: basic
+"""The full-order system behind sensors and a sampled controller: commands are held from sample to sample."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from pneumo.configuration.experiment import Drive, Experiment, Plant
+from pneumo.physics.valve import chamber_flows, limited
+from pneumo.simulation.compiled import kernel
+from pneumo.simulation.excitation import command, reference_series, reversed_at
+from pneumo.simulation.full_order import Recording, equilibrium, run
+
+HELD = Drive(False, 0.0, np.inf, each_stage=False)  # the reference is the command, for the whole sample
+X_STEP = 1e-5  # m, of the position sensor
+PRESSURE_RANGE, PRESSURE_BITS = 1e6, 12  # Pa, absolute, of the pressure sensors
+PRESSURE_STEP = PRESSURE_RANGE / 2**PRESSURE_BITS  # Pa
+PRESSURE_NOISE = 1e3  # Pa, standard deviation of their white noise
+X_VARIANCE = X_STEP**2 / 12  # m^2: rounding is uniform
+PRESSURE_VARIANCE = PRESSURE_NOISE**2 + PRESSURE_STEP**2 / 12  # Pa^2
+
+
+@register_jitable
+def rounded(value: float, step: float) -> float:
+    """Value as a sensor of finite resolution gives it."""
+    return step * np.round(value / step)
+
+
+@register_jitable
+def pressure_read(P: float, noise: float) -> float:
+    """Pressure as its sensor gives it, Pa, with this noise, Pa; the sensor ends at 0 and at its range."""
+    return min(max(rounded(P + noise, PRESSURE_STEP), 0.0), PRESSURE_RANGE)
+
+
+@register_jitable
+def air_from_supply(u: float, y: np.ndarray, plant: Plant) -> float:
+    """Mass flow from the supply into the chamber that the command u, V, opens to it, kg/s."""
+    if u >= 0:
+        return chamber_flows(u, y[2], y[3], plant.valve, plant.gas, plant.conditions)[0]
+    return chamber_flows(-u, y[4], y[5], plant.valve, plant.gas, plant.conditions)[0]
+
+
+@kernel
+def held_step(
+    y: np.ndarray, u: float, force: float, plant: Plant, h: float, most_halvings: int
+) -> tuple[np.ndarray, int]:
+    """Six states one sample of h s later, and how often the step was halved; u, V, and the force, N, held."""
+    done = run(y, np.array([u, u]), force, HELD, plant, h, most_halvings)
+    return done.states[1], done.halvings[0]
+
+
+@kernel
+def _sampled(
+    y_0: np.ndarray, reference: np.ndarray, drive: Drive, plant: Plant, h: float, most_halvings: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    steps, sign = len(reference) - 1, 1.0
+    states, u, halvings = np.empty((steps + 1, 6)), np.empty(steps + 1), np.zeros(steps, np.int8)
+    states[0] = y_0
+    for k in range(steps + 1):
+        x = rounded(states[k, 0], X_STEP)
+        now, sign = reversed_at(x, reference[k], sign, drive)
+        u[k] = limited(command(now, x, drive), plant.valve.u_max)
+        if k < steps:
+            states[k + 1], halvings[k] = held_step(states[k], u[k], 0.0, plant, h, most_halvings)
+    return states, u, halvings
+
+
+def sampled_recording(experiment: Experiment, seed: int, steps: int) -> Recording:
+    """Run an experiment with another seed under its controller, sampled at the experiment's step."""
+    e = experiment
+    reference = reference_series(e.drive, e.excitation._replace(seed=seed), steps)
+    states, u, halvings = _sampled(equilibrium(e.plant), reference, e.drive, e.plant, e.h, e.most_halvings)
+    return Recording(states, u, u, HELD, e.plant, e.h, halvings, e.most_halvings)
+
+
+class Readings(NamedTuple):
+    """What the sensors give of a run, at every sample."""
+
+    x: np.ndarray  #: m, shape (samples,)
+    P: np.ndarray  #: Pa, shape (samples, chamber)
+
+
+def readings(states: np.ndarray, rng: np.random.Generator) -> Readings:
+    """Position and both pressures of a run as the sensors give them."""
+    P = states[:, [2, 4]] + PRESSURE_NOISE * rng.standard_normal((len(states), 2))
+    P = np.clip(PRESSURE_STEP * np.round(P / PRESSURE_STEP), 0.0, PRESSURE_RANGE)
+    return Readings(X_STEP * np.round(states[:, 0] / X_STEP), P)
