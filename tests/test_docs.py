@@ -32,6 +32,7 @@ NOT_RUN = {
     ". .venv/bin/activate": "is how the tests are run",
     "uv pip install": "needs the network",
     "snakemake --profile": "needs Slurm; `make slurm-test` runs it",
+    "pneumo study --from": "needs the results of a fleet; a test of the workflow runs it",
 }
 UNKNOWN = "pneumo paper explain T7.M11.mse"
 INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -8,18 +8,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
+from pneumo.engineer.cylinder_template import write_table_template
 from tests.checkout import ROOT, edit
 from tests.torture.study import Study
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 
-def planned(study: Study) -> dict[str, int]:
+def planned(study: Study, *options: str) -> dict[str, int]:
     """Jobs that a dry run would start, by rule."""
-    text = study.run("-n").output
+    text = study.run("-n", *options).output
     if "Nothing to be done" in text:
         return {}
     table = re.search(r"^job\s+count\n-+\s+-+\n(.*?)\n\n", text, re.MULTILINE | re.DOTALL)
@@ -150,3 +152,37 @@ def test_cylinders_of_ones_own(tmp_path):
     own, grid = (study.results / name for name in ("study/mine.nc", "exact/replay/open.nc"))
     with xr.open_dataset(own) as mine, xr.open_dataset(grid) as cell:
         assert (mine["mse"].isel(experiment=0, run=0).values == cell["mse"].values).all()
+
+
+@pytest.mark.slow
+def test_a_table_of_cylinders_runs_in_blocks(tmp_path):
+    compiled_already = {"PYTHONPATH": str(ROOT)}
+    fleet = Study(tmp_path / "fleet", "fleet.yaml", compiled_already)
+    write_table_template(fleet.folder / "fleet.yaml")
+    table = fleet.folder / "fleet.csv"
+    head, first, second = table.read_text().splitlines()
+    table.write_text("\n".join([head, first, second, first.replace("first", "third")]))
+    quick = "run: {seeds: 2, duration_limit_s: 0.3, block_size: 2}\nn: [1.2, 1.3]\n"
+    (fleet.folder / "quick.yaml").write_text(quick)
+    options = ("-j2", "--configfile", "fleet.yaml", "quick.yaml")
+    assert planned(fleet, *options) == {"fleet_block": 2, "fleet_index": 1}
+    done = fleet.run(*options)
+    assert done.code == 0, done.output
+    assert set(fleet.hashes()) == {"fleet/000000.nc", "fleet/000002.nc", "fleet.nc", "fleet.html"}
+    assert planned(fleet, *options) == {}
+    with replaced(table, "third,25.0", "third,20.0"):  # its block alone
+        assert planned(fleet, *options) == {"fleet_block": 1, "fleet_index": 1}
+    with replaced(table, "third,25.0", "third,2000.0"):
+        done = fleet.run(*options)
+    assert (done.code, done.output.count("pneumo: ")) == (2, 1)
+    assert done.refusal.startswith("fleet.csv: row 4, column bore_mm = 2000.0: must be")
+    # The page of one, and the same cells as of its own study, in four bytes.
+    done = fleet.pneumo("study", "--from", "results", "--cylinder", "third", "-o", "page")
+    assert done.code == 0 and "third: open, closed, 2 runs each" in done.output, done.output
+    alone = fleet.pneumo("study", "fleet.yaml", "quick.yaml", "--cylinder", "third", "-o", "alone")
+    assert alone.code == 0, alone.output
+    names = [fleet.folder / name / "study.nc" for name in ("page", "alone")]
+    with xr.open_dataset(names[0]) as stored, xr.open_dataset(names[1]) as computed:
+        assert (stored["mse"].values == computed["mse"].values.astype("float32")).all()
+        traces = [cells["trace_pressure"].values for cells in (stored, computed)]
+        np.testing.assert_array_equal(*traces)

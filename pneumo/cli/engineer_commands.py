@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 if TYPE_CHECKING:
+    from xarray import Dataset
+
     from pneumo.configuration.experiment import Study
     from pneumo.configuration.schema import Configuration
 
@@ -41,12 +43,18 @@ def _study(files: list[Path] | None) -> "Study":
     return study(_configuration(files))
 
 
-def init(file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml")) -> None:
+def init(
+    file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml"),
+    table: Annotated[bool, typer.Option("--table", help="with a table (CSV) of cylinders beside it")] = False,
+) -> None:
     """Write a commented configuration of a cylinder of one's own, to edit for `pneumo study`."""
-    from pneumo.engineer.cylinder_template import write_template
+    from pneumo.engineer.cylinder_template import write_table_template, write_template
 
+    if table:
+        rows = write_table_template(file)
+        return typer.echo(f"{file}, {rows}: written; edit them, then: snakemake -j2 --configfile {file}")
     write_template(file)
-    typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
+    return typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
 
 
 def check(files: Files) -> None:
@@ -64,38 +72,70 @@ def check(files: Files) -> None:
 
 
 def study(
-    files: Files,
+    files: Annotated[
+        list[Path] | None, typer.Argument(help="configuration, later files override earlier ones")
+    ] = None,
     cylinder: Annotated[list[str] | None, typer.Option(help="these cylinders only")] = None,
     experiment: Annotated[list[str] | None, typer.Option(help="these experiments only")] = None,
     seeds: Annotated[int | None, typer.Option(min=1, max=1000, help="runs of each [run.seeds]")] = None,
     threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
+    stored: Annotated[
+        Path | None, typer.Option("--from", help="results of a fleet: the page of one --cylinder of them")
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="folder for study.html and study.nc [study-NAME]")
     ] = None,
 ) -> None:
     """Rank all models on a cylinder of one's own, with error bars, and say which to take."""
+    from pneumo.errors import InputError
+
+    if stored is not None:
+        if not cylinder or len(cylinder) > 1 or files or experiment or seeds:
+            raise InputError("--from RESULTS takes one --cylinder NAME, no files, experiments or seeds")
+        return _stored_study(stored, cylinder[0], output)
+    if not files:
+        raise InputError("Missing argument 'files': a configuration; `pneumo init` writes one")
     configured = _study(files)  # before what takes a second to import
     from rich.console import Console
     from rich.progress import Progress
 
     from pneumo.configuration.known_within import known_within
     from pneumo.engineer import own_study
-    from pneumo.engineer.plants import catalogue_notes
-    from pneumo.errors import InputError
-    from pneumo.publish.pages.study_page import check_folder, save_study
-    from pneumo.publish.text.terminal_tables import study_tables
+    from pneumo.publish.pages.study_page import check_folder
 
     configured = configured._replace(seeds=seeds or configured.seeds)
     chosen = own_study.selected(configured, cylinder or (), experiment or ())
     folder = output or Path(f"study-{chosen.name}")
     check_folder(folder)
-    console = Console()
     with Progress(console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task("full-order runs and replays", total=own_study.simulated_time(chosen))
         cells = own_study.run_study(
             chosen, threads, lambda seconds: bar.advance(line, seconds), known_within(_configuration(files))
         )
-    rankings = own_study.rankings(cells)
+    return _tell(chosen, cells, folder)
+
+
+def _stored_study(results: Path, cylinder: str, output: Path | None) -> None:
+    """Write the page of a cylinder of a fleet from its results."""
+    from pneumo.engineer.fleet import stored_cylinder
+    from pneumo.publish.pages.study_page import check_folder
+
+    folder = output or Path(f"study-{cylinder}")
+    check_folder(folder)
+    _tell(*stored_cylinder(results, cylinder), folder)
+
+
+def _tell(chosen: "Study", cells: "Dataset", folder: Path) -> None:
+    """Print the rankings of a study, and write its page and cells."""
+    from rich.console import Console
+
+    from pneumo.engineer import own_study
+    from pneumo.engineer.plants import catalogue_notes
+    from pneumo.errors import InputError
+    from pneumo.publish.pages.study_page import save_study
+    from pneumo.publish.text.terminal_tables import study_tables
+
+    console, rankings = Console(), own_study.rankings(cells)
     for note in catalogue_notes(chosen):
         console.print(note, markup=False)
     for ranking in rankings:

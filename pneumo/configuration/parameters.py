@@ -8,15 +8,16 @@ import json
 from collections.abc import Mapping, Sequence
 from math import pi, radians, sin
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from pydantic import ValidationError
 
 from pneumo.catalogue import default_conductance
+from pneumo.configuration.cylinder_table import CylinderTable, read_table, with_table
 from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Sampling, Study
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection, GasSection
-from pneumo.configuration.schema_messages import error_line
+from pneumo.configuration.schema_messages import Written, error_line
 from pneumo.configuration.signal_file import read_column
 from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
@@ -34,10 +35,13 @@ def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, An
     return result
 
 
-def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> Configuration:
+def validated(
+    content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]], *written: Written
+) -> Configuration:
     """Validate a merged configuration.
 
-    Its sources, each name and content, later ones overriding earlier ones, are for the error message only.
+    Its sources, each name and content, later ones overriding earlier ones, are for the error message only;
+    so is what tells where a field is written, if not under its path.
 
     Raises
     ------
@@ -50,16 +54,47 @@ def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[s
         # A misspelt key is a missing one too: the line is about what was written.
         order = {"extra_forbidden": 0, "missing": 2}
         first = min(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
-        raise ConfigurationError(" ".join(error_line(first, sources).split())) from None
+        raise ConfigurationError(" ".join(error_line(first, sources, *written).split())) from None
 
 
 def load(*files: Path | str) -> Configuration:
     """Read and validate a configuration from files, later ones overriding earlier ones."""
-    sources = [(printable(str(file), 300), read_yaml(Path(file))) for file in files]
+    return read_sources(*files).validated()
+
+
+class Sources(NamedTuple):
+    """Configuration files, merged, and the table of cylinders that they may name."""
+
+    content: dict[str, Any]  # merged; `cylinders` is the path of the table if there is one
+    parts: list[tuple[str, Mapping[str, Any]]]  # name and content of each source, for error messages
+    table: CylinderTable | None
+
+    def validated(self) -> Configuration:
+        """Validate all of it, each row of the table a cylinder with every experiment."""
+        if self.table is None:
+            return validated(self.content, self.parts)
+        table, experiments = self.table, self.content.get("experiments") or ()
+        content, parts = with_table(self.content, table), [*self.parts, table.source]
+        return validated(content, parts, lambda path: table.written(path, experiments))
+
+
+def read_sources(*files: Path | str, options: Mapping[str, Any] | None = None) -> Sources:
+    """Read configuration files, later ones overriding earlier ones, then `options`, and the table they name.
+
+    The path of a table starts at the configuration that names it, else at the working directory.
+    """
+    parts: list[tuple[str, Mapping[str, Any]]] = []
+    parts += [(printable(str(file), 300), read_yaml(Path(file))) for file in files]
+    folders = [Path(file).parent for file in files]
+    if options:
+        parts, folders = [*parts, ("--config", options)], [*folders, Path()]
     content: dict[str, Any] = {}
-    for _, part in sources:
+    folder = Path()
+    for (_, part), its_folder in zip(parts, folders, strict=True):
         content = merged(content, part)
-    return validated(content, sources)
+        folder = its_folder if "cylinders" in part else folder
+    named = content.get("cylinders")
+    return Sources(content, parts, read_table(folder / named, named) if isinstance(named, str) else None)
 
 
 def study(configuration: Configuration) -> Study:
@@ -67,8 +102,11 @@ def study(configuration: Configuration) -> Study:
     c = configuration
     chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
     experiments = {name: _experiment(c, name) for name in chosen}
-    # What a file holds counts, not its name alone.
-    content = c.model_dump(), [e.excitation.levels for e in experiments.values()]
+    # What a file holds counts, not its name alone; how the work is cut does not.
+    content = (
+        c.model_dump(exclude={"run": {"block_size"}}),
+        [e.excitation.levels for e in experiments.values()],
+    )
     digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
     levels = {name: tuple(values) for name, values in c.levels.items()}
     return Study(c.name, experiments, tuple(c.n), levels, digest, c.run.seeds)

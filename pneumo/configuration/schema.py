@@ -260,7 +260,9 @@ class SignalSection(_Section):
 class ExperimentSection(_Section):
     """One experiment: which cylinder, which loop, how much wall heat, how long."""
 
-    cylinder: str = Field(description="name of one of the cylinders")
+    cylinder: str = Field(
+        description="name of one of the cylinders; none where they are a table: each runs on every row"
+    )
     loop: Literal["open", "closed"] = Field(description="open loop, or proportional position control")
     signal: SignalSection | None = Field(None, description="what excites it, if not the loop's own")
     k_0_W_per_K: Literal["catalogue"] | Conductance | None = Field(
@@ -290,7 +292,7 @@ class ExperimentSection(_Section):
 
 
 class RunSection(_Section):
-    """Which experiments run, for how long at most, and how often `pneumo study` repeats them."""
+    """Which experiments run, for how long at most, how often, and how many cylinders of a table to a job."""
 
     experiments: Literal["all"] | Annotated[list[str], Field(min_length=1)] = Field(
         default="all", description="names of experiments, or all"
@@ -298,6 +300,9 @@ class RunSection(_Section):
     duration_limit_s: Seconds | None = Field(default=None, description="longest full-order run")
     seeds: Count = Field(
         default=5, ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed"
+    )
+    block_size: Count = Field(
+        default=50, ge=1, le=10**6, description="of a table: cylinders in one job of the workflow"
     )
 
 
@@ -307,7 +312,9 @@ class Configuration(_Section):
     name: str = Field(pattern=r"^[\w-]{1,40}$", description="name of the study")
     gas: GasSection
     supply: SupplySection
-    cylinders: dict[Name, CylinderSection] = Field(min_length=1, description="cylinders by name")
+    cylinders: dict[Name, CylinderSection] = Field(
+        min_length=1, description="cylinders by name; or instead the path of a CSV table, from this file"
+    )
     experiments: dict[Name, ExperimentSection] = Field(min_length=1, description="experiments by name")
     levels: dict[Name, list[Conductance]] = Field(
         default_factory=dict, min_length=1, description="conductances k_0, W/K, of each heat-transfer level"

@@ -1,6 +1,6 @@
 """What a field may hold, in words, and the one-line message for a configuration that is wrong."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pneumo.configuration.schema import SCHEMA
@@ -69,8 +69,23 @@ def _sets(content: Mapping[str, Any], path: tuple[Any, ...]) -> bool:
     return True
 
 
-def error_line(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
-    """Return the message for a validation error: source, field, value, what is allowed."""
+def dotted(path: tuple[Any, ...]) -> str:
+    """Return the path of a field as messages have it."""
+    return ".".join(printable(key) if isinstance(key, str) else shown(key) for key in path)
+
+
+Written = Callable[[tuple[Any, ...]], tuple[tuple[Any, ...], str]]
+
+
+def error_line(
+    error: Any,
+    sources: Sequence[tuple[str, Mapping[str, Any]]],
+    written: Written = lambda path: (path, dotted(path)),
+) -> str:
+    """Return the message for a validation error: source, field, value, what is allowed.
+
+    `written` returns the path that a field has in its source, and the words for it.
+    """
     path, node = _schema_at(error["loc"])
     value, text = error["input"], f"must be {allowed(node)}"
     paths, missing = [path], error["type"] == "missing"
@@ -90,7 +105,8 @@ def error_line(error: Any, sources: Sequence[tuple[str, Mapping[str, Any]]]) -> 
         text = " ".join(
             ["the name must be text", *(f"matching `{p}`" for p in parent.get("patternProperties", ()))]
         )
-    field = ".".join(printable(k) if isinstance(k, str) else shown(k) for k in path)
+    path, field = written(path)
+    paths = [written(each)[0] for each in paths]
     setters = [name for name, content in sources if any(_sets(content, path) for path in paths)]
     if missing:
         without = [name for name, content in sources if _sets(content, path[:-1])]

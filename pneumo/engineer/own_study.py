@@ -97,7 +97,7 @@ def one_run(
     `traced`, the first samples of all pressures.
     """
     recording = record(experiment)
-    stride = experiment.pressure_stride
+    stride = experiment.pressure_stride if traced else experiment.steps
     cells = replayed_grid(experiment, n, recording, EXACT_TRANSPORT, stride)
     pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
     ends = [mse_at_other_k_0(experiment, n, ratio) for ratio in (1 / k_0_factor, k_0_factor)]
@@ -126,15 +126,17 @@ def run_study(
     threads: int,
     progress: Callable[[float], None] = lambda _seconds: None,
     k_0_factors: Mapping[str, float] | None = None,
+    *,
+    traced: bool = True,
 ) -> xr.Dataset:
     """Cells of every experiment of a study, run with several seeds; a signal that is not random runs once.
 
     `k_0_factors` are the factors within which k_0 of each cylinder is known, from `known_within`;
     `K_0_FACTOR` where one is not there.
 
-    The variables of `one_run` by (experiment, run, ...), whatever the number of threads; traces of each
-    experiment's first run; `k_0_factor`, `time_constant`, s, and `duration`, s, by experiment. `progress` is
-    called after each run with its simulated time, s.
+    The variables of `one_run` by (experiment, run, ...), whatever the number of threads; where `traced`,
+    traces of each experiment's first run; `k_0_factor`, `time_constant`, s, and `duration`, s, by experiment.
+    `progress` is called after each run with its simulated time, s.
     """
 
     def factor(e: Experiment) -> float:
@@ -143,7 +145,8 @@ def run_study(
     def work(item: tuple[Experiment, int]) -> xr.Dataset:
         e, seed = item
         experiment = e._replace(excitation=e.excitation._replace(seed=seed))
-        cells = one_run(experiment, study.n, seed == e.excitation.seed, factor(e))
+        first = seed == e.excitation.seed
+        cells = one_run(experiment, study.n, traced and first, factor(e))
         progress(e.steps * e.h)
         return cells
 

@@ -11,9 +11,10 @@ from types import SimpleNamespace
 import pytest
 from snakemake.api import SnakemakeApi
 from snakemake.iocontainers import InputFiles, OutputFiles, Params, Wildcards
-from snakemake.settings.types import ResourceSettings
+from snakemake.settings.types import ConfigSettings, ResourceSettings
 from workflow_scripts import SCRIPTS, script
 
+from pneumo.engineer.cylinder_template import write_table_template
 from pneumo.errors import DamagedError, ResultError, RunError
 from pneumo.jobs.run_lock import RUN, RUN_LOCK
 from pneumo.jobs.wrapper import run_job
@@ -57,12 +58,16 @@ def test_main_takes_paths_and_parameters_by_their_names_and_is_called_by_snakema
     run_job(failing(AssertionError), {"__name__": "script"})
 
 
-def test_every_rule_gives_its_script_what_it_takes(monkeypatch):
+def test_every_rule_gives_its_script_what_it_takes(monkeypatch, tmp_path):
+    write_table_template(tmp_path / "fleet.yaml")
     monkeypatch.chdir(SCRIPTS.parents[1])
     monkeypatch.setattr(sys, "executable", sys.executable)  # the Snakefile quotes it
-    with SnakemakeApi() as api:
-        workflow = api.workflow(ResourceSettings(cores=1), snakefile=Path("Snakefile"))._workflow
-    rules = [rule for rule in workflow.rules if rule.script]
+    rules = []
+    for configs in ([tmp_path / "fleet.yaml"], []):  # that of a table has rules of its own
+        with SnakemakeApi() as api:
+            settings = ResourceSettings(cores=1), ConfigSettings(configfiles=configs)
+            workflow = api.workflow(*settings, snakefile=Path("Snakefile"))._workflow
+        rules += [rule for rule in workflow.rules if rule.script]
     for rule in rules:
         named = [*rule.input.keys(), *rule.output.keys(), *rule.params.keys()]
         given = [*named, *rule.wildcard_names, "threads"]

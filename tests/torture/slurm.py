@@ -16,6 +16,7 @@ from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+from tests.fleet import SHORT, write_fleet
 from tests.torture.study import Study
 
 LINK = Path("/etc/slurm/slurm.conf")
@@ -114,22 +115,31 @@ def cluster(scratch: Path) -> Generator[None]:
         yield
 
 
+def study(folder: Path, options: argparse.Namespace) -> Study:
+    """Study of the configuration, or of short runs of a fleet in blocks of two cylinders."""
+    if not options.cylinders:
+        return Study(folder, options.config)
+    found = Study(folder, "fleet.yaml")
+    write_fleet(folder, options.cylinders, f"{SHORT}\n  block_size: 2")
+    return found
+
+
 def main() -> None:
     """Run the study both ways and compare."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--config", default="config/smoke.yaml", help="configuration on top of the paper's")
+    parser.add_argument("--cylinders", type=int, default=0, help="instead: a table of so many, in blocks")
     options = parser.parse_args()
     missing = [program for program in PROGRAMS if not shutil.which(program)]
     if missing or os.geteuid() or LINK.exists():
         reason = f"no {missing[0]}: install slurm-wlm and munge" if missing else "it must be root's to start"
         raise SystemExit(f"slurm-test: not run: {f'{LINK} is there already' if LINK.exists() else reason}")
     with tempfile.TemporaryDirectory(prefix="slurm-") as scratch:
-        local = Study(Path(scratch, "local"), options.config)
+        local, remote = (study(Path(scratch, name), options) for name in ("local", "remote"))
         done = local.run()
         if done.code:
             raise SystemExit(done.output)
         print("local run: done", flush=True)
-        remote = Study(Path(scratch, "remote"), options.config)
         with cluster(Path(scratch)):
             start = time.perf_counter()
             done = remote.run(*OPTIONS, before=("timeout", "-k", "10", "900"))

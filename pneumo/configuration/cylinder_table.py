@@ -1,0 +1,175 @@
+"""Tables of cylinders: a CSV file in the place of the section ``cylinders``, one row a cylinder.
+
+Its columns are keys of the schema, those of inner sections with a point (``valve.b``), and ``name``. Every
+experiment of the configuration runs on every row.
+"""
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pneumo.configuration.schema import SCHEMA
+from pneumo.configuration.schema_messages import dotted, resolved
+from pneumo.errors import ConfigurationError, printable, shown
+
+LARGEST_TABLE = 100_000_000  # bytes; ten thousand cylinders have one or two million
+csv.field_size_limit(LARGEST_TABLE)
+OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys that may differ between rows
+
+
+def _columns(node: Mapping[str, Any], path: str = "") -> list[str]:
+    """Keys of a section of the schema, those of inner sections with their path."""
+    keys: list[str] = []
+    for key, field in node["properties"].items():
+        inner = resolved(field)
+        keys += _columns(inner, f"{path}{key}.") if "properties" in inner else [path + key]
+    return keys
+
+
+COLUMNS = ("name", *_columns(SCHEMA["$defs"]["CylinderSection"]), *OF_EXPERIMENTS)
+
+
+class CylinderTable(NamedTuple):
+    """The rows of a table, as sections of a configuration."""
+
+    file: str  # as messages name it
+    cylinders: dict[str, dict[str, Any]]  # sections by name
+    of_experiments: dict[str, dict[str, Any]]  # `OF_EXPERIMENTS` that a row sets, by name
+    rows: dict[str, int]  # by name, counted as a spreadsheet does: the columns' names are row 1
+
+    @property
+    def source(self) -> tuple[str, dict[str, Any]]:
+        """Name and content, as those of a configuration file, for error messages."""
+        sections = {name: section | self.of_experiments[name] for name, section in self.cylinders.items()}
+        return self.file, {"cylinders": sections}
+
+    def written(self, path: tuple[Any, ...], experiments: Iterable[str]) -> tuple[tuple[Any, ...], str]:
+        """Return where a field of the expanded configuration is written: path in its source, and words.
+
+        `experiments` are those of the configuration, before `with_table`.
+        """
+        if path[:1] == ("experiments",) and len(path) > 1:
+            for cylinder, name in ((c, e) for e in experiments for c in self.rows):
+                if path[1] == experiment_name(cylinder, name):
+                    in_table = path[2:3] and path[2] in self.of_experiments[cylinder]
+                    path = ("cylinders", cylinder, path[2]) if in_table else ("experiments", name, *path[2:])
+                    break
+        if path[:1] == ("cylinders",) and len(path) > 1 and path[1] in self.rows:
+            return path, f"row {self.rows[path[1]]}, column {'.'.join(map(str, path[2:])) or 'name'}"
+        return path, dotted(path)
+
+
+def experiment_name(cylinder: str, experiment: str) -> str:
+    """Return the name of an experiment on one cylinder of a table."""
+    return f"{cylinder}-{experiment}"
+
+
+def with_table(
+    content: Mapping[str, Any], table: CylinderTable, names: Iterable[str] | None = None
+) -> dict[str, Any]:
+    """Return a configuration with the named cylinders of a table, else all, and every experiment on each.
+
+    `ConfigurationError` if an experiment names a cylinder, or two would have one name.
+    """
+    cylinders = {name: table.cylinders[name] for name in names or table.cylinders}
+    result = {**content, "cylinders": cylinders}
+    templates, run = content.get("experiments"), content.get("run")
+    if not isinstance(templates, Mapping) or not all(isinstance(e, Mapping) for e in templates.values()):
+        return result  # the schema says what is wrong
+    experiments: dict[str, Any] = {}
+    for name, template in templates.items():
+        if "cylinder" in template:
+            problem = "has no use with a table of cylinders: every experiment runs on every row"
+            field = f"experiments.{printable(name)}.cylinder = {shown(template['cylinder'])}"
+            raise ConfigurationError(f"{field}: {problem}")
+        for cylinder in cylinders:
+            full = experiment_name(cylinder, name)
+            if full in experiments:
+                raise ConfigurationError(f"{table.file}: two experiments would have the name {full}")
+            experiments[full] = {**template, "cylinder": cylinder, **table.of_experiments[cylinder]}
+    result["experiments"] = experiments
+    if isinstance(run, Mapping) and isinstance(run.get("experiments"), list):
+        chosen = [experiment_name(cylinder, name) for cylinder in cylinders for name in run["experiments"]]
+        result["run"] = {**run, "experiments": chosen}
+    return result
+
+
+def read_table(file: Path, value: str) -> CylinderTable:
+    """Read a table of cylinders; `value` is what the configuration calls it.
+
+    Commas, semicolons or tabs between columns, points in numbers. A cell that is empty leaves its key out, a
+    row without any is skipped.
+
+    Raises
+    ------
+    ConfigurationError
+        With one line that names the file, and row and column where one is wrong.
+    """
+    where = printable(str(file), 300)
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(LARGEST_TABLE + 1)
+        text = content.decode("utf-8-sig")
+    except (OSError, ValueError) as error:
+        problem = printable(str(error), 300)
+        raise ConfigurationError(f"cylinders = {shown(value)}: cannot be read: {problem}") from None
+    if len(content) > LARGEST_TABLE:
+        raise ConfigurationError(f"{where}: must have at most {LARGEST_TABLE} bytes")
+    lines = text.splitlines()
+    delimiter = max(",;\t", key=(lines[0] if lines else "").count)
+    reader = csv.reader(lines, delimiter=delimiter)
+    try:
+        head = [cell.strip() for cell in next(reader, [])]
+        body = [(number, cells) for number, cells in enumerate(reader, start=2) if any(map(str.strip, cells))]
+    except csv.Error as error:
+        raise ConfigurationError(f"{where}: line {reader.line_num}: {printable(str(error))}") from None
+    _check_head(where, head)
+    table = CylinderTable(where, {}, {}, {})
+    for number, cells in body:
+        _add_row(table, head, number, [cell.strip() for cell in cells])
+    if not table.rows:
+        raise ConfigurationError(f"{where}: has no rows below the names of its columns")
+    return table
+
+
+def _check_head(where: str, head: Sequence[str]) -> None:
+    for column in head:
+        if column not in COLUMNS:
+            known = ", ".join(COLUMNS)
+            problem = f"unknown; columns are keys of config/README.md: {known}"
+            raise ConfigurationError(f"{where}: row 1, column {shown(column)}: {problem}")
+        if head.count(column) > 1:
+            raise ConfigurationError(f"{where}: row 1, column {column}: there twice")
+    if "name" not in head:
+        raise ConfigurationError(f"{where}: row 1: no column name, which names the cylinders")
+
+
+def _value(text: str) -> int | float | str:
+    """Number that a cell holds, or its text."""
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(text)
+    return text
+
+
+def _add_row(table: CylinderTable, head: Sequence[str], number: int, cells: Sequence[str]) -> None:
+    """Put one row into a table."""
+    place = f"{table.file}: row {number}"
+    if any(cells[len(head) :]):
+        raise ConfigurationError(f"{place}: has {len(cells)} cells, and there are {len(head)} columns")
+    filled = {column: cell for column, cell in zip(head, cells, strict=False) if cell}
+    name = filled.pop("name", "")
+    if name in table.rows:
+        raise ConfigurationError(f"{place}, column name = {shown(name)}: is row {table.rows[name]} already")
+    section: dict[str, Any] = {}
+    for column, cell in filled.items():
+        *parents, key = column.split(".")
+        inner = section
+        for parent in parents:
+            inner = inner.setdefault(parent, {})
+        inner[key] = _value(cell)
+    table.rows[name] = number
+    table.of_experiments[name] = {key: section.pop(key) for key in OF_EXPERIMENTS if key in section}
+    table.cylinders[name] = section

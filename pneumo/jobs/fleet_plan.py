@@ -1,0 +1,92 @@
+"""What the Snakefile plans for a table of cylinders: its blocks, checked before any job starts."""
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from math import ceil
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pneumo.configuration.cylinder_table import with_table
+from pneumo.configuration.parameters import Sources, read_sources, study, validated
+from pneumo.configuration.schema import Configuration, RunSection
+from pneumo.errors import ConfigurationError
+
+# Of one core, for each n of the grid: all models, at three k_0; benchmarks/fleet.py measures it.
+SECONDS_PER_STEP = 5e-6
+LEAKING = 20.0  # times as long where closed paths of the valve leak
+MARGIN, START = 3.0, 300.0  # over what is expected; s, to import and to compile
+BYTES_PER_STEP, MEMORY = 500, 1000  # of the longest run, for each thread; MB, of the process
+
+
+class Fleet(NamedTuple):
+    """The cylinders of a table in blocks; each block is a study of its own."""
+
+    sources: Sources
+    blocks: dict[str, list[str]]  # names of cylinders, by the number of the first
+
+    def content(self, block: str) -> dict[str, Any]:
+        """Return the configuration of a block's cylinders."""
+        assert self.sources.table is not None
+        return with_table(self.sources.content, self.sources.table, self.blocks[block])
+
+    def signal_files(self) -> list[str]:
+        """Return the files that hold signals of the experiments."""
+        signals = [e.get("signal") or {} for e in self.sources.content["experiments"].values()]
+        return [signal["file"] for signal in signals if "file" in signal]
+
+
+class Need(NamedTuple):
+    """What a job will need at most."""
+
+    seconds: float  # of one core
+    bytes_per_thread: float
+
+    def runtime(self, threads: int, attempt: int) -> int:
+        """Minutes that the job may take, more after each attempt that did not suffice."""
+        return ceil(attempt * (START + MARGIN * self.seconds / threads) / 60)
+
+    def mem_mb(self, threads: int, attempt: int) -> int:
+        """Memory that the job may take, MB, more after each attempt."""
+        return ceil(attempt * (MEMORY + threads * self.bytes_per_thread / 1e6))
+
+
+def need(configuration: Configuration) -> Need:
+    """Return what the runs of a configuration need, from their simulated time."""
+    run, seconds, longest = configuration.run, 0.0, 0.0
+    chosen = configuration.experiments if run.experiments == "all" else run.experiments
+    for e in (configuration.experiments[name] for name in chosen):
+        steps = min(e.duration_s, run.duration_limit_s or e.duration_s) / configuration.step_s
+        valve = configuration.cylinders[e.cylinder].valve
+        slow = LEAKING if valve and valve.leak_dm3_per_sbar else 1.0
+        seconds += SECONDS_PER_STEP * slow * steps * run.seeds * len(configuration.n)
+        longest = max(longest, steps)
+    return Need(seconds, BYTES_PER_STEP * longest)
+
+
+def checked_fleet(
+    config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any], *, check: bool
+) -> Fleet | None:
+    """Return the fleet of Snakemake's configuration, or None if its cylinders are not in a table.
+
+    The configuration is that of the `files` and ``--config`` `options` of the command line, without the
+    paper's. Where `check`, every row is validated; the jobs of a run need not do so again. Ends the process
+    with exit code 2 and one line on standard error if a value cannot be used.
+    """
+    if not isinstance(config["cylinders"], str):
+        return None
+    try:
+        sources = read_sources(*map(os.path.relpath, files), options=options)
+        assert sources.table is not None
+        if check:
+            sources.validated()
+        size = (sources.content.get("run") or {}).get("block_size", RunSection().block_size)
+        names = list(sources.table.rows)
+        blocks = {f"{first:06}": names[first : first + size] for first in range(0, len(names), size)}
+        fleet = Fleet(sources, blocks)
+        if check:  # files of signals are read when units are converted
+            study(validated(with_table(sources.content, sources.table, names[:1]), []))
+        return fleet
+    except ConfigurationError as error:
+        print(f"pneumo: {error}", file=sys.stderr)
+        sys.exit(2)

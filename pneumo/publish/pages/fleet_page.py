@@ -1,0 +1,85 @@
+"""Index page of a fleet: one self-contained HTML file with a table of its cylinders to sort and filter."""
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from markupsafe import Markup
+
+from pneumo.physics.models import MODELS
+from pneumo.publish.pages.page import page_text
+from pneumo.publish.text.formatting import KILO, percent_text
+from pneumo.statistics.recommendation import MATERIAL
+
+DIGITS = 4  # of numbers in the table
+HEADS = (
+    "cylinder",
+    "bore (mm)",
+    "stroke (mm)",
+    "k₀ (W/K)",
+    "take",
+    "n",
+    "worst RMS (kPa)",
+    "best",
+    "its worst RMS (kPa)",
+)
+HEADS += ("runs", "failed runs")
+TEXTS = ("cylinder", "take", "best")  # columns that hold no numbers
+
+
+def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
+    """Return the lines of the table, in the order of `HEADS`, from `pneumo.engineer.fleet.fleet_index`.
+
+    Lengths in mm, errors in kPa; None where there is no number, as where k_0 differs between experiments.
+    """
+    models = index["model"].values.tolist()
+    columns = {str(name): index[name].values for name in index.variables}
+    rows: list[tuple[Any, ...]] = []
+    for i, name in enumerate(columns["cylinder"].tolist()):
+        take, (k_0, *others) = str(columns["recommended"][i]), columns["k_0"][i].tolist()
+        worst = columns["worst_rms"][i] / KILO
+        chosen = models.index(take) if take else None
+        best = int(worst.argmin()) if take else None
+        rows.append(
+            (
+                name,
+                _number(columns["bore"][i] * KILO),
+                _number(columns["stroke"][i] * KILO),
+                _number(k_0 if all(other == k_0 for other in others) else np.nan),
+                take,
+                None if chosen is None else _number(columns["worst_n"][i, chosen]),
+                None if chosen is None else _number(worst[chosen]),
+                "" if best is None else models[best],
+                None if best is None else _number(worst[best]),
+                int(columns["runs"][i]),
+                int(columns["failed_runs"][i]),
+            )
+        )
+    return rows
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None
+
+
+def fleet_page(name: str, index: xr.Dataset) -> str:
+    """Write the page of a fleet, style, script and data inside; the same index gives the same text."""
+    rows = fleet_rows(index)
+    taken, best = ([row[HEADS.index(head)] for row in rows] for head in ("take", "best"))
+    counts = [(model, taken.count(model), best.count(model)) for model in MODELS]
+    data = json.dumps(rows, separators=(",", ":"), allow_nan=False, ensure_ascii=False).replace(
+        "<", "\\u003c"
+    )
+    return page_text(
+        "fleet.html.j2",
+        name=name,
+        heads=HEADS,
+        texts=TEXTS,
+        counts=[count for count in counts if any(count[1:])],
+        without=taken.count(""),
+        total=len(rows),
+        material=percent_text(MATERIAL),
+        data=Markup(data),  # JSON whose "<" are escaped
+        config=index.attrs["config_sha256"],
+    )

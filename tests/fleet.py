@@ -1,0 +1,30 @@
+"""A table of cylinders beside its configuration, for tests and the bench."""
+
+import csv
+from pathlib import Path
+
+from pneumo.engineer.cylinder_template import write_table_template
+
+SHORT = "\n  duration_limit_s: 0.3"  # of every run, s
+
+
+def write_fleet(folder: Path, count: int, run: str = "") -> None:
+    """Write fleet.yaml and fleet.csv, anew if they are there.
+
+    The rows are the first of the table to begin with, each with a stroke and a seed of its own. `run` are
+    lines for the section of that name.
+    """
+    for name in ("fleet.yaml", "fleet.csv"):
+        (folder / name).unlink(missing_ok=True)
+    configuration = folder / "fleet.yaml"
+    table = write_table_template(configuration)
+    text = configuration.read_text(encoding="utf-8")
+    configuration.write_text(text.replace("\nrun:", f"\nrun:{run}"), encoding="utf-8")
+    with table.open(encoding="utf-8", newline="") as file:
+        first = next(csv.DictReader(file))
+    with table.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(first), lineterminator="\n")
+        writer.writeheader()
+        for i in range(count):
+            own = {"name": f"c{i:05}", "stroke_mm": str(80 + i % 400), "seed": str(i + 1)}
+            writer.writerow(first | own)

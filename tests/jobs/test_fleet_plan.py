@@ -1,0 +1,81 @@
+"""The blocks of a fleet that the Snakefile plans, and what their jobs may need."""
+
+from pathlib import Path
+
+import pytest
+
+from pneumo.configuration.parameters import load, read_yaml, study, validated
+from pneumo.engineer.cylinder_template import TEMPLATE, write_table_template
+from pneumo.jobs import fleet_plan
+from pneumo.jobs.fleet_plan import checked_fleet, need
+
+CONFIG = {"cylinders": "fleet.csv"}  # what Snakemake has read
+
+
+@pytest.fixture
+def fleet_of(tmp_path, monkeypatch):
+    """Plan a fleet of so many cylinders in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    write_table_template(Path("fleet.yaml"))
+    head, row, _ = Path("fleet.csv").read_text().splitlines()
+
+    def plan(count, options=None, *, check=True):
+        rows = [row.replace("first", f"c{i}") for i in range(count)]
+        Path("fleet.csv").write_text("\n".join([head, *rows]))
+        return checked_fleet(CONFIG, [Path("fleet.yaml").absolute()], options or {}, check=check)
+
+    return plan
+
+
+def test_blocks_divide_the_rows_and_each_is_a_configuration_of_its_own(fleet_of):
+    fleet = fleet_of(7, {"run": {"block_size": 3}})
+    assert list(fleet.blocks) == ["000000", "000003", "000006"]
+    assert [name for names in fleet.blocks.values() for name in names] == [f"c{i}" for i in range(7)]
+    assert list(validated(fleet.content("000006"), []).cylinders) == ["c6"]
+    whole, parts = study(load("fleet.yaml")).experiments, {}
+    for block in fleet.blocks:
+        parts |= study(validated(fleet.content(block), [])).experiments
+    assert parts == whole
+    assert len(fleet_of(101).blocks) == 3  # of 50
+    assert checked_fleet({"cylinders": {"mine": {}}}, [], {}, check=True) is None
+
+
+def test_a_bad_row_is_refused_once_before_the_jobs(fleet_of, capsys):
+    fleet_of(2)
+    bad = Path("fleet.csv").read_text().replace("c1,25.0", "c1,-25.0")
+    assert "-25" in bad
+    Path("fleet.csv").write_text(bad)
+    files = [Path("fleet.yaml").absolute()]
+    with pytest.raises(SystemExit) as end:
+        checked_fleet(CONFIG, files, {}, check=True)
+    assert end.value.code == 2
+    assert capsys.readouterr().err.startswith("pneumo: fleet.csv: row 3, column bore_mm = -25.0: must be")
+    assert checked_fleet(CONFIG, files, {}, check=False)  # as in the jobs
+
+
+def test_a_signal_that_cannot_be_read_is_refused_before_the_jobs(fleet_of, capsys):
+    signal = {"kind": "csv", "file": "u.csv", "column": "u", "hold_s": 0.1}
+    options = {"experiments": {"open": {"signal": signal}}}
+    with pytest.raises(SystemExit):
+        fleet_of(2, options)
+    assert "signal.file = 'u.csv': cannot be read" in capsys.readouterr().err
+    Path("u.csv").write_text("u\n1\n-1\n")
+    assert fleet_of(2, options).signal_files() == ["u.csv"]
+
+
+def test_what_a_job_may_need_follows_the_simulated_seconds(fleet_of):
+    def of(count, **changes):
+        return need(validated(fleet_of(count, changes).content("000000"), []))
+
+    one, two = of(1), of(2)
+    steps = 2 * 20_000 * 5  # experiments, steps of each, seeds
+    assert one.seconds == pytest.approx(fleet_plan.SECONDS_PER_STEP * steps * 9)
+    assert two.seconds == pytest.approx(2 * one.seconds)
+    assert of(1, run={"seeds": 10}).seconds == pytest.approx(2 * one.seconds)
+    assert of(1, run={"duration_limit_s": 2.0}).seconds == pytest.approx(one.seconds / 10)
+    assert of(1, step_s=0.0005).bytes_per_thread == pytest.approx(2 * one.bytes_per_thread)
+    leaking = read_yaml(TEMPLATE)
+    leaking["cylinders"]["mine"]["valve"]["leak_dm3_per_sbar"] = 0.1
+    assert need(validated(leaking, [])).seconds == pytest.approx(fleet_plan.LEAKING * one.seconds)
+    assert two.runtime(threads=1, attempt=1) < two.runtime(threads=1, attempt=2)
+    assert two.mem_mb(threads=1, attempt=1) < two.mem_mb(threads=4, attempt=1) < two.mem_mb(4, 2)

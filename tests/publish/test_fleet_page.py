@@ -1,0 +1,133 @@
+"""Index page of a fleet: its numbers, its size, and the table in a browser."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from browser import Browser
+from page_checks import assert_quiet, assert_readable, assert_readable_on_a_phone, in_chromium, stands_alone
+from ranked_cells import made, ranked
+
+from pneumo.engineer.fleet import ranking_dataset, together
+from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows
+from pneumo.statistics.ranking import Ranking
+
+SECOND = {"scale": 1e8, "ends": (1.0, 4.0)}
+LARGEST = 5_000_000  # bytes, of ten thousand cylinders
+
+
+@pytest.fixture(scope="module")
+def index():
+    """Three cylinders: the second has the largest error and a k_0 that matters, the third failed."""
+    of_three = ranked(made(), "mine"), ranked(made(**SECOND), "mine"), Ranking("c10", (), 0, ())
+    parts = [ranking_dataset(ranking).drop_vars("advice") for ranking in of_three]
+    for i, other_k_0 in enumerate((0.3, 0.3, 0.4)):
+        parts[i] = parts[i].assign_coords(k_0=("experiment", [0.3, other_k_0]))
+    sizes = zip(parts, (0.025, 0.0123456, 0.1), strict=True)
+    parts = [part.assign(bore=bore, stroke=10 * bore, failed_runs=np.int32(0)) for part, bore in sizes]
+    parts[2]["failed_runs"] += 4
+    return together(parts, ["c1", "c2", "c10"]).assign_attrs(config_sha256="0123456789abcdef" * 4)
+
+
+def test_rows_hold_the_recommendation_in_mm_and_kPa(index):
+    first, second, failed = fleet_rows(index)
+    row = dict(zip(HEADS, first, strict=True))
+    assert (row["cylinder"], row["bore (mm)"], row["stroke (mm)"], row["k₀ (W/K)"]) == (
+        "c1",
+        25.0,
+        250.0,
+        0.3,
+    )
+    ranking = ranked(made(), "mine")
+    take, best = ranking.unknown_k_0.model(ranking.recommended), ranking.unknown_k_0.models[0]
+    assert take != best
+    assert (row["take"], row["n"], row["best"], row["runs"]) == (take.model, take.n, best.model, 4)
+    assert row["worst RMS (kPa)"] == pytest.approx(take.worst / 1e3, rel=1e-3)
+    assert row["its worst RMS (kPa)"] == pytest.approx(best.worst / 1e3, rel=1e-3)
+    assert second[1] == 12.35
+    assert failed == ("c10", 100.0, 1000.0, None, "", None, None, "", None, 0, 4)
+
+
+def test_the_best_model_is_that_of_the_lowest_worst_case(index):
+    ranking = ranked(made(**SECOND), "mine")
+    robust = ranking.unknown_k_0.models[0]
+    assert ranking.rows[0].model != robust.model  # with the right k_0 another is best
+    row = dict(zip(HEADS, fleet_rows(index)[1], strict=True))
+    assert (row["take"], row["best"]) == (ranking.recommended, robust.model)
+    assert row["its worst RMS (kPa)"] == pytest.approx(robust.worst / 1e3, rel=1e-3)
+
+
+def test_the_page_holds_its_rows_and_stands_alone(index):
+    page = fleet_page("<plant>", index)
+    stands_alone(page)
+    data = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
+    assert [tuple(row) for row in json.loads(data[1])] == fleet_rows(index)
+    assert "1 of 3 cylinders have no recommendation" in page and "<plant>" not in page
+    assert page == fleet_page("<plant>", index)
+
+
+def test_ten_thousand_cylinders_make_a_page_of_at_most_5_MB(index):
+    names = [f"cylinder-with-a-long-name-{i:05}" for i in range(10_000)]
+    many: xr.Dataset = index.isel(cylinder=[0, 1] * 5000).assign_coords(cylinder=names)
+    assert 500_000 < len(fleet_page("plant", many).encode()) < LARGEST
+
+
+NAMES = (
+    "[...document.querySelectorAll('#fleet tbody td:first-child')].map(cell => cell.textContent).join(' ')"
+)
+CLICK = "[...document.querySelectorAll('#fleet thead button')].find(b => b.textContent === '{}').click()"
+SET = "(() => {{ const e = element('{}'); e.value = '{}'; e.dispatchEvent(new Event('input')); }})()"
+
+
+@in_chromium
+def test_the_table_sorts_and_filters(index, tmp_path):
+    file = tmp_path / "fleet.html"
+    file.write_text(fleet_page("plant", index), encoding="utf-8")
+    with Browser() as browser:
+        browser.open(file)
+        assert browser.run(NAMES) == "c1 c2 c10"  # numbers in names count as numbers
+        browser.run(CLICK.format("worst RMS (kPa)"))
+        assert browser.run(NAMES) == "c1 c2 c10"
+        browser.run(CLICK.format("worst RMS (kPa)"))
+        assert browser.run(NAMES) == "c2 c1 c10"  # what has no number stays last
+        assert browser.run("document.querySelector('th[aria-sort]').ariaSort") == "descending"
+        browser.run(SET.format("search", "C1"))
+        assert browser.run(NAMES) == "c1 c10"
+        assert browser.run("element('shown').textContent") == "2 of 3 cylinders"
+        browser.run("element('reset').click()")
+        browser.run(SET.format("column", "bore (mm)") + ";" + SET.format("low", "20"))
+        assert browser.run(NAMES) == "c1 c10"
+        browser.run(SET.format("high", "50"))
+        assert browser.run(NAMES) == "c1"
+        browser.run("element('reset').click()")
+        browser.run(SET.format("take", fleet_rows(index)[0][4]))
+        assert browser.run(NAMES) == "c1"
+        assert_readable(browser, least=20)
+        assert_quiet(browser, file)
+
+
+@in_chromium
+def test_a_long_table_is_drawn_in_parts(index, tmp_path):
+    file = tmp_path / "fleet.html"
+    many = index.isel(cylinder=[0] * 450).assign_coords(cylinder=[f"c{i}" for i in range(450)])
+    file.write_text(fleet_page("plant", many), encoding="utf-8")
+    drawn = "document.querySelectorAll('#fleet tbody tr').length"
+    with Browser() as browser:
+        browser.open(file)
+        assert browser.run(drawn) == 200
+        browser.run("element('more').click()")
+        browser.run("element('more').click()")
+        assert browser.run(drawn) == 450 and browser.run("element('more').hidden")
+
+
+@in_chromium
+@pytest.mark.xdist_group("chromium")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_page_is_readable_on_a_phone_in_both_schemes(scheme, index, visit, tmp_path):
+    file = tmp_path / "fleet.html"
+    file.write_text(fleet_page("plant", index), encoding="utf-8")
+    browser = visit(file)
+    assert_readable_on_a_phone(browser, scheme, 40)
+    assert_quiet(browser, file)

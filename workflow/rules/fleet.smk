@@ -1,0 +1,62 @@
+# A table of cylinders: blocks of them, each a job, then one index. Nothing else of the workflow is planned.
+
+
+def block_content(wildcards):
+    """Configuration of a block's cylinders: an edit of a row reruns its block only."""
+    return FLEET.content(wildcards.block)
+
+
+@cache
+def need_of(block):
+    return need(validated(FLEET.content(block), []))
+
+
+rule fleet_block:
+    output:
+        cells="results/fleet/{block}.nc",
+    log:
+        "results/logs/fleet/{block}.log",
+    wildcard_constraints:
+        block=r"\d+",
+    threads: all_cores
+    resources:
+        runtime=lambda wildcards, threads, attempt: need_of(wildcards.block).runtime(threads, attempt),
+        mem_mb=lambda wildcards, threads, attempt: need_of(wildcards.block).mem_mb(threads, attempt),
+    params:
+        content=block_content,
+        signals=fingerprints(FLEET.signal_files()),
+        code=code_behind("fleet_block.py"),
+    message:
+        "Cylinders from {wildcards.block} on: full-order runs and replays over seeds, rankings"
+    script:
+        "../scripts/fleet_block.py"
+
+
+rule fleet_index:
+    input:
+        blocks=expand("results/fleet/{block}.nc", block=FLEET.blocks),
+        templates=[
+            "pneumo/publish/pages/templates/page.html.j2",
+            "pneumo/publish/pages/templates/macros.html.j2",
+            "pneumo/publish/pages/templates/fleet.html.j2",
+            "pneumo/publish/pages/templates/fleet.js",
+            "pneumo/publish/pages/templates/page.css",
+            "pneumo/publish/pages/templates/engineer.css",
+        ],
+    output:
+        index="results/fleet.nc",
+        page="results/fleet.html",
+    log:
+        "results/logs/fleet_index.log",
+    params:
+        name=FLEET.sources.content["name"],
+        code=code_behind("fleet_index.py"),
+    message:
+        "Index of all cylinders"
+    script:
+        "../scripts/fleet_index.py"
+
+
+rule fleet:
+    input:
+        rules.fleet_index.output,

@@ -1,0 +1,33 @@
+# The stages of a study, each from the one before.
+
+
+include: "simulate.smk"
+include: "assess.smk"
+include: "publish.smk"
+include: "second_paper.smk"
+include: "own.smk"
+include: "ensemble.smk"
+include: "cylinders.smk"
+include: "at_work.smk"
+include: "evidence.smk"
+include: "live.smk"
+include: "manuscript.smk"
+
+
+rule paper:
+    input:
+        rules.parameters.output,
+        rules.settling.output,
+        rules.settling_table.output,
+        rules.datum.output,
+        rules.replay.output,
+        rules.statistics.output,
+        rules.schemes.output,
+        rules.figures.output,
+        rules.tables.output,
+        rules.verdict.output,
+        rules.verdict_page.output,
+        rules.verdict_2007.output,
+        rules.verdict_page_2007.output,
+        expand("results/2007/figures/{name}.{kind}", name=DRAWN_2007, kind=["svg", "png"]),
+        rules.report.output,

@@ -1,0 +1,29 @@
+"""Run and rank every cylinder of a block."""
+
+from pathlib import Path
+from typing import Any
+
+from pneumo.configuration.known_within import known_within
+from pneumo.configuration.parameters import study, validated
+from pneumo.engineer.fleet import run_block
+from pneumo.jobs.wrapper import run_job
+from pneumo.storage.files import attributes, write
+from pneumo.storage.grid_layout import same_at_every_n
+
+
+def main(content: dict[str, Any], cells: Path, threads: int, code: str) -> None:
+    configuration = validated(content, [])
+    configured, factors = study(configuration), known_within(configuration)
+    block = run_block(configured, threads, lambda name: print(f"{name}: done", flush=True), factors)
+    about = attributes(
+        f"Reduced models on {block.sizes['cylinder']} cylinders of {configured.name}",
+        "Error of every model at every n against full-order runs over several seeds, and rankings",
+        configured.config_sha256,
+        code,
+        comment=same_at_every_n(),
+        transport="exact",
+    )
+    write(block, cells, about)
+
+
+run_job(main, globals())
