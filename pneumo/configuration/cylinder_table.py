@@ -96,8 +96,8 @@ def with_table(
     return result
 
 
-def read_table(file: Path, value: str) -> CylinderTable:
-    """Read a table of cylinders; `value` is what the configuration calls it.
+def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
+    """Read a table of cylinders; `value` is what the configuration `named_in` calls it.
 
     Commas, semicolons or tabs between columns, points in numbers. A cell that is empty leaves its key out, a
     row without any is skipped.
@@ -114,7 +114,9 @@ def read_table(file: Path, value: str) -> CylinderTable:
         text = content.decode("utf-8-sig")
     except (OSError, ValueError) as error:
         problem = printable(str(error), 300)
-        raise ConfigurationError(f"cylinders = {shown(value)}: cannot be read: {problem}") from None
+        raise ConfigurationError(
+            f"{named_in}: cylinders = {shown(value)}: cannot be read: {problem}"
+        ) from None
     if len(content) > LARGEST_TABLE:
         raise ConfigurationError(f"{where}: must have at most {LARGEST_TABLE} bytes")
     lines = text.splitlines()

@@ -89,12 +89,13 @@ def read_sources(*files: Path | str, options: Mapping[str, Any] | None = None) -
     if options:
         parts, folders = [*parts, ("--config", options)], [*folders, Path()]
     content: dict[str, Any] = {}
-    folder = Path()
-    for (_, part), its_folder in zip(parts, folders, strict=True):
+    folder, source = Path(), ""
+    for (name, part), its_folder in zip(parts, folders, strict=True):
         content = merged(content, part)
-        folder = its_folder if "cylinders" in part else folder
+        folder, source = (its_folder, name) if "cylinders" in part else (folder, source)
     named = content.get("cylinders")
-    return Sources(content, parts, read_table(folder / named, named) if isinstance(named, str) else None)
+    table = read_table(folder / named, named, source) if isinstance(named, str) else None
+    return Sources(content, parts, table)
 
 
 def study(configuration: Configuration) -> Study:

@@ -61,6 +61,6 @@ def both_chambers(cells: xr.Dataset) -> xr.Dataset:
 
 
 def read_seed_sets(blocks: Iterable[Path]) -> xr.Dataset:
-    """Read the errors of all seed sets, whose files have four digits, by (seeds, ...) as `both_chambers`."""
+    """Read the errors of all seed sets, whose files have five digits, by (seeds, ...) as `both_chambers`."""
     parts: list[xr.Dataset] = [read(block) for block in blocks]
     return xr.concat(parts, "seeds").sortby("seeds").astype(float)

@@ -81,7 +81,7 @@ def test_full_order_pressures_are_followed(plant, measured):
     assert np.isnan(found["estimate"].sel(parameter="k_xu")).all()
     # Noise has 200 Pa; M8 lacks little of the truth, and sampled flows miss the valve's corners.
     assert float(found["rms_held_out"].sel(model="M8").max()) < 3000
-    assert "k_x k_u" in fit_page(found, "m.csv")
+    assert "k<sub>x</sub> k<sub>u</sub>" in fit_page(found, "m.csv")
 
 
 def test_columns_of_flow_are_read_in_their_units_or_refused(plant, measured, tmp_path):

