@@ -212,11 +212,12 @@ def test_own_seeds_give_what_the_verdict_says(evidence_file, results):
     own = f.SeedSet(STUDY, first.sel(transport="exact").drop_attrs(), "exact")
     of_study = StudyResults(results, "exact")
     for claim in judge.claims.items.values():
-        if claim.about_models:
+        # Rounded files do not tell whether two models are one to the last digit.
+        if claim.about_models and claim.compute != "same_cells":
             compute = COMPUTATIONS[claim.compute]
             a, b = compute(own, **claim.arguments), compute(of_study, **claim.arguments)
             assert a.holds == b.holds, claim.id
-            # The files have five digits, and steps of the ensemble may be halved: found, at most 0.6 % of a value.
+            # Five digits, and steps that may be halved: found, at most 0.6 % of a value.
             assert a.value == (b.value if b.value is None else pytest.approx(b.value, rel=0.01)), claim.id
 
 
