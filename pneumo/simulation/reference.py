@@ -15,8 +15,8 @@ from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.full_order import Recording
-from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, dormand_prince, embedded_error
-from pneumo.simulation.signals import Reading, stage_inputs
+from pneumo.simulation.runge_kutta import STAGES, dormand_prince, embedded_error
+from pneumo.simulation.signals import Reading, replay_tolerance, stage_inputs
 
 
 @register_jitable
@@ -114,7 +114,7 @@ def replay_lanes(
     moments = np.zeros((count, 2, 2))
     failure = np.full((count, 2), -1)
     P, P_before, error = np.full((count, 2, 1), plant.conditions.P_0), np.empty(1), np.empty(1)
-    most, largest = recording.most_halvings, 0.0
+    most, largest, tolerance = recording.most_halvings, 0.0, replay_tolerance(reading)
     pressure[:, :, 0] = plant.conditions.P_0
     y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
     # Of every part of a step, however often it is halved: parts 1, then 2 and 3, then 4 to 7, ...
@@ -142,7 +142,7 @@ def replay_lanes(
                         found = lane_step(own, context, recording.h / parts, most > 0, Y_lane, K_lane, error)
                         largest = max(largest, found)
                     known = max(known, halvings)
-                    if largest <= STEP_TOLERANCE:
+                    if largest <= tolerance:
                         break
                 if not own[0] > 0:
                     failure[i, side] = k + 1

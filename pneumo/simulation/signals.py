@@ -10,8 +10,9 @@ from pneumo.configuration.experiment import Experiment
 from pneumo.physics.valve import limited
 from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import Recording, full_order_step
-from pneumo.simulation.runge_kutta import STAGES, C
+from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, C
 
+LARGEST_FLOAT = np.finfo(np.float64).max
 PUBLISHED, EXACT = "published", "exact"  # the study's two transports, and folders of results
 
 
@@ -72,6 +73,16 @@ def study_transport(name: str, experiment: Experiment) -> Transport:
         "hold_next": held_to_next(name=PUBLISHED),
     }
     return {EXACT: EXACT_TRANSPORT, PUBLISHED: by_rule[rule]}[name]
+
+
+@register_jitable
+def replay_tolerance(reading: Reading) -> float:
+    """Error estimate over P_0 above which a replay's step is halved where it may be.
+
+    Where a stage at the step's end reads the next sample, a shorter step would read it for a shorter time: it
+    would change the signals, not only follow them more closely. Such a step is halved only where it fails.
+    """
+    return LARGEST_FLOAT if reading.ahead else STEP_TOLERANCE
 
 
 @register_jitable

@@ -29,8 +29,8 @@ from pneumo.simulation.polynomials import (
     polynomial,
 )
 from pneumo.simulation.reference import piston_area
-from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, A, B, E
-from pneumo.simulation.signals import Reading, stage_inputs
+from pneumo.simulation.runge_kutta import STAGES, A, B, E
+from pneumo.simulation.signals import Reading, replay_tolerance, stage_inputs
 
 WIDTH = 8  # lanes are padded to a multiple of this; a vector register holds 2, 4 or 8
 ROW = 104  # lanes at once; 13 cache lines, an odd number, so that rows do not compete for places in the cache
@@ -184,7 +184,7 @@ def estimate_errors(
 
 
 @register_jitable
-def keep_accurate(W: np.ndarray, count: np.uint64) -> bool:
+def keep_accurate(W: np.ndarray, count: np.uint64, tolerance: float) -> bool:
     """Keep the pressures of the lanes that are not `COARSE` any more; whether some still are."""
     coarse = False
     for side in range(2):
@@ -193,7 +193,7 @@ def keep_accurate(W: np.ndarray, count: np.uint64) -> bool:
         for i in range(count):
             if W[COARSE + b + i] > 0:
                 W[AFTER + b + i] = W[now + i]
-                if W[LARGEST + b + i] <= STEP_TOLERANCE:
+                if W[LARGEST + b + i] <= tolerance:
                     W[COARSE + b + i] = 0.0
                 else:
                     coarse = True
@@ -216,6 +216,7 @@ def _replay(
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), starts[3]
     y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
     inputs, most, coarse = np.empty((STAGES + 1, 3)), recording.most_halvings, False
+    tolerance = replay_tolerance(reading)
     for k in range(len(recording.states) - 1):
         if most > 0:
             for b in (np.uint64(0), SIDE_B):
@@ -236,7 +237,7 @@ def _replay(
                 if most > 0:
                     estimate_errors(W, inputs, starts, plant, h / parts, psi, s_sonic)
             if most > 0:
-                coarse = keep_accurate(W, count)
+                coarse = keep_accurate(W, count, tolerance)
             if not coarse:
                 break
         if most > 0:

@@ -99,6 +99,20 @@ def test_parts_of_a_step_read_by_the_same_rule(transport, read):
             np.testing.assert_allclose(inputs[:, 0], u, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.parametrize("replayed", [replay, replay_by_reference])
+def test_a_step_whose_end_reads_the_next_sample_is_halved_only_where_it_fails(replayed):
+    # Halves would read the next sample for a shorter time: other signals, not the same ones more closely.
+    r = record(coarse("E02", 2))
+    assert r.halvings.any()
+    plain = r._replace(most_halvings=0)
+    ours, theirs = replayed(r, LANES, held_to_next()), replayed(plain, LANES, held_to_next())
+    assert (theirs.status == OK).all() and np.array_equal(ours.mse, theirs.mse)
+    r = record(coarse("E06", 10))
+    plain = r._replace(most_halvings=0)
+    assert (replayed(plain, LANES, held_to_next()).status != OK).any()
+    assert (replayed(r, LANES, held_to_next()).status == OK).all()
+
+
 def test_halvings_are_stored():
     e = coarse("E06", 10)
     again = recording_from(datum_dataset(e, record(e)), e)
