@@ -61,8 +61,8 @@ def assert_readable(browser, least: int) -> None:
     assert worst["ratio"] >= 4.5, worst
 
 
-def assert_accessible(browser, file) -> None:
-    """Check a page with axe on a phone and on a desk; contrast is `assert_readable`'s."""
+def assert_accessible(browser, file, first: str = "0") -> None:
+    """Check a page with axe on a phone and on a desk, after a script; contrast is `assert_readable`'s."""
     package = find_spec("axe_core_python")
     if package is None or package.origin is None:
         pytest.skip("axe-core-python is not installed")
@@ -73,7 +73,7 @@ def assert_accessible(browser, file) -> None:
             size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
             browser.send("Emulation.setDeviceMetricsOverride", **size)
             browser.open(file)
-            browser.run(f"{axe};0")
+            browser.run(f"{first};{axe};0")
             found = browser.run(
                 "axe.run({rules: {'color-contrast': {enabled: false}}}).then((r) => r.violations)"
             )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from brief import in_brief
 from exported_c import C_COMPILER, STRICT
 from scipy.integrate import solve_ivp
 
@@ -46,9 +47,16 @@ def signals(t, **columns):
     return np.rec.fromarrays([t, *columns.values()], names=["time", *columns])
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("model", ["M1", "M10", "full"])
-@pytest.mark.parametrize("parts", [{}, {"piston": True}, {"valve": False}])
+FORMS = [
+    (model, fmi, parts)
+    for model in ("M1", "M10", "full")
+    for fmi in (2, 3)
+    for parts in ({}, {"piston": True}, {"valve": False})
+]
+BRIEF_FORMS = [("M10", 2, {}), ("full", 3, {"piston": True})]
+
+
+@pytest.mark.parametrize(("model", "fmi", "parts"), in_brief(FORMS, BRIEF_FORMS))
 def test_fmpy_finds_no_problem_and_default_inputs_simulate(model, fmi, parts, fmus, plant):
     path = fmus(model, fmi, **parts)
     assert validation.validate_fmu(path) == []

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from brief import in_brief
 from exported_c import C_COMPILER, CompiledModel, run_test_program
 from plain_rates import EVERY, OWN
 
@@ -22,6 +23,7 @@ from pneumo.simulation.runge_kutta import STAGES
 from pneumo.simulation.signals import interpolated
 
 N, H = 1.35, 1e-3
+BRIEF = [MODELS["M1"], MODELS["M8"], OWN, "full"]
 # Some hundred roundings, 1.1e-16 each, in every step; earlier ones die out.
 ROUNDING = 1e-12
 
@@ -69,7 +71,9 @@ def run(plant):
 
 
 @C_COMPILER
-@pytest.mark.parametrize("model", [*EVERY, "full"], ids=lambda model: getattr(model, "name", model))
+@pytest.mark.parametrize(
+    "model", in_brief([*EVERY, "full"], BRIEF), ids=lambda model: getattr(model, "name", model)
+)
 def test_steps_of_the_chambers_are_those_of_a_replay(model, run, plant, tmp_path):
     measured = recorded(plant, H, u=run.u, x=run.x, v=run.v, P_A=run.P_A, P_B=run.P_B).recording
     if model == "full":
@@ -121,10 +125,11 @@ FORMS = [
     ),
     ("M10", "float", True, True),
 ]
+BRIEF_FORMS = [(MODELS["M8"], "double", True, True), ("full", "double", 1, 1), ("full", "float", 0, 0)]
 
 
 @C_COMPILER
-@pytest.mark.parametrize(("model", "precision", "valve", "piston"), FORMS)
+@pytest.mark.parametrize(("model", "precision", "valve", "piston"), in_brief(FORMS, BRIEF_FORMS))
 def test_the_test_program_agrees_with_python(model, precision, valve, piston, plant, tmp_path):
     own, parts = rough(plant) if model is OWN else plant, {"valve": bool(valve), "piston": bool(piston)}
     files = exported(model, N, own, "c", precision=precision, stem="model", **parts)

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from brief import in_brief
 
 from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
@@ -56,16 +57,18 @@ def test_full_order_fit_gives_the_rig_back_and_nothing_is_doubted(sound, plant):
     assert record_doubts(problem, found) == []
 
 
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        (
-            lambda p: p._replace(conditions=p.conditions._replace(P_s=p.conditions.P_s + 1e5)),
-            r"supply of 70\d",
-        ),
-        (lambda p: p._replace(cylinder=p.cylinder._replace(A_B=p.cylinder.A_A)), r"area of 691\.\d .*rod"),
-    ],
-)
+def supply_too_high(plant):
+    return plant._replace(conditions=plant.conditions._replace(P_s=plant.conditions.P_s + 1e5))
+
+
+def without_rod(plant):
+    return plant._replace(cylinder=plant.cylinder._replace(A_B=plant.cylinder.A_A))
+
+
+MISTAKES = [(supply_too_high, r"supply of 70\d"), (without_rod, r"area of 691\.\d .*rod")]
+
+
+@pytest.mark.parametrize(("wrong", "said"), in_brief(MISTAKES, MISTAKES[:1]))
 def test_a_wrong_configuration_is_named_with_the_number_that_would_explain_the_record(plant, wrong, said):
     problem, found = fitted(signals_of(RIG), wrong(plant))
     *symptoms, cause = record_doubts(problem, found)

