@@ -25,7 +25,7 @@ def main(records: list[Path], cells: Path, code: str) -> None:
         code,
         license="MIT; the records it was made from: Apache-2.0, osrf/mbari_wec_gz",
     )
-    write(xr.concat(list(parts.values()), xr.Variable("record", list(parts))), cells, about)
+    write(xr.concat(list(parts.values()), xr.Variable("record", list(parts))), cells, about, digits=4)
 
 
 run_job(main, globals())
