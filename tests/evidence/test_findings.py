@@ -215,8 +215,12 @@ def test_own_seeds_give_what_the_verdict_says(evidence_file, results, transport)
             compute = COMPUTATIONS[claim.compute]
             a, b = compute(own, **claim.arguments), compute(of_study, **claim.arguments)
             assert a.holds == b.holds, claim.id
-            # Five digits, and steps that may be halved in the ensemble only (paper/decisions/0036).
-            assert a.value == (b.value if b.value is None else pytest.approx(b.value, rel=0.01)), claim.id
+            # The ensemble may halve steps, the study may not (paper/decisions/0036): that has to change less
+            # than what the verdict's classes allow for other seeds, a quarter of their deviation (0039).
+            if b.value is None:
+                assert a.value is None
+            else:
+                assert a.value == pytest.approx(b.value, abs=0.25 * claim.seed_deviation), claim.id
 
 
 @pytest.mark.results
