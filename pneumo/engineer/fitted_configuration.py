@@ -1,6 +1,6 @@
 """`fitted.yaml` of `pneumo fit`: a configuration whose cylinder has what the best model found."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -10,32 +10,17 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.schema import Configuration
 from pneumo.engineer.fit_parameters import FULL
 from pneumo.errors import printable
+from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
 LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
 
 
-class Found(NamedTuple):
-    """A parameter of the best model, with the ends of its 95 per cent interval; NaN where open."""
-
-    value: float
-    low: float
-    high: float
-
-    @property
-    def determined(self) -> bool:
-        """Whether the record limits it on both sides."""
-        return bool(np.isfinite(self.low) and np.isfinite(self.high))
-
-    def scaled(self, factor: float) -> "Found":
-        """The same in another unit."""
-        return Found(*(factor * value for value in self))
-
-    def text(self) -> str:
-        """Value and interval."""
-        ends = ("open" if np.isnan(end) else f"{end:.4g}" for end in (self.low, self.high))
-        return f"{self.value:.4g} ({' to '.join(ends)})"
+def _text(one: Interval) -> str:
+    """Value and interval."""
+    ends = ("open" if np.isnan(end) else f"{end:.4g}" for end in (one.low, one.high))
+    return f"{one.value:.4g} ({' to '.join(ends)})"
 
 
 def _rounded(value: float) -> float:
@@ -47,11 +32,11 @@ def best_model(fit: xr.Dataset) -> str:
     return next(str(name) for name in fit["model"].values if name != FULL.name)
 
 
-def best_estimates(fit: xr.Dataset) -> dict[str, Found]:
+def best_estimates(fit: xr.Dataset) -> dict[str, Interval]:
     """What the first reduced model of a fit found, by parameter, in SI units."""
     best = fit.sel(model=best_model(fit))
     columns = (best[name].values.tolist() for name in ("estimate", "low", "high"))
-    found = dict(zip(fit["parameter"].values.tolist(), map(Found, *columns), strict=True))
+    found = dict(zip(fit["parameter"].values.tolist(), map(Interval, *columns), strict=True))
     return {name: one for name, one in found.items() if np.isfinite(one.value)}
 
 
@@ -89,24 +74,22 @@ def fitted_configuration(
         notes.append(f"T = {T:.2f} K, measured")
     if "n" in found:
         notes.append(
-            f"n = {found['n'].text()}: for export and linearise, as --n {_rounded(found['n'].value)}"
+            f"n = {_text(found['n'])}: for export and linearise, as --n {_rounded(found['n'].value)}"
         )
-    known = {name: one for name, one in found.items() if one.determined}
+    known = {name: one for name, one in found.items() if one.known}
     if "k_0" in known:
-        notes.append(f"k_0 = {known['k_0'].text()} W/K, by this model's own wall law")
+        notes.append(f"k_0 = {_text(known['k_0'])} W/K, by this model's own wall law")
     if "k_xu" in known:
         notes.append(_put_valve(section, known["k_xu"], plant.valve.k_xu))
     if {"V_d_A", "V_d_B"} <= set(known):
         A, B = known["V_d_A"], known["V_d_B"]
         V_d, shift = common_dead_volume(A.value, B.value, plant)
         section["dead_volume_m3"] = _rounded(V_d)
-        notes.append(f"V_d of A = {A.scaled(1e6).text()} cm3, of B = {B.scaled(1e6).text()} cm3")
+        notes.append(f"V_d of A = {_text(A.scaled(1e6))} cm3, of B = {_text(B.scaled(1e6))} cm3")
         notes.append(
             f"  one key has both: {1e6 * V_d:.4g} cm3, with {1e3 * shift:+.4g} mm added to positions"
         )
-    open_ends = [
-        f"{name} = {one.text()}" for name, one in found.items() if not one.determined and name != "n"
-    ]
+    open_ends = [f"{name} = {_text(one)}" for name, one in found.items() if not one.known and name != "n"]
     if open_ends:
         notes.append(f"not determined by the record, so as configured (SI units): {', '.join(open_ends)}")
     content["cylinders"] = {cylinder: section}
@@ -127,18 +110,18 @@ def fitted_configuration(
     return "".join(f"# {line}\n" for line in heading) + body
 
 
-def _put_valve(section: dict[str, Any], k_xu: Found, configured: float) -> str:
+def _put_valve(section: dict[str, Any], k_xu: Interval, configured: float) -> str:
     """Put the valve's coefficient into the key that was given, and say what it is."""
     if "valve" in section:
         C = k_xu.scaled(section["valve"]["C_dm3_per_sbar"] / configured)
         section["valve"]["C_dm3_per_sbar"] = _rounded(C.value)
-        return f"C = {C.text()} dm3/(s bar) at u_max_V"
+        return f"C = {_text(C)} dm3/(s bar) at u_max_V"
     section["k_x_k_u_m2_per_V"] = _rounded(k_xu.value)
-    return f"k_x k_u = {k_xu.text()} m2/V"
+    return f"k_x k_u = {_text(k_xu)} m2/V"
 
 
 def _experiments(
-    content: dict[str, Any], configuration: Configuration, cylinder: str, k_0: Found | None
+    content: dict[str, Any], configuration: Configuration, cylinder: str, k_0: Interval | None
 ) -> dict[str, Any]:
     """Experiments of the cylinder among those that run, with its k_0."""
     runs = configuration.run.experiments

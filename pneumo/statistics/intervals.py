@@ -8,7 +8,7 @@ CONFIDENCE = 0.95
 
 
 class Interval(NamedTuple):
-    """An estimate with the ends of its interval; the ends are NaN where one sample leaves no interval."""
+    """An estimate with the ends of its interval; an end that nothing limits is NaN."""
 
     value: float
     low: float
@@ -16,8 +16,12 @@ class Interval(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether there is an interval."""
+        """Whether the interval has two ends."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high))
+
+    def scaled(self, factor: float) -> "Interval":
+        """Return the same in another unit."""
+        return Interval(*(factor * value for value in self))
 
 
 def student_interval(samples: np.ndarray) -> Interval:
