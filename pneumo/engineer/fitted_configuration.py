@@ -1,4 +1,4 @@
-"""`fitted.yaml` of `pneumo fit`: a configuration whose cylinder has what the best model found."""
+"""`fitted.yaml` of `pneumo fit`: a configuration whose cylinder has what the full order found."""
 
 from typing import Any
 
@@ -15,6 +15,8 @@ from pneumo.statistics.intervals import Interval
 DIGITS = 6  # of the numbers written
 LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
+KEPT = ("k_0", "k_xu", "V_d_A", "V_d_B")  # what a configuration has keys for
+EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
 
 
 def _text(one: Interval) -> str:
@@ -28,16 +30,32 @@ def _rounded(value: float) -> float:
 
 
 def best_model(fit: xr.Dataset) -> str:
-    """Name of the first reduced model: the one to replay or export with what `fitted.yaml` has."""
+    """Name of the first reduced model: the one to replay or export."""
     return next(str(name) for name in fit["model"].values if name != FULL.name)
 
 
-def best_estimates(fit: xr.Dataset) -> dict[str, Interval]:
-    """What the first reduced model of a fit found, by parameter, in SI units."""
-    best = fit.sel(model=best_model(fit))
-    columns = (best[name].values.tolist() for name in ("estimate", "low", "high"))
+def row_of_the_rig(fit: xr.Dataset) -> str:
+    """Name of the row for the configuration: the full order's, or without its intervals the best model's.
+
+    The parameters of a reduced model also make up for what that model lacks.
+    """
+    if FULL.name not in fit["model"].values:
+        return best_model(fit)
+    ends = fit[["low", "high"]].sel(model=FULL.name).to_array()
+    return FULL.name if np.isfinite(ends).any() else best_model(fit)
+
+
+def estimates(fit: xr.Dataset, model: str) -> dict[str, Interval]:
+    """What a model of a fit found, by parameter, in SI units."""
+    row = fit.sel(model=model)
+    columns = (row[name].values.tolist() for name in ("estimate", "low", "high"))
     found = dict(zip(fit["parameter"].values.tolist(), map(Interval, *columns), strict=True))
     return {name: one for name, one in found.items() if np.isfinite(one.value)}
+
+
+def _error(fit: xr.Dataset, model: str) -> str:
+    """Error of a model on the part held out."""
+    return f"{np.sqrt(np.mean(fit['rms_held_out'].sel(model=model).values ** 2)) / 1e3:.3g} kPa rms"
 
 
 def common_dead_volume(V_d_A: float, V_d_B: float, plant: Plant) -> tuple[float, float]:
@@ -50,10 +68,11 @@ def common_dead_volume(V_d_A: float, V_d_B: float, plant: Plant) -> tuple[float,
 def fitted_configuration(
     configuration: Configuration, cylinder: str, plant: Plant, fit: xr.Dataset, record: str, T: float
 ) -> str:
-    """Return the text of a configuration of one cylinder as the best model of a fit has it.
+    """Return the text of a configuration of one cylinder as `row_of_the_rig` of a fit has it.
 
     The keys are those that the user gave. What has an open interval stays as configured, and a comment says
-    so. Of experiments that differed in k_0 the first of each loop and signal stays.
+    so. Another has what the best reduced model needs for an export. Of experiments that differed in k_0 the
+    first of each loop and signal stays.
 
     Parameters
     ----------
@@ -67,18 +86,15 @@ def fitted_configuration(
         Measured temperature of the surroundings, K; NaN where it was not measured.
     """
     content = configuration.model_dump(exclude_unset=True)
-    found, notes = best_estimates(fit), list[str]()
+    rig, best = row_of_the_rig(fit), best_model(fit)
+    found, of_best, notes = estimates(fit, rig), estimates(fit, best), list[str]()
     section = content["cylinders"][cylinder]
     if np.isfinite(T):
         content["supply"] |= {"T_amb_K": _rounded(T), "T_in_K": _rounded(T)}
         notes.append(f"T = {T:.2f} K, measured")
-    if "n" in found:
-        notes.append(
-            f"n = {_text(found['n'])}: for export and linearise, as --n {_rounded(found['n'].value)}"
-        )
     known = {name: one for name, one in found.items() if one.known}
     if "k_0" in known:
-        notes.append(f"k_0 = {_text(known['k_0'])} W/K, by this model's own wall law")
+        notes.append(f"k_0 = {_text(known['k_0'])} W/K")
     if "k_xu" in known:
         notes.append(_put_valve(section, known["k_xu"], plant.valve.k_xu))
     if {"V_d_A", "V_d_B"} <= set(known):
@@ -89,7 +105,7 @@ def fitted_configuration(
         notes.append(
             f"  one key has both: {1e6 * V_d:.4g} cm3, with {1e3 * shift:+.4g} mm added to positions"
         )
-    open_ends = [f"{name} = {_text(one)}" for name, one in found.items() if not one.known and name != "n"]
+    open_ends = [f"{name} = {_text(one)}" for name, one in found.items() if name in KEPT and not one.known]
     if open_ends:
         notes.append(f"not determined by the record, so as configured (SI units): {', '.join(open_ends)}")
     content["cylinders"] = {cylinder: section}
@@ -97,15 +113,19 @@ def fitted_configuration(
     content["run"] = content.get("run", {}) | {"experiments": list(content["experiments"])}
     content.pop("levels", None)
     content["name"] = content["name"][: LONGEST_NAME - len(SUFFIX)] + SUFFIX
-    model = best_model(fit)
-    rms = float(np.sqrt(np.mean(fit["rms_held_out"].sel(model=model).values ** 2)))
+    options = [f"--{key} {_rounded(of_best[n].value)}" for n, key in EXPORTED.items() if n in of_best]
+    own = [f"{n} = {_text(of_best[n])}" for n in EXPORTED if n in of_best]
     heading = [
-        f"Cylinder {cylinder} as fitted to {printable(record)} by {model}, which is off by"
-        f" {rms / 1e3:.3g} kPa rms on the part held out.",
+        f"Cylinder {cylinder} as fitted to {printable(record)} by {rig}, which is off by {_error(fit, rig)}"
+        " on the part held out.",
         *(f"WARNING: {text}" for text in str(fit.attrs.get("warnings", "")).split("\n") if text),
-        "Found, with 95 % intervals that do not contain what the model itself lacks:",
+        "Found, with 95 % intervals:",
         *(f"  {note}" for note in notes),
+        f"Best reduced model: {best}, off by {_error(fit, best)}{', with its own ' if own else ''}"
+        + ", ".join(own),
     ]
+    if options:
+        heading.append(f"  for export and linearise: {best} {' '.join(options)}")
     body = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     return "".join(f"# {line}\n" for line in heading) + body
 

@@ -18,15 +18,18 @@ SAMPLES = 200
 VALUES = {"n": 1.312345678, "k_0": 0.4512345678, "k_xu": 8.9e-7, "V_d_A": 9e-6, "V_d_B": 11e-6}
 
 
-def found(values=VALUES, model="M8", **open_ends):
-    """Dataset of a fit with these values, within 10 per cent; other ends by name."""
+def found(values=VALUES, model="M8", full=None, **open_ends):
+    """Dataset of a fit with these values, within 10 per cent; other ends by name; `full` is put first."""
     P = np.full((2, SAMPLES), 4e5)
     m = Measurement("bench.csv", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P, None, np.nan, ())
     low, high = ({name: factor * value for name, value in values.items()} for factor in (0.9, 1.1))
     low |= open_ends
     one = Estimate(values, low, high, np.full(2, 900.0), np.array([1000.0, 1400.0]), P)
     worse = Estimate({"n": 1.0}, {}, {}, np.full(2, 9e3), np.full(2, 9e3), P)
-    return dataset(m, {model: one, "M2": worse}, 120)
+    fits = (
+        {} if full is None else {"full": full._replace(rms=one.rms, held_out=np.full(2, 300.0), pressure=P)}
+    )
+    return dataset(m, fits | {model: one, "M2": worse}, 120)
 
 
 def read(text, tmp_path):
@@ -63,7 +66,7 @@ def test_a_valve_by_its_catalogue_stays_one_and_every_experiment_has_k_0(mine, t
     for said in (
         "bench.csv by M8",
         "1.22 kPa",
-        "--n 1.31235",
+        "export and linearise: M8 --n 1.31235 --k0 0.451235",
         f"C = {C:.4g} ({0.9 * C:.4g} to {1.1 * C:.4g})",
     ):
         assert said in head
@@ -95,6 +98,24 @@ def test_what_the_record_does_not_determine_stays_and_is_said(mine, tmp_path):
     after = read(text, tmp_path)[1].experiments["open"].plant
     assert after.valve == before.valve and "k_0 =" not in text
     assert after.k_0 == default_conductance(after.cylinder).k_0
+
+
+def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment(mine, tmp_path):
+    rig = {"k_0": 0.8, "k_xu": 9.5e-7, "V_d_A": 7e-6, "V_d_B": 7e-6, "lag": 2e-3}
+    low, high = ({name: factor * value for name, value in rig.items()} for factor in (0.9, 1.1))
+    full = Estimate(rig, low | {"lag": np.nan}, high, *[np.zeros(2)] * 3)
+    text = written(found(full=full), "mine", mine, TEMPLATE)
+    plant = configured_plant(read(text, tmp_path)[1])
+    assert (plant.k_0, plant.cylinder.V_d) == pytest.approx((0.8, 7e-6))
+    assert plant.valve.k_xu == pytest.approx(9.5e-7, rel=1e-5)
+    head = text.partition("name:")[0]
+    assert "bench.csv by full, which is off by 0.3 kPa" in head and "M8, off by 1.22 kPa" in head
+    assert "n = 1.312 (1.181 to 1.444), k_0 = 0.4512 (0.4061 to 0.4964)" in head
+    assert "M8 --n 1.31235 --k0 0.451235" in head and "lag" not in head  # no key has a lag
+    # A full order that leaves more than noise has no intervals: then the best model's stand.
+    text = written(found(full=full._replace(low={}, high={})), "mine", mine, TEMPLATE)
+    assert configured_plant(read(text, tmp_path)[1]).k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
+    assert "bench.csv by M8" in text
 
 
 def test_a_coefficient_gives_way_to_k_0_and_a_measured_temperature_is_kept(mine, tmp_path):
