@@ -19,6 +19,7 @@ from pneumo.engineer.fit_doubts import (
 from pneumo.engineer.fit_parameters import FULL, Problem
 from pneumo.engineer.stage_signals import StageSignals, stage_signals
 from pneumo.engineer.valve_signal import valve_signal
+from pneumo.physics.models import MODELS
 
 RIG = purpose_rig()
 SECONDS = 5.0
@@ -92,6 +93,14 @@ def test_bounds_vague_intervals_and_unlikely_values_are_doubted(sound):
     assert any("2.5 times the configured" in text for text in doubts(V_d_B=2.5 * configured))
     assert any("--command linear" in text for text in doubts(dead_time=-5e-3, high={"dead_time": -4e-3}))
     assert doubts(lag=0.0) == []
+
+
+@pytest.mark.parametrize(("n", "odd"), [(0.9, True), (1.0, False), (1.39, False), (1.5, True)])
+def test_n_outside_1_to_gamma_is_doubted(sound, n, odd):
+    problem, found = sound  # a reduced model has an n
+    changed = found._replace(values=found.values | {"n": n})
+    said = [text for text in parameter_doubts(problem._replace(model=MODELS["M6"]), changed) if "gas" in text]
+    assert said == ([f"n = {n:.3g} is outside 1 to 1.4: no gas does this"] if odd else [])
 
 
 def test_equally_good_models_that_disagree_are_named():

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from page_checks import assert_quiet, assert_readable_on_a_phone, in_chromium
+from page_checks import assert_accessible, assert_quiet, assert_readable_on_a_phone, in_chromium
 from rich.console import Console
 
 from pneumo.engineer.estimate import Estimate, dataset
@@ -27,7 +27,9 @@ def found():
         ends = {"k_0": low}, {"k_0": high}
         return Estimate(values, *ends, np.array([900.0, 1100.0]), np.full(2, held_out), P + 100.0)
 
-    return dataset(m, {"M8": estimate(0.3, 0.2, np.nan, 1e3), "M3": estimate(0.5, 0.4, 0.6, 3e3)}, 120)
+    return dataset(
+        m, {"M8": estimate(0.3, 0.2, np.nan, 1e3), "M3": estimate(0.5, 0.4, 0.6, 3e3)}, 120
+    ).assign_attrs(warnings="P_A: <i>\nP_B: odd")
 
 
 def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(found):
@@ -40,7 +42,7 @@ def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(found
     assert cells[0]["V_d of B (cm³)"].startswith("5.00")
     page = fit_page(found, "<script>bench</script>.csv")
     assert "<script>" not in page and "&lt;script&gt;" in page
-    assert "column &lt;b&gt;: odd" in page
+    assert "column &lt;b&gt;: odd" in page and "P_A: &lt;i&gt;" in page and "P_B: odd" in page
     assert not re.search(r"(?:src|href)=\"(?!data:)", page)
     assert len(re.findall(r"<img src=\"data:image/png;base64,", page)) == 2
     assert "0.300 (0.200 to open)" in page and "t = 0.12 s" in page
@@ -67,3 +69,4 @@ def test_page_is_readable_on_a_phone_in_both_schemes(scheme, found, visit, tmp_p
     browser = visit(file)
     assert_readable_on_a_phone(browser, scheme, 20)
     assert_quiet(browser, file)
+    assert_accessible(browser, file)

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from browser import Browser
-from page_checks import assert_quiet, assert_readable, assert_readable_on_a_phone, in_chromium, stands_alone
+from page_checks import (
+    assert_accessible,
+    assert_quiet,
+    assert_readable,
+    assert_readable_on_a_phone,
+    in_chromium,
+    stands_alone,
+)
 from ranked_cells import made, ranked
 
 from pneumo.engineer.fleet import ranking_dataset, together
@@ -131,3 +138,4 @@ def test_page_is_readable_on_a_phone_in_both_schemes(scheme, index, visit, tmp_p
     browser = visit(file)
     assert_readable_on_a_phone(browser, scheme, 40)
     assert_quiet(browser, file)
+    assert_accessible(browser, file)

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from page_checks import assert_quiet, assert_readable_on_a_phone, in_chromium
+from page_checks import assert_accessible, assert_quiet, assert_readable_on_a_phone, in_chromium
 from paper_study import STUDY
 from ranked_cells import made, ranked
 from rich.console import Console
@@ -159,3 +159,4 @@ def test_page_is_readable_on_a_phone_in_both_schemes(scheme, page, visit, tmp_pa
     browser = visit(file)
     assert_readable_on_a_phone(browser, scheme, 100)
     assert_quiet(browser, file)
+    assert_accessible(browser, file)
