@@ -7,6 +7,8 @@ residuals, and the larger one is used. A narrow interval comes from the standard
 profile of the sum of squares.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.signal import fftconvolve
 from scipy.stats import t
@@ -25,6 +27,9 @@ CORRELATED = 0.7  # correlation with a loosely known parameter that counts
 UNSEEN = 1e-9  # derivative, over the largest, that is taken for zero
 SMALLEST = 1e-6  # curvature, over the largest, below which a direction is flat
 CLOSE = 0.05  # relative accuracy of the end of an interval
+LEAST = 1e-3  # deviance over what is allowed, below which the least squares' own accuracy counts
+LONGEST_STEP = 4.0  # factor between two distances tried
+ROUNDS = 6  # values tried for one end
 MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
 
 
@@ -108,34 +113,51 @@ def parameter_interval(
     return start if start > low else -np.inf, end if end < high else np.inf
 
 
-def profile_interval(
-    problem: Problem, fit: Fit, index: int, variance: float, rounds: int = 3
-) -> tuple[float, float]:
-    """Interval of parameter `index` from the profile of the sum of squares, with `rounds` points per side.
+class Trial(NamedTuple):
+    """A value that was tried for a parameter."""
+
+    distance: float  # from the best, on the scale of the search
+    deviance: float  # of the profile, over what an interval allows
+    theta: np.ndarray
+
+
+def profile_interval(problem: Problem, fit: Fit, index: int, variance: float) -> tuple[float, float]:
+    """Interval of parameter `index` from the profile of the sum of squares.
 
     A value is inside as long as the lowest sum of squares with this value exceeds the minimum by no more
     than `HALF_WIDTH` squared, in units in which the curvature is the inverse of the parameter's `variance`.
     """
-    threshold = HALF_WIDTH**2
-    scale = variance / inverse_curvature(fit)[index, index]
+    allowed = HALF_WIDTH**2 * variance / inverse_curvature(fit)[index, index]
     low, high = (bound[index] for bound in problem.bounds())
     best = fit.theta[index]
-    ends: list[float] = []
-    for sign, bound in ((-1.0, low), (1.0, high)):
-        limit = abs(bound - best)
-        distance, end, before, start = np.sqrt(threshold * variance), np.inf, 0.0, None
-        for _ in range(rounds):
-            trial = min(distance, limit)
-            if start is not None:
-                start = fit.theta + (start - fit.theta) * trial / before
-            there = fit_with_one_fixed(problem, fit, index, best + sign * trial, start)
-            deviance, start, before = (there.squares - fit.squares) / scale, there.theta, trial
-            if trial == limit and deviance < threshold:  # open
-                end = np.inf
+
+    def end(sign: float, limit: float) -> float:
+        """Distance of an end, infinite where the profile allows `limit`."""
+        inside, outside = Trial(0.0, LEAST, fit.theta), Trial(np.inf, np.inf, fit.theta)
+        distance = min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE, limit)
+        for _ in range(ROUNDS):
+            start = None if inside.distance == 0 else inside.theta
+            there = fit_with_one_fixed(problem, fit, index, best + sign * distance, start)
+            deviance = max((there.squares - fit.squares) / allowed, LEAST)
+            if deviance >= 1:
+                outside = Trial(distance, deviance, there.theta)
+            elif distance >= limit:
+                return np.inf
+            else:
+                inside = Trial(distance, deviance, there.theta)
+            before, distance = distance, min(_crossing(inside, outside), limit)
+            if abs(distance - before) < CLOSE * min(distance, 1.0):
                 break
-            # The deviance is nearly a parabola: the next point is where that crosses the threshold.
-            distance = end = trial * float(np.clip(np.sqrt(threshold / max(deviance, 1e-9)), 0.25, 4.0))
-            if abs(end / trial - 1) < CLOSE:
-                break
-        ends.append(best + sign * end if end < limit else sign * np.inf)
-    return ends[0], ends[1]
+        return distance
+
+    return best - end(-1.0, best - low), best + end(1.0, high - best)
+
+
+def _crossing(inside: Trial, outside: Trial) -> float:
+    """Distance at which the deviance is 1: near the best it is a parabola, far away an exponential."""
+    if np.isinf(outside.distance):
+        return inside.distance * min(inside.deviance**-0.5, LONGEST_STEP)
+    if inside.distance == 0:
+        return outside.distance * max(outside.deviance**-0.5, 1 / LONGEST_STEP)
+    part = np.log(inside.deviance) / np.log(inside.deviance / outside.deviance)
+    return inside.distance + part * (outside.distance - inside.distance)

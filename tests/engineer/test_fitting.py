@@ -1,12 +1,15 @@
 """Fits: exact signals give the truth back, derivatives are right, intervals hold or are open."""
 
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
+from pneumo.engineer import fit_intervals
 from pneumo.engineer.closed_chamber import transient
 from pneumo.engineer.estimate import estimate, split_of
 from pneumo.engineer.fit_intervals import (
@@ -17,7 +20,7 @@ from pneumo.engineer.fit_intervals import (
     profile_interval,
 )
 from pneumo.engineer.fit_parameters import PARAMETERS, Problem, replayed_pressures
-from pneumo.engineer.least_squares import evaluate, fit
+from pneumo.engineer.least_squares import Fit, evaluate, fit
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.runs import OPEN_LOOP
 from pneumo.engineer.stage_signals import FEW_PAIRS, smoothing, stage_signals, with_added_noise
@@ -124,6 +127,30 @@ def test_interval_contains_the_truth_and_is_open_where_the_record_is_blind(known
     blind = problem._replace(signals=problem.signals._replace(inputs=still))
     shut = fit(blind)
     assert not np.isfinite(parameter_interval(blind, shut, shut, i, covariances(shut))).any()
+
+
+@pytest.mark.parametrize(
+    "deviance",
+    [
+        lambda theta: np.exp(2 * theta) - np.exp(-10),  # of k_0, from the bound on: linear in k_0
+        lambda theta: ((theta + 5) / 4) ** 2,
+        lambda theta: 1e3 * (theta + 5) ** 2,
+    ],
+)
+def test_ends_of_a_profile_are_found_however_it_bends(deviance, monkeypatch):
+    """The best is on the lower bound, as k_0 often is; 1 is what an interval allows."""
+    allowed, theta = 4 * HALF_WIDTH**2, np.array([-5.0])
+    flat = Fit(theta, np.zeros((2, 1)), np.full((2, 1, 1), 0.5**0.5), 7.0, theta, np.eye(1), np.eye(1))
+    problem = SimpleNamespace(bounds=lambda: np.array([[-5.0], [3.0]]))
+
+    def fixed(_problem, fit, _index, value, _start):
+        return fit._replace(theta=np.array([value]), squares=fit.squares + allowed * deviance(value))
+
+    monkeypatch.setattr(fit_intervals, "fit_with_one_fixed", fixed)
+    low, high = profile_interval(problem, flat, 0, variance=4.0)
+    assert low == -np.inf
+    exact = brentq(lambda theta: deviance(theta) - 1, -5.0, 3.0)
+    assert high == pytest.approx(exact, abs=fit_intervals.CLOSE)
 
 
 def test_bounds_limit_a_flat_direction_and_nothing_else():
