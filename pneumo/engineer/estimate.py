@@ -48,11 +48,13 @@ def estimate(
     noisy_inputs: Sequence[np.ndarray],
     intervals: Iterable[str] = REPORTED,
     part: float = PART,
+    reference: np.ndarray | None = None,
 ) -> Estimate:
     """Fit a model to the first `part` of a record and replay the rest.
 
     `noisy_inputs` are from `with_added_noise`, of the part fitted; `intervals` names the parameters that get
-    one.
+    one. `reference`, Pa, by (chamber, sample), has the pressures without noise, as far as they are known:
+    intervals then allow for the model's own error, which is what it is off from them.
     """
     split = split_of(record, part)
     problem = Problem(model, plant, record.part(0, split), {}, noisy_inputs)
@@ -60,7 +62,9 @@ def estimate(
     rough = fit(few)
     # From so near, two steps are enough.
     best = descend(problem, rough.theta, most=2) if len(noisy_inputs) > 2 * FEW_PAIRS else rough
-    both, values = covariances(best), problem.values(best.theta)
+    fitted = replayed_pressures(problem, best.theta[None], problem.signals.inputs)[0]
+    own = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
+    both, values = covariances(best, own / plant.conditions.P_s**2), problem.values(best.theta)
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
@@ -72,10 +76,7 @@ def estimate(
     # Only the pressure at its start is fitted to the part held out, for every model: no model predicts it.
     known = {name: value for name, value in values.items() if not name.startswith("start")}
     rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), known)
-    fitted, predicted = (
-        replayed_pressures(of, theta[None], of.signals.inputs)[0]
-        for of, theta in ((problem, best.theta), (rest, fit(rest).theta))
-    )
+    predicted = replayed_pressures(rest, fit(rest).theta[None], rest.signals.inputs)[0]
     rms, held_out = (
         np.sqrt(np.mean((of.signals.P - P) ** 2, axis=1)) for of, P in ((problem, fitted), (rest, predicted))
     )
@@ -111,11 +112,14 @@ def fit_measurement(
     noisy_inputs = with_added_noise(first)
     few = noisy_inputs[: 2 * FEW_PAIRS]
     fits: dict[str, Estimate] = {}
+    reference: np.ndarray | None = None
 
     def add(
         model: Model, signals: StageSignals, noisy: Sequence[np.ndarray], named: Iterable[str] = REPORTED
     ) -> None:
-        fits[model.name] = estimate(model, plant, signals, noisy_inputs=noisy, intervals=named, part=part)
+        fits[model.name] = estimate(
+            model, plant, signals, noisy_inputs=noisy, intervals=named, part=part, reference=reference
+        )
         rms = np.sqrt(np.mean(fits[model.name].held_out ** 2))
         progress(f"{model.name}: rms {rms / 1e3:.3g} kPa on the part held out")
 
@@ -123,7 +127,9 @@ def fit_measurement(
     opened = record
     if m.m is None and not (valve.leak or valve.laminar):
         plain = Problem(FULL, plant, first, {})
-        add(FULL, record, few, () if far_from_noise(plain, fit(plain).theta) else REPORTED)
+        far = far_from_noise(plain, fit(plain).theta)
+        add(FULL, record, few, () if far else REPORTED)
+        reference = m.P if far else fits[FULL.name].pressure
         # The reduced models get the valve's opening as the full order found it.
         at = {name: fits[FULL.name].values[name] for name in OF_VALVE}
         opened = record._replace(inputs=behind_valve(record.inputs, record.h, at))

@@ -47,12 +47,13 @@ def correlations(residual: np.ndarray) -> np.ndarray:
     return np.array(full)[:, :, samples - 1 - L : samples + L] / samples * taper
 
 
-def covariances(fit: Fit) -> np.ndarray:
+def covariances(fit: Fit, model_error: float = 0.0) -> np.ndarray:
     """Two covariances of the parameters on the scale of the search, shape (2, parameter, parameter).
 
     From noise: H^-1 (S + s^2 J'J) H^-1, where H is the curvature, S the scatter of the slope under added
     noise and s^2 the variance of the residual's white part. From the residual: H^-1 J' Gamma J H^-1, where
-    Gamma is its covariance.
+    Gamma is its covariance. Both get a part for the model's own error, whose sum of squares is `model_error`:
+    it is no noise, so an interval holds what adds no more to the sum of squares than this error already is.
     """
     J, inverse = fit.jacobian, inverse_curvature(fit)
     flat_J = J.reshape(-1, J.shape[2])
@@ -67,7 +68,8 @@ def covariances(fit: Fit) -> np.ndarray:
     inner = np.array([fit.scatter + white * flat_J.T @ flat_J, middle])
     seen = np.sqrt(np.sum(flat_J**2, axis=0))
     # The record does not determine a parameter that changes nothing: infinite variance.
-    return inverse @ inner @ inverse + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, UNKNOWN))
+    own = model_error / HALF_WIDTH**2 * inverse
+    return inverse @ inner @ inverse + own + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, UNKNOWN))
 
 
 def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from pneumo.engineer.fit_intervals import (
     parameter_interval,
     profile_interval,
 )
-from pneumo.engineer.fit_parameters import PARAMETERS, Problem, replayed_pressures
+from pneumo.engineer.fit_parameters import FULL, PARAMETERS, Problem, replayed_pressures
 from pneumo.engineer.least_squares import Fit, evaluate, fit
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.runs import OPEN_LOOP
@@ -151,6 +151,20 @@ def test_ends_of_a_profile_are_found_however_it_bends(deviance, monkeypatch):
     assert low == -np.inf
     exact = brentq(lambda theta: deviance(theta) - 1, -5.0, 3.0)
     assert high == pytest.approx(exact, abs=fit_intervals.CLOSE)
+
+
+@pytest.mark.slow
+def test_interval_of_a_reduced_model_allows_for_its_own_error():
+    known = synthetic_record(9012)  # the full order's
+    record, held = record_of(known), []
+    noises = with_added_noise(record.part(0, split_of(record)), FEW_PAIRS)
+    full = estimate(FULL, known.configured, record, noisy_inputs=noises, intervals=())
+    of_k_0 = {"noisy_inputs": noises, "intervals": ("k_0",)}
+    for reference in (None, full.pressure):
+        found = estimate(MODELS["M8"], known.configured, record, reference=reference, **of_k_0)
+        held.append(not known.truth.k_0 > found.high["k_0"])
+    # Noise hides that M8 is off; the full order shows it.
+    assert held == [False, True]
 
 
 def test_bounds_limit_a_flat_direction_and_nothing_else():

@@ -52,6 +52,7 @@ def test_intervals_held_are_counted_and_open_ends_set_no_limit():
     nan = np.nan
     by_parameter = {"truth": [1.2, 1.2, 1.2, 1.2], "low": [1.1, nan, 1.3, 1.1], "high": [1.3, 1.25, 1.4, nan]}
     by_model = {"full_k_0": [[nan, 0.5], [nan, 1.0], [nan, 2.0], [nan, 1.0]], "full_seconds": np.ones((4, 2))}
+    by_model |= {"full_low": [[nan, nan]] * 4, "full_high": [[nan, 3.0], [nan, 0.9], [nan, nan], [nan, nan]]}
     by_model["full_held_out"] = 1e3 * np.array([[1.0, 2.0]] * 4)
     found = xr.Dataset(coords={"parameter": ["n"], "model": ["M6", "M7"]})
     found = found.assign({name: (("case", "parameter"), np.c_[v]) for name, v in by_parameter.items()})
@@ -59,9 +60,11 @@ def test_intervals_held_are_counted_and_open_ends_set_no_limit():
     found["full_true_k_0"] = ("case", [1.0, 1.0, 1.0, 0.5])
     row = intervals_that_hold(found).loc["n"]
     assert (row["held"], row["cases"], row["closed_held"], row["closed"]) == (3, 4, 1, 2)
-    assert full_order_truth(found).loc["M7", "k_0_median"] == 1.5
+    M7 = full_order_truth(found).loc["M7"]
+    assert (M7["k_0_median"], M7["held"], M7["closed"]) == (1.5, 3, 0)
     text = coverage_tables(found)
-    assert "| n | 3 of 4 |" in text and "| M6 |  | 1.0 |" in text and "| M7 | 1.50 (" in text
+    assert "| n | 3 of 4 |" in text and "| M6 |  |  |  | 1.0 |" in text
+    assert "| M7 | 1.50 (" in text and "| 3 of 4 | 0 of 0 |" in text
 
 
 @pytest.mark.results
