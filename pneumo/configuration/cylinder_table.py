@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import dotted, resolved
+from pneumo.configuration.text_file import csv_rows, read_text
 from pneumo.errors import ConfigurationError, printable, shown
 
 LARGEST_TABLE = 100_000_000  # bytes; ten thousand cylinders have one or two million
-csv.field_size_limit(LARGEST_TABLE)
 OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys that may differ between rows
 
 
@@ -108,20 +108,7 @@ def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
         With one line that names the file, and row and column where one is wrong.
     """
     where = printable(str(file), 300)
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(LARGEST_TABLE + 1)
-        text = content.decode("utf-8-sig")
-    except (OSError, ValueError) as error:
-        problem = printable(str(error), 300)
-        raise ConfigurationError(
-            f"{named_in}: cylinders = {shown(value)}: cannot be read: {problem}"
-        ) from None
-    if len(content) > LARGEST_TABLE:
-        raise ConfigurationError(f"{where}: must have at most {LARGEST_TABLE} bytes")
-    lines = text.splitlines()
-    delimiter = max(",;\t", key=(lines[0] if lines else "").count)
-    reader = csv.reader(lines, delimiter=delimiter)
+    reader = csv_rows(read_text(file, LARGEST_TABLE, f"{named_in}: cylinders = {shown(value)}"))
     try:
         head = [cell.strip() for cell in next(reader, [])]
         body = [(number, cells) for number, cells in enumerate(reader, start=2) if any(map(str.strip, cells))]

@@ -12,6 +12,7 @@ import yaml
 from yaml.composer import ComposerError
 from yaml.constructor import ConstructorError
 
+from pneumo.configuration.text_file import read_text
 from pneumo.errors import ConfigurationError, printable, shown
 
 LARGEST_CONFIGURATION = 1_000_000  # bytes; the paper's configuration has 3 500
@@ -52,16 +53,7 @@ def read_yaml(file: Path) -> dict[str, Any]:
         If the file is missing, too large, not plain YAML, or does not hold a mapping.
     """
     name = printable(str(file), 300)
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(LARGEST_CONFIGURATION + 1)
-        text = content.decode("utf-8-sig")
-    except (OSError, ValueError) as error:
-        raise ConfigurationError(f"{name}: cannot be read: {printable(str(error), 300)}") from None
-    if len(content) > LARGEST_CONFIGURATION:
-        raise ConfigurationError(
-            f"{name}: larger than {LARGEST_CONFIGURATION} bytes, the most that a configuration may have"
-        )
+    text = read_text(file, LARGEST_CONFIGURATION, name)
     try:
         result = yaml.load(text, _PlainLoader)  # noqa: S506 - a SafeLoader that takes less
     except RecursionError:

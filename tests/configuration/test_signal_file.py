@@ -30,7 +30,7 @@ def test_numbers_come_back_exactly(tmp_path_factory, values):
 @pytest.mark.parametrize(
     ("content", "line"),
     [
-        (None, "here.file = "),
+        (None, "/a.csv'"),  # where it was looked for
         (b"\xff\xfe", "cannot be read"),
         (b"", "has the columns (none)"),
         (b"t,v\n0,1\n", "here.column = 'u': "),

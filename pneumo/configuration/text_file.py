@@ -1,0 +1,31 @@
+"""Text files that a user names: read up to a size, and split into fields where they are tables."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+from pneumo.errors import ConfigurationError, printable
+
+csv.field_size_limit(100_000_000)  # no file that is read here may be larger
+
+
+def read_text(file: Path, largest: int, named: str) -> str:
+    """Return the text of a file; `ConfigurationError` if it cannot be read or has over `largest` bytes.
+
+    The file may be a device, so its size is not asked for. `named` is how the error message names it.
+    """
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(largest + 1)
+        text = content.decode("utf-8-sig") if len(content) <= largest else None
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"{named}: cannot be read: {printable(str(error), 300)}") from None
+    if text is None:
+        raise ConfigurationError(f"{named}: must have at most {largest} bytes")
+    return text
+
+
+def csv_rows(text: str) -> Any:
+    """Return the reader of a CSV text, with the commas, semicolons or tabs of its first line as delimiter."""
+    lines = text.splitlines()
+    return csv.reader(lines, delimiter=max(",;\t", key=(lines[0] if lines else "").count))
