@@ -40,13 +40,8 @@ def replaced(file: Path, old: str, new: str) -> Iterator[None]:
         file.write_text(original)
 
 
-@pytest.fixture(scope="module")
-def smoke(smoke_study) -> Study:
-    return smoke_study[0]
-
-
-def test_every_planned_file_is_there(smoke):
-    made = set(smoke.hashes())
+def test_every_planned_file_is_there(smoke_study):
+    made = set(smoke_study.hashes())
     for experiment in ("E06", "E12"):
         assert {f"settling/{experiment}.nc", f"datum/{experiment}.nc"} <= made
         assert {f"{transport}/replay/{experiment}.nc" for transport in ("published", "exact")} <= made
@@ -71,10 +66,10 @@ DURATION = "config/smoke.yaml", "duration_limit_s: 3.0", "duration_limit_s: 2.0"
         (DURATION, {"parameters", "datum", "replay", "statistics"}, set()),
     ],
 )
-def test_an_edit_reruns_what_depends_on_it_only(smoke, edit, rerun, kept):
+def test_an_edit_reruns_what_depends_on_it_only(smoke_study, edit, rerun, kept):
     file, old, new = edit
-    with replaced(smoke.folder / file, old, new):
-        jobs = planned(smoke)
+    with replaced(smoke_study.folder / file, old, new):
+        jobs = planned(smoke_study)
     assert rerun <= set(jobs) and not kept & set(jobs)
     assert edit != FIGURE or jobs == {"figures": 1}
 
@@ -89,20 +84,20 @@ def test_an_edit_reruns_what_depends_on_it_only(smoke, edit, rerun, kept):
         ("paper.pdf", "", {"report"}),
     ],
 )
-def test_evidence_once_there_is_used_if_it_is_this_studys(smoke, name, text, jobs):
-    evidence = smoke.results / name
+def test_evidence_once_there_is_used_if_it_is_this_studys(smoke_study, name, text, jobs):
+    evidence = smoke_study.results / name
     assert not evidence.exists()  # it is no part of the study
-    parameters = json.loads((smoke.results / "parameters.json").read_text())
+    parameters = json.loads((smoke_study.results / "parameters.json").read_text())
     evidence.write_text(text.replace("its own", parameters["config_sha256"]))
     try:
-        assert set(planned(smoke)) == jobs
+        assert set(planned(smoke_study)) == jobs
     finally:
         evidence.unlink()
 
 
 @pytest.mark.slow
-def test_snakemakes_own_report(smoke, tmp_path):
-    done = smoke.run("--report", str(tmp_path / "report.zip"))
+def test_snakemakes_own_report(smoke_study, tmp_path):
+    done = smoke_study.run("--report", str(tmp_path / "report.zip"))
     assert done.code == 0, done.output
     with zipfile.ZipFile(tmp_path / "report.zip") as archive:
         names = {Path(name).name for name in archive.namelist()}

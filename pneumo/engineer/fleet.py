@@ -75,7 +75,6 @@ def ranking_dataset(ranking: Ranking) -> xr.Dataset:
     robust = {row.model: row for row in ranking.unknown_k_0.models} if ranking.unknown_k_0 else {}
     rows = [found.get(name) for name in MODELS]
     gains = [gain.percent for gain in ranking.gains] or [unknown] * len(REFINEMENT_STEPS)
-    counts = {"place": "place", "geometric_place": "geometric_place", "wins": "wins", "failed": "failed"}
     variables: dict[str, Any] = {
         "recommended": ((), ranking.recommended),
         "reason": ((), ranking.reason),
@@ -88,7 +87,7 @@ def ranking_dataset(ranking: Ranking) -> xr.Dataset:
         **_ends("over_best", "model", [row.over_best if row else unknown for row in rows]),
         **_ends("gain", "refinement", gains),
     }
-    for name in counts:
+    for name in ("place", "geometric_place", "wins", "failed"):
         variables[name] = ("model", np.array([getattr(row, name) if row else 0 for row in rows], np.int32))
     steps = [f"{without} to {refined}" for _, without, refined in REFINEMENT_STEPS]
     return xr.Dataset(variables, {"model": list(MODELS), "refinement": steps})

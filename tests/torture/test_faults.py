@@ -24,24 +24,24 @@ class TestFaults:
     pytestmark = in_smoke_study
 
     def test_a_spoilt_file_is_refused_by_name_and_made_again(self, smoke_study):
-        study, seconds = smoke_study
-        bench = Bench(study, study.hashes(), seconds, study.size(), random.Random(1), kills=0, tries=1)
+        bench = Bench(
+            smoke_study, smoke_study.hashes(), 0.0, smoke_study.size(), random.Random(1), kills=0, tries=1
+        )
         same, outcome = next(FAULTS["bit_flip"](bench))
         assert same, outcome
 
     def test_two_kills_then_one_job_at_a_time_give_the_same_bytes(self, smoke_study):
-        study, _ = smoke_study
-        expected = study.hashes()
-        study.clear()
+        expected = smoke_study.hashes()
+        smoke_study.clear()
         for with_jobs in (True, False):  # left to themselves, jobs go on writing for a while
-            run, there = study.start(), len(study.hashes())
-            while len(study.hashes()) == there and run.poll() is None:
+            run, there = smoke_study.start(), len(smoke_study.hashes())
+            while len(smoke_study.hashes()) == there and run.poll() is None:
                 time.sleep(0.1)
             assert stop(run, signal.SIGKILL, with_jobs=with_jobs, after=0)
-        assert study.hashes() != expected
-        done = study.run("-j1")
+        assert smoke_study.hashes() != expected
+        done = smoke_study.run("-j1")
         assert done.code == 0, done.output
-        assert study.hashes() == expected
+        assert smoke_study.hashes() == expected
 
 
 @pytest.fixture

@@ -275,6 +275,5 @@ async function draw(reload) {
   drawTraces();
   drawOverN();
   drawRanking();
-  document.body.dataset.drawn = address(); // with the mark, for tests: what is on the page, and since when
-  performance.mark("drawn");
+  document.body.dataset.drawn = address(); // for tests: what is on the page
 }
