@@ -63,9 +63,8 @@ def check(files: Files) -> None:
 
     result = _study(files)
     for name, e in result.experiments.items():
-        loop = "closed" if e.drive.closed_loop else "open"
-        time = f"{e.steps * e.h:g} s, step {e.h * 1e3:g} ms"
-        typer.echo(f"{name}  cylinder {e.cylinder}  {loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
+        time = f"{e.duration:g} s, step {e.h * 1e3:g} ms"
+        typer.echo(f"{name}  cylinder {e.cylinder}  {e.loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
     for note in catalogue_notes(result):
         typer.echo(note)
     typer.echo(f"{result.name}: {len(result.experiments)} experiments, n = {', '.join(map(str, result.n))}")

@@ -1,5 +1,6 @@
 """What one experiment is: the plant, its drive and how long it runs, all in SI units."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from pneumo.physics.cylinder import Cylinder
@@ -85,6 +86,20 @@ class Experiment(NamedTuple):
     pressure_stride: int  # steps between stored pressures of the replays
     most_halvings: int  # of a step that fails or is not accurate
 
+    @property
+    def loop(self) -> str:
+        """Kind of loop, open or closed."""
+        return "closed" if self.drive.closed_loop else "open"
+
+    @property
+    def duration(self) -> float:
+        """Length of the full-order run, s."""
+        return self.steps * self.h
+
+    def with_seed(self, seed: int) -> "Experiment":
+        """The experiment with other random numbers."""
+        return self._replace(excitation=self.excitation._replace(seed=seed))
+
 
 class Study(NamedTuple):
     """A set of experiments and the grid of models replayed on them."""
@@ -96,10 +111,13 @@ class Study(NamedTuple):
     config_sha256: str
     seeds: int = 5  # how often `pneumo study` runs each experiment, each time with another seed
 
+    def changed(self, change: Callable[[Experiment], Experiment]) -> "Study":
+        """The study with every experiment changed."""
+        return self._replace(experiments={name: change(e) for name, e in self.experiments.items()})
+
     def with_halvings(self) -> "Study":
         """The study with steps halved wherever they fail or are not accurate."""
-        halved = {name: e._replace(most_halvings=MOST_HALVINGS) for name, e in self.experiments.items()}
-        return self._replace(experiments=halved)
+        return self.changed(lambda e: e._replace(most_halvings=MOST_HALVINGS))
 
     @property
     def experiments_by_level(self) -> dict[str, list[str]]:

@@ -67,7 +67,7 @@ def seeds_of(experiment: Experiment, count: int) -> list[int]:
 
 def simulated_time(study: Study) -> float:
     """Total simulated time of all runs of a study, s."""
-    return sum(e.steps * e.h * len(seeds_of(e, study.seeds)) for e in study.experiments.values())
+    return sum(e.duration * len(seeds_of(e, study.seeds)) for e in study.experiments.values())
 
 
 def mse_at_other_k_0(
@@ -144,10 +144,9 @@ def run_study(
 
     def work(item: tuple[Experiment, int]) -> xr.Dataset:
         e, seed = item
-        experiment = e._replace(excitation=e.excitation._replace(seed=seed))
         first = seed == e.excitation.seed
-        cells = one_run(experiment, study.n, traced and first, factor(e))
-        progress(e.steps * e.h)
+        cells = one_run(e.with_seed(seed), study.n, traced and first, factor(e))
+        progress(e.duration)
         return cells
 
     experiments = list(study.experiments.values())
@@ -166,7 +165,7 @@ def run_study(
         part = part.assign({name: runs[0][name].drop_vars("seed") for name in traces})
         part["k_0_factor"] = ((), factor(e), {"long_name": "k_0 is known within this factor"})
         part["time_constant"] = ((), thermal_time_constant(e.plant), {"units": "s"})
-        part["duration"] = ((), e.steps * e.h, {"units": "s", "long_name": "length of each run"})
+        part["duration"] = ((), e.duration, {"units": "s", "long_name": "length of each run"})
         part["random"] = ((), np.int8(e.excitation.random), {"long_name": "whether the seed plays a role"})
         parts.append(part)
     labels = ["experiment", "cylinder", "loop", "k_0", "seed"]

@@ -67,10 +67,8 @@ def equal_runs(name: str, alternatives: Mapping[str, Alternative]) -> list[list[
 
 def with_plants(alternative: Alternative, change: Callable[[Plant], Plant]) -> Alternative:
     """Return the alternative with another plant in every experiment."""
-    experiments = {
-        name: e._replace(plant=change(e.plant)) for name, e in alternative.study.experiments.items()
-    }
-    return alternative._replace(study=alternative.study._replace(experiments=experiments))
+    study = alternative.study.changed(lambda e: e._replace(plant=change(e.plant)))
+    return alternative._replace(study=study)
 
 
 def other_runs_than(taken: Alternative) -> Callable[[Alternative], bool]:

@@ -138,7 +138,7 @@ def cylinder_cells(number: int) -> xr.Dataset:
     dataset: xr.Dataset = xr.concat([_run(e) for e in both], xr.Variable("loop", list(LOOPS)))
     for name, (value, unit, words) in cylinder_sizes(both[0].plant).items():
         dataset[name] = ((), value, {"units": unit, "long_name": words})
-    duration = [e.steps * e.h for e in both]
+    duration = [e.duration for e in both]
     dataset["duration"] = ("loop", duration, {"units": "s", "long_name": "length of the run"})
     dataset["step"] = ("loop", [e.h for e in both], {"units": "s", "long_name": "integration step"})
     return dataset

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.evidence.alternatives import Alternative, reconfigured, with_plants
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.evidence.seed_sets import seed_sets
@@ -59,36 +59,24 @@ class Rerun(NamedTuple):
     change: Callable[[Alternative, Mapping[str, Any]], Alternative]  #: from the study and its configuration
 
 
-def _plants(**factors: float) -> Rerun:
-    """Multiply properties of the cylinder."""
-
-    def change(taken: Alternative, _: Mapping[str, Any]) -> Alternative:
-        def plant(p: Any) -> Any:
-            scaled = {name: factor * getattr(p.cylinder, name) for name, factor in factors.items()}
-            return p._replace(cylinder=p.cylinder._replace(**scaled))
-
-        return with_plants(taken, plant)
-
-    return Rerun(change)
-
-
 def _experiments(change: Callable[[Experiment], Experiment]) -> Rerun:
     """Change every experiment."""
+    return Rerun(lambda taken, _: taken._replace(study=taken.study.changed(change)))
 
-    def changed(taken: Alternative, _: Mapping[str, Any]) -> Alternative:
-        experiments = {name: change(e) for name, e in taken.study.experiments.items()}
-        return taken._replace(study=taken.study._replace(experiments=experiments))
 
-    return Rerun(changed)
+def _cylinders(**factors: float) -> Rerun:
+    """Multiply properties of every cylinder."""
+
+    def change(p: Plant) -> Plant:
+        scaled = {name: factor * getattr(p.cylinder, name) for name, factor in factors.items()}
+        return p._replace(cylinder=p.cylinder._replace(**scaled))
+
+    return Rerun(lambda taken, _: with_plants(taken, change))
 
 
 def _other_seeds(taken: Alternative, _: Mapping[str, Any]) -> Alternative:
     seeds = seed_sets(taken.study, 2)[1]
-    experiments = {
-        name: e._replace(excitation=e.excitation._replace(seed=seeds[e.cylinder]))
-        for name, e in taken.study.experiments.items()
-    }
-    return taken._replace(study=taken.study._replace(experiments=experiments))
+    return taken._replace(study=taken.study.changed(lambda e: e.with_seed(seeds[e.cylinder])))
 
 
 def _models(**taken_from: str) -> Callable[[xr.Dataset], xr.Dataset]:
@@ -110,8 +98,8 @@ def _n_shifted(grid: xr.Dataset) -> xr.Dataset:
 
 MISTAKES: dict[str, Rerun | Callable[[xr.Dataset], xr.Dataset]] = {
     NO_MISTAKE: lambda grid: grid,
-    "M + 10 %": _plants(M=1.1),
-    "k_f + 10 %": _plants(k_f=1.1),
+    "M + 10 %": _cylinders(M=1.1),
+    "k_f + 10 %": _cylinders(k_f=1.1),
     "other seeds": Rerun(_other_seeds),
     "gamma = 1.35": Rerun(lambda _, config: reconfigured(config, {"gas.gamma": 1.35}, "power")),
     "one settling time in place of ten": _experiments(lambda e: e._replace(steps=e.steps // 10)),

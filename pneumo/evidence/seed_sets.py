@@ -47,8 +47,7 @@ def with_seeds(study: Study, seeds: Mapping[str, int], threads: int) -> xr.Datas
     """
 
     def work(experiment: Experiment) -> xr.Dataset:
-        excitation = experiment.excitation._replace(seed=seeds[experiment.cylinder])
-        return _errors(study, experiment._replace(excitation=excitation))
+        return _errors(study, experiment.with_seed(seeds[experiment.cylinder]))
 
     return side_by_side(for_each_experiment(study.experiments, work, threads))
 

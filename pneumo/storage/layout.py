@@ -19,7 +19,7 @@ def experiment_labels(experiment: Experiment) -> dict[str, object]:
     return {
         "experiment": experiment.name,
         "cylinder": experiment.cylinder,
-        "loop": "closed" if experiment.drive.closed_loop else "open",
+        "loop": experiment.loop,
         "k_0": experiment.plant.k_0,
     }
 

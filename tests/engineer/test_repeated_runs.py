@@ -61,7 +61,7 @@ def test_runs_differ_in_their_seed_alone_and_more_begin_with_the_same(runs):
     assert seeds == seeds_of(lasting("E02", 2.0), 3)
     assert seeds[0] == 666 and len(set(seeds)) == 3
     e = lasting("E02", 2.0)
-    alone = one_run(e._replace(excitation=e.excitation._replace(seed=seeds[2])), STUDY.n, traced=False)
+    alone = one_run(e.with_seed(seeds[2]), STUDY.n, traced=False)
     assert np.array_equal(runs["mse"].sel(experiment="E02").isel(run=2).values, alone["mse"].values)
     assert len(np.unique(runs["mse"].sel(experiment="E02", model="M1", n=1.0, chamber="A"))) == 3
     assert seeds_of(lasting("E02", 2.0), 9)[:4] == seeds_of(lasting("E02", 2.0), 4)

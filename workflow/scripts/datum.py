@@ -19,7 +19,7 @@ def main(parameters: Path, runs: list[Path], code: str) -> None:
         for run, e, recording in zip(runs, experiments, ahead.map(record, experiments), strict=True):
             dataset = datum_dataset(e, recording)
             write(dataset, run, attributes(title.format(e.name), summary, study.config_sha256, code, e))
-            print(f"{e.name}: full-order run, {e.steps * e.h:g} s, done", flush=True)
+            print(f"{e.name}: full-order run, {e.duration:g} s, done", flush=True)
             if dataset["status"]:
                 print(f"{e.name}: {failure_text(dataset)}", flush=True)
 

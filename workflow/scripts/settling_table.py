@@ -9,7 +9,7 @@ from pneumo.storage.files import attributes, read, read_study, write
 
 def main(parameters: Path, runs: list[Path], table: Path, code: str) -> None:
     study = read_study(parameters)
-    durations = {name: e.steps * e.h for name, e in study.experiments.items()}
+    durations = {name: e.duration for name, e in study.experiments.items()}
     parts = {run.stem: read(run, "settling_time", "failure_time") for run in runs}
     summary = "Table 5 as reproduced, and how many settling times each full-order run lasts"
     about = attributes("Settling times", summary, study.config_sha256, code)

@@ -124,9 +124,8 @@ def experiment_text(experiment: Experiment) -> str:
     """
     plant = experiment.plant
     size = f"{1e3 * plant.cylinder.bore:g} × {1e3 * plant.cylinder.stroke:g} mm, {plant.cylinder.M:g} kg"
-    loop = "closed" if experiment.drive.closed_loop else "open"
-    length = experiment.steps * experiment.h
-    return f"cylinder {experiment.cylinder} ({size}), {loop} loop, k₀ = {plant.k_0:.4g} W/K, {length:.6g} s"
+    run = f"{experiment.loop} loop, k₀ = {plant.k_0:.4g} W/K, {experiment.duration:.6g} s"
+    return f"cylinder {experiment.cylinder} ({size}), {run}"
 
 
 def _model(name: str) -> dict[str, Any]:

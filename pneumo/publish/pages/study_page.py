@@ -96,9 +96,8 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
         ("supply", f"{supply}, start {s.P_0 / KILO:.4g} kPa and {s.T_0:g} K"),
     ]
     for e in experiments:
-        loop = "closed" if e.drive.closed_loop else "open"
-        length = f"{e.steps * e.h:g} s in steps of {e.h:g} s"
-        text = f"{loop} loop, {e.excitation.signal} signal, k_0 = {e.plant.k_0:.4g} W/K, {length}"
+        length = f"{e.duration:g} s in steps of {e.h:g} s"
+        text = f"{e.loop} loop, {e.excitation.signal} signal, k_0 = {e.plant.k_0:.4g} W/K, {length}"
         inputs.append((e.name, text))
     return inputs
 

@@ -91,7 +91,7 @@ def _setup(study: Study) -> dict[str, Any]:
         "experiments": str(len(study.experiments)),
         "n": str(len(study.n)),
         "replays": str(per_experiment * len(study.experiments)),
-        "simulated": f"{sum(e.steps * e.h for e in experiments) / 3600:.1f} h",
+        "simulated": f"{sum(e.duration for e in experiments) / 3600:.1f} h",
         "seeds": {name: str(e.excitation.seed) for name, e in cylinders.items()},
         "amplitude": {name: f"{e.excitation.amplitude:g} V" for name, e in cylinders.items()},
         "P_s": f"{some.plant.conditions.P_s / 1e5:g} bar",
