@@ -26,7 +26,7 @@ from pneumo.simulation.given_inputs import joint_rates, pressures_on_inputs
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.runge_kutta import C
-from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, study_transport
+from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, STUDY_TRANSPORTS, study_transport
 from pneumo.statistics.averages import along_levels, at_n, best_n
 from pneumo.storage.layout import CHAMBERS, described, experiment_labels, status_attributes
 
@@ -40,7 +40,6 @@ INTERPOLATIONS = ("hold", "linear", "cubic")
 LAMINAR = 1e-3  # 1 - P_d / P_u below which the regularised flow law is linear
 SOLVER_TOLERANCE = 1e-10  # of the adaptive reference, relative to the scale of each state
 MARGIN = 0.5  # share of the difference of two model errors that transport and step may change
-BUDGETED_STUDIES = ("published", "exact")  # transports with which the models are compared
 
 BUDGET_LONG_NAMES = {
     "total": "MSE of the study, published transport",
@@ -240,7 +239,7 @@ def budget_by_level(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> x
     with `level_told_apart` by (study, level, model, other).
     """
     joined = cells.mean("chamber", skipna=False)
-    study = xr.Variable("study", list(BUDGETED_STUDIES))
+    study = xr.Variable("study", list(STUDY_TRANSPORTS))
 
     def apart(part: xr.Dataset) -> xr.DataArray:
         totals = (part["total"], part["total_exact"])

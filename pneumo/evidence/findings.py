@@ -16,7 +16,7 @@ from scipy import stats
 from pneumo.configuration.experiment import Study
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.study_results import PrintedTables, StudyResults
-from pneumo.simulation.signals import EXACT, PUBLISHED
+from pneumo.simulation.signals import EXACT, PUBLISHED, STUDY_TRANSPORTS
 from pneumo.statistics.averages import concatenated, statistics
 from pneumo.statistics.intervals import CONFIDENCE, student_interval
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, Claims, ToleranceClass
@@ -41,7 +41,7 @@ def over_seeds(study: Study, ensemble: xr.Dataset) -> dict[str, list[StudyResult
             SeedSet(study, ensemble.sel(seeds=seeds, transport=transport).drop_attrs(), transport)
             for seeds in ensemble["seeds"].values
         ]
-        for transport in (PUBLISHED, EXACT)
+        for transport in STUDY_TRANSPORTS
     }
 
 

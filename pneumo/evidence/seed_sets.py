@@ -9,12 +9,11 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.simulation.full_order import record
-from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
+from pneumo.simulation.signals import STUDY_TRANSPORTS, study_transport
 from pneumo.statistics.averages import concatenated
 from pneumo.storage.files import read
 from pneumo.storage.grid_layout import replayed_grid
 
-STUDY_TRANSPORTS = (PUBLISHED, EXACT)
 SEEDS_SEED = 2006  # of the seeds that are drawn
 
 

@@ -13,7 +13,7 @@ from pneumo.simulation.full_order import Recording, full_order_step
 from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, C
 
 LARGEST_FLOAT = np.finfo(np.float64).max
-PUBLISHED, EXACT = "published", "exact"  # the study's two transports, and folders of results
+STUDY_TRANSPORTS = PUBLISHED, EXACT = "published", "exact"  # also names of folders of results
 
 
 class Reading(NamedTuple):

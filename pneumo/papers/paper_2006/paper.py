@@ -11,6 +11,7 @@ from pneumo.papers.paper_2006.erratum_proofs import PROOFS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.papers.paper_2006.study_results import PrintedTables, StudyResults
 from pneumo.papers.paper_2006.summary import highlights
+from pneumo.simulation.signals import STUDY_TRANSPORTS
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import evidence_file
 from pneumo.verdict.judging import Paper, Sources
@@ -18,7 +19,7 @@ from pneumo.verdict.judging import Paper, Sources
 
 def sources(results: Path, _: Path) -> dict[str, StudyResults]:
     """Both transports, and the printed tables."""
-    transports: dict[str, StudyResults] = {n: StudyResults(results, n) for n in ("published", "exact")}
+    transports: dict[str, StudyResults] = {name: StudyResults(results, name) for name in STUDY_TRANSPORTS}
     return transports | {"printed": PrintedTables(results)}
 
 

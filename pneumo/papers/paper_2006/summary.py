@@ -14,6 +14,7 @@ import xarray as xr
 
 from pneumo.papers.paper_2006.study_results import StudyResults
 from pneumo.papers.paper_2006.table1 import PAPER_MODELS
+from pneumo.simulation.signals import STUDY_TRANSPORTS
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import evidence_file
 from pneumo.verdict.claims import BASES
@@ -21,7 +22,7 @@ from pneumo.verdict.judging import Item, Sources, six_digits
 
 EXPERIMENTS = [f"E{number:02d}" for number in range(1, 17)]
 LEVELS = ("adiabatic", "typical", "isothermal")
-ORIGINS = ("printed", "published", "exact")
+ORIGINS = ("printed", *STUDY_TRANSPORTS)
 QUOTIENTS = (("M6", "M5"), ("M8", "M7"), ("M10", "M8"))
 
 
@@ -108,7 +109,7 @@ def transport(sources: Sources) -> list[dict[str, Any]]:
 def by_experiment(sources: Sources) -> dict[str, Any]:
     """M8 over M7 in every experiment, each at its own best n, for both transports, and the geometric mean."""
     quotients: dict[str, Any] = {"experiments": EXPERIMENTS}
-    for name in ("published", "exact"):
+    for name in STUDY_TRANSPORTS:
         best: xr.DataArray = sources[name].cells["mse"].min("n").sel(experiment=EXPERIMENTS)
         ratio = (best.sel(model="M8") / best.sel(model="M7")).values.tolist()
         quotients[name] = list(map(six_digits, ratio))

@@ -10,7 +10,6 @@ from pneumo.publish.figures.panels import TRANSPORT_LABEL, symbol
 from pneumo.publish.style import DOUBLE_MM, INK, SOURCE_MARKER, new_figure, paper_style
 from pneumo.publish.text.terminal_tables import AVERAGE_HEADS
 
-SHOWN = ("M6/M5", "M8/M7", "M10/M8")
 REFINED = {"M6/M5": "mixing, no wall heat", "M8/M7": "mixing, with wall heat", "M10/M8": "area, pressure"}
 DRAWN = {"published": ("published", -0.17), "exact": ("reproduced", 0.17)}  # look and offset by transport
 
@@ -31,8 +30,8 @@ def ensemble_figure(ensemble: xr.Dataset) -> Figure:
     y = np.arange(len(rows), dtype=float)
     y[len(experiments) :] += 0.8
     fig = new_figure(DOUBLE_MM, 28 + 4.3 * len(rows))
-    axes = fig.subplots(1, len(SHOWN), sharey=True)
-    for ax, ratio in zip(axes, SHOWN, strict=True):
+    axes = fig.subplots(1, len(REFINED), sharey=True)
+    for ax, (ratio, refinement) in zip(axes, REFINED.items(), strict=True):
         part = ensemble.sel(ratio=ratio)
         for transport, (source, offset) in DRAWN.items():
             here = part.sel(transport=transport)
@@ -49,7 +48,7 @@ def ensemble_figure(ensemble: xr.Dataset) -> Figure:
         panels.fixed_ticks(ax.xaxis, [t for t in (0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high])
         ax.xaxis.set_minor_locator(NullLocator())
         a, b = ratio.split("/")
-        panels.row_panel(ax, f"{symbol(a)} over {symbol(b)}\n({REFINED[ratio]})")
+        panels.row_panel(ax, f"{symbol(a)} over {symbol(b)}\n({refinement})")
     panels.name_rows(fig, axes[0], y, rows, "Quotient of mean square errors; below 1 the refinement pays")
     axes[0].set_ylim(y[-1] + 0.7, -0.7)
     panels.legend_outside(fig, axes[0], columns=2)

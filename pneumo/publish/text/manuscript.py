@@ -17,16 +17,15 @@ from numpy.typing import ArrayLike
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.study_json import from_json
 from pneumo.evidence.alternatives import INLET
+from pneumo.evidence.model_pairs import REFINEMENT_PAIRS
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text, with_interval
-from pneumo.simulation.signals import EXACT, PUBLISHED
+from pneumo.simulation.signals import EXACT, STUDY_TRANSPORTS
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.recommendation import MATERIAL
 from pneumo.storage.files import atomic, read, read_json
 
-REFINEMENTS = ("M6/M5", "M8/M7", "M10/M8")
-TRANSPORTS = (PUBLISHED, EXACT)
 ENDS = ("value", "low", "high")
 STATED = ("claim", "published", "exact", "interval", "stands", "why")  # of a statement about models
 CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
@@ -133,7 +132,7 @@ def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
             | {name: f"{quotient:.2f}" for name, quotient in row["quotients"].items()}
             for row in transport
         ],
-        "by_experiment": {name: _span(highlights["by_experiment"][name]) for name in TRANSPORTS},
+        "by_experiment": {name: _span(highlights["by_experiment"][name]) for name in STUDY_TRANSPORTS},
     }
 
 
@@ -169,7 +168,7 @@ def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
             f"{transport} {averaged}": with_interval(
                 [at[f"ratio_{end}"].sel(transport=transport, averaged=averaged).item() for end in ENDS], 2
             )
-            for transport in TRANSPORTS
+            for transport in STUDY_TRANSPORTS
             for averaged in ("mean", "geometric")
         }
 
@@ -180,13 +179,13 @@ def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
         "failed": str(int(ensemble["failed_sets"].sum())),
         "rows": [
             {"ratio": pair, "level": level} | ratios(pair, level)
-            for pair in REFINEMENTS
+            for pair in REFINEMENT_PAIRS
             for level in (*LEVELS, "overall")
         ],
-        "resolvable": {name: percent_text(least.sel(transport=name).item() - 1) for name in TRANSPORTS},
+        "resolvable": {name: percent_text(least.sel(transport=name).item() - 1) for name in STUDY_TRANSPORTS},
         "extremes": {
-            pair: {name: _span(extremes.sel(ratio=pair, transport=name)) for name in TRANSPORTS}
-            for pair in (*REFINEMENTS, "M6/M7")
+            pair: {name: _span(extremes.sel(ratio=pair, transport=name)) for name in STUDY_TRANSPORTS}
+            for pair in (*REFINEMENT_PAIRS, "M6/M7")
         },
     }
 
@@ -223,7 +222,9 @@ def _variants(variants: xr.Dataset) -> dict[str, Any]:
         return f"{round(here['share'].sel(labels).item() * counted)} of {counted:.0f}"
 
     return {
-        "rows": [{"pair": p} | {level: pays(pair=p, level=level) for level in LEVELS} for p in REFINEMENTS],
+        "rows": [
+            {"pair": p} | {level: pays(pair=p, level=level) for level in LEVELS} for p in REFINEMENT_PAIRS
+        ],
         "inlet": _span(inlet, 1),
         "inlet_step": f"{INLET:g} K",
     }
@@ -251,13 +252,13 @@ def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
                 criterion: ratio("ratio", pair=pair, loop_of=loop, criterion=criterion)
                 for criterion in runs["criterion"].values
             }
-            for pair in REFINEMENTS
+            for pair in REFINEMENT_PAIRS
             for loop in runs["loop_of"].values
         ],
         "exchange": {
             "much": f"{runs['third_from'].sel(exchange | {'third': 'highest'}).item():.2g}",
             **{
-                place: {p: ratio("third_ratio", **exchange, third=third, pair=p) for p in REFINEMENTS}
+                place: {p: ratio("third_ratio", **exchange, third=third, pair=p) for p in REFINEMENT_PAIRS}
                 for place, third in thirds.items()
             },
         },
