@@ -134,15 +134,6 @@ def masses() -> Floats:
     return _between(0.1, 100.0)
 
 
-def model_arguments() -> st.SearchStrategy[dict[str, float]]:
-    """Everything a reduced model reads, by name: the arguments of `paper_equations.M1` ... `M10`."""
-    P, T, area = pressures(), temperatures(), wall_areas()
-    states = {"P": P, "V": volumes(), "dV_dt": volume_rates(), "m_in": flows(), "m_out": flows()}
-    ambient = {"T_amb": T, "T_in": T, "P_0": P, "T_0": T}
-    constants = {"n": polytropic_indices(), "gamma": gammas(), "R": gas_constants(), "k_0": conductances()}
-    return st.fixed_dictionaries(states | ambient | constants | {"A_q": area, "A_q0": area})
-
-
 def area_ratios() -> Floats:
     """Heat transfer area over that at mid-stroke, or one leak's area over the other's."""
     return _between(0.05, 20.0)

@@ -1,6 +1,19 @@
 """The package's reduced models at arguments named as in `paper_equations`."""
 
+from hypothesis import strategies as st
+
+from pneumo import testing as some
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
+
+
+def arguments():
+    """Everything a reduced model reads, by name: the arguments of `paper_equations.M1` ... `M10`."""
+    P, T, area = some.pressures(), some.temperatures(), some.wall_areas()
+    states = {"P": P, "V": some.volumes(), "dV_dt": some.volume_rates()}
+    states |= dict.fromkeys(("m_in", "m_out"), some.flows())
+    constants = {"T_amb": T, "T_in": T, "P_0": P, "T_0": T, "n": some.polytropic_indices()}
+    constants |= {"gamma": some.gammas(), "R": some.gas_constants(), "k_0": some.conductances()}
+    return st.fixed_dictionaries(states | constants | {"A_q": area, "A_q0": area})
 
 
 def evaluate(name, a, **changes):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from model_rates import evaluate, rate
+from model_rates import arguments, evaluate, rate
 
 from pneumo import testing as some
 from pneumo.physics.equilibrium import equilibrium_pressure
@@ -41,7 +41,7 @@ def at(a, where):
 
 
 @pytest.mark.parametrize(("model", "limit", "where"), LIMITS)
-@given(a=some.model_arguments())
+@given(a=arguments())
 def test_a_model_is_another_in_its_limit(model, limit, where, a):
     assert evaluate(model, at(a, where)) == evaluate(limit, at(a, where))
 
@@ -55,14 +55,14 @@ def test_the_two_models_differ_elsewhere(model, limit, where):
         assert evaluate(model, a_little_off) != evaluate(limit, a_little_off)
 
 
-@given(some.model_arguments(), st.sampled_from([0.5, 1.0, 2.0]))
+@given(arguments(), st.sampled_from([0.5, 1.0, 2.0]))
 def test_M8_M9_and_M10_are_one_at_the_equilibrium_area_and_product_of_P_and_T(a, factor):
     T = a["T_0"] / factor
     a = a | {"P": a["P_0"] * factor, "A_q": a["A_q0"]}  # powers of two: P T = P_0 T_0 exactly
     assert rate("M8", a, T) == rate("M9", a, T) == rate("M10", a, T)
 
 
-@given(some.model_arguments(), some.temperatures())
+@given(arguments(), some.temperatures())
 def test_M10_is_M9_at_the_equilibrium_product_of_P_and_T(a, T):
     a = a | {"P": a["P_0"] * a["T_0"] / T}
     heat = (a["gamma"] - 1) * a["k_0"] * a["A_q"] / a["A_q0"] * abs(a["T_amb"] - T)
@@ -76,14 +76,14 @@ CLOSED = {"m_in": 0.0, "m_out": 0.0, "k_0": 0.0}
 
 
 @pytest.mark.parametrize("model", ["M1", "M2", "M5", "M6"])
-@given(a=some.model_arguments())
+@given(a=arguments())
 def test_an_isothermal_closed_chamber_keeps_P_V(model, a):
     _, dP_dt = evaluate(model, a | CLOSED, n=1.0)
     assert dP_dt / a["P"] == pytest.approx(-a["dV_dt"] / a["V"], rel=2 * EPS)  # four roundings
 
 
 @pytest.mark.parametrize("model", ["M2", "M3", "M5", "M6", "M7", "M8", "M9", "M10"])
-@given(a=some.model_arguments())
+@given(a=arguments())
 def test_an_adiabatic_closed_chamber_keeps_P_V_to_the_gamma(model, a):
     _, dP_dt = evaluate(model, a | CLOSED, n=a["gamma"])
     assert dP_dt / a["P"] == pytest.approx(-a["gamma"] * a["dV_dt"] / a["V"], rel=4 * EPS)  # six roundings

@@ -29,7 +29,6 @@ SWEEP = 20.0  # s from the start where rate and size vary; prediction and measur
 SWEEP_PERIOD = 1e-3  # s, the study's own
 PRIME_STEPS = 503  # fine steps between draws that do not fall on samples: 50.3 ms
 FLOOR_MODEL, FLOOR_N = "M8", 1.35  # the reduced model whose floor is measured too
-FLOOR_TOLERANCE = 0.2  # of the RMS; set before anything was measured
 FLOOR_SOURCES = {
     "measured": "replayed on sampled signals",
     "predicted": "linear theory along the run",

@@ -61,7 +61,6 @@ class Ranking(NamedTuple):
     gains: tuple[Gain, ...] = ()
     unknown_k_0: UnknownConductance | None = None  # None if no full-order run succeeded
     by_experiment: Mapping[str, Mapping[str, float]] = {}  # RMS error, Pa, of each model at its n
-    mse_by_run: Mapping[str, np.ndarray] = {}  # Pa^2, by model, averaged over the experiments
     recommended: str = ""  # this and the next two: `pneumo.statistics.recommendation.recommend`
     reason: str = ""
     advice: tuple[str, ...] = ()
@@ -104,7 +103,7 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
         for name in names
     }
     robust = robust_choice(cells)
-    return Ranking(cylinder, names, runs, failed_runs, rows, tuple(gains), robust, by_experiment, by_run)
+    return Ranking(cylinder, names, runs, failed_runs, rows, tuple(gains), robust, by_experiment)
 
 
 def _failed_runs(cells: xr.Dataset) -> tuple[str, ...]:

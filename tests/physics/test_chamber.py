@@ -7,6 +7,7 @@ import paper_equations as paper
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from model_rates import arguments
 
 from pneumo import testing as some
 from pneumo.configuration.experiment import Drive
@@ -25,7 +26,7 @@ def arguments_with_temperature():
     """Arguments of the full-order chamber, temperature a state of its own and no index n."""
     return st.builds(
         lambda a, T: {k: v for k, v in a.items() if k != "n"} | {"T": T},
-        some.model_arguments(),
+        arguments(),
         some.temperatures(),
     )
 

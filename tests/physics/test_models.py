@@ -8,7 +8,7 @@ import pytest
 import sympy
 from hypothesis import given, settings, target
 from hypothesis import strategies as st
-from model_rates import evaluate, scale_of
+from model_rates import arguments, evaluate, scale_of
 
 from pneumo import testing as some
 from pneumo.physics.models import MODELS, WALL_LAWS, Lane, lane, lane_array, temperature
@@ -20,7 +20,7 @@ NAMES = st.sampled_from(sorted(MODELS))
 
 
 @pytest.mark.parametrize("name", MODELS)
-@given(a=some.model_arguments())
+@given(a=arguments())
 def test_model_is_the_literal_equation(name, a):
     T, dP_dt = evaluate(name, a)
     literal_T, literal_dP_dt = paper.MODELS[name](**a)
@@ -44,14 +44,14 @@ def test_there_are_ten_models_in_order_and_lanes_stack_in_field_order():
 
 
 @pytest.mark.parametrize("name", MODELS)
-@given(a=some.model_arguments())
+@given(a=arguments())
 def test_wall_heat_opposes_the_temperature_difference_where_there_is_any(name, a):
     T, dP_dt = evaluate(name, a, dV_dt=0.0, m_in=0.0, m_out=0.0)  # nothing but wall heat
     assert dP_dt * (a["T_amb"] - T) >= 0
     assert (dP_dt == 0) == (name not in WITH_HEAT or a["k_0"] == 0 or a["T_amb"] == T)
 
 
-@given(NAMES, some.model_arguments())
+@given(NAMES, arguments())
 def test_equilibrium_is_a_fixed_point(name, a):
     rest = {"P": a["P_0"], "T_amb": a["T_0"], "dV_dt": 0.0, "m_in": 0.0, "m_out": 0.0}
     assert evaluate(name, a, **rest) == (a["T_0"], 0)  # any A_q: with the valve shut, anywhere on the stroke
@@ -68,7 +68,7 @@ def test_polytropic_temperature(P, P_0, T_0, n):
 
 @pytest.mark.parametrize("name", MODELS)
 @settings(max_examples=20)
-@given(rows=st.lists(some.model_arguments(), min_size=1, max_size=3), n=some.polytropic_indices())
+@given(rows=st.lists(arguments(), min_size=1, max_size=3), n=some.polytropic_indices())
 def test_arrays_equal_the_scalar_loop(name, rows, n):
     # Constants from the first row, everything that varies in time from all.
     varying = ("P", "V", "dV_dt", "m_in", "m_out", "A_q")
@@ -91,7 +91,7 @@ LAMBDIFIED = {
 
 @pytest.mark.parametrize("name", MODELS)
 @settings(max_examples=30)
-@given(a=some.model_arguments())
+@given(a=arguments())
 def test_symbols_give_the_same_numbers(name, a):
     T, dP_dt = LAMBDIFIED[name](*(a[argument] for argument in ARGUMENTS))
     # SymPy reorders sums, products and powers: as for the literal equations, with powers split in two.

@@ -47,11 +47,6 @@ def table5() -> xr.DataArray:
     return _by_experiment(5, "settling_time", "settling time", "s", {"quantity": "column"})
 
 
-def table6() -> xr.DataArray:
-    """Table 6: simulation times in s by (experiment), which carries ``cylinder``, ``type`` and ``k_0``."""
-    return _by_experiment(6, "simulation_time", "simulation time", "s", {})
-
-
 def table7() -> xr.Dataset:
     """Table 7: ``mean_error``, ``std`` (Pa) and ``mse`` (Pa2) by (model), each experiment at its best n."""
     return _statistics(read_table(7), {"model": "row"})

@@ -81,14 +81,6 @@ def estimated(t: np.ndarray, P: np.ndarray, final: str) -> tuple[Exponential, Co
     return fit, seven_steps(P_AMB, AREA * STROKE, AREA * STROKE / 2, fit[:3], **gas)
 
 
-def held_pressure(t: np.ndarray, P_f: float, P_peak: float, tau: float) -> np.ndarray:
-    """Exact pressure of a held chamber by the law of the root, Pa, from its final and first one.
-
-    P T is then proportional to T^2, and T follows the logistic equation; `tau`, s, is m c_v / k at rest.
-    """
-    return P_f / (1 - (1 - P_f / P_peak) * np.exp(-t / tau))
-
-
 def example() -> xr.Dataset:
     """Response and regression of the reading that is taken, by `t`, and the steps of every one, by `reading`.
 
