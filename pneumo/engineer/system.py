@@ -67,6 +67,10 @@ class System(NamedTuple):
         chambers = (f"{name}_{side}" for side in SIDES for name in self.chamber_states)
         return (*(("x", "v") if self.piston else ()), *chambers)
 
+    def state(self, **quantities: float) -> list[float]:
+        """State in which each quantity, x, v, P or T, has one value in all chambers."""
+        return [quantities[name.partition("_")[0]] for name in self.states]
+
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the inputs."""

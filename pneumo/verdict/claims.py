@@ -4,7 +4,6 @@ The cells of the tables come from the transcriptions, through one rule per table
 written out. Reading them needs no result.
 """
 
-import csv
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -13,7 +12,7 @@ from pydantic import Field
 
 from pneumo.verdict import PaperError
 from pneumo.verdict.entries import Entry, read_entries
-from pneumo.verdict.published import half_unit, read_cells
+from pneumo.verdict.published import half_unit, read_cells, recorded
 
 UNITS_IN_TEXT = {
     "Pa2": "Pa²",
@@ -135,7 +134,7 @@ def read_claims(folder: Path) -> Claims:
     file, content = folder / "claims.yaml", read_entries(folder, "claims.yaml")
     classes = {name: ToleranceClass.read(file, name, entry) for name, entry in content["classes"].items()}
     cells = [cell for rule in content["tables"] for cell in _cells_of_table(rule, classes, folder)]
-    deviations = read_seed_deviations(folder)
+    deviations = recorded(folder / "seed_deviations.csv")
     items: dict[str, Claim] = {}
     for entry in cells + content["claims"]:
         claim = Claim.read(file, entry["id"], entry | {"seed_deviation": deviations.get(entry["id"])})
@@ -146,15 +145,6 @@ def read_claims(folder: Path) -> Claims:
             raise PaperError(f"{file}: {claim.id}: class = {claim.tolerance!r}: must be one of {allowed}")
         items[claim.id] = claim
     return Claims(classes, items)
-
-
-def read_seed_deviations(folder: Path) -> dict[str, float]:
-    """Read how much seeds change each item, from ``seed_deviations.csv``; empty if there is no such file."""
-    file = folder / "seed_deviations.csv"
-    if not file.exists():
-        return {}
-    with file.open(encoding="utf-8", newline="") as lines:
-        return {row["id"]: float(row["deviation"]) for row in csv.DictReader(lines)}
 
 
 def _cells_of_table(

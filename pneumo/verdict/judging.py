@@ -1,6 +1,5 @@
 """The verdict: every printed number and statement of a paper, judged against the results."""
 
-import csv
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from pneumo.verdict.assumptions import read_assumptions
 from pneumo.verdict.claims import BASES, READ_OFF, UNITS_IN_TEXT, Claim, read_claims
 from pneumo.verdict.comparison import Comparison, as_printed, compare, deviation_in_words
 from pneumo.verdict.errata import Proof, read_errata
+from pneumo.verdict.published import recorded
 from pneumo.verdict.sources import Computation, Finding, MissingEvidence
 from pneumo.verdict.stored_verdict import hashes_behind_verdict
 
@@ -148,9 +148,7 @@ class Judge:
                 return f"erratum {erratum.id}: {erratum.meant}"
         if claim.assumption and self.alternatives is not None:
             place = {"alternative": [claim.assumption], "item": [claim.id]}
-            value = self.alternatives.reindex(
-                place
-            ).item()  # NaN, which agrees with nothing, if it was not run
+            value = self.alternatives.reindex(place).item()  # NaN, which agrees with nothing, if not run
             if compare(claim, tolerance, finding._replace(value=value)).agreement:
                 return f"assumption {claim.assumption}: {as_printed(value, claim, False)}"
         return ""
@@ -197,9 +195,8 @@ def facts(items: Sequence[Item]) -> list[Item]:
 
 def verdict(results: Path, paper: Paper) -> dict[str, Any]:
     """Judge every claim of a paper against a folder of results; what ``verdict.json`` holds."""
-    made_from = hashes_behind_verdict(
-        results, paper.folder, paper.module, paper.reads
-    )  # before anything is read
+    # Before anything is read.
+    made_from = hashes_behind_verdict(results, paper.folder, paper.module, paper.reads)
     judge = Judge(results, paper)
     items = [judge.judge(claim) for claim in judge.claims.items.values()]
     by_basis = {basis: [item for item in items if item["basis"] == basis] for basis in BASES}
@@ -223,11 +220,7 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
 
 def read_statuses(folder: Path) -> dict[str, str]:
     """Recorded status of every item, from ``statuses.csv``; empty if there is no such file."""
-    file = folder / "statuses.csv"
-    if not file.exists():
-        return {}
-    with file.open(encoding="utf-8", newline="") as lines:
-        return {row["id"]: row["status"] for row in csv.DictReader(lines)}
+    return recorded(folder / "statuses.csv")
 
 
 def statuses_text(items: Sequence[Item]) -> str:

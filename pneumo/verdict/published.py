@@ -13,6 +13,14 @@ def read_cells(name: str, folder: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+def recorded(file: Path) -> dict[str, str]:
+    """Read what is recorded of each item: the second column by the first; empty if there is no such file."""
+    if not file.exists():
+        return {}
+    with file.open(encoding="utf-8", newline="") as lines:
+        return dict(list(csv.reader(lines))[1:])
+
+
 def half_unit(printed: str, digits: int | None = None) -> float:
     """Half a unit in the last printed digit: the largest error of rounding.
 

@@ -85,6 +85,9 @@ def c99(system: System, stem: str, precision: str = "double", kinks: tuple[Kink,
         }
         for name, t in METHODS.items()
     }
+    c = system.plant.conditions
+    # What a difference of each state is compared with.
+    scale = system.state(x=system.plant.cylinder.stroke, v=1.0, P=c.P_atm, T=c.T_0)
     names = {"source": f"{stem}.c", "header": f"{stem}.h", "test": f"{stem}_test.c"}
     known = {
         **names,
@@ -111,18 +114,11 @@ def c99(system: System, stem: str, precision: str = "double", kinks: tuple[Kink,
         "stable": {name: f"{h:.3g}" for name, h in stable.items()},
         "kinks": kinks,
         "vectors": _vectors(system, min(1e-4, stable["EULER"]), suffix),
-        "scale": "{" + _listed(_scale(system), suffix) + "}",
+        "scale": "{" + _listed(scale, suffix) + "}",
         "tolerance": TOLERANCE[precision],
     }
     templates = {"source": "model.c.j2", "header": "model.h.j2", "test": "test.c.j2"}
     return {name: TEMPLATES.get_template(templates[key]).render(known) for key, name in names.items()}
-
-
-def _scale(system: System) -> list[float]:
-    """What a difference of each state is compared with: stroke, 1 m/s, P_atm, T_0."""
-    c = system.plant.conditions
-    by_name = {"x": system.plant.cylinder.stroke, "v": 1.0, "P": c.P_atm, "T": c.T_0}
-    return [by_name[name[0]] for name in system.states]
 
 
 def _vectors(system: System, h: float, suffix: str) -> list[dict[str, str]]:

@@ -27,12 +27,7 @@ from pneumo.errors import InputError
 COMPILER = "gcc"
 STEP = 1e-3  # s, longest inside a step of co-simulation, unless a shorter one is needed to be stable
 REFERENCES = {"PARAMETER": 100, "INPUT": 200, "STATE": 300, "RATE": 400, "KINK": 500}
-GAS = (
-    "R",
-    "gamma_",
-    "sonic_coefficient",
-    "critical_ratio",
-)  # depend on each other: not to be tuned one by one
+GAS = ("R", "gamma_", "sonic_coefficient", "critical_ratio")  # depend on each other: not to be tuned alone
 UNITS: dict[str, dict[str, int]] = {  # name: powers of the base units
     "s": {"s": 1},
     "m": {"m": 1},
@@ -106,38 +101,23 @@ def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
     return tuple(found)
 
 
-def _start(system: System) -> dict[str, float]:
+def _start(system: System) -> list[float]:
     """State at rest in mid-stroke: where runs begin."""
     c = system.plant.conditions
-    known = {"x": 0.0, "v": 0.0, "P": c.P_0, "T": c.T_0}
-    return {name: known[name.split("_")[0]] for name in system.states}
+    return system.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
 
 
-def _nominals(system: System) -> dict[str, float]:
+def _nominals(system: System) -> list[float]:
+    """Size of each state."""
     c = system.plant.conditions
-    known = {"x": system.plant.cylinder.stroke, "v": 1.0, "P": c.P_0, "T": c.T_0}
-    return {name: known[name.split("_")[0]] for name in system.states}
+    return system.state(x=system.plant.cylinder.stroke, v=1.0, P=c.P_0, T=c.T_0)
 
 
 def _variables(
     system: System, constants: list[Constant], indicators: tuple[Kink, ...], longest_step: str
 ) -> list[Variable]:
     """Every variable, with its reference as in instance.h."""
-    variables = [
-        Variable(
-            *(
-                "longest_step",
-                1,
-                1,
-                "s",
-                "longest step inside a step of co-simulation",
-                "parameter",
-                "tunable",
-            ),
-            initial="exact",
-            start=longest_step,
-        )
-    ]
+    variables = list[Variable]()
 
     def add(*words: Any, **rest: Any) -> Variable:
         name, reference, unit, meaning, causality, *variability = words
@@ -145,15 +125,16 @@ def _variables(
         variables.append(Variable(name, reference, place, unit, meaning, causality, *variability, **rest))
         return variables[-1]
 
+    inside = ("longest_step", 1, "s", "longest step inside a step of co-simulation", "parameter", "tunable")
+    add(*inside, initial="exact", start=longest_step)
     for i, c in enumerate(constants):
         unit, variability = c.unit if c.unit in UNITS else "", "fixed" if c.name in GAS else "tunable"
         words = (c.name, REFERENCES["PARAMETER"] + i, unit, c.comment, "parameter", variability)
         add(*words, initial="exact", start=digits(c.value))
     for i, name in enumerate(system.inputs):
         add(name, REFERENCES["INPUT"] + i, *quantity(name), "input", start="0.0")
-    start, nominals = _start(system), _nominals(system)
-    for i, name in enumerate(system.states):
-        numbers = {"start": digits(start[name]), "nominal": digits(nominals[name])}
+    for i, (name, *values) in enumerate(zip(system.states, _start(system), _nominals(system), strict=True)):
+        numbers = dict(zip(("start", "nominal"), map(digits, values), strict=True))
         state = add(name, REFERENCES["STATE"] + i, *quantity(name), "output", initial="exact", **numbers)
         rate = (f"der({name})", REFERENCES["RATE"] + i, rate_unit(name), f"rate of {name}", "local")
         add(*rate, derivative=state)
@@ -193,8 +174,8 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
         "references": REFERENCES,
         "units": UNITS,
         "longest_step": longest_step,
-        "start": [digits(value) for value in _start(system).values()],
-        "nominals": ", ".join(digits(value) for value in _nominals(system).values()),
+        "start": [digits(value) for value in _start(system)],
+        "nominals": ", ".join(map(digits, _nominals(system))),
         "variables": _variables(system, parts.constants, indicators, longest_step),
     }
 

@@ -23,11 +23,6 @@ def eq29_gamma() -> tuple[bool, str]:
     return abs(printed - equations.SONIC) > half_unit("0.0404") >= abs(meant - equations.SONIC), words
 
 
-def P_0_ratio() -> tuple[bool, str]:
-    """As in 2006: the exact root rounds to 0.8075 for any R."""
-    return of_2006.P_0_ratio()
-
-
 def room_temperature() -> tuple[bool, str]:
     """Every column implies a room temperature above 293.5 K, and no single one lies in all ranges."""
     results = Results(Path(), FOLDER)
@@ -68,5 +63,5 @@ def errors_cancel() -> tuple[bool, str]:
 
 PROOFS: dict[str, Proof] = {
     function.__name__: function
-    for function in (eq29_gamma, P_0_ratio, room_temperature, lambda_0_example, errors_cancel)
+    for function in (eq29_gamma, of_2006.P_0_ratio, room_temperature, lambda_0_example, errors_cancel)
 }
