@@ -94,14 +94,16 @@ def study(
         return _stored_study(stored, cylinder[0], output)
     if not files:
         raise InputError("Missing argument 'files': a configuration; `pneumo init` writes one")
-    configured = _study(files)  # before what takes a second to import
+    configuration = _configuration(files)  # before what takes a second to import
     from rich.console import Console
     from rich.progress import Progress
 
     from pneumo.configuration.known_within import known_within
+    from pneumo.configuration.parameters import study as in_SI
     from pneumo.engineer import own_study
     from pneumo.publish.pages.study_page import check_folder
 
+    configured = in_SI(configuration)
     configured = configured._replace(seeds=seeds or configured.seeds)
     chosen = own_study.selected(configured, cylinder or (), experiment or ())
     folder = output or Path(f"study-{chosen.name}")
@@ -109,7 +111,7 @@ def study(
     with Progress(console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task("full-order runs and replays", total=own_study.simulated_time(chosen))
         cells = own_study.run_study(
-            chosen, threads, lambda seconds: bar.advance(line, seconds), known_within(_configuration(files))
+            chosen, threads, lambda seconds: bar.advance(line, seconds), known_within(configuration)
         )
     return _tell(chosen, cells, folder)
 

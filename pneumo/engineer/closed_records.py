@@ -139,16 +139,7 @@ def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> ClosedFit:
     names = ["V_d_A", "V_d_B", "start_A", "start_B"]
     names += (["k_A", "k_B"] if law.explicit_heat else []) + (["n"] if np.isnan(law.n) else [])
     names += ["leak"] if leaks else []
-    scales = {
-        "V_d_A": 1e-2,
-        "V_d_B": 1e-2,
-        "start_A": 1.0,
-        "start_B": 1.0,
-        "n": 1.0,
-        "k_A": 10.0,
-        "k_B": 10.0,
-    }
-    scales |= {"leak": 1e-9}  # kg/(s Pa)
+    scales = {"V_d_A": 1e-2, "V_d_B": 1e-2, "k_A": 10.0, "k_B": 10.0, "leak": 1e-9}  # m^3, W/K, kg/(s Pa)
     guess = {"V_d_A": 2.0, "V_d_B": 4.0, "n": 1.2, "leak": 0.01}
     low = {"V_d_A": 0.01, "V_d_B": 0.01, "start_A": 0.5, "start_B": 0.5, "n": 0.8}
     high = {"start_A": 2.0, "start_B": 2.0, "n": 2.0}
@@ -159,7 +150,7 @@ def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> ClosedFit:
     area_ratio = wall / (np.pi / 2 * record.bore**2 + np.pi * record.bore * record.stroke / 2)
 
     def values(theta: np.ndarray) -> dict[str, float]:
-        return {name: float(part) * scales[name] for name, part in zip(names, theta, strict=True)}
+        return {name: float(part) * scales.get(name, 1.0) for name, part in zip(names, theta, strict=True)}
 
     def replay(theta: np.ndarray, samples: int) -> np.ndarray:
         v = values(theta)

@@ -39,21 +39,13 @@ def natural_modes(
         raise InputError(f"x = {place:g} m: must be between the end stops, {stops}")
     for pressure in P[~(P > 0)]:
         raise InputError(f"P = {pressure:g} Pa: must be positive (absolute)")
-    frozen, T_0 = (
-        closed._replace(plant=plant._replace(cylinder=cylinder._replace(coulomb=0.0))),
-        plant.conditions.T_0,
-    )
+    smooth = closed._replace(plant=plant._replace(cylinder=cylinder._replace(coulomb=0.0)))
+    T_0 = plant.conditions.T_0
     modes = np.full((2, len(x), len(P)), np.nan)
     for (i, place), (j, P_A) in product(enumerate(x.tolist()), enumerate(P.tolist())):
-        known = {
-            "x": place,
-            "v": 0.0,
-            "P_A": P_A,
-            "P_B": P_A * cylinder.A_A / cylinder.A_B,
-            "T_A": T_0,
-            "T_B": T_0,
-        }
-        poles = np.linalg.eigvals(state_matrix(frozen, [known[name] for name in frozen.states], [0.0] * 3))
+        known = {"x": place, "v": 0.0, "P_A": P_A, "P_B": P_A * cylinder.A_A / cylinder.A_B}
+        known |= {"T_A": T_0, "T_B": T_0}
+        poles = np.linalg.eigvals(state_matrix(smooth, [known[name] for name in smooth.states], [0.0] * 3))
         pole = poles[np.argmax(poles.imag)]
         if pole.imag > 0:
             modes[:, i, j] = abs(pole) / (2 * np.pi), -pole.real / abs(pole)

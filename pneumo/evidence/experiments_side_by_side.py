@@ -14,12 +14,25 @@ Labelled = TypeVar("Labelled", xr.Dataset, xr.DataArray)
 
 
 def for_each_experiment(
-    experiments: Mapping[str, Experiment], work: Callable[[Experiment], Found], threads: int
+    experiments: Mapping[str, Experiment],
+    work: Callable[[Experiment], Found],
+    threads: int,
+    what: str | None = None,
 ) -> dict[str, Found]:
-    """Return what `work` returns for each experiment, by name; the longest begin first."""
+    """Return what `work` returns for each experiment, by name; the longest begin first.
+
+    Prints a line that names `what` was done, if that is given, after each experiment.
+    """
+
+    def done(experiment: Experiment) -> Found:
+        found = work(experiment)
+        if what:
+            print(f"{experiment.name}: {what}, done", flush=True)
+        return found
+
     longest_first = sorted(experiments.values(), key=lambda experiment: -experiment.steps)
     with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run
-        results = dict(zip((e.name for e in longest_first), pool.map(work, longest_first), strict=True))
+        results = dict(zip((e.name for e in longest_first), pool.map(done, longest_first), strict=True))
     return {name: results[name] for name in experiments}
 
 

@@ -24,9 +24,7 @@ class Finding(NamedTuple):
     varies: float | None = None  # what seeds change, where that is neither the value nor the margin
     low: float | None = None  # an interval in place of a value, where the paper leaves open which run it
     high: float | None = None  # speaks of
-    allowed: bool = (
-        False  # whether that interval is all that printed inputs allow, so that a number in it is met
-    )
+    allowed: bool = False  # whether the interval is all that printed inputs allow: a number in it is met
     swing: float | None = None  # change during the run, in the unit of the value
 
 

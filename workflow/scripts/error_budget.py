@@ -2,9 +2,6 @@
 
 from pathlib import Path
 
-import xarray as xr
-
-from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.error_budget import (
     REFERENCE_SLICE,
     SLICE,
@@ -19,13 +16,8 @@ from pneumo.storage.files import attributes, read_study, write
 
 def main(parameters: Path, budgets: Path, threads: int, code: str) -> None:
     study = read_study(parameters)
-
-    def budget_of(experiment: Experiment) -> xr.Dataset:
-        part = budget(experiment, study.n)
-        print(f"{experiment.name}: error budget, done", flush=True)
-        return part
-
-    cells = side_by_side(for_each_experiment(study.experiments, budget_of, threads))
+    parts = for_each_experiment(study.experiments, lambda e: budget(e, study.n), threads, "error budget")
+    cells = side_by_side(parts)
     about = attributes(
         "Error budget of the reduced models",
         "Model, signal-transport and discretisation error of every cell, from t = 0",

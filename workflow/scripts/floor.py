@@ -2,9 +2,6 @@
 
 from pathlib import Path
 
-import xarray as xr
-
-from pneumo.configuration.experiment import Experiment
 from pneumo.errors import ResultError
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.evidence.measured_floor import (
@@ -24,13 +21,7 @@ def main(parameters: Path, floors: Path, threads: int, code: str) -> None:
     if not experiments:
         names = ", ".join(FLOOR_EXPERIMENTS)
         raise ResultError(f"{parameters}: has none of {names}, whose floor is measured")
-
-    def floor_of(experiment: Experiment) -> xr.Dataset:
-        part = measured_floor(experiment)
-        print(f"{experiment.name}: floor of signal transport, done", flush=True)
-        return part
-
-    floors_of_all = side_by_side(for_each_experiment(experiments, floor_of, threads))
+    parts = for_each_experiment(experiments, measured_floor, threads, "floor of signal transport")
     about = attributes(
         "Floor of error that signal transport leaves",
         "RMS pressure error of replays on sampled signals, measured and predicted",
@@ -39,7 +30,7 @@ def main(parameters: Path, floors: Path, threads: int, code: str) -> None:
         step_s=next(iter(experiments.values())).h / FLOOR_REFINEMENT,
         sweep_s=SWEEP,
     )
-    write(with_floor_attributes(floors_of_all), floors, about)
+    write(with_floor_attributes(side_by_side(parts)), floors, about)
 
 
 run_job(main, globals())

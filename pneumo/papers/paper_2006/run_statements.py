@@ -76,11 +76,7 @@ def value_after_release(
 def turning_points(values: np.ndarray, least: float) -> list[int]:
     """Indices of the maxima and minima, in turn, after which a series turns by more than `least`."""
     turns: list[int] = []
-    direction, high, low = (
-        0,
-        0,
-        0,
-    )  # rising, falling or not known; highest and lowest value since the last turn
+    direction = high = low = 0  # rising, falling or not known; highest and lowest value since the last turn
     for i, value in enumerate(values):
         high, low = (i if value > values[high] else high), (i if value < values[low] else low)
         turn = high if direction >= 0 and values[high] - value > least else None

@@ -13,18 +13,8 @@ from pneumo.publish.text.formatting import KILO, percent_text
 from pneumo.statistics.recommendation import MATERIAL
 
 DIGITS = 4  # of numbers in the table
-HEADS = (
-    "cylinder",
-    "bore (mm)",
-    "stroke (mm)",
-    "k₀ (W/K)",
-    "take",
-    "n",
-    "worst RMS (kPa)",
-    "best",
-    "its worst RMS (kPa)",
-)
-HEADS += ("runs", "failed runs")
+HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "take", "n", "worst RMS (kPa)", "best")
+HEADS += ("its worst RMS (kPa)", "runs", "failed runs")
 TEXTS = ("cylinder", "take", "best")  # columns that hold no numbers
 
 
