@@ -54,7 +54,7 @@ def code_hash(*modules: str) -> str:
 
 
 def compiled_hash(*modules: str) -> str:
-    """Return the same of what a compiler sees: comments, docstrings and layout do not count."""
+    """Return the same hash of what a compiler sees: comments, docstrings and layout do not count."""
     return _digest(modules, _meaning)
 
 

@@ -65,9 +65,8 @@ def main() -> None:
     except PneumoError as error:
         message = str(error)
     except (OSError, SystemExit) as end:  # full, not to be written, or a pipe that nobody reads
-        error = (
-            end.__context__ if isinstance(end, SystemExit) else end
-        )  # typer and rich leave a broken pipe so
+        # typer and rich turn a broken pipe into a SystemExit, with the OSError as its context.
+        error = end.__context__ if isinstance(end, SystemExit) else end
         if not isinstance(error, OSError):
             raise
         message = f"{error.filename or 'output'}: {error.strerror}"

@@ -90,7 +90,7 @@ class Averages(NamedTuple):
 
 
 def averages(recording: Recording, every: int) -> Averages:
-    """Averages of a run whose reference is drawn every so many steps, over both chambers."""
+    """Averages of a run, over both chambers; there are `every` steps between draws of its reference."""
     plant, states, u_max = recording.plant, recording.states, recording.plant.valve.u_max
     cylinder, x = plant.cylinder, states[:, 0]
     draws = np.arange(every, len(states), every)

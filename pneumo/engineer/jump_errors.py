@@ -80,10 +80,10 @@ def jump_errors(
 ) -> np.ndarray:
     """Pressure error that jumps of the command cause, per second between samples, Pa/s: linear theory.
 
-    Shape (chamber, stored steps), an error every `stride` steps. Samples are `every` so many steps, which
-    determines where between them a jump falls; the replay interpolates them linearly if `linear`, else holds
-    the one that is older than the last by `late` samples. If `uniform`, every jump, the start from rest too,
-    is instead delayed by one second.
+    Shape (chamber, stored steps), an error every `stride` steps. `every` is the number of steps between
+    samples, which determines where between them a jump falls; the replay interpolates them linearly if
+    `linear`, else holds the one that is older than the last by `late` samples. If `uniform`, every jump, the
+    start from rest too, is instead delayed by one second.
     """
     states, reference, drive, plant = recording.states, recording.reference, recording.drive, recording.plant
     steps = len(states) - 1

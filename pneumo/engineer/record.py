@@ -135,7 +135,7 @@ def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str
     count, there, row = int(absent.sum()), np.flatnonzero(~absent), np.arange(len(numbers))
     if not count:
         return numbers
-    # Samples on either side of missing ones stand no further apart than those of a gap in time.
+    # Missing samples in a row are refused where the time between their neighbours would be a gap.
     run = np.concatenate([there, [len(row)]]) - np.concatenate([[-1], there])
     long = np.zeros(len(row), dtype=bool)
     long[np.concatenate([[-1], there])[run > GAP] + 1] = True

@@ -101,7 +101,7 @@ def stage_signals(
 
 
 def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> list[np.ndarray]:
-    """Inputs of replays whose measured position has got more noise and was smoothed again.
+    """Inputs of replays with noise added to the smoothed position, which is then smoothed again.
 
     There are two for each of the `pairs`, one with a noise and one with its negative: antithetic pairs cancel
     odd-order terms. Each is shaped as `StageSignals.inputs`.

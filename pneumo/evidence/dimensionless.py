@@ -1,4 +1,4 @@
-"""Dimensionless groups of a run, known before it: ratios of times, air, ways and forces."""
+"""Dimensionless groups of a run, known before it: ratios of times, masses of air, distances and forces."""
 
 import numpy as np
 

@@ -99,8 +99,8 @@ def published_error(experiment: Experiment, lanes: np.ndarray, stride: int = 1) 
 def sampled_inputs(recording: Recording, every: int, interpolation: str) -> np.ndarray:
     """Limited command, position and velocity at every stage, shape (steps, 6, 3), from sampled signals.
 
-    Samples are `every` so many steps; `interpolation` is one of `INTERPOLATIONS`: last sample, straight line,
-    or interpolating cubic spline (not-a-knot). The limiter acts after it.
+    There are `every` steps between samples; `interpolation` is one of `INTERPOLATIONS`: last sample, straight
+    line, or interpolating cubic spline (not-a-knot). The limiter acts after it.
     """
     steps, h, u_max = len(recording.states) - 1, recording.h, recording.plant.valve.u_max
     signals = np.column_stack([recording.u, recording.states[:, :2]])

@@ -43,7 +43,7 @@ def with_valve(experiment: Experiment, size: float) -> Experiment:
 
 
 def with_draws(experiment: Experiment, every: int) -> Experiment:
-    """Return an experiment whose reference is drawn every so many steps."""
+    """Return an experiment with `every` steps between draws of its reference."""
     return experiment._replace(excitation=experiment.excitation._replace(every=every))
 
 

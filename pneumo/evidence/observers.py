@@ -138,7 +138,7 @@ def first_covariance() -> np.ndarray:
 def correct_all(
     y: np.ndarray, C: np.ndarray, x: float, P: np.ndarray, measured_pressures: int, plant: Plant
 ) -> None:
-    """Correct the estimate by the position, m, and the first so many of the pressures P_A, P_B, Pa."""
+    """Correct the estimate by the position, m, and by no, one (P_A) or both pressures, Pa."""
     correct(y, C, 0, x, X_VARIANCE)
     for side in range(measured_pressures):
         correct(y, C, 2 + side, P[side], PRESSURE_VARIANCE)
@@ -194,10 +194,10 @@ class Observability(NamedTuple):
 def observability(
     model: str, n: float, plant: Plant, measured_pressures: int, duration: float = 0.5, h: float = 1e-3
 ) -> Observability:
-    """Observability of (x, v, P_A, P_B) from x and so many pressures, by models at six operating points.
+    """Observability of (x, v, P_A, P_B) from x and no, one (P_A) or both pressures, by linear models.
 
-    The points are x = -0.3, 0, 0.3 strokes and u = -0.1, 0.1 u_max, at P_0 and 0.05 m/s. The first estimate
-    counts for nothing.
+    They are linearised at six points: x = -0.3, 0, 0.3 strokes and u = -0.1, 0.1 u_max, at P_0 and 0.05 m/s.
+    Nothing but the samples informs the estimate.
     """
     scale = np.array([plant.cylinder.stroke, 1.0, plant.conditions.P_0, plant.conditions.P_0])
     variance = np.array([X_VARIANCE, PRESSURE_VARIANCE, PRESSURE_VARIANCE])[: 1 + measured_pressures]

@@ -55,8 +55,8 @@ class Controlled(NamedTuple):
     air: float  #: from the supply, kg
 
 
-def minimum_jerk(t: np.ndarray, way: float, duration: float) -> np.ndarray:
-    """Rest-to-rest motion over a way, m, with its first three derivatives: shape (samples, 4)."""
+def minimum_jerk(t: np.ndarray, distance: float, duration: float) -> np.ndarray:
+    """Rest-to-rest motion over a distance, m, with its first three derivatives: shape (samples, 4)."""
     s = np.clip(t / duration, 0.0, 1.0)
     moving = (s > 0) & (s < 1)
     derivatives = (
@@ -65,7 +65,7 @@ def minimum_jerk(t: np.ndarray, way: float, duration: float) -> np.ndarray:
         60 * s - 180 * s**2 + 120 * s**3,
         (60 - 360 * s + 360 * s**2) * moving,
     )
-    return way * np.column_stack([d / duration**k for k, d in enumerate(derivatives)])
+    return distance * np.column_stack([d / duration**k for k, d in enumerate(derivatives)])
 
 
 def drawn_task(rng: np.random.Generator, plant: Plant, h: float) -> Task:
@@ -112,7 +112,7 @@ def linearising_command(
     closed = third_derivative(y, a, 0.0, plant, lane)
     towards = u_max if jerk > closed else -u_max
     change = third_derivative(y, a, towards, plant, lane) - closed
-    if change * towards <= 0:  # no air to be had that way
+    if change * towards <= 0:  # the valve cannot give this jerk
         return towards
     return towards * (jerk - closed) / change
 

@@ -18,7 +18,7 @@ CRITERION = 0.01  # section 4: 1 per cent
 SHORTEST_WINDOW = 0.5  # s; filling a chamber takes this long where wall heat is faster
 FREE_RUN_PER_SETTLING = 4.0  # the final value must be that of a run well beyond the settling time
 LONGEST_RUN = 1e5  # s
-LONGEST_IN_WINDOWS = 1000  # thermal time constants; a loop that swings for ever is given up then
+LONGEST_IN_WINDOWS = 1000  # thermal time constants; a loop that never stops swinging is given up then
 TOO_SLOW, NOT_AT_REST, NOT_SETTLED = 3, 4, 5
 SETTLING_STATUS = RUN_STATUS | {
     TOO_SLOW: "thermal time constant too long for a run",
@@ -67,7 +67,7 @@ def settling_times(free: np.ndarray, h: float) -> np.ndarray:
 
 
 def _without_times(states: np.ndarray, release_step: int, given_up: int) -> Settling:
-    """Settling run that failed, or for whose length alone it was given up."""
+    """Settling run without settling times: it failed, else it became too long, with the status `given_up`."""
     status, step = failure(states)
     if status == RAN:
         status, step = given_up, len(states) - 1

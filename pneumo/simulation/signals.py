@@ -119,9 +119,9 @@ def stage_inputs(
 ) -> None:
     """Write (limited u, x, v) at the six stages of a part of step k, and at its end, into `inputs`.
 
-    `inputs` is of shape (7, 3). The step is made in so many `parts`, one after another; the limiter acts on
-    what was read. For the exact transport the full-order states are computed again: y, shape (6,), holds them
-    from one part to the next, Y and K, shape (7, 6), are work space.
+    `inputs` is of shape (7, 3). The step is made in `parts` equal parts, one after another; the limiter acts
+    on what was read. For the exact transport the full-order states are computed again: y, shape (6,), holds
+    them from one part to the next, Y and K, shape (7, 6), are work space.
     """
     u_max = recording.plant.valve.u_max
     if reading.exact:
