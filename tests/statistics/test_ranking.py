@@ -71,12 +71,19 @@ def test_n_is_chosen_for_the_worst_case_and_a_failure_there_counts():
     cells["mse_of_wrong_k_0"].loc[{"model": "M10", "k_0_end": "high", "n": 1.3}] = 9e6
     row = ranked(cells, "mine").unknown_k_0.model("M10")
     # 0.1 beside its bottom, on either side, the bowl is 1.4 times as high.
+    assert np.isnan(ranked(cells, "mine").unknown_k_0.model("M1").n)  # it has none
     assert row.n in (1.2, 1.4) and row.worst**2 == pytest.approx(2.4e6 * 1.4, rel=1e-3)
     assert ranked(cells, "mine").row("M10").n == 1.3
     cells["mse_of_wrong_k_0"].loc[{"model": "M10", "k_0_end": "low"}] = np.nan
     robust = ranked(cells, "mine").unknown_k_0
     assert robust.model("M10").worst == np.inf and robust.models[-1].model == "M10"
     assert np.isfinite(robust.known)
+
+
+def test_with_k_0_known_the_error_left_is_that_of_its_worst_value():
+    cells = made(noise=1e-6, ends=(4.0, 4.0))
+    cells["mse_of_right_k_0"].loc[{"k_0_end": "high"}] *= 2
+    assert ranked(cells, "mine").unknown_k_0.known ** 2 == pytest.approx(2 * 2.4e6, rel=1e-3)
 
 
 def test_a_factor_of_one_and_experiments_with_another_k_0_are_said_so():
