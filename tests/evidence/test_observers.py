@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from paper_study import STUDY
 
-from pneumo.evidence.observers import Noise, correct_all, first_covariance, observability, predict
-from pneumo.evidence.sampled_plant import PRESSURE_NOISE
+from pneumo.evidence.observers import Noise, correct_all, first_covariance, predict
 from pneumo.physics.models import MODELS, lane
 
 pytestmark = pytest.mark.uncompiled
@@ -64,7 +63,3 @@ def test_each_pressure_that_is_measured_corrects_its_own(measured):
     correct_all(y, first_covariance(), 0.0, read, measured, PLANT)
     expected = np.where(np.arange(2) < measured, read, C.P_0)
     assert y[2:] == pytest.approx(expected, abs=150)  # the sensor's variance is a 400th of the first
-
-
-def test_averaging_many_samples_leaves_less_than_the_sensors_noise():
-    assert (observability("M8", 1.35, PLANT, 2).deviation < PRESSURE_NOISE).all()
