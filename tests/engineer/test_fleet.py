@@ -128,7 +128,13 @@ def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, blo
         "time_constant",
     ):
         xr.testing.assert_equal(cells[name].drop_vars("cylinder"), alone[name].drop_vars("cylinder"))
-    assert rankings(cells)[0].reason == block["reason"].sel(cylinder="first").item()
+    (again,), stored = rankings(cells), block.sel(cylinder="first")
+    assert (again.reason, "\n".join(again.advice)) == (stored["reason"].item(), stored["advice"].item())
+    assert stored["bore"] == next(iter(found.experiments.values())).plant.cylinder.bore
+    # Both from what was kept, in eight bytes: four would leave 6e-8.
+    errors = {row.model: row.mse.value for row in again.rows}
+    assert stored["best_mse"].sel(model=list(errors)).values == pytest.approx([*errors.values()], rel=1e-12)
+    assert cells["mse"].dtype == float
     assert json.loads(block["parameters"].values[0])["n"] == [1.2, 1.3]
     _, cells = stored_cylinder(results, FAILING)
     assert rankings(cells)[0].recommended == ""
