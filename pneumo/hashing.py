@@ -70,7 +70,7 @@ def _digest(modules: Iterable[str], content: Callable[[str], str]) -> str:
 
 @cache
 def _meaning(text: str) -> str:
-    """Syntax tree of a source without expressions that are only text."""
+    """Syntax tree of a source without docstrings."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):

@@ -158,7 +158,7 @@ def _real(name: str) -> Any:
 
 
 def symbols_of(plant: Plant) -> Plant:
-    """Plant of symbols, named as in `constants`; properties that it lacks stay numbers and drop out."""
+    """Plant of symbols, named as in `constants`; an absent load, friction or leak stays 0."""
     names = ("R", "gamma_", "sonic_coefficient", "critical_ratio")
     gas = Gas._make([*map(_real, names), plant.gas.elliptic])
     u_max: Any = sympy.Symbol("u_max", positive=True)

@@ -32,11 +32,11 @@ class Parameter(NamedTuple):
     logarithmic: bool = True  # search and interval are on a logarithmic scale
 
     def inner(self, value: float) -> float:
-        """Value on the scale of the search."""
+        """Logarithm of a value in SI units, or the value itself, as the parameter is fitted."""
         return float(np.log(value)) if self.logarithmic else float(value)
 
     def outer(self, value: float) -> float:
-        """Value in SI units."""
+        """Value in SI units, from what `inner` returns."""
         return float(np.exp(value)) if self.logarithmic else float(value)
 
 

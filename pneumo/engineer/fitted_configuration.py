@@ -143,7 +143,10 @@ def _put_valve(section: dict[str, Any], k_xu: Interval, configured: float) -> st
 def _experiments(
     content: dict[str, Any], configuration: Configuration, cylinder: str, k_0: Interval | None
 ) -> dict[str, Any]:
-    """Experiments of the cylinder among those that run, with its k_0."""
+    """Entries of the experiments on the cylinder that are to run, by name, with the k_0 that was found.
+
+    With a k_0, experiments of one loop and signal that differed by k_0 alone become one.
+    """
     runs = configuration.run.experiments
     kept: dict[str, Any] = {}
     seen: list[tuple[Any, Any]] = []

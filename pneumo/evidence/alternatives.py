@@ -48,7 +48,7 @@ class Alternative(NamedTuple):
     ddof: int = 1  #: of the variance of means in eq (16)
 
     def transport(self, experiment: Experiment) -> Transport:
-        """Return how recorded signals reach the replays of an experiment."""
+        """Return the transport of the replays of an experiment: its own, or the published one."""
         return self.other_transport or study_transport(PUBLISHED, experiment)
 
     def run_key(self, name: str) -> tuple[Any, ...]:

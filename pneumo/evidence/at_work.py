@@ -219,7 +219,7 @@ def _controllers(
     scale = experiment.plant.valve.u_max / cylinder.stroke
 
     def tried(controllers: list[Controller], row: np.ndarray) -> tuple[int, np.ndarray]:
-        """Which of some controllers is best in the tuning runs, and the error of each while following, m."""
+        """Index of the controller that tracks best on the tuning seeds, and each one's following error, m."""
         runs = [[control_run(experiment, seed, c, row) for seed in tuning] for c in controllers]
         best = np.argmin([np.mean([run.tracking for run in those]) for those in runs])
         following = [(_judged(those)["following_error"] ** 2).mean() ** 0.5 for those in runs]

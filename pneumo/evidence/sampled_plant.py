@@ -29,7 +29,7 @@ def rounded(value: float, step: float) -> float:
 
 @register_jitable
 def pressure_read(P: float, noise: float) -> float:
-    """Pressure as its sensor gives it, Pa, with this noise, Pa; the sensor ends at 0 and at its range."""
+    """Reading of a pressure sensor, Pa: with noise, Pa, in steps of 12 bits, and clipped to its range."""
     return min(max(rounded(P + noise, PRESSURE_STEP), 0.0), PRESSURE_RANGE)
 
 

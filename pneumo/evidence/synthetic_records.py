@@ -106,7 +106,7 @@ def sensed(rng: np.random.Generator, signal: np.ndarray, scale: float, noise: fl
 
 
 def synthetic_record(seed: int, model: str | None = None) -> SyntheticRecord:
-    """Draw a record; `model` makes the true pressures, the full-order system where it is left out."""
+    """Draw a random record; true pressures are those of `model`, or of the full order without one."""
     rng = np.random.default_rng(seed)
     truth, configured = true_and_configured_plants(rng)
     period, noise = 1 / rng.choice(SAMPLE_RATES), NOISE(rng)

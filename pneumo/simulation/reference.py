@@ -33,7 +33,10 @@ def piston_area(cylinder: Cylinder, side: int) -> float:
 
 @register_jitable
 def lane_rate(u: float, x: float, v: float, P: float, area: float, plant: Plant, lane: Lane) -> float:
-    """Rate of a reduced model's pressure, Pa/s, with u, x, v counted outward from the chamber."""
+    """Rate of a reduced model's pressure, Pa/s, of one chamber.
+
+    Signs of u, V, x, m, and v, m/s, are those of chamber A; for chamber B all three are negated.
+    """
     T = temperature(P, plant.conditions.P_0, plant.conditions.T_0, lane.a)
     m_in, m_out = chamber_flows(u, P, T, plant.valve, plant.gas, plant.conditions)
     return lane_rate_with_flows(m_in, m_out, x, v, P, T, area, plant, lane)

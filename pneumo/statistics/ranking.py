@@ -28,7 +28,7 @@ REFINEMENT_STEPS = (  # what is added, model without it, model with it
 
 
 class RankedModel(NamedTuple):
-    """One model in the ranking."""
+    """Place and errors of one model in a ranking by mean square error."""
 
     place: int  # from 1; models that failed come last
     model: str

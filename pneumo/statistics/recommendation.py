@@ -107,7 +107,7 @@ def _about_k_0(robust: UnknownConductance, choice: RobustModel) -> str:
 
 
 def _longer_runs(cells: xr.Dataset) -> list[str]:
-    """Advice for each experiment that is short for its cylinder's walls."""
+    """Advice for each experiment that lasts less than ten of its cylinder's thermal time constants."""
     columns = (cells[name].values for name in ("experiment", "duration", "time_constant"))
     return [
         f"Longer runs: {name} lasts less than ten thermal time constants, {time_constant:.3g} s each."

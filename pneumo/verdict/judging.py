@@ -185,7 +185,7 @@ def counts(items: Sequence[Item]) -> dict[str, int]:
 
 
 def facts(items: Sequence[Item]) -> list[Item]:
-    """Keep one item of those that tell one fact: the first with the status that stands last in `STATUSES`."""
+    """Keep one item of those that tell the same fact: the one with the worst status."""
     kept: dict[str, Item] = {}
     for item in items:
         name = item["fact"] or item["id"]

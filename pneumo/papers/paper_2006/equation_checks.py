@@ -172,7 +172,7 @@ def pressure_equation_keeps_energy(_: object) -> Finding:
 
 
 def temperature_equation_fits(factor_T: bool) -> bool:
-    """Whether eq (5) follows from the balances, with or without a factor T in its last term."""
+    """Whether eq (5), with `factor_T` times T in its last term, follows from mass and energy balance."""
 
     def fits(s: State) -> bool:
         rate = dT_dt(*s._replace(heat=0.0), R, GAMMA)
@@ -188,9 +188,9 @@ def temperature_equation_as_printed(_: StudyResults) -> Finding:
 
 
 def wall_heat_rates(T: float, sign: float) -> dict[str, float]:
-    """Rates by wall heat alone of temperature, K/s, and of M7's pressure, Pa/s, by unit.
+    """How fast wall heat alone changes temperature, under "K/s", and M7's pressure, under "Pa/s".
 
-    The `sign` of wall heat is 1 as meant, -1 as printed.
+    T is the air's temperature, K; the `sign` of wall heat is 1 as meant, -1 as printed.
     """
     heat = sign * wall_heat(T, 0.5, T_AMB)
     rate_T = dT_dt(P_0, T, 1e-5, 0.0, 0.0, 0.0, T_AMB, heat, R, GAMMA)

@@ -101,7 +101,7 @@ def room(results: Results, columns: Sequence[str]) -> Finding:
 
 
 def bore_tested(results: Results, column: str) -> Finding:
-    """Bore of the cylinder of a column as Table 1 has it, m."""
+    """Bore that Table 1 prints for the cylinder of a column of Tables 3 to 5, m."""
     return Finding(1e-3 * float(results.table_1[column[0], "bore"]))
 
 

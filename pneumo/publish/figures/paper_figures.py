@@ -176,7 +176,7 @@ def fig10(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
 
 @paper_style()
 def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
-    """Fig. 11: as Fig. 9 at each level of heat transfer, each model at its best constant n.
+    """Fig. 11: average MSE and percentiles at each level of heat transfer, each model at its best constant n.
 
     A level without experiments is marked as not reproduced.
     """
