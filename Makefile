@@ -130,7 +130,7 @@ lock: .venv/.study  ## write both locks again from pyproject.toml (UPGRADE=1: ne
 	@echo "== lock: requirements.lock, requirements-dev.lock"
 	$(activate)
 	$(compile) $(study_extras) --output-file requirements.lock pyproject.toml
-	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu \
+	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu --extra mujoco \
 	    --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
 
 lock-check: .venv/.study  ## is there a wheel of every locked package for Linux on x86-64 and aarch64 and for macOS 15 on arm64
@@ -172,7 +172,7 @@ clean:  ## remove results, documentation and caches, keep .venv
 	touch $@
 
 .venv/.dev: .venv/.study requirements-dev.lock
-	@echo "== set-up: tools for tests, documentation and evidence, pinned in requirements-dev.lock (10 s to 1 min, 0.7 GB more)"
+	@echo "== set-up: tools for tests, documentation and evidence, pinned in requirements-dev.lock (10 s to 1 min, 1.0 GB more)"
 	base=$$(cat .venv/.base)
 	$(call install,requirements-dev.lock)
 	touch $@

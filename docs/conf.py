@@ -1,13 +1,17 @@
 """Sphinx: `make docs` builds the site into site/; neither building nor reading it needs the network."""
 
+import os
 import sys
+import tempfile
 from importlib.metadata import version as version_of
+from logging import getLogger
 from pathlib import Path
 from typing import Any
 
 from docutils import nodes
 from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
+from nbclient import NotebookClient
 from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.math import get_node_equation_number
@@ -15,12 +19,18 @@ from sphinx.util.math import get_node_equation_number
 sys.path.insert(0, str(Path(__file__).parent))
 
 import fragments
+import notebooks
+
+# A folder like a checkout, in which notebooks run; it goes when the build ends.
+_examples = tempfile.TemporaryDirectory()
+examples = Path(_examples.name)
+os.environ |= notebooks.prepare(examples)
 
 project = "pneumo"
 author = "pneumo developers"
 version = release = version_of("pneumo")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["static"]
 
 myst_enable_extensions = ["colon_fence", "dollarmath", "substitution"]
@@ -29,9 +39,17 @@ myst_substitutions = {
     "errata": fragments.errata(),
     "models": fragments.models(),
     "symbols": fragments.symbols(),
-    "files": fragments.files(),
+    "files": fragments.files(examples / notebooks.SMALL),
+    "results": notebooks.kind_of_results(),
     "commands": fragments.commands(),
 }
+
+nb_execution_mode = "inline"
+nb_execution_show_tb = True
+nb_output_stderr = "remove"  # bars of progress
+nb_execution_timeout = 600  # s, of a cell, on a busy machine
+NotebookClient.coalesce_streams.default_value = True  # `nb_merge_streams` breaks lines
+getLogger("traitlets").setLevel("WARNING")
 
 autodoc_typehints = "none"  # docstrings say what a type means
 autodoc_member_order = "bysource"

@@ -1,13 +1,11 @@
 """Parts of pages that are made when the site is built: errata, models, files of results, commands."""
 
 import re
-import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from small_study import small_study
 from typer.cli import get_docs_for_click
 from typer.core import TyperGroup
 from typer.main import get_command
@@ -89,11 +87,9 @@ def symbols() -> str:
     return table(["name", "symbol", "unit", "meaning"], rows)
 
 
-def files() -> str:
-    """Variables, dimensions and units of each kind of file, as a short study wrote them."""
-    with tempfile.TemporaryDirectory() as folder:
-        small_study(Path(folder, "results"), Path(folder, "small.yaml"))
-        return "\n\n".join(_file(Path(folder, "results", file), kind) for file, kind in KINDS.items())
+def files(results: Path) -> str:
+    """Variables, dimensions and units of each kind of file in a folder of results."""
+    return "\n\n".join(_file(results / file, kind) for file, kind in KINDS.items())
 
 
 def _file(path: Path, kind: str) -> str:

@@ -111,10 +111,6 @@ def run_block(block: Token, page: Path, folder: Path, names: dict) -> None:
         name = re.match(r"# ([\w-]+\.yaml)\n", block.content)
         assert name, f"{page.name}: an example of a configuration begins with its file's name"
         (folder / name.group(1)).write_text(block.content)
-    elif block.info == "c":
-        name = re.match(r"/\* ([\w-]+\.c): ", block.content)
-        assert name, f"{page.name}: an example in C begins with its file's name"
-        (folder / name.group(1)).write_text(block.content)
     else:
         pytest.fail(f"{page.name}: nothing runs blocks of {block.info!r}")
 
