@@ -134,6 +134,24 @@ def test_a_wrong_line_is_noticed(line, folder, monkeypatch):
         run_line(line, folder)
 
 
+@pytest.mark.slow
+def test_an_exported_model_in_mujoco_follows_the_full_order(tmp_path, monkeypatch):
+    pytest.importorskip("mujoco")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config").symlink_to(ROOT / "config")
+    names: dict = {}
+    for token in MarkdownIt().parse((DOCS / "mujoco.md").read_text(encoding="utf-8")):
+        code = re.sub(r"^:.*\n", "", token.content)
+        if token.info == "{code-cell}" and code.startswith("%%sh"):
+            for line in code.splitlines()[1:]:
+                run_line(line, tmp_path)
+        elif token.info == "{code-cell}":
+            exec(compile(code, "mujoco.md", "exec"), names)  # noqa: S102 - the project's own page
+    names["plt"].close("all")
+    rms, size = names["rms"], names["F"].std()
+    assert rms["M8"] < 0.02 * size < 0.1 * size < rms["MuJoCo's cylinder"]
+
+
 def test_numbers_of_measurements_are_what_the_rule_made():
     from measured import PAGE, refreshed, stored
 
