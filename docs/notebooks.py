@@ -9,7 +9,7 @@ from small_study import EXPERIMENTS, ROOT, small_study
 SMALL = "small"  # folder of the small study's results
 RESULTS = ROOT / "results"
 
-# Read by IPython at a notebook's start: a failing command ends its cell, and none takes the page for a terminal.
+# Read by IPython at a notebook's start. A command that fails ends its cell; none takes it for a terminal.
 PROFILE = """
 c.IPKernelApp.log_level = 40
 c.ScriptMagics.script_magics = ["sh"]
