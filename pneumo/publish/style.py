@@ -1,5 +1,7 @@
 """The common look of all figures: fonts, widths, the look of each model, byte-identical files."""
 
+import base64
+import io
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -114,6 +116,15 @@ def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:
             # The second file has the layout of the first, and takes half the time.
             fig.set_layout_engine("none")
     return svg, png
+
+
+def image_address(fig: Figure, kind: Literal["svg", "png"] = "svg") -> str:
+    """Return a figure as a data address, for the source of an image in a page."""
+    buffer = io.BytesIO()
+    with paper_style():
+        fig.savefig(buffer, format=kind, metadata=METADATA[kind])
+    content = base64.b64encode(buffer.getvalue()).decode()
+    return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{content}"
 
 
 # Published is open and hatched, reproduced is filled, exact transport is pale: the difference needs no

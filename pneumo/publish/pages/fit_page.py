@@ -3,7 +3,8 @@
 import xarray as xr
 
 from pneumo.publish.figures.fit_figures import held_out_figure, residual_figure
-from pneumo.publish.pages.page import image_address, page_text
+from pneumo.publish.pages.page import page_text
+from pneumo.publish.style import image_address
 from pneumo.publish.text.terminal_tables import FIT_HEADS, fit_rows, valve_text, warning_texts
 
 

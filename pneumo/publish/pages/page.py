@@ -1,17 +1,13 @@
-"""What all pages share: templates and their filters, figures inside a page, the look of a status."""
+"""What all pages share: templates and their filters, and the look of a status."""
 
-import base64
-import io
 import math
 import re
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
-from matplotlib.figure import Figure
 
-from pneumo.publish.style import METADATA, paper_style
 from pneumo.publish.text.formatting import percent_text
 from pneumo.verdict.claims import UNITS_IN_TEXT
 
@@ -51,12 +47,3 @@ def share_of_axis(value: float, lowest: float, highest: float) -> float:
 def with_indices(text: str) -> Markup:
     """Escape a text and set its indices, such as that of k_0, low."""
     return Markup(re.sub(r"\b([A-Za-z]|λ)_([A-Za-z0-9]+)", r"\1<sub>\2</sub>", str(escape(text))))
-
-
-def image_address(fig: Figure, kind: Literal["svg", "png"] = "svg") -> str:
-    """Return a figure as a data address, for the source of an image."""
-    buffer = io.BytesIO()
-    with paper_style():
-        fig.savefig(buffer, format=kind, metadata=METADATA[kind])
-    content = base64.b64encode(buffer.getvalue()).decode()
-    return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{content}"

@@ -10,7 +10,8 @@ from pneumo.configuration.parameters import sonic_conductance
 from pneumo.engineer.own_study import TITLE, save_cells
 from pneumo.errors import InputError, ResultError
 from pneumo.publish.figures import study_figures
-from pneumo.publish.pages.page import image_address, page_text
+from pneumo.publish.pages.page import page_text
+from pneumo.publish.style import image_address
 from pneumo.publish.text.formatting import KILO, percent_text
 from pneumo.publish.text.terminal_tables import (
     ROBUST_TITLE,

@@ -1,19 +1,21 @@
 """Tables for the terminal; pages show the rows of some of them too."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 from rich import box
 from rich.table import Table
 
-from pneumo.engineer.closed_chamber import Transient
-from pneumo.evidence.ensemble import CRITERIA
+from pneumo.evidence.model_pairs import CRITERIA
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.ranking import RankedModel, Ranking
 from pneumo.statistics.robust_choice import RobustModel, UnknownConductance
+
+if TYPE_CHECKING:
+    from pneumo.engineer.closed_chamber import Transient  # seconds of imports, for one table
 
 # --- pneumo study ----------------------------------------------------------------------------------
 
@@ -167,7 +169,7 @@ def warning_texts(fit: xr.Dataset) -> list[str]:
     return [text for text in str(fit.attrs.get("warnings", "")).split("\n") if text]
 
 
-def transient_text(transient: Transient) -> str:
+def transient_text(transient: "Transient") -> str:
     """Conductance from the transient of a closed chamber, on three lines."""
     tau = ends_text(transient.tau_low, transient.tau_high)
     k_0 = f"{significant(transient.k_0)} W/K ({ends_text(transient.k_0_low, transient.k_0_high)})"
