@@ -13,7 +13,17 @@ PNEUMO = (
     "from pneumo.cli.commands import main; main()",
 )  # in a process
 SOURCES = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
-MADE = (".venv", ".snakemake", "results", "site", "build", "dist", "pneumo.egg-info", "__pycache__")
+MADE = (
+    "jupyter_execute",
+    ".venv",
+    ".snakemake",
+    "results",
+    "site",
+    "build",
+    "dist",
+    "pneumo.egg-info",
+    "__pycache__",
+)
 
 
 def sources() -> list[str]:
