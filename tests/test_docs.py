@@ -152,6 +152,13 @@ def test_an_exported_model_in_mujoco_follows_the_full_order(tmp_path, monkeypatc
     assert rms["M8"] < 0.02 * size < 0.1 * size < rms["MuJoCo's cylinder"]
 
 
+@pytest.mark.parametrize("page", [ROOT / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda page: page.stem)
+def test_no_line_begins_with_a_number_s_marker(page):
+    # A comment at a line's start ends the paragraph, and what was bold with it.
+    marked = re.compile(r"\s*<!-- [^>]*-->.*<!-- /")
+    assert [line for line in page.read_text(encoding="utf-8").splitlines() if marked.match(line)] == []
+
+
 def test_numbers_of_measurements_are_what_the_rule_made():
     from measured import PAGE, refreshed, stored
 
