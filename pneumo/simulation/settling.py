@@ -28,7 +28,7 @@ SETTLING_STATUS = RUN_STATUS | {
 
 
 class Settling(NamedTuple):
-    """A run that is pushed from equilibrium, released, and observed until it is at rest again: Table 5."""
+    """A run pushed from equilibrium and released, until it is at rest or its stated stop: Table 5."""
 
     times: np.ndarray  # of P_A, P_B, T_A, T_B from the release, s, shape (4,); NaN where there are none
     states: np.ndarray  # (x, v, P_A, T_A, P_B, T_B) by step from the start of the push, shape (steps + 1, 6)

@@ -15,7 +15,7 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 STATUS_LOOKS = {  # status -> symbol, which tells it without colour, and what it means
     "exact": ("=", "equal at the printed digits, or true as stated"),
-    "close": ("≈", "inside the tolerance class that was set before the results"),
+    "close": ("≈", "inside its tolerance class"),
     "explained": (
         "†",
         "differs; one named erratum, or one alternative assumption for the whole study, accounts for it",

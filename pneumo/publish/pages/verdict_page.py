@@ -36,6 +36,7 @@ class Page(Entry):
     doi: str
     how: str  # what was done, before the number of items
     decision: str  # file that tells the tolerance classes
+    narrowed: str = ""  # file that tells how they were narrowed once results were known
     proofs: str  # module of the proofs of errata
     alternatives: str  # where the effects of alternative assumptions are, if they were not run
     search: str  # examples of what to search for
