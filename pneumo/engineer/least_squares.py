@@ -43,20 +43,27 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     which a first-order covariance of the pressure alone misses.
     """
     pressure, jacobian = pressure_and_jacobian(problem, theta, problem.signals.inputs)
-    count = len(theta)
+    count, number = len(theta), len(problem.noisy_inputs)
     excess, excess_slope, excess_curvature = 0.0, np.zeros(count), np.zeros((count, count))
     scatter = np.zeros_like(excess_curvature)
-    if problem.noisy_inputs:
-        noisy = [pressure_and_jacobian(problem, theta, inputs) for inputs in problem.noisy_inputs]
-        mean_P, mean_J = (np.mean([pair[i] for pair in noisy], axis=0) for i in (0, 1))
-        for P_b, J_b in noisy:
-            d, J_d = (P_b - mean_P).ravel(), (J_b - mean_J).reshape(-1, count)
-            excess += float(d @ d) / len(noisy)
-            excess_slope += J_d.T @ d / len(noisy)
-            excess_curvature += J_d.T @ J_d / len(noisy)
-        slopes = np.array([J_b.reshape(-1, count).T @ (P_b - mean_P).ravel() for P_b, J_b in noisy])
+    if number:
+        # What the noise changes, and first its means.
+        d, J_d = np.empty((number, pressure.size)), np.empty((number, pressure.size, count))
+        for b, inputs in enumerate(problem.noisy_inputs):
+            P_b, J_b = pressure_and_jacobian(problem, theta, inputs)
+            d[b], J_d[b] = (P_b - pressure).ravel(), (J_b - jacobian).reshape(-1, count)
+        mean_d, mean_J_d = d.mean(axis=0), J_d.mean(axis=0)
+        d -= mean_d
+        J_d -= mean_J_d
+        excess = float(np.vdot(d, d)) / number
+        own = (d[:, None] @ J_d)[:, 0]  # of each noise
+        excess_slope = own.mean(axis=0)
+        flat = J_d.reshape(-1, count)
+        excess_curvature = flat.T @ flat / number
+        slopes = own + d @ (jacobian.reshape(-1, count) + mean_J_d)
         scatter = np.atleast_2d(np.cov(np.where(np.isfinite(slopes), slopes, 0.0), rowvar=False))
-        pressure, jacobian = 2 * pressure - mean_P, 2 * jacobian - mean_J
+        pressure = pressure - mean_d.reshape(pressure.shape)
+        jacobian = jacobian - mean_J_d.reshape(jacobian.shape)
     residual = problem.signals.P / problem.plant.conditions.P_s - pressure
     residual = np.where(np.isfinite(residual), residual, OFF)
     J = jacobian.reshape(-1, count)
@@ -98,14 +105,17 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
     return descend(problem, optimum.x) if problem.noisy_inputs else at(*optimum.x)
 
 
-def descend(problem: Problem, theta: np.ndarray, fixed: int | None = None, most: int = ROUNDS) -> Fit:
+def descend(
+    problem: Problem, theta: np.ndarray, fixed: int | None = None, most: int = ROUNDS, negligible: float = 0.0
+) -> Fit:
     """Minimise the corrected sum of squares from `theta`, near its minimum (Levenberg and Marquardt).
 
-    The parameter with index `fixed` keeps its value; `most` is the largest number of steps.
+    The parameter with index `fixed` keeps its value; `most` is the largest number of steps. A change of the
+    sum of squares that is less than `negligible`, or than `SETTLED` says, ends the search.
     """
     low, high = problem.bounds()
     here, damping = evaluate(problem, np.clip(theta, low, high)), 1e-3
-    negligible = SETTLED * here.squares / here.residual.size
+    negligible = max(negligible, SETTLED * here.squares / here.residual.size)
     for _ in range(most):
         slope = here.slope
         free = ((here.theta > low) | (slope > 0)) & ((here.theta < high) | (slope < 0))
@@ -131,11 +141,11 @@ def descend(problem: Problem, theta: np.ndarray, fixed: int | None = None, most:
 
 
 def fit_with_one_fixed(
-    problem: Problem, best: Fit, index: int, value: float, start: np.ndarray | None
+    problem: Problem, best: Fit, index: int, value: float, start: np.ndarray | None, negligible: float
 ) -> Fit:
     """Fit the other parameters with parameter `index` fixed at `value`, on the scale of the search.
 
-    `best` is the fit with none fixed. The search starts at `start`, or else at the minimum of the linearised
+    `best` is the fit with none fixed; `negligible` is as in `descend`. The search starts at `start`, or else at the minimum of the linearised
     problem, with flat directions left out.
     """
     others = np.arange(len(best.theta)) != index
@@ -149,4 +159,4 @@ def fit_with_one_fixed(
         start[others] -= axes @ ((axes.T @ (H[others, index] * move / scale)) / kept) / scale
     start = start.copy()
     start[index] = value
-    return descend(problem, start, fixed=index)
+    return descend(problem, start, fixed=index, negligible=negligible)

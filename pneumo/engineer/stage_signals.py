@@ -14,7 +14,7 @@ import numpy as np
 from scipy.fft import dct
 from scipy.interpolate import make_smoothing_spline
 
-from pneumo.simulation.tableau import DORMAND_PRINCE
+from pneumo.simulation.fitted_pressures import KUTTA
 
 LONGEST_STEP = 1e-3  # s; the step of the paper's study
 SMOOTHING = np.logspace(-6, 14, 201)  # weights of the squared second difference, from none to a straight line
@@ -66,8 +66,8 @@ def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
 
 
 def stage_times(steps: int, h: float) -> np.ndarray:
-    """Times of the stages of a replay from 0 on, s, shape (steps, 6)."""
-    return (np.arange(steps)[:, None] + DORMAND_PRINCE.c) * h
+    """Times of the stages of a replay from 0 on, s, shape (steps, 3)."""
+    return (np.arange(steps)[:, None] + KUTTA.c) * h
 
 
 def stage_signals(

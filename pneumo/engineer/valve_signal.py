@@ -27,7 +27,8 @@ def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null:
 
 
 def behind_valve(inputs: np.ndarray, h: float, valve: dict[str, float]) -> np.ndarray:
-    """Inputs of a replay, shape (steps, 6, 3), with `valve_signal` in place of the command."""
+    """Inputs of a replay, shape (steps, 3, 3), with `valve_signal` in place of the command."""
     result = inputs.copy()
-    result[:, :, 0] = valve_signal(inputs[:, :, 0].mean(axis=1), h, **valve)[:, None]
+    at = {name: valve[name] for name in ("dead_time", "lag", "null")}
+    result[:, :, 0] = valve_signal(inputs[:, :, 0].mean(axis=1), h, **at)[:, None]
     return result
