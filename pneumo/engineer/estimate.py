@@ -45,24 +45,25 @@ def estimate(
     plant: Plant,
     record: StageSignals,
     *,
-    noisy_inputs: Sequence[np.ndarray],
+    noisy: np.ndarray | None,
     intervals: Iterable[str] = REPORTED,
     part: float = PART,
     reference: np.ndarray | None = None,
 ) -> Estimate:
     """Fit a model to the first `part` of a record and replay the rest.
 
-    `noisy_inputs` are from `with_added_noise`, of the part fitted; `intervals` names the parameters that get
-    one. `reference`, Pa, by (chamber, sample), has the pressures without noise, as far as they are known:
+    `noisy` has the motions from `with_added_noise`, of the part fitted; `intervals` names the parameters that
+    get one. `reference`, Pa, by (chamber, sample), has the pressures without noise, as far as they are known:
     intervals then allow for the model's own error, which is what it is off from them.
     """
     split = split_of(record, part)
-    problem = Problem(model, plant, record.part(0, split), {}, noisy_inputs)
-    few = problem._replace(noisy_inputs=noisy_inputs[: 2 * FEW_PAIRS])
+    problem = Problem(model, plant, record.part(0, split), {}, noisy)
+    few = problem if noisy is None else problem._replace(noisy=noisy[: 2 * FEW_PAIRS])
     rough = fit(few)
     # From so near, two steps are enough.
-    best = descend(problem, rough.theta, most=2) if len(noisy_inputs) > 2 * FEW_PAIRS else rough
-    fitted = replayed_pressures(problem, best.theta[None], problem.signals.inputs)[0]
+    more = noisy is not None and len(noisy) > 2 * FEW_PAIRS
+    best = descend(problem, rough.theta, most=2) if more else rough
+    fitted = replayed_pressures(problem, best.theta[None])[0, 0]
     own = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
     both, values = covariances(best, own / plant.conditions.P_s**2), problem.values(best.theta)
     low: dict[str, float] = {}
@@ -76,7 +77,7 @@ def estimate(
     # Only the pressure at its start is fitted to the part held out, for every model: no model predicts it.
     known = {name: value for name, value in values.items() if not name.startswith("start")}
     rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), known)
-    predicted = replayed_pressures(rest, fit(rest).theta[None], rest.signals.inputs)[0]
+    predicted = replayed_pressures(rest, fit(rest).theta[None])[0, 0]
     rms, held_out = (
         np.sqrt(np.mean((of.signals.P - P) ** 2, axis=1)) for of, P in ((problem, fitted), (rest, predicted))
     )
@@ -109,16 +110,16 @@ def fit_measurement(
     record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
     split = split_of(record, part)
     first = record.part(0, split)
-    noisy_inputs = with_added_noise(first)
-    few = noisy_inputs[: 2 * FEW_PAIRS]
+    noisy = with_added_noise(first)
+    few = noisy[: 2 * FEW_PAIRS]
     fits: dict[str, Estimate] = {}
     reference: np.ndarray | None = None
 
     def add(
-        model: Model, signals: StageSignals, noisy: Sequence[np.ndarray], named: Iterable[str] = REPORTED
+        model: Model, signals: StageSignals, motions: np.ndarray, named: Iterable[str] = REPORTED
     ) -> None:
         fits[model.name] = estimate(
-            model, plant, signals, noisy_inputs=noisy, intervals=named, part=part, reference=reference
+            model, plant, signals, noisy=motions, intervals=named, part=part, reference=reference
         )
         rms = np.sqrt(np.mean(fits[model.name].held_out ** 2))
         progress(f"{model.name}: rms {rms / 1e3:.3g} kPa on the part held out")
@@ -132,10 +133,9 @@ def fit_measurement(
         reference = m.P if far else fits[FULL.name].pressure
         # The reduced models get the valve's opening as the full order found it.
         at = {name: fits[FULL.name].values[name] for name in OF_VALVE}
-        opened = record._replace(inputs=behind_valve(record.inputs, record.h, at))
-        noisy_inputs = [behind_valve(inputs, record.h, at) for inputs in noisy_inputs]
+        opened = record._replace(u=behind_valve(record.u, record.h, at))
     for name in models:
-        add(MODELS[name], opened, noisy_inputs)
+        add(MODELS[name], opened, noisy)
     ranked = sorted(fits, key=lambda name: float(np.mean(fits[name].held_out ** 2)))
     judged = FULL if FULL.name in fits else MODELS[ranked[0]]
     problem = Problem(judged, plant, first, {}, few)

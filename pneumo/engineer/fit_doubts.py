@@ -76,10 +76,10 @@ def remainders(problem: Problem, theta: np.ndarray) -> list[Remainder]:
     """
     s = problem.signals
     length = max(1, round(BLOCK / s.period))
-    left = s.P - replayed_pressures(problem, theta[None], s.inputs)[0]
+    left = s.P - replayed_pressures(problem, theta[None])[0, 0]
     spread = np.zeros(2)
-    if problem.noisy_inputs:
-        noisy = np.array([replayed_pressures(problem, theta[None], one)[0] for one in problem.noisy_inputs])
+    if problem.noisy is not None:
+        noisy = replayed_pressures(problem, theta[None], problem.noisy)[:, 0]
         spread = np.nan_to_num(np.mean(block_means(noisy - noisy.mean(axis=0), length) ** 2, axis=(0, 2)))
     result: list[Remainder] = []
     for side in range(2):
@@ -116,7 +116,7 @@ def causes(problem: Problem, left: list[Remainder]) -> list[str]:
     before = float(np.sqrt(np.mean([one.rms**2 for one in left])))
     best, text = EXPLAINED * before, ""
     for cause in CAUSES:
-        trial = problem._replace(noisy_inputs=(), free=(cause,))
+        trial = problem._replace(noisy=None, free=(cause,))
         found = fit(trial, tolerance=1e-3, most=STEPS)
         after = problem.plant.conditions.P_s * float(np.sqrt(np.mean(found.residual**2)))
         if after < best:

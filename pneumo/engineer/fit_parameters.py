@@ -5,7 +5,6 @@ only: measured minus replayed pressure is the model's error and the noise (outpu
 its own dead volume, as the hoses make it.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -78,7 +77,7 @@ class Problem(NamedTuple):
     plant: Plant  # as configured; fitted parameters replace its k_0, k_xu and V_d
     signals: StageSignals
     fixed: dict[str, float]  # parameters that are not fitted, in SI units
-    noisy_inputs: Sequence[np.ndarray] = ()  # from `with_added_noise`; empty for plain least squares
+    noisy: np.ndarray | None = None  # motions from `with_added_noise`; None for plain least squares
     free: tuple[str, ...] = ()  # of `CAUSES`, fitted too; of the full order only
 
     @property
@@ -129,33 +128,35 @@ class Problem(NamedTuple):
         return self.fixed | {k: PARAMETERS[k].outer(x) for k, x in zip(self.names, theta, strict=True)}
 
 
-def replayed_pressures(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-    """Pressures of a model with several sets of parameters, Pa, shape (set, chamber, samples).
+def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray | None = None) -> np.ndarray:
+    """Pressures of a model with several sets of parameters, Pa, shape (motion, set, chamber, samples).
 
     Flow is proportional to k_xu, and wall heat to k_0: both are coefficients of a lane, and lanes of one
     replay have dead volumes and starts of their own. What else differs needs another replay. NaN where a
     replay left the positive numbers. `thetas` has shape (set, parameter), on the scale of the search;
-    `inputs` are those of the problem's signals, or noisy ones.
+    `motions`, shape (motion, steps, 3, 2), are the measured one where left out.
     """
     signals, values = problem.signals, [problem.values(theta) for theta in thetas]
+    motions = signals.motion[None] if motions is None else motions
     lanes = lane_array([_lane(problem, value) for value in values])
     V_d, start = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("V_d", "start"))
     rest = signals.h, signals.stride
     if signals.flow is not None:
-        plant = problem.plant._replace(k_0=1.0)
-        return pressures_on_flows(inputs, signals.flow, lanes, V_d, plant, *rest, start)
+        own = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), *rest, start
+        return np.array([pressures_on_flows(motion, *own) for motion in motions])
     if problem.model.name != FULL.name:
-        return pressures_of_sets(inputs, lanes, V_d, problem.plant._replace(k_0=1.0), *rest, start)
+        plant = problem.plant._replace(k_0=1.0)
+        return pressures_of_sets(signals.u, motions, lanes, V_d, plant, *rest, start)
     start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
-    result = np.empty((len(values), 2, len(inputs) // signals.stride + 1))
+    result = np.empty((len(motions), len(values), *signals.P.shape))
     alike: dict[tuple[float, ...], list[int]] = {}
     for i, value in enumerate(values):
         alike.setdefault(tuple(value.get(name, np.nan) for name in SHARED), []).append(i)
     for rows in alike.values():
         value = values[rows[0]]
-        plant, opened = _plant(problem.plant, value), behind_valve(inputs, signals.h, value)
-        own = start[rows], start_T[rows]
-        result[rows] = pressures_of_sets(opened, lanes[rows], V_d[rows], plant, *rest, *own)
+        plant, u = _plant(problem.plant, value), behind_valve(signals.u, signals.h, value)
+        own = lanes[rows], V_d[rows], plant, *rest, start[rows], start_T[rows]
+        result[:, rows] = pressures_of_sets(u, motions, *own)
     offset = np.array([[value.get(f"offset_{side}", 0.0) for side in "AB"] for value in values])
     return result + offset[:, :, None]
 
@@ -178,13 +179,12 @@ def _plant(plant: Plant, value: dict[str, float]) -> Plant:
     )
 
 
-def pressure_and_jacobian(
-    problem: Problem, theta: np.ndarray, inputs: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Replayed pressure in units of P_s, shape (chamber, samples), and its derivative.
+def pressure_and_jacobian(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Replayed pressure in units of P_s, shape (motion, chamber, samples), and its derivative.
 
-    The derivative, shape (chamber, samples, parameter), is by one-sided differences, away from the nearer
-    bound. The pressure is NaN where the replay left the positive numbers.
+    On the measured motion first, then on the noisy ones. The derivative, shape (motion, chamber, samples,
+    parameter), is by one-sided differences, away from the nearer bound. The pressure is NaN where the replay
+    left the positive numbers.
     """
     low, high = problem.bounds()
     steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
@@ -195,10 +195,12 @@ def pressure_and_jacobian(
     thetas = np.tile(theta, (len(groups) + 1, 1))
     for row, members in zip(thetas[1:], groups.values(), strict=True):
         row[members] += steps[members]
-    P = replayed_pressures(problem, thetas, inputs) / problem.plant.conditions.P_s
-    jacobian = np.zeros((*P[0].shape, len(theta)))
-    for change, members in zip(P[1:] - P[0], groups.values(), strict=True):
+    measured = problem.signals.motion[None]
+    motions = measured if problem.noisy is None else np.concatenate([measured, problem.noisy])
+    P = replayed_pressures(problem, thetas, motions) / problem.plant.conditions.P_s
+    jacobian = np.zeros((len(motions), *problem.signals.P.shape, len(theta)))
+    for row, members in enumerate(groups.values(), start=1):
         for i in members:
             side = {"A": slice(0, 1), "B": slice(1, 2)}.get(problem.names[i][-1], slice(0, 2))
-            jacobian[side, :, i] = change[side] / steps[i]
-    return P[0], np.where(np.isfinite(jacobian), jacobian, 0.0)
+            jacobian[:, side, :, i] = (P[:, row, side] - P[:, 0, side]) / steps[i]
+    return P[:, 0], np.where(np.isfinite(jacobian), jacobian, 0.0)

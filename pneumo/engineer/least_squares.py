@@ -42,28 +42,21 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     `scatter` is the covariance of the slope over the P_b. It has pressure and derivative vary together,
     which a first-order covariance of the pressure alone misses.
     """
-    pressure, jacobian = pressure_and_jacobian(problem, theta, problem.signals.inputs)
-    count, number = len(theta), len(problem.noisy_inputs)
+    P, J = pressure_and_jacobian(problem, theta)
+    count, number = len(theta), len(P) - 1
+    pressure, jacobian = P[0], J[0]
     excess, excess_slope, excess_curvature = 0.0, np.zeros(count), np.zeros((count, count))
     scatter = np.zeros_like(excess_curvature)
     if number:
-        # What the noise changes, and first its means.
-        d, J_d = np.empty((number, pressure.size)), np.empty((number, pressure.size, count))
-        for b, inputs in enumerate(problem.noisy_inputs):
-            P_b, J_b = pressure_and_jacobian(problem, theta, inputs)
-            d[b], J_d[b] = (P_b - pressure).ravel(), (J_b - jacobian).reshape(-1, count)
-        mean_d, mean_J_d = d.mean(axis=0), J_d.mean(axis=0)
-        d -= mean_d
-        J_d -= mean_J_d
-        excess = float(np.vdot(d, d)) / number
+        mean_P, mean_J = P[1:].mean(axis=0), J[1:].mean(axis=0)
+        d, J_d = (P[1:] - mean_P).reshape(number, -1), (J[1:] - mean_J).reshape(number, -1, count)
         own = (d[:, None] @ J_d)[:, 0]  # of each noise
+        excess = float(np.vdot(d, d)) / number
         excess_slope = own.mean(axis=0)
-        flat = J_d.reshape(-1, count)
-        excess_curvature = flat.T @ flat / number
-        slopes = own + d @ (jacobian.reshape(-1, count) + mean_J_d)
+        excess_curvature = np.tensordot(J_d, J_d, axes=([0, 1], [0, 1])) / number
+        slopes = own + d @ mean_J.reshape(-1, count)
         scatter = np.atleast_2d(np.cov(np.where(np.isfinite(slopes), slopes, 0.0), rowvar=False))
-        pressure = pressure - mean_d.reshape(pressure.shape)
-        jacobian = jacobian - mean_J_d.reshape(jacobian.shape)
+        pressure, jacobian = 2 * pressure - mean_P, 2 * jacobian - mean_J
     residual = problem.signals.P / problem.plant.conditions.P_s - pressure
     residual = np.where(np.isfinite(residual), residual, OFF)
     J = jacobian.reshape(-1, count)
@@ -85,7 +78,7 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
             f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"
             " leave leak_dm3_per_sbar out, or measure the flows m_A and m_B"
         )
-    plain = problem._replace(noisy_inputs=())
+    plain = problem._replace(noisy=None)
 
     @cache
     def at(*theta: float) -> Fit:
@@ -102,7 +95,7 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
         gtol=None,  # type: ignore[arg-type]
         max_nfev=most,
     )
-    return descend(problem, optimum.x) if problem.noisy_inputs else at(*optimum.x)
+    return descend(problem, optimum.x) if problem.noisy is not None else at(*optimum.x)
 
 
 def descend(
@@ -145,8 +138,8 @@ def fit_with_one_fixed(
 ) -> Fit:
     """Fit the other parameters with parameter `index` fixed at `value`, on the scale of the search.
 
-    `best` is the fit with none fixed; `negligible` is as in `descend`. The search starts at `start`, or else at the minimum of the linearised
-    problem, with flat directions left out.
+    `best` is the fit with none fixed; `negligible` is as in `descend`. The search starts at `start`, or else
+    at the minimum of the linearised problem, with flat directions left out.
     """
     others = np.arange(len(best.theta)) != index
     if start is None:

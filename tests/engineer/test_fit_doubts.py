@@ -31,7 +31,7 @@ def signals_of(rig):
 
 
 def fitted(signals: StageSignals, plant):
-    found = estimate(FULL, plant, signals, noisy_inputs=[])
+    found = estimate(FULL, plant, signals, noisy=None)
     return Problem(FULL, plant, signals.part(0, split_of(signals)), {}), found
 
 

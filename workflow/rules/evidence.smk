@@ -201,7 +201,7 @@ rule variants_summary:
         "../scripts/variants_summary.py"
 
 
-CASES, CASES_IN_BLOCK = 200, 20  # random cylinders fitted; in one job, some fifteen minutes on one core
+CASES, CASES_IN_BLOCK = 1000, 50  # random cylinders fitted; in one job, some two minutes on one core
 CASE_BLOCKS = [f"{first:03}" for first in range(0, CASES, CASES_IN_BLOCK)]
 
 
