@@ -32,7 +32,7 @@ rule evidence_figure:
         drawn="|".join(DRAWN),
     params:
         draw=lookup("{drawn}/draw", within=DRAWN),
-        code=lookup("{drawn}/code", within=DRAWN),
+        code=lambda wildcards: DRAWN[wildcards.drawn]["code"](wildcards),
     message:
         "Figure {wildcards.drawn}"
     script:
@@ -79,7 +79,7 @@ rule power:
     input:
         parameters=rules.parameters.output[0],
         cells=expand("results/published/replay/{experiment}.nc", experiment=STUDY.experiments),
-        runs=[rules.datum.output, rules.settling.output],
+        runs=[rules.datum.output, rules.settling.output.runs],
         claims="paper/2006/claims.yaml",
         seed_deviations="paper/2006/seed_deviations.csv",
     output:
