@@ -36,9 +36,9 @@ def test_evidence_counts_for_the_configuration_that_made_it_only(tmp_path, monke
 def test_kept_evidence_serves_where_results_lack_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "kept")
-    write(xr.Dataset({"x": 1.0}), tmp_path / "kept/ensemble/010.nc", OWN)
+    write(xr.Dataset({"x": 1.0}), tmp_path / "kept/floor.nc", OWN)
     another = STUDY._replace(config_sha256="another")
-    assert kept_or_made(STUDY, "ensemble/010.nc") == "kept/ensemble/010.nc"
-    assert kept_or_made(another, "ensemble/010.nc") == "results/ensemble/010.nc"
-    write(xr.Dataset({"x": 2.0}), tmp_path / "results/ensemble/010.nc", OWN)
-    assert kept_or_made(STUDY, "ensemble/010.nc") == "results/ensemble/010.nc"
+    assert kept_or_made(STUDY, "floor.nc") == "kept/floor.nc"
+    assert kept_or_made(another, "floor.nc") == "results/floor.nc"
+    write(xr.Dataset({"x": 2.0}), tmp_path / "results/floor.nc", OWN)
+    assert kept_or_made(STUDY, "floor.nc") == "results/floor.nc"
