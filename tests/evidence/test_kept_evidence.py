@@ -1,6 +1,7 @@
 """Evidence that is kept with the source: whose it is, how much, and a sample of it computed again."""
 
 import json
+from datetime import date
 
 import netCDF4
 import numpy as np
@@ -8,27 +9,28 @@ import pytest
 from paper_study import STUDY
 
 from pneumo.evidence.seed_sets import both_chambers, read_seed_sets, seed_sets, with_seeds
-from pneumo.storage.kept_evidence import KEPT
+from pneumo.storage.kept_evidence import KEPT, NO_CONFIGURATION
 
 SEED_SETS = KEPT / "seed_sets.nc"
 DIGITS = 2**-17 + 2**-18  # five digits, from which the file was written; and those that its blocks had before
-MEASURED = ("measurements.nc",)  # made from records, from no configuration
+README = (KEPT / "README.md").read_text(encoding="utf-8")
 
 
-def hashes(file):
+def origin(file):
     if file.suffix == ".json":
         content = json.loads(file.read_text(encoding="utf-8"))
-        return content["config_sha256"], content["code_sha256"]
+        return content["config_sha256"], content["code_sha256"], content["date_created"]
     with netCDF4.Dataset(file) as dataset:
-        return dataset.config_sha256, dataset.code_sha256
+        return dataset.config_sha256, dataset.code_sha256, dataset.date_created
 
 
 def test_each_file_names_what_made_it_and_all_are_small():
     files = [file for file in KEPT.rglob("*") if file.suffix in (".nc", ".json")]
     for file in files:
-        config, code = hashes(file)
-        assert len(code) == 64, file
-        assert config == STUDY.config_sha256 or file.name in MEASURED, file
+        config, code, day = origin(file)
+        assert len(code) == 64 and date.fromisoformat(day), file
+        assert config == STUDY.config_sha256 or config.startswith(NO_CONFIGURATION), file
+        assert f"`{file.name}`" in README, file
     assert sum(file.stat().st_size for file in files) <= 2_000_000  # bytes, in every clone
 
 

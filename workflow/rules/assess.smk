@@ -44,6 +44,7 @@ rule verdict:
         "results/logs/verdict.log",
     params:
         name="2006",
+        code_now=code_now("assumptions.nc", "power.nc"),
         code=code_behind("verdict.py", "pneumo.papers.paper_2006.paper"),
     message:
         "Verdict: every published number and claim, and its page"

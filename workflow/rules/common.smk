@@ -16,6 +16,13 @@ def kept(name):
     return lambda wildcards: kept_or_made(STUDY, name)
 
 
+def code_now(*names):
+    """Function for a parameter: the evidence that there is, and the code that would make it now."""
+    return lambda wildcards: {
+        file: EVIDENCE_CODE[name](wildcards) for name in names for file in evidence_for(STUDY, name)
+    }
+
+
 def cylinders_of(wildcards):
     """Numbers of the cylinders of a block."""
     return list(range(int(wildcards.first), int(wildcards.first) + CYLINDER_BLOCK))

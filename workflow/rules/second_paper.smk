@@ -40,6 +40,7 @@ rule verdict_2007:
         "results/logs/verdict_2007.log",
     params:
         name="2007",
+        code_now={},
         code=code_behind("verdict.py", "pneumo.papers.paper_2007.companion"),
     message:
         "Verdict on the paper of 2007, and its page"
