@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,11 +15,20 @@ from pneumo.engineer.fit_doubts import (
     record_doubts,
 )
 from pneumo.engineer.fit_intervals import covariances, parameter_interval
-from pneumo.engineer.fit_parameters import CAUSES, FULL, OF_VALVE, PARAMETERS, Problem, replayed_pressures
+from pneumo.engineer.fit_parameters import (
+    CAUSES,
+    FULL,
+    PARAMETERS,
+    Problem,
+    offsets,
+    replayed_pressures,
+    with_causes,
+)
 from pneumo.engineer.least_squares import descend, fit
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
 from pneumo.engineer.valve_signal import behind_valve
+from pneumo.errors import InputError
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, Model
 from pneumo.storage.files import attributes, write
@@ -49,15 +58,17 @@ def estimate(
     intervals: Iterable[str] = REPORTED,
     part: float = PART,
     reference: np.ndarray | None = None,
+    also: tuple[str, ...] = (),
 ) -> Estimate:
     """Fit a model to the first `part` of a record and replay the rest.
 
     `noisy` has the motions from `with_added_noise`, of the part fitted; `intervals` names the parameters that
     get one. `reference`, Pa, by (chamber, sample), has the pressures without noise, as far as they are known:
-    intervals then allow for the model's own error, which is what it is off from them.
+    intervals then allow for the model's own error, which is what it is off from them. `also` names `CAUSES`
+    that are fitted too.
     """
     split = split_of(record, part)
-    problem = Problem(model, plant, record.part(0, split), {}, noisy)
+    problem = Problem(model, plant, record.part(0, split), {}, noisy, also)
     few = problem if noisy is None else problem._replace(noisy=noisy[: 2 * FEW_PAIRS])
     rough = fit(few)
     # From so near, two steps are enough.
@@ -97,14 +108,22 @@ def fit_measurement(
     *,
     held: bool = True,
     part: float = PART,
+    also: tuple[str, ...] = (),
     progress: Callable[[str], None] = lambda _text: None,
 ) -> xr.Dataset:
     """Fit models to a measurement: `dataset`, the model of the lowest error on the part held out first.
 
     `held` is whether a command holds until the next sample, `part` the fraction of the record that is fitted;
-    `progress` gets a line after each model.
+    `progress` gets a line after each model. `also` names `CAUSES` that are fitted too, with the full order;
+    the reduced models then get plant and pressures as it found them. `InputError` where that is not fitted.
     """
     m = measurement
+    full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
+    if also and not full:
+        raise InputError(
+            f"--also {also[0]}: only the full order can tell, which needs the command u of a valve that does"
+            " not leak"
+        )
     if np.isfinite(m.T):
         plant = plant._replace(conditions=plant.conditions._replace(T_amb=m.T, T_in=m.T, T_0=m.T))
     record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
@@ -113,34 +132,35 @@ def fit_measurement(
     noisy = with_added_noise(first)
     few = noisy[: 2 * FEW_PAIRS]
     fits: dict[str, Estimate] = {}
-    reference: np.ndarray | None = None
+    reported, off = (*REPORTED, *also), np.zeros((2, 1))
+    options: dict[str, Any] = {"intervals": reported, "part": part}
 
-    def add(
-        model: Model, signals: StageSignals, motions: np.ndarray, named: Iterable[str] = REPORTED
-    ) -> None:
-        fits[model.name] = estimate(
-            model, plant, signals, noisy=motions, intervals=named, part=part, reference=reference
-        )
+    def add(model: Model, plant: Plant, signals: StageSignals, motions: np.ndarray) -> None:
+        found = estimate(model, plant, signals, noisy=motions, **options)
+        fits[model.name] = found._replace(pressure=found.pressure + off)
         rms = np.sqrt(np.mean(fits[model.name].held_out ** 2))
         progress(f"{model.name}: rms {rms / 1e3:.3g} kPa on the part held out")
 
-    valve = plant.valve
-    opened = record
-    if m.m is None and not (valve.leak or valve.laminar):
-        plain = Problem(FULL, plant, first, {})
+    corrected, opened = plant, record
+    if full:
+        plain = Problem(FULL, plant, first, {}, free=also)
         far = far_from_noise(plain, fit(plain).theta)
-        add(FULL, record, few, () if far else REPORTED)
-        reference = m.P if far else fits[FULL.name].pressure
-        # The reduced models get the valve's opening as the full order found it.
-        at = {name: fits[FULL.name].values[name] for name in OF_VALVE}
-        opened = record._replace(u=behind_valve(record.u, record.h, at))
+        options |= {"intervals": ()} if far else {}
+        options["also"] = also
+        add(FULL, plant, record, few)
+        values = fits[FULL.name].values
+        # The reduced models get the valve's opening, and what was fitted too, as the full order found it.
+        corrected, off = with_causes(plant, values), offsets(values)
+        opened = record._replace(u=behind_valve(record.u, record.h, values), P=record.P - off)
+        reference = (m.P if far else fits[FULL.name].pressure) - off
+        options |= {"intervals": reported, "also": (), "reference": reference}
     for name in models:
-        add(MODELS[name], opened, noisy)
+        add(MODELS[name], corrected, opened, noisy)
     ranked = sorted(fits, key=lambda name: float(np.mean(fits[name].held_out ** 2)))
     judged = FULL if FULL.name in fits else MODELS[ranked[0]]
-    problem = Problem(judged, plant, first, {}, few)
+    problem = Problem(judged, plant, first, {}, few, also)
     warnings = record_doubts(problem, fits[judged.name]) + disagreements(fits)
-    result = dataset(measurement, {name: fits[name] for name in ranked}, split)
+    result = dataset(measurement, {name: fits[name] for name in ranked}, split, reported)
     alike = [name for name in equally_good(fits) if name != FULL.name]
     if len(alike) > 1:
         note = f"this record cannot tell {', '.join(alike)} apart: their errors held out are alike"
@@ -148,15 +168,17 @@ def fit_measurement(
     return result.assign_attrs(warnings="\n".join(warnings))
 
 
-def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> xr.Dataset:
-    """Dataset of several fits, in their order.
+def dataset(
+    measurement: Measurement, fits: dict[str, Estimate], split: int, reported: Sequence[str] = REPORTED
+) -> xr.Dataset:
+    """Dataset of several fits, in their order, with the parameters `reported`.
 
     Estimates and intervals by (model, parameter), errors by (model, chamber), measured and replayed pressures
     by (chamber, t) and (model, chamber, t).
     """
 
     def values(field: str) -> np.ndarray:
-        return np.array([[getattr(e, field).get(p, np.nan) for p in REPORTED] for e in fits.values()])
+        return np.array([[getattr(e, field).get(p, np.nan) for p in reported] for e in fits.values()])
 
     def arrays(field: str) -> np.ndarray:
         return np.array([getattr(e, field) for e in fits.values()])
@@ -179,8 +201,8 @@ def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> 
         },
         coords={
             "model": list(fits),
-            "parameter": list(REPORTED),
-            "parameter_unit": ("parameter", [PARAMETERS[name].unit for name in REPORTED]),
+            "parameter": list(reported),
+            "parameter_unit": ("parameter", [PARAMETERS[name].unit for name in reported]),
             "chamber": ["A", "B"],
             "t": measurement.t,
         },

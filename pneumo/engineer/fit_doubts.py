@@ -36,6 +36,10 @@ NAMES = {
     "lag": "the valve's lag",
     "null": "the valve's null offset",
     "n": "n",
+    "P_s": "the supply pressure",
+    "exhaust": "the exhaust path",
+    "A_B": "the piston area of B",
+    **{f"offset_{c}": f"the offset of the sensor of P_{c}" for c in "AB"},
     **{f"start_{c}": f"the first pressure of {c}" for c in "AB"},
     **{f"start_T_{c}": f"the first temperature of {c}" for c in "AB"},
 }
@@ -115,8 +119,8 @@ def causes(problem: Problem, left: list[Remainder]) -> list[str]:
     """Name what would explain most of what a full-order fit leaves: one of `CAUSES`, fitted too."""
     before = float(np.sqrt(np.mean([one.rms**2 for one in left])))
     best, text = EXPLAINED * before, ""
-    for cause in CAUSES:
-        trial = problem._replace(noisy=None, free=(cause,))
+    for cause in (one for one in CAUSES if one not in problem.free):
+        trial = problem._replace(noisy=None, free=(*problem.free, cause))
         found = fit(trial, tolerance=1e-3, most=STEPS)
         after = problem.plant.conditions.P_s * float(np.sqrt(np.mean(found.residual**2)))
         if after < best:
@@ -124,6 +128,7 @@ def causes(problem: Problem, left: list[Remainder]) -> list[str]:
             numbers = trial.values(found.theta)[cause], PARAMETERS[cause].outer(configured)
             best, why = after, EXPLANATIONS[cause].format(*(factor * number for number in numbers))
             text = f"{why} would bring what is left from {before / 1e3:.3g} to {after / 1e3:.3g} kPa"
+            text += f" (--also {cause} fits it)"
     return [text] if text else []
 
 

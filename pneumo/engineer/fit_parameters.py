@@ -154,11 +154,18 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
         alike.setdefault(tuple(value.get(name, np.nan) for name in SHARED), []).append(i)
     for rows in alike.values():
         value = values[rows[0]]
-        plant, u = _plant(problem.plant, value), behind_valve(signals.u, signals.h, value)
+        plant, u = (
+            with_causes(problem.plant, value)._replace(k_0=1.0),
+            behind_valve(signals.u, signals.h, value),
+        )
         own = lanes[rows], V_d[rows], plant, *rest, start[rows], start_T[rows]
         result[:, rows] = pressures_of_sets(u, motions, *own)
-    offset = np.array([[value.get(f"offset_{side}", 0.0) for side in "AB"] for value in values])
-    return result + offset[:, :, None]
+    return result + np.array([offsets(value) for value in values])
+
+
+def offsets(value: dict[str, float]) -> np.ndarray:
+    """Offsets of the pressure sensors that were fitted, Pa, shape (chamber, 1)."""
+    return np.array([[value.get(f"offset_{side}", 0.0)] for side in "AB"])
 
 
 def _lane(problem: Problem, value: dict[str, float]) -> Lane:
@@ -169,10 +176,9 @@ def _lane(problem: Problem, value: dict[str, float]) -> Lane:
     return row._replace(n_in=row.n_in * flow, n_out=row.n_out * flow, explicit_heat=heat)
 
 
-def _plant(plant: Plant, value: dict[str, float]) -> Plant:
-    """Plant with the fitted `CAUSES`, and k_0 of 1 W/K."""
+def with_causes(plant: Plant, value: dict[str, float]) -> Plant:
+    """Plant with the values of `CAUSES` that were fitted."""
     return plant._replace(
-        k_0=1.0,
         valve=plant.valve._replace(exhaust=value.get("exhaust", plant.valve.exhaust)),
         conditions=plant.conditions._replace(P_s=value.get("P_s", plant.conditions.P_s)),
         cylinder=plant.cylinder._replace(A_B=value.get("A_B", plant.cylinder.A_B)),
