@@ -4,6 +4,7 @@ Core-seconds are those of planning, of each start of a job and of each cylinder,
 of each file of a block, of each cylinder and of the index, fitted to the same runs and a larger fleet.
 """
 
+from collections.abc import Sequence
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -48,7 +49,7 @@ def law(found: dict[str, Any]) -> Law:
     return Law(job, cylinder, file, block, index_file, index_each)
 
 
-def _fitted(terms: list[list[float]], values: list[float]) -> tuple[float, float]:
+def _fitted(terms: Sequence[Sequence[float]], values: Sequence[float]) -> tuple[float, float]:
     """Both factors of the terms."""
     factors, *_ = np.linalg.lstsq(np.array(terms, float), np.array(values), rcond=None)
     return float(factors[0]), float(factors[1])
