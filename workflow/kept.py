@@ -26,7 +26,13 @@ class Copy(NamedTuple):
     variables: tuple[str, ...] = ()  # that pages and statements read; all if none are named
 
 
-COPIES = {"seed_sets.nc": Copy(digits=5)}  # the others as `Copy` has it
+OF_COVERAGE = ("truth", "low", "high", "full_k_0", "full_true_k_0", "full_low", "full_high")
+COPIES = {  # the others as `Copy` has it
+    "seed_sets.nc": Copy(digits=5),
+    "fit_coverage.nc": Copy(
+        6, (*OF_COVERAGE, "full_held_out", "full_seconds")
+    ),  # six digits hardly move a truth across an interval's end
+}
 TOLERANCE = 10.0  # times what the digits explain: another processor, another order of sums
 
 
