@@ -29,9 +29,8 @@ class Copy(NamedTuple):
 OF_COVERAGE = ("truth", "low", "high", "full_k_0", "full_true_k_0", "full_low", "full_high")
 COPIES = {  # the others as `Copy` has it
     "seed_sets.nc": Copy(digits=5),
-    "fit_coverage.nc": Copy(
-        6, (*OF_COVERAGE, "full_held_out", "full_seconds")
-    ),  # six digits hardly move a truth across an interval's end
+    # Six digits hardly move a truth across an interval's end.
+    "fit_coverage.nc": Copy(6, (*OF_COVERAGE, "full_held_out", "full_seconds")),
 }
 TOLERANCE = 10.0  # times what the digits explain: another processor, another order of sums
 
