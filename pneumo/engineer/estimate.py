@@ -1,6 +1,6 @@
 """Models fitted to a measurement: estimates, intervals, and the error of each on the part held out."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +27,7 @@ from pneumo.storage.files import attributes, write
 PART = 0.6  # of the record that is fitted
 FLOW = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
 REPORTED = tuple(name for name in PARAMETERS if not name.startswith("start") and name not in CAUSES)
+UNITS = {name: PARAMETERS[name].unit for name in REPORTED}
 
 
 class Estimate(NamedTuple):
@@ -89,6 +90,13 @@ def split_of(record: StageSignals, part: float = PART) -> int:
     return round(part * (record.P.shape[1] - 1))
 
 
+def at_temperature(plant: Plant, T: float) -> Plant:
+    """Plant in surroundings at a measured temperature, K; unchanged where that is NaN."""
+    if not np.isfinite(T):
+        return plant
+    return plant._replace(conditions=plant.conditions._replace(T_amb=T, T_in=T, T_0=T))
+
+
 def fit_measurement(
     measurement: Measurement,
     plant: Plant,
@@ -103,9 +111,7 @@ def fit_measurement(
     `held` is whether a command holds until the next sample, `part` the fraction of the record that is fitted;
     `progress` gets a line after each model.
     """
-    m = measurement
-    if np.isfinite(m.T):
-        plant = plant._replace(conditions=plant.conditions._replace(T_amb=m.T, T_in=m.T, T_0=m.T))
+    m, plant = measurement, at_temperature(plant, measurement.T)
     record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
     split = split_of(record, part)
     first = record.part(0, split)
@@ -148,15 +154,17 @@ def fit_measurement(
     return result.assign_attrs(warnings="\n".join(warnings))
 
 
-def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> xr.Dataset:
-    """Dataset of several fits, in their order.
+def dataset(
+    measurement: Measurement, fits: dict[str, Estimate], split: int, units: Mapping[str, str] = UNITS
+) -> xr.Dataset:
+    """Dataset of several fits, in their order, with the parameters that have a unit in `units`.
 
     Estimates and intervals by (model, parameter), errors by (model, chamber), measured and replayed pressures
     by (chamber, t) and (model, chamber, t).
     """
 
     def values(field: str) -> np.ndarray:
-        return np.array([[getattr(e, field).get(p, np.nan) for p in REPORTED] for e in fits.values()])
+        return np.array([[getattr(e, field).get(p, np.nan) for p in units] for e in fits.values()])
 
     def arrays(field: str) -> np.ndarray:
         return np.array([getattr(e, field) for e in fits.values()])
@@ -179,8 +187,8 @@ def dataset(measurement: Measurement, fits: dict[str, Estimate], split: int) -> 
         },
         coords={
             "model": list(fits),
-            "parameter": list(REPORTED),
-            "parameter_unit": ("parameter", [PARAMETERS[name].unit for name in REPORTED]),
+            "parameter": list(units),
+            "parameter_unit": ("parameter", list(units.values())),
             "chamber": ["A", "B"],
             "t": measurement.t,
         },
