@@ -23,6 +23,7 @@ P_0 = 1e6  # Pa, at which with T_WALL the conductance of a wall law is stated, a
 PART = 0.6  # of a record that is fitted
 THINNED = 5  # samples of which one enters the sum of squares: 0.1 s, while strokes take seconds
 SHOWN = 60.0  # s, of errors that are kept for the figure
+FAR_OFF = 1e3  # error over 1 MPa, of a replay whose steps are too long for its conductance
 STILL = 0.05  # relative change of pressure below which a record has nothing to fit
 
 
@@ -201,7 +202,7 @@ class ClosedProblem(NamedTuple):
         """Replayed minus measured pressure, over 1 MPa, of the thinned samples of each chamber in turn."""
         error = self.replay(theta, self.fitted) - self.record.P[:, : self.fitted]
         error = error[list(self.chambers), :: self.every].ravel() / P_0
-        return np.where(np.isfinite(error), error, 1.0)
+        return np.where(np.abs(error) < FAR_OFF, error, 1.0)  # and where not finite
 
     def solve(self, start: np.ndarray | None = None, **fixed: float) -> OptimizeResult:
         """Minimise the sum of squares from `start`; a parameter in `fixed` keeps its value."""

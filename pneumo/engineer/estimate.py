@@ -199,7 +199,9 @@ def dataset(
 
 
 def save_fit(fits: xr.Dataset, config_sha256: str, path: Path) -> None:
-    """Write the dataset of `fit_measurement`."""
-    title = "Reduced models fitted to a measurement"
+    """Write the dataset of `fit_measurement`, or of `pneumo.engineer.closed_fit.fit_closed`."""
+    closed = "closed_chambers" in fits.attrs
+    title = "Thermal laws fitted to closed chambers" if closed else "Reduced models fitted to a measurement"
     summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
-    write(fits, path, fits.attrs | attributes(title, summary, config_sha256, code_hash(__name__)))
+    code = code_hash(__name__, *(["pneumo.engineer.closed_fit"] if closed else []))
+    write(fits, path, fits.attrs | attributes(title, summary, config_sha256, code))

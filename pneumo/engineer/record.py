@@ -192,9 +192,9 @@ def read_measurement(
 
     The file is text, LabVIEW .lvm, MATLAB .mat or NetCDF, as `read_table` takes them. `mapping` has column
     and unit of each quantity, as the header has them where it is left out. `from_end` is whether the position
-    counts from the end where chamber A is smallest, and not from mid-stroke. Where both chambers were `closed`,
-    neither command nor flows are needed; a record whose command or flows are all zero is of closed chambers
-    too. An `InputError` says where and what is wrong, and what is expected.
+    counts from the end where chamber A is smallest, and not from mid-stroke. Where both chambers were
+    `closed`, neither command nor flows are needed; a record whose command or flows are all zero is of closed
+    chambers too. An `InputError` says where and what is wrong, and what is expected.
     """
     path = Path(path)
     known = {unit for units in COLUMN_UNITS.values() for unit in units}
@@ -226,10 +226,10 @@ def read_measurement(
     driven = [name for name in (FLOWS if measured_flow else ("u",)) if name in values]
     if not closed and not any(values[name].any() for name in driven):
         closed = True
-        notes.append(f"{' and '.join(driven)} are zero in every sample: taken for closed chambers")
-    if measured_flow or closed:
-        if "u" in values and not closed:
-            notes.append("column u: not used, since the flows m_A and m_B were measured")
+        notes.append(f"{', '.join(driven)}: zero in every sample, so taken for closed chambers")
+    if measured_flow and "u" in values and not closed:
+        notes.append("column u: not used, since the flows m_A and m_B were measured")
+    if measured_flow or "u" not in values:
         values["u"] = np.zeros_like(values["t"])
     period, on_time = check_time(samples)
     notes += on_time + check_signals(samples, plant, from_end, closed)
@@ -237,7 +237,7 @@ def read_measurement(
     notes += check_velocity(samples._replace(values=values), period)
     T = float(np.mean(values["T"])) if "T" in values else np.nan
     P = np.array([values["P_A"], values["P_B"]])
-    m = np.array([values[name] for name in FLOWS]) if measured_flow and not closed else None
+    m = np.array([values[name] for name in FLOWS]) if measured_flow else None
     x, v, u = values["x"], values.get("v"), values["u"]
     return Measurement(str(path), period, u, x, P, v, T, tuple(notes), m, closed)
 
