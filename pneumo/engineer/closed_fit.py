@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from scipy.interpolate import make_smoothing_spline
-from scipy.optimize import OptimizeResult, brentq
+from scipy.optimize import OptimizeResult
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
@@ -35,9 +35,12 @@ UNITS = {
     **dict.fromkeys(("T_A", "T_B"), "K"),
 }
 HELD = ("wall heat, constant", "wall heat, area and root of PT")  # laws that differ where the piston is held
+MOST_EVALUATIONS = 100  # of a law's least squares
 MOST_SAMPLES = 4000  # of a chamber, that enter the sum of squares
 NOISES = 4  # replays with noise added to the position
 FIRST_STEP = 0.3  # of the search for an end, on a logarithmic scale
+ROUNDS, STEPS = 2, 15  # values tried for an end once it is enclosed, and evaluations for each
+LEAST = 1e-3  # deviance that the least squares' own accuracy may have
 NO_REPLAY = 1e6  # deviance of replays that are not stable
 FARTHEST = 1e3  # factor from the estimate, beyond which the end of an interval is open
 POSITIVE = ("k_A", "k_B", "V_d_A", "V_d_B")
@@ -154,7 +157,7 @@ def _problem(
 
 def _solved(problem: ClosedProblem, moved: Sequence[ClosedRecord]) -> Solved:
     """Minimise, replay the whole record, and see what is left of the part fitted."""
-    optimum = problem.solve()
+    optimum = problem.solve(most=MOST_EVALUATIONS)
     record, seen, first = problem.record, list(problem.chambers), problem.fitted
     pressure = np.full_like(record.P, np.nan)
     pressure[seen] = problem.replay(optimum.x, len(record.t))[seen]
@@ -263,16 +266,26 @@ def _end(
 
     The lowest sum of squares with the parameter there exceeds the minimum by what is `allowed`.
     """
-    middle, nearer, farther = max(best, SMALLEST), 0.0, FIRST_STEP
+    if best < SMALLEST and sign < 0:
+        return np.nan
 
-    def beyond(distance: float) -> float:
-        fixed = {name: middle * float(np.exp(sign * distance))}
-        return 2 * float(problem.solve(optimum.x, **fixed).cost - optimum.cost) / allowed - 1
+    def deviance(distance: float) -> float:
+        fixed = {name: max(best, SMALLEST) * float(np.exp(sign * distance))}
+        there = problem.solve(optimum.x, most=STEPS, **fixed)
+        return max(2 * float(there.cost - optimum.cost) / allowed, LEAST)
 
-    while (above := beyond(farther)) <= 0:
+    nearer, below, farther = 0.0, LEAST, FIRST_STEP
+    while (above := deviance(farther)) < 1:
         if farther > np.log(FARTHEST):
             return np.nan
-        nearer, farther = farther, 2 * farther
+        nearer, below, farther = farther, above, 2 * farther
     if above > NO_REPLAY:  # steps as long as the sampling period are too long: the record cannot tell
         return np.nan
-    return middle * float(np.exp(sign * float(brentq(beyond, nearer, farther, xtol=0.02))))  # type: ignore[arg-type]
+    for _ in range(ROUNDS):  # near the best the deviance is a parabola, far away an exponential
+        part = np.log(below) / np.log(below / above)
+        middle = nearer + float(part) * (farther - nearer) if nearer else farther * above**-0.5
+        if (there := deviance(middle)) < 1:
+            nearer, below = middle, there
+        else:
+            farther, above = middle, there
+    return max(best, SMALLEST) * float(np.exp(sign * (farther if above < 1 / below else nearer)))

@@ -204,8 +204,10 @@ class ClosedProblem(NamedTuple):
         error = error[list(self.chambers), :: self.every].ravel() / P_0
         return np.where(np.abs(error) < FAR_OFF, error, 1.0)  # and where not finite
 
-    def solve(self, start: np.ndarray | None = None, **fixed: float) -> OptimizeResult:
-        """Minimise the sum of squares from `start`; a parameter in `fixed` keeps its value."""
+    def solve(
+        self, start: np.ndarray | None = None, most: int | None = None, **fixed: float
+    ) -> OptimizeResult:
+        """Minimise the sum of squares from `start`, within `most` steps; a parameter in `fixed` is."""
         first = np.array([self.guess.get(name, 1.0) for name in self.names]) if start is None else start
         free = np.array([name not in fixed for name in self.names])
         whole = np.array([fixed.get(name, value) for name, value in zip(self.names, first, strict=True)])
@@ -216,7 +218,8 @@ class ClosedProblem(NamedTuple):
             whole[free] = theta
             return self.residual(whole)
 
-        return least_squares(residual, whole[free], bounds=(low[free], high[free]), x_scale="jac")
+        bounds = low[free], high[free]
+        return least_squares(residual, whole[free], bounds=bounds, x_scale="jac", max_nfev=most)
 
 
 def fitted_names(law: Law, leaks: bool) -> tuple[str, ...]:

@@ -142,7 +142,8 @@ def fit_rows(fit: xr.Dataset) -> list[list[str]]:
         for parameter, (_, _, factor) in fitted_parameters(fit).items():
             one = part.sel(parameter=parameter)
             best, low, high = (factor * one[key].item() for key in ("estimate", "low", "high"))
-            row.append("" if np.isnan(best) else f"{significant(best)} ({ends_text(low, high)})")
+            ends = ends_text(low, high) if low != 0 else f"0 to {significant(high)}"  # no leakage is an end
+            row.append("" if np.isnan(best) else f"{significant(best)} ({ends})")
         rows.append(row)
     return rows
 
