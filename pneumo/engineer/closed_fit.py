@@ -24,7 +24,7 @@ from pneumo.engineer.fit_doubts import FAR, Remainder, equally_good, what_is_lef
 from pneumo.engineer.fit_intervals import HALF_WIDTH, WIDE, covariances, inverse_curvature
 from pneumo.engineer.least_squares import Fit
 from pneumo.engineer.record import Measurement
-from pneumo.engineer.stage_signals import smoothing
+from pneumo.engineer.stage_signals import FEW_PAIRS, smoothing
 from pneumo.physics.chamber import wall_conductance
 
 UNITS = {
@@ -37,7 +37,6 @@ UNITS = {
 HELD = ("wall heat, constant", "wall heat, area and root of PT")  # laws that differ where the piston is held
 MOST_EVALUATIONS = 100  # of a law's least squares
 MOST_SAMPLES = 4000  # of a chamber, that enter the sum of squares
-NOISES = 4  # replays with noise added to the position
 FIRST_STEP = 0.3  # of the search for an end, on a logarithmic scale
 ROUNDS, STEPS = 2, 15  # values tried for an end once it is enclosed, and evaluations for each
 LEAST = 1e-3  # deviance that the least squares' own accuracy may have
@@ -125,9 +124,9 @@ def fit_closed(
 
 
 def noisy_records(record: ClosedRecord, penalty: float, noise: float) -> list[ClosedRecord]:
-    """Records with noise added to the smoothed position, which is then smoothed again."""
-    rng = np.random.default_rng(0)
-    noises = rng.normal(0.0, noise, (NOISES, len(record.t)))
+    """Records with a noise, or its negative, added to the smoothed position, which is smoothed again."""
+    half = np.random.default_rng(0).normal(0.0, noise, (FEW_PAIRS, len(record.t)))
+    noises = np.concatenate([half, -half])
     return [
         record._replace(x=make_smoothing_spline(record.t, record.x + one, lam=penalty)(record.t))
         for one in noises
