@@ -8,12 +8,13 @@ PYTHON ?= python3.11
 JOBS ?= 2
 MODULES ?= physics/valve statistics/averages
 COUNT ?= 3
+EVIDENCE ?= $(notdir $(wildcard paper/evidence/*.nc paper/evidence/*.json))
 UNDISTURBED ?= 20
 
 activate := . .venv/bin/activate
 unexport PYTHONDONTWRITEBYTECODE # else every job would compile all that it imports
 
-.PHONY: help reproduce test test-all soak coverage docs lint bench fit-bench crate crosscheck fuzz mutations torture determinism slurm-test wheel lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage docs lint bench fit-bench crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -69,6 +70,12 @@ crate: .venv/.dev  ## bundle the finished study as a Workflow Run RO-Crate, resu
 	@echo "== crate: results/crate.zip"
 	$(activate)
 	python workflow/crate.py
+
+evidence: .venv/.dev  ## make EVIDENCE (all that is kept; hours) anew in results/ and compare it with paper/evidence
+	@echo "== evidence: snakemake -j$(JOBS), then workflow/kept.py compare"
+	$(activate)
+	snakemake -j$(JOBS) $(addprefix results/,$(EVIDENCE))
+	python workflow/kept.py compare $(EVIDENCE)
 
 mutations: .venv/.dev  ## change numbers and operators of MODULES one at a time; do the tests notice? (10 min each)
 	@echo "== mutations: cosmic-ray on $(MODULES)"
@@ -130,7 +137,7 @@ lock: .venv/.study  ## write both locks again from pyproject.toml (UPGRADE=1: ne
 	@echo "== lock: requirements.lock, requirements-dev.lock"
 	$(activate)
 	$(compile) $(study_extras) --output-file requirements.lock pyproject.toml
-	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu --extra mujoco \
+	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu --extra mujoco --extra parquet \
 	    --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
 
 lock-check: .venv/.study  ## is there a wheel of every locked package for Linux on x86-64 and aarch64 and for macOS 15 on arm64

@@ -8,6 +8,7 @@ from functools import cache
 from snakemake.utils import min_version
 
 from pneumo.configuration.parameters import validated
+from pneumo.hashing import code_hash
 from pneumo.jobs.checked_study import checked_study, k_0_factors, own_cylinders
 from pneumo.jobs.fleet_plan import checked_fleet, need
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made

@@ -39,8 +39,8 @@ def small_study(results: Path, override: Path) -> None:
 
     code = "0" * 64
     with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
-        script("settling")(parameters, each("settling"), code)
-        script("settling_table")(parameters, each("settling"), results / "settling.nc", code)
+        compiling = "pneumo.jobs.kernels.compile_replays"
+        script("settling")(parameters, compiling, each("settling"), results / "settling.nc", code)
         script("datum")(parameters, each("datum"), code)
         replays = [file for transport in TRANSPORTS for file in each(f"{transport}/replay")]
         script("replay")(parameters, each("datum"), replays, 2, code)
@@ -48,6 +48,7 @@ def small_study(results: Path, override: Path) -> None:
         script("statistics")(parameters, statistics, code)
         measured = results / "2007"
         script("simulated_example")(
-            ROOT / "paper/2007/claims.yaml", measured / "example.nc", measured / "coefficients.nc", code
+            ROOT / "paper/2007/claims.yaml", measured / "example.nc", measured / "coefficients.nc", [], code
         )
-        script("verdict")("2006", ROOT / "paper/2006/claims.yaml", results / "verdict.json")
+        verdict = results / "verdict.json"
+        script("verdict")("2006", ROOT / "paper/2006/claims.yaml", verdict, verdict.with_suffix(".html"))

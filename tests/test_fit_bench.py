@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from brief import in_brief
 
 from benchmarks import bench_rig, fit_bench
 from benchmarks.bench_rig import bench_record, drawn_rig, purpose_rig
@@ -37,7 +38,7 @@ def test_records_differ_by_seed_and_stay_within_what_is_possible():
         assert c["P_A"].min() > bench_rig.P_ATM and c["P_A"].max() < 1.3 * rig.P_s
 
 
-@pytest.mark.parametrize("name", ["gauge", "unit"])
+@pytest.mark.parametrize("name", in_brief(["gauge", "unit"], ["unit"]))
 def test_records_with_a_mistake_of_units_are_refused(name):
     outcome = judged(name, 1, [])
     assert outcome.refused and outcome.warned and not outcome.found

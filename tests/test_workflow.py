@@ -80,7 +80,7 @@ def test_an_edit_reruns_what_depends_on_it_only(smoke_study, edit, rerun, kept):
     [
         ("findings.json", '{"config_sha256": "another", "claims": [], "note": ""}', set()),
         ("findings.json", '{"config_sha256": "its own"}', {"report"}),  # and not the ensemble
-        ("assumptions.nc", "", {"verdict", "verdict_page", "report"}),
+        ("assumptions.nc", "", {"verdict", "report"}),
         ("paper.pdf", "", {"report"}),
     ],
 )

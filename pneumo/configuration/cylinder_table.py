@@ -1,21 +1,22 @@
-"""Tables of cylinders: a CSV file in the place of the section ``cylinders``, one row a cylinder.
+"""Tables of cylinders: a CSV or Parquet file in the place of the section ``cylinders``, one row a cylinder.
 
 Its columns are keys of the schema, those of inner sections with a point (``valve.b``), and ``name``. Every
 experiment of the configuration runs on every row.
 """
 
 import csv
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pneumo.configuration.parquet_file import parquet_rows
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import dotted, resolved
 from pneumo.configuration.text_file import csv_rows, read_text
 from pneumo.errors import ConfigurationError, printable, shown
 
-LARGEST_TABLE = 100_000_000  # bytes; ten thousand cylinders have one or two million
+LARGEST_TABLE = 100_000_000  # bytes as text; ten thousand cylinders have one or two million
 OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys that may differ between rows
 
 
@@ -99,28 +100,37 @@ def with_table(
 def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
     """Read a table of cylinders; `value` is what the configuration `named_in` calls it.
 
-    Commas, semicolons or tabs between columns, points in numbers. A cell that is empty leaves its key out, a
-    row without any is skipped.
+    Of CSV: commas, semicolons or tabs between columns, points in numbers. The values of a file named
+    ``*.parquet`` are taken as if they were written as text. A cell that is empty or null leaves its key out,
+    a row without any is skipped.
 
     Raises
     ------
     ConfigurationError
         With one line that names the file, and row and column where one is wrong.
     """
-    where = printable(str(file), 300)
-    reader = csv_rows(read_text(file, LARGEST_TABLE, f"{named_in}: cylinders = {shown(value)}"))
-    try:
-        head = [cell.strip() for cell in next(reader, [])]
-        body = [(number, cells) for number, cells in enumerate(reader, start=2) if any(map(str.strip, cells))]
-    except csv.Error as error:
-        raise ConfigurationError(f"{where}: line {reader.line_num}: {printable(str(error))}") from None
+    where, named = printable(str(file), 300), f"{named_in}: cylinders = {shown(value)}"
+    if file.suffix.lower() == ".parquet":
+        rows = parquet_rows(file, LARGEST_TABLE, named)
+    else:
+        rows = _csv_rows(where, read_text(file, LARGEST_TABLE, named))
+    head = [cell.strip() for cell in next(rows, [])]
     _check_head(where, head)
     table = CylinderTable(where, {}, {}, {})
-    for number, cells in body:
-        _add_row(table, head, number, [cell.strip() for cell in cells])
+    for number, cells in enumerate(rows, start=2):
+        if any(map(str.strip, cells)):
+            _add_row(table, head, number, [cell.strip() for cell in cells])
     if not table.rows:
         raise ConfigurationError(f"{where}: has no rows below the names of its columns")
     return table
+
+
+def _csv_rows(where: str, text: str) -> Iterator[list[str]]:
+    reader = csv_rows(text)
+    try:
+        yield from reader
+    except csv.Error as error:
+        raise ConfigurationError(f"{where}: line {reader.line_num}: {printable(str(error))}") from None
 
 
 def _check_head(where: str, head: Sequence[str]) -> None:

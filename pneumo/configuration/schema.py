@@ -313,7 +313,7 @@ class Configuration(_Section):
     gas: GasSection
     supply: SupplySection
     cylinders: dict[Name, CylinderSection] = Field(
-        min_length=1, description="cylinders by name; or instead the path of a CSV table, from this file"
+        min_length=1, description="cylinders by name; or the path of a table, CSV or Parquet, from this file"
     )
     experiments: dict[Name, ExperimentSection] = Field(min_length=1, description="experiments by name")
     levels: dict[Name, list[Conductance]] = Field(

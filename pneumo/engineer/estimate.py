@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,11 +15,20 @@ from pneumo.engineer.fit_doubts import (
     record_doubts,
 )
 from pneumo.engineer.fit_intervals import covariances, parameter_interval
-from pneumo.engineer.fit_parameters import CAUSES, FULL, OF_VALVE, PARAMETERS, Problem, replayed_pressures
+from pneumo.engineer.fit_parameters import (
+    CAUSES,
+    FULL,
+    PARAMETERS,
+    Problem,
+    offsets,
+    replayed_pressures,
+    with_causes,
+)
 from pneumo.engineer.least_squares import descend, fit
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
 from pneumo.engineer.valve_signal import behind_valve
+from pneumo.errors import InputError
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, Model
 from pneumo.storage.files import attributes, write
@@ -46,24 +55,27 @@ def estimate(
     plant: Plant,
     record: StageSignals,
     *,
-    noisy_inputs: Sequence[np.ndarray],
+    noisy: np.ndarray | None,
     intervals: Iterable[str] = REPORTED,
     part: float = PART,
     reference: np.ndarray | None = None,
+    also: tuple[str, ...] = (),
 ) -> Estimate:
     """Fit a model to the first `part` of a record and replay the rest.
 
-    `noisy_inputs` are from `with_added_noise`, of the part fitted; `intervals` names the parameters that get
-    one. `reference`, Pa, by (chamber, sample), has the pressures without noise, as far as they are known:
-    intervals then allow for the model's own error, which is what it is off from them.
+    `noisy` has the motions from `with_added_noise`, of the part fitted; `intervals` names the parameters that
+    get one. `reference`, Pa, by (chamber, sample), has the pressures without noise, as far as they are known:
+    intervals then allow for the model's own error, which is what it is off from them. `also` names `CAUSES`
+    that are fitted too.
     """
     split = split_of(record, part)
-    problem = Problem(model, plant, record.part(0, split), {}, noisy_inputs)
-    few = problem._replace(noisy_inputs=noisy_inputs[: 2 * FEW_PAIRS])
+    problem = Problem(model, plant, record.part(0, split), {}, noisy, also)
+    few = problem if noisy is None else problem._replace(noisy=noisy[: 2 * FEW_PAIRS])
     rough = fit(few)
     # From so near, two steps are enough.
-    best = descend(problem, rough.theta, most=2) if len(noisy_inputs) > 2 * FEW_PAIRS else rough
-    fitted = replayed_pressures(problem, best.theta[None], problem.signals.inputs)[0]
+    more = noisy is not None and len(noisy) > 2 * FEW_PAIRS
+    best = descend(problem, rough.theta, most=2) if more else rough
+    fitted = replayed_pressures(problem, best.theta[None])[0, 0]
     own = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
     both, values = covariances(best, own / plant.conditions.P_s**2), problem.values(best.theta)
     low: dict[str, float] = {}
@@ -77,7 +89,7 @@ def estimate(
     # Only the pressure at its start is fitted to the part held out, for every model: no model predicts it.
     known = {name: value for name, value in values.items() if not name.startswith("start")}
     rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), known)
-    predicted = replayed_pressures(rest, fit(rest).theta[None], rest.signals.inputs)[0]
+    predicted = replayed_pressures(rest, fit(rest).theta[None])[0, 0]
     rms, held_out = (
         np.sqrt(np.mean((of.signals.P - P) ** 2, axis=1)) for of, P in ((problem, fitted), (rest, predicted))
     )
@@ -104,49 +116,62 @@ def fit_measurement(
     *,
     held: bool = True,
     part: float = PART,
+    also: tuple[str, ...] = (),
     progress: Callable[[str], None] = lambda _text: None,
 ) -> xr.Dataset:
     """Fit models to a measurement: `dataset`, the model of the lowest error on the part held out first.
 
     `held` is whether a command holds until the next sample, `part` the fraction of the record that is fitted;
-    `progress` gets a line after each model.
+    `progress` gets a line after each model. `also` names `CAUSES` that are fitted too, with the full order;
+    the reduced models then get plant and pressures as it found them. `InputError` where that is not fitted.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
+    full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
+    if also and not full:
+        raise InputError(
+            f"--also {also[0]}: only the full order can tell, which needs the command u of a valve that does"
+            " not leak"
+        )
     record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
     split = split_of(record, part)
     first = record.part(0, split)
-    noisy_inputs = with_added_noise(first)
-    few = noisy_inputs[: 2 * FEW_PAIRS]
+    noisy = with_added_noise(first)
+    few = noisy[: 2 * FEW_PAIRS]
     fits: dict[str, Estimate] = {}
-    reference: np.ndarray | None = None
+    reported, off = (*REPORTED, *also), np.zeros((2, 1))
+    options: dict[str, Any] = {"intervals": reported, "part": part}
 
-    def add(
-        model: Model, signals: StageSignals, noisy: Sequence[np.ndarray], named: Iterable[str] = REPORTED
-    ) -> None:
-        fits[model.name] = estimate(
-            model, plant, signals, noisy_inputs=noisy, intervals=named, part=part, reference=reference
-        )
+    def add(model: Model, plant: Plant, signals: StageSignals, motions: np.ndarray) -> None:
+        found = estimate(model, plant, signals, noisy=motions, **options)
+        fits[model.name] = found._replace(pressure=found.pressure + off)
         rms = np.sqrt(np.mean(fits[model.name].held_out ** 2))
         progress(f"{model.name}: rms {rms / 1e3:.3g} kPa on the part held out")
 
-    valve = plant.valve
-    opened = record
-    if m.m is None and not (valve.leak or valve.laminar):
-        plain = Problem(FULL, plant, first, {})
+    corrected, opened = plant, record
+    if full:
+        plain = Problem(FULL, plant, first, {}, free=also)
         far = far_from_noise(plain, fit(plain).theta)
-        add(FULL, record, few, () if far else REPORTED)
-        reference = m.P if far else fits[FULL.name].pressure
-        # The reduced models get the valve's opening as the full order found it.
-        at = {name: fits[FULL.name].values[name] for name in OF_VALVE}
-        opened = record._replace(inputs=behind_valve(record.inputs, record.h, at))
-        noisy_inputs = [behind_valve(inputs, record.h, at) for inputs in noisy_inputs]
+        options |= {"intervals": ()} if far else {}
+        options["also"] = also
+        add(FULL, plant, record, few)
+        values = fits[FULL.name].values
+        # The reduced models get the valve's opening, and what was fitted too, as the full order found it.
+        corrected, off = with_causes(plant, values), offsets(values)
+        opened = record._replace(u=behind_valve(record.u, record.h, values), P=record.P - off)
+        reference = (m.P if far else fits[FULL.name].pressure) - off
+        options |= {"intervals": reported, "also": (), "reference": reference}
     for name in models:
-        add(MODELS[name], opened, noisy_inputs)
+        add(MODELS[name], corrected, opened, noisy)
     ranked = sorted(fits, key=lambda name: float(np.mean(fits[name].held_out ** 2)))
     judged = FULL if FULL.name in fits else MODELS[ranked[0]]
-    problem = Problem(judged, plant, first, {}, few)
+    problem = Problem(judged, plant, first, {}, few, also)
     warnings = record_doubts(problem, fits[judged.name]) + disagreements(fits)
-    result = dataset(measurement, {name: fits[name] for name in ranked}, split)
+    result = dataset(
+        measurement,
+        {name: fits[name] for name in ranked},
+        split,
+        {name: PARAMETERS[name].unit for name in reported},
+    )
     alike = [name for name in equally_good(fits) if name != FULL.name]
     if len(alike) > 1:
         note = f"this record cannot tell {', '.join(alike)} apart: their errors held out are alike"

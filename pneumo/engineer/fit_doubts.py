@@ -38,6 +38,10 @@ NAMES = {
     "null": "the valve's null offset",
     "n": "n",
     **{f"k_0_{c}": f"k_0 of {c}" for c in "AB"},
+    "P_s": "the supply pressure",
+    "exhaust": "the exhaust path",
+    "A_B": "the piston area of B",
+    **{f"offset_{c}": f"the offset of the sensor of P_{c}" for c in "AB"},
     **{f"start_{c}": f"the first pressure of {c}" for c in "AB"},
     **{f"start_T_{c}": f"the first temperature of {c}" for c in "AB"},
 }
@@ -77,9 +81,11 @@ def remainders(problem: Problem, theta: np.ndarray) -> list[Remainder]:
     Its mean square over blocks is compared with what white noise and replays with added noise would give.
     """
     s = problem.signals
-    left = s.P - replayed_pressures(problem, theta[None], s.inputs)[0]
-    noisy = [replayed_pressures(problem, theta[None], one)[0] for one in problem.noisy_inputs]
-    return what_is_left(s.P, left, s.period, np.array(noisy))
+    left = s.P - replayed_pressures(problem, theta[None])[0, 0]
+    if problem.noisy is None:
+        return what_is_left(s.P, left, s.period, np.empty((0, *left.shape)))
+    noisy = replayed_pressures(problem, theta[None], problem.noisy)[:, 0]
+    return what_is_left(s.P, left, s.period, noisy)
 
 
 def what_is_left(P: np.ndarray, left: np.ndarray, period: float, noisy: np.ndarray) -> list[Remainder]:
@@ -130,8 +136,8 @@ def causes(problem: Problem, left: list[Remainder]) -> list[str]:
     """Name what would explain most of what a full-order fit leaves: one of `CAUSES`, fitted too."""
     before = float(np.sqrt(np.mean([one.rms**2 for one in left])))
     best, text = EXPLAINED * before, ""
-    for cause in CAUSES:
-        trial = problem._replace(noisy_inputs=(), free=(cause,))
+    for cause in (one for one in CAUSES if one not in problem.free):
+        trial = problem._replace(noisy=None, free=(*problem.free, cause))
         found = fit(trial, tolerance=1e-3, most=STEPS)
         after = problem.plant.conditions.P_s * float(np.sqrt(np.mean(found.residual**2)))
         if after < best:
@@ -139,6 +145,7 @@ def causes(problem: Problem, left: list[Remainder]) -> list[str]:
             numbers = trial.values(found.theta)[cause], PARAMETERS[cause].outer(configured)
             best, why = after, EXPLANATIONS[cause].format(*(factor * number for number in numbers))
             text = f"{why} would bring what is left from {before / 1e3:.3g} to {after / 1e3:.3g} kPa"
+            text += f" (--also {cause} fits it)"
     return [text] if text else []
 
 

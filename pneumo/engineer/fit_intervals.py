@@ -139,7 +139,7 @@ def profile_interval(problem: Problem, fit: Fit, index: int, variance: float) ->
         distance = min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE, limit)
         for _ in range(ROUNDS):
             start = None if inside.distance == 0 else inside.theta
-            there = fit_with_one_fixed(problem, fit, index, best + sign * distance, start)
+            there = fit_with_one_fixed(problem, fit, index, best + sign * distance, start, CLOSE * allowed)
             deviance = max((there.squares - fit.squares) / allowed, LEAST)
             if deviance >= 1:
                 outside = Trial(distance, deviance, there.theta)

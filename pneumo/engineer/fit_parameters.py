@@ -5,7 +5,6 @@ only: measured minus replayed pressure is the model's error and the noise (outpu
 its own dead volume, as the hoses make it.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,11 +12,10 @@ import numpy as np
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.stage_signals import StageSignals
-from pneumo.engineer.valve_signal import valve_signal
+from pneumo.engineer.valve_signal import behind_valve
 from pneumo.physics.cylinder import heat_area
-from pneumo.physics.models import WALL_LAWS, Model, lane, lane_array
-from pneumo.simulation.chambers_on_inputs import full_order_chamber
-from pneumo.simulation.given_inputs import pressures_on_flows, pressures_on_inputs
+from pneumo.physics.models import Lane, Model, lane, lane_array
+from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
 
@@ -63,6 +61,7 @@ PARAMETERS = {
 }
 CAUSES = ("P_s", "exhaust", "A_B", "offset_A", "offset_B")
 OF_VALVE = ("lag", "dead_time", "null")
+SHARED = (*OF_VALVE, "P_s", "exhaust", "A_B")  # by all sets of parameters of one replay
 # The full-order chambers, as a row of the table of models; their temperature is a state.
 FULL = Model("full", "gamma", "gamma", "gamma", "constant", True, "lambda A_q")
 
@@ -78,7 +77,7 @@ class Problem(NamedTuple):
     plant: Plant  # as configured; fitted parameters replace its k_0, k_xu and V_d
     signals: StageSignals
     fixed: dict[str, float]  # parameters that are not fitted, in SI units
-    noisy_inputs: Sequence[np.ndarray] = ()  # from `with_added_noise`; empty for plain least squares
+    noisy: np.ndarray | None = None  # motions from `with_added_noise`; None for plain least squares
     free: tuple[str, ...] = ()  # of `CAUSES`, fitted too; of the full order only
 
     @property
@@ -129,79 +128,69 @@ class Problem(NamedTuple):
         return self.fixed | {k: PARAMETERS[k].outer(x) for k, x in zip(self.names, theta, strict=True)}
 
 
-def replayed_pressures(problem: Problem, thetas: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-    """Pressures of a model with several sets of parameters, Pa, shape (set, chamber, samples).
+def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray | None = None) -> np.ndarray:
+    """Pressures of a model with several sets of parameters, Pa, shape (motion, set, chamber, samples).
 
-    Lanes of one replay share their plant. Flow is proportional to k_xu, and wall heat to k_0, so both become
-    coefficients of a lane; another dead volume needs another replay. NaN where a replay left the positive
-    numbers. `thetas` has shape (set, parameter), on the scale of the search; `inputs` are those of the
-    problem's signals, or noisy ones.
+    Flow is proportional to k_xu, and wall heat to k_0: both are coefficients of a lane, and lanes of one
+    replay have dead volumes and starts of their own. What else differs needs another replay. NaN where a
+    replay left the positive numbers. `thetas` has shape (set, parameter), on the scale of the search;
+    `motions`, shape (motion, steps, 3, 2), are the measured one where left out.
     """
-    plant, signals, lanes = problem.plant._replace(k_0=1.0), problem.signals, []
-    values = [problem.values(theta) for theta in thetas]
-    if problem.model.name == FULL.name:
-        return np.array([_full_order_pressures(problem, value, inputs) for value in values])
-    for value in values:
-        row = lane(problem.model, value.get("n", 1.0), plant.gas.gamma)
-        flow = value.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu  # 1 where flows were measured
-        heat = row.explicit_heat * value.get("k_0", 0.0)
-        lanes.append(row._replace(n_in=row.n_in * flow, n_out=row.n_out * flow, explicit_heat=heat))
-    start, V_d = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("start", "V_d"))
-    coefficients, stride = lane_array(lanes), signals.stride
-    result = np.empty((len(thetas), 2, len(inputs) // stride + 1))
-    pairs, which = np.unique(V_d, axis=0, return_inverse=True)
-    for i, pair in enumerate(pairs):
-        rows = np.flatnonzero(which.ravel() == i)
-        for sides, changed, offset in _plants_with_dead_volumes(plant, pair, problem.model):
-            shifted = inputs + np.array([0.0, offset, 0.0]) if offset else inputs
-            rest = (coefficients[rows], changed, signals.h, stride, start[rows])
-            pressure = (
-                pressures_on_inputs(shifted, *rest)
-                if signals.flow is None
-                else pressures_on_flows(shifted, signals.flow, *rest)
-            )
-            result[np.array(rows)[:, None], np.array(sides)] = pressure[:, sides]
-    return result
+    signals, values = problem.signals, [problem.values(theta) for theta in thetas]
+    motions = signals.motion[None] if motions is None else motions
+    lanes = lane_array([_lane(problem, value) for value in values])
+    V_d, start = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("V_d", "start"))
+    rest = signals.h, signals.stride
+    if signals.flow is not None:
+        own = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), *rest, start
+        return np.array([pressures_on_flows(motion, *own) for motion in motions])
+    if problem.model.name != FULL.name:
+        plant = problem.plant._replace(k_0=1.0)
+        return pressures_of_sets(signals.u, motions, lanes, V_d, plant, *rest, start)
+    start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
+    result = np.empty((len(motions), len(values), *signals.P.shape))
+    alike: dict[tuple[float, ...], list[int]] = {}
+    for i, value in enumerate(values):
+        alike.setdefault(tuple(value.get(name, np.nan) for name in SHARED), []).append(i)
+    for rows in alike.values():
+        value = values[rows[0]]
+        plant, u = (
+            with_causes(problem.plant, value)._replace(k_0=1.0),
+            behind_valve(signals.u, signals.h, value),
+        )
+        own = lanes[rows], V_d[rows], plant, *rest, start[rows], start_T[rows]
+        result[:, rows] = pressures_of_sets(u, motions, *own)
+    return result + np.array([offsets(value) for value in values])
 
 
-def _full_order_pressures(problem: Problem, value: dict[str, float], inputs: np.ndarray) -> np.ndarray:
-    """Pressures of the full-order chambers with one set of parameters, Pa, shape (chamber, samples)."""
-    p, s = problem.plant, problem.signals
-    valve = p.valve._replace(k_xu=value["k_xu"], exhaust=value.get("exhaust", p.valve.exhaust))
-    conditions = p.conditions._replace(P_s=value.get("P_s", p.conditions.P_s))
-    cylinder = p.cylinder._replace(A_B=value.get("A_B", p.cylinder.A_B))
-    p = p._replace(k_0=value["k_0"], valve=valve, conditions=conditions)
-    u = valve_signal(inputs[:, :, 0].mean(axis=1), s.h, **{name: value[name] for name in OF_VALVE})
-    pressure: list[np.ndarray] = []
-    for side, chamber in enumerate("AB"):
-        own = p._replace(cylinder=cylinder._replace(V_d=value[f"V_d_{chamber}"]))
-        start = value[f"start_{chamber}"], value[f"start_T_{chamber}"]
-        replayed = full_order_chamber(u, inputs, side, own, s.h, s.stride, *start)
-        pressure.append(replayed + value.get(f"offset_{chamber}", 0.0))
-    return np.array(pressure)
+def offsets(value: dict[str, float]) -> np.ndarray:
+    """Offsets of the pressure sensors that were fitted, Pa, shape (chamber, 1)."""
+    return np.array([[value.get(f"offset_{side}", 0.0)] for side in "AB"])
 
 
-def _plants_with_dead_volumes(
-    plant: Plant, V_d: np.ndarray, model: Model
-) -> list[tuple[list[int], Plant, float]]:
-    """Chambers, plant and offset of the position, m, of each replay that two dead volumes need.
-
-    One replay is enough, with equal dead volumes and the piston offset, unless the wall's area plays a role.
-    """
-    c = plant.cylinder
-    if WALL_LAWS[model.wall][1] == 0 or V_d[0] == V_d[1]:
-        offset = (V_d[0] - V_d[1]) / (c.A_A + c.A_B)
-        return [([0, 1], plant._replace(cylinder=c._replace(V_d=V_d[0] - c.A_A * offset)), offset)]
-    return [([side], plant._replace(cylinder=c._replace(V_d=V_d[side])), 0.0) for side in (0, 1)]
+def _lane(problem: Problem, value: dict[str, float]) -> Lane:
+    """Model's coefficients, its flows times k_xu over that of the plant, its wall heat times k_0."""
+    row, k_xu = lane(problem.model, value.get("n", 1.0), problem.plant.gas.gamma), problem.plant.valve.k_xu
+    flow = value.get("k_xu", k_xu) / k_xu  # 1 where flows were measured
+    heat = row.explicit_heat * value.get("k_0", 0.0)
+    return row._replace(n_in=row.n_in * flow, n_out=row.n_out * flow, explicit_heat=heat)
 
 
-def pressure_and_jacobian(
-    problem: Problem, theta: np.ndarray, inputs: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Replayed pressure in units of P_s, shape (chamber, samples), and its derivative.
+def with_causes(plant: Plant, value: dict[str, float]) -> Plant:
+    """Plant with the values of `CAUSES` that were fitted."""
+    return plant._replace(
+        valve=plant.valve._replace(exhaust=value.get("exhaust", plant.valve.exhaust)),
+        conditions=plant.conditions._replace(P_s=value.get("P_s", plant.conditions.P_s)),
+        cylinder=plant.cylinder._replace(A_B=value.get("A_B", plant.cylinder.A_B)),
+    )
 
-    The derivative, shape (chamber, samples, parameter), is by one-sided differences, away from the nearer
-    bound. The pressure is NaN where the replay left the positive numbers.
+
+def pressure_and_jacobian(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Replayed pressure in units of P_s, shape (motion, chamber, samples), and its derivative.
+
+    On the measured motion first, then on the noisy ones. The derivative, shape (motion, chamber, samples,
+    parameter), is by one-sided differences, away from the nearer bound. The pressure is NaN where the replay
+    left the positive numbers.
     """
     low, high = problem.bounds()
     steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
@@ -212,10 +201,12 @@ def pressure_and_jacobian(
     thetas = np.tile(theta, (len(groups) + 1, 1))
     for row, members in zip(thetas[1:], groups.values(), strict=True):
         row[members] += steps[members]
-    P = replayed_pressures(problem, thetas, inputs) / problem.plant.conditions.P_s
-    jacobian = np.zeros((*P[0].shape, len(theta)))
-    for change, members in zip(P[1:] - P[0], groups.values(), strict=True):
+    measured = problem.signals.motion[None]
+    motions = measured if problem.noisy is None else np.concatenate([measured, problem.noisy])
+    P = replayed_pressures(problem, thetas, motions) / problem.plant.conditions.P_s
+    jacobian = np.zeros((len(motions), *problem.signals.P.shape, len(theta)))
+    for row, members in enumerate(groups.values(), start=1):
         for i in members:
             side = {"A": slice(0, 1), "B": slice(1, 2)}.get(problem.names[i][-1], slice(0, 2))
-            jacobian[side, :, i] = change[side] / steps[i]
-    return P[0], np.where(np.isfinite(jacobian), jacobian, 0.0)
+            jacobian[:, side, :, i] = (P[:, row, side] - P[:, 0, side]) / steps[i]
+    return P[:, 0], np.where(np.isfinite(jacobian), jacobian, 0.0)

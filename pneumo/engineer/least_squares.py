@@ -42,19 +42,19 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     `scatter` is the covariance of the slope over the P_b. It has pressure and derivative vary together,
     which a first-order covariance of the pressure alone misses.
     """
-    pressure, jacobian = pressure_and_jacobian(problem, theta, problem.signals.inputs)
-    count = len(theta)
+    P, J = pressure_and_jacobian(problem, theta)
+    count, number = len(theta), len(P) - 1
+    pressure, jacobian = P[0], J[0]
     excess, excess_slope, excess_curvature = 0.0, np.zeros(count), np.zeros((count, count))
     scatter = np.zeros_like(excess_curvature)
-    if problem.noisy_inputs:
-        noisy = [pressure_and_jacobian(problem, theta, inputs) for inputs in problem.noisy_inputs]
-        mean_P, mean_J = (np.mean([pair[i] for pair in noisy], axis=0) for i in (0, 1))
-        for P_b, J_b in noisy:
-            d, J_d = (P_b - mean_P).ravel(), (J_b - mean_J).reshape(-1, count)
-            excess += float(d @ d) / len(noisy)
-            excess_slope += J_d.T @ d / len(noisy)
-            excess_curvature += J_d.T @ J_d / len(noisy)
-        slopes = np.array([J_b.reshape(-1, count).T @ (P_b - mean_P).ravel() for P_b, J_b in noisy])
+    if number:
+        mean_P, mean_J = P[1:].mean(axis=0), J[1:].mean(axis=0)
+        d, J_d = (P[1:] - mean_P).reshape(number, -1), (J[1:] - mean_J).reshape(number, -1, count)
+        own = (d[:, None] @ J_d)[:, 0]  # of each noise
+        excess = float(np.vdot(d, d)) / number
+        excess_slope = own.mean(axis=0)
+        excess_curvature = np.tensordot(J_d, J_d, axes=([0, 1], [0, 1])) / number
+        slopes = own + d @ mean_J.reshape(-1, count)
         scatter = np.atleast_2d(np.cov(np.where(np.isfinite(slopes), slopes, 0.0), rowvar=False))
         pressure, jacobian = 2 * pressure - mean_P, 2 * jacobian - mean_J
     residual = problem.signals.P / problem.plant.conditions.P_s - pressure
@@ -78,7 +78,7 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
             f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"
             " leave leak_dm3_per_sbar out, or measure the flows m_A and m_B"
         )
-    plain = problem._replace(noisy_inputs=())
+    plain = problem._replace(noisy=None)
 
     @cache
     def at(*theta: float) -> Fit:
@@ -95,17 +95,20 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
         gtol=None,  # type: ignore[arg-type]
         max_nfev=most,
     )
-    return descend(problem, optimum.x) if problem.noisy_inputs else at(*optimum.x)
+    return descend(problem, optimum.x) if problem.noisy is not None else at(*optimum.x)
 
 
-def descend(problem: Problem, theta: np.ndarray, fixed: int | None = None, most: int = ROUNDS) -> Fit:
+def descend(
+    problem: Problem, theta: np.ndarray, fixed: int | None = None, most: int = ROUNDS, negligible: float = 0.0
+) -> Fit:
     """Minimise the corrected sum of squares from `theta`, near its minimum (Levenberg and Marquardt).
 
-    The parameter with index `fixed` keeps its value; `most` is the largest number of steps.
+    The parameter with index `fixed` keeps its value; `most` is the largest number of steps. A change of the
+    sum of squares that is less than `negligible`, or than `SETTLED` says, ends the search.
     """
     low, high = problem.bounds()
     here, damping = evaluate(problem, np.clip(theta, low, high)), 1e-3
-    negligible = SETTLED * here.squares / here.residual.size
+    negligible = max(negligible, SETTLED * here.squares / here.residual.size)
     for _ in range(most):
         slope = here.slope
         free = ((here.theta > low) | (slope > 0)) & ((here.theta < high) | (slope < 0))
@@ -131,12 +134,12 @@ def descend(problem: Problem, theta: np.ndarray, fixed: int | None = None, most:
 
 
 def fit_with_one_fixed(
-    problem: Problem, best: Fit, index: int, value: float, start: np.ndarray | None
+    problem: Problem, best: Fit, index: int, value: float, start: np.ndarray | None, negligible: float
 ) -> Fit:
     """Fit the other parameters with parameter `index` fixed at `value`, on the scale of the search.
 
-    `best` is the fit with none fixed. The search starts at `start`, or else at the minimum of the linearised
-    problem, with flat directions left out.
+    `best` is the fit with none fixed; `negligible` is as in `descend`. The search starts at `start`, or else
+    at the minimum of the linearised problem, with flat directions left out.
     """
     others = np.arange(len(best.theta)) != index
     if start is None:
@@ -149,4 +152,4 @@ def fit_with_one_fixed(
         start[others] -= axes @ ((axes.T @ (H[others, index] * move / scale)) / kept) / scale
     start = start.copy()
     start[index] = value
-    return descend(problem, start, fixed=index)
+    return descend(problem, start, fixed=index, negligible=negligible)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.fft import dct
 from scipy.interpolate import make_smoothing_spline
 
-from pneumo.simulation.tableau import DORMAND_PRINCE
+from pneumo.simulation.fitted_pressures import KUTTA
 
 LONGEST_STEP = 1e-3  # s; the step of the paper's study
 SMOOTHING = np.logspace(-6, 14, 201)  # weights of the squared second difference, from none to a straight line
@@ -28,7 +28,8 @@ class StageSignals(NamedTuple):
 
     period: float  # s, time between samples
     h: float  # s, step of the replay, a whole fraction of the period
-    inputs: np.ndarray  # limited command, V, position, m, and velocity, m/s, by (step, stage, 3)
+    u: np.ndarray  # limited command, V, by (step, stage)
+    motion: np.ndarray  # position, m, and velocity, m/s, by (step, stage, 2)
     P: np.ndarray  # Pa, measured pressures by (chamber, sample)
     penalty: float  # s^3, smoothing of the position: from `smoothing`
     noise: float  # m, in the position
@@ -43,7 +44,8 @@ class StageSignals(NamedTuple):
         """Signals from one sample to another, both included."""
         steps = slice(first * self.stride, last * self.stride)
         flow = None if self.flow is None else self.flow[steps]
-        return self._replace(inputs=self.inputs[steps], P=self.P[:, first : last + 1], flow=flow)
+        at = {"u": self.u[steps], "motion": self.motion[steps], "flow": flow}
+        return self._replace(P=self.P[:, first : last + 1], **at)
 
 
 def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
@@ -66,8 +68,8 @@ def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
 
 
 def stage_times(steps: int, h: float) -> np.ndarray:
-    """Times of the stages of a replay from 0 on, s, shape (steps, 6)."""
-    return (np.arange(steps)[:, None] + DORMAND_PRINCE.c) * h
+    """Times of the stages of a replay from 0 on, s, shape (steps, 3)."""
+    return (np.arange(steps)[:, None] + KUTTA.c) * h
 
 
 def stage_signals(
@@ -90,23 +92,22 @@ def stage_signals(
     t, within = period * np.arange(len(u)), int(np.ceil(period / LONGEST_STEP * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)
     at = stage_times(steps, h)
-    inputs = np.empty((*at.shape, 3))
-    inputs[:, :, 0] = np.repeat(u[:-1], within)[:, None] if held else np.interp(at, t, u)
-    inputs[:, :, 0] = np.clip(inputs[:, :, 0], -u_max, u_max)
+    held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
+    limited = np.clip(held_u if held else np.interp(at, t, u), -u_max, u_max)
     penalty, noise = smoothing(x, period)
     spline = make_smoothing_spline(t, x, lam=penalty)
-    inputs[:, :, 1], inputs[:, :, 2] = spline(at), spline.derivative()(at)
+    motion = np.stack([spline(at), spline.derivative()(at)], axis=-1)
     flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
-    return StageSignals(period, h, inputs, P, penalty, noise, flow)
+    return StageSignals(period, h, limited, motion, P, penalty, noise, flow)
 
 
-def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> list[np.ndarray]:
-    """Inputs of replays with noise added to the smoothed position, which is then smoothed again.
+def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> np.ndarray:
+    """Motions with noise added to the smoothed position, which is then smoothed again.
 
     There are two for each of the `pairs`, one with a noise and one with its negative: antithetic pairs cancel
-    odd-order terms. Each is shaped as `StageSignals.inputs`.
+    odd-order terms. Each is shaped as `StageSignals.motion`.
     """
-    steps, stride = signals.inputs[:, :, 1], signals.stride
+    steps, stride = signals.motion[:, :, 0], signals.stride
     x = np.append(steps[::stride, 0], steps[-1, -1])
     t, at = signals.period * np.arange(len(x)), stage_times(len(steps), signals.h)
     rng = np.random.default_rng(seed)
@@ -117,5 +118,4 @@ def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -
 
     motion = smoothed(x)
     noises = smoothed(rng.normal(0.0, signals.noise, (pairs, len(x))).T).transpose(2, 0, 1, 3)
-    moved = (motion + sign * noise for noise in noises for sign in (1.0, -1.0))
-    return [np.concatenate([signals.inputs[:, :, :1], x_and_v], axis=-1) for x_and_v in moved]
+    return np.array([motion + sign * noise for noise in noises for sign in (1.0, -1.0)])

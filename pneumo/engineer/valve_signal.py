@@ -26,8 +26,7 @@ def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null:
     return late + (start - late) * (tau / h) * (1 - decay) - null
 
 
-def behind_valve(inputs: np.ndarray, h: float, valve: dict[str, float]) -> np.ndarray:
-    """Inputs of a replay, shape (steps, 6, 3), with `valve_signal` in place of the command."""
-    result = inputs.copy()
-    result[:, :, 0] = valve_signal(inputs[:, :, 0].mean(axis=1), h, **valve)[:, None]
-    return result
+def behind_valve(u: np.ndarray, h: float, valve: dict[str, float]) -> np.ndarray:
+    """`valve_signal` of a command at every stage, V, shape (steps, stages)."""
+    at = {name: valve[name] for name in ("dead_time", "lag", "null")}
+    return np.broadcast_to(valve_signal(u.mean(axis=1), h, **at)[:, None], u.shape)

@@ -2,7 +2,8 @@
 
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 from pneumo.configuration.experiment import Study
@@ -10,13 +11,19 @@ from pneumo.hashing import code_hash, imports_of
 from pneumo.storage.kept_evidence import evidence_file
 
 
-def code_behind(script: str, *modules: str) -> str:
-    """Return the SHA-256 of every pneumo module that a workflow script imports, directly or not.
+def code_behind(script: str, *modules: str) -> Callable[[object], str]:
+    """Return what gives a rule the SHA-256 of every pneumo module that a script imports, directly or not.
 
     Snakemake sees edits of a script but not of what it imports; with the hash as a parameter it runs the rule
-    again. `modules` are those that the script imports by name at run time.
+    again. `modules` are those that the script imports by name at run time. Snakemake calls the function with
+    the wildcards of each job that it plans: half of the rules are never asked.
     """
-    return code_hash(*imports_of(Path("workflow/scripts", script)), *modules)
+
+    @cache
+    def of_script() -> str:
+        return code_hash(*imports_of(Path("workflow/scripts", script)), *modules)
+
+    return lambda wildcards: of_script()  # noqa: ARG005 - its name is what Snakemake looks at
 
 
 def evidence_for(study: Study, name: str) -> list[str]:

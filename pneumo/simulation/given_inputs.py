@@ -2,20 +2,16 @@
 """Pressures of reduced models on inputs given at every Runge-Kutta stage; joint rates for other solvers."""
 
 from math import log
-from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.physics.models import temperature
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import full_order_rates
 from pneumo.simulation.polynomials import flow_polynomial
-from pneumo.simulation.reference import lane_of, lane_rate, lane_rate_with_flows, piston_area
-from pneumo.simulation.runge_kutta import STAGES, dormand_prince
+from pneumo.simulation.reference import lane_of, lane_rate
 from pneumo.simulation.vectorised import P_A, P_B, ROW, advance, needs, work_array
 
 
@@ -82,62 +78,6 @@ def pressures_on_inputs(
     result = np.empty((len(lanes), 2, len(pressure)))
     result[order] = pressure[:, :, : len(lanes)].transpose(2, 1, 0)
     return result
-
-
-@register_jitable
-def _rates_from_flow(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
-    inputs, flow, side, area, plant, lane = context
-    sign, m = 1.0 - 2.0 * side, flow[i, side]
-    T = temperature(y[0], plant.conditions.P_0, plant.conditions.T_0, lane.a)
-    x, v = sign * inputs[i, 1], sign * inputs[i, 2]
-    dy[0] = lane_rate_with_flows(max(m, 0.0), max(-m, 0.0), x, v, y[0], T, area, plant, lane)
-
-
-_step_from_flow = dormand_prince(_rates_from_flow)
-
-
-@kernel
-def _on_flows(
-    inputs: np.ndarray,
-    flow: np.ndarray,
-    lanes: np.ndarray,
-    plant: Plant,
-    h: float,
-    stride: int,
-    pressure: np.ndarray,
-) -> None:
-    Y, K, P = np.empty((STAGES, 1)), np.empty((STAGES, 1)), np.empty(1)
-    for index in range(len(lanes)):
-        lane = lane_of(lanes[index])
-        for side in range(2):
-            area = piston_area(plant.cylinder, side)
-            P[0] = pressure[index, side, 0]
-            for k in range(len(inputs)):
-                _step_from_flow(P, (inputs[k], flow[k], side, area, plant, lane), h, Y, K, P)
-                if not P[0] > 0:
-                    P[0] = np.nan
-                if (k + 1) % stride == 0:
-                    pressure[index, side, (k + 1) // stride] = P[0]
-
-
-def pressures_on_flows(
-    inputs: np.ndarray,
-    flow: np.ndarray,
-    lanes: np.ndarray,
-    plant: Plant,
-    h: float,
-    stride: int,
-    start: np.ndarray,
-) -> np.ndarray:
-    """Pressures of reduced models as from `pressures_on_inputs`, on given mass flows in place of a valve.
-
-    `flow`, shape (steps, 6, 2), goes into chambers A and B, negative out of them, kg/s, at every stage. The
-    command plays no role; there may be any number of lanes.
-    """
-    pressure = np.empty((len(lanes), 2, len(inputs) // stride + 1))
-    pressure[:, :, 0] = start
-    _on_flows(inputs, flow, lanes, plant, h, stride, pressure)
-    return pressure
 
 
 @kernel

@@ -4,6 +4,7 @@ A rewrite of the same result gives the same bytes, so there are no times or host
 """
 
 import json
+import math
 import os
 import threading
 from collections.abc import Generator, Mapping
@@ -82,7 +83,8 @@ def write(
     """Write a dataset as NetCDF-4, compressed, atomically, in a folder that is made if need be.
 
     Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are
-    global ones beside the common ones. `digits` rounds floating-point variables, to be kept in 4 bytes.
+    global ones beside the common ones. `digits` rounds floating-point variables, to be kept in 4 bytes:
+    the relative error stays below 10 to the power of minus `digits`, equal numbers stay equal.
     """
     dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
@@ -93,7 +95,8 @@ def write(
         numeric = variable.dtype.kind in "fiu" and variable.ndim
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
         if digits is not None and variable.dtype.kind == "f":
-            rounded = {"significant_digits": digits, "quantize_mode": "BitGroom", "complevel": 9}
+            bits = int(digits * math.log2(10))  # of the fraction
+            rounded = {"significant_digits": bits, "quantize_mode": "BitRound", "complevel": 9}
             encoding[str(name)] |= {"dtype": "float32", **rounded}
         if variable.dtype.kind != "f":
             encoding[str(name)]["_FillValue"] = None

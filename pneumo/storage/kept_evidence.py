@@ -1,9 +1,11 @@
 """Evidence: files that take hours to make, in results or, where these lack them, kept with the source."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 KEPT = Path(__file__).resolve().parents[2] / "paper" / "evidence"
+NO_CONFIGURATION = "none: "  # how evidence begins to name what it was made from, if that is no configuration
 
 
 def evidence_file(results: Path, name: str, config_sha256: str) -> Path | None:
@@ -15,13 +17,31 @@ def evidence_file(results: Path, name: str, config_sha256: str) -> Path | None:
     return next((file for file in files if file.exists() and _made_from(file, config_sha256)), None)
 
 
-def _made_from(file: Path, config_sha256: str) -> bool:
-    from netCDF4 import Dataset  # here, since showing a stored verdict needs none of it
+def made(file: Path, code_sha256: str) -> str:
+    """Say when and from what a file of evidence was made; by "earlier code" if not by that of the hash."""
+    about = _about(file)
+    day, configuration = about.get("date_created"), about["config_sha256"]
+    parts = [f"made on {day}" if day else "made in this folder"]
+    if not configuration.startswith(NO_CONFIGURATION):
+        parts.append(f"from the configuration {configuration[:8]}")
+    if about["code_sha256"] != code_sha256:
+        parts.append("by earlier code")
+    return f"{file.name}: {' '.join(parts)}"
 
+
+def _made_from(file: Path, config_sha256: str) -> bool:
     try:
-        if file.suffix == ".json":
-            return json.loads(file.read_bytes())["config_sha256"] == config_sha256
-        with Dataset(file.absolute()) as dataset:
-            return dataset.config_sha256 == config_sha256
+        found = _about(file)["config_sha256"]
+        return found == config_sha256 or found.startswith(NO_CONFIGURATION)
     except (OSError, AttributeError, LookupError, TypeError, ValueError):
         return True  # damaged or foreign: what reads it refuses it
+
+
+def _about(file: Path) -> Mapping[str, str]:
+    """What a file says about how it was made."""
+    if file.suffix == ".json":
+        return json.loads(file.read_bytes())
+    from netCDF4 import Dataset  # here, since showing a stored verdict needs none of it
+
+    with Dataset(file.absolute()) as dataset:
+        return dataset.__dict__

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from brief import in_brief
 from checkout import PNEUMO, ROOT
 
 from pneumo import __version__
@@ -140,6 +141,12 @@ def test_init_then_study(inside, tmp_path):
     assert "mine: open, closed, 2 runs each" in out and "Recommended: M" in out
     files = sorted(file.name for file in (tmp_path / "study-my-cylinder").iterdir())
     assert files == ["study.html", "study.nc"]
+
+
+@pytest.mark.slow
+def test_study_of_one_experiment(inside, tmp_path):
+    inside("init")
+    (tmp_path / "quick.yaml").write_text(QUICK)
     options = ["--experiment", "open", "--seeds", 1, "-o", "one"]
     code, out, _ = inside("study", "cylinder.yaml", "quick.yaml", *options)
     assert code == 0 and "mine: open, 1 runs each" in out and (tmp_path / "one" / "study.nc").exists()
@@ -201,7 +208,10 @@ def run_with_output(output, *arguments):
     return done.returncode, done.stderr
 
 
-@pytest.mark.parametrize("arguments", [["--version"], ["models"], ["check", "config/paper.yaml"]])
+CHECK = ["check", "config/paper.yaml"]
+
+
+@pytest.mark.parametrize("arguments", in_brief([["--version"], ["models"], CHECK], [CHECK]))
 def test_a_full_disk_or_a_pipe_that_nobody_reads_is_one_line(arguments):
     with Path("/dev/full").open("w") as full:
         assert run_with_output(full, *arguments) == (2, "pneumo: output: No space left on device\n")

@@ -42,6 +42,7 @@ def test_study_ranks_the_added_model():
     assert "M11" in [row.model for row in ranking.rows]
 
 
+@pytest.mark.slow
 def test_fit_linear_model_and_source_code_of_the_added_model(plant, run):
     own = replay("M11", 1.3, run)
     noise = np.random.default_rng(3).normal(0, 50.0, (2, len(run.t)))

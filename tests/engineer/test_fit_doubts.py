@@ -8,7 +8,7 @@ from brief import in_brief
 
 from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
-from pneumo.engineer.estimate import REPORTED, Estimate, estimate, split_of
+from pneumo.engineer.estimate import REPORTED, Estimate, estimate, fit_measurement, split_of
 from pneumo.engineer.fit_doubts import (
     block_means,
     disagreements,
@@ -17,8 +17,10 @@ from pneumo.engineer.fit_doubts import (
     record_doubts,
 )
 from pneumo.engineer.fit_parameters import FULL, Problem
+from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import StageSignals, stage_signals
 from pneumo.engineer.valve_signal import valve_signal
+from pneumo.errors import InputError
 from pneumo.physics.models import MODELS
 
 RIG = purpose_rig()
@@ -31,7 +33,7 @@ def signals_of(rig):
 
 
 def fitted(signals: StageSignals, plant):
-    found = estimate(FULL, plant, signals, noisy_inputs=[])
+    found = estimate(FULL, plant, signals, noisy=None)
     return Problem(FULL, plant, signals.part(0, split_of(signals)), {}), found
 
 
@@ -133,3 +135,30 @@ def test_valve_signal_is_late_lags_and_keeps_the_integral():
 
 def test_means_over_blocks_leave_a_shorter_rest_out():
     np.testing.assert_array_equal(block_means(np.arange(7.0), 3), [1.0, 4.0])
+
+
+@pytest.mark.slow
+def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
+    c = bench_record(RIG._replace(exhaust=0.75), np.random.default_rng(3), SECONDS)
+    P = np.array([c["P_A"] + 8e3, c["P_B"]])
+    measurement = Measurement("m", 1e-3, c["u"], c["x"], P, None, np.nan, ())
+    also = ("exhaust", "offset_A")
+    found = fit_measurement(measurement, plant, ["M8"], also=also)
+    assert found.attrs["warnings"] == ""
+    full = found.sel(model="full")
+    for name, value in {"exhaust": 0.75, "offset_A": 8e3, "k_0": RIG.k_0, "V_d_A": RIG.V_A}.items():
+        one = full.sel(parameter=name)
+        half = float(one["high"] - one["low"]) / 2
+        # As above: three half-widths, since some of 95 % intervals miss.
+        assert abs(float(one["estimate"]) - value) < 3 * half, name
+        assert half < 0.2 * value, name
+    # M8 has the exhaust and the sensor as they were found, and so only its own error.
+    plain = fit_measurement(measurement, plant, ["M8"])
+    assert "--also" in plain.attrs["warnings"]
+    off, before = (float(np.sqrt(np.mean(f["rms_held_out"].sel(model="M8") ** 2))) for f in (found, plain))
+    assert off < 0.7 * before
+    residual = (found["P"] - found["pressure"].sel(model="M8")).mean("t")
+    assert abs(residual).max() < 8e3 / 2  # Pa: what M8 lacks, but not the offset
+    with pytest.raises(InputError, match=r"^--also exhaust: only the full order can tell"):
+        leaky = plant._replace(valve=plant.valve._replace(leak=1e-9))
+        fit_measurement(measurement, leaky, ["M8"], also=also)

@@ -28,6 +28,7 @@ from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage import true_parameters
 from pneumo.evidence.synthetic_records import synthetic_record
 from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.simulation.fitted_pressures import pressures_of_sets
 from pneumo.simulation.full_order import run
 from pneumo.simulation.given_inputs import pressures_on_inputs
 
@@ -44,7 +45,7 @@ def record_of(known, x=None, P=None):
     return stage_signals(known.period, known.u, x, P, 10.0)
 
 
-def problem_of(known, model, record=None, noises=lambda _: ()):
+def problem_of(known, model, record=None, noises=lambda _: None):
     record = record or record_of(known)
     first = record.part(0, split_of(record))
     return Problem(MODELS[model], known.configured, first, {}, noises(first))
@@ -54,28 +55,28 @@ def problem_of(known, model, record=None, noises=lambda _: ()):
 def test_replayed_pressures_give_their_parameters_back(model):
     problem = problem_of(synthetic_record(8, model), model)
     theta = problem.guess() + MOVED
-    P = replayed_pressures(problem, theta[None], problem.signals.inputs)[0]
+    P = replayed_pressures(problem, theta[None])[0, 0]
     exact = problem._replace(signals=problem.signals._replace(P=P))
     found = fit(exact, tolerance=1e-12)
     np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
 
 
 @pytest.mark.parametrize("model", ["M8", "M9"])
-def test_lanes_stand_for_valve_wall_and_dead_volumes(model):
+def test_parameters_become_lanes_dead_volumes_and_starts(model):
     problem = problem_of(synthetic_record(8), model)
-    theta = problem.guess() + np.array([0.05, 0.4, 0.2, 0.3, -0.3, 0.02, -0.02])
-    n, k_0, k_xu, V_A, V_B, *_ = (
-        PARAMETERS[name].outer(value) for name, value in zip(problem.names, theta, strict=True)
-    )
-    found = replayed_pressures(problem, theta[None], problem.signals.inputs)[0]
+    thetas = problem.guess() + np.outer([0.0, 1.0], [0.05, 0.4, 0.2, 0.3, -0.3, 0.02, -0.02])
+    found = replayed_pressures(problem, thetas)
 
-    rows = lane_array([lane(MODELS[model], n, 1.4)])
-    start = np.exp(theta[None, -2:])
     p, s = problem.plant, problem.signals
-    for side, V_d in enumerate((V_A, V_B)):
-        own = p._replace(k_0=k_0, valve=p.valve._replace(k_xu=k_xu), cylinder=p.cylinder._replace(V_d=V_d))
-        expected = pressures_on_inputs(s.inputs, rows, own, s.h, s.stride, start)[0, side]
-        np.testing.assert_allclose(found[side], expected, rtol=1e-9)  # the order of sums, in all steps
+    for theta, pressure in zip(thetas, found[0], strict=True):
+        n, k_0, k_xu, V_A, V_B, P_A, P_B = (
+            PARAMETERS[name].outer(value) for name, value in zip(problem.names, theta, strict=True)
+        )
+        own = p._replace(k_0=k_0, valve=p.valve._replace(k_xu=k_xu))
+        lanes, V_d = lane_array([lane(MODELS[model], n, 1.4)]), np.array([[V_A, V_B]])
+        start = np.array([[P_A, P_B]])
+        one = pressures_of_sets(s.u, s.motion[None], lanes, V_d, own, s.h, s.stride, start)[0, 0]
+        np.testing.assert_allclose(pressure, one, rtol=1e-9)  # the order of sums, in all steps
 
 
 @pytest.mark.slow
@@ -84,10 +85,10 @@ def test_slope_is_that_of_the_corrected_squares():
         # Ten times the noise, so that its effect on the slope counts beside what is measured.
         pair = with_added_noise(first, 1)
         middle = np.mean(pair, axis=0)
-        return [middle + 10 * (one - middle) for one in pair]
+        return middle + 10 * (pair - middle)
 
     problem = problem_of(synthetic_record(6, "M9"), "M9", noises=noises)
-    near = fit(problem._replace(noisy_inputs=())).theta  # where only the correction has a slope left
+    near = fit(problem._replace(noisy=None)).theta  # where only the correction has a slope left
     step = 1e-4
     for theta in (problem.guess(), near):
         here = evaluate(problem, theta)
@@ -122,9 +123,8 @@ def test_interval_contains_the_truth_and_is_open_where_the_record_is_blind(known
     assert high - low == pytest.approx(2 * HALF_WIDTH * np.sqrt(variance), rel=0.15)
     low, high = parameter_interval(problem, best, best, i, both)
     assert high - low == pytest.approx(2 * HALF_WIDTH * np.sqrt(variance), rel=1e-6)
-    still = problem.signals.inputs.copy()
-    still[:, :, 0] = 0.0  # a closed valve says nothing of its area
-    blind = problem._replace(signals=problem.signals._replace(inputs=still))
+    shut = np.zeros_like(problem.signals.u)  # a closed valve says nothing of its area
+    blind = problem._replace(signals=problem.signals._replace(u=shut))
     shut = fit(blind)
     assert not np.isfinite(parameter_interval(blind, shut, shut, i, covariances(shut))).any()
 
@@ -143,7 +143,7 @@ def test_ends_of_a_profile_are_found_however_it_bends(deviance, monkeypatch):
     flat = Fit(theta, np.zeros((2, 1)), np.full((2, 1, 1), 0.5**0.5), 7.0, theta, np.eye(1), np.eye(1))
     problem = SimpleNamespace(bounds=lambda: np.array([[-5.0], [3.0]]))
 
-    def fixed(_problem, fit, _index, value, _start):
+    def fixed(_problem, fit, _index, value, _start, _negligible):
         return fit._replace(theta=np.array([value]), squares=fit.squares + allowed * deviance(value))
 
     monkeypatch.setattr(fit_intervals, "fit_with_one_fixed", fixed)
@@ -158,8 +158,8 @@ def test_interval_of_a_reduced_model_allows_for_its_own_error():
     known = synthetic_record(9012)  # the full order's
     record, held = record_of(known), []
     noises = with_added_noise(record.part(0, split_of(record)), FEW_PAIRS)
-    full = estimate(FULL, known.configured, record, noisy_inputs=noises, intervals=())
-    of_k_0 = {"noisy_inputs": noises, "intervals": ("k_0",)}
+    full = estimate(FULL, known.configured, record, noisy=noises, intervals=())
+    of_k_0 = {"noisy": noises, "intervals": ("k_0",)}
     for reference in (None, full.pressure):
         found = estimate(MODELS["M8"], known.configured, record, reference=reference, **of_k_0)
         held.append(not known.truth.k_0 > found.high["k_0"])
@@ -209,7 +209,7 @@ def test_estimates_of_a_few_cases_hold_the_truth():
         known = synthetic_record(seed, "M7")
         record = record_of(known)
         others = with_added_noise(record.part(0, split_of(record)))
-        found = estimate(MODELS["M7"], known.configured, record, noisy_inputs=others, intervals=("k_xu",))
+        found = estimate(MODELS["M7"], known.configured, record, noisy=others, intervals=("k_xu",))
         inside.append(found.low["k_xu"] <= true_parameters(known)["k_xu"] <= found.high["k_xu"])
         # Nothing can be nearer than the noise; the right model is not much farther.
         assert 0.95 < found.held_out.mean() / (known.noise * 1e6) < 1.3
@@ -242,9 +242,9 @@ def test_exact_signals_have_no_error_in_the_part_held_out(known):
     record = record_of(known).part(0, 1000)
     problem = Problem(MODELS["M7"], known.configured, record, {})
     theta = problem.guess() + MOVED
-    exact = record._replace(P=replayed_pressures(problem, theta[None], record.inputs)[0])
+    exact = record._replace(P=replayed_pressures(problem, theta[None])[0, 0])
     split = split_of(record)
-    found = estimate(MODELS["M7"], known.configured, exact, noisy_inputs=[], intervals=())
+    found = estimate(MODELS["M7"], known.configured, exact, noisy=None, intervals=())
     assert found.pressure.shape == exact.P.shape and found.low == {}
     # Its own beginning is fitted, and one part in 1e4 of the parameters is what the differences allow.
     np.testing.assert_allclose(found.pressure, exact.P, rtol=1e-3)
@@ -254,7 +254,7 @@ def test_exact_signals_have_no_error_in_the_part_held_out(known):
     assert found.values["n"] == pytest.approx(1.25, abs=1e-3)
     # What is held out is 40 % of the record, and is not fitted: there a wider valve is seen as an error.
     assert split == 600
-    wider = replayed_pressures(problem, (theta + 0.5 * np.eye(7)[2])[None], record.inputs)[0]
+    wider = replayed_pressures(problem, (theta + 0.5 * np.eye(7)[2])[None])[0, 0]
     P = np.where(np.arange(1001) > split, wider, exact.P)
-    changed = estimate(MODELS["M7"], known.configured, exact._replace(P=P), noisy_inputs=[], intervals=())
+    changed = estimate(MODELS["M7"], known.configured, exact._replace(P=P), noisy=None, intervals=())
     assert np.all(changed.rms < 100.0) and np.all(changed.held_out > 1000.0)

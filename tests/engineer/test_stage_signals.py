@@ -19,16 +19,16 @@ def record():
 def test_stages_have_the_limited_command_or_a_linear_one_and_a_motion_with_its_derivative(record):
     t, u, _, found = record
     assert found.h == pytest.approx(1e-3) and found.stride == 2
-    assert found.inputs.shape == (798, 6, 3)
-    np.testing.assert_array_equal(found.inputs[::2, 0, 0], np.clip(u[:-1], -10, 10))
-    np.testing.assert_array_equal(found.inputs[1::2, 5, 0], np.clip(u[:-1], -10, 10))
+    assert found.u.shape == (798, 3) and found.motion.shape == (798, 3, 2)
+    np.testing.assert_array_equal(found.u[::2, 0], np.clip(u[:-1], -10, 10))
+    np.testing.assert_array_equal(found.u[1::2, 2], np.clip(u[:-1], -10, 10))
     at = np.repeat(t[:-1], 2) + np.tile([0.0, 1e-3], 399)
     # Smoothing leaves less of the noise than was there, and the derivative's is that times a frequency.
-    assert np.std(found.inputs[:, 0, 1] - 0.05 * np.sin(8 * at)) < 1e-4
-    assert np.std(found.inputs[:, 0, 2] - 0.4 * np.cos(8 * at)) < 0.02
+    assert np.std(found.motion[:, 0, 0] - 0.05 * np.sin(8 * at)) < 1e-4
+    assert np.std(found.motion[:, 0, 1] - 0.4 * np.cos(8 * at)) < 0.02
     _, u, x, _ = record
     found = stage_signals(PERIOD, u, x, np.zeros((2, 400)), 20.0, held=False)
-    np.testing.assert_allclose(found.inputs[1::2, 0, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)
+    np.testing.assert_allclose(found.u[1::2, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)
 
 
 def test_added_noise_is_as_large_as_the_measured(record):
@@ -36,11 +36,10 @@ def test_added_noise_is_as_large_as_the_measured(record):
     made = with_added_noise(found, 4, seed=1)
     assert len(made) == 8
     for plus, minus in zip(made[::2], made[1::2], strict=True):
-        np.testing.assert_array_equal(plus[:, :, 0], found.inputs[:, :, 0])
         middle = (plus + minus) / 2
         # Smoothing what is smooth changes it by far less than the noise.
-        assert np.std(middle[:, :, 1] - found.inputs[:, :, 1]) < 0.3 * found.noise
-        half = (plus - minus)[:, :, 1] / 2
+        assert np.std((middle - found.motion)[:, :, 0]) < 0.3 * found.noise
+        half = (plus - minus)[:, :, 0] / 2
         assert 0.05 * found.noise < np.std(half) < 0.8 * found.noise  # smoothed, too
         slope = np.gradient(half[:, 0], found.h)
-        assert np.corrcoef(slope, (plus - minus)[:, 0, 2])[0, 1] > 0.99
+        assert np.corrcoef(slope, (plus - minus)[:, 0, 1])[0, 1] > 0.99

@@ -1,39 +1,48 @@
 """Evidence that is kept with the source: whose it is, how much, and a sample of it computed again."""
 
 import json
+from datetime import date
 
 import netCDF4
 import numpy as np
 import pytest
+from checkout import ROOT
 from paper_study import STUDY
 
+from pneumo.configuration.parameters import read_yaml
+from pneumo.evidence.alternatives import ledger_alternatives
 from pneumo.evidence.seed_sets import both_chambers, read_seed_sets, seed_sets, with_seeds
-from pneumo.storage.kept_evidence import KEPT
+from pneumo.evidence.toggles import toggled_tables
+from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
+from pneumo.storage.files import read
+from pneumo.storage.kept_evidence import KEPT, NO_CONFIGURATION
+from pneumo.verdict.claims import read_claims
 
-BLOCKS = sorted((KEPT / "ensemble").glob("*.nc"))
-DIGITS = 5e-5  # half a unit of the fifth digit, of a number that begins with 1
-MEASURED = ("measurements.nc",)  # made from records, from no configuration
+SEED_SETS = KEPT / "seed_sets.nc"
+DIGITS = 2**-17 + 2**-18  # five digits, from which the file was written; and those that its blocks had before
+README = (KEPT / "README.md").read_text(encoding="utf-8")
 
 
-def hashes(file):
+def origin(file):
     if file.suffix == ".json":
         content = json.loads(file.read_text(encoding="utf-8"))
-        return content["config_sha256"], content["code_sha256"]
+        return content["config_sha256"], content["code_sha256"], content["date_created"]
     with netCDF4.Dataset(file) as dataset:
-        return dataset.config_sha256, dataset.code_sha256
+        return dataset.config_sha256, dataset.code_sha256, dataset.date_created
 
 
 def test_each_file_names_what_made_it_and_all_are_small():
     files = [file for file in KEPT.rglob("*") if file.suffix in (".nc", ".json")]
     for file in files:
-        config, code = hashes(file)
-        assert len(code) == 64, file
-        assert config == STUDY.config_sha256 or file.name in MEASURED, file
+        config, code, day = origin(file)
+        assert len(code) == 64 and date.fromisoformat(day), file
+        assert config == STUDY.config_sha256 or config.startswith(NO_CONFIGURATION), file
+        assert f"`{file.name}`" in README, file
     assert sum(file.stat().st_size for file in files) <= 2_000_000  # bytes, in every clone
 
 
 def test_no_set_is_kept_twice_and_the_seeds_are_those_that_are_drawn():
-    kept = read_seed_sets(BLOCKS)
+    kept = read_seed_sets(SEED_SETS)
     drawn = seed_sets(STUDY, 100)
     numbers = kept["seeds"].values.tolist()
     assert len(set(numbers)) == len(numbers)
@@ -43,7 +52,7 @@ def test_no_set_is_kept_twice_and_the_seeds_are_those_that_are_drawn():
 
 @pytest.mark.parametrize("name", ["E10", "E13", "E16"])
 def test_experiments_of_a_set_computed_again_are_those_that_are_kept(name):
-    kept = read_seed_sets(BLOCKS[:1])
+    kept = read_seed_sets(SEED_SETS)
     number = int(kept["seeds"].values[0])
     short = STUDY.with_halvings()
     short = short._replace(experiments={name: short.experiments[name]})
@@ -51,3 +60,23 @@ def test_experiments_of_a_set_computed_again_are_those_that_are_kept(name):
     for quantity in ("mse", "mean_error"):
         own = kept[quantity].sel(seeds=number, experiment=[name]).transpose(*again[quantity].dims)
         np.testing.assert_allclose(own, again[quantity], rtol=DIGITS, err_msg=quantity)
+
+
+def toggled(name, experiment):
+    """What an alternative gives for the items of one experiment alone, computed again."""
+    alternative = ledger_alternatives(read_yaml(ROOT / "config/paper.yaml"))[name]
+    study = alternative.study
+    alternative = alternative._replace(
+        study=study._replace(experiments={experiment: study.experiments[experiment]})
+    )
+    claims = read_claims(PAPER_FOLDER).items.items()
+    items = {key: claim for key, claim in claims if f".{experiment}." in key}
+    return toggled_tables({name: alternative}, items)["reproduced"].sel(alternative=name)
+
+
+def test_an_assumption_toggled_again_gives_what_is_kept(evidence_file):
+    name = "gas_constant.R_287_05"
+    again = toggled(name, "E13")
+    assert again.sizes["item"] == 10 and again.notnull().all()
+    kept = read(evidence_file("assumptions.nc"))["reproduced"].sel(alternative=name, item=again["item"])
+    np.testing.assert_allclose(kept, again, rtol=1e-4)  # four digits are kept

@@ -11,7 +11,7 @@ from pneumo.jobs.rerun_triggers import evidence_for, fingerprints, kept_or_made
 from pneumo.storage import kept_evidence
 from pneumo.storage.files import write, write_json
 
-OWN = {"config_sha256": STUDY.config_sha256}
+OWN = {"config_sha256": STUDY.config_sha256, "code_sha256": "c" * 64}
 
 
 @pytest.mark.parametrize("name", ["assumptions.nc", "findings.json"])
@@ -36,9 +36,32 @@ def test_evidence_counts_for_the_configuration_that_made_it_only(tmp_path, monke
 def test_kept_evidence_serves_where_results_lack_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "kept")
-    write(xr.Dataset({"x": 1.0}), tmp_path / "kept/ensemble/010.nc", OWN)
+    write(xr.Dataset({"x": 1.0}), tmp_path / "kept/floor.nc", OWN)
     another = STUDY._replace(config_sha256="another")
-    assert kept_or_made(STUDY, "ensemble/010.nc") == "kept/ensemble/010.nc"
-    assert kept_or_made(another, "ensemble/010.nc") == "results/ensemble/010.nc"
-    write(xr.Dataset({"x": 2.0}), tmp_path / "results/ensemble/010.nc", OWN)
-    assert kept_or_made(STUDY, "ensemble/010.nc") == "results/ensemble/010.nc"
+    assert kept_or_made(STUDY, "floor.nc") == "kept/floor.nc"
+    assert kept_or_made(another, "floor.nc") == "results/floor.nc"
+    write(xr.Dataset({"x": 2.0}), tmp_path / "results/floor.nc", OWN)
+    assert kept_or_made(STUDY, "floor.nc") == "results/floor.nc"
+
+
+def test_evidence_from_no_configuration_serves_every_study(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "kept")
+    write(xr.Dataset({"x": 1.0}), tmp_path / "kept/cylinders.nc", {"config_sha256": "none: drawn"})
+    assert kept_or_made(STUDY, "cylinders.nc") == "kept/cylinders.nc"
+
+
+@pytest.mark.parametrize("name", ["floor.nc", "findings.json"])
+def test_evidence_says_when_and_from_what_it_was_made(tmp_path, name):
+    def told(about, code):
+        if name.endswith(".nc"):
+            write(xr.Dataset({"x": 1.0}), tmp_path / name, about)
+        else:
+            write_json(json.dumps(about), tmp_path / name)
+        return kept_evidence.made(tmp_path / name, code)
+
+    configuration = f"from the configuration {STUDY.config_sha256[:8]}"
+    assert told(OWN, "c" * 64) == f"{name}: made in this folder {configuration}"
+    kept = OWN | {"date_created": "2026-11-22"}
+    assert told(kept, "d" * 64) == f"{name}: made on 2026-11-22 {configuration} by earlier code"
+    assert told(kept | {"config_sha256": "none: drawn"}, "c" * 64) == f"{name}: made on 2026-11-22"

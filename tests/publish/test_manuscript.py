@@ -116,7 +116,8 @@ def project(tmp_path_factory):
     row = {"claim": "all alike", "published": "1.04", "exact": "5.9", "interval": "5 to 6", "why": ""}
     write_json(json.dumps({"claims": [row | {"stands": "no", "headline": True}]}), results / "findings.json")
     shutil.copytree(FOLDER, root / "paper/manuscript")
-    (results / "manuscript.json").write_text(json.dumps(m.manuscript_numbers(results)), encoding="utf-8")
+    numbers = m.manuscript_numbers(results.glob("*.*")) | {"evidence": ["floor.nc: made in this folder"]}
+    (results / "manuscript.json").write_text(json.dumps(numbers), encoding="utf-8")
     return root
 
 

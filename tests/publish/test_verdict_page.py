@@ -37,6 +37,8 @@ def test_one_file_that_loads_nothing_and_is_the_same_twice(judged, page):
     assert len(page.encode()) < 3_000_000
     stands_alone(page)
     assert verdict_page(judged, PAPER_FOLDER) == page
+    assert "Evidence beside the study" not in page
+    assert "Evidence beside the study: a &lt;; b.</p>" in verdict_page(judged, PAPER_FOLDER, ["a <", "b"])
 
 
 def test_every_item_has_an_anchor_every_link_a_target_and_every_cell_stands_once(judged, page):

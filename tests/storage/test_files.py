@@ -85,6 +85,15 @@ def test_what_is_written_comes_back_and_long_traces_are_thinned(tmp_path):
     assert dataset["release_time"] == run.release_step * e.h
 
 
+@pytest.mark.parametrize("digits", [4, 5, 6])
+def test_rounded_numbers_keep_their_digits_and_equal_ones_stay_equal(tmp_path, digits):
+    values = np.repeat(10 ** np.random.default_rng(1).uniform(-3, 9, 500), 2)
+    write(xr.Dataset({"value": ("row", values)}), tmp_path / "a.nc", {}, digits=digits)
+    found = xr.load_dataset(tmp_path / "a.nc")["value"].values.astype(float)
+    np.testing.assert_allclose(found, values, rtol=10**-digits)
+    assert (found[::2] == found[1::2]).all() and (found != values).any()
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_run_made_again_is_the_stored_one_to_the_last_bit(results, tmp_path, name):
     e, file = lasting(name, 1.0), results / f"datum/{name}.nc"

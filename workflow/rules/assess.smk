@@ -1,4 +1,7 @@
-# Replays and settling runs -> statistics over experiments.
+# Replays -> statistics over experiments; everything -> verdict.
+
+PAGE_TEMPLATES = ["page.html.j2", "macros.html.j2", "page.css"]
+VERDICT_TEMPLATES = [*PAGE_TEMPLATES, "verdict.html.j2", "verdict.js"]
 
 
 rule statistics:
@@ -17,28 +20,11 @@ rule statistics:
         "../scripts/statistics.py"
 
 
-rule settling_table:
-    input:
-        parameters=rules.parameters.output[0],
-        runs=rules.settling.output,
-    output:
-        table="results/settling.nc",
-    log:
-        "results/logs/settling_table.log",
-    params:
-        code=code_behind("settling_table.py"),
-    message:
-        "Settling times and the ten-times rule"
-    script:
-        "../scripts/settling_table.py"
-
-
 rule verdict:
     input:
         # Evidence is not part of the study; once it is there, the verdict uses it and it is kept up to date.
         evidence=evidence_for(STUDY, "assumptions.nc") + evidence_for(STUDY, "power.nc"),
         parameters=rules.parameters.output[0],
-        settling_table=rules.settling_table.output[0],
         settling=rules.settling.output,
         datum=rules.datum.output,
         cells=rules.replay.output,
@@ -49,14 +35,18 @@ rule verdict:
         seed_deviations="paper/2006/seed_deviations.csv",
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
         figures=expand("paper/2006/published/figure{number}.csv", number=[7, 9, 11]),
+        templates=expand("pneumo/publish/pages/templates/{name}", name=VERDICT_TEMPLATES),
+        about=["paper/2006/page.yaml", "paper/2006/findings.html.j2"],
     output:
         judged="results/verdict.json",
+        page=report("results/verdict.html", caption="../captions/verdict.rst", category="Pages"),
     log:
         "results/logs/verdict.log",
     params:
         name="2006",
+        code_now=code_now("assumptions.nc", "power.nc"),
         code=code_behind("verdict.py", "pneumo.papers.paper_2006.paper"),
     message:
-        "Verdict: every published number and claim"
+        "Verdict: every published number and claim, and its page"
     script:
         "../scripts/verdict.py"

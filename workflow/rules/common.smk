@@ -11,9 +11,16 @@ def sets_of(wildcards):
     return list(range(int(wildcards.first), int(wildcards.first) + BLOCK))
 
 
-def ensemble_blocks(wildcards):
-    """Files of seed sets: those in results, else those that travel with the source, else to be made."""
-    return [kept_or_made(STUDY, f"ensemble/{first}.nc") for first in BLOCKS]
+def kept(name):
+    """Function for an input: the evidence in results, else the copy kept with the source, else to be made."""
+    return lambda wildcards: kept_or_made(STUDY, name)
+
+
+def code_now(*names):
+    """Function for a parameter: the evidence that there is, and the code that would make it now."""
+    return lambda wildcards: {
+        file: EVIDENCE_CODE[name](wildcards) for name in names for file in evidence_for(STUDY, name)
+    }
 
 
 def cylinders_of(wildcards):

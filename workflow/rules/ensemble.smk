@@ -25,10 +25,25 @@ rule ensemble_block:
         "../scripts/ensemble_block.py"
 
 
+rule seed_sets:
+    input:
+        blocks=expand(rules.ensemble_block.output, first=BLOCKS),
+    output:
+        errors="results/seed_sets.nc",
+    log:
+        "results/logs/seed_sets.log",
+    params:
+        code=code_behind("seed_sets.py"),
+    message:
+        "Ensemble: errors of all sets of seeds in one file"
+    script:
+        "../scripts/seed_sets.py"
+
+
 rule ensemble_statistics:
     input:
         parameters=rules.parameters.output[0],
-        blocks=ensemble_blocks,
+        errors=kept("seed_sets.nc"),
     output:
         tables="results/ensemble.nc",
     log:
@@ -44,7 +59,7 @@ rule ensemble_statistics:
 rule findings:
     input:
         parameters=rules.parameters.output[0],
-        blocks=rules.ensemble_statistics.input.blocks,
+        errors=kept("seed_sets.nc"),
         claims="paper/2006/claims.yaml",
         published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 8, 9]),
     output:

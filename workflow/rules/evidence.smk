@@ -4,7 +4,7 @@
 # Figures that one function draws from one file of evidence: where they are from, and how they are drawn.
 DRAWN = {
     figure: {
-        "results": f"results/{results}.nc",
+        "results": f"{results}.nc",
         "draw": f"pneumo.publish.figures.{module}.{function}",
         "code": code_behind("figure.py", f"pneumo.publish.figures.{module}"),
     }
@@ -20,10 +20,19 @@ DRAWN = {
     ]
 }
 
+# The code that makes each file of evidence of which pages say how it was made.
+EVIDENCE_CODE = {
+    f"{name}.nc": code_behind(f"{name}.py")
+    for name in ["assumptions", "power", "error_budget", "floor", "variants", "cylinders"]
+} | {
+    "findings.json": code_behind("findings.py"),
+    "identification.nc": lambda wildcards: code_hash("pneumo.evidence.identification"),
+}
+
 
 rule evidence_figure:
     input:
-        results=lookup("{drawn}/results", within=DRAWN),
+        results=lambda wildcards: kept_or_made(STUDY, DRAWN[wildcards.drawn]["results"]),
     output:
         figure=expand("results/figures/{{drawn}}.{kind}", kind=["svg", "png"]),
     log:
@@ -32,7 +41,7 @@ rule evidence_figure:
         drawn="|".join(DRAWN),
     params:
         draw=lookup("{drawn}/draw", within=DRAWN),
-        code=lookup("{drawn}/code", within=DRAWN),
+        code=lambda wildcards: DRAWN[wildcards.drawn]["code"](wildcards),
     message:
         "Figure {wildcards.drawn}"
     script:
@@ -60,7 +69,7 @@ rule assumptions:
 
 rule assumptions_effects:
     input:
-        toggled=rules.assumptions.output[0],
+        toggled=kept("assumptions.nc"),
         claims="paper/2006/claims.yaml",
     output:
         table="results/assumptions.md",
@@ -79,7 +88,7 @@ rule power:
     input:
         parameters=rules.parameters.output[0],
         cells=expand("results/published/replay/{experiment}.nc", experiment=STUDY.experiments),
-        runs=[rules.datum.output, rules.settling.output],
+        runs=[rules.datum.output, rules.settling.output.runs],
         claims="paper/2006/claims.yaml",
         seed_deviations="paper/2006/seed_deviations.csv",
     output:
@@ -188,7 +197,7 @@ rule variants:
 
 rule variants_summary:
     input:
-        cells=rules.variants.output[0],
+        cells=kept("variants.nc"),
     output:
         table="results/variants.md",
     log:
@@ -201,7 +210,7 @@ rule variants_summary:
         "../scripts/variants_summary.py"
 
 
-CASES, CASES_IN_BLOCK = 200, 20  # random cylinders fitted; in one job, some fifteen minutes on one core
+CASES, CASES_IN_BLOCK = 1000, 50  # random cylinders fitted; in one job, some two minutes on one core
 CASE_BLOCKS = [f"{first:03}" for first in range(0, CASES, CASES_IN_BLOCK)]
 
 
@@ -241,9 +250,8 @@ rule evidence:
     input:
         rules.assumptions_effects.output,
         rules.variants_summary.output,
-        rules.power.output,
+        kept("power.nc"),
         expand("results/figures/{name}.{kind}", name=DRAWN, kind=["svg", "png"]),
-        rules.fit_coverage.output,
-        rules.cylinders.input,
+        kept("fit_coverage.nc"),
         rules.ensemble.input,
         "results/paper.pdf",  # of rules/manuscript.smk, which reads the rest

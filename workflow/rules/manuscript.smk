@@ -1,19 +1,16 @@
 # Everything that there is -> the manuscript: `snakemake -j2 results/paper.pdf`, part of `snakemake -j2 evidence`.
 
+READ = ["identification.nc", "error_budget.nc", "floor.nc", "variants.nc", "cylinders.nc", "findings.json"]
+
 
 rule manuscript:
     input:
         results=[
             rules.parameters.output[0],
             rules.verdict.output[0],
-            rules.findings.output.findings,
             rules.ensemble_statistics.output[0],
-            rules.identification.output[0],
-            rules.error_budget.output[0],
-            rules.floor.output[0],
-            rules.variants.output[0],
-            rules.cylinders_analysis.output.cells,
         ],
+        evidence=lambda wildcards: [kept_or_made(STUDY, name) for name in READ],
         figures=expand("results/figures/{name}.svg", name=["traces", "floor", "ensemble", "regimes"]),
         sources=[
             "paper/manuscript/style.typ",
@@ -27,6 +24,7 @@ rule manuscript:
     log:
         "results/logs/manuscript.log",
     params:
+        code_now=code_now(*READ),
         code=code_behind("manuscript.py"),
     message:
         "Manuscript as PDF"

@@ -7,8 +7,6 @@ SHOWN = {
     for figure, experiment in {"fig07": "E14", "traces": "E06"}.items()
 }
 
-PAGE_TEMPLATES = ["page.html.j2", "macros.html.j2", "page.css"]
-VERDICT_TEMPLATES = [*PAGE_TEMPLATES, "verdict.html.j2", "verdict.js"]
 REPORT_TEMPLATES = [
     *PAGE_TEMPLATES,
     *["report.html.j2", "report.css", "report_traces.js", "report.js", "report_choice.js"],
@@ -51,46 +49,15 @@ rule figures:
             subcategory="Results",
         ),
         png=expand("results/figures/{name}.png", name=FIGURES),
+        table="results/table7.md",
     log:
         "results/logs/figures.log",
     params:
         code=code_behind("figures.py"),
     message:
-        "Figures 7-11, time traces, error over n"
+        "Figures 7-11, time traces, error over n; Table 7 beside the published one"
     script:
         "../scripts/figures.py"
-
-
-rule tables:
-    input:
-        statistics="results/published/statistics.nc",
-    output:
-        table="results/table7.md",
-    log:
-        "results/logs/tables.log",
-    params:
-        code=code_behind("tables.py"),
-    message:
-        "Table 7, reproduced beside published"
-    script:
-        "../scripts/tables.py"
-
-
-rule verdict_page:
-    input:
-        verdict=rules.verdict.output[0],
-        templates=expand("pneumo/publish/pages/templates/{name}", name=VERDICT_TEMPLATES),
-        about=["paper/2006/page.yaml", "paper/2006/findings.html.j2"],
-    output:
-        page=report("results/verdict.html", caption="../captions/verdict.rst", category="Pages"),
-    log:
-        "results/logs/verdict_page.log",
-    params:
-        code=code_behind("verdict_page.py"),
-    message:
-        "Verdict as a page"
-    script:
-        "../scripts/verdict_page.py"
 
 
 rule report:
@@ -99,7 +66,7 @@ rule report:
         datum=rules.datum.output,
         cells=rules.replay.output,
         statistics=rules.statistics.output,
-        verdict=[] if OWN_CYLINDERS else rules.verdict.output,
+        verdict=[] if OWN_CYLINDERS else [rules.verdict.output.judged],
         templates=expand("pneumo/publish/pages/templates/{name}", name=REPORT_TEMPLATES),
     output:
         page=report("results/report.html", caption="../captions/report.rst", category="Pages"),

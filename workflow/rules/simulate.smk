@@ -1,4 +1,4 @@
-# Configuration -> parameters -> settling runs, full-order runs -> replays.
+# Configuration -> parameters -> settling runs and times, full-order runs -> replays.
 
 
 rule parameters:
@@ -20,12 +20,15 @@ rule settling:
         parameters=rules.parameters.output[0],
     output:
         runs=expand("results/settling/{experiment}.nc", experiment=STUDY.experiments),
+        table="results/settling.nc",
     log:
         "results/logs/settling.log",
+    priority: 1  # before what replays do not wait for
     params:
+        meanwhile="pneumo.jobs.kernels.compile_replays",  # by name: no result of this rule comes from it
         code=code_behind("settling.py"),
     message:
-        "Settling-time runs"
+        "Settling-time runs, settling times and the ten-times rule"
     script:
         "../scripts/settling.py"
 
@@ -37,7 +40,7 @@ rule datum:
         runs=expand("results/datum/{experiment}.nc", experiment=STUDY.experiments),
     log:
         "results/logs/datum.log",
-    priority: 1  # the replays wait for it
+    priority: 2  # the replays wait for it
     params:
         code=code_behind("datum.py"),
     message:

@@ -8,9 +8,9 @@ from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read_study, write
 
 
-def main(parameters: Path, blocks: list[Path], tables: Path, code: str) -> None:
+def main(parameters: Path, errors: Path, tables: Path, code: str) -> None:
     study = read_study(parameters)
-    ensemble = read_seed_sets(blocks)
+    ensemble = read_seed_sets(errors)
     about = attributes(
         "Ensemble of the study over sets of seeds",
         "Tables 7 to 9 with their spread over sets of seeds; models compared",

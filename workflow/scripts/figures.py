@@ -1,4 +1,4 @@
-"""Draw Figures 7 to 11, the time traces and the error over n."""
+"""Draw Figures 7 to 11, the time traces and the error over n; write Table 7."""
 
 from pathlib import Path
 
@@ -7,10 +7,13 @@ from pneumo.papers.paper_2006.printed_tables import table7, table9, traces_of_fi
 from pneumo.publish.figures.paper_figures import fig07, fig08, fig09, fig10, fig11
 from pneumo.publish.figures.traces_figure import mse_over_n, time_traces
 from pneumo.publish.style import save
-from pneumo.storage.files import open_grid, read, read_study
+from pneumo.publish.text.markdown_tables import table_7
+from pneumo.storage.files import open_grid, read, read_study, write_text
 
 
-def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], svg: list[Path]) -> None:
+def main(
+    parameters: Path, settling: Path, datum: Path, statistics: list[Path], svg: list[Path], table: Path
+) -> None:
     study, folder = read_study(parameters), svg[0].parent
     transports = {file.parent.name: file.parent for file in statistics}
     averages = {name: read(path / "statistics.nc") for name, path in transports.items()}
@@ -25,6 +28,7 @@ def main(parameters: Path, settling: Path, datum: Path, statistics: list[Path], 
     save(fig11(averages, with_percentiles(table9(), 11)), folder / "fig11")
     save(time_traces(read(datum), replays, averages), folder / "traces")
     save(mse_over_n(grids, study.experiments_by_level), folder / "mse_over_n")
+    write_text(table_7(averages["published"], table7()), table)
 
 
 run_job(main, globals())

@@ -16,7 +16,7 @@ from pneumo.verdict.claims import read_claims
 
 def main(
     parameters: Path,
-    blocks: list[Path],
+    errors: Path,
     claims: Path,
     findings: Path,
     table: Path,
@@ -24,7 +24,7 @@ def main(
     code: str,
 ) -> None:
     study, entries = read_study(parameters), read_claims(claims.parent)
-    sources = over_seeds(study, read_seed_sets(blocks))
+    sources = over_seeds(study, read_seed_sets(errors))
     judged = judged_statements(study, sources, entries, findings.parent) | {"code_sha256": code}
     write_json(json.dumps(judged, indent=1, ensure_ascii=False), findings)
     write_text(findings_table(judged), table)

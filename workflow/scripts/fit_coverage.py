@@ -11,7 +11,7 @@ from pneumo.storage.files import attributes, read, write, write_text
 
 def main(blocks: list[Path], cells: Path, table: Path, code: str) -> None:
     parts: list[xr.Dataset] = [read(block) for block in blocks]
-    cases: xr.Dataset = xr.concat(parts, "case", combine_attrs="drop_conflicts")
+    cases: xr.Dataset = xr.concat(parts, "case", data_vars="all", combine_attrs="drop_conflicts")
     title, summary, config_sha256 = (parts[0].attrs[name] for name in ("title", "summary", "config_sha256"))
     write(cases, cells, attributes(title, summary, config_sha256, code))
     write_text(coverage_tables(cases), table)

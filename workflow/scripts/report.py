@@ -7,6 +7,7 @@ from pathlib import Path
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.pages.report_page import page_stride, part, report_page
 from pneumo.storage.files import read, read_json, read_study, write_text
+from pneumo.storage.kept_evidence import made
 
 
 def main(
@@ -34,8 +35,8 @@ def main(
         parts.append(part(experiment, datum, replays, best, every))
     first = (next(iter(files), None) for files in (verdict, findings))
     judged, stated = (json.loads(read_json(file)) if file else None for file in first)
-    if stated and stated.get("code_sha256") != findings_code:
-        stated["note"] += " Made by earlier code."
+    if stated:
+        stated["note"] += f" {made(Path(next(iter(findings))), findings_code)}."
     write_text(report_page(study, parts, judged, stated, manuscript), page)
 
 

@@ -1,4 +1,4 @@
-"""Run the simulated example of the paper of 2007 in every reading; gather its measured coefficients."""
+"""Run the simulated example of 2007 in every reading; gather its measured coefficients; draw both."""
 
 from pathlib import Path
 
@@ -6,15 +6,21 @@ from pneumo.jobs.wrapper import run_job
 from pneumo.papers.paper_2007.measured_columns import Results
 from pneumo.papers.paper_2007.simulated_example import example
 from pneumo.papers.paper_2007.trend import trend
-from pneumo.storage.files import attributes, write
+from pneumo.publish.figures import conductance_figures
+from pneumo.publish.style import save
+from pneumo.storage.files import attributes, read, write
 
 
-def main(claims: Path, response: Path, coefficients: Path, code: str) -> None:
+def main(claims: Path, response: Path, coefficients: Path, svg: list[Path], code: str) -> None:
     summary = "A closed chamber pushed to mid-stroke, and what the seven steps make of it, by reading"
     write(example(), response, attributes("Simulated example", summary, "none", code))
     summary = "Heat transfer coefficients over volume by area: measured, predicted, quoted, studied in 2006"
     found = trend(Results(response.parent, claims.parent))
     write(found, coefficients, attributes("Coefficients of cylinders", summary, "none", code))
+    drawn = {"simulated_example": response, "coefficients": coefficients}
+    for figure in svg:
+        draw = getattr(conductance_figures, figure.stem)
+        save(draw(read(drawn[figure.stem])), figure.with_suffix(""))
 
 
 run_job(main, globals())

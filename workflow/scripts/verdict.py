@@ -1,17 +1,23 @@
-"""Judge every published number and claim of a paper."""
+"""Judge every published number and claim of a paper, and write the verdict as a page."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
 from pneumo.papers.known_papers import PaperName, paper
-from pneumo.storage.files import write_json
+from pneumo.publish.pages.verdict_page import verdict_page
+from pneumo.storage.files import write_json, write_text
+from pneumo.storage.kept_evidence import made
 from pneumo.verdict.judging import verdict
 
 
-def main(name: PaperName, claims: Path, judged: Path) -> None:
+def main(name: PaperName, claims: Path, code_now: Mapping[str, str], judged: Path, page: Path) -> None:
     found = verdict(judged.parent, paper(name)._replace(folder=claims.parent))
-    write_json(json.dumps(found, ensure_ascii=False, indent=1, allow_nan=False) + "\n", judged)
+    text = json.dumps(found, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+    write_json(text, judged)
+    rests_on = [made(Path(file), code) for file, code in code_now.items()]
+    write_text(verdict_page(json.loads(text), claims.parent, rests_on), page)
 
 
 run_job(main, globals())

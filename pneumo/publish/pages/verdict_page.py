@@ -56,11 +56,11 @@ class Grid(NamedTuple):
     rows: Sequence[tuple[str, Sequence[str | None]]]  # row headings, and the claims of their cells
 
 
-def verdict_page(verdict: Mapping[str, Any], folder: Path) -> str:
+def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[str] = ()) -> str:
     """Write the page of `pneumo.verdict.judging.verdict`, with style and script inside.
 
     The same verdict gives the same text. `folder` is the paper's; `PaperError` if its ``page.yaml`` is
-    missing or wrong.
+    missing or wrong. `evidence` says how each file that the verdict rests on beside the study was made.
     """
     page = Page.read(folder / "page.yaml", "page", read_entries(folder, "page.yaml"))
     return page_text(
@@ -68,6 +68,7 @@ def verdict_page(verdict: Mapping[str, Any], folder: Path) -> str:
         folder,
         page=page,
         verdict=verdict,
+        evidence=evidence,
         items={item["id"]: item for item in verdict["items"]},
         statuses=STATUS_LOOKS,
         bases=BASES,

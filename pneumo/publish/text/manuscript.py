@@ -5,7 +5,7 @@ source, in whose sentences no number stands typed.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -37,25 +37,26 @@ CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
 }
 
 
-def manuscript_numbers(results: Path) -> dict[str, Any]:
-    """Collect every number of the manuscript from the folder of results, which must hold the evidence.
+def manuscript_numbers(results: Iterable[Path]) -> dict[str, Any]:
+    """Collect every number of the manuscript from files of results and evidence, found by their names.
 
     Nested by section; leaves are text, lists are rows of tables.
     """
-    study = from_json(read_json(results / "parameters.json"))
-    verdict = json.loads(read_json(results / "verdict.json"))
-    claims = json.loads(read_json(results / "findings.json"))["claims"]
+    files = {file.name: file for file in results}
+    study = from_json(read_json(files["parameters.json"]))
+    verdict = json.loads(read_json(files["verdict.json"]))
+    claims = json.loads(read_json(files["findings.json"]))["claims"]
     answers = [row["stands"] for row in claims]
     return {
         "confidence": percent_text(CONFIDENCE),
         "setup": _setup(study),
         "verdict": _verdict(verdict),
-        "identified": _identified(read(results / "identification.nc")),
-        "budget": _budget(read(results / "error_budget.nc")),
-        "ensemble": _ensemble(read(results / "ensemble.nc")),
-        "floor": _floor(read(results / "floor.nc")),
-        "variants": _variants(read(results / "variants.nc", "ratio", "share", "counted")),
-        "cylinders": _cylinders(read(results / "cylinders.nc")),
+        "identified": _identified(read(files["identification.nc"])),
+        "budget": _budget(read(files["error_budget.nc"])),
+        "ensemble": _ensemble(read(files["ensemble.nc"])),
+        "floor": _floor(read(files["floor.nc"])),
+        "variants": _variants(read(files["variants.nc"], "ratio", "share", "counted")),
+        "cylinders": _cylinders(read(files["cylinders.nc"])),
         "statements": [{key: row[key] for key in STATED} for row in claims if row["headline"]],
         "standing": {answer: str(answers.count(answer)) for answer in ("yes", "in part", "no")}
         | {"all": str(len(answers))},

@@ -1,0 +1,242 @@
+# pyright: basic
+"""Pressures of both chambers by several sets of parameters at once, on signals given at every stage.
+
+What a fit replays, hundreds of times. Sets are lanes of `pneumo.simulation.vectorised`, whose equations these
+are; each has dead volumes of its own. Sensors are off by a hundred pascal or more, so a third-order method
+is enough: steps of 1 ms are off by less than 1 Pa (paper/decisions/0056).
+"""
+
+from math import log, sqrt
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.physics.cylinder import heat_area, volume
+from pneumo.physics.models import temperature
+from pneumo.simulation.compiled import kernel
+from pneumo.simulation.polynomials import flow_polynomial
+from pneumo.simulation.reference import lane_of, lane_rate_with_flows, piston_area
+from pneumo.simulation.tableau import explicit
+from pneumo.simulation.vectorised import (
+    HEAT,
+    K_0,
+    K_1,
+    N_V,
+    P_A,
+    P_B,
+    RATES_B,
+    ROOT_T,
+    ROW,
+    WIDTH,
+    P,
+    needs,
+    shared_terms,
+    work_array,
+    write_rates,
+)
+
+KUTTA = explicit([[1 / 2], [-1, 2]], [1 / 6, 2 / 3, 1 / 6], order=3)
+A, B = KUTTA.A, KUTTA.b
+STAGES = len(B)
+
+# Rows of a second work array, for all that differs between lanes beside their model. At one stage: a lane's
+# volume under the plant's, the relative rate of its volume, 1/s, and its wall's area over the plant's less 1.
+SHARE, EXPANSION, AREA = (np.uint64(ROW * row) for row in range(3))
+# Of chamber A, then of chamber B: volume beyond the plant's, m^3, temperature over T_0, its rate by stage.
+BEYOND, T, RATE_T = (np.uint64(ROW * (3 + row)) for row in range(3))
+OF_B = np.uint64(ROW * (2 + STAGES))
+ROWS = 3 + 2 * (2 + STAGES)
+
+
+@kernel(fastmath={"contract"})
+def _on_inputs(
+    u: np.ndarray,
+    motions: np.ndarray,
+    W: np.ndarray,
+    X: np.ndarray,
+    starts: tuple[np.uint64, ...],
+    full: bool,
+    e_A: float,
+    stride: int,
+    plant: Plant,
+    h: float,
+    psi: tuple[float, ...],
+    pressure: np.ndarray,
+) -> None:
+    c, s_sonic, count = plant.conditions, -log(plant.gas.critical_ratio), starts[3]
+    gamma, inlet = plant.gas.gamma, c.T_in / c.T_0
+    width = count // np.uint64(len(motions))
+    for k in range(len(u)):
+        for j in range(STAGES):
+            a_0, a_1 = h * A[j, 0], h * A[j, 1]
+            for side in range(2):
+                sign, area = 1.0 - 2.0 * side, piston_area(plant.cylinder, side)
+                now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
+                own = np.uint64(0) if side == 0 else OF_B
+                rate, rate_T = K_0 + r + np.uint64(ROW * j), RATE_T + own + np.uint64(ROW * j)
+                x = sign * motions[0, k, j, 0]
+                V, A_q = volume(x, area, plant.cylinder), heat_area(x, plant.cylinder)
+                for m in range(len(motions)):
+                    x_m, v_m = sign * motions[m, k, j, 0], sign * motions[m, k, j, 1]
+                    V_m = volume(x_m, area, plant.cylinder)
+                    area_m = e_A * (heat_area(x_m, plant.cylinder) / A_q - 1)
+                    first = np.uint64(m) * width
+                    for i in range(first, first + width):
+                        inverse_V = 1 / (V_m + X[BEYOND + own + i])
+                        X[SHARE + i] = V * inverse_V
+                        X[EXPANSION + i] = area * v_m * inverse_V
+                        X[AREA + i] = area_m
+                for i in range(count):
+                    W[P + i] = W[now + i] + (a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i])
+                if full:
+                    first, second, start = RATE_T + own, RATE_T + own + np.uint64(ROW), T + own
+                    for i in range(count):
+                        W[ROOT_T + i] = sqrt(X[start + i] + (a_0 * X[first + i] + a_1 * X[second + i]))
+                shared = shared_terms(sign * u[k, j], x, 0.0, area, plant)
+                write_rates(W, rate, starts, shared, plant, psi, s_sonic)  # at rest, in the plant's volume
+                wall = shared[5]
+                if full:
+                    for i in range(count):
+                        T_now, energy = W[ROOT_T + i] * W[ROOT_T + i], W[rate + i] - wall * W[HEAT + i]
+                        T_flow = inlet if energy > 0 else T_now
+                        X[rate_T + i] = X[SHARE + i] * energy / (gamma * T_flow) * T_now  # p dm/dt over m
+                for i in range(count):
+                    heated = W[rate + i] + X[AREA + i] * (wall * W[HEAT + i])
+                    W[rate + i] = X[SHARE + i] * heated - X[EXPANSION + i] * (W[N_V + i] * W[P + i])
+                if full:
+                    for i in range(count):
+                        T_now, change = W[ROOT_T + i] * W[ROOT_T + i], W[rate + i] - X[rate_T + i]
+                        X[rate_T + i] = T_now * (change / W[P + i] + X[EXPANSION + i])  # P V = m R T
+        for side in range(2):
+            now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
+            own = np.uint64(0) if side == 0 else OF_B
+            for i in range(count):
+                k_0, k_1 = K_0 + r + i, K_1 + r + i
+                p = W[now + i] + h * (B[0] * W[k_0] + B[1] * W[k_1] + B[2] * W[k_1 + np.uint64(ROW)])
+                W[now + i] = p if p > 0 else np.nan
+            if full:
+                for i in range(count):
+                    k_0 = RATE_T + own + i
+                    k_1 = k_0 + np.uint64(ROW)
+                    X[T + own + i] += h * (B[0] * X[k_0] + B[1] * X[k_1] + B[2] * X[k_1 + np.uint64(ROW)])
+        if (k + 1) % stride == 0:
+            for side in range(2):
+                now = P_A if side == 0 else P_B
+                for i in range(count):
+                    pressure[(k + 1) // stride, side, i] = c.P_0 * W[now + i]
+
+
+def pressures_of_sets(
+    u: np.ndarray,
+    motions: np.ndarray,
+    lanes: np.ndarray,
+    V_d: np.ndarray,
+    plant: Plant,
+    h: float,
+    stride: int,
+    start: np.ndarray,
+    start_T: np.ndarray | None = None,
+) -> np.ndarray:
+    """Pressures, Pa, shape (motion, set, chamber, stored steps), on given signals.
+
+    They are NaN from where a set left the positive numbers.
+
+    Parameters
+    ----------
+    u : numpy.ndarray
+        Limited command, V, at every stage of `KUTTA`: shape (steps, 3).
+    motions : numpy.ndarray
+        Position, m, and velocity, m/s, at every stage: shape (motion, steps, 3, 2). Every set of parameters
+        is replayed on each.
+    lanes : numpy.ndarray
+        Of one model, from `pneumo.physics.models.lane_array`: shape (set, 8), at most `vectorised.ROW`.
+    V_d : numpy.ndarray
+        Dead volumes, m^3, shape (set, chamber), in place of the plant's.
+    plant : Plant
+        Without leak or laminar share: its flow is a polynomial here.
+    h, stride : float, int
+        Step, s, and steps between stored pressures.
+    start, start_T : numpy.ndarray
+        Pressures, Pa, and temperatures, K, at first, shape (set, chamber). With temperatures the full-order
+        chambers are replayed, else reduced models.
+    """
+    count, width, full = len(lanes), -(-len(lanes) // WIDTH) * WIDTH, start_T is not None
+    padded = np.minimum(np.arange(width), count - 1)
+    need = 3 if full else int(needs(lanes).max())
+    psi, _ = flow_polynomial(plant.gas)
+    result = np.empty((len(motions), count, 2, len(u) // stride + 1))
+    at_once = max(1, ROW // width)
+    for first in range(0, len(motions), at_once):
+        part = motions[first : first + at_once]
+        rows = np.tile(padded, len(part))
+        W, (*_, last) = work_array(lanes[rows], plant)
+        # No temperature of the full order follows from its pressure.
+        starts = tuple(np.uint64(0) if need >= least else last for least in (9 if full else 1, 2, 3))
+        X = np.zeros((ROWS, ROW))
+        for side, now in enumerate((P_A, P_B)):
+            W[int(now) : int(now) + len(rows)] = start[rows, side] / plant.conditions.P_0
+            beyond = (int(BEYOND) + side * int(OF_B)) // ROW
+            X[beyond, : len(rows)] = V_d[rows, side] - plant.cylinder.V_d
+            if start_T is not None:
+                X[beyond + 1, : len(rows)] = start_T[rows, side] / plant.conditions.T_0
+        pressure = np.empty((result.shape[3], 2, len(rows)))
+        pressure[0] = start[rows].T
+        e_A = float(lanes[0, 6])
+        _on_inputs(u, part, W, X.ravel(), (*starts, last), full, e_A, stride, plant, h, psi, pressure)
+        by_motion = pressure.reshape(-1, 2, len(part), width)[..., :count]
+        result[first : first + len(part)] = by_motion.transpose(2, 3, 1, 0)
+    return result
+
+
+@kernel
+def _on_flows(
+    motion: np.ndarray,
+    flow: np.ndarray,
+    lanes: np.ndarray,
+    V_d: np.ndarray,
+    plant: Plant,
+    h: float,
+    stride: int,
+    pressure: np.ndarray,
+) -> None:
+    c, K = plant.conditions, np.empty(STAGES)
+    for index in range(len(lanes)):
+        lane = lane_of(lanes[index])
+        for side in range(2):
+            sign, area = 1.0 - 2.0 * side, piston_area(plant.cylinder, side)
+            beyond, p = V_d[index, side] - plant.cylinder.V_d, pressure[index, side, 0]
+            K[:] = 0.0
+            for k in range(len(flow)):
+                for j in range(STAGES):
+                    y = p + h * (A[j, 0] * K[0] + A[j, 1] * K[1])
+                    x, v, m = sign * motion[k, j, 0], sign * motion[k, j, 1], flow[k, j, side]
+                    T_now = temperature(y, c.P_0, c.T_0, lane.a)
+                    rate = lane_rate_with_flows(max(m, 0.0), max(-m, 0.0), x, v, y, T_now, area, plant, lane)
+                    V = volume(x, area, plant.cylinder)
+                    K[j] = rate * (V / (V + beyond))
+                p += h * (B[0] * K[0] + B[1] * K[1] + B[2] * K[2])
+                if not p > 0:
+                    p = np.nan
+                if (k + 1) % stride == 0:
+                    pressure[index, side, (k + 1) // stride] = p
+
+
+def pressures_on_flows(
+    motion: np.ndarray,
+    flow: np.ndarray,
+    lanes: np.ndarray,
+    V_d: np.ndarray,
+    plant: Plant,
+    h: float,
+    stride: int,
+    start: np.ndarray,
+) -> np.ndarray:
+    """Pressures of reduced models as from `pressures_of_sets`, on given mass flows in place of a valve.
+
+    `flow`, shape (steps, 3, 2), goes into chambers A and B, negative out of them, kg/s, at every stage. The
+    result has the shape (set, chamber, stored steps), for one motion; there may be any number of sets.
+    """
+    pressure = np.empty((len(lanes), 2, len(flow) // stride + 1))
+    pressure[:, :, 0] = start
+    _on_flows(motion, flow, lanes, V_d, plant, h, stride, pressure)
+    return pressure

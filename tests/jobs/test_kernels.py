@@ -1,0 +1,28 @@
+"""Kernels that are compiled ahead are those that later jobs call."""
+
+from numba import typeof
+from paper_study import STUDY, lasting
+
+from pneumo.jobs.kernels import compile_replays
+from pneumo.simulation import vectorised
+from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import PUBLISHED, study_transport
+from pneumo.storage.files import read, write
+from pneumo.storage.layout import datum_dataset, recording_from
+
+
+def test_replays_of_stored_runs_find_their_kernel_compiled(tmp_path, monkeypatch):
+    called = []
+    monkeypatch.setattr(vectorised, "_replay", lambda *given: called.append([typeof(each) for each in given]))
+    compile_replays(STUDY)
+    compiled = called.copy()
+    e = lasting("E12", 0.01)  # closed loop, where the first experiment is in open loop
+    write(datum_dataset(e, record(e)), tmp_path / "E12.nc", {})
+    lanes, _ = grid_lanes(STUDY.n, e.plant.gas.gamma)
+    replay(
+        recording_from(read(tmp_path / "E12.nc"), e), lanes, study_transport(PUBLISHED, e), e.pressure_stride
+    )
+    assert len(called) > len(compiled) > 0
+    assert all(types in compiled for types in called)

@@ -1,0 +1,122 @@
+"""What a fit replays, against SciPy's high-order solver on the readable equations."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.physics.valve import exact_gas
+from pneumo.simulation.fitted_pressures import KUTTA, pressures_of_sets, pressures_on_flows
+from pneumo.simulation.full_order import chamber_rates
+from pneumo.simulation.reference import lane_rate, piston_area
+
+LENGTH = 0.3  # s
+V_D = np.array([[8e-6, 12e-6], [10e-6, 10e-6], [3e-5, 2e-6]])  # m^3, by set and chamber
+START = np.array([[5e5, 4e5], [3e5, 6e5], [2e5, 2.2e5]])  # Pa
+START_T = np.array([[293.0, 300.0], [280.0, 285.0], [310.0, 270.0]])  # K
+MOTIONS = (1.0, 1.02)  # of `position`
+SIDES = {0: 1.0, 1: -1.0}
+
+
+def command(t):
+    return 0.2 * np.sin(20 * t) + 0.3  # V; its sign stays: where it changes no method keeps its order
+
+
+def position(t, size):
+    return size * 0.02 * np.sin(9 * t), size * 0.18 * np.cos(9 * t)  # m, m/s
+
+
+@pytest.fixture
+def plant(plant):
+    return plant._replace(gas=exact_gas(plant.gas.R, plant.gas.gamma))  # without the printed constants' jump
+
+
+def signals(h):
+    at = h * (np.arange(round(LENGTH / h))[:, None] + KUTTA.c)
+    return command(at), np.array([np.stack(position(at, size), axis=-1) for size in MOTIONS])
+
+
+def exact(rates, plant, start):
+    """Final state of both chambers, on each motion, by a solver of order eight."""
+    result = []
+    for size in MOTIONS:
+        for side, sign in SIDES.items():
+
+            def f(t, y, side=side, sign=sign, size=size):
+                x, v = position(t, size)
+                return rates(
+                    sign * command(t), sign * x, sign * v, y, piston_area(plant.cylinder, side), side
+                )
+
+            end = solve_ivp(f, (0, LENGTH), start[side], "DOP853", rtol=1e-11, atol=1e-6, max_step=0.01)
+            result.append(end.y[0, -1])
+    return np.reshape(result, (len(MOTIONS), 2))
+
+
+def with_V_d(plant, V_d):
+    return plant._replace(cylinder=plant.cylinder._replace(V_d=V_d))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_reduced_models_are_those_of_the_readable_equations(plant, model):
+    u, motions = signals(5e-4)
+    rows = [lane(MODELS[model], n, plant.gas.gamma) for n in (1.0, 1.2, 1.35)]
+    found = pressures_of_sets(u, motions, lane_array(rows), V_D, plant, 5e-4, 1, START)
+    assert found.shape == (2, 3, 2, 601)
+    np.testing.assert_array_equal(found[..., 0], [START] * 2)
+    for i, row in enumerate(rows):
+
+        def rates(u, x, v, y, area, side, row=row, i=i):
+            return [lane_rate(u, x, v, y[0], area, with_V_d(plant, V_D[i, side]), row)]
+
+        # A few errors of a third-order step of 5e-4 s: the test of its order says how they fall.
+        np.testing.assert_allclose(found[:, i, :, -1], exact(rates, plant, START[i, :, None]), rtol=2e-6)
+
+
+def full_order(plant, h, stride):
+    gamma = plant.gas.gamma
+    row = lane(MODELS["M10"], 1.0, gamma)._replace(a=0.0)
+    u, motions = signals(h)
+    return pressures_of_sets(u, motions, lane_array([row] * 3), V_D, plant, h, stride, START, START_T)
+
+
+def test_full_order_chambers_are_those_of_the_readable_equations_at_third_order(plant):
+    truth = []
+    for i in range(3):
+
+        def rates(u, x, v, y, area, side, i=i):
+            return chamber_rates(u, x, v, y[0], y[1], area, with_V_d(plant, V_D[i, side]))
+
+        truth.append(exact(rates, plant, np.stack([START[i], START_T[i]], axis=-1)))
+    truth = np.stack(truth, axis=1)
+    errors = [
+        np.abs(full_order(plant, h, stride)[..., -1] - truth).max() for h, stride in ((1e-3, 1), (5e-4, 2))
+    ]
+    assert errors[0] < 1.0  # Pa, of 5e5
+    assert 6.5 < errors[0] / errors[1] < 9.5  # halved steps: an eighth
+
+
+def test_flows_in_place_of_a_valve_give_what_the_energy_balance_says(plant):
+    h, (_, motions) = 5e-4, signals(5e-4)
+    steps, m = len(motions[0]), np.array([2e-4, -1e-4])  # kg/s
+    rows = lane_array([lane(MODELS["M3"], 1.0, plant.gas.gamma)] * 3)
+    flow = np.broadcast_to(m, (steps, 3, 2))
+    found = pressures_on_flows(motions[0], flow, rows, V_D, plant, h, 1, START)
+    c, gas, T_0 = plant.cylinder, plant.gas, plant.conditions.T_0
+    for i, side in np.ndindex(3, 2):
+
+        def rate(t, P, i=i, side=side):
+            x, v = (SIDES[side] * one for one in position(t, 1.0))
+            V = V_D[i, side] + piston_area(c, side) * (c.stroke / 2 + x)
+            return gas.gamma * (gas.R * T_0 * m[side] - P * piston_area(c, side) * v) / V  # (10), M3
+
+        end = solve_ivp(rate, (0, LENGTH), [START[i, side]], "DOP853", rtol=1e-11, atol=1e-6)
+        np.testing.assert_allclose(found[i, side, -1], end.y[0, -1], rtol=1e-7)
+
+
+def test_a_chamber_that_leaves_the_positive_numbers_is_nan_and_its_neighbours_go_on(plant):
+    u, motions = signals(5e-4)
+    rows = lane_array([lane(MODELS["M3"], 1.0, plant.gas.gamma)] * 3)
+    rows[1, 0] = 1e5  # an expansion that no step can follow
+    found = pressures_of_sets(u, motions, rows, V_D, plant, 5e-4, 1, START)
+    assert np.isnan(found[:, 1, :, -1]).all() and np.isfinite(found[:, [0, 2]]).all()

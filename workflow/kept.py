@@ -1,0 +1,82 @@
+"""Keep a copy of evidence in paper/evidence, or compare what was made anew with the copy.
+
+`python workflow/kept.py keep floor.nc` copies from results/; `compare` prints how far results/ are from the
+copies and exits with 1 where that is more than the copy's digits explain.
+"""
+
+import json
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.storage.files import read, read_json, write, write_json
+from pneumo.storage.kept_evidence import KEPT
+
+RESULTS = Path("results")
+
+
+class Copy(NamedTuple):
+    """What is kept of a file of evidence."""
+
+    digits: int | None = 4  # of floating-point numbers; None: all
+    variables: tuple[str, ...] = ()  # that pages and statements read; all if none are named
+
+
+COPIES = {
+    "at_work.nc": Copy(),
+    "findings.json": Copy(),
+    "measurements.nc": Copy(),
+    "power.nc": Copy(),
+    "seed_sets.nc": Copy(digits=5),
+}
+TOLERANCE = 10.0  # times what the digits explain: another processor, another order of sums
+
+
+def keep(name: str) -> None:
+    """Copy a file of evidence from results, with the day on which it was made there."""
+    file, copy = RESULTS / name, COPIES[name]
+    made = {"date_created": f"{datetime.fromtimestamp(file.stat().st_mtime, UTC):%Y-%m-%d}"}
+    if file.suffix == ".json":
+        content = json.loads(read_json(file)) | made
+        return write_json(json.dumps(content, indent=1, ensure_ascii=False), KEPT / name)
+    dataset = read(file, *copy.variables)
+    return write(dataset, KEPT / name, dataset.attrs | made, copy.digits)
+
+
+def difference(name: str) -> float:
+    """Largest difference between results and copy, over the largest number of its variable."""
+    if name.endswith(".json"):
+        new, kept = (json.loads(read_json(folder / name))["claims"] for folder in (RESULTS, KEPT))
+        return float([row["stands"] for row in new] != [row["stands"] for row in kept])
+    kept, worst = read(KEPT / name), 0.0
+    new = read(RESULTS / name, *map(str, kept.data_vars)).transpose(*kept.dims)
+    for key, values in kept.data_vars.items():
+        if values.dtype.kind not in "fiu":
+            worst = max(worst, float((values.values != new[key].values).any()))
+            continue
+        old, own = values.values.astype(float), new[key].transpose(*values.dims).values.astype(float)
+        off = np.abs(own - old).max(initial=0.0, where=np.isfinite(old) & np.isfinite(own))
+        scale = np.abs(old).max(initial=0.0, where=np.isfinite(old))
+        worst = max(worst, float(off / scale) if off else 0.0, float((np.isnan(old) != np.isnan(own)).any()))
+    return worst
+
+
+def main(what: str, names: Sequence[str]) -> int:
+    """Keep or compare the named files; return the exit code."""
+    code = 0
+    for name in names or COPIES:
+        if what == "keep":
+            keep(name)
+            continue
+        off, limit = difference(name), TOLERANCE * 10 ** -(COPIES[name].digits or 15)
+        print(f"{name}: {'equal' if off == 0 else f'{off:.1e} off'}{'' if off <= limit else ', too much'}")
+        code |= off > limit
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], sys.argv[2:]))
