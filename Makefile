@@ -93,11 +93,13 @@ determinism: .venv/.dev  ## compare runs with other jobs, threads and processors
 	$(activate)
 	python -m tests.torture.determinism --config "$(CONFIG)"
 
-slurm-test: .venv/.dev  ## run the smoke study on a Slurm of one node made for it (root; slurm-wlm, munge)
+slurm-test: .venv/.dev  ## run smoke study and fleet, disturbed, on a Slurm of one node made for it (root; slurm-wlm, munge)
 	@echo "== slurm-test: workflow/profiles/slurm"
 	$(activate)
 	uv pip install --quiet --no-deps --target .snakemake/slurm snakemake-executor-plugin-slurm snakemake-executor-plugin-slurm-jobstep
-	PYTHONPATH="$$PWD/.snakemake/slurm" python -m tests.torture.slurm
+	export PYTHONPATH="$$PWD/.snakemake/slurm"
+	python -m tests.torture.slurm
+	python -m tests.torture.slurm --cylinders 200 --evidence results/evidence/slurm.json
 
 lint: .venv/.dev  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"

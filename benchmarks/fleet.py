@@ -1,94 +1,88 @@
-"""What a fleet costs by its number of cylinders: ``python -m benchmarks.fleet --planned 10 100 --run 10``.
+"""What a fleet costs: ``python -m benchmarks.fleet`` measures and writes docs/static/fleet.json.
 
 Planning is a dry run of a table with so many rows. Runs are of full length: two experiments of 20 s with five
-seeds, the ten models at nine n. Times are of the processor, so that another load counts little.
+seeds, the ten models at nine n; blocks of different sizes tell a job's start from a cylinder. Sizes are those
+of these runs and of a larger fleet of short runs, which store as many cells. Seconds are of the processor, so
+that another load counts little; `benchmarks.fleet_law` makes the law.
 """
 
 import argparse
+import json
 import os
 import re
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
-from tests.checkout import copy_checkout
+from benchmarks.bench import cpu
+from benchmarks.fleet_law import law, minutes, rows
+from pneumo.storage.files import write_text
+from tests.checkout import ROOT, copy_checkout
 from tests.fleet import SHORT, write_fleet
 
-NODES, CORES = 100, 4  # of the estimate: a job of the Slurm profile has a node's four cores
-LARGEST = 10_000
+LARGE_BLOCK = 20
+RUNS = ((5, 1), (5, 5))  # cylinders, and how many of them are a block
+LARGE = 200  # cylinders of the fleet whose size counts
 
 
-class Cost(NamedTuple):
-    """What a process and all that it waited for took."""
-
-    wall_s: float
-    cpu_s: float
-    peak_MB: float  # of the largest process
-    jobs: int
-
-
-def snakemake(folder: Path, *arguments: str) -> Cost:
-    """Plan or run the fleet in a copy of the checkout."""
+def snakemake(folder: Path, *arguments: str) -> dict[str, Any]:
+    """Plan or run the fleet in a copy of the checkout; what the process and all that it waited for took."""
     command = [sys.executable, "-m", "snakemake", "-j2", "--configfile", "fleet.yaml", *arguments]
-    environment = os.environ | {"PYTHONPATH": str(folder)}
-    begin = time.perf_counter()
-    with tempfile.TemporaryFile("w+") as output:
-        process = subprocess.Popen(
-            command, cwd=folder, env=environment, stdout=output, stderr=subprocess.STDOUT
-        )
-        _, status, usage = os.wait4(process.pid, 0)
-        wall = time.perf_counter() - begin
-        output.seek(0)
-        text = output.read()
-    if status:
-        raise SystemExit(text[-2000:])
-    total = re.search(r"^total +(\d+)$", text, re.MULTILINE)
-    cpu = usage.ru_utime + usage.ru_stime
-    return Cost(wall, cpu, usage.ru_maxrss / 1e3, int(total.group(1)) if total else 0)
+    path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
+    launched = [sys.executable, str(Path(__file__).with_name("used.py")), *command]
+    done = subprocess.run(
+        launched, cwd=folder, env=os.environ | {"PYTHONPATH": path}, check=True, stdout=subprocess.PIPE
+    )
+    found = json.loads(done.stdout)
+    if found["code"]:
+        raise SystemExit(found["output"][-2000:])
+    # Snakemake prints its table of jobs twice.
+    table = dict(re.findall(r"^(fleet_block|fleet_index) +(\d+)$", found["output"], re.MULTILINE))
+    return found["costs"] | {"jobs": sum(map(int, table.values()))}
 
 
-def size_of(folder: Path, pattern: str) -> int:
-    """Bytes of all files that fit a pattern."""
-    return sum(file.stat().st_size for file in folder.glob(pattern))
+def planned(folder: Path, count: int) -> dict[str, Any]:
+    """What planning takes."""
+    write_fleet(folder, count)
+    return {"cylinders": count} | snakemake(folder, "-n", "--quiet", "rules")
+
+
+def run(folder: Path, count: int, lines: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What a run takes, and the bytes of its results."""
+    write_fleet(folder, count, lines)
+    results = folder / "results"
+    for file in results.glob("fleet/*.nc"):
+        file.unlink()
+    cost = {"cylinders": count} | snakemake(folder, "--forceall")
+    size: dict[str, Any] = {"cylinders": count, "blocks": cost["jobs"] - 1}
+    for name, pattern in (("blocks_kB", "fleet/*.nc"), ("index_kB", "fleet.*")):
+        size[name] = sum(file.stat().st_size for file in results.glob(pattern)) / 1e3
+    return cost, size
 
 
 def main() -> None:
-    """Print both tables and the estimate."""
+    """Measure, write and print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--planned", type=int, nargs="*", default=[10, 100, 1000, LARGEST])
-    parser.add_argument("--run", type=int, nargs="*", default=[10])
+    parser.add_argument("--planned", type=int, nargs="+", default=[10, 100, 1000, 10_000])
+    parser.add_argument("--json", type=Path, default=ROOT / "docs/static/fleet.json")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="fleet-") as scratch:
         folder = copy_checkout(Path(scratch, "checkout"))
-        print("| cylinders | jobs | planning, wall (s) | planning, processor (s) | main process (MB) |")
-        print("|---|---|---|---|---|")
-        for count in options.planned:
-            write_fleet(folder, count)
-            cost = snakemake(folder, "-n", "--quiet", "rules")
-            row = f"| {count} | {cost.jobs} | {cost.wall_s:.1f} | {cost.cpu_s:.1f} | {cost.peak_MB:.0f} |"
-            print(row, flush=True)
-        print("\n| cylinders run | core-seconds each | in all (s) | blocks (kB each) | index (kB each) |")
-        print("|---|---|---|---|---|")
-        if options.run:  # compile first
-            write_fleet(folder, 1, SHORT)
-            snakemake(folder)
-        each = 0.0
-        for count in options.run:
-            write_fleet(folder, count)
-            cost = snakemake(folder, "--forceall")
-            each, results = cost.cpu_s / count, folder / "results"
-            blocks, index = (size_of(results, pattern) for pattern in ("fleet/*.nc", "fleet.*"))
-            kB = f"{blocks / count / 1e3:.1f} | {index / count / 1e3:.1f}"
-            print(f"| {count} | {each:.2f} | {cost.cpu_s:.0f} | {kB} |", flush=True)
-            for file in results.glob("fleet/*.nc"):
-                file.unlink()
-        if each:
-            hours = each * LARGEST / 3600
-            minutes = each * LARGEST / (NODES * CORES) / 60
-            print(f"\n{LARGEST} cylinders: {hours:.1f} core-hours, {minutes:.1f} min of {NODES} nodes")
+        found: dict[str, Any] = {"cpu": cpu(), "planned": [planned(folder, n) for n in options.planned]}
+        print(*found["planned"], sep="\n", flush=True)
+        write_fleet(folder, 1, SHORT)
+        snakemake(folder)  # compile first
+        found |= {"runs": [], "sizes": []}
+        for count, block in RUNS:
+            cost, size = run(folder, count, f"\n  block_size: {block}")
+            found["runs"].append(cost | {"per_job": block})
+            print(found["runs"][-1], size, flush=True)
+            found["sizes"].append(size)
+        found["sizes"].append(run(folder, LARGE, f"{SHORT}\n  block_size: {LARGE_BLOCK}")[1])
+    write_text(json.dumps(found, indent=1) + "\n", options.json)
+    print(law(found), *rows(found), f"{minutes(found):.1f} min on a cluster", sep="\n")
 
 
 if __name__ == "__main__":

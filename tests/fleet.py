@@ -5,7 +5,8 @@ from pathlib import Path
 
 from pneumo.engineer.cylinder_template import write_table_template
 
-SHORT = "\n  duration_limit_s: 0.3"  # of every run, s
+SHORT_S = 0.3  # of every run: enough to tell files apart, too little for their numbers to mean something
+SHORT = f"\n  duration_limit_s: {SHORT_S}"
 
 
 def write_fleet(folder: Path, count: int, run: str = "") -> None:

@@ -26,19 +26,13 @@ class Copy(NamedTuple):
     variables: tuple[str, ...] = ()  # that pages and statements read; all if none are named
 
 
-COPIES = {
-    "at_work.nc": Copy(),
-    "findings.json": Copy(),
-    "measurements.nc": Copy(),
-    "power.nc": Copy(),
-    "seed_sets.nc": Copy(digits=5),
-}
+COPIES = {"seed_sets.nc": Copy(digits=5)}  # the others as `Copy` has it
 TOLERANCE = 10.0  # times what the digits explain: another processor, another order of sums
 
 
 def keep(name: str) -> None:
     """Copy a file of evidence from results, with the day on which it was made there."""
-    file, copy = RESULTS / name, COPIES[name]
+    file, copy = RESULTS / name, COPIES.get(name, Copy())
     made = {"date_created": f"{datetime.fromtimestamp(file.stat().st_mtime, UTC):%Y-%m-%d}"}
     if file.suffix == ".json":
         content = json.loads(read_json(file)) | made
@@ -68,11 +62,11 @@ def difference(name: str) -> float:
 def main(what: str, names: Sequence[str]) -> int:
     """Keep or compare the named files; return the exit code."""
     code = 0
-    for name in names or COPIES:
+    for name in names or sorted(file.name for file in KEPT.iterdir() if file.suffix in (".nc", ".json")):
         if what == "keep":
             keep(name)
             continue
-        off, limit = difference(name), TOLERANCE * 10 ** -(COPIES[name].digits or 15)
+        off, limit = difference(name), TOLERANCE * 10 ** -(COPIES.get(name, Copy()).digits or 15)
         print(f"{name}: {'equal' if off == 0 else f'{off:.1e} off'}{'' if off <= limit else ', too much'}")
         code |= off > limit
     return code

@@ -1,0 +1,96 @@
+"""What a fleet costs by its number of cylinders: measured where it ran or was planned, else from a law.
+
+Core-seconds are those of planning, of each start of a job and of each cylinder, fitted to runs; bytes those
+of each file of a block, of each cylinder and of the index, fitted to the same runs and a larger fleet.
+"""
+
+from collections.abc import Sequence
+from math import ceil
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from pneumo.publish.figures.panels import every_decade
+from pneumo.publish.style import ACCENT, DOUBLE_MM, new_figure, paper_style
+
+NODES, CORES = 100, 4  # of the estimate: a job of the Slurm profile has a node's four cores
+BLOCK = 50  # cylinders in a job, unless the configuration says otherwise
+PANELS = (  # column of `Law.rows`, what it is
+    ("planning_s", "planning (s of processor)"),
+    ("peak_MB", "main process (MB)"),
+    ("jobs", "jobs"),
+    ("disk_MB", "results (MB)"),
+    ("core_h", "in all (core-hours)"),
+)
+
+
+class Law(NamedTuple):
+    """What a job and a cylinder cost."""
+
+    job_s: float  # core-seconds of a job's start
+    cylinder_s: float  # core-seconds of a cylinder
+    file_kB: float  # of a block's file, whatever its number of cylinders
+    block_kB: float  # of a cylinder in its block
+    index_file_kB: float  # of index and page, whatever their number of cylinders
+    index_kB: float  # of a cylinder in index and page
+
+
+def law(found: dict[str, Any]) -> Law:
+    """Fit the law to what `benchmarks.fleet` measured."""
+    runs, sizes = found["runs"], found["sizes"]
+    planning = found["planned"][0]["cpu_s"]
+    seconds = [run["cpu_s"] - planning for run in runs]
+    job, cylinder = _fitted([[run["jobs"], run["cylinders"]] for run in runs], seconds)
+    blocks = [[size["blocks"], size["cylinders"]] for size in sizes]
+    file, block = _fitted(blocks, [size["blocks_kB"] for size in sizes])
+    index = [[1, size["cylinders"]] for size in sizes]
+    index_file, index_each = _fitted(index, [size["index_kB"] for size in sizes])
+    return Law(job, cylinder, file, block, index_file, index_each)
+
+
+def _fitted(terms: Sequence[Sequence[float]], values: Sequence[float]) -> tuple[float, float]:
+    """Both factors of the terms."""
+    factors, *_ = np.linalg.lstsq(np.array(terms, float), np.array(values), rcond=None)
+    return float(factors[0]), float(factors[1])
+
+
+def rows(found: dict[str, Any]) -> list[dict[str, float]]:
+    """Return, for each number of cylinders that was planned, what planning took and what the law gives."""
+    one, table = law(found), []
+    for plan in found["planned"]:
+        count = plan["cylinders"]
+        seconds = plan["cpu_s"] + plan["jobs"] * one.job_s + count * one.cylinder_s
+        files = one.index_file_kB + ceil(count / BLOCK) * one.file_kB
+        disk = files + count * (one.block_kB + one.index_kB)
+        row = {"cylinders": count, "planning_s": plan["cpu_s"], "peak_MB": plan["peak_MB"]}
+        table.append(row | {"jobs": plan["jobs"], "disk_MB": disk / 1e3, "core_h": seconds / 3600})
+    return table
+
+
+def minutes(found: dict[str, Any]) -> float:
+    """Return the estimate of wall time, min, for the largest fleet on `NODES` nodes, blocks in turns."""
+    one, plan = law(found), found["planned"][-1]
+    turns = ceil(ceil(plan["cylinders"] / BLOCK) / NODES)
+    block = one.job_s + BLOCK * one.cylinder_s / CORES
+    return (plan["cpu_s"] + turns * block + one.job_s) / 60
+
+
+@paper_style()
+def law_figure(found: dict[str, Any]) -> Figure:
+    """Draw every quantity over the number of cylinders: filled as planned, open by the law."""
+    table = rows(found)
+    count = [row["cylinders"] for row in table]
+    fig = new_figure(DOUBLE_MM, 50)
+    for ax, (name, label) in zip(fig.subplots(1, len(PANELS)), PANELS, strict=True):
+        face = ACCENT if name in ("planning_s", "peak_MB", "jobs") else "white"
+        ax.plot(count, [row[name] for row in table], "o-", color=ACCENT, markerfacecolor=face)
+        ax.set(xscale="log", title=label)
+        if name in ("planning_s", "peak_MB"):  # hardly grow
+            ax.set_ylim(0, 1.1 * max(row[name] for row in table))
+        else:
+            ax.set_yscale("log")
+        every_decade(ax.xaxis)
+        ax.grid(axis="y")
+    fig.supxlabel("cylinders", fontsize=8.5)
+    return fig

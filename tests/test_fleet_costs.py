@@ -1,0 +1,78 @@
+"""What a fleet costs: the law recovers what runs were made of, and its page is what was measured."""
+
+import json
+
+import pytest
+from checkout import ROOT
+
+from benchmarks.fleet_law import PANELS, law, law_figure, minutes, rows
+
+SLURM = ROOT / "docs/static/slurm.json"
+
+JOB, CYLINDER = 9.0, 8.0  # core-seconds of the runs below
+PLANNED = [
+    {"cylinders": n, "jobs": -(-n // 50) + 1, "wall_s": 9.0, "cpu_s": s, "peak_MB": 114.0}
+    for n, s in ((10, 5.0), (10_000, 8.0))
+]
+
+
+def runs(*cylinders_and_blocks):
+    return [
+        {"cylinders": n, "jobs": blocks + 1, "cpu_s": 5.0 + JOB * (blocks + 1) + CYLINDER * n}
+        for n, blocks in cylinders_and_blocks
+    ]
+
+
+@pytest.fixture
+def found():
+    sizes = [
+        {"cylinders": n, "blocks": blocks, "blocks_kB": 40.0 * n + 150.0 * blocks, "index_kB": 100.0 + n}
+        for n, blocks in ((5, 5), (10, 1), (110, 3))
+    ]
+    return {"planned": PLANNED, "runs": runs((5, 1), (5, 5), (10, 1)), "sizes": sizes}
+
+
+def test_the_law_recovers_what_runs_were_made_of(found):
+    one = law(found)
+    assert one == pytest.approx((JOB, CYLINDER, 150.0, 40.0, 100.0, 1.0), abs=1e-9)
+    small, large = rows(found)
+    assert 3600 * small["core_h"] == pytest.approx(5 + 2 * JOB + 10 * CYLINDER)
+    assert 3600 * large["core_h"] == pytest.approx(8 + 201 * JOB + 10_000 * CYLINDER)
+    assert large["disk_MB"] == pytest.approx((100 + 200 * 150 + 10_000 * 41) / 1000)
+
+
+def test_a_cluster_runs_blocks_in_turns(found):
+    turn = JOB + 50 * CYLINDER / 4  # a block on a node's four cores
+    assert minutes(found) == pytest.approx((8 + 2 * turn + JOB) / 60)  # 200 blocks on 100 nodes
+    found["planned"][-1] = PLANNED[-1] | {"cylinders": 10_050}
+    assert minutes(found) == pytest.approx((8 + 3 * turn + JOB) / 60)
+
+
+def test_what_is_measured_is_filled_and_what_the_law_says_is_open(found):
+    lines = [ax.lines[0] for ax in law_figure(found).axes]
+    measured = {"planning_s", "peak_MB", "jobs"}
+    assert [line.get_markerfacecolor() != "white" for line in lines] == [
+        name in measured for name, _ in PANELS
+    ]
+
+
+def test_the_page_has_what_was_measured(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    from fleet_costs import PAGE, refreshed, stored
+
+    text = PAGE.read_text(encoding="utf-8")
+    assert text.count("<!-- table:") == 2
+    assert text.count("<!-- result:") >= 15
+    assert refreshed(text, stored("fleet"), stored("slurm")) == text
+
+
+def test_the_sentences_about_slurm_hold():
+    record = json.loads(SLURM.read_text(encoding="utf-8"))
+    jobs, blocks = record["slurm"]["jobs"], record["cylinders"] // record["per_job"]
+    assert record["identical"] == record["files"] == blocks + 2
+    assert record["slurm"]["retries"] == len(jobs) - (blocks + 1) == 2
+    ends = {
+        what: [each["state"] for each in jobs if each["task"] == job["task"]]
+        for what, job in record["slurm"]["disturbed"].items()
+    }
+    assert list(ends.values()) == [["CANCELLED", "COMPLETED"], ["TIMEOUT", "COMPLETED"], ["COMPLETED"]]
