@@ -167,29 +167,38 @@ def fit(
     part: Annotated[float, typer.Option(min=0.2, max=0.9, help="fraction that is fitted")] = 0.6,
     trust: Annotated[bool, typer.Option("--trust", help="skip the check for swapped columns")] = False,
     closed: Annotated[
-        Literal["A", "B"] | None, typer.Option(help="instead: k_0 from the transient of this closed chamber")
+        Literal["A", "B", "both"] | None,
+        typer.Option(help="both: thermal laws of closed chambers; A, B: k_0 from this one's transient alone"),
     ] = None,
-    closed_from: Annotated[float, typer.Option(min=0.0, help="when that is closed, s")] = 0.0,
+    closed_from: Annotated[float, typer.Option(min=0.0, help="closed from then on, s")] = 0.0,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="folder for fit.html, fit.nc, fitted.yaml")
     ] = None,
 ) -> None:
-    """Fit models to a measurement: k_0, n, valve coefficient, dead volumes; ranked on a part held out."""
+    """Fit models to a measurement: k_0, n, valve coefficient, dead volumes; ranked on a part held out.
+
+    Where no gas flows (u, or m_A and m_B, zero, or --closed both): thermal laws, k_0, n, leakage.
+    """
     from rich.console import Console
 
     from pneumo.catalogue import default_conductance
     from pneumo.configuration.parameters import study
     from pneumo.engineer.closed_chamber import transient
+    from pneumo.engineer.closed_fit import fit_closed
     from pneumo.engineer.confused_columns import check_columns
     from pneumo.engineer.estimate import fit_measurement, save_fit
     from pneumo.engineer.fitted_configuration import fitted_configuration
     from pneumo.engineer.model_rate import model_row
     from pneumo.engineer.plants import configured_plant
     from pneumo.engineer.record import read_mapping, read_measurement
+    from pneumo.errors import InputError
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page
-    from pneumo.publish.text.terminal_tables import fit_tables, transient_text, valve_text, warning_texts
+    from pneumo.publish.text import terminal_tables as shown
     from pneumo.storage.files import check_output, write_text
+
+    def say(text: str) -> None:
+        typer.echo(text, err=True)
 
     if output is not None:
         check_output(output)
@@ -198,20 +207,28 @@ def fit(
     plant = configured_plant(configured, cylinder, 1.0)
     names = [model_row(name).name for name in model or MODELS]
     mapping = read_mapping(columns) if columns else None
-    measured = read_measurement(measurement, plant, mapping, from_end=x_from == "end")
-    for note in measured.notes:
-        typer.echo(f"note: {note}", err=True)
-    if closed is not None:
-        return typer.echo(transient_text(transient(measured, plant, closed, closed_from)))
-    held = command == "held"
-    if not trust:
-        check_columns(measured, plant, held=held)
-    fitted = fit_measurement(
-        measured, plant, names, held=held, part=part, progress=lambda text: typer.echo(text, err=True)
+    measured = read_measurement(
+        measurement, plant, mapping, from_end=x_from == "end", closed=closed is not None
     )
-    for table in fit_tables(fitted):
+    for note in measured.notes:
+        say(f"note: {note}")
+    if closed is not None and closed != "both":
+        return typer.echo(shown.transient_text(transient(measured, plant, closed, closed_from)))
+    held = command == "held"
+    if measured.closed:
+        if model:
+            raise InputError("--model: closed chambers are fitted with thermal laws; leave it out")
+        fitted = fit_closed(measured.since(closed_from), plant, part=part, check=not trust, progress=say)
+        for note in filter(None, fitted.attrs["notes"].split("\n")[len(measured.notes) :]):
+            say(f"note: {note}")
+    else:
+        if not trust:
+            check_columns(measured, plant, held=held)
+        fitted = fit_measurement(measured, plant, names, held=held, part=part, progress=say)
+    for table in shown.fit_tables(fitted):
         Console().print(table)
-    for text in filter(None, [valve_text(fitted), *(f"warning: {text}" for text in warning_texts(fitted))]):
+    doubts = [f"warning: {text}" for text in shown.warning_texts(fitted)]
+    for text in filter(None, [shown.valve_text(fitted), shown.wall_text(fitted), *doubts]):
         typer.echo(text)
     start = default_conductance(plant.cylinder)
     ends = f"95 % of such cylinders {start.k_0_low:.2g} to {start.k_0_high:.2g}"

@@ -2,14 +2,17 @@
 
 Each chamber holds its gas; the balances of energy and mass, eqs (4) and (5), hold with one of `LAWS`. The
 first part of a record is fitted, the rest is predicted in one run from the record's first sample.
+`pneumo.engineer.closed_fit` does the same for `pneumo fit`, with intervals.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from pneumo.physics.chamber import dP_dt, wall_conductance, wall_heat
 from pneumo.simulation.compiled import kernel
@@ -20,13 +23,14 @@ P_0 = 1e6  # Pa, at which with T_WALL the conductance of a wall law is stated, a
 PART = 0.6  # of a record that is fitted
 THINNED = 5  # samples of which one enters the sum of squares: 0.1 s, while strokes take seconds
 SHOWN = 60.0  # s, of errors that are kept for the figure
+FAR_OFF = 1e3  # error over 1 MPa, of a replay whose steps are too long for its conductance
 STILL = 0.05  # relative change of pressure below which a record has nothing to fit
 
 
 class Law(NamedTuple):
-    """What happens to the gas: an index n, fitted where NaN, or gamma with wall heat."""
+    """What happens to the gas: an index n, fitted where NaN, or gamma (None), perhaps with wall heat."""
 
-    n: float
+    n: float | None = None
     explicit_heat: bool = False
     e_A: float = 0.0  # exponents of the conductance, as in `wall_conductance`
     e_PT: float = 0.0
@@ -34,13 +38,17 @@ class Law(NamedTuple):
 
 LAWS = {
     "isothermal": Law(1.0),
-    "adiabatic": Law(GAMMA),
+    "adiabatic": Law(),
     "free n": Law(np.nan),
-    "wall heat, constant": Law(GAMMA, explicit_heat=True),
-    "wall heat, root of PT": Law(GAMMA, explicit_heat=True, e_PT=0.5),
-    "wall heat, area and root of PT": Law(GAMMA, explicit_heat=True, e_A=1.0, e_PT=0.5),
+    "wall heat, constant": Law(explicit_heat=True),
+    "wall heat, root of PT": Law(explicit_heat=True, e_PT=0.5),
+    "wall heat, area and root of PT": Law(explicit_heat=True, e_A=1.0, e_PT=0.5),
 }
 PARAMETERS = ("V_d_A", "V_d_B", "start_A", "start_B", "n", "k_A", "k_B", "leak")
+SCALES = {"V_d_A": 1e-2, "V_d_B": 1e-2, "k_A": 10.0, "k_B": 10.0, "leak": 1e-9}  # m^3, W/K, kg/(s Pa)
+GUESS = {"V_d_A": 2.0, "V_d_B": 4.0, "n": 1.2, "leak": 0.01}  # over the scales, as the bounds; others: 1
+LOW = {"V_d_A": 0.01, "V_d_B": 0.01, "start_A": 0.5, "start_B": 0.5, "n": 0.8}  # others: 0
+HIGH = {"start_A": 2.0, "start_B": 2.0, "n": 2.0}  # others: none
 
 
 class ClosedRecord(NamedTuple):
@@ -53,6 +61,26 @@ class ClosedRecord(NamedTuple):
     areas: tuple[float, float]  # m^2, of the piston on either side
     bore: float  # m
     stroke: float  # m
+    R: float = R_NITROGEN
+    gamma: float = GAMMA
+    T_wall: float = T_WALL
+    PT_0: float = P_0 * T_WALL  # Pa K, product P T at which the conductance of a wall law is stated
+
+    @property
+    def h(self) -> float:
+        """Time between samples, s."""
+        return float(self.t[-1]) / (len(self.t) - 1)
+
+    @property
+    def uncovered(self) -> np.ndarray:
+        """Length of each chamber, m, by (chamber, sample)."""
+        return np.array([self.x, self.stroke - self.x])
+
+    @property
+    def area_ratio(self) -> np.ndarray:
+        """Wall area over that in mid-stroke, by (chamber, sample): two faces and the uncovered wall."""
+        wall = np.pi / 2 * self.bore**2 + np.pi * self.bore * self.uncovered  # before eq (12)
+        return wall / (np.pi / 2 * self.bore**2 + np.pi * self.bore * self.stroke / 2)
 
 
 class ClosedFit(NamedTuple):
@@ -92,15 +120,19 @@ def closed_chambers(
     e_A: float,
     e_PT: float,
     leak: float,
+    R: float,
+    gamma: float,
+    T_wall: float,
+    PT_0: float,
 ) -> np.ndarray:
     """Pressures of both chambers, Pa, by (chamber, sample), by four-stage Runge-Kutta steps.
 
     From the first pressures P, volumes and relative wall areas by (chamber, sample), temperatures `start`
-    over the wall's, and the conductances k, W/K; `leak` is the mass flow from A to B over P_A - P_B.
+    over the wall's, and the conductances k, W/K, at a product P T of `PT_0`; `leak` is the mass flow from A
+    to B over P_A - P_B.
     """
-    R, gamma = R_NITROGEN, GAMMA
     pressures = np.empty(V.shape)
-    mass = P * V[:, 0] / (R * T_WALL * start)
+    mass = P * V[:, 0] / (R * T_wall * start)
     y = np.array([P[0], P[1], mass[0], mass[1]])
     rate, total, z, T = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(2)
     pressures[:, 0] = y[:2]
@@ -117,10 +149,8 @@ def closed_chambers(
                 m_in, m_out = max(0.0, flow if c == 1 else -flow), max(0.0, -flow if c == 1 else flow)
                 dV_dt = (V[c, j + 1] - V[c, j]) / h
                 ratio = area_ratio[c, j] + at * (area_ratio[c, j + 1] - area_ratio[c, j])
-                conductance = wall_conductance(
-                    k[c], ratio, z[c] * T[c] / (P_0 * T_WALL), e_A, e_PT
-                )  # (7), (8)
-                heat = wall_heat(T[c], conductance, T_WALL)
+                conductance = wall_conductance(k[c], ratio, z[c] * T[c] / PT_0, e_A, e_PT)  # (7), (8)
+                heat = wall_heat(T[c], conductance, T_wall)
                 volume = V[c, j] + at * h * dV_dt
                 rate[c] = dP_dt(z[c], T[c], volume, dV_dt, m_in, m_out, upstream, heat, n, n, n, R, gamma)
                 rate[2 + c] = m_in - m_out
@@ -130,49 +160,89 @@ def closed_chambers(
     return pressures
 
 
-def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> ClosedFit:
-    """Fit dead volumes, start, and what the law leaves open, to the first `PART` of a record.
+class ClosedProblem(NamedTuple):
+    """Least squares of a law on the first part of a record; parameters count over their scales.
 
     The start is, with wall heat, the gas's first temperature over the wall's; else the first pressure over
     the measured one, since without wall heat an error in it never decays.
     """
-    names = ["V_d_A", "V_d_B", "start_A", "start_B"]
-    names += (["k_A", "k_B"] if law.explicit_heat else []) + (["n"] if np.isnan(law.n) else [])
-    names += ["leak"] if leaks else []
-    scales = {"V_d_A": 1e-2, "V_d_B": 1e-2, "k_A": 10.0, "k_B": 10.0, "leak": 1e-9}  # m^3, W/K, kg/(s Pa)
-    guess = {"V_d_A": 2.0, "V_d_B": 4.0, "n": 1.2, "leak": 0.01}
-    low = {"V_d_A": 0.01, "V_d_B": 0.01, "start_A": 0.5, "start_B": 0.5, "n": 0.8}
-    high = {"start_A": 2.0, "start_B": 2.0, "n": 2.0}
-    h, first = float(record.t[-1]) / (len(record.t) - 1), int(PART * len(record.t))
-    uncovered = np.array([record.x, record.stroke - record.x])
-    # Two faces and the uncovered wall: before eq (12).
-    wall = np.pi / 2 * record.bore**2 + np.pi * record.bore * uncovered
-    area_ratio = wall / (np.pi / 2 * record.bore**2 + np.pi * record.bore * record.stroke / 2)
 
-    def values(theta: np.ndarray) -> dict[str, float]:
-        return {name: float(part) * scales.get(name, 1.0) for name, part in zip(names, theta, strict=True)}
+    record: ClosedRecord
+    law: Law
+    names: tuple[str, ...]  # of the parameters that are fitted
+    fitted: int  # samples
+    known: Mapping[str, float] = MappingProxyType({})  # the others, in SI units, where not 1 or 0
+    scales: Mapping[str, float] = MappingProxyType(SCALES)
+    guess: Mapping[str, float] = MappingProxyType(GUESS)
+    every: int = THINNED  # samples of which one enters the sum of squares
+    chambers: tuple[int, ...] = (0, 1)  # whose pressures enter it
 
-    def replay(theta: np.ndarray, samples: int) -> np.ndarray:
-        v = values(theta)
-        V = np.array([[v["V_d_A"]], [v["V_d_B"]]]) + np.array([record.areas]).T * uncovered[:, :samples]
-        start = np.array([v["start_A"], v["start_B"]])
+    def values(self, theta: np.ndarray) -> dict[str, float]:
+        """Parameters by name, in SI units."""
+        pairs = zip(self.names, theta, strict=True)
+        return {**self.known, **{name: float(part) * self.scales.get(name, 1.0) for name, part in pairs}}
+
+    def volumes(self, values: Mapping[str, float]) -> np.ndarray:
+        """Volumes, m^3, by (chamber, sample)."""
+        r = self.record
+        return np.array([[values["V_d_A"]], [values["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered
+
+    def replay(self, theta: np.ndarray, samples: int) -> np.ndarray:
+        """Pressures, Pa, by (chamber, sample), of the first samples."""
+        v, r, law = self.values(theta), self.record, self.law
+        V, area_ratio = self.volumes(v)[:, :samples], r.area_ratio[:, :samples]
+        start = np.array([v.get("start_A", 1.0), v.get("start_B", 1.0)])
         k = np.array([v.get("k_A", 0.0), v.get("k_B", 0.0)])
-        P, T = (record.P[:, 0], start) if law.explicit_heat else (record.P[:, 0] * start, np.ones(2))
-        n, leak = v.get("n", law.n), v.get("leak", 0.0)
-        return closed_chambers(P, V, area_ratio[:, :samples], h, T, n, k, law.e_A, law.e_PT, leak)
+        first = r.P[:, 0] * np.array([v.get("first_A", 1.0), v.get("first_B", 1.0)])
+        P, T = (first, start) if law.explicit_heat else (first * start, np.ones(2))
+        n, gas = v.get("n", r.gamma if law.n is None else law.n), (r.R, r.gamma, r.T_wall, r.PT_0)
+        return closed_chambers(P, V, area_ratio, r.h, T, n, k, law.e_A, law.e_PT, v.get("leak", 0.0), *gas)
 
-    def residual(theta: np.ndarray) -> np.ndarray:
-        error = (replay(theta, first) - record.P[:, :first])[:, ::THINNED].ravel() / P_0
-        return np.where(np.isfinite(error), error, 1.0)
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Replayed minus measured pressure, over 1 MPa, of the thinned samples of each chamber in turn."""
+        error = self.replay(theta, self.fitted) - self.record.P[:, : self.fitted]
+        error = error[list(self.chambers), :: self.every].ravel() / P_0
+        return np.where(np.abs(error) < FAR_OFF, error, 1.0)  # and where not finite
 
-    ends = [[side.get(name, other) for name in names] for side, other in ((low, 0.0), (high, np.inf))]
-    optimum = least_squares(
-        residual, [guess.get(name, 1.0) for name in names], bounds=(ends[0], ends[1]), x_scale="jac"
-    )
-    pressure = replay(optimum.x, len(record.t))
+    def solve(
+        self, start: np.ndarray | None = None, most: int | None = None, **fixed: float
+    ) -> OptimizeResult:
+        """Minimise the sum of squares from `start`, within `most` steps; a parameter in `fixed` is."""
+        first = np.array([self.guess.get(name, 1.0) for name in self.names]) if start is None else start
+        free = np.array([name not in fixed for name in self.names])
+        whole = np.array([fixed.get(name, value) for name, value in zip(self.names, first, strict=True)])
+        low = np.array([LOW.get(name, 0.0) for name in self.names])
+        high = np.array([HIGH.get(name, np.inf) for name in self.names])
+
+        def residual(theta: np.ndarray) -> np.ndarray:
+            whole[free] = theta
+            return self.residual(whole)
+
+        bounds = low[free], high[free]
+        return least_squares(residual, whole[free], bounds=bounds, x_scale="jac", max_nfev=most)
+
+
+def fitted_names(law: Law, leaks: bool) -> tuple[str, ...]:
+    """Names of what is fitted with a law: dead volumes, start, and what the law leaves open."""
+    names = ["V_d_A", "V_d_B", "start_A", "start_B"]
+    names += ["k_A", "k_B"] if law.explicit_heat else []
+    names += ["n"] if law.n is not None and np.isnan(law.n) else []
+    return (*names, "leak") if leaks else tuple(names)
+
+
+def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> ClosedFit:
+    """Fit dead volumes, start, and what the law leaves open, to the first `PART` of a record."""
+    problem = ClosedProblem(record, law, fitted_names(law, leaks), int(PART * len(record.t)))
+    return closed_fit(problem, problem.solve().x)
+
+
+def closed_fit(problem: ClosedProblem, theta: np.ndarray) -> ClosedFit:
+    """Return a law at some parameters, with its pressures and errors."""
+    record, first = problem.record, problem.fitted
+    pressure = problem.replay(theta, len(record.t))
     squares = (pressure - record.P) ** 2
     return ClosedFit(
-        dict.fromkeys(PARAMETERS, np.nan) | values(optimum.x),
+        dict.fromkeys(PARAMETERS, np.nan) | problem.values(theta),
         pressure,
         np.sqrt(squares[:, :first].mean(axis=1)),
         np.sqrt(squares[:, first:].mean(axis=1)),

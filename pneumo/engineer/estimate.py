@@ -1,6 +1,6 @@
 """Models fitted to a measurement: estimates, intervals, and the error of each on the part held out."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,6 +36,7 @@ from pneumo.storage.files import attributes, write
 PART = 0.6  # of the record that is fitted
 FLOW = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
 REPORTED = tuple(name for name in PARAMETERS if not name.startswith("start") and name not in CAUSES)
+UNITS = {name: PARAMETERS[name].unit for name in REPORTED}
 
 
 class Estimate(NamedTuple):
@@ -101,6 +102,13 @@ def split_of(record: StageSignals, part: float = PART) -> int:
     return round(part * (record.P.shape[1] - 1))
 
 
+def at_temperature(plant: Plant, T: float) -> Plant:
+    """Plant in surroundings at a measured temperature, K; unchanged where that is NaN."""
+    if not np.isfinite(T):
+        return plant
+    return plant._replace(conditions=plant.conditions._replace(T_amb=T, T_in=T, T_0=T))
+
+
 def fit_measurement(
     measurement: Measurement,
     plant: Plant,
@@ -117,15 +125,13 @@ def fit_measurement(
     `progress` gets a line after each model. `also` names `CAUSES` that are fitted too, with the full order;
     the reduced models then get plant and pressures as it found them. `InputError` where that is not fitted.
     """
-    m = measurement
+    m, plant = measurement, at_temperature(plant, measurement.T)
     full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
     if also and not full:
         raise InputError(
             f"--also {also[0]}: only the full order can tell, which needs the command u of a valve that does"
             " not leak"
         )
-    if np.isfinite(m.T):
-        plant = plant._replace(conditions=plant.conditions._replace(T_amb=m.T, T_in=m.T, T_0=m.T))
     record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
     split = split_of(record, part)
     first = record.part(0, split)
@@ -160,7 +166,12 @@ def fit_measurement(
     judged = FULL if FULL.name in fits else MODELS[ranked[0]]
     problem = Problem(judged, plant, first, {}, few, also)
     warnings = record_doubts(problem, fits[judged.name]) + disagreements(fits)
-    result = dataset(measurement, {name: fits[name] for name in ranked}, split, reported)
+    result = dataset(
+        measurement,
+        {name: fits[name] for name in ranked},
+        split,
+        {name: PARAMETERS[name].unit for name in reported},
+    )
     alike = [name for name in equally_good(fits) if name != FULL.name]
     if len(alike) > 1:
         note = f"this record cannot tell {', '.join(alike)} apart: their errors held out are alike"
@@ -169,16 +180,16 @@ def fit_measurement(
 
 
 def dataset(
-    measurement: Measurement, fits: dict[str, Estimate], split: int, reported: Sequence[str] = REPORTED
+    measurement: Measurement, fits: dict[str, Estimate], split: int, units: Mapping[str, str] = UNITS
 ) -> xr.Dataset:
-    """Dataset of several fits, in their order, with the parameters `reported`.
+    """Dataset of several fits, in their order, with the parameters that have a unit in `units`.
 
     Estimates and intervals by (model, parameter), errors by (model, chamber), measured and replayed pressures
     by (chamber, t) and (model, chamber, t).
     """
 
     def values(field: str) -> np.ndarray:
-        return np.array([[getattr(e, field).get(p, np.nan) for p in reported] for e in fits.values()])
+        return np.array([[getattr(e, field).get(p, np.nan) for p in units] for e in fits.values()])
 
     def arrays(field: str) -> np.ndarray:
         return np.array([getattr(e, field) for e in fits.values()])
@@ -201,8 +212,8 @@ def dataset(
         },
         coords={
             "model": list(fits),
-            "parameter": list(reported),
-            "parameter_unit": ("parameter", [PARAMETERS[name].unit for name in reported]),
+            "parameter": list(units),
+            "parameter_unit": ("parameter", list(units.values())),
             "chamber": ["A", "B"],
             "t": measurement.t,
         },
@@ -213,7 +224,9 @@ def dataset(
 
 
 def save_fit(fits: xr.Dataset, config_sha256: str, path: Path) -> None:
-    """Write the dataset of `fit_measurement`."""
-    title = "Reduced models fitted to a measurement"
+    """Write the dataset of `fit_measurement`, or of `pneumo.engineer.closed_fit.fit_closed`."""
+    closed = "closed_chambers" in fits.attrs
+    title = "Thermal laws fitted to closed chambers" if closed else "Reduced models fitted to a measurement"
     summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
-    write(fits, path, fits.attrs | attributes(title, summary, config_sha256, code_hash(__name__)))
+    code = code_hash(__name__, *(["pneumo.engineer.closed_fit"] if closed else []))
+    write(fits, path, fits.attrs | attributes(title, summary, config_sha256, code))

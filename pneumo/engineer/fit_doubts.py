@@ -6,6 +6,7 @@ what that model lacks. So what the full order leaves tells whether rig and confi
 Limits were chosen on benches that `make fit-bench` does not judge.
 """
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ NAMES = {
     "lag": "the valve's lag",
     "null": "the valve's null offset",
     "n": "n",
+    **{f"k_0_{c}": f"k_0 of {c}" for c in "AB"},
     "P_s": "the supply pressure",
     "exhaust": "the exhaust path",
     "A_B": "the piston area of B",
@@ -79,15 +81,25 @@ def remainders(problem: Problem, theta: np.ndarray) -> list[Remainder]:
     Its mean square over blocks is compared with what white noise and replays with added noise would give.
     """
     s = problem.signals
-    length = max(1, round(BLOCK / s.period))
     left = s.P - replayed_pressures(problem, theta[None])[0, 0]
+    if problem.noisy is None:
+        return what_is_left(s.P, left, s.period, np.empty((0, *left.shape)))
+    noisy = replayed_pressures(problem, theta[None], problem.noisy)[:, 0]
+    return what_is_left(s.P, left, s.period, noisy)
+
+
+def what_is_left(P: np.ndarray, left: np.ndarray, period: float, noisy: np.ndarray) -> list[Remainder]:
+    """Split what a fit leaves of the pressures P, Pa, by (chamber, sample), into noise and the rest.
+
+    `noisy` are replays with added noise in the position, by (replay, chamber, sample), or none.
+    """
+    length = max(1, round(BLOCK / period))
     spread = np.zeros(2)
-    if problem.noisy is not None:
-        noisy = replayed_pressures(problem, theta[None], problem.noisy)[:, 0]
+    if len(noisy):
         spread = np.nan_to_num(np.mean(block_means(noisy - noisy.mean(axis=0), length) ** 2, axis=(0, 2)))
     result: list[Remainder] = []
-    for side in range(2):
-        _, noise = smoothing(s.P[side], s.period)
+    for side in range(len(P)):
+        _, noise = smoothing(P[side], period)
         excess = float(np.mean(block_means(left[side], length) ** 2)) - noise**2 / length - spread[side]
         rms = float(np.sqrt(np.mean(left[side] ** 2)))
         result.append(Remainder(rms, float(np.sqrt(max(excess, 0.0))), noise))
@@ -103,16 +115,21 @@ def record_doubts(problem: Problem, found: "Estimate") -> list[str]:
     """Warn of what a fit leaves beside noise, and of the cause or else of each odd parameter."""
     theta, name = problem.inner(found.values), problem.model.name
     left = remainders(problem, theta)
-    symptoms = [
-        f"P_{chamber}: {name} leaves {one.rms / 1e3:.3g} kPa, of which {one.coloured / 1e3:.2g} kPa are not"
-        f" noise; the sensor's noise is {one.noise / 1e3:.2g} kPa: something in rig, record or configuration"
-        " is not as assumed, and no parameter here is to be trusted"
-        for chamber, one in zip("AB", left, strict=True)
-        if one.unexplained
-    ]
+    symptoms = unexplained_texts(name, dict(zip("AB", left, strict=True)))
     named = causes(problem, left) if symptoms and name == FULL.name else []
     # With a wrong rig all parameters are odd: its cause says more.
     return symptoms + (named or parameter_doubts(problem, found))
+
+
+def unexplained_texts(name: str, left: Mapping[str, Remainder]) -> list[str]:
+    """Warn of what a model leaves of the pressures, by chamber, where noise does not explain it."""
+    return [
+        f"P_{chamber}: {name} leaves {one.rms / 1e3:.3g} kPa, of which {one.coloured / 1e3:.2g} kPa are not"
+        f" noise; the sensor's noise is {one.noise / 1e3:.2g} kPa: something in rig, record or configuration"
+        " is not as assumed, and no parameter here is to be trusted"
+        for chamber, one in left.items()
+        if one.unexplained
+    ]
 
 
 def causes(problem: Problem, left: list[Remainder]) -> list[str]:
@@ -150,11 +167,8 @@ def parameter_doubts(problem: Problem, found: "Estimate") -> list[str]:
                     f": {CLOSED_TEST}" if name == "k_0" else ": excite the cylinder more, or record longer"
                 )
                 result.append(f"this record does not determine {NAMES[name]}{remedy}")
-        if name.startswith("V_d") and not 1 / UNLIKELY < values[name] / configured < UNLIKELY:
-            result.append(
-                f"{NAMES[name]} comes out as {values[name] / configured:.2g} times the configured one:"
-                " is the stroke right, is the zero of x, is there a hose?"
-            )
+        if name.startswith("V_d"):
+            result += unlikely_dead_volume(name, values[name] / configured)
         if name == "dead_time" and high.get(name, np.nan) < 0:
             result.append(
                 "the valve acts before its command was logged: was the command held between samples"
@@ -165,21 +179,31 @@ def parameter_doubts(problem: Problem, found: "Estimate") -> list[str]:
     return result
 
 
+def unlikely_dead_volume(name: str, ratio: float) -> list[str]:
+    """Warn of a dead volume that is far from the configured one, by its ratio to that."""
+    if 1 / UNLIKELY < ratio < UNLIKELY:
+        return []
+    return [
+        f"{NAMES[name]} comes out as {ratio:.2g} times the configured one:"
+        " is the stroke right, is the zero of x, is there a hose?"
+    ]
+
+
 def _shown(name: str, values: dict[str, float]) -> str:
     return f"{values[name]:.3g} {PARAMETERS[name].unit}"
 
 
 def equally_good(fits: "dict[str, Estimate]") -> list[str]:
     """Models whose error on the part held out is the lowest, or hardly larger."""
-    errors = {name: float(np.sqrt(np.mean(found.held_out**2))) for name, found in fits.items()}
+    errors = {name: float(np.sqrt(np.nanmean(found.held_out**2))) for name, found in fits.items()}
     return [name for name, error in errors.items() if error <= AS_GOOD * min(errors.values())]
 
 
-def disagreements(fits: "dict[str, Estimate]") -> list[str]:
-    """Warn of `equally_good` models whose intervals of k_0 or of the valve's coefficient lie apart."""
+def disagreements(fits: "dict[str, Estimate]", parameters: Sequence[str] = ("k_0", "k_xu")) -> list[str]:
+    """Warn of `equally_good` models whose intervals of k_0, or of the valve's coefficient, lie apart."""
     result: list[str] = []
     good = equally_good(fits)
-    for parameter in ("k_0", "k_xu"):
+    for parameter in parameters:
         ends = {
             name: (
                 np.nan_to_num(fits[name].low[parameter], nan=-np.inf),

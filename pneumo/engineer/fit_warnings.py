@@ -57,14 +57,15 @@ def check_time(samples: Samples) -> tuple[float, list[str]]:
     ]
 
 
-def check_signals(samples: Samples, plant: Plant, from_end: bool) -> list[str]:
+def check_signals(samples: Samples, plant: Plant, from_end: bool, closed: bool = False) -> list[str]:
     """Notes on pressures, position and command.
 
-    `InputError` if a pressure, position or temperature is impossible, or a signal is constant.
+    `InputError` if a pressure, position or temperature is impossible, or a signal is constant. In `closed`
+    chambers pressures may exceed the supply's, and all but time may be constant: the fit says what it needs.
     """
     path, values = samples.path, samples.values
     c, half, u_max = plant.conditions, plant.cylinder.stroke / 2, plant.valve.u_max
-    notes = [note for name in ("P_A", "P_B") for note in _check_pressure(samples, name, plant)]
+    notes = [note for name in ("P_A", "P_B") for note in _check_pressure(samples, name, plant, closed)]
     x, shift = values["x"], half if from_end else 0.0
     span = f"{shift - half:g} to {shift + half:g} m"
     hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
@@ -75,7 +76,7 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool) -> list[str]:
     if share:
         notes.append(f"column u: beyond the limiter's {u_max:g} V in {100 * share:.2g} % of samples; limited")
     for name in ("x", "P_A", "P_B", *(("m_A", "m_B") if "m_A" in values else ("u",))):
-        if np.ptp(values[name]) == 0:
+        if np.ptp(values[name]) == 0 and not closed:
             raise InputError(f"{path}: column {name}: {values[name][0]:.4g} in every sample: nothing to fit")
     if "T" in values and not 200 < np.mean(values["T"]) < 400:
         raise InputError(
@@ -87,7 +88,7 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool) -> list[str]:
     return notes
 
 
-def _check_pressure(samples: Samples, name: str, plant: Plant) -> list[str]:
+def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> list[str]:
     """Compare a pressure with what supply and atmosphere allow."""
     path, P, c = samples.path, samples.values[name], plant.conditions
     top, low = float(np.percentile(P, 99)), float(np.percentile(P, 1))
@@ -104,7 +105,7 @@ def _check_pressure(samples: Samples, name: str, plant: Plant) -> list[str]:
     rest = "must be absolute; a gauge's unit is written bar(g)"
     below = f"Pa is far below the atmosphere's {c.P_atm:.4g} Pa: {rest}"
     samples.refuse(0.5 * c.P_atm >= P, name, lambda k, _: f"{P[k]:.4g} {below}")
-    if top > OF_SUPPLY * c.P_s:
+    if top > OF_SUPPLY * c.P_s and not closed:
         raise InputError(
             f"{path}: column {name}: up to {top:.4g} Pa, far above the supply's {c.P_s:.4g} Pa"
             " (P_s_Pa, absolute)"

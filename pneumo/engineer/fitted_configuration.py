@@ -15,6 +15,7 @@ from pneumo.statistics.intervals import Interval
 DIGITS = 6  # of the numbers written
 LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
+CLOSED = "closed_chambers"  # attribute of a fit of thermal laws, which has no reduced model
 KEPT = ("k_0", "k_xu", "V_d_A", "V_d_B")  # what a configuration has keys for
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
 
@@ -37,8 +38,12 @@ def best_model(fit: xr.Dataset) -> str:
 def row_of_the_rig(fit: xr.Dataset) -> str:
     """Name of the row for the configuration: the full order's, or without its intervals the best model's.
 
+    Of closed chambers it is the best thermal law with a k_0.
     The parameters of a reduced model also make up for what that model lacks.
     """
+    if CLOSED in fit.attrs:  # the best law with a k_0
+        known = [name for name in map(str, fit["model"].values) if "k_0" in estimates(fit, name)]
+        return (known or [best_model(fit)])[0]
     if FULL.name not in fit["model"].values:
         return best_model(fit)
     ends = fit[["low", "high"]].sel(model=FULL.name).to_array()
@@ -55,7 +60,7 @@ def estimates(fit: xr.Dataset, model: str) -> dict[str, Interval]:
 
 def _error(fit: xr.Dataset, model: str) -> str:
     """Error of a model on the part held out."""
-    return f"{np.sqrt(np.mean(fit['rms_held_out'].sel(model=model).values ** 2)) / 1e3:.3g} kPa rms"
+    return f"{np.sqrt(np.nanmean(fit['rms_held_out'].sel(model=model).values ** 2)) / 1e3:.3g} kPa rms"
 
 
 def common_dead_volume(V_d_A: float, V_d_B: float, plant: Plant) -> tuple[float, float]:
@@ -95,8 +100,12 @@ def fitted_configuration(
     known = {name: one for name, one in found.items() if one.known}
     if "k_0" in known:
         notes.append(f"k_0 = {_text(known['k_0'])} W/K")
+        sides = [f"of {c} = {_text(known[f'k_0_{c}'])}" for c in "AB" if f"k_0_{c}" in known]
+        notes += [f"  {', '.join(sides)}, and one key has both"] if sides else []
     if "k_xu" in known:
         notes.append(_put_valve(section, known["k_xu"], plant.valve.k_xu))
+    if "leak" in known:
+        notes.append(f"leakage past the piston, for which there is no key: {_text(known['leak'])} kg/(s Pa)")
     if {"V_d_A", "V_d_B"} <= set(known):
         A, B = known["V_d_A"], known["V_d_B"]
         V_d, shift = common_dead_volume(A.value, B.value, plant)
@@ -121,10 +130,13 @@ def fitted_configuration(
         *(f"WARNING: {text}" for text in str(fit.attrs.get("warnings", "")).split("\n") if text),
         "Found, with 95 % intervals:",
         *(f"  {note}" for note in notes),
-        f"Best reduced model: {best}, off by {_error(fit, best)}{', with its own ' if own else ''}"
-        + ", ".join(own),
     ]
-    if options:
+    if CLOSED not in fit.attrs:
+        heading.append(
+            f"Best reduced model: {best}, off by {_error(fit, best)}{', with its own ' if own else ''}"
+            + ", ".join(own)
+        )
+    if options and CLOSED not in fit.attrs:
         heading.append(f"  for export and linearise: {best} {' '.join(options)}")
     body = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     return "".join(f"# {line}\n" for line in heading) + body

@@ -75,11 +75,18 @@ class Measurement(NamedTuple):
     T: float  # K, mean temperature of the surroundings; NaN where it was not measured
     notes: tuple[str, ...]  # what is unlikely in the file
     m: np.ndarray | None = None  # kg/s, mass flows into both chambers, where they were measured
+    closed: bool = False  # no gas flows: the valve was shut all the time
 
     @property
     def t(self) -> np.ndarray:
         """Time from the first sample, s."""
         return self.period * np.arange(len(self.u))
+
+    def since(self, begin: float) -> "Measurement":
+        """The rest of the measurement, from the time `begin` on, s."""
+        first = int(np.searchsorted(self.t, begin))
+        v, m = self.v if self.v is None else self.v[first:], self.m if self.m is None else self.m[:, first:]
+        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], v=v, m=m)
 
 
 def read_mapping(path: Path) -> dict[str, Column]:
@@ -174,14 +181,20 @@ def _factor_and_offset(path: Path, quantity: str, column: Column, P_atm: float) 
 
 
 def read_measurement(
-    path: Path | str, plant: Plant, mapping: Mapping[str, Column] | None = None, *, from_end: bool = False
+    path: Path | str,
+    plant: Plant,
+    mapping: Mapping[str, Column] | None = None,
+    *,
+    from_end: bool = False,
+    closed: bool = False,
 ) -> Measurement:
     """Read a measurement and check it against the cylinder, valve and supply that it is of.
 
     The file is text, LabVIEW .lvm, MATLAB .mat or NetCDF, as `read_table` takes them. `mapping` has column
     and unit of each quantity, as the header has them where it is left out. `from_end` is whether the position
-    counts from the end where chamber A is smallest, and not from mid-stroke. An `InputError` says where and
-    what is wrong, and what is expected.
+    counts from the end where chamber A is smallest, and not from mid-stroke. Where both chambers were
+    `closed`, neither command nor flows are needed; a record whose command or flows are all zero is of closed
+    chambers too. An `InputError` says where and what is wrong, and what is expected.
     """
     path = Path(path)
     known = {unit for units in COLUMN_UNITS.values() for unit in units}
@@ -189,12 +202,13 @@ def read_measurement(
     names = [str(name) for name in table.columns]
     columns = dict(mapping) if mapping else _columns_by_header(names, units)
     measured_flow = any(quantity in columns for quantity in FLOWS)
-    for quantity in REQUIRED + (FLOWS if measured_flow else ("u",)):
+    for quantity in REQUIRED + (() if closed else FLOWS if measured_flow else ("u",)):
         if quantity not in columns:
             there = ", ".join(printable(name, 30) for name in names[:12])
+            shut = "; if the valve was shut all the time: --closed both" if quantity == "u" else ""
             raise InputError(
                 f"{path}: no column {quantity}; expected a header such as"
-                f" {quantity}_{next(iter(COLUMN_UNITS[quantity]))}, or --columns; there are {there}"
+                f" {quantity}_{next(iter(COLUMN_UNITS[quantity]))}, or --columns; there are {there}{shut}"
             )
     values: dict[str, np.ndarray] = {}
     samples = Samples(path, first_line, values)
@@ -209,18 +223,23 @@ def read_measurement(
         values["x"] = values["x"] - plant.cylinder.stroke / 2
     if len(values["t"]) < FEWEST_ROWS:
         raise InputError(f"{path}: {len(values['t'])} samples: must be at least {FEWEST_ROWS}")
-    if measured_flow:
-        if "u" in values:
-            notes.append("column u: not used, since the flows m_A and m_B were measured")
+    driven = [name for name in (FLOWS if measured_flow else ("u",)) if name in values]
+    if not closed and not any(values[name].any() for name in driven):
+        closed = True
+        notes.append(f"{', '.join(driven)}: zero in every sample, so taken for closed chambers")
+    if measured_flow and "u" in values and not closed:
+        notes.append("column u: not used, since the flows m_A and m_B were measured")
+    if measured_flow or "u" not in values:
         values["u"] = np.zeros_like(values["t"])
     period, on_time = check_time(samples)
-    notes += on_time + check_signals(samples, plant, from_end)
+    notes += on_time + check_signals(samples, plant, from_end, closed)
     values = _uniform(values, period)
     notes += check_velocity(samples._replace(values=values), period)
     T = float(np.mean(values["T"])) if "T" in values else np.nan
     P = np.array([values["P_A"], values["P_B"]])
     m = np.array([values[name] for name in FLOWS]) if measured_flow else None
-    return Measurement(str(path), period, values["u"], values["x"], P, values.get("v"), T, tuple(notes), m)
+    x, v, u = values["x"], values.get("v"), values["u"]
+    return Measurement(str(path), period, u, x, P, v, T, tuple(notes), m, closed)
 
 
 def _uniform(values: dict[str, np.ndarray], period: float) -> dict[str, np.ndarray]:

@@ -29,7 +29,9 @@ FIRST = np.array([8e5, 1.1e6])
 
 def run(k=(0.0, 0.0), n=GAMMA, leak=0.0, volumes=VOLUMES):
     one = np.ones(2)
-    return closed_chambers(FIRST, volumes, np.ones_like(volumes), H, one, n, np.array(k), 0.0, 0.0, leak)
+    gas = (R_NITROGEN, GAMMA, T_WALL, P_0 * T_WALL)
+    ratio = np.ones_like(volumes)
+    return closed_chambers(FIRST, volumes, ratio, H, one, n, np.array(k), 0.0, 0.0, leak, *gas)
 
 
 @pytest.mark.parametrize("n", [1.0, 1.2, GAMMA])

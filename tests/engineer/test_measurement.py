@@ -102,7 +102,8 @@ def test_mapping_its_file_and_netcdf_give_the_same_measurement(tmp_path):
             lambda: changed("x_mm", 1e3 * (known().x + half())),
             ["outside the stroke", "--x-from end"],
         ),
-        (lambda: changed("u_V", 0 * known().u), ["column u", "every sample"]),
+        (lambda: changed("u_V", 0 * known().u + 1), ["column u", "every sample"]),
+        (lambda: {k: v for k, v in table().items() if k != "u_V"}, ["no column u", "--closed both"]),
         (lambda: table() | {"v_mm/s": -np.gradient(known().x * 1e3, known().period)}, ["column v"]),
     ],
 )
@@ -111,6 +112,21 @@ def test_each_mistake_in_a_file_gives_one_line(tmp_path, columns, words):
         read(tmp_path, columns())
     text = str(caught.value)
     assert "\n" not in text and all(word in text for word in ["m.csv", *words]), text
+
+
+def test_closed_chambers_are_seen_where_nothing_flows_and_said_where_nothing_was_logged(tmp_path):
+    found = read(tmp_path, changed("u_V", 0 * known().u))
+    assert found.closed and found.notes == ("u: zero in every sample, so taken for closed chambers",)
+    flows = {name: 0 * known().u for name in ("m_A_kg/s", "m_B_kg/s")}
+    assert read(tmp_path, table() | flows).closed and not read(tmp_path, table()).closed
+    # A held piston and pressures above the supply's are no mistakes there.
+    high = {
+        "x_mm": 0 * known().x,
+        "P_A_kPa": 2 * known().configured.conditions.P_s / 1e3 + known().P[0] / 1e3,
+    }
+    silent = {name: values for name, values in (table() | high).items() if name != "u_V"}
+    rest = read(tmp_path, silent, closed=True).since(0.5)
+    assert rest.closed and len(rest.u) == rest.P.shape[1] == len(known().u) - round(0.5 / known().period)
 
 
 def test_uneven_time_is_noted(tmp_path):

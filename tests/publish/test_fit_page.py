@@ -11,7 +11,7 @@ from rich.console import Console
 from pneumo.engineer.estimate import Estimate, dataset
 from pneumo.engineer.record import Measurement
 from pneumo.publish.pages.fit_page import fit_page
-from pneumo.publish.text.terminal_tables import FIT_HEADS, fit_rows, fit_tables
+from pneumo.publish.text.terminal_tables import fit_heads, fit_rows, fit_tables
 
 SAMPLES = 200
 
@@ -33,7 +33,7 @@ def found():
 
 
 def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(found):
-    cells = [dict(zip(FIT_HEADS, row, strict=True)) for row in fit_rows(found)]
+    cells = [dict(zip(fit_heads(found), row, strict=True)) for row in fit_rows(found)]
     assert [row["model"] for row in cells] == ["M8", "M3"]
     assert [row["rms held out (kPa)"] for row in cells] == ["1", "3"]
     assert cells[0]["k_0 (W/K)"] == "0.300 (0.200 to open)"

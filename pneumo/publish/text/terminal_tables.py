@@ -97,53 +97,101 @@ def study_tables(ranking: Ranking) -> list[Table]:
 
 # --- pneumo fit ------------------------------------------------------------------------------------
 
+RANKED = "Ranked by rms error on the part held out; 95 % intervals"
+ERRORS = ("rms held out (kPa)", "rms fitted (kPa)")
 FITTED = {  # parameter -> heading, unit, factor from SI
     "n": ("n", "", 1.0),
     "k_0": ("k_0", "W/K", 1.0),
     "k_xu": ("k_x k_u", "mm²/V", 1e6),
     "V_d_A": ("V_d of A", "cm³", 1e6),
     "V_d_B": ("V_d of B", "cm³", 1e6),
+    # Of closed chambers:
+    "k_0_A": ("k_0 of A", "W/K", 1.0),
+    "k_0_B": ("k_0 of B", "W/K", 1.0),
+    "k_A": ("mean k of A", "W/K", 1.0),
+    "k_B": ("mean k of B", "W/K", 1.0),
+    "leak": ("leakage A to B", "mg/(s bar)", 1e11),
+    "T_A": ("first T of A", "K", 1.0),
+    "T_B": ("first T of B", "K", 1.0),
 }
-FIT_HEADS = [
-    *("model", "rms held out (kPa)", "rms fitted (kPa)"),
-    *(f"{name} ({unit})" if unit else name for name, unit, _ in FITTED.values()),
-]
+
+
+def fitted_parameters(fit: xr.Dataset) -> dict[str, tuple[str, str, float]]:
+    """Heading, unit and factor from SI of each parameter of a fit that is shown."""
+    return {name: look for name, look in FITTED.items() if name in fit["parameter"].values}
+
+
+def fit_heads(fit: xr.Dataset) -> list[str]:
+    """Headings of the table of a fit."""
+    names = (f"{name} ({unit})" if unit else name for name, unit, _ in fitted_parameters(fit).values())
+    return ["law" if "closed_chambers" in fit.attrs else "model", *ERRORS, *names]
 
 
 def rms_of_chambers(by_chamber: xr.DataArray) -> float:
     """Root mean square over both chambers of their RMS errors, in the same unit."""
-    return float(np.sqrt(np.mean(by_chamber.values**2)))
+    return float(np.sqrt(np.nanmean(by_chamber.values**2)))
 
 
 def fit_rows(fit: xr.Dataset) -> list[list[str]]:
-    """Cells by `FIT_HEADS`, a row per model, best first; an end that the data do not limit is open."""
+    """Cells by `fit_heads`, a row per model, best first; an end that the data do not limit is open."""
     rows = []
     for model in fit["model"].values:
         part = fit.sel(model=model)
         row = [str(model)]
         row += [f"{rms_of_chambers(part[name]) / KILO:.3g}" for name in ("rms_held_out", "rms_fitted")]
-        for parameter, (_, _, factor) in FITTED.items():
+        for parameter, (_, _, factor) in fitted_parameters(fit).items():
             one = part.sel(parameter=parameter)
             best, low, high = (factor * one[key].item() for key in ("estimate", "low", "high"))
-            row.append("" if np.isnan(best) else f"{significant(best)} ({ends_text(low, high)})")
+            ends = ends_text(low, high) if low != 0 else f"0 to {significant(high)}"  # no leakage is an end
+            row.append("" if np.isnan(best) else f"{significant(best)} ({ends})")
         rows.append(row)
     return rows
 
 
 def fit_tables(fit: xr.Dataset) -> list[Table]:
     """Ranking with n and k_0, then valve and dead volumes, with 95 per cent intervals: 80 columns each."""
-    titles = "Ranked by rms error on the part held out; 95 % intervals", "Valve and dead volumes"
+    if "closed_chambers" in fit.attrs:
+        return closed_tables(fit)
     places = (0, 1, 2, 3, 4), (0, 5, 6, 7)
-    tables: list[Table] = []
-    for title, columns in zip(titles, places, strict=True):
+    heads, tables = fit_heads(fit), list[Table]()
+    for title, columns in zip((RANKED, "Valve and dead volumes"), places, strict=True):
         table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
         for place in columns:
-            head = FIT_HEADS[place].removeprefix("rms ").replace(" (", "\n(")
+            head = heads[place].removeprefix("rms ").replace(" (", "\n(")
             table.add_column(head, no_wrap=True)
         for row in fit_rows(fit):
             table.add_row(*(row[place] for place in columns))
         tables.append(table)
     return tables
+
+
+def closed_tables(fit: xr.Dataset) -> list[Table]:
+    """Ranking of thermal laws with n or k_0, then every parameter of the one for the configuration."""
+    from pneumo.engineer.fitted_configuration import row_of_the_rig  # seconds of imports, for one table
+
+    looks: dict[str, Any] = {"title_justify": "left", "box": box.SIMPLE_HEAD, "padding": (0, 1, 0, 0)}
+    ranking = Table("law", "held out\n(kPa)", "fitted\n(kPa)", "n, or k_0 (W/K)", title=RANKED, **looks)
+    table, law, heads = Table(title=row_of_the_rig(fit), **looks), row_of_the_rig(fit), fit_heads(fit)
+    table.add_column("")
+    table.add_column("95 % interval")
+    for row in fit_rows(fit):
+        n, k_0 = (row[heads.index(head)] for head in ("n", "k_0 (W/K)"))
+        ranking.add_row(*row[:3], f"n   {n}" if n else f"k_0 {k_0}" if k_0 else "")
+        for head, value in zip(heads[3:], row[3:], strict=True):
+            if value and row[0] == law:
+                table.add_row(head, value)
+    return [ranking, table]
+
+
+def wall_text(fit: xr.Dataset) -> str:
+    """State the conventions of a fit of closed chambers; an empty text for other fits."""
+    if "closed_chambers" not in fit.attrs:
+        return ""
+    T, P = fit.attrs["T_wall_K"], fit.attrs["P_0_Pa"] / KILO
+    return (
+        f"mean k: of the part fitted; k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by eqs (7) and (8).\n"
+        f"Taken for the wall: {T:.5g} K; every k scales with its inverse, predictions do not depend on it"
+    )
 
 
 def valve_text(fit: xr.Dataset) -> str:
