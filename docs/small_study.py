@@ -51,4 +51,4 @@ def small_study(results: Path, override: Path) -> None:
             ROOT / "paper/2007/claims.yaml", measured / "example.nc", measured / "coefficients.nc", [], code
         )
         verdict = results / "verdict.json"
-        script("verdict")("2006", ROOT / "paper/2006/claims.yaml", verdict, verdict.with_suffix(".html"))
+        script("verdict")("2006", ROOT / "paper/2006/claims.yaml", {}, verdict, verdict.with_suffix(".html"))

@@ -166,6 +166,10 @@ def fit(
     command: Annotated[Literal["held", "linear"], typer.Option(help="between samples")] = "held",
     part: Annotated[float, typer.Option(min=0.2, max=0.9, help="fraction that is fitted")] = 0.6,
     trust: Annotated[bool, typer.Option("--trust", help="skip the check for swapped columns")] = False,
+    also: Annotated[
+        list[str] | None,
+        typer.Option(help="fitted too: P_s, exhaust, A_B, offset_A or offset_B; may be repeated"),
+    ] = None,
     closed: Annotated[
         Literal["A", "B", "both"] | None,
         typer.Option(help="both: thermal laws of closed chambers; A, B: k_0 from this one's transient alone"),
@@ -216,15 +220,16 @@ def fit(
         return typer.echo(shown.transient_text(transient(measured, plant, closed, closed_from)))
     held = command == "held"
     if measured.closed:
-        if model:
-            raise InputError("--model: closed chambers are fitted with thermal laws; leave it out")
+        for option in [name for name, given in (("model", model), ("also", also)) if given]:
+            raise InputError(f"--{option}: closed chambers are fitted with thermal laws; leave it out")
         fitted = fit_closed(measured.since(closed_from), plant, part=part, check=not trust, progress=say)
         for note in filter(None, fitted.attrs["notes"].split("\n")[len(measured.notes) :]):
             say(f"note: {note}")
     else:
         if not trust:
             check_columns(measured, plant, held=held)
-        fitted = fit_measurement(measured, plant, names, held=held, part=part, progress=say)
+        causes = tuple(dict.fromkeys(also or ()))
+        fitted = fit_measurement(measured, plant, names, held=held, part=part, also=causes, progress=say)
     for table in shown.fit_tables(fitted):
         Console().print(table)
     doubts = [f"warning: {text}" for text in shown.warning_texts(fitted)]

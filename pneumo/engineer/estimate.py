@@ -127,6 +127,8 @@ def fit_measurement(
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
+    for unknown in (name for name in also if name not in CAUSES):
+        raise InputError(f"--also {unknown}: must be one of {', '.join(CAUSES)}")
     if also and not full:
         raise InputError(
             f"--also {also[0]}: only the full order can tell, which needs the command u of a valve that does"

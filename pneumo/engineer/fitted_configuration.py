@@ -8,7 +8,7 @@ import yaml
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.schema import Configuration
-from pneumo.engineer.fit_parameters import FULL
+from pneumo.engineer.fit_parameters import CAUSES, FULL
 from pneumo.errors import printable
 from pneumo.statistics.intervals import Interval
 
@@ -106,6 +106,7 @@ def fitted_configuration(
         notes.append(_put_valve(section, known["k_xu"], plant.valve.k_xu))
     if "leak" in known:
         notes.append(f"leakage past the piston, for which there is no key: {_text(known['leak'])} kg/(s Pa)")
+    notes += _put_causes(content, section, known)
     if {"V_d_A", "V_d_B"} <= set(known):
         A, B = known["V_d_A"], known["V_d_B"]
         V_d, shift = common_dead_volume(A.value, B.value, plant)
@@ -150,6 +151,17 @@ def _put_valve(section: dict[str, Any], k_xu: Interval, configured: float) -> st
         return f"C = {_text(C)} dm3/(s bar) at u_max_V"
     section["k_x_k_u_m2_per_V"] = _rounded(k_xu.value)
     return f"k_x k_u = {_text(k_xu)} m2/V"
+
+
+def _put_causes(content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval]) -> list[str]:
+    """Put what was fitted too into the keys that there are for it, and say what it is."""
+    if "P_s" in known:
+        content["supply"]["P_s_Pa"] = _rounded(known["P_s"].value)
+    if "exhaust" in known and "valve" in section:
+        section["valve"]["exhaust_ratio"] = _rounded(known["exhaust"].value)
+    notes = [f"{name} = {_text(known[name])} (SI units)" for name in CAUSES if name in known]
+    without = [name for name in ("A_B", "offset_A", "offset_B") if name in known]
+    return notes + ([f"  no key has {', '.join(without)}"] if without else [])
 
 
 def _experiments(

@@ -195,7 +195,10 @@ def wall_text(fit: xr.Dataset) -> str:
 
 
 def valve_text(fit: xr.Dataset) -> str:
-    """What the full-order fit says of the valve's command, or an empty text where there is none."""
+    """What the full-order fit says of the valve's command and of what was fitted too.
+
+    An empty text where there is no such fit.
+    """
     if "full" not in fit["model"]:
         return ""
     parts: list[str] = []
@@ -203,12 +206,20 @@ def valve_text(fit: xr.Dataset) -> str:
         ("lag", "lag", "ms", KILO),
         ("dead_time", "dead time", "ms", KILO),
         ("null", "null offset", "V", 1.0),
+        ("P_s", "supply", "kPa", 1 / KILO),
+        ("exhaust", "exhaust over supply path", "", 1.0),
+        ("A_B", "piston area of B", "mm²", 1e6),
+        ("offset_A", "offset of P_A", "kPa", 1 / KILO),
+        ("offset_B", "offset of P_B", "kPa", 1 / KILO),
     ):
+        if name not in fit["parameter"]:
+            continue
         one = fit.sel(model="full", parameter=name)
         best, low, high = (factor * one[key].item() for key in ("estimate", "low", "high"))
         # These may be negative, and no lag is an end that the search has.
-        ends = " to ".join("open" if np.isnan(end) else f"{end:.2g}" for end in (low, high))
-        parts.append(f"{text} {best:.2g} {unit} ({ends})")
+        digits = 2 if name in ("lag", "dead_time", "null") else 4
+        ends = " to ".join("open" if np.isnan(end) else f"{end:.{digits}g}" for end in (low, high))
+        parts.append(f"{text} {best:.{digits}g}{unit and ' '}{unit} ({ends})")
     return f"valve, from the full order: {', '.join(parts)}"
 
 
