@@ -159,6 +159,8 @@ def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
     assert off < 0.7 * before
     residual = (found["P"] - found["pressure"].sel(model="M8")).mean("t")
     assert abs(residual).max() < 8e3 / 2  # Pa: what M8 lacks, but not the offset
+    with pytest.raises(InputError, match=r"^--also u: must be one of P_s, exhaust, A_B, offset_A, offset_B$"):
+        fit_measurement(measurement, plant, ["M8"], also=("u",))
     with pytest.raises(InputError, match=r"^--also exhaust: only the full order can tell"):
         leaky = plant._replace(valve=plant.valve._replace(leak=1e-9))
         fit_measurement(measurement, leaky, ["M8"], also=also)
