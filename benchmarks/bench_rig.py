@@ -132,7 +132,7 @@ def _rates(y: np.ndarray, u: float, rig: Rig, dy: np.ndarray) -> None:
 
 @njit(cache=True)
 def _run(rig: Rig, target: np.ndarray, gain: float, late: int) -> np.ndarray:
-    """Follow a target of every control period; rows of u, x, P_A, P_B at the start of each."""
+    """Follow a target of every control period; rows of u, x, P_A, P_B, P_s at the start of each."""
     area = pi / 4 * rig.bore**2
     areas = (area, area - pi / 4 * rig.rod**2)
     y, dy, k, trial = np.zeros(8), np.zeros(8), np.zeros((4, 8)), np.zeros(8)
@@ -141,7 +141,7 @@ def _run(rig: Rig, target: np.ndarray, gain: float, late: int) -> np.ndarray:
         dead = rig.V_A if side == 0 else rig.V_B
         y[4 + 2 * side] = rig.P_0 * (dead + areas[side] * rig.stroke / 2) / (R * rig.T_amb)
         y[5 + 2 * side] = y[4 + 2 * side] * C_V * rig.T_amb
-    result = np.empty((len(target), 4))
+    result = np.empty((len(target), 5))
     sent = np.empty(len(target))
     for n in range(len(target)):
         for side in range(2):
@@ -151,6 +151,7 @@ def _run(rig: Rig, target: np.ndarray, gain: float, late: int) -> np.ndarray:
             result[n, 2 + side] = y[5 + 2 * side] * (R / C_V) / V
         sent[n] = min(max(gain * (target[n] - y[0]), -U_MAX), U_MAX)
         result[n, 0], result[n, 1] = sent[n], y[0]
+        result[n, 4] = y[3]
         u = sent[max(n - late, 0)]
         if rig.lag == 0:
             y[2] = (u - rig.null) / U_MAX
@@ -165,7 +166,7 @@ def _run(rig: Rig, target: np.ndarray, gain: float, late: int) -> np.ndarray:
 
 
 def bench_record(rig: Rig, rng: np.random.Generator, duration: float) -> dict[str, np.ndarray]:
-    """Columns t, u, x, P_A, P_B at 1 kHz: random targets under a proportional controller, noise on top.
+    """Columns t, u, x, P_A, P_B, P_s at 1 kHz: random targets under a proportional controller, noise on top.
 
     The run is one second longer; its start from rest is cut off.
     """
@@ -184,4 +185,5 @@ def bench_record(rig: Rig, rng: np.random.Generator, duration: float) -> dict[st
         "x": rows[:, 1] + rng.normal(0.0, POSITION_NOISE, count),
         "P_A": rows[:, 2] + rng.normal(0.0, PRESSURE_NOISE, count),
         "P_B": rows[:, 3] + rng.normal(0.0, PRESSURE_NOISE, count),
+        "P_s": rows[:, 4] + rng.normal(0.0, PRESSURE_NOISE, count),
     }

@@ -47,6 +47,7 @@ class Disturbance(NamedTuple):
     believed: Callable[[Rig, float], Rig] = lambda rig, _sign: rig  # sign: -1 or 1, drawn
     logged: Callable[[Columns], Columns] = lambda columns: columns
     duration: float = DURATION
+    supply: bool = False  # whether the supply pressure is logged
 
 
 def _tubes(rig: Rig, volume: float = 12.6e-6) -> Rig:
@@ -54,7 +55,7 @@ def _tubes(rig: Rig, volume: float = 12.6e-6) -> Rig:
 
 
 def _scaled(columns: Columns, factor: float, offset: float = 0.0) -> Columns:
-    return columns | {name: factor * columns[name] + offset for name in ("P_A", "P_B")}
+    return columns | {name: factor * columns[name] + offset for name in ("P_A", "P_B", "P_s")}
 
 
 DISTURBANCES = {
@@ -66,6 +67,7 @@ DISTURBANCES = {
     "area": Disturbance("exhaust area 0.75", rig=lambda r: r._replace(exhaust=0.75)),
     "tube": Disturbance("tubes 12.6 cm3 each", rig=_tubes),
     "sags": Disturbance("sagging supply", rig=lambda r: r._replace(weak_supply=0.5)),
+    "logs": Disturbance("the same, P_s logged", rig=lambda r: r._replace(weak_supply=0.5), supply=True),
     "P_s": Disturbance("P_s wrong by 1 bar", believed=lambda r, sign: r._replace(P_s=r.P_s + sign * 1e5)),
     "stroke": Disturbance(
         "stroke wrong by 50 mm", believed=lambda r, sign: r._replace(stroke=r.stroke + sign * 0.05)
@@ -138,8 +140,9 @@ def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None =
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         plant = believed_plant(believed, folder)
-        units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_kPa", "P_B": "P_B_kPa"}
-        table = pd.DataFrame(_scaled(columns, 1e-3)).rename(columns=units)
+        units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_kPa", "P_B": "P_B_kPa", "P_s": "P_s_kPa"}
+        kept = {name: values for name, values in _scaled(columns, 1e-3).items() if d.supply or name != "P_s"}
+        table = pd.DataFrame(kept).rename(columns=units)
         table.to_csv(folder / "bench.csv", index=False, float_format="%.9g")
         try:
             measurement = read_measurement(folder / "bench.csv", plant)

@@ -156,7 +156,7 @@ def _tell(chosen: "Study", cells: "Dataset", folder: Path) -> None:
 
 def fit(
     measurement: Annotated[
-        Path, typer.Argument(help="CSV, .lvm, .mat or NetCDF: t, u, x, P_A, P_B, optional v, T")
+        Path, typer.Argument(help="CSV, .lvm, .mat or NetCDF: t, u, x, P_A, P_B, optional v, T, P_s")
     ],
     cylinder: OneCylinder = None,
     config: Config = None,

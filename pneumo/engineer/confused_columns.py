@@ -39,8 +39,8 @@ def quick_fit_error(measurement: Measurement, plant: Plant, held: bool) -> float
     """Root mean square error of a quick fit of valve coefficient and dead volumes, Pa."""
     last = min(len(measurement.u), round(SECONDS / measurement.period) + 1)
     u, x, P = measurement.u[:last], measurement.x[:last], measurement.P[:, :last]
-    m = None if measurement.m is None else measurement.m[:, :last]
-    record = stage_signals(measurement.period, u, x, P, plant.valve.u_max, held=held, m=m)
+    m, P_s = (None if s is None else s[..., :last] for s in (measurement.m, measurement.P_s))
+    record = stage_signals(measurement.period, u, x, P, plant.valve.u_max, held=held, P_s=P_s, m=m)
     quick = fit(Problem(MODELS[MODEL], plant, record, {"n": INDEX}), tolerance=1e-3, most=8)
     return plant.conditions.P_s * float(np.sqrt(np.mean(quick.residual**2)))
 

@@ -129,12 +129,14 @@ def fit_measurement(
     full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
     for unknown in (name for name in also if name not in CAUSES):
         raise InputError(f"--also {unknown}: must be one of {', '.join(CAUSES)}")
+    if "P_s" in also and m.P_s is not None:
+        raise InputError(f"--also P_s: {m.name} has the supply pressure as a column")
     if also and not full:
         raise InputError(
             f"--also {also[0]}: only the full order can tell, which needs the command u of a valve that does"
             " not leak"
         )
-    record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, m=m.m)
+    record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, P_s=m.P_s, m=m.m)
     split = split_of(record, part)
     first = record.part(0, split)
     noisy = with_added_noise(first)

@@ -136,7 +136,8 @@ def causes(problem: Problem, left: list[Remainder]) -> list[str]:
     """Name what would explain most of what a full-order fit leaves: one of `CAUSES`, fitted too."""
     before = float(np.sqrt(np.mean([one.rms**2 for one in left])))
     best, text = EXPLAINED * before, ""
-    for cause in (one for one in CAUSES if one not in problem.free):
+    known = problem.free if problem.signals.P_s is None else (*problem.free, "P_s")
+    for cause in (one for one in CAUSES if one not in known):
         trial = problem._replace(noisy=None, free=(*problem.free, cause))
         found = fit(trial, tolerance=1e-3, most=STEPS)
         after = problem.plant.conditions.P_s * float(np.sqrt(np.mean(found.residual**2)))

@@ -146,7 +146,7 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
         return np.array([pressures_on_flows(motion, *own) for motion in motions])
     if problem.model.name != FULL.name:
         plant = problem.plant._replace(k_0=1.0)
-        return pressures_of_sets(signals.u, motions, lanes, V_d, plant, *rest, start)
+        return pressures_of_sets(signals.u, motions, lanes, V_d, plant, *rest, start, P_s=signals.P_s)
     start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
     result = np.empty((len(motions), len(values), *signals.P.shape))
     alike: dict[tuple[float, ...], list[int]] = {}
@@ -158,7 +158,7 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
             with_causes(problem.plant, value)._replace(k_0=1.0),
             behind_valve(signals.u, signals.h, value),
         )
-        own = lanes[rows], V_d[rows], plant, *rest, start[rows], start_T[rows]
+        own = lanes[rows], V_d[rows], plant, *rest, start[rows], start_T[rows], signals.P_s
         result[:, rows] = pressures_of_sets(u, motions, *own)
     return result + np.array([offsets(value) for value in values])
 

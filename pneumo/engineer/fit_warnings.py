@@ -11,6 +11,7 @@ from pneumo.errors import InputError
 
 GAP = 3.0  # periods between samples that are a gap
 UNEVEN = 1e-3  # periods beside a uniform grid that are negligible
+SUPPLY = (0.4, 1.6)  # of the configured supply pressure, between which a measured one is possible
 OF_SUPPLY = 1.3  # pressure over the supply's that a sensor may show
 TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
 PRESSURE_UNITS = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757, "MPa": 1e6}
@@ -83,6 +84,8 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool, closed: bool =
             f"{path}: column T: {np.mean(values['T']):.4g} K on average: must lie between 200 and 400 K;"
             " is it degC?"
         )
+    if "P_s" in values:
+        notes.append(_check_supply(samples, c.P_s))
     if not c.P_atm < c.P_s:
         raise InputError(f"P_s = {c.P_s:g} Pa: must exceed P_atm")
     return notes
@@ -113,6 +116,20 @@ def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> 
     if low < 0.9 * c.P_atm:
         return [f"column {name}: down to {low:.4g} Pa, below the atmosphere: is it absolute?"]
     return []
+
+
+def _check_supply(samples: Samples, P_s: float) -> str:
+    """Note on a measured supply pressure; `InputError` if it is far from the configured one, Pa."""
+    measured = samples.values["P_s"]
+    low, high = float(measured.min()), float(measured.max())
+    if not (SUPPLY[0] * P_s < low and high < SUPPLY[1] * P_s):
+        raise InputError(
+            f"{samples.path}: column P_s: {low:.4g} to {high:.4g} Pa: must lie between {SUPPLY[0]:g} and"
+            f" {SUPPLY[1]:g} times the configured {P_s:.4g} Pa (P_s_Pa, absolute); is the unit right?"
+        )
+    return (
+        f"column P_s: {low / 1e3:.4g} to {high / 1e3:.4g} kPa, in place of the configured {P_s / 1e3:.4g} kPa"
+    )
 
 
 def check_velocity(samples: Samples, period: float) -> list[str]:

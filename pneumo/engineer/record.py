@@ -36,6 +36,7 @@ COLUMN_UNITS: dict[str, dict[str, float]] = {
     "v": {f"{unit}/s": scale for unit, scale in _LENGTH.items()},
     "P_A": _PRESSURE,
     "P_B": _PRESSURE,
+    "P_s": _PRESSURE,
     "m_A": _FLOW,
     "m_B": _FLOW,
     "T": {"K": 1.0, "degC": 1.0},
@@ -59,7 +60,7 @@ class Column(BaseModel):
     unit: Annotated[str, Field(max_length=20)]
 
 
-Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "m_A", "m_B", "T"]
+Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
 MAPPING = TypeAdapter(dict[Quantity, Column])
 
 
@@ -75,6 +76,7 @@ class Measurement(NamedTuple):
     T: float  # K, mean temperature of the surroundings; NaN where it was not measured
     notes: tuple[str, ...]  # what is unlikely in the file
     m: np.ndarray | None = None  # kg/s, mass flows into both chambers, where they were measured
+    P_s: np.ndarray | None = None  # Pa, absolute supply pressure, where it was measured
     closed: bool = False  # no gas flows: the valve was shut all the time
 
     @property
@@ -85,8 +87,9 @@ class Measurement(NamedTuple):
     def since(self, begin: float) -> "Measurement":
         """The rest of the measurement, from the time `begin` on, s."""
         first = int(np.searchsorted(self.t, begin))
-        v, m = self.v if self.v is None else self.v[first:], self.m if self.m is None else self.m[:, first:]
-        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], v=v, m=m)
+        v, P_s = (signal if signal is None else signal[first:] for signal in (self.v, self.P_s))
+        m = self.m if self.m is None else self.m[:, first:]
+        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], v=v, P_s=P_s, m=m)
 
 
 def read_mapping(path: Path) -> dict[str, Column]:
@@ -239,7 +242,7 @@ def read_measurement(
     P = np.array([values["P_A"], values["P_B"]])
     m = np.array([values[name] for name in FLOWS]) if measured_flow else None
     x, v, u = values["x"], values.get("v"), values["u"]
-    return Measurement(str(path), period, u, x, P, v, T, tuple(notes), m, closed)
+    return Measurement(str(path), period, u, x, P, v, T, tuple(notes), m, values.get("P_s"), closed)
 
 
 def _uniform(values: dict[str, np.ndarray], period: float) -> dict[str, np.ndarray]:

@@ -33,6 +33,7 @@ class StageSignals(NamedTuple):
     P: np.ndarray  # Pa, measured pressures by (chamber, sample)
     penalty: float  # s^3, smoothing of the position: from `smoothing`
     noise: float  # m, in the position
+    P_s: np.ndarray | None = None  # Pa, supply pressure where measured, by (step, stage)
     flow: np.ndarray | None = None  # kg/s, where measured, by (step, stage, chamber); u then plays no role
 
     @property
@@ -43,8 +44,8 @@ class StageSignals(NamedTuple):
     def part(self, first: int, last: int) -> "StageSignals":
         """Signals from one sample to another, both included."""
         steps = slice(first * self.stride, last * self.stride)
-        flow = None if self.flow is None else self.flow[steps]
-        at = {"u": self.u[steps], "motion": self.motion[steps], "flow": flow}
+        flow, P_s = (signal if signal is None else signal[steps] for signal in (self.flow, self.P_s))
+        at = {"u": self.u[steps], "motion": self.motion[steps], "P_s": P_s, "flow": flow}
         return self._replace(P=self.P[:, first : last + 1], **at)
 
 
@@ -80,14 +81,15 @@ def stage_signals(
     u_max: float,
     *,
     held: bool = True,
+    P_s: np.ndarray | None = None,
     m: np.ndarray | None = None,
 ) -> StageSignals:
     """Signals at the stages of a replay, from samples `period` seconds apart.
 
     They are the command before its limiter at `u_max`, V, and the position, m, shape (samples,); pressures,
-    Pa, and, where they were measured, mass flows into the chambers, kg/s, shape (chamber, samples). The
-    command is `held` until the next sample (zero-order hold, as a digital controller does) or else
-    interpolated linearly, as flows always are.
+    Pa, and, where they were measured, mass flows into the chambers, kg/s, shape (chamber, samples), and the
+    supply pressure, Pa, shape (samples,). The command is `held` until the next sample (zero-order hold, as a
+    digital controller does) or else interpolated linearly, as flows and supply always are.
     """
     t, within = period * np.arange(len(u)), int(np.ceil(period / LONGEST_STEP * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)
@@ -98,7 +100,8 @@ def stage_signals(
     spline = make_smoothing_spline(t, x, lam=penalty)
     motion = np.stack([spline(at), spline.derivative()(at)], axis=-1)
     flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
-    return StageSignals(period, h, limited, motion, P, penalty, noise, flow)
+    supply = None if P_s is None else np.interp(at, t, P_s)
+    return StageSignals(period, h, limited, motion, P, penalty, noise, supply, flow)
 
 
 def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import heat_area, volume
 from pneumo.physics.models import temperature
+from pneumo.physics.valve import Conditions
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.polynomials import flow_polynomial
 from pneumo.simulation.reference import lane_of, lane_rate_with_flows, piston_area
@@ -61,6 +62,7 @@ def _on_inputs(
     plant: Plant,
     h: float,
     psi: tuple[float, ...],
+    P_s: np.ndarray,
     pressure: np.ndarray,
 ) -> None:
     c, s_sonic, count = plant.conditions, -log(plant.gas.critical_ratio), starts[3]
@@ -69,6 +71,8 @@ def _on_inputs(
     for k in range(len(u)):
         for j in range(STAGES):
             a_0, a_1 = h * A[j, 0], h * A[j, 1]
+            now_c = Conditions(P_s[k, j], c.P_atm, c.T_in, c.T_amb, c.P_0, c.T_0)
+            supplied = Plant(plant.gas, plant.valve, now_c, plant.cylinder, plant.k_0)
             for side in range(2):
                 sign, area = 1.0 - 2.0 * side, piston_area(plant.cylinder, side)
                 now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
@@ -92,8 +96,8 @@ def _on_inputs(
                     first, second, start = RATE_T + own, RATE_T + own + np.uint64(ROW), T + own
                     for i in range(count):
                         W[ROOT_T + i] = sqrt(X[start + i] + (a_0 * X[first + i] + a_1 * X[second + i]))
-                shared = shared_terms(sign * u[k, j], x, 0.0, area, plant)
-                write_rates(W, rate, starts, shared, plant, psi, s_sonic)  # at rest, in the plant's volume
+                shared = shared_terms(sign * u[k, j], x, 0.0, area, supplied)
+                write_rates(W, rate, starts, shared, supplied, psi, s_sonic)  # at rest, in the plant's volume
                 wall = shared[5]
                 if full:
                     for i in range(count):
@@ -136,6 +140,7 @@ def pressures_of_sets(
     stride: int,
     start: np.ndarray,
     start_T: np.ndarray | None = None,
+    P_s: np.ndarray | None = None,
 ) -> np.ndarray:
     """Pressures, Pa, shape (motion, set, chamber, stored steps), on given signals.
 
@@ -159,7 +164,10 @@ def pressures_of_sets(
     start, start_T : numpy.ndarray
         Pressures, Pa, and temperatures, K, at first, shape (set, chamber). With temperatures the full-order
         chambers are replayed, else reduced models.
+    P_s : numpy.ndarray, optional
+        Supply pressure, Pa, at every stage, shape (steps, 3), in place of the plant's.
     """
+    P_s = np.full(u.shape, plant.conditions.P_s) if P_s is None else P_s
     count, width, full = len(lanes), -(-len(lanes) // WIDTH) * WIDTH, start_T is not None
     padded = np.minimum(np.arange(width), count - 1)
     need = 3 if full else int(needs(lanes).max())
@@ -182,7 +190,7 @@ def pressures_of_sets(
         pressure = np.empty((result.shape[3], 2, len(rows)))
         pressure[0] = start[rows].T
         e_A = float(lanes[0, 6])
-        _on_inputs(u, part, W, X.ravel(), (*starts, last), full, e_A, stride, plant, h, psi, pressure)
+        _on_inputs(u, part, W, X.ravel(), (*starts, last), full, e_A, stride, plant, h, psi, P_s, pressure)
         by_motion = pressure.reshape(-1, 2, len(part), width)[..., :count]
         result[first : first + len(part)] = by_motion.transpose(2, 3, 1, 0)
     return result

@@ -164,3 +164,21 @@ def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
     with pytest.raises(InputError, match=r"^--also exhaust: only the full order can tell"):
         leaky = plant._replace(valve=plant.valve._replace(leak=1e-9))
         fit_measurement(measurement, leaky, ["M8"], also=also)
+
+
+@pytest.mark.slow
+def test_a_supply_that_sags_is_no_doubt_where_it_was_logged(plant):
+    c = bench_record(RIG._replace(weak_supply=0.5), np.random.default_rng(3), SECONDS)
+    P = np.array([c["P_A"], c["P_B"]])
+    measurement = Measurement("m", 1e-3, c["u"], c["x"], P, None, np.nan, (), P_s=c["P_s"])
+    assert np.ptp(c["P_s"]) > 0.05 * RIG.P_s
+    found = fit_measurement(measurement, plant, ["M8"])
+    assert found.attrs["warnings"] == ""
+    full = found.sel(model="full")
+    for name, value in {"k_0": RIG.k_0, "V_d_A": RIG.V_A, "V_d_B": RIG.V_B}.items():
+        one = full.sel(parameter=name)
+        half = float(one["high"] - one["low"]) / 2
+        assert abs(float(one["estimate"]) - value) < 3 * half, name  # as above
+    assert "leaves" in fit_measurement(measurement._replace(P_s=None), plant, ["M8"]).attrs["warnings"]
+    with pytest.raises(InputError, match=r"^--also P_s: m has the supply pressure as a column$"):
+        fit_measurement(measurement, plant, ["M8"], also=("P_s",))

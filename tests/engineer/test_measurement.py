@@ -83,6 +83,11 @@ def test_mapping_its_file_and_netcdf_give_the_same_measurement(tmp_path):
         read_mapping(file)
 
 
+def supply():
+    """Supply pressure that sags, Pa."""
+    return known().configured.conditions.P_s * np.linspace(1.0, 0.9, len(known().u))
+
+
 @pytest.mark.parametrize(
     ("columns", "words"),
     [
@@ -103,6 +108,7 @@ def test_mapping_its_file_and_netcdf_give_the_same_measurement(tmp_path):
             ["outside the stroke", "--x-from end"],
         ),
         (lambda: changed("u_V", 0 * known().u + 1), ["column u", "every sample"]),
+        (lambda: table() | {"P_s_kPa": 1e-2 * supply()}, ["column P_s", "0.4 and 1.6 times", "unit"]),
         (lambda: {k: v for k, v in table().items() if k != "u_V"}, ["no column u", "--closed both"]),
         (lambda: table() | {"v_mm/s": -np.gradient(known().x * 1e3, known().period)}, ["column v"]),
     ],
@@ -127,6 +133,13 @@ def test_closed_chambers_are_seen_where_nothing_flows_and_said_where_nothing_was
     silent = {name: values for name, values in (table() | high).items() if name != "u_V"}
     rest = read(tmp_path, silent, closed=True).since(0.5)
     assert rest.closed and len(rest.u) == rest.P.shape[1] == len(known().u) - round(0.5 / known().period)
+
+
+def test_a_measured_supply_pressure_is_read_and_said(tmp_path):
+    found = read(tmp_path, table() | {"P_s_kPa": 1e-3 * supply()})
+    np.testing.assert_allclose(found.P_s, supply(), rtol=1e-12)
+    assert len(found.since(0.5).P_s) == len(found.since(0.5).u)
+    assert [note for note in found.notes if note.startswith("column P_s: ")]
 
 
 def test_uneven_time_is_noted(tmp_path):

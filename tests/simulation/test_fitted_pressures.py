@@ -120,3 +120,24 @@ def test_a_chamber_that_leaves_the_positive_numbers_is_nan_and_its_neighbours_go
     rows[1, 0] = 1e5  # an expansion that no step can follow
     found = pressures_of_sets(u, motions, rows, V_D, plant, 5e-4, 1, START)
     assert np.isnan(found[:, 1, :, -1]).all() and np.isfinite(found[:, [0, 2]]).all()
+
+
+def test_a_supply_that_sags_is_followed(plant):
+    h, row = 5e-4, lane(MODELS["M8"], 1.2, plant.gas.gamma)
+
+    def supply(t):
+        return plant.conditions.P_s * (0.8 + 0.1 * np.cos(12 * t))
+
+    u, motions = signals(h)
+    P_s = supply(h * (np.arange(len(u))[:, None] + KUTTA.c))
+    found = pressures_of_sets(u, motions, lane_array([row]), V_D[:1], plant, h, 1, START[:1], P_s=P_s)
+    for i, size in enumerate(MOTIONS):
+
+        def rate(t, P, size=size):
+            x, v = position(t, size)
+            now = with_V_d(plant, V_D[0, 0])
+            now = now._replace(conditions=now.conditions._replace(P_s=supply(t)))
+            return [lane_rate(command(t), x, v, P[0], plant.cylinder.A_A, now, row)]
+
+        end = solve_ivp(rate, (0, LENGTH), START[0, :1], "DOP853", rtol=1e-11, atol=1e-6, max_step=0.01)
+        np.testing.assert_allclose(found[i, 0, 0, -1], end.y[0, -1], rtol=2e-6)  # as above
