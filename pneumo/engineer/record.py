@@ -76,8 +76,8 @@ class Measurement(NamedTuple):
     T: float  # K, mean temperature of the surroundings; NaN where it was not measured
     notes: tuple[str, ...]  # what is unlikely in the file
     m: np.ndarray | None = None  # kg/s, mass flows into both chambers, where they were measured
-    P_s: np.ndarray | None = None  # Pa, absolute supply pressure, where it was measured
     closed: bool = False  # no gas flows: the valve was shut all the time
+    P_s: np.ndarray | None = None  # Pa, absolute supply pressure, where it was measured
 
     @property
     def t(self) -> np.ndarray:
@@ -242,7 +242,7 @@ def read_measurement(
     P = np.array([values["P_A"], values["P_B"]])
     m = np.array([values[name] for name in FLOWS]) if measured_flow else None
     x, v, u = values["x"], values.get("v"), values["u"]
-    return Measurement(str(path), period, u, x, P, v, T, tuple(notes), m, values.get("P_s"), closed)
+    return Measurement(str(path), period, u, x, P, v, T, tuple(notes), m, closed, values.get("P_s"))
 
 
 def _uniform(values: dict[str, np.ndarray], period: float) -> dict[str, np.ndarray]:

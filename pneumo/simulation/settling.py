@@ -101,7 +101,7 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
 
     pieces = [equilibrium(plant)[np.newaxis]]
     while True:
-        piece = run(pieces[-1][-1], zeros, push.force, drive, stopped, h).states
+        piece = run(pieces[-1][-1], zeros, push.force, drive, stopped, h, 0).states
         pieces.append(piece[1:])
         change = np.abs(piece[-1, 2:] - piece[0, 2:]) / equilibrium(plant)[2:]
         if change.max() < push.tolerance:
@@ -114,7 +114,7 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     free = hold[-1:]
     while True:
         zeros = np.zeros(round(length / h) + 2 - len(free))
-        free = np.concatenate([free, run(free[-1], zeros, 0.0, drive, plant, h).states[1:]])
+        free = np.concatenate([free, run(free[-1], zeros, 0.0, drive, plant, h, 0).states[1:]])
         times, failed = settling_times(free, h), failure(free)[0] != RAN
         if not failed and (push.stop or times.max() * FREE_RUN_PER_SETTLING <= length):
             return Settling(times, np.concatenate([hold, free[1:]]), len(hold) - 1)
