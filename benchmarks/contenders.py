@@ -15,7 +15,7 @@ from numba.np.numpy_support import carray
 from scipy.integrate import solve_ivp
 
 from pneumo.configuration.experiment import Experiment
-from pneumo.physics.cylinder import heat_area, volume
+from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import choked_flow, limited
 from pneumo.simulation.full_order import Recording
@@ -127,7 +127,8 @@ def array_rate(xp: Any, case: Case) -> Callable[[Any, Any, Any, Any], Any]:
     plant, h = case.experiment.plant, case.experiment.h
     gas, c, cylinder = plant.gas, plant.conditions, plant.cylinder
     lane = Lane(*(xp.asarray(column) for column in case.lanes.T))
-    sign, area = xp.asarray([[1.0], [-1.0]]), xp.asarray([[cylinder.A_A], [cylinder.A_B]])
+    sign, both = xp.asarray([[1.0], [-1.0]]), [chamber_of(cylinder, side) for side in range(2)]
+    chamber: Any = Chamber(*(xp.asarray(own)[:, None] for own in zip(*both, strict=True)))
     A_q0 = heat_area(0.0, cylinder)
 
     def rate(u: Any, x: Any, v: Any, P: Any) -> Any:
@@ -145,9 +146,9 @@ def array_rate(xp: Any, case: Case) -> Callable[[Any, Any, Any, Any], Any]:
             A_t * P_u * (2 * g / ((g - 1) * gas.R * T_u) * subsonic) ** 0.5,
         )  # (1)
         m_in, m_out = xp.where(inward, flow, 0.0), xp.where(inward, 0.0, flow)
-        V, A_q = volume(x, area, cylinder), heat_area(x, cylinder) / A_q0
+        V, A_q = volume(x, chamber, cylinder), heat_area(x, cylinder) / A_q0
         constants = (plant.k_0, c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, g)
-        dP_dt: Any = model_dP_dt(P, T, V, area * v, m_in, m_out, A_q, *constants, lane)  # an array
+        dP_dt: Any = model_dP_dt(P, T, V, chamber.area * v, m_in, m_out, A_q, *constants, lane)  # an array
         return h * dP_dt.reshape(-1)
 
     return rate
@@ -233,7 +234,8 @@ def numbalsoda_lsoda(case: Case) -> Run:
     from numbalsoda import lsoda, lsoda_sig  # pyright: ignore[reportMissingImports]
 
     plant, h, steps = case.experiment.plant, case.experiment.h, case.experiment.steps
-    A_A, A_B, P_0, u_max = plant.cylinder.A_A, plant.cylinder.A_B, plant.conditions.P_0, plant.valve.u_max
+    P_0, u_max = plant.conditions.P_0, plant.valve.u_max
+    A, B = chamber_of(plant.cylinder, 0), chamber_of(plant.cylinder, 1)
     states, u, samples = case.recording.states, case.recording.u, steps + 1
 
     @numba.cfunc(lsoda_sig)
@@ -243,8 +245,8 @@ def numbalsoda_lsoda(case: Case) -> Run:
         sign, c = values[1], values[2:HEADER]
         series = values[HEADER:].reshape((3, samples))
         u, x, v = line_between(series[0], t, 1), line_between(series[1], t, 1), line_between(series[2], t, 1)
-        area = A_A if sign > 0 else A_B
-        dP[0] = h * lane_rate(sign * limited(u, u_max), sign * x, sign * v, P[0], area, plant, lane_of(c))
+        chamber = A if sign > 0 else B
+        dP[0] = h * lane_rate(sign * limited(u, u_max), sign * x, sign * v, P[0], chamber, plant, lane_of(c))
 
     address, t = rate.address, np.arange(samples, dtype=float)
 

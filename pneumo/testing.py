@@ -157,13 +157,15 @@ def conditions() -> st.SearchStrategy[Conditions]:
 def cylinders() -> st.SearchStrategy[Cylinder]:
     """Cylinders of industrial size without a rod, with end stops at the ends of the stroke."""
 
-    def build(bore: float, stroke: float, fraction: float, M: float, k_f: float) -> Cylinder:
+    def build(bore: float, stroke: float, dead_A: float, dead_B: float, M: float, k_f: float) -> Cylinder:
         area = math.pi * bore**2 / 4
-        dead_volume = fraction * area * stroke / 2
-        return Cylinder(bore, stroke, area, area, dead_volume, M, k_f, -stroke / 2, stroke / 2)
+        half = area * stroke / 2
+        return Cylinder(
+            bore, stroke, area, area, dead_A * half, dead_B * half, M, k_f, -stroke / 2, stroke / 2
+        )
 
-    friction = _zero_or_between(1.0, 1e4)
-    return st.builds(build, bores(), strokes(), dead_volume_fractions(), masses(), friction)
+    friction, dead = _zero_or_between(1.0, 1e4), dead_volume_fractions()
+    return st.builds(build, bores(), strokes(), dead, dead, masses(), friction)
 
 
 def plants() -> st.SearchStrategy[Plant]:

@@ -48,8 +48,8 @@ def array_rates(y, reference, e):
     force = cylinder.A_A * y[..., 2] - cylinder.A_B * y[..., 4]
     dy[..., 0], dy[..., 1] = y[..., 1], (force + cylinder.load - cylinder.k_f * y[..., 1]) / cylinder.M
     for side, (u, x, v, P, T) in enumerate(array_sides(y, reference, e)):
-        area = (cylinder.A_A, cylinder.A_B)[side]
-        V, dV_dt = cylinder.V_d + area * (cylinder.stroke / 2 + x), area * v
+        area, V_d = ((cylinder.A_A, cylinder.V_d_A), (cylinder.A_B, cylinder.V_d_B))[side]
+        V, dV_dt = V_d + area * (cylinder.stroke / 2 + x), area * v
         m_in, m_out = array_flows(u, P, T, e.plant)
         enthalpy = g * R / (g - 1) * (m_in * c.T_in - m_out * T)
         inner = enthalpy - P * dV_dt + array_wall(x, P, T, e)  # d(PV)/dt = (gamma - 1) of this

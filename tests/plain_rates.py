@@ -1,6 +1,7 @@
 """Right-hand side of a replay on floats, and the size of its terms, at what an engineer gives."""
 
 from pneumo import MODELS, Model
+from pneumo.physics.cylinder import chamber_of, volume
 from pneumo.physics.models import lane
 from pneumo.simulation.reference import lane_rate
 
@@ -9,13 +10,13 @@ EVERY = [*MODELS.values(), OWN]
 
 
 def _outward(plant, side):
-    return (1, plant.cylinder.A_A) if side == "A" else (-1, plant.cylinder.A_B)
+    return (1 if side == "A" else -1), chamber_of(plant.cylinder, "AB".index(side))
 
 
 def plain_rate(model, n, plant, u, x, v, P, side):
     """Rate of a chamber's pressure, Pa/s, as the replays have it; u within the limiter."""
-    sign, area = _outward(plant, side)
-    return lane_rate(sign * u, sign * x, sign * v, P, area, plant, lane(model, n, plant.gas.gamma))
+    sign, chamber = _outward(plant, side)
+    return lane_rate(sign * u, sign * x, sign * v, P, chamber, plant, lane(model, n, plant.gas.gamma))
 
 
 def rate_size(model, n, plant, u, x, v, P, side, heat=0.0):
@@ -23,7 +24,7 @@ def rate_size(model, n, plant, u, x, v, P, side, heat=0.0):
 
     Wall heat counts as if the air were `heat` kelvin off.
     """
-    sign, area = _outward(plant, side)
-    V = plant.cylinder.V_d + area * (plant.cylinder.stroke / 2 + sign * x)
+    sign, chamber = _outward(plant, side)
+    V = volume(sign * x, chamber, plant.cylinder)
     rest = abs(plain_rate(model, n, plant, u, x, 0 * v, P, side))
-    return rest + plant.gas.gamma * P * area * abs(v) / V + heat * plant.k_0 / V
+    return rest + plant.gas.gamma * P * chamber.area * abs(v) / V + heat * plant.k_0 / V

@@ -31,7 +31,7 @@ from pneumo.verdict.judging import verdict
 pytestmark = pytest.mark.xdist_group("printed")
 E06 = STUDY.experiments["E06"]._replace(steps=300)
 CHANGES = {  # what makes a step of 1 ms too long: of cylinder and valve
-    "tiny volume": ({"V_d": 1e-12}, {"k_xu": 1e-5}),
+    "tiny volume": ({"V_d_A": 1e-12, "V_d_B": 1e-12}, {"k_xu": 1e-5}),
     "huge flow": ({}, {"k_xu": 1e-4}),
     "no mass": ({"M": 1e-4}, {}),
 }

@@ -130,8 +130,8 @@ const live = (() => {
     drawCylinder(colour);
     const bar = (place) => history.map((sample) => sample[place] / 1e5), times = history.map((sample) => sample[0]);
     drawLines("traces", [times, times], [bar(2), bar(3)], "s", times[0], colour);
-    const volume = (sign, area) => history.map((sample) => 1e6 * (live.get("V_d") + live.get(area) * (live.get("stroke") / 2 + sign * sample[1])));
-    drawLines("loop", [volume(1, "A_A"), volume(-1, "A_B")], [bar(2), bar(3)], "cm³", 0, colour);
+    const volume = (sign, side) => history.map((sample) => 1e6 * (live.get(`V_d_${side}`) + live.get(`A_${side}`) * (live.get("stroke") / 2 + sign * sample[1])));
+    drawLines("loop", [volume(1, "A"), volume(-1, "B")], [bar(2), bar(3)], "cm³", 0, colour);
     element("values").textContent = `x = ${(1e3 * live.state[0]).toFixed(1)} mm, P_A = ${(live.state[2] / 1e5).toFixed(2)} bar, P_B = ${(live.state[4] / 1e5).toFixed(2)} bar`;
     const count = Math.max(1, 2 * live.steps());
     const rms = rows.map((_, i) => Math.sqrt((live.squares[2 * i] + live.squares[2 * i + 1]) / count) / 1e3);

@@ -155,14 +155,16 @@ def _cylinder(s: CylinderSection, P_atm: float) -> Cylinder:
     bore, stroke, rod = s.bore_mm * 1e-3, s.stroke_mm * 1e-3, s.rod_mm * 1e-3
     area = pi * bore**2 / 4  # ASSUME: the paper's cylinders have no rod (Table 2's V_d and A_q say so)
     rod_area = pi * rod**2 / 4
-    dead = DEAD_SHARE * area * stroke / 2 if s.dead_volume_m3 is None else s.dead_volume_m3
+    V_d_A = DEAD_SHARE * area * stroke / 2 if s.dead_volume_m3 is None else s.dead_volume_m3
+    V_d_B = V_d_A if s.dead_volume_B_m3 is None else s.dead_volume_B_m3
     weight = s.mass_kg * STANDARD_GRAVITY * sin(radians(s.incline_deg))
     return Cylinder(
         bore,
         stroke,
         area,
         area - rod_area,
-        dead,
+        V_d_A,
+        V_d_B,
         s.mass_kg,
         s.friction_Ns_per_m,
         -stroke / 2,

@@ -174,6 +174,12 @@ class CylinderSection(_Section):
     dead_volume_m3: Annotated[Number, Field(gt=0, le=1)] | None = Field(
         None, description="dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out"
     )
+    # Left out of hashes where it is not given: they are those of configurations from before it.
+    dead_volume_B_m3: Annotated[Number, Field(gt=0, le=1)] | None = Field(
+        None,
+        exclude_if=lambda value: value is None,
+        description="dead volume of chamber B where it is not that of A",
+    )
     mass_kg: Number = Field(gt=0, le=1e5, description="moving mass M with load")
     friction_Ns_per_m: Number = Field(ge=0, le=1e6, description="viscous friction coefficient k_f")
     coulomb_N: Number = Field(0.0, ge=0, le=1e6, description="Coulomb friction")
@@ -188,7 +194,6 @@ class CylinderSection(_Section):
     )
     valve: ValveSection | None = Field(None, description="a valve by its catalogue")
     u_max_V: Number = Field(gt=0, le=1000, description="limit of the command")
-    # Left out of hashes where it is not given: they are those of configurations from before it.
     k_0_factor: Annotated[Number, Field(ge=1, le=100)] | None = Field(
         None,
         exclude_if=lambda value: value is None,

@@ -24,7 +24,7 @@ from pneumo.engineer.fit_intervals import LEVEL, correlations
 from pneumo.engineer.record import Measurement
 from pneumo.errors import InputError
 from pneumo.physics.chamber import wall_conductance
-from pneumo.physics.cylinder import heat_area, volume, wetted_area
+from pneumo.physics.cylinder import chamber_of, heat_area, volume, wetted_area
 
 Value = Any  # a float, or an array of them
 
@@ -179,8 +179,8 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
             " record longer"
         )
     c, cylinder, gas, mean = plant.conditions, plant.cylinder, plant.gas, float(np.mean(x))
-    position, area = (mean, cylinder.A_A) if side == "A" else (-mean, cylinder.A_B)
-    m = P_inf * volume(position, area, cylinder) / (gas.R * c.T_amb)
+    position, chamber = mean if side == "A" else -mean, chamber_of(cylinder, "AB".index(side))
+    m = P_inf * volume(position, chamber, cylinder) / (gas.R * c.T_amb)
     k_av = mean_conductance(m, tau, gas.R / (gas.gamma - 1))
     P_av = mean_pressure(P_inf, change)
     T_av = c.T_amb * P_av / P_inf

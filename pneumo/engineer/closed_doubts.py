@@ -20,6 +20,7 @@ from pneumo.engineer.fit_doubts import (
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import smoothing
 from pneumo.errors import InputError
+from pneumo.physics.cylinder import chamber_of
 
 BLOCKS = 20  # of a record, whose mean pressures are compared
 VISIBLE = 10.0  # range of the means over their noise, from which on a pressure tells anything
@@ -42,8 +43,9 @@ def check_closed(
         notes.append(
             "command and flows are not zero; they are not used, since the chambers were said to be closed"
         )
-    for side, (P, area, length) in enumerate(zip(record.P, record.areas, record.uncovered, strict=True)):
-        log_P, log_V = np.log(P), np.log(plant.cylinder.V_d + area * length)
+    for side, (P, length) in enumerate(zip(record.P, record.uncovered, strict=True)):
+        own = chamber_of(plant.cylinder, side)
+        log_P, log_V = np.log(P), np.log(own.V_d + own.area * length)
         means = np.array([block.mean() for block in np.array_split(P, BLOCKS)])
         noise = smoothing(P, record.h)[1] / np.sqrt(len(P) / BLOCKS) if np.ptp(P) > 0 else 0.0
         if np.ptp(means) <= VISIBLE * noise:
@@ -78,7 +80,7 @@ def closed_doubts(
     result = unexplained_texts(best, left[best])
     for name, value in found.values.items():
         if name.startswith("V_d"):
-            ratio = value / plant.cylinder.V_d
+            ratio = value / getattr(plant.cylinder, name)
             if ratio < LOW[name] * (1 + ON_BOUND):
                 result.append(f"{NAMES[name]} is on the bound of the search: {value:.3g} m3")
             result += unlikely_dead_volume(name, ratio)

@@ -26,6 +26,7 @@ from pneumo.engineer.least_squares import Fit
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import FEW_PAIRS, smoothing
 from pneumo.physics.chamber import wall_conductance
+from pneumo.physics.cylinder import chamber_of, volume
 
 UNITS = {
     "n": "1",
@@ -137,18 +138,18 @@ def _problem(
     name: str, record: ClosedRecord, plant: Plant, fitted: int, chambers: Sequence[int], moves: bool
 ) -> ClosedProblem:
     """Least squares of a law, with parameters of the size that the plant lets expect."""
-    V_d, law = plant.cylinder.V_d, LAWS[name]
-    V = V_d + record.areas[0] * record.stroke / 2
+    cylinder, law = plant.cylinder, LAWS[name]
+    known = {"V_d_A": cylinder.V_d_A, "V_d_B": cylinder.V_d_B}
+    V = volume(0.0, chamber_of(cylinder, 0), cylinder)
     leak = V / (record.R * record.T_wall * record.t[-1])  # changes a chamber's mass within the record
-    scales = dict.fromkeys(("V_d_A", "V_d_B"), V_d) | {"leak": leak}
-    scales |= dict.fromkeys(("k_A", "k_B"), default_conductance(plant.cylinder).k_0)
+    scales = known | {"leak": leak}
+    scales |= dict.fromkeys(("k_A", "k_B"), default_conductance(cylinder).k_0)
     absent = [f"_{'AB'[side]}" for side in (0, 1) if side not in chambers] + ([] if moves else ["V_d"])
     names = (
         *fitted_names(law, leaks=len(chambers) == 2),
         *(["first_A", "first_B"] if law.explicit_heat else []),
     )
     names = tuple(one for one in names if not any(part in one for part in absent))
-    known: dict[str, float] = {"V_d_A": V_d, "V_d_B": V_d}
     guess = {"n": 1.2, "leak": 0.01}
     every = max(1, fitted // MOST_SAMPLES)
     return ClosedProblem(record, law, names, fitted, known, scales, guess, every, tuple(chambers))

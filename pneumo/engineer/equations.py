@@ -13,7 +13,7 @@ import sympy
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.branches import Choice, choices
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Cylinder, acceleration, heat_area, motion, stopped, volume
+from pneumo.physics.cylinder import Chamber, Cylinder, acceleration, heat_area, motion, stopped, volume
 from pneumo.physics.models import Model, lane, model_dP_dt, temperature
 from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited
 
@@ -49,7 +49,7 @@ class Statement(NamedTuple):
     comment: str  # unit and number of the equation
 
 
-AREAS = ("A_A", "A_B")  # passed as `area`
+OWN = {"A": ("A_A", "V_d_A"), "B": ("A_B", "V_d_B")}  # what a chamber is given as its `Chamber`
 ROOT_2 = 2**0.5  # SymPy takes it out of the root in eq (1)
 WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "lambda A_q": "eqs (7), (8)"}
 
@@ -57,8 +57,8 @@ WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "l
 def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) -> list[Equation]:
     """Equations of one chamber by a model, or by the full order where that is None.
 
-    They need (u, x, v, P, area), the full order also T; the mass flow m in place of u without valve. u, m, x
-    and v are positive where they fill or enlarge this chamber.
+    They need (u, x, v, P, area, V_d), the full order also T; the mass flow m in place of u without valve.
+    u, m, x and v are positive where they fill or enlarge this chamber.
     """
     gas, restrictions, c, cylinder, k_0 = plant
     g, A_q0, every = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
@@ -69,7 +69,7 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
         a, law = row.a, "eq (6)" if model.temperature == "polytropic" else "constant"
         every.append(Equation(("T",), lambda P: temperature(P, c.P_0, c.T_0, a), ("P",), f"K, {law}"))
     every += [
-        Equation(("V",), lambda x, area: volume(x, area, cylinder), ("x", "area"), "m^3"),
+        Equation(("V",), lambda x, *own: volume(x, Chamber(*own), cylinder), ("x", "area", "V_d"), "m^3"),
         Equation(("dV_dt",), lambda v, area: area * v, ("v", "area"), "m^3/s"),
     ]
     flows = ("m_in", "m_out")
@@ -207,7 +207,8 @@ def constants(plant: Plant, n: float) -> list[Constant]:
         Constant("T_0", c.T_0, "K", "equilibrium"),
         Constant("bore", cylinder.bore, "m", "diameter phi"),
         Constant("stroke", cylinder.stroke, "m", "stroke l"),
-        Constant("V_d", cylinder.V_d, "m^3", "dead volume"),
+        Constant("V_d_A", cylinder.V_d_A, "m^3", "dead volume, chamber A"),
+        Constant("V_d_B", cylinder.V_d_B, "m^3", "dead volume, chamber B"),
         Constant("A_A", cylinder.A_A, "m^2", "piston area, chamber A"),
         Constant("A_B", cylinder.A_B, "m^2", "piston area, chamber B"),
         Constant("M", cylinder.M, "kg", "moving mass with load"),

@@ -154,7 +154,7 @@ def parameter_doubts(problem: Problem, found: "Estimate") -> list[str]:
     """Warn of parameters on a bound, without a narrow interval, or unlikely for this cylinder."""
     result: list[str] = []
     values, low, high = found.values, found.low, found.high
-    configured, gamma = problem.plant.cylinder.V_d, problem.plant.gas.gamma
+    cylinder, gamma = problem.plant.cylinder, problem.plant.gas.gamma
     ends = problem.bounds().T
     for name, theta, (least, most) in zip(problem.names, problem.inner(values), ends, strict=True):
         margin = ON_BOUND * (most - least)
@@ -169,7 +169,7 @@ def parameter_doubts(problem: Problem, found: "Estimate") -> list[str]:
                 )
                 result.append(f"this record does not determine {NAMES[name]}{remedy}")
         if name.startswith("V_d"):
-            result += unlikely_dead_volume(name, values[name] / configured)
+            result += unlikely_dead_volume(name, values[name] / getattr(cylinder, name))
         if name == "dead_time" and high.get(name, np.nan) < 0:
             result.append(
                 "the valve acts before its command was logged: was the command held between samples"

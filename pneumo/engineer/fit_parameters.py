@@ -93,11 +93,17 @@ class Problem(NamedTuple):
     def reference(self, name: str) -> float:
         """Value in SI units of which a parameter's bounds are multiples."""
         p = self.plant
-        values = {"k_xu": p.valve.k_xu, "V_d": p.cylinder.V_d, "start": p.conditions.P_0}
+        values = {
+            "k_xu": p.valve.k_xu,
+            "V_d_A": p.cylinder.V_d_A,
+            "V_d_B": p.cylinder.V_d_B,
+            "start": p.conditions.P_0,
+        }
         values |= {"null": p.valve.u_max, "start_T": p.conditions.T_0}
-        values |= {"P_s": p.conditions.P_s, "A": p.cylinder.A_B}
+        values |= {"P_s": p.conditions.P_s, "A_B": p.cylinder.A_B}
         values["k_0"] = heat_area(0.0, p.cylinder)
-        return values[_without_chamber(name)] if PARAMETERS[name].relative else 1.0
+        key = name if name in values else _without_chamber(name)
+        return values[key] if PARAMETERS[name].relative else 1.0
 
     def bounds(self) -> np.ndarray:
         """Lower and upper bounds on the scale of the search, shape (2, parameter)."""

@@ -10,6 +10,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.schema import Configuration
 from pneumo.engineer.fit_parameters import CAUSES, FULL
 from pneumo.errors import printable
+from pneumo.physics.cylinder import Cylinder
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
@@ -63,13 +64,6 @@ def _error(fit: xr.Dataset, model: str) -> str:
     return f"{np.sqrt(np.nanmean(fit['rms_held_out'].sel(model=model).values ** 2)) / 1e3:.3g} kPa rms"
 
 
-def common_dead_volume(V_d_A: float, V_d_B: float, plant: Plant) -> tuple[float, float]:
-    """Dead volume, m^3, and shift of the position, m, that give both chambers their volumes at once."""
-    c = plant.cylinder
-    shift = (V_d_A - V_d_B) / (c.A_A + c.A_B)
-    return V_d_A - c.A_A * shift, shift
-
-
 def fitted_configuration(
     configuration: Configuration, cylinder: str, plant: Plant, fit: xr.Dataset, record: str, T: float
 ) -> str:
@@ -107,14 +101,7 @@ def fitted_configuration(
     if "leak" in known:
         notes.append(f"leakage past the piston, for which there is no key: {_text(known['leak'])} kg/(s Pa)")
     notes += _put_causes(content, section, known)
-    if {"V_d_A", "V_d_B"} <= set(known):
-        A, B = known["V_d_A"], known["V_d_B"]
-        V_d, shift = common_dead_volume(A.value, B.value, plant)
-        section["dead_volume_m3"] = _rounded(V_d)
-        notes.append(f"V_d of A = {_text(A.scaled(1e6))} cm3, of B = {_text(B.scaled(1e6))} cm3")
-        notes.append(
-            f"  one key has both: {1e6 * V_d:.4g} cm3, with {1e3 * shift:+.4g} mm added to positions"
-        )
+    notes += _put_dead_volumes(section, known, plant.cylinder)
     open_ends = [f"{name} = {_text(one)}" for name, one in found.items() if name in KEPT and not one.known]
     if open_ends:
         notes.append(f"not determined by the record, so as configured (SI units): {', '.join(open_ends)}")
@@ -151,6 +138,18 @@ def _put_valve(section: dict[str, Any], k_xu: Interval, configured: float) -> st
         return f"C = {_text(C)} dm3/(s bar) at u_max_V"
     section["k_x_k_u_m2_per_V"] = _rounded(k_xu.value)
     return f"k_x k_u = {_text(k_xu)} m2/V"
+
+
+def _put_dead_volumes(section: dict[str, Any], known: dict[str, Interval], configured: Cylinder) -> list[str]:
+    """Put each chamber's dead volume into its key, if one was found, and say what they are."""
+    if not {"V_d_A", "V_d_B"} & set(known):
+        return []
+    notes = list[str]()
+    for side, key in (("A", "dead_volume_m3"), ("B", "dead_volume_B_m3")):
+        one = known.get(f"V_d_{side}")
+        section[key] = _rounded(one.value) if one else getattr(configured, f"V_d_{side}")
+        notes += [f"V_d of {side} = {_text(one.scaled(1e6))} cm3"] if one else []
+    return notes
 
 
 def _put_causes(content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval]) -> list[str]:

@@ -15,7 +15,7 @@ from pneumo.engineer.jump_errors import jump_errors, mean_of_ramp, pressure_rate
 from pneumo.engineer.plants import check_positive
 from pneumo.engineer.runs import Run
 from pneumo.errors import InputError
-from pneumo.physics.cylinder import volume
+from pneumo.physics.cylinder import chamber_of, volume
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.full_order import Recording, command_series
 from pneumo.simulation.runge_kutta import B
@@ -101,7 +101,9 @@ def averages(recording: Recording, every: int) -> Averages:
         np.subtract(*mean_of_ramp(u, w, u_max)) if w != u else w for u, w in zip(before, after, strict=True)
     ]
     late = opened[draws] - ramps
-    inverse = [1 / volume(x, cylinder.A_A, cylinder), 1 / volume(-x, cylinder.A_B, cylinder)]
+    inverse = [
+        1 / volume(sign * x, chamber_of(cylinder, side), cylinder) for side, sign in enumerate((1, -1))
+    ]
     return Averages(
         jump=sqrt(np.mean(jumps**2)),
         opening=float(np.mean(abs(opened))),

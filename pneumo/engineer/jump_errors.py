@@ -6,13 +6,13 @@ import numpy as np
 from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
+from pneumo.physics.cylinder import Chamber, chamber_of
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import Recording, chamber_rates
-from pneumo.simulation.reference import piston_area
 
-Chamber: TypeAlias = tuple[float, float, float, float, float]  # x and v outward, P, T, piston area
+ChamberState: TypeAlias = tuple[float, float, float, float, Chamber]  # x and v outward, P, T
 SMALL_P, SMALL_T = 1.0, 1e-3  # Pa and K; steps of the differences that linearise the equations
 
 
@@ -34,7 +34,7 @@ def mean_of_ramp(u: float, w: float, u_max: float) -> tuple[float, float]:
 
 @register_jitable
 def jump_rates(
-    u: float, w: float, linear: bool, late: float, f: float, chamber: Chamber, plant: Plant
+    u: float, w: float, linear: bool, late: float, f: float, state: ChamberState, plant: Plant
 ) -> tuple[float, float]:
     """Error (dP, dT) that a jump from u to w causes, per second between samples.
 
@@ -42,9 +42,9 @@ def jump_rates(
     delayed by `late` intervals. Rates are linear in the area of either restriction: one of each is enough.
     """
     u_max = plant.valve.u_max
-    P_shut, T_shut = chamber_rates(0.0, *chamber, plant)
-    P_fill, T_fill = chamber_rates(1.0, *chamber, plant)
-    P_vent, T_vent = chamber_rates(-1.0, *chamber, plant)
+    P_shut, T_shut = chamber_rates(0.0, *state, plant)
+    P_fill, T_fill = chamber_rates(1.0, *state, plant)
+    P_vent, T_vent = chamber_rates(-1.0, *state, plant)
     before, after = limited(u, u_max), limited(w, u_max)
     if linear:
         fill, vent = mean_of_ramp(u, w, u_max)
@@ -61,14 +61,14 @@ def jump_rates(
 
 @register_jitable
 def relaxed(
-    e_P: float, e_T: float, u: float, chamber: Chamber, plant: Plant, h: float
+    e_P: float, e_T: float, u: float, state: ChamberState, plant: Plant, h: float
 ) -> tuple[float, float]:
     """Deviations of pressure and temperature one step later, linearised at the run (implicit Euler)."""
-    x, v, P, T, area = chamber
-    P_1, T_1 = chamber_rates(u, x, v, P + SMALL_P, T, area, plant)
-    P_2, T_2 = chamber_rates(u, x, v, P - SMALL_P, T, area, plant)
-    P_3, T_3 = chamber_rates(u, x, v, P, T + SMALL_T, area, plant)
-    P_4, T_4 = chamber_rates(u, x, v, P, T - SMALL_T, area, plant)
+    x, v, P, T, chamber = state
+    P_1, T_1 = chamber_rates(u, x, v, P + SMALL_P, T, chamber, plant)
+    P_2, T_2 = chamber_rates(u, x, v, P - SMALL_P, T, chamber, plant)
+    P_3, T_3 = chamber_rates(u, x, v, P, T + SMALL_T, chamber, plant)
+    P_4, T_4 = chamber_rates(u, x, v, P, T - SMALL_T, chamber, plant)
     a, b = 1 - h * (P_1 - P_2) / (2 * SMALL_P), -h * (P_3 - P_4) / (2 * SMALL_T)
     c, d = -h * (T_1 - T_2) / (2 * SMALL_P), 1 - h * (T_3 - T_4) / (2 * SMALL_T)
     return (d * e_P - b * e_T) / (a * d - b * c), (a * e_T - c * e_P) / (a * d - b * c)
@@ -93,8 +93,8 @@ def jump_errors(
     if uniform:
         x, v, P_A, T_A, P_B, T_B = states[0]
         u = limited(now, plant.valve.u_max)
-        e_P[0], e_T[0] = chamber_rates(u, x, v, P_A, T_A, plant.cylinder.A_A, plant)
-        e_P[1], e_T[1] = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
+        e_P[0], e_T[0] = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, 0), plant)
+        e_P[1], e_T[1] = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, 1), plant)
         result[:, 0] = e_P
     for k in range(1, steps + 1):
         x, v = states[k, 0], states[k, 1]
@@ -106,12 +106,11 @@ def jump_errors(
         delay = 1.0 if uniform else late + 1.0 - f
         for side in range(2):
             sign = 1.0 - 2.0 * side
-            area = piston_area(plant.cylinder, side)
             P, T = states[k, 2 + 2 * side], states[k, 3 + 2 * side]
-            chamber = (sign * x, sign * v, P, T, area)
-            e_P[side], e_T[side] = relaxed(e_P[side], e_T[side], sign * u, chamber, plant, recording.h)
+            state = (sign * x, sign * v, P, T, chamber_of(plant.cylinder, side))
+            e_P[side], e_T[side] = relaxed(e_P[side], e_T[side], sign * u, state, plant, recording.h)
             if now != before:
-                dP, dT = jump_rates(sign * before, sign * now, linear, delay, f, chamber, plant)
+                dP, dT = jump_rates(sign * before, sign * now, linear, delay, f, state, plant)
                 e_P[side] += dP
                 e_T[side] += dT
         if k % stride == 0:
@@ -127,6 +126,6 @@ def pressure_rates(recording: Recording, stride: int) -> np.ndarray:
     for i in range(result.shape[1]):
         x, v, P_A, T_A, P_B, T_B = states[i * stride]
         u = limited(command(recording.reference[i * stride], x, recording.drive), plant.valve.u_max)
-        result[0, i], _ = chamber_rates(u, x, v, P_A, T_A, plant.cylinder.A_A, plant)
-        result[1, i], _ = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
+        result[0, i], _ = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, 0), plant)
+        result[1, i], _ = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, 1), plant)
     return result

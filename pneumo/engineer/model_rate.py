@@ -10,6 +10,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.branches import choices, joined_branches
 from pneumo.errors import InputError
+from pneumo.physics.cylinder import chamber_of
 from pneumo.physics.models import MODELS, Lane, Model, lane
 from pneumo.physics.valve import limited
 from pneumo.simulation.reference import lane_rate
@@ -73,10 +74,10 @@ def chamber_rate(
     if side not in SIDES:
         raise InputError(f"side = {side!r}: must be 'A' or 'B'")
     row, sign = lane_for(model, n, plant), SIDES[side]
-    area = plant.cylinder.A_A if side == "A" else plant.cylinder.A_B
+    chamber = chamber_of(plant.cylinder, "AB".index(side))
 
     def rate(u: Any, x: Any, v: Any, P: Any) -> Any:
-        return lane_rate(limited(sign * u, plant.valve.u_max), sign * x, sign * v, P, area, plant, row)
+        return lane_rate(limited(sign * u, plant.valve.u_max), sign * x, sign * v, P, chamber, plant, row)
 
     with np.errstate(invalid="ignore"):  # roots of negative numbers, where another branch is chosen
         return joined_branches(choices(rate, u, x, v, P), _chooser(u, x, v, P))

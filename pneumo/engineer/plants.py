@@ -61,7 +61,7 @@ def plant(
     """
     c = Cylinder._make(float(value) for value in cylinder)._replace(rests=bool(cylinder.rests))
     check_positive(k_xu=k_xu, u_max=u_max, P_s=P_s, P_atm=P_atm, T_amb=T_amb)
-    check_positive(bore=c.bore, stroke=c.stroke, A_A=c.A_A, A_B=c.A_B, V_d=c.V_d, M=c.M)
+    check_positive(bore=c.bore, stroke=c.stroke, A_A=c.A_A, A_B=c.A_B, V_d_A=c.V_d_A, V_d_B=c.V_d_B, M=c.M)
     _check_conductance(k_0)
     if P_s <= P_atm:
         raise InputError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")

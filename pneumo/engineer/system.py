@@ -7,6 +7,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.engineer.branches import complex_value
 from pneumo.engineer.equations import Equation, chamber_equations, piston_equations, stop_equations
 from pneumo.engineer.model_rate import SIDES, model_and_index
+from pneumo.physics.cylinder import chamber_of
 from pneumo.physics.models import Model
 from pneumo.simulation.tableau import DORMAND_PRINCE, Tableau, explicit
 
@@ -108,7 +109,7 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
         own = {name: known[f"{name}_{side}"] for name in system.chamber_states}
         own |= {"u": sign * known["u"]} if system.valve else {"m": known[f"m_{side}"]}
         own |= {"x": sign * known["x"], "v": sign * known["v"]}
-        own["area"] = cylinder.A_A if side == "A" else cylinder.A_B
+        own |= chamber_of(cylinder, "AB".index(side))._asdict()
         _solved(equations, own)
         result += [own[f"d{name}_dt"] for name in system.chamber_states]
     return result

@@ -76,7 +76,7 @@ def emptying_time(plant: Plant, u: float) -> float:
     """Time in which sonic flow at a command, V, empties the dead volume, s."""
     gas, conditions = plant.gas, plant.conditions
     A_t = plant.valve.k_xu * u
-    return plant.cylinder.V_d / (gas.sonic_coefficient * gas.R * conditions.T_0**0.5 * A_t)
+    return plant.cylinder.V_d_A / (gas.sonic_coefficient * gas.R * conditions.T_0**0.5 * A_t)
 
 
 def random_experiments(number: int) -> tuple[Experiment, Experiment]:

@@ -12,7 +12,7 @@ from numba.extending import register_jitable
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.linear_model import linearise
 from pneumo.evidence.sampled_plant import PRESSURE_VARIANCE, X_VARIANCE
-from pneumo.physics.cylinder import acceleration, motion, stopped
+from pneumo.physics.cylinder import acceleration, chamber_of, motion, stopped
 from pneumo.physics.models import MODELS, Lane, temperature
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import kernel
@@ -35,8 +35,8 @@ def model_rates(y: np.ndarray, u: float, plant: Plant, lane: Lane, dy: np.ndarra
     """Write the rates of (x, v, P_A, P_B) at the limited command u, V, into dy: eq (3) and the model."""
     c = plant.cylinder
     dy[0], dy[1] = motion(y[0], y[1], acceleration(y[1], y[2], y[3], 0.0, c), c)
-    dy[2] = lane_rate(u, y[0], y[1], y[2], c.A_A, plant, lane)
-    dy[3] = lane_rate(-u, -y[0], -y[1], y[3], c.A_B, plant, lane)
+    dy[2] = lane_rate(u, y[0], y[1], y[2], chamber_of(c, 0), plant, lane)
+    dy[3] = lane_rate(-u, -y[0], -y[1], y[3], chamber_of(c, 1), plant, lane)
 
 
 @register_jitable
@@ -55,14 +55,14 @@ def _derivatives(
     dx, dP = DX * c.stroke, DP * conditions.P_0
     for side in range(2):
         sign, s = 1.0 - 2.0 * side, 2 + side
-        area = c.A_A if side == 0 else c.A_B
+        chamber = chamber_of(c, side)
         own_u, x, v, P = sign * u, sign * y[0], sign * y[1], y[s]
         T = temperature(P, conditions.P_0, conditions.T_0, lane.a)
         m_in, m_out = chamber_flows(own_u, P, T, plant.valve, plant.gas, conditions)
-        rate = lane_rate_with_flows(m_in, m_out, x, v, P, T, area, plant, lane)
-        by_x = (lane_rate_with_flows(m_in, m_out, x + dx, v, P, T, area, plant, lane) - rate) / dx
-        by_v = (lane_rate_with_flows(m_in, m_out, x, v + DV, P, T, area, plant, lane) - rate) / DV
-        by_P = (lane_rate(own_u, x, v, P + dP, area, plant, lane) - rate) / dP
+        rate = lane_rate_with_flows(m_in, m_out, x, v, P, T, chamber, plant, lane)
+        by_x = (lane_rate_with_flows(m_in, m_out, x + dx, v, P, T, chamber, plant, lane) - rate) / dx
+        by_v = (lane_rate_with_flows(m_in, m_out, x, v + DV, P, T, chamber, plant, lane) - rate) / DV
+        by_P = (lane_rate(own_u, x, v, P + dP, chamber, plant, lane) - rate) / dP
         A[s, 0], A[s, 1], A[s, s] = sign * by_x, sign * by_v, min(max(by_P, -1 / h), 1 / h)
         dy[s] = rate
 

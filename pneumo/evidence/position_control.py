@@ -14,7 +14,7 @@ from numba.extending import register_jitable
 from pneumo.configuration.experiment import Plant
 from pneumo.evidence.observers import STATES, Noise, correct_all, first_covariance, predict
 from pneumo.evidence.sampled_plant import X_STEP, air_from_supply, held_step, pressure_read, rounded
-from pneumo.physics.cylinder import acceleration
+from pneumo.physics.cylinder import acceleration, chamber_of
 from pneumo.physics.models import Lane
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import kernel
@@ -92,8 +92,8 @@ def drawn_task(rng: np.random.Generator, plant: Plant, h: float) -> Task:
 def third_derivative(y: np.ndarray, a: float, u: float, plant: Plant, lane: Lane) -> float:
     """Third derivative of the position by the model at acceleration a, m/s^3: eq (3) differentiated."""
     c = plant.cylinder
-    rate_A = lane_rate(u, y[0], y[1], y[2], c.A_A, plant, lane)
-    rate_B = lane_rate(-u, -y[0], -y[1], y[3], c.A_B, plant, lane)
+    rate_A = lane_rate(u, y[0], y[1], y[2], chamber_of(c, 0), plant, lane)
+    rate_B = lane_rate(-u, -y[0], -y[1], y[3], chamber_of(c, 1), plant, lane)
     return (c.A_A * rate_A - c.A_B * rate_B - c.k_f * a) / c.M
 
 

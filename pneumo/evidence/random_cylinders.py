@@ -58,12 +58,14 @@ def random_plant(rng: np.random.Generator, ranges: Ranges) -> tuple[Plant, dict[
     drawn["speed"] = min(drawn["speed"], ranges.strokes_per_second * stroke)
     P_s = drawn["P_s"]
     force = ranges.reference_force * P_s * area
+    V_d = drawn["dead"] * area * stroke / 2
     cylinder = Cylinder(
         bore,
         stroke,
         area,
         area - rod_area,
-        V_d=drawn["dead"] * area * stroke / 2,
+        V_d,
+        V_d,
         M=ranges.accelerating_force * force / drawn["acceleration"],
         k_f=drawn["viscous"] * force / drawn["speed"],
         x_min=-stroke / 2,

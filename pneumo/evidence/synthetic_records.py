@@ -72,9 +72,10 @@ def true_and_configured_plants(rng: np.random.Generator) -> tuple[Plant, Plant]:
     area, half = plant.cylinder.A_A, plant.cylinder.A_A * plant.cylinder.stroke / 2
     # At full command the sonic inflow fills what the piston leaves at that speed, at 0.8 P_s.
     k_xu = 0.8 * area * drawn["speed"] / (0.0404 * 287.0 * 293.15**0.5 * U_MAX)
-    true_cylinder = plant.cylinder._replace(V_d=drawn["dead"] * half)  # rounded as V_d of chamber B below
+    V_d = drawn["dead"] * half  # rounded as V_d of chamber B below
+    true_cylinder = plant.cylinder._replace(V_d_A=V_d, V_d_B=V_d)
     truth = plant._replace(cylinder=true_cylinder, valve=plant.valve._replace(k_xu=k_xu))
-    believed = true_cylinder._replace(V_d=0.15 * half)
+    believed = true_cylinder._replace(V_d_A=0.15 * half, V_d_B=0.15 * half)
     valve = truth.valve._replace(k_xu=k_xu * GUESS(rng))
     return truth, truth._replace(cylinder=believed, valve=valve, k_0=1.0)
 
@@ -112,7 +113,7 @@ def synthetic_record(seed: int, model: str | None = None) -> SyntheticRecord:
     period, noise = 1 / rng.choice(SAMPLE_RATES), NOISE(rng)
     bits, n = int(rng.integers(BITS[0], BITS[1] + 1)), rng.uniform(*TRUE_N)
     half = truth.cylinder.A_A * truth.cylinder.stroke / 2
-    V_d = truth.cylinder.V_d, DEAD_FRACTION(rng) * half if model else truth.cylinder.V_d
+    V_d = truth.cylinder.V_d_A, DEAD_FRACTION(rng) * half if model else truth.cylinder.V_d_B
     states, u = controlled_run(rng, truth, period)
     pressures = reduced_pressures(truth, model, n, V_d, states, u) if model else states[:, [2, 4]].T
     within, first = round(period / TRUTH_STEP), round(WARM_UP / period)
@@ -136,8 +137,5 @@ def reduced_pressures(
     command = np.broadcast_to(np.repeat(u, steps // len(u))[:, None], at.shape)
     inputs = np.stack([command, motion(at), motion.derivative()(at)], axis=-1)
     row = lane_array([lane(MODELS[model], n, plant.gas.gamma)])
-    result = np.empty((2, steps + 1))
-    for side, volume in enumerate(V_d):
-        own = plant._replace(cylinder=plant.cylinder._replace(V_d=volume))
-        result[side] = pressures_on_inputs(inputs, row, own, TRUTH_STEP, 1)[0, side]
-    return result
+    own = plant._replace(cylinder=plant.cylinder._replace(V_d_A=V_d[0], V_d_B=V_d[1]))
+    return pressures_on_inputs(inputs, row, own, TRUTH_STEP, 1)[0]

@@ -16,7 +16,8 @@ class Cylinder(NamedTuple):
     stroke: float  #: stroke l, m
     A_A: float  #: piston area of chamber A, m^2
     A_B: float  #: piston area of chamber B, m^2
-    V_d: float  #: dead volume of each chamber, m^3
+    V_d_A: float  #: dead volume of chamber A, m^3
+    V_d_B: float  #: dead volume of chamber B, m^3
     M: float  #: moving mass with load, kg
     k_f: float  #: viscous friction coefficient, N s/m
     x_min: float  #: end stop where chamber A is smallest, m from the central position
@@ -28,10 +29,23 @@ class Cylinder(NamedTuple):
     coulomb: float = 0.0  #: Coulomb friction, N, which holds a piston at rest while no greater force acts
 
 
+class Chamber(NamedTuple):
+    """What tells one chamber from the other."""
+
+    area: float  #: of the piston, m^2
+    V_d: float  #: dead volume, m^3
+
+
 @jitable
-def volume(x: Real, area: float, cylinder: Cylinder) -> Real:
-    """Chamber volume, m^3, at outward position x, m, for piston area `area`, m^2."""
-    return cylinder.V_d + area * (cylinder.stroke / 2 + x)
+def chamber_of(cylinder: Cylinder, side: int) -> Chamber:
+    """Chamber A (side 0) or B (side 1)."""
+    return Chamber(cylinder.A_A, cylinder.V_d_A) if side == 0 else Chamber(cylinder.A_B, cylinder.V_d_B)
+
+
+@jitable
+def volume(x: Real, chamber: Chamber, cylinder: Cylinder) -> Real:
+    """Chamber volume, m^3, at outward position x, m."""
+    return chamber.V_d + chamber.area * (cylinder.stroke / 2 + x)
 
 
 @jitable

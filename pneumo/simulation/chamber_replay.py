@@ -6,18 +6,18 @@ from typing import Any
 import numpy as np
 from numba.extending import register_jitable
 
+from pneumo.physics.cylinder import chamber_of
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.full_order import Recording, chamber_rates
-from pneumo.simulation.reference import piston_area
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince
 from pneumo.simulation.signals import Reading, Transport, stage_inputs
 
 
 @register_jitable
 def _state_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
-    inputs, sign, area, plant = context
+    inputs, sign, chamber, plant = context
     u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
-    dy[0], dy[1] = chamber_rates(u, x, v, y[0], y[1], area, plant)
+    dy[0], dy[1] = chamber_rates(u, x, v, y[0], y[1], chamber, plant)
 
 
 _chamber_step = dormand_prince(_state_rates)
@@ -40,7 +40,7 @@ def _replay_chambers(recording: Recording, reading: Reading, stride: int) -> np.
     for k in range(steps):
         stage_inputs(recording, reading, k, 0, 1, y, Y, K, inputs)
         for side in range(2):
-            context = (inputs, 1.0 - 2.0 * side, piston_area(plant.cylinder, side), plant)
+            context = (inputs, 1.0 - 2.0 * side, chamber_of(plant.cylinder, side), plant)
             _chamber_step(state[side], context, recording.h, Y_chamber, K_chamber, state[side])
         if (k + 1) % stride == 0:
             pressure[:, (k + 1) // stride] = state[:, 0]

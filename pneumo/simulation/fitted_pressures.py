@@ -11,12 +11,12 @@ from math import log, sqrt
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.physics.cylinder import heat_area, volume
+from pneumo.physics.cylinder import chamber_of, heat_area, volume
 from pneumo.physics.models import temperature
 from pneumo.physics.valve import Conditions
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.polynomials import flow_polynomial
-from pneumo.simulation.reference import lane_of, lane_rate_with_flows, piston_area
+from pneumo.simulation.reference import lane_of, lane_rate_with_flows
 from pneumo.simulation.tableau import explicit
 from pneumo.simulation.vectorised import (
     HEAT,
@@ -74,21 +74,21 @@ def _on_inputs(
             now_c = Conditions(P_s[k, j], c.P_atm, c.T_in, c.T_amb, c.P_0, c.T_0)
             supplied = Plant(plant.gas, plant.valve, now_c, plant.cylinder, plant.k_0)
             for side in range(2):
-                sign, area = 1.0 - 2.0 * side, piston_area(plant.cylinder, side)
+                sign, chamber = 1.0 - 2.0 * side, chamber_of(plant.cylinder, side)
                 now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
                 own = np.uint64(0) if side == 0 else OF_B
                 rate, rate_T = K_0 + r + np.uint64(ROW * j), RATE_T + own + np.uint64(ROW * j)
                 x = sign * motions[0, k, j, 0]
-                V, A_q = volume(x, area, plant.cylinder), heat_area(x, plant.cylinder)
+                V, A_q = volume(x, chamber, plant.cylinder), heat_area(x, plant.cylinder)
                 for m in range(len(motions)):
                     x_m, v_m = sign * motions[m, k, j, 0], sign * motions[m, k, j, 1]
-                    V_m = volume(x_m, area, plant.cylinder)
+                    V_m = volume(x_m, chamber, plant.cylinder)
                     area_m = e_A * (heat_area(x_m, plant.cylinder) / A_q - 1)
                     first = np.uint64(m) * width
                     for i in range(first, first + width):
                         inverse_V = 1 / (V_m + X[BEYOND + own + i])
                         X[SHARE + i] = V * inverse_V
-                        X[EXPANSION + i] = area * v_m * inverse_V
+                        X[EXPANSION + i] = chamber.area * v_m * inverse_V
                         X[AREA + i] = area_m
                 for i in range(count):
                     W[P + i] = W[now + i] + (a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i])
@@ -96,7 +96,7 @@ def _on_inputs(
                     first, second, start = RATE_T + own, RATE_T + own + np.uint64(ROW), T + own
                     for i in range(count):
                         W[ROOT_T + i] = sqrt(X[start + i] + (a_0 * X[first + i] + a_1 * X[second + i]))
-                shared = shared_terms(sign * u[k, j], x, 0.0, area, supplied)
+                shared = shared_terms(sign * u[k, j], x, 0.0, chamber, supplied)
                 write_rates(W, rate, starts, shared, supplied, psi, s_sonic)  # at rest, in the plant's volume
                 wall = shared[5]
                 if full:
@@ -184,7 +184,7 @@ def pressures_of_sets(
         for side, now in enumerate((P_A, P_B)):
             W[int(now) : int(now) + len(rows)] = start[rows, side] / plant.conditions.P_0
             beyond = (int(BEYOND) + side * int(OF_B)) // ROW
-            X[beyond, : len(rows)] = V_d[rows, side] - plant.cylinder.V_d
+            X[beyond, : len(rows)] = V_d[rows, side] - chamber_of(plant.cylinder, side).V_d
             if start_T is not None:
                 X[beyond + 1, : len(rows)] = start_T[rows, side] / plant.conditions.T_0
         pressure = np.empty((result.shape[3], 2, len(rows)))
@@ -211,16 +211,18 @@ def _on_flows(
     for index in range(len(lanes)):
         lane = lane_of(lanes[index])
         for side in range(2):
-            sign, area = 1.0 - 2.0 * side, piston_area(plant.cylinder, side)
-            beyond, p = V_d[index, side] - plant.cylinder.V_d, pressure[index, side, 0]
+            sign, chamber = 1.0 - 2.0 * side, chamber_of(plant.cylinder, side)
+            beyond, p = V_d[index, side] - chamber.V_d, pressure[index, side, 0]
             K[:] = 0.0
             for k in range(len(flow)):
                 for j in range(STAGES):
                     y = p + h * (A[j, 0] * K[0] + A[j, 1] * K[1])
                     x, v, m = sign * motion[k, j, 0], sign * motion[k, j, 1], flow[k, j, side]
                     T_now = temperature(y, c.P_0, c.T_0, lane.a)
-                    rate = lane_rate_with_flows(max(m, 0.0), max(-m, 0.0), x, v, y, T_now, area, plant, lane)
-                    V = volume(x, area, plant.cylinder)
+                    rate = lane_rate_with_flows(
+                        max(m, 0.0), max(-m, 0.0), x, v, y, T_now, chamber, plant, lane
+                    )
+                    V = volume(x, chamber, plant.cylinder)
                     K[j] = rate * (V / (V + beyond))
                 p += h * (B[0] * K[0] + B[1] * K[1] + B[2] * K[2])
                 if not p > 0:

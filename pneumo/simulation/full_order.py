@@ -10,7 +10,7 @@ from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import acceleration, heat_area, motion, stopped, volume
+from pneumo.physics.cylinder import Chamber, acceleration, chamber_of, heat_area, motion, stopped, volume
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command, reference_series, reversed_at
@@ -27,12 +27,12 @@ RUN_STATUS = {
 
 @register_jitable
 def chamber_rates(
-    u: float, x: float, v: float, P: float, T: float, area: float, plant: Plant
+    u: float, x: float, v: float, P: float, T: float, chamber: Chamber, plant: Plant
 ) -> tuple[float, float]:
     """Full-order rates of one chamber, (dP/dt, dT/dt), with u, x, v counted outward from it."""
     gas, conditions = plant.gas, plant.conditions
-    V = volume(x, area, plant.cylinder)
-    dV_dt = area * v
+    V = volume(x, chamber, plant.cylinder)
+    dV_dt = chamber.area * v
     m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, conditions)
     area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
     PT_ratio = P * T / (conditions.P_0 * conditions.T_0)
@@ -54,8 +54,8 @@ def full_order_rates(y: np.ndarray, _i: int, context: Any, dy: np.ndarray) -> No
     x, v, P_A, T_A, P_B, T_B = y[0], y[1], y[2], y[3], y[4], y[5]
     u = limited(command(reference, x, drive), plant.valve.u_max)
     dy[0], dy[1] = motion(x, v, acceleration(v, P_A, P_B, force, plant.cylinder), plant.cylinder)
-    dy[2], dy[3] = chamber_rates(u, x, v, P_A, T_A, plant.cylinder.A_A, plant)
-    dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, plant.cylinder.A_B, plant)
+    dy[2], dy[3] = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, 0), plant)
+    dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, 1), plant)
 
 
 _step, _estimate = dormand_prince(full_order_rates), embedded_error(full_order_rates)

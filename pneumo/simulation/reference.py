@@ -10,7 +10,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
-from pneumo.physics.cylinder import Cylinder, heat_area, volume
+from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import kernel
@@ -26,33 +26,35 @@ def lane_of(row: np.ndarray) -> Lane:
 
 
 @register_jitable
-def piston_area(cylinder: Cylinder, side: int) -> float:
-    """Piston area of chamber A (side 0) or B (side 1), m^2."""
-    return cylinder.A_A if side == 0 else cylinder.A_B
-
-
-@register_jitable
-def lane_rate(u: float, x: float, v: float, P: float, area: float, plant: Plant, lane: Lane) -> float:
+def lane_rate(u: float, x: float, v: float, P: float, chamber: Chamber, plant: Plant, lane: Lane) -> float:
     """Rate of a reduced model's pressure, Pa/s, of one chamber.
 
     Signs of u, V, x, m, and v, m/s, are those of chamber A; for chamber B all three are negated.
     """
     T = temperature(P, plant.conditions.P_0, plant.conditions.T_0, lane.a)
     m_in, m_out = chamber_flows(u, P, T, plant.valve, plant.gas, plant.conditions)
-    return lane_rate_with_flows(m_in, m_out, x, v, P, T, area, plant, lane)
+    return lane_rate_with_flows(m_in, m_out, x, v, P, T, chamber, plant, lane)
 
 
 @register_jitable
 def lane_rate_with_flows(
-    m_in: float, m_out: float, x: float, v: float, P: float, T: float, area: float, plant: Plant, lane: Lane
+    m_in: float,
+    m_out: float,
+    x: float,
+    v: float,
+    P: float,
+    T: float,
+    chamber: Chamber,
+    plant: Plant,
+    lane: Lane,
 ) -> float:
     """Rate of a reduced model's pressure, Pa/s, with known flows, kg/s; x and v count outward."""
     conditions, gas = plant.conditions, plant.gas
     return model_dP_dt(
         P,
         T,
-        volume(x, area, plant.cylinder),
-        area * v,
+        volume(x, chamber, plant.cylinder),
+        chamber.area * v,
         m_in,
         m_out,
         heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder),
@@ -70,9 +72,9 @@ def lane_rate_with_flows(
 @register_jitable
 def lane_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
     """Write the rate of a lane's pressure y[0] at stage i into dy."""
-    inputs, sign, area, plant, lane = context
+    inputs, sign, chamber, plant, lane = context
     u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
-    dy[0] = lane_rate(u, x, v, y[0], area, plant, lane)
+    dy[0] = lane_rate(u, x, v, y[0], chamber, plant, lane)
 
 
 _step, _estimate = dormand_prince(lane_rates), embedded_error(lane_rates)
@@ -128,7 +130,7 @@ def replay_lanes(
         known = first - 1  # halvings for which the inputs are known
         for side in range(2):
             sign = 1.0 - 2.0 * side
-            area = piston_area(plant.cylinder, side)
+            chamber = chamber_of(plant.cylinder, side)
             P_full = recording.states[k + 1, 2 + 2 * side]
             for i in range(count):
                 if failure[i, side] >= 0:
@@ -141,7 +143,7 @@ def replay_lanes(
                         now = inputs[parts + part]
                         if halvings > known:
                             stage_inputs(recording, reading, k, part, parts, y, Y, K, now)
-                        context = (now, sign, area, plant, lane)
+                        context = (now, sign, chamber, plant, lane)
                         found = lane_step(own, context, recording.h / parts, most > 0, Y_lane, K_lane, error)
                         largest = max(largest, found)
                     known = max(known, halvings)

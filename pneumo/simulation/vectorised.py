@@ -16,7 +16,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
-from pneumo.physics.cylinder import heat_area, volume
+from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.polynomials import (
@@ -28,7 +28,6 @@ from pneumo.simulation.polynomials import (
     logarithm,
     polynomial,
 )
-from pneumo.simulation.reference import piston_area
 from pneumo.simulation.runge_kutta import STAGES, A, B, E
 from pneumo.simulation.signals import Reading, replay_tolerance, stage_inputs
 
@@ -55,9 +54,9 @@ SIDE_B = np.uint64(ROW)  # from a row of chamber A to chamber B's, where they fo
 
 
 @register_jitable
-def shared_terms(u: float, x: float, v: float, area: float, plant: Plant) -> tuple[float, ...]:
+def shared_terms(u: float, x: float, v: float, chamber: Chamber, plant: Plant) -> tuple[float, ...]:
     """What all lanes of a chamber share at one stage, with u, x, v counted outward from the chamber."""
-    c, inverse_V = plant.conditions, 1 / volume(x, area, plant.cylinder)
+    c, inverse_V = plant.conditions, 1 / volume(x, chamber, plant.cylinder)
     throat = plant.gas.R * plant.valve.k_xu * abs(u) * inverse_V  # (2)
     if u < 0:
         throat *= plant.valve.exhaust
@@ -69,7 +68,7 @@ def shared_terms(u: float, x: float, v: float, area: float, plant: Plant) -> tup
         l_port,
         throat * (p_port * (1 / sqrt(c.T_in))),
         -throat,
-        -area * v * inverse_V,
+        -chamber.area * v * inverse_V,
         (plant.gas.gamma - 1) * plant.k_0 / c.P_0 * inverse_V,
         heat_area(x, plant.cylinder) * (1 / heat_area(0.0, plant.cylinder)),
     )
@@ -138,13 +137,13 @@ def advance(
         a_0, a_1, a_2, a_3, a_4 = h * A[j, 0], h * A[j, 1], h * A[j, 2], h * A[j, 3], h * A[j, 4]
         for side in range(2):
             sign = 1.0 - 2.0 * side
-            area = piston_area(plant.cylinder, side)
+            chamber = chamber_of(plant.cylinder, side)
             now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
             for i in range(count):
                 early = a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i] + a_2 * W[K_2 + r + i]
                 W[P + i] = W[now + i] + (early + a_3 * W[K_3 + r + i] + a_4 * W[K_4 + r + i])
             u, x, v = sign * inputs[j, 0], sign * inputs[j, 1], sign * inputs[j, 2]
-            shared = shared_terms(u, x, v, area, plant)
+            shared = shared_terms(u, x, v, chamber, plant)
             write_rates(W, K_0 + r + np.uint64(ROW * j), starts, shared, plant, psi, s_sonic)
     for side in range(2):
         now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
@@ -174,7 +173,7 @@ def estimate_errors(
         for i in range(count):
             W[P + i] = W[now + i]
         u, x, v = sign * inputs[STAGES, 0], sign * inputs[STAGES, 1], sign * inputs[STAGES, 2]
-        shared = shared_terms(u, x, v, piston_area(plant.cylinder, side), plant)
+        shared = shared_terms(u, x, v, chamber_of(plant.cylinder, side), plant)
         write_rates(W, K_6 + r, starts, shared, plant, psi, s_sonic)
         for i in range(count):
             early = E[0] * W[K_0 + r + i] + E[2] * W[K_2 + r + i] + E[3] * W[K_3 + r + i]

@@ -10,14 +10,14 @@ from scipy.stats import t
 
 from pneumo.catalogue import coefficient_times_length, default_conductance, measured_conductances
 from pneumo.papers.paper_2007.measured_columns import COLUMNS, Results
-from pneumo.physics.cylinder import Cylinder, volume, wetted_area
+from pneumo.physics.cylinder import Cylinder, chamber_of, volume, wetted_area
 
 PAPER = Path(__file__).parents[2] / "paper" / "2007"
 
 
 def cylinder(bore: float, stroke: float, V_d: float) -> Cylinder:
     area = pi / 4 * bore**2
-    return Cylinder(bore, stroke, area, area, V_d, 1.0, 1.0, -stroke / 2, stroke / 2)
+    return Cylinder(bore, stroke, area, area, V_d, V_d, 1.0, 1.0, -stroke / 2, stroke / 2)
 
 
 def test_data_are_the_printed_numbers_with_their_source():
@@ -47,7 +47,7 @@ def test_interval_holds_every_measured_conductance_and_the_default_scales_as_sai
     one, other = default_conductance(small), default_conductance(large)
     # Twice the size: V / A_q doubles, lambda_0 halves, A_q is four times as large.
     assert other.lambda_0 == pytest.approx(one.lambda_0 / 2) and other.k_0 == pytest.approx(2 * one.k_0)
-    V = volume(0.0, small.A_A, small)
+    V = volume(0.0, chamber_of(small, 0), small)
     assert one.k_0 == pytest.approx(one.lambda_0 * wetted_area(V, 0.02))
     assert one.k_0_low < one.k_0 < one.k_0_high
 

@@ -75,7 +75,7 @@ def test_experiment_in_SI_units():
     assert (c.bore, c.stroke, c.x_max, e.push.x_stop) == pytest.approx((0.02, 0.1, 0.05, -0.015), rel=3e-16)
     assert c.x_min == -c.x_max
     assert c.A_A == c.A_B == math.pi * c.bore**2 / 4
-    assert (c.V_d, c.M, c.k_f) == (1.571e-6, 1.5, 100.0)
+    assert (c.V_d_A, c.V_d_B, c.M, c.k_f) == (1.571e-6, 1.571e-6, 1.5, 100.0)
     assert e.plant.gas == Gas(287.0, 1.4, 0.0404, 0.5283)
     assert e.plant.valve == Valve(1e-7, 10.0)
     assert e.plant.conditions == (7e5, 1e5, 293.0, 293.0, 0.8077 * 7e5, 293.0)
@@ -135,13 +135,15 @@ def test_catalogue_valve_passes_the_choked_flow_of_ISO_6358_and_may_leak():
 def test_rod_weight_and_load():
     flat = on_own_cylinder().plant.cylinder
     assert (flat.load, flat.coulomb) == (0.0, 0.0) and flat.A_A == flat.A_B
-    assert flat.V_d == pytest.approx(0.1 * flat.A_A * 0.08)
+    assert flat.V_d_A == flat.V_d_B == pytest.approx(0.1 * flat.A_A * 0.08)
     changes = {"rod_mm": 10.0, "incline_deg": 30.0, "load_N": 7.0, "coulomb_N": 4.0, "dead_volume_m3": 5e-6}
     c = on_own_cylinder(**changes).plant.cylinder
     rod = math.pi * 0.01**2 / 4
     assert pytest.approx(rod) == c.A_A - c.A_B
     assert c.load == pytest.approx(7.0 - 3.0 * 9.80665 / 2 - rod * 1e5)  # half the weight, along the axis
-    assert (c.coulomb, c.V_d) == (4.0, 5e-6)
+    assert (c.coulomb, c.V_d_A, c.V_d_B) == (4.0, 5e-6, 5e-6)
+    c = on_own_cylinder(dead_volume_B_m3=7e-6).plant.cylinder  # a longer hose
+    assert c.V_d_B == 7e-6 and c.V_d_A == flat.V_d_A
 
 
 def test_wall_by_its_coefficient():

@@ -193,7 +193,7 @@ def test_stable_steps_are_of_the_stiffest_point(plant):
     """Of M1 without valve only n A v / V is left, largest at a stop: eq (10)."""
     cylinder = plant.cylinder
     found = stable_steps(system(MODELS["M1"], None, plant, valve=False))
-    V = cylinder.V_d + cylinder.A_A * 0.001 * cylinder.stroke / 2
+    V = cylinder.V_d_A + cylinder.A_A * 0.001 * cylinder.stroke / 2
     expected = 2.0 / (cylinder.A_A * 1.0 / V)
     assert found["EULER"] == pytest.approx(expected, rel=0.01)  # the border is found in steps of 0.01
     assert found["EULER"] < found["RK4"] < found["DORMAND_PRINCE"]

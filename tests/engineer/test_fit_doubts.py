@@ -81,7 +81,7 @@ def test_a_wrong_configuration_is_named_with_the_number_that_would_explain_the_r
 
 def test_bounds_vague_intervals_and_unlikely_values_are_doubted(sound):
     problem, found = sound
-    configured = problem.plant.cylinder.V_d
+    configured = problem.plant.cylinder.V_d_A
 
     def doubts(low=(), high=(), **values):
         changed = found._replace(

@@ -12,7 +12,7 @@ from pneumo.engineer.least_squares import fit
 from pneumo.engineer.record import ANR, Measurement, read_measurement
 from pneumo.engineer.stage_signals import stage_signals, stage_times
 from pneumo.errors import InputError
-from pneumo.physics.cylinder import volume
+from pneumo.physics.cylinder import chamber_of, volume
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.pages.fit_page import fit_page
@@ -37,14 +37,15 @@ def measured(plant):
 def pressures(plant, model, n, flow, motion):
     """Pressures of both chambers from 4 bar on."""
     lanes = lane_array([lane(MODELS[model], n, plant.gas.gamma)])
-    V_d = np.full((1, 2), plant.cylinder.V_d)
+    c = plant.cylinder
+    V_d = np.array([[c.V_d_A, c.V_d_B]])
     return pressures_on_flows(motion, flow, lanes, V_d, plant, H, 1, np.full((1, 2), 4e5))[0]
 
 
 def test_a_constant_flow_raises_pressure_on_a_line_and_an_empty_chamber_is_nan(plant):
     steps, m, gas = 400, np.array([2e-5, -1e-5]), plant.gas  # kg/s
     found = pressures(plant, "M3", 1.4, np.broadcast_to(m, (steps, 3, 2)), np.zeros((steps, 3, 2)))
-    V = volume(0.0, plant.cylinder.A_A, plant.cylinder)
+    V = volume(0.0, chamber_of(plant.cylinder, 0), plant.cylinder)
     rate = gas.gamma * gas.R * plant.conditions.T_0 * m / V  # (10) with dV_dt = 0 and T = T_0
     np.testing.assert_allclose(found, 4e5 + rate[:, None] * H * np.arange(steps + 1), rtol=1e-11)
     found = pressures(plant, "M3", 1.4, np.full((50, 3, 2), -1.0), np.zeros((50, 3, 2)))
@@ -56,7 +57,8 @@ def test_a_closed_chamber_keeps_P_V_to_the_n(plant):
     at = stage_times(steps, H)
     motion = np.stack([0.03 * np.sin(8 * at), 0.24 * np.cos(8 * at)], axis=-1)
     found = pressures(plant, "M5", n, np.zeros((steps, 3, 2)), motion)
-    V = np.array([volume(0.03 * s * np.sin(8 * H * np.arange(steps + 1)), c.A_A, c) for s in (1, -1)])
+    x = 0.03 * np.sin(8 * H * np.arange(steps + 1))
+    V = np.array([volume(s * x, chamber_of(c, side), c) for side, s in enumerate((1, -1))])
     # The step is 8e-3 of a radian's time: a third-order method is off by some (8e-3)^3 = 5e-7 at most.
     np.testing.assert_allclose(found * V**n, np.broadcast_to(4e5 * V[:, :1] ** n, V.shape), rtol=5e-7)
 

@@ -87,11 +87,14 @@ def test_frequency_response_is_that_of_a_simulated_sweep(plant):
 
 def test_natural_frequency_of_adiabatic_air_is_the_textbook_s(plant):
     """M3: ω^2 = γ (P_A A_A^2 / V_A + P_B A_B^2 / V_B) / M, and 2 ζ ω = k_f / M."""
-    cylinder, gamma = plant.cylinder._replace(A_B=0.8 * plant.cylinder.A_A, coulomb=5.0), plant.gas.gamma
+    cylinder, gamma = (
+        plant.cylinder._replace(A_B=0.8 * plant.cylinder.A_A, V_d_B=2e-6, coulomb=5.0),
+        plant.gas.gamma,
+    )
     x, P = np.linspace(-0.045, 0.045, 5)[:, None], np.array([2e5, 6e5])
     modes = natural_modes("M3", None, plant._replace(cylinder=cylinder), x[:, 0], P)
-    V_A = cylinder.V_d + cylinder.A_A * (cylinder.stroke / 2 + x)
-    V_B = cylinder.V_d + cylinder.A_B * (cylinder.stroke / 2 - x)
+    V_A = cylinder.V_d_A + cylinder.A_A * (cylinder.stroke / 2 + x)
+    V_B = cylinder.V_d_B + cylinder.A_B * (cylinder.stroke / 2 - x)
     P_B = P * cylinder.A_A / cylinder.A_B
     omega = np.sqrt(gamma * (P * cylinder.A_A**2 / V_A + P_B * cylinder.A_B**2 / V_B) / cylinder.M)
     np.testing.assert_allclose(modes["natural_frequency"], omega / (2 * np.pi), rtol=1e-9)

@@ -53,7 +53,7 @@ def sonic_rate(plant, u, P):
     gas, c = plant.gas, plant.conditions
     T = max(c.T_in, c.T_0) * 10  # eq (6) far from P_0
     flow = choked_flow(plant.valve.k_xu * abs(u), max(P, c.P_s), c.T_in, gas)
-    return gas.gamma * gas.R * flow * T / plant.cylinder.V_d
+    return gas.gamma * gas.R * flow * T / plant.cylinder.V_d_A
 
 
 @pytest.mark.parametrize("model", EVERY, ids=lambda model: model.name)

@@ -18,7 +18,9 @@ from pneumo.simulation import full_order as datum
 from pneumo.simulation.replay import replay as replay_lanes
 from pneumo.simulation.signals import EXACT_TRANSPORT
 
-CYLINDER = Cylinder(0.02, 0.1, 3.14e-4, 3.0e-4, 1.6e-6, 2, 100, -0.05, 0.05)  # whole numbers are welcome
+CYLINDER = Cylinder(
+    0.02, 0.1, 3.14e-4, 3.0e-4, 1.6e-6, 1.7e-6, 2, 100, -0.05, 0.05
+)  # whole numbers are welcome
 H = 1e-3
 COMMAND = 0.8 * np.sign(np.sin(np.arange(301) / 30 + 0.1))
 
@@ -106,7 +108,7 @@ def test_bad_signals_are_refused(options, words, mine):
         ({"u_max": 0.0}, "u_max"),
         ({"T_in": -3.0}, "T_in"),
         ({"P_0": float("inf")}, "P_0"),
-        ({"cylinder": CYLINDER._replace(V_d=0.0)}, "V_d"),
+        ({"cylinder": CYLINDER._replace(V_d_B=0.0)}, "V_d_B"),
     ],
 )
 def test_bad_plants_are_refused(changes, words):

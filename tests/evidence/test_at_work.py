@@ -49,7 +49,7 @@ from pneumo.evidence.sampled_plant import (
     readings,
     sampled_recording,
 )
-from pneumo.physics.cylinder import acceleration, volume
+from pneumo.physics.cylinder import acceleration, chamber_of, volume
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.full_order import equilibrium
@@ -220,7 +220,7 @@ def test_air_from_the_supply_is_what_the_chamber_gains():
     y, u, R = equilibrium(PLANT), 2.0, PLANT.gas.R
 
     def mass(y: np.ndarray) -> float:
-        return y[2] * volume(y[0], PLANT.cylinder.A_A, PLANT.cylinder) / (R * y[3])
+        return y[2] * volume(y[0], chamber_of(PLANT.cylinder, 0), PLANT.cylinder) / (R * y[3])
 
     steps, air, start = 50, 0.0, mass(y)
     for _ in range(steps):

@@ -27,7 +27,7 @@ def test_sensors_are_noisy_and_quantised_and_cases_as_drawn():
     known = synthetic_record(8, "M7")
     half = known.truth.cylinder.stroke / 2
     assert np.ptp(known.x_exact) > 0.2 * half and np.abs(known.x_exact).max() < half
-    assert known.truth.cylinder.V_d == known.V_d[0] != known.V_d[1]
+    assert known.truth.cylinder.V_d_A == known.V_d[0] != known.V_d[1]
     assert known.configured.valve.k_xu != known.truth.valve.k_xu
     np.testing.assert_array_equal(synthetic_record(8, "M7").P, known.P)
     assert np.std(known.P - known.P_exact) == pytest.approx(known.noise * 1e6, rel=0.05)

@@ -43,7 +43,7 @@ def test_cylinders_are_of_the_catalogue_and_inside_what_was_written_down(number)
     speed = full_speed(p)
     inside = {
         "supply": (p.conditions.P_s, 5e5, 10e5),
-        "dead": (cylinder.V_d / (cylinder.A_A * cylinder.stroke / 2), 0.05, 0.2),
+        "dead": (cylinder.V_d_A / (cylinder.A_A * cylinder.stroke / 2), 0.05, 0.2),
         "speed": (speed, min(0.1, 12 * cylinder.stroke), min(3.2, 12 * cylinder.stroke)),
         "acceleration": (0.3 * force / cylinder.M, 5, 50),
         "viscous": (cylinder.k_f * speed / force, 0.05, 0.6),
@@ -72,7 +72,7 @@ def test_a_number_means_the_same_cylinder_and_no_other_and_records_keep_theirs()
     truth, configured = true_and_configured_plants(np.random.default_rng(10_000))
     q = truth.cylinder
     sizes = (0.029502095392723027, 0.11932500720956772, 5.586770430928518e-06, 5.031017489630016)
-    assert (q.bore, q.stroke, q.V_d, q.M, q.k_f) == (*sizes, 161.1358386784385)
+    assert (q.bore, q.stroke, q.V_d_A, q.M, q.k_f) == (*sizes, 161.1358386784385)
     found = (truth.k_0, truth.valve.k_xu, configured.valve.k_xu)
     assert found == (0.23457589501791445, 1.0717643896914715e-07, 1.2705634687217226e-07)
 
@@ -108,7 +108,8 @@ DIMENSIONS = {
     **dict.fromkeys(("P_s", "P_atm", "P_0"), (-1, 1, -2, 0, 0)),
     **dict.fromkeys(("T_in", "T_amb", "T_0"), (0, 0, 0, 1, 0)),
     **dict.fromkeys(("load", "coulomb"), (1, 1, -2, 0, 0)),
-    **{"V_d": (3, 0, 0, 0, 0), "M": (0, 1, 0, 0, 0), "k_f": (0, 1, -1, 0, 0), "h": (0, 0, 1, 0, 0)},
+    **dict.fromkeys(("V_d_A", "V_d_B"), (3, 0, 0, 0, 0)),
+    **{"M": (0, 1, 0, 0, 0), "k_f": (0, 1, -1, 0, 0), "h": (0, 0, 1, 0, 0)},
     **{"R": (2, 0, -2, -1, 0), "sonic_coefficient": (-1, 0, 1, 0.5, 0), "k_0": (2, 1, -3, -1, 0)},
     **{"k_xu": (2, 0, 0, 0, -1), "u_max": (0, 0, 0, 0, 1), "k_p": (-1, 0, 0, 0, 1)},
 }

@@ -12,11 +12,13 @@ from model_rates import arguments
 from pneumo import testing as some
 from pneumo.configuration.experiment import Drive
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Cylinder, acceleration, heat_area, motion, stopped, volume
+from pneumo.physics.cylinder import Cylinder, acceleration, chamber_of, heat_area, motion, stopped, volume
 from pneumo.simulation.full_order import chamber_rates, equilibrium, full_order_rates
 
 EPS = np.finfo(float).eps
-D = Cylinder(0.02, 0.1, math.pi * 1e-4, math.pi * 1e-4, 1.571e-6, 1.5, 100.0, -0.05, 0.05)  # Table 2
+D = Cylinder(
+    0.02, 0.1, math.pi * 1e-4, math.pi * 1e-4, 1.571e-6, 1.571e-6, 1.5, 100.0, -0.05, 0.05
+)  # Table 2
 
 # Wall laws as exponents of A_q/A_q0 and PT/(P_0 T_0).
 CONSTANT, AREA_ONLY, FULL = (0.0, 0.0), (1.0, 0.0), (1.0, 0.5)  # eqs (13), (11), (7)
@@ -65,16 +67,16 @@ def dT_scale(a):
 @given(some.cylinders(), some.positions(1.0))
 def test_the_two_chambers_share_the_stroke(cylinder, fraction):
     x = fraction * cylinder.stroke / 2
-    V_A, V_B = volume(x, cylinder.A_A, cylinder), volume(-x, cylinder.A_B, cylinder)
+    V_A, V_B = (volume(s * x, chamber_of(cylinder, side), cylinder) for side, s in enumerate((1, -1)))
     assert V_A > 0 < V_B
-    whole = 2 * cylinder.V_d + cylinder.A_A * cylinder.stroke
+    whole = cylinder.V_d_A + cylinder.V_d_B + cylinder.A_A * cylinder.stroke
     assert abs(V_A + V_B - whole) <= 4 * EPS * whole  # six roundings of half an ulp at most
 
 
 def test_geometry_of_the_printed_cylinders():
     # Dead volume is 10 % of the half-stroke volume, A_q(0) two faces and half the bore's wall: section 2.2.
-    assert volume(-D.stroke / 2, D.A_A, D) == D.V_d
-    assert pytest.approx(0.1 * D.A_A * D.stroke / 2, rel=1e-3) == D.V_d  # Table 2 prints four digits
+    assert volume(-D.stroke / 2, chamber_of(D, 0), D) == D.V_d_A
+    assert pytest.approx(0.1 * D.A_A * D.stroke / 2, rel=1e-3) == D.V_d_A  # Table 2 prints four digits
     assert heat_area(0.0, D) == pytest.approx(2 * D.A_A + math.pi * D.bore * D.stroke / 2, rel=4 * EPS)
     assert heat_area(-D.stroke / 2, D) == pytest.approx(2 * D.A_A, rel=4 * EPS)  # only the end faces are left
 
@@ -83,10 +85,11 @@ def test_geometry_of_the_printed_cylinders():
 def test_volume_and_heat_area_grow_together(cylinder, one, other):
     x_1, x_2 = sorted(fraction * cylinder.stroke / 2 for fraction in (one, other))
     dx = x_2 - x_1
-    dV = volume(x_2, cylinder.A_A, cylinder) - volume(x_1, cylinder.A_A, cylinder)
+    V_1, V_2 = (volume(x, chamber_of(cylinder, 0), cylinder) for x in (x_1, x_2))
+    dV = V_2 - V_1
     dA = heat_area(x_2, cylinder) - heat_area(x_1, cylinder)
     # Differences of sums: each end is rounded three times.
-    assert dV == pytest.approx(cylinder.A_A * dx, abs=4 * EPS * volume(x_2, cylinder.A_A, cylinder))
+    assert dV == pytest.approx(cylinder.A_A * dx, abs=4 * EPS * V_2)
     assert dA == pytest.approx(math.pi * cylinder.bore * dx, abs=4 * EPS * heat_area(x_2, cylinder))
 
 
@@ -141,7 +144,7 @@ def test_wall_heat_opposes_the_temperature_difference(a):
 def test_equilibrium_is_a_fixed_point(plant, fraction):
     c = plant.conditions
     x = fraction * plant.cylinder.stroke / 2  # with the valve shut and at rest, anywhere on the stroke
-    assert chamber_rates(0.0, x, 0.0, c.P_0, c.T_0, plant.cylinder.A_A, plant) == (0, 0)
+    assert chamber_rates(0.0, x, 0.0, c.P_0, c.T_0, chamber_of(plant.cylinder, 0), plant) == (0, 0)
     dy = np.empty(6)
     full_order_rates(equilibrium(plant), 0, (0.0, 0.0, Drive(True, 1000.0, 0.0), plant), dy)
     assert (dy == 0).all()
@@ -150,7 +153,7 @@ def test_equilibrium_is_a_fixed_point(plant, fraction):
 @given(some.plants(), some.pressures(), some.temperatures(), some.positions())
 def test_only_air_at_wall_temperature_is_at_rest(plant, P, T, fraction):
     x = fraction * plant.cylinder.stroke / 2
-    dP, dT = chamber_rates(0.0, x, 0.0, P, T, plant.cylinder.A_A, plant)
+    dP, dT = chamber_rates(0.0, x, 0.0, P, T, chamber_of(plant.cylinder, 0), plant)
     assert (dP == dT == 0) == (plant.k_0 == 0 or plant.conditions.T_amb == T)
 
 

@@ -6,7 +6,7 @@ import pint
 import pytest
 
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Cylinder, acceleration, heat_area, volume
+from pneumo.physics.cylinder import Cylinder, acceleration, chamber_of, heat_area, volume
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.physics.valve import Gas, choked_flow, mass_flow, sonic_coefficient
@@ -53,8 +53,8 @@ def heat(a, law):
 
 
 def cylinder_of(a):
-    units = ("m", "m", "m^2", "m^2", "m^3", "kg", "N s/m", "m", "m")
-    numbers = (0.02, 0.1, 3.1e-4, 3.0e-4, 1.571e-6, 1.5, 100.0, -0.05, 0.05)
+    units = ("m", "m", "m^2", "m^2", "m^3", "m^3", "kg", "N s/m", "m", "m")
+    numbers = (0.02, 0.1, 3.1e-4, 3.0e-4, 1.571e-6, 1.9e-6, 1.5, 100.0, -0.05, 0.05)
     quantities = (U.Quantity(*pair) for pair in zip(numbers, units, strict=True))
     return Cylinder(*(quantities if a is WITH_UNITS else numbers))
 
@@ -78,7 +78,7 @@ RATES = {
     "choked flow": ("kg/s", lambda a: choked_flow(a["A_t"], a["P"], a["T"], gas_of(a))),
     "sonic coefficient": ("s K^0.5/m", lambda a: sonic_coefficient(a["R"], a["gamma"])),
     **{f"wall heat ({eq})": ("W", lambda a, law=law: heat(a, law)) for eq, law in WALL_LAWS.items()},
-    "volume": ("m^3", lambda a: volume(length(a, 0.01), cylinder_of(a).A_A, cylinder_of(a))),
+    "volume": ("m^3", lambda a: volume(length(a, 0.01), chamber_of(cylinder_of(a), 0), cylinder_of(a))),
     "heat area": ("m^2", lambda a: heat_area(length(a, 0.01), cylinder_of(a))),
     "acceleration": ("m/s^2", acceleration_of),
 }

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from pneumo.physics.cylinder import Chamber, chamber_of
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import exact_gas
 from pneumo.simulation.fitted_pressures import KUTTA, pressures_of_sets, pressures_on_flows
 from pneumo.simulation.full_order import chamber_rates
-from pneumo.simulation.reference import lane_rate, piston_area
+from pneumo.simulation.reference import lane_rate
 
 LENGTH = 0.3  # s
 V_D = np.array([[8e-6, 12e-6], [10e-6, 10e-6], [3e-5, 2e-6]])  # m^3, by set and chamber
@@ -28,7 +29,9 @@ def position(t, size):
 
 @pytest.fixture
 def plant(plant):
-    return plant._replace(gas=exact_gas(plant.gas.R, plant.gas.gamma))  # without the printed constants' jump
+    cylinder = plant.cylinder._replace(V_d_B=2 * plant.cylinder.V_d_A)
+    gas = exact_gas(plant.gas.R, plant.gas.gamma)  # without the printed constants' jump
+    return plant._replace(cylinder=cylinder, gas=gas)
 
 
 def signals(h):
@@ -44,17 +47,16 @@ def exact(rates, plant, start):
 
             def f(t, y, side=side, sign=sign, size=size):
                 x, v = position(t, size)
-                return rates(
-                    sign * command(t), sign * x, sign * v, y, piston_area(plant.cylinder, side), side
-                )
+                return rates(sign * command(t), sign * x, sign * v, y, side)
 
             end = solve_ivp(f, (0, LENGTH), start[side], "DOP853", rtol=1e-11, atol=1e-6, max_step=0.01)
             result.append(end.y[0, -1])
     return np.reshape(result, (len(MOTIONS), 2))
 
 
-def with_V_d(plant, V_d):
-    return plant._replace(cylinder=plant.cylinder._replace(V_d=V_d))
+def own_chamber(plant, i, side):
+    """Chamber of a set, as `V_D` has it."""
+    return Chamber(chamber_of(plant.cylinder, side).area, V_D[i, side])
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -66,8 +68,8 @@ def test_reduced_models_are_those_of_the_readable_equations(plant, model):
     np.testing.assert_array_equal(found[..., 0], [START] * 2)
     for i, row in enumerate(rows):
 
-        def rates(u, x, v, y, area, side, row=row, i=i):
-            return [lane_rate(u, x, v, y[0], area, with_V_d(plant, V_D[i, side]), row)]
+        def rates(u, x, v, y, side, row=row, i=i):
+            return [lane_rate(u, x, v, y[0], own_chamber(plant, i, side), plant, row)]
 
         # A few errors of a third-order step of 5e-4 s: the test of its order says how they fall.
         np.testing.assert_allclose(found[:, i, :, -1], exact(rates, plant, START[i, :, None]), rtol=2e-6)
@@ -84,8 +86,8 @@ def test_full_order_chambers_are_those_of_the_readable_equations_at_third_order(
     truth = []
     for i in range(3):
 
-        def rates(u, x, v, y, area, side, i=i):
-            return chamber_rates(u, x, v, y[0], y[1], area, with_V_d(plant, V_D[i, side]))
+        def rates(u, x, v, y, side, i=i):
+            return chamber_rates(u, x, v, y[0], y[1], own_chamber(plant, i, side), plant)
 
         truth.append(exact(rates, plant, np.stack([START[i], START_T[i]], axis=-1)))
     truth = np.stack(truth, axis=1)
@@ -107,8 +109,9 @@ def test_flows_in_place_of_a_valve_give_what_the_energy_balance_says(plant):
 
         def rate(t, P, i=i, side=side):
             x, v = (SIDES[side] * one for one in position(t, 1.0))
-            V = V_D[i, side] + piston_area(c, side) * (c.stroke / 2 + x)
-            return gas.gamma * (gas.R * T_0 * m[side] - P * piston_area(c, side) * v) / V  # (10), M3
+            area = (c.A_A, c.A_B)[side]
+            V = V_D[i, side] + area * (c.stroke / 2 + x)
+            return gas.gamma * (gas.R * T_0 * m[side] - P * area * v) / V  # (10), M3
 
         end = solve_ivp(rate, (0, LENGTH), [START[i, side]], "DOP853", rtol=1e-11, atol=1e-6)
         np.testing.assert_allclose(found[i, side, -1], end.y[0, -1], rtol=1e-7)
@@ -135,9 +138,8 @@ def test_a_supply_that_sags_is_followed(plant):
 
         def rate(t, P, size=size):
             x, v = position(t, size)
-            now = with_V_d(plant, V_D[0, 0])
-            now = now._replace(conditions=now.conditions._replace(P_s=supply(t)))
-            return [lane_rate(command(t), x, v, P[0], plant.cylinder.A_A, now, row)]
+            now = plant._replace(conditions=plant.conditions._replace(P_s=supply(t)))
+            return [lane_rate(command(t), x, v, P[0], own_chamber(plant, 0, 0), now, row)]
 
         end = solve_ivp(rate, (0, LENGTH), START[0, :1], "DOP853", rtol=1e-11, atol=1e-6, max_step=0.01)
         np.testing.assert_allclose(found[i, 0, 0, -1], end.y[0, -1], rtol=2e-6)  # as above

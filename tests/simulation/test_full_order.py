@@ -64,10 +64,10 @@ def assert_smooth(e, reference):
 
 
 @pytest.mark.parametrize("voltage", [0.5, -2.0])
-def test_smooth_run_of_a_cylinder_with_a_single_rod(voltage):
+def test_smooth_run_of_a_cylinder_with_a_single_rod_and_a_long_hose(voltage):
     # A rod of half the bore takes a quarter of chamber B's area; the load balances it at equilibrium.
     e = STUDY.experiments["E15"]
-    cylinder = e.plant.cylinder._replace(A_B=0.75 * e.plant.cylinder.A_A)
+    cylinder = e.plant.cylinder._replace(A_B=0.75 * e.plant.cylinder.A_A, V_d_B=2 * e.plant.cylinder.V_d_A)
     cylinder = cylinder._replace(load=-e.plant.conditions.P_0 * 0.25 * cylinder.A_A)
     assert_smooth(e._replace(plant=e.plant._replace(cylinder=cylinder)), np.full(61, voltage))
 
@@ -80,7 +80,7 @@ def chatter(states, u, e):
     """
     c, cylinder = e.plant.conditions, e.plant.cylinder
     x = states[:, :1] * [1, -1]
-    V = cylinder.V_d + cylinder.A_A * (cylinder.stroke / 2 + x)
+    V = cylinder.V_d_A + cylinder.A_A * (cylinder.stroke / 2 + x)
     A_t = e.plant.valve.k_xu * np.minimum(abs(u), e.plant.valve.u_max)
     C = 1.4 * A_t[:, np.newaxis] / V * (2 * 287 * c.T_0 * c.P_s) ** 0.5
     return (e.h * C) ** 2
@@ -127,7 +127,7 @@ def air(states, e):
     """Mass, kg, and inner energy, J, of the air by chamber and step."""
     cylinder = e.plant.cylinder
     x, P, T = np.stack([states[:, 0], -states[:, 0]]), states[:, [2, 4]].T, states[:, [3, 5]].T
-    PV = P * (cylinder.V_d + cylinder.A_A * (cylinder.stroke / 2 + x))
+    PV = P * (cylinder.V_d_A + cylinder.A_A * (cylinder.stroke / 2 + x))
     return np.stack([PV / (e.plant.gas.R * T), PV / (e.plant.gas.gamma - 1)])
 
 
@@ -287,7 +287,7 @@ def test_open_loop_piston_is_turned_before_the_ends(name):
 def test_coulomb_friction_brakes_as_a_constant_force_and_holds_what_is_below_it():
     # Shut valve, equal pressures, a huge dead volume: only friction acts, v falls by coulomb / M per second.
     e = lasting("E14", 0.2)
-    cylinder = e.plant.cylinder._replace(coulomb=6.0, k_f=0.0, M=2.0, V_d=1e3)
+    cylinder = e.plant.cylinder._replace(coulomb=6.0, k_f=0.0, M=2.0, V_d_A=1e3, V_d_B=1e3)
     plant = e.plant._replace(cylinder=cylinder, k_0=0.0)
     y_0, drive = equilibrium(plant), e.drive._replace(closed_loop=False)
     y_0[1] = 0.15

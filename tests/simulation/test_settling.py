@@ -99,7 +99,7 @@ def test_valves_stay_shut_in_open_loop(name):
     e = STUDY.experiments[name]
     result = settle(e)
     cylinder, states = e.plant.cylinder, result.states
-    length = cylinder.V_d / cylinder.A_A + cylinder.stroke / 2
+    length = cylinder.V_d_A / cylinder.A_A + cylinder.stroke / 2
     at_stop = states[: result.release_step, 0] == e.push.x_stop
     impacts = np.nonzero(~at_stop[:-1] & at_stop[1:])[0]
     assert len(impacts) >= 1

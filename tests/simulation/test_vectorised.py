@@ -13,7 +13,7 @@ from paper_study import STUDY, lasting
 
 from pneumo import testing as some
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.physics.cylinder import Cylinder, heat_area, volume
+from pneumo.physics.cylinder import Cylinder, chamber_of, heat_area, volume
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.physics.valve import Conditions, Gas, Valve, choked_flow, exact_gas
 from pneumo.simulation import polynomials
@@ -112,19 +112,19 @@ def test_flow_polynomial_holds_for_any_gas(gamma, R):
 
 
 @numba.njit(fastmath={"contract"}, error_model="numpy")
-def rates_of(W, starts, u, x, v, area, plant, psi):
+def rates_of(W, starts, u, x, v, chamber, plant, psi):
     s_sonic = -math.log(plant.gas.critical_ratio)
-    fast.write_rates(W, fast.K_0, starts, fast.shared_terms(u, x, v, area, plant), plant, psi, s_sonic)
+    fast.write_rates(W, fast.K_0, starts, fast.shared_terms(u, x, v, chamber, plant), plant, psi, s_sonic)
 
 
-def fast_rates(u, x, v, P, area, plant, lanes):
+def fast_rates(u, x, v, P, chamber, plant, lanes):
     """Rate of every lane at its own pressure, Pa/s."""
     order = np.argsort(fast.needs(lanes), kind="stable")
     W, starts = fast.work_array(lanes[order], plant)
     rows, P_0 = W.reshape(-1, fast.ROW), plant.conditions.P_0
     rows[int(fast.P) // fast.ROW, : int(starts[3])] = 1.0
     rows[int(fast.P) // fast.ROW, : len(lanes)] = P[order] / P_0
-    rates_of(W, starts, u, x, v, area, plant, polynomials.flow_polynomial(plant.gas)[0])
+    rates_of(W, starts, u, x, v, chamber, plant, polynomials.flow_polynomial(plant.gas)[0])
     return P_0 * rows[int(fast.K_0) // fast.ROW, np.argsort(order)]
 
 
@@ -144,13 +144,13 @@ def plants(draw):
     bore, stroke = draw(some.bores()), draw(some.strokes())
     area = math.pi / 4 * bore**2
     A_B = draw(st.floats(0.5, 1.0)) * area
-    V_d = draw(some.dead_volume_fractions()) * area * stroke / 2
+    V_d = [draw(some.dead_volume_fractions()) * area * stroke / 2 for _ in range(2)]
     return Plant(
         draw(gases()),
         # A throat that fills the smallest chamber in some 10 ms at the most.
-        Valve(draw(st.floats(0.0, 1.0)) * 0.01 * V_d, 10.0, exhaust=draw(st.floats(0.3, 1.5))),
+        Valve(draw(st.floats(0.0, 1.0)) * 0.01 * min(V_d), 10.0, exhaust=draw(st.floats(0.3, 1.5))),
         Conditions(P_s, P_atm, T_in, T_amb, 0.8 * P_s, T_0),
-        Cylinder(bore, stroke, area, A_B, V_d, 1.0, 100.0, -stroke / 2, stroke / 2),
+        Cylinder(bore, stroke, area, A_B, *V_d, 1.0, 100.0, -stroke / 2, stroke / 2),
         draw(some.conductances()),
     )
 
@@ -165,22 +165,22 @@ def all_lanes(gamma):
 @given(plants(), some.voltages(), some.positions(), some.velocities(), st.integers(0, 2**32 - 1))
 def test_single_rates_equal_the_reference(plant, u, fraction, v, seed):
     c, gas, lanes = plant.conditions, plant.gas, all_lanes(plant.gas.gamma)
-    x, area = fraction * plant.cylinder.stroke / 2, plant.cylinder.A_A
+    x, chamber = fraction * plant.cylinder.stroke / 2, chamber_of(plant.cylinder, seed % 2)
     P_port = c.P_s if u >= 0 else c.P_atm
     # From far apart to almost equal pressures, on both sides of the port's.
     random = np.random.default_rng(seed)
     s = 10 ** random.uniform(-5.9, math.log10(2), len(lanes)) * random.choice([-1, 1], len(lanes))
     P = P_port * np.exp(s)
-    ours = fast_rates(u, x, v, P, area, plant, lanes)
+    ours = fast_rates(u, x, v, P, chamber, plant, lanes)
     pairs = zip(P.tolist(), lanes.tolist(), strict=True)
-    theirs = np.array([lane_rate(u, x, v, p, area, plant, Lane(*row)) for p, row in pairs])
+    theirs = np.array([lane_rate(u, x, v, p, chamber, plant, Lane(*row)) for p, row in pairs])
     # Each of the three terms at its largest, in the units of the rate.
-    n, V = lanes[:, :3].max(axis=1), volume(x, area, plant.cylinder)
+    n, V = lanes[:, :3].max(axis=1), volume(x, chamber, plant.cylinder)
     T = c.T_0 * (P / c.P_0) ** lanes[:, 3]
     T_u = np.where(P_port >= P, c.T_in, T)
     A_t = plant.valve.k_xu * abs(u) * (plant.valve.exhaust if u < 0 else 1)
     choked = n * gas.R * np.maximum(T, c.T_in) * choked_flow(A_t, np.maximum(P, P_port), T_u, gas) / V
-    work = n * P * abs(area * v) / V
+    work = n * P * abs(chamber.area * v) / V
     area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
     k = plant.k_0 * np.maximum(1, area_ratio) * np.maximum(1, P * T / (c.P_0 * c.T_0)) * lanes[:, 5]
     wall = (gas.gamma - 1) * k * np.maximum(T, c.T_amb) / V

@@ -8,7 +8,7 @@ from sympy.printing.codeprinter import CodePrinter
 
 from pneumo.engineer.branches import Choice
 from pneumo.engineer.equations import (
-    AREAS,
+    OWN,
     Constant,
     Statement,
     chamber_equations,
@@ -42,7 +42,7 @@ def printed(system: System) -> Printed:
     if system.piston:
         piston = statements(piston_equations(plant), {"dx_dt", "dv_dt"})
         stops = statements(stop_equations(plant), {"x_after", "v_after"})
-    needed = names_in(tuple(s.value for s in (*chamber, *piston, *stops))) | set(AREAS)
+    needed = names_in(tuple(s.value for s in (*chamber, *piston, *stops))) | set().union(*OWN.values())
     used = [constant for constant in constants(system.plant, system.n) if constant.name in needed]
     return Printed(chamber, piston, stops, used)
 

@@ -7,7 +7,7 @@ from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
 from pneumo.engineer.branches import Choice
-from pneumo.engineer.equations import AREAS
+from pneumo.engineer.equations import OWN
 from pneumo.engineer.export.printing import assignments, block, digits, heading, indented, printed
 from pneumo.engineer.system import System
 
@@ -32,6 +32,7 @@ def _lists(system: System) -> dict[str, str]:
         "rates": ", ".join(f"d{name}_dt" for name in system.states),
         "own": ", ".join(own),
         "own_rates": ", ".join(f"d{name}_dt" for name in own),
+        **{f"own_{side}": ", ".join(OWN[side]) for side in OWN},
         "A": ", ".join(f"{name}_A" for name in own),
         "B": ", ".join(f"{name}_B" for name in own),
         "rates_A": ", ".join(f"d{name}_A_dt" for name in own),
@@ -44,7 +45,9 @@ def matlab(system: System) -> str:
     outer, body, printer = list[str](), list[str](), _Octave({})
     parts, names = printed(system), _lists(system)
     for c in parts.constants:
-        (outer if c.name in AREAS else body).append(f"{c.name} = {digits(c.value)}; % {c.comment}")
+        (outer if any(c.name in own for own in OWN.values()) else body).append(
+            f"{c.name} = {digits(c.value)}; % {c.comment}"
+        )
     for s in parts.chamber:
         body.append(f"% {', '.join(s.names)}: {s.comment}")
         body += assignments(s.names, s.value, "{} = {};", printer, MATLAB_KEYWORDS)
@@ -53,12 +56,12 @@ function [{names["rates"]}] = {system.name}_dP_dt({names["arguments"]})
 {heading(system, "% ")}
 % Scalars only.
 {block(outer)}
-    [{names["rates_A"]}] = chamber(u, x, v, {names["A"]}, A_A);
-    [{names["rates_B"]}] = chamber(-u, -x, -v, {names["B"]}, A_B);
+    [{names["rates_A"]}] = chamber(u, x, v, {names["A"]}, {names["own_A"]});
+    [{names["rates_B"]}] = chamber(-u, -x, -v, {names["B"]}, {names["own_B"]});
 end
 
-function [{names["own_rates"]}] = chamber(u, x, v, {names["own"]}, area)
-% One chamber, with u, x, v counted outward from it; area in m^2.
+function [{names["own_rates"]}] = chamber(u, x, v, {names["own"]}, area, V_d)
+% One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3.
 {block(body)}
 end
 """
@@ -96,8 +99,8 @@ from casadi import SX, Function, fabs, if_else, sqrt
 
 {"".join(given)}
 
-def chamber(u, x, v, {names["own"]}, area):
-    """One chamber, with u, x, v counted outward from it; area in m^2."""
+def chamber(u, x, v, {names["own"]}, area, V_d):
+    """One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3."""
 {block(body)}
     return [{names["own_rates"]}]
 
@@ -107,7 +110,7 @@ names = {list((*system.inputs, *system.states))!r}
 {system.name}_dP_dt = Function(
     "{system.name}_dP_dt",
     [{names["arguments"]}],
-    [*chamber(u, x, v, {names["A"]}, A_A), *chamber(-u, -x, -v, {names["B"]}, A_B)],
+    [*chamber(u, x, v, {names["A"]}, {names["own_A"]}), *chamber(-u, -x, -v, {names["B"]}, {names["own_B"]})],
     names,
     {rates!r},
 )

@@ -36,7 +36,7 @@ def air_is_kept(results: StudyResults) -> Finding:
         run = run.sel(t=slice(float(run["release_time"]), None))
         c = experiment.plant.cylinder
         outward = run["x"] * xr.DataArray([1.0, -1.0], {"chamber": ["A", "B"]})
-        volume = c.V_d + c.A_A * (c.stroke / 2 + outward)
+        volume = c.V_d_A + c.A_A * (c.stroke / 2 + outward)
         mass = run["P"] * volume / (experiment.plant.gas.R * run["T"])
         worst = max(worst, float(np.abs(mass / mass.isel(t=0) - 1).max()))
     # The integrator keeps mass to its own error, not exactly: P and T are its states, not the mass.

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from pneumo.engineer.closed_chamber import Conductance, Exponential, exponential, seven_steps
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Cylinder, heat_area, volume, wetted_area
+from pneumo.physics.cylinder import Cylinder, chamber_of, heat_area, volume, wetted_area
 
 # As printed: m, m^3, Pa, K, W/(m^2 K).
 BORE, STROKE, V_D, P_AMB, T_AMB, LAMBDA_0 = 0.02, 0.1, 1.57e-6, 1e5, 293.0, 26.5
@@ -21,9 +21,12 @@ P_0, T_0 = 5.65e5, 293.0  # Pa, K
 GAMMA, R, C_V = 1.4, 287.0, 718.0  # J/(kg K), ASSUME: not printed
 PERIOD = 1e-3  # s, ASSUME: between samples of the regression
 AREA = pi / 4 * BORE**2
-CYLINDER = Cylinder(BORE, STROKE, AREA, AREA, V_D, M=1.5, k_f=100.0, x_min=0.0, x_max=STROKE / 2)
+CYLINDER = Cylinder(BORE, STROKE, AREA, AREA, V_D, V_D, M=1.5, k_f=100.0, x_min=0.0, x_max=STROKE / 2)
+CHAMBER = chamber_of(CYLINDER, 0)
 WALL_AREA = heat_area(0.0, CYLINDER)  # m^2, in mid-stroke
-T_OVER_P = volume(0.0, AREA, CYLINDER) / volume(STROKE / 2, AREA, CYLINDER) * T_AMB / P_AMB  # K/Pa, held
+T_OVER_P = (
+    volume(0.0, CHAMBER, CYLINDER) / volume(STROKE / 2, CHAMBER, CYLINDER) * T_AMB / P_AMB
+)  # K/Pa, held
 ACCURACY: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-6, "method": "DOP853"}
 
 
@@ -52,7 +55,7 @@ def wall_area(x: float, area: Area) -> float:
     """Heat transfer area of the simulation at x from mid-stroke, m^2."""
     if area == "of 2006":
         return heat_area(x, CYLINDER)
-    return wetted_area(volume(x, AREA, CYLINDER), BORE)
+    return wetted_area(volume(x, CHAMBER, CYLINDER), BORE)
 
 
 def response(area: Area, push: float, window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -61,7 +64,7 @@ def response(area: Area, push: float, window: float) -> tuple[np.ndarray, np.nda
     def rates(t: float, state: np.ndarray, speed: float) -> list[float]:
         P, T = state
         x = STROKE / 2 - speed * t if speed else 0.0
-        V, dV_dt = volume(x, AREA, CYLINDER), -AREA * speed
+        V, dV_dt = volume(x, CHAMBER, CYLINDER), -AREA * speed
         conductance = wall_conductance(LAMBDA_0 * wall_area(x, area), 1.0, P * T / (P_0 * T_0), 0.0, 0.5)
         heat = wall_heat(T, conductance, T_AMB)  # (1), (2) of 2007
         rate_P = dP_dt(P, T, V, dV_dt, 0.0, 0.0, T_AMB, heat, GAMMA, GAMMA, GAMMA, R, GAMMA)
@@ -75,7 +78,7 @@ def response(area: Area, push: float, window: float) -> tuple[np.ndarray, np.nda
 
 def estimated(t: np.ndarray, P: np.ndarray, final: str) -> tuple[Exponential, Conductance]:
     """Regression, its final pressure fitted (``free``) or that of isothermal rest, and the seven steps."""
-    isothermal = P_AMB * volume(STROKE / 2, AREA, CYLINDER) / volume(0.0, AREA, CYLINDER)
+    isothermal = P_AMB * volume(STROKE / 2, CHAMBER, CYLINDER) / volume(0.0, CHAMBER, CYLINDER)
     fit = exponential(t, P, isothermal if final == "fixed" else None)
     gas = {"bore": BORE, "T_amb": T_AMB, "c_v": C_V, "R": R, "P_0": P_0, "T_0": T_0}
     return fit, seven_steps(P_AMB, AREA * STROKE, AREA * STROKE / 2, fit[:3], **gas)

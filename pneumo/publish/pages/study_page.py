@@ -89,7 +89,8 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
     supply = f"P_s = {s.P_s / KILO:g} kPa, atmosphere {s.P_atm / KILO:g} kPa"
     inputs = [
         ("areas A, B", f"{c.A_A * MM2:.4g}, {c.A_B * MM2:.4g} mm²"),
-        ("stroke, dead volume", f"{c.stroke * KILO:.4g} mm, {c.V_d * CM3:.4g} cm³ for each chamber"),
+        ("stroke", f"{c.stroke * KILO:.4g} mm"),
+        ("dead volumes A, B", f"{c.V_d_A * CM3:.4g}, {c.V_d_B * CM3:.4g} cm³"),
         ("mass, friction", f"{c.M:g} kg, {c.k_f:g} N s/m, Coulomb {c.coulomb:g} N"),
         ("constant force", f"{c.load:.4g} N"),
         ("valve", f"{size} up to {v.u_max:g} V, exhaust {v.exhaust:g} times, {leak}"),
