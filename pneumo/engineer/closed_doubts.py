@@ -60,7 +60,7 @@ def check_closed(
         else:
             continue
         chambers.remove(side)
-        notes.append(f"{reasons[-1]}: left out, and no leakage past the piston is fitted")
+        notes.append(f"{reasons[-1]}: left out, but what leaks past the piston goes there")
     if not chambers:
         raise InputError(f"{record.name}: {', '.join(reasons)}: nothing to see; {REMEDY}")
     return chambers, notes

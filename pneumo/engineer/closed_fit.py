@@ -146,7 +146,7 @@ def _problem(
     scales |= dict.fromkeys(("k_A", "k_B"), default_conductance(cylinder).k_0)
     absent = [f"_{'AB'[side]}" for side in (0, 1) if side not in chambers] + ([] if moves else ["V_d"])
     names = (
-        *fitted_names(law, leaks=len(chambers) == 2),
+        *fitted_names(law, leaks=True),
         *(["first_A", "first_B"] if law.explicit_heat else []),
     )
     names = tuple(one for one in names if not any(part in one for part in absent))

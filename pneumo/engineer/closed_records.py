@@ -111,6 +111,8 @@ def is_still(record: ClosedRecord) -> bool:
 @kernel
 def closed_chambers(
     P: np.ndarray,
+    measured: np.ndarray,
+    closed: tuple[bool, bool],
     V: np.ndarray,
     area_ratio: np.ndarray,
     h: float,
@@ -129,7 +131,8 @@ def closed_chambers(
 
     From the first pressures P, volumes and relative wall areas by (chamber, sample), temperatures `start`
     over the wall's, and the conductances k, W/K, at a product P T of `PT_0`; `leak` is the mass flow from A
-    to B over P_A - P_B.
+    to B over P_A - P_B. A chamber that is not `closed` has the `measured` pressure and the temperature
+    of the wall.
     """
     pressures = np.empty(V.shape)
     mass = P * V[:, 0] / (R * T_wall * start)
@@ -142,10 +145,15 @@ def closed_chambers(
             at = 0.0 if stage == 0 else 1.0 if stage == 3 else 0.5
             z[:] = y + h * at * rate
             for c in range(2):
+                if not closed[c]:
+                    z[c], T[c] = measured[c, j] + at * (measured[c, j + 1] - measured[c, j]), T_wall
+                    continue
                 T[c] = z[c] * (V[c, j] + at * (V[c, j + 1] - V[c, j])) / (z[2 + c] * R)
             flow = leak * (z[0] - z[1])
             upstream = T[0] if flow > 0 else T[1]
             for c in range(2):
+                if not closed[c]:
+                    continue
                 m_in, m_out = max(0.0, flow if c == 1 else -flow), max(0.0, -flow if c == 1 else flow)
                 dV_dt = (V[c, j + 1] - V[c, j]) / h
                 ratio = area_ratio[c, j] + at * (area_ratio[c, j + 1] - area_ratio[c, j])
@@ -156,7 +164,8 @@ def closed_chambers(
                 rate[2 + c] = m_in - m_out
             total += rate * (1.0 if stage in (0, 3) else 2.0)
         y = y + h / 6 * total
-        pressures[:, j + 1] = y[:2]
+        for c in range(2):
+            pressures[c, j + 1] = y[c] if closed[c] else measured[c, j + 1]
     return pressures
 
 
@@ -196,7 +205,8 @@ class ClosedProblem(NamedTuple):
         first = r.P[:, 0] * np.array([v.get("first_A", 1.0), v.get("first_B", 1.0)])
         P, T = (first, start) if law.explicit_heat else (first * start, np.ones(2))
         n, gas = v.get("n", r.gamma if law.n is None else law.n), (r.R, r.gamma, r.T_wall, r.PT_0)
-        return closed_chambers(P, V, area_ratio, r.h, T, n, k, law.e_A, law.e_PT, v.get("leak", 0.0), *gas)
+        own = r.P[:, :samples], (0 in self.chambers, 1 in self.chambers), V, area_ratio, r.h
+        return closed_chambers(P, *own, T, n, k, law.e_A, law.e_PT, v.get("leak", 0.0), *gas)
 
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Replayed minus measured pressure, over 1 MPa, of the thinned samples of each chamber in turn."""

@@ -31,7 +31,9 @@ def run(k=(0.0, 0.0), n=GAMMA, leak=0.0, volumes=VOLUMES):
     one = np.ones(2)
     gas = (R_NITROGEN, GAMMA, T_WALL, P_0 * T_WALL)
     ratio = np.ones_like(volumes)
-    return closed_chambers(FIRST, volumes, ratio, H, one, n, np.array(k), 0.0, 0.0, leak, *gas)
+    return closed_chambers(
+        FIRST, volumes, (True, True), volumes, ratio, H, one, n, np.array(k), 0.0, 0.0, leak, *gas
+    )
 
 
 @pytest.mark.parametrize("n", [1.0, 1.2, GAMMA])
