@@ -59,11 +59,7 @@ def direct_rule(runs: xr.Dataset) -> xr.Dataset:
                 [mean(rule), mean(always)],
                 {"units": "1", "long_name": words},
             ),
-            "rule_quotient": (
-                "bound",
-                mean(rule - always),
-                {"units": "1", "long_name": f"rule over {ALWAYS}"},
-            ),
+            "rule_quotient": ("bound", mean(rule - always), quotient),
         },
         {"side": ["below", "above"], "choice": ["rule", ALWAYS], "bound": list(INTERVAL)},
     )
