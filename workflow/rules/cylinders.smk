@@ -1,8 +1,8 @@
 # Random cylinders of catalogue sizes, paper/decisions/0029: `snakemake -j2 cylinders`. What is done stays done.
 
-CYLINDERS, COMPARED = 300, 200  # all; those over which models are compared, the others are held out
-CYLINDER_BLOCK = 20  # in one job, some half a minute
-CYLINDER_BLOCKS = [f"{first:03}" for first in range(0, CYLINDERS, CYLINDER_BLOCK)]
+CYLINDERS, COMPARED = 2000, 1000  # all; those over which models are compared, the others are held out
+CYLINDER_BLOCK = 50  # in one job, one or two minutes
+CYLINDER_BLOCKS = [f"{first:04}" for first in range(0, CYLINDERS, CYLINDER_BLOCK)]
 
 
 rule cylinders_block:
@@ -11,7 +11,7 @@ rule cylinders_block:
     log:
         "results/logs/cylinders_{first}.log",
     wildcard_constraints:
-        first=r"\d{3}",
+        first=r"\d{4}",
     threads: all_cores
     params:
         numbers=cylinders_of,
