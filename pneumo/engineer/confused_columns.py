@@ -40,7 +40,7 @@ def quick_fit_error(measurement: Measurement, plant: Plant, held: bool) -> float
     last = min(len(measurement.u), round(SECONDS / measurement.period) + 1)
     u, x, P = measurement.u[:last], measurement.x[:last], measurement.P[:, :last]
     m, P_s = (None if s is None else s[..., :last] for s in (measurement.m, measurement.P_s))
-    record = stage_signals(measurement.period, u, x, P, plant.valve.u_max, held=held, P_s=P_s, m=m)
+    record = stage_signals(measurement.period, u, x, P, plant, held=held, P_s=P_s, m=m)
     quick = fit(Problem(MODELS[MODEL], plant, record, {"n": INDEX}), tolerance=1e-3, most=8)
     return plant.conditions.P_s * float(np.sqrt(np.mean(quick.residual**2)))
 

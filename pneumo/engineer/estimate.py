@@ -136,7 +136,7 @@ def fit_measurement(
             f"--also {also[0]}: only the full order can tell, which needs the command u of a valve that does"
             " not leak"
         )
-    record = stage_signals(m.period, m.u, m.x, m.P, plant.valve.u_max, held=held, P_s=m.P_s, m=m.m)
+    record = stage_signals(m.period, m.u, m.x, m.P, plant, held=held, P_s=m.P_s, m=m.m)
     split = split_of(record, part)
     first = record.part(0, split)
     noisy = with_added_noise(first)

@@ -27,6 +27,7 @@ ON_BOUND = 0.01  # of the distance between the bounds
 VAGUE = 3.0  # upper over lower end of an interval that says little
 UNLIKELY = 2.0  # factor between a dead volume found and the configured one
 AS_GOOD = 1.05  # error on the part held out over the lowest, up to which models are equally good
+EARLY = 0.1  # samples by which a valve may act before its command: no clock is better
 BEYOND = 0.02  # of n outside 1..gamma that noise explains
 NAMES = {
     "k_0": "k_0",
@@ -170,7 +171,7 @@ def parameter_doubts(problem: Problem, found: "Estimate") -> list[str]:
                 result.append(f"this record does not determine {NAMES[name]}{remedy}")
         if name.startswith("V_d"):
             result += unlikely_dead_volume(name, values[name] / getattr(cylinder, name))
-        if name == "dead_time" and high.get(name, np.nan) < 0:
+        if name == "dead_time" and high.get(name, np.nan) < -EARLY * problem.signals.period:
             result.append(
                 "the valve acts before its command was logged: was the command held between samples"
                 " (--command linear), is its time stamp right?"

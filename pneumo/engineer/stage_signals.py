@@ -14,12 +14,18 @@ import numpy as np
 from scipy.fft import dct
 from scipy.interpolate import make_smoothing_spline
 
+from pneumo.configuration.experiment import Plant
+from pneumo.physics.cylinder import chamber_of, volume
+from pneumo.physics.valve import choked_flow
 from pneumo.simulation.fitted_pressures import KUTTA
 
-LONGEST_STEP = 1e-3  # s; the step of the paper's study
+LONGEST_STEP, SHORTEST_STEP = 1e-3, 2e-5  # s; the first is the step of the paper's study
+LARGEST_CHANGE = 0.25  # of a pressure within a step, over the supply's
 SMOOTHING = np.logspace(-6, 14, 201)  # weights of the squared second difference, from none to a straight line
+PIECE = 64  # samples
 # Antithetic pairs, noise and its negative, cancel odd-order terms.
 FEW_PAIRS = 3  # enough to minimise the corrected sum of squares
+TINY = 1e-300  # no flow at all
 PAIRS = 16  # for the estimate and its variance: the standard error is then known to some 15 %
 
 
@@ -54,18 +60,27 @@ def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
 
     Returns the penalty, s^3: the weight of the integrated squared second derivative against the sum of
     squared residuals; and the estimated standard deviation of white noise in the signal, in units of x.
+    Jumps and impacts hide the noise, and then nothing is smoothed: its deviation is that of most parts.
     """
-    count = len(x)
-    spectrum = dct(x - np.linspace(x[0], x[-1], count), norm="ortho")
+    weight, variance = _cross_validated(x[None])
+    if weight == SMOOTHING[0] and len(x) >= 2 * PIECE:
+        _, variance = _cross_validated(x[: len(x) // PIECE * PIECE].reshape(-1, PIECE))
+    return weight * period**3, float(np.sqrt(variance))
+
+
+def _cross_validated(pieces: np.ndarray) -> tuple[float, float]:
+    """Weight with the lowest score, and variance of the noise, in the median of some pieces of a signal."""
+    count = pieces.shape[1]
+    lines = np.linspace(pieces[:, 0], pieces[:, -1], count, axis=1)
+    spectrum = dct(pieces - lines, norm="ortho")
     rough = (2 - 2 * np.cos(np.pi * np.arange(count) / count)) ** 2
     best = (np.inf, 0.0, 0.0)
     for weight in SMOOTHING:
         removed = 1 - 1 / (1 + weight * rough)
-        freedom, squares = removed.sum(), np.sum((removed * spectrum) ** 2)
+        freedom, squares = removed.sum(), np.median(np.sum((removed * spectrum) ** 2, axis=1))
         if freedom > 0:
             best = min(best, (squares / freedom**2, weight, squares / freedom))
-    _, weight, variance = best
-    return weight * period**3, float(np.sqrt(variance))
+    return best[1:]
 
 
 def stage_times(steps: int, h: float) -> np.ndarray:
@@ -73,12 +88,23 @@ def stage_times(steps: int, h: float) -> np.ndarray:
     return (np.arange(steps)[:, None] + KUTTA.c) * h
 
 
+def longest_step(plant: Plant, u: np.ndarray, x: np.ndarray) -> float:
+    """Step, s, in which the valve of a record fills its smallest chamber by `LARGEST_CHANGE` at most."""
+    c, gas, valve = plant.conditions, plant.gas, plant.valve
+    A_t = valve.k_xu * min(float(np.max(np.abs(u))), valve.u_max)
+    V = min(
+        volume(np.min(s * x), chamber_of(plant.cylinder, i), plant.cylinder) for i, s in enumerate((1, -1))
+    )
+    rate = gas.gamma * gas.R * c.T_in * choked_flow(A_t, c.P_s, c.T_in, gas)  # times the volume, Pa m^3/s
+    return float(np.clip(LARGEST_CHANGE * c.P_s * max(V, 0.0) / max(rate, TINY), SHORTEST_STEP, LONGEST_STEP))
+
+
 def stage_signals(
     period: float,
     u: np.ndarray,
     x: np.ndarray,
     P: np.ndarray,
-    u_max: float,
+    plant: Plant,
     *,
     held: bool = True,
     P_s: np.ndarray | None = None,
@@ -86,12 +112,13 @@ def stage_signals(
 ) -> StageSignals:
     """Signals at the stages of a replay, from samples `period` seconds apart.
 
-    They are the command before its limiter at `u_max`, V, and the position, m, shape (samples,); pressures,
+    They are the command before the `plant`'s limiter, V, and the position, m, shape (samples,); pressures,
     Pa, and, where they were measured, mass flows into the chambers, kg/s, shape (chamber, samples), and the
     supply pressure, Pa, shape (samples,). The command is `held` until the next sample (zero-order hold, as a
     digital controller does) or else interpolated linearly, as flows and supply always are.
     """
-    t, within = period * np.arange(len(u)), int(np.ceil(period / LONGEST_STEP * (1 - 1e-9)))
+    longest, u_max = LONGEST_STEP if m is not None else longest_step(plant, u, x), plant.valve.u_max
+    t, within = period * np.arange(len(u)), int(np.ceil(period / longest * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)
     at = stage_times(steps, h)
     held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)

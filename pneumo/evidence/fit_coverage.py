@@ -36,7 +36,7 @@ def fit_same_model(seed: int) -> xr.Dataset:
     name = FITTED_MODELS[seed % len(FITTED_MODELS)]
     known = synthetic_record(seed, name)
     begun = time.thread_time()
-    record = stage_signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
+    record = stage_signals(known.period, known.u, known.x, known.P, known.configured)
     noisy = with_added_noise(record.part(0, split_of(record)))
     fitted = estimate(MODELS[name], known.configured, record, noisy=noisy, intervals=JUDGED_PARAMETERS)
     seconds = time.thread_time() - begun
@@ -62,7 +62,7 @@ def fit_same_model(seed: int) -> xr.Dataset:
 def fit_full_order_truth(seed: int) -> xr.Dataset:
     """Fit the full order and every model to a case whose pressures come from the full-order system."""
     known = synthetic_record(seed)
-    record = stage_signals(known.period, known.u, known.x, known.P, known.truth.valve.u_max)
+    record = stage_signals(known.period, known.u, known.x, known.P, known.configured)
     first = split_of(record)
     noisy, exact = with_added_noise(record.part(0, first), FEW_PAIRS), known.P_exact[:, first:]
     rows, reference = [], None

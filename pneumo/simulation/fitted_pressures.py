@@ -3,15 +3,17 @@
 
 What a fit replays, hundreds of times. Sets are lanes of `pneumo.simulation.vectorised`, whose equations these
 are; each has dead volumes of its own. Sensors are off by a hundred pascal or more, so a third-order method
-is enough: steps of 1 ms are off by less than 1 Pa (paper/decisions/0056).
+is enough: steps of 1 ms are off by less than 1 Pa (paper/decisions/0056). Where a chamber meets the pressure
+of its open port, at which eq (1) has no slope, a step is implicit (paper/decisions/0058).
 """
 
-from math import log, sqrt
+from math import exp, log, sqrt
 
 import numpy as np
+from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
-from pneumo.physics.cylinder import chamber_of, heat_area, volume
+from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
 from pneumo.physics.models import temperature
 from pneumo.physics.valve import Conditions
 from pneumo.simulation.compiled import kernel
@@ -20,9 +22,12 @@ from pneumo.simulation.reference import lane_of, lane_rate_with_flows
 from pneumo.simulation.tableau import explicit
 from pneumo.simulation.vectorised import (
     HEAT,
+    IN,
+    IN_T,
     K_0,
     K_1,
     N_V,
+    OUT,
     P_A,
     P_B,
     RATES_B,
@@ -43,10 +48,96 @@ STAGES = len(B)
 # Rows of a second work array, for all that differs between lanes beside their model. At one stage: a lane's
 # volume under the plant's, the relative rate of its volume, 1/s, and its wall's area over the plant's less 1.
 SHARE, EXPANSION, AREA = (np.uint64(ROW * row) for row in range(3))
-# Of chamber A, then of chamber B: volume beyond the plant's, m^3, temperature over T_0, its rate by stage.
-BEYOND, T, RATE_T = (np.uint64(ROW * (3 + row)) for row in range(3))
-OF_B = np.uint64(ROW * (2 + STAGES))
-ROWS = 3 + 2 * (2 + STAGES)
+# Of chamber A, then of chamber B: volume beyond the plant's, m^3; pressure before a step that met the open
+# port's, else 0; temperature over T_0; its rate by stage.
+BEYOND, MET, T, RATE_T = (np.uint64(ROW * (3 + row)) for row in range(4))
+OF_B = np.uint64(ROW * (3 + STAGES))
+ROWS = 3 + 2 * (3 + STAGES)
+
+# An explicit step that meets the open port's pressure is off by some (h K)^2; below this, over P_0, it stays.
+NEAR = 1e-5
+EQUAL = 1e-9  # relative difference of pressures whose logarithmic mean is either
+
+
+@register_jitable
+def _place(
+    motions: np.ndarray,
+    k: int,
+    j: int,
+    sign: float,
+    chamber: Chamber,
+    plant: Plant,
+    e_A: float,
+    width: np.uint64,
+    own: np.uint64,
+    X: np.ndarray,
+) -> float:
+    """Write `SHARE`, `EXPANSION` and `AREA` at a stage; return the first motion's outward position, m."""
+    x = sign * motions[0, k, j, 0]
+    V, A_q = volume(x, chamber, plant.cylinder), heat_area(x, plant.cylinder)
+    for m in range(len(motions)):
+        x_m, v_m = sign * motions[m, k, j, 0], sign * motions[m, k, j, 1]
+        V_m = volume(x_m, chamber, plant.cylinder)
+        area_m = e_A * (heat_area(x_m, plant.cylinder) / A_q - 1)
+        first = np.uint64(m) * width
+        for i in range(first, first + width):
+            inverse_V = 1 / (V_m + X[BEYOND + own + i])
+            X[SHARE + i] = V * inverse_V
+            X[EXPANSION + i] = chamber.area * v_m * inverse_V
+            X[AREA + i] = area_m
+    return x
+
+
+@register_jitable
+def _meet_port(
+    W: np.ndarray,
+    X: np.ndarray,
+    now: np.uint64,
+    own: np.uint64,
+    starts: tuple[np.uint64, ...],
+    full: bool,
+    shared: tuple[float, ...],
+    plant: Plant,
+    h: float,
+    psi: tuple[float, ...],
+    s_sonic: float,
+) -> None:
+    """Take the step of the lanes that `MET` the open port's pressure anew, by the implicit Euler method.
+
+    Near that pressure the flow's term grows with the root of the difference, K sign(d) sqrt(|d|) with
+    d = p_port - p, and the others, b, hardly change: d + h K sign(d) sqrt(|d|) = p_port - p_before - h b.
+    """
+    p_port, _, inward, outward, _, wall, _ = shared
+    count, inlet = starts[3], plant.conditions.T_in / plant.conditions.T_0
+    root = psi[0] / sqrt(p_port)
+    for i in range(count):
+        W[P + i] = p_port
+    if full:
+        for i in range(count):
+            W[ROOT_T + i] = sqrt(X[T + own + i])
+    write_rates(W, K_0, starts, shared, plant, psi, s_sonic)  # at the port's pressure there is no flow
+    for i in range(count):
+        if X[MET + own + i] > 0:
+            heated = W[K_0 + i] + X[AREA + i] * (wall * W[HEAT + i])
+            b = X[SHARE + i] * heated - X[EXPANSION + i] * (W[N_V + i] * p_port)
+            root_T, before = W[ROOT_T + i], X[MET + own + i]
+            rest = p_port - before - h * b
+            energy = inward * (W[IN + i] + W[IN_T + i] * (root_T * root_T))
+            if rest < 0:
+                energy = -outward * (W[OUT + i] * p_port * root_T)
+            hK = h * X[SHARE + i] * energy * root
+            if hK * hK < NEAR:
+                X[T + own + i] = X[RATE_T + own + i]
+                continue
+            y = (sqrt(hK * hK + 4 * abs(rest)) - hK) / 2
+            p = p_port - y * y if rest > 0 else p_port + y * y
+            if full:
+                T_now, flow = root_T * root_T, (p - before) / h - b
+                T_flow = inlet if flow > 0 else T_now
+                change = p - before - h * flow / (plant.gas.gamma * T_flow) * T_now  # as at a stage
+                mean = (p - before) / log(p / before) if abs(p - before) > EQUAL * p else p  # logarithmic
+                X[T + own + i] = T_now * exp(change / mean + h * X[EXPANSION + i])
+            W[now + i] = p
 
 
 @kernel(fastmath={"contract"})
@@ -78,27 +169,19 @@ def _on_inputs(
                 now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
                 own = np.uint64(0) if side == 0 else OF_B
                 rate, rate_T = K_0 + r + np.uint64(ROW * j), RATE_T + own + np.uint64(ROW * j)
-                x = sign * motions[0, k, j, 0]
-                V, A_q = volume(x, chamber, plant.cylinder), heat_area(x, plant.cylinder)
-                for m in range(len(motions)):
-                    x_m, v_m = sign * motions[m, k, j, 0], sign * motions[m, k, j, 1]
-                    V_m = volume(x_m, chamber, plant.cylinder)
-                    area_m = e_A * (heat_area(x_m, plant.cylinder) / A_q - 1)
-                    first = np.uint64(m) * width
-                    for i in range(first, first + width):
-                        inverse_V = 1 / (V_m + X[BEYOND + own + i])
-                        X[SHARE + i] = V * inverse_V
-                        X[EXPANSION + i] = chamber.area * v_m * inverse_V
-                        X[AREA + i] = area_m
+                x = _place(motions, k, j, sign, chamber, plant, e_A, width, own, X)
+                shared = shared_terms(sign * u[k, j], x, 0.0, chamber, supplied)
+                p_port, wall = shared[0], shared[5]
                 for i in range(count):
-                    W[P + i] = W[now + i] + (a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i])
+                    p = W[now + i] + (a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i])
+                    met = 0.0 if j == 0 else X[MET + own + i]
+                    X[MET + own + i] = W[now + i] if (p - p_port) * (W[now + i] - p_port) <= 0 else met
+                    W[P + i] = p
                 if full:
                     first, second, start = RATE_T + own, RATE_T + own + np.uint64(ROW), T + own
                     for i in range(count):
                         W[ROOT_T + i] = sqrt(X[start + i] + (a_0 * X[first + i] + a_1 * X[second + i]))
-                shared = shared_terms(sign * u[k, j], x, 0.0, chamber, supplied)
                 write_rates(W, rate, starts, shared, supplied, psi, s_sonic)  # at rest, in the plant's volume
-                wall = shared[5]
                 if full:
                     for i in range(count):
                         T_now, energy = W[ROOT_T + i] * W[ROOT_T + i], W[rate + i] - wall * W[HEAT + i]
@@ -111,18 +194,34 @@ def _on_inputs(
                     for i in range(count):
                         T_now, change = W[ROOT_T + i] * W[ROOT_T + i], W[rate + i] - X[rate_T + i]
                         X[rate_T + i] = T_now * (change / W[P + i] + X[EXPANSION + i])  # P V = m R T
+        # The last stage was at the step's end; its supply is still the one in force.
         for side in range(2):
+            sign, chamber = 1.0 - 2.0 * side, chamber_of(plant.cylinder, side)
             now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
-            own = np.uint64(0) if side == 0 else OF_B
+            own, last, meeting = np.uint64(0) if side == 0 else OF_B, STAGES - 1, 0
+            p_port = (supplied.conditions.P_s if sign * u[k, last] >= 0 else c.P_atm) / c.P_0
             for i in range(count):
                 k_0, k_1 = K_0 + r + i, K_1 + r + i
                 p = W[now + i] + h * (B[0] * W[k_0] + B[1] * W[k_1] + B[2] * W[k_1 + np.uint64(ROW)])
+                met = X[MET + own + i]
+                met = W[now + i] if (p - p_port) * (W[now + i] - p_port) <= 0 else met
+                X[MET + own + i] = met
+                meeting += 1 if met > 0 else 0
                 W[now + i] = p if p > 0 else np.nan
             if full:
                 for i in range(count):
                     k_0 = RATE_T + own + i
                     k_1 = k_0 + np.uint64(ROW)
-                    X[T + own + i] += h * (B[0] * X[k_0] + B[1] * X[k_1] + B[2] * X[k_1 + np.uint64(ROW)])
+                    change = h * (B[0] * X[k_0] + B[1] * X[k_1] + B[2] * X[k_1 + np.uint64(ROW)])
+                    X[k_0] = X[T + own + i] + change  # `_meet_port` may find another
+                    X[T + own + i] = X[T + own + i] if X[MET + own + i] > 0 else X[k_0]
+            if meeting > 0:
+                x = _place(motions, k, last, sign, chamber, plant, e_A, width, own, X)
+                shared = shared_terms(sign * u[k, last], x, 0.0, chamber, supplied)
+                _meet_port(W, X, now, own, starts, full, shared, supplied, h, psi, s_sonic)
+                for i in range(count):  # rates of a stage that failed would stay in the sums of the next step
+                    W[K_0 + r + i] = W[K_1 + r + i] = 0.0
+                    X[RATE_T + own + i] = X[RATE_T + own + np.uint64(ROW) + i] = 0.0
         if (k + 1) % stride == 0:
             for side in range(2):
                 now = P_A if side == 0 else P_B
@@ -183,10 +282,10 @@ def pressures_of_sets(
         X = np.zeros((ROWS, ROW))
         for side, now in enumerate((P_A, P_B)):
             W[int(now) : int(now) + len(rows)] = start[rows, side] / plant.conditions.P_0
-            beyond = (int(BEYOND) + side * int(OF_B)) // ROW
+            beyond, first_T = ((int(row) + side * int(OF_B)) // ROW for row in (BEYOND, T))
             X[beyond, : len(rows)] = V_d[rows, side] - chamber_of(plant.cylinder, side).V_d
             if start_T is not None:
-                X[beyond + 1, : len(rows)] = start_T[rows, side] / plant.conditions.T_0
+                X[first_T, : len(rows)] = start_T[rows, side] / plant.conditions.T_0
         pressure = np.empty((result.shape[3], 2, len(rows)))
         pressure[0] = start[rows].T
         e_A = float(lanes[0, 6])

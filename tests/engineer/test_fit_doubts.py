@@ -8,6 +8,10 @@ from brief import in_brief
 
 from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
+from pneumo import simulate
+from pneumo.configuration.parameters import load, study
+from pneumo.engineer.confused_columns import check_columns
+from pneumo.engineer.cylinder_template import TEMPLATE
 from pneumo.engineer.estimate import REPORTED, Estimate, estimate, fit_measurement, split_of
 from pneumo.engineer.fit_doubts import (
     block_means,
@@ -17,6 +21,7 @@ from pneumo.engineer.fit_doubts import (
     record_doubts,
 )
 from pneumo.engineer.fit_parameters import FULL, Problem
+from pneumo.engineer.plants import configured_plant
 from pneumo.engineer.record import Measurement
 from pneumo.engineer.stage_signals import StageSignals, stage_signals
 from pneumo.engineer.valve_signal import valve_signal
@@ -27,9 +32,9 @@ RIG = purpose_rig()
 SECONDS = 5.0
 
 
-def signals_of(rig):
+def signals_of(rig, plant):
     c = bench_record(rig, np.random.default_rng(3), SECONDS)
-    return stage_signals(1e-3, c["u"], c["x"], np.array([c["P_A"], c["P_B"]]), U_MAX)
+    return stage_signals(1e-3, c["u"], c["x"], np.array([c["P_A"], c["P_B"]]), plant)
 
 
 def fitted(signals: StageSignals, plant):
@@ -44,7 +49,7 @@ def plant(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def sound(plant):
-    return fitted(signals_of(RIG._replace(lag=3e-3, null=0.1)), plant)
+    return fitted(signals_of(RIG._replace(lag=3e-3, null=0.1), plant), plant)
 
 
 def test_full_order_fit_gives_the_rig_back_and_nothing_is_doubted(sound, plant):
@@ -73,7 +78,7 @@ MISTAKES = [(supply_too_high, r"supply of 70\d"), (without_rod, r"area of 691\.\
 
 @pytest.mark.parametrize(("wrong", "said"), in_brief(MISTAKES, MISTAKES[:1]))
 def test_a_wrong_configuration_is_named_with_the_number_that_would_explain_the_record(plant, wrong, said):
-    problem, found = fitted(signals_of(RIG), wrong(plant))
+    problem, found = fitted(signals_of(RIG, plant), wrong(plant))
     *symptoms, cause = record_doubts(problem, found)
     assert symptoms and all("noise" in text for text in symptoms)
     assert re.search(said, cause)
@@ -182,3 +187,25 @@ def test_a_supply_that_sags_is_no_doubt_where_it_was_logged(plant):
     assert "leaves" in fit_measurement(measurement._replace(P_s=None), plant, ["M8"]).attrs["warnings"]
     with pytest.raises(InputError, match=r"^--also P_s: m has the supply pressure as a column$"):
         fit_measurement(measurement, plant, ["M8"], also=("P_s",))
+
+
+@pytest.mark.slow
+def test_a_piston_that_waits_at_its_stops_with_an_open_valve_is_no_obstacle():
+    template = configured_plant(study(load(TEMPLATE)))
+    rig = template._replace(k_0=0.3, valve=template.valve._replace(k_xu=1.1 * template.valve.k_xu))
+    rng, fine = np.random.default_rng(6), 10  # steps of 0.1 ms: the full order's own have to follow too
+    u = np.repeat(rng.choice([-10.0, -4.0, 4.0, 10.0], 10), 250)
+    run = simulate(rig, 1e-3 / fine, command=np.repeat(u, fine))
+    x, P = run.x[::fine], np.array([run.P_A, run.P_B])[:, ::fine]
+    assert (P[0] > 0.99 * rig.conditions.P_s).mean() > 0.2  # of the time
+    noisy = x + rng.normal(0.0, 5e-6, len(x)), P + rng.normal(0.0, 1e3, P.shape)
+    measurement = Measurement("steps", 1e-3, run.u[::fine], *noisy, None, np.nan, ())
+    check_columns(measurement, template)
+    found = fit_measurement(measurement, template, ["M8"])
+    own = found["estimate"].sel(model="full")
+    k_0, k_xu, V_d = (own.sel(parameter=name).item() for name in ("k_0", "k_xu", "V_d_A"))
+    # paper/decisions/0058: what positions sampled at 1 ms tell of an impact.
+    assert k_0 == pytest.approx(0.3, rel=0.15)
+    assert (k_xu, V_d) == pytest.approx((rig.valve.k_xu, rig.cylinder.V_d_A), rel=0.02)
+    assert found["rms_held_out"].sel(model="full").values == pytest.approx(1e3, rel=0.1)
+    assert "not as assumed" not in found.attrs["warnings"]

@@ -42,7 +42,7 @@ def known():
 
 def record_of(known, x=None, P=None):
     x, P = known.x if x is None else x, known.P if P is None else P
-    return stage_signals(known.period, known.u, x, P, 10.0)
+    return stage_signals(known.period, known.u, x, P, known.configured)
 
 
 def problem_of(known, model, record=None, noises=lambda _: None):

@@ -65,7 +65,7 @@ def test_a_closed_chamber_keeps_P_V_to_the_n(plant):
 
 @pytest.mark.parametrize("model", ["M6", "M9"])
 def test_a_models_own_pressures_give_its_parameters_back(plant, measured, model):
-    s = stage_signals(H, measured.u, measured.x, measured.P, 10.0, m=measured.m)
+    s = stage_signals(H, measured.u, measured.x, measured.P, plant, m=measured.m)
     problem = Problem(MODELS[model], plant, s, {})
     assert "k_xu" not in problem.names
     theta = problem.guess()
