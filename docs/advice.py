@@ -28,7 +28,8 @@ STEPS = {
 }
 PAIRS = (("M6", "M5"), ("M6", "M7"), ("M8", "M7"), ("M10", "M8"))
 OF_CYLINDERS = {"exchange", "cylinders", "failed", "much air", "M8/M7 much air"}
-OF_CYLINDERS |= {"M6 enough open", "M6 enough closed"}
+OF_CYLINDERS |= {"M6 enough open", "M6 enough closed", "runs", "compared"}
+OF_CYLINDERS |= {f"rule {name}" for name in ("threshold", "below", "above", "error", "always M8", "quotient")}
 HEAD = [f"{level}, {transport}" for level in LEVELS for transport in TRANSPORTS]
 
 
@@ -150,7 +151,16 @@ def cylinder_numbers(runs: xr.Dataset) -> dict[str, str]:
     """Numbers of the random cylinders by name, from results/cylinders.nc."""
     much = runs.sel(group="exchange", third="highest")
     enough = runs["share"].sel(statement="M6 enough")
+    below, above = runs["rule_model"].values
     return {
+        "runs": f"{runs['counts'].size:,}",
+        "compared": f"{(runs['held_out'] == 0).sum().item():,}",
+        "rule threshold": f"{runs['rule_threshold'].item():.3g}",
+        "rule below": str(below),
+        "rule above": str(above),
+        "rule error": with_interval(runs["rule_error"].sel(choice="rule")),
+        "rule always M8": with_interval(runs["rule_error"].sel(choice="M8")),
+        "rule quotient": "{:.3f} ({:.3f} to {:.3f})".format(*runs["rule_quotient"].values),
         "failed": f"{(runs['counts'] == 0).sum().item()}",
         "much air": f"{much['third_from']:.3g}",
         "M8/M7 much air": with_interval(much["third_ratio"].sel(pair="M8/M7")),

@@ -21,7 +21,8 @@ def _halves(runs: xr.Dataset) -> list[tuple[np.ndarray, np.ndarray]]:
     Shapes (cylinder, loop) and (cylinder, loop, model); NaN where a run does not count.
     """
     good = runs["lowest"].sel(model=list(REFINED_MODELS)).where(runs["counts"] == 1)
-    logs = np.log(good / good.min("model")).transpose("cylinder", "loop", "model").values
+    over_best = good / good.min("model")
+    logs = np.log(over_best.transpose("cylinder", "loop", "model").values)
     group = runs[GROUP].transpose("cylinder", "loop").values
     return [(group[held_out], logs[held_out]) for held_out in (runs["held_out"].values == i for i in (0, 1))]
 

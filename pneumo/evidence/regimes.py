@@ -14,7 +14,7 @@ from pneumo.evidence.cylinder_runs import LOOPS
 from pneumo.evidence.dimensionless import KNOWN_GROUPS
 from pneumo.evidence.model_pairs import CRITERIA, MODEL_PAIRS, REFINED_MODELS
 from pneumo.physics.models import MODELS
-from pneumo.statistics.intervals import CONFIDENCE
+from pneumo.statistics.intervals import CONFIDENCE, student_interval
 from pneumo.statistics.ranking import cost
 from pneumo.statistics.recommendation import MATERIAL
 
@@ -23,6 +23,12 @@ ENOUGH = "M6 enough"  # within MATERIAL of the best of REFINED_MODELS
 LOOPS_AND_BOTH = (*LOOPS, "both")
 CONTINUOUS_GROUPS = [name for name in KNOWN_GROUPS if name != "closed"]
 INTERVAL = ("value", "low", "high")
+MAP_GROUPS, MAP_BINS = ("thermal", "exchange"), 8  # axes of the map, parts of each
+MAP_RATIOS = {  # model above, models below
+    "M8/M7": ("M8", ("M7",)),
+    "M10/M8": ("M10", ("M8",)),
+    "M6/best": ("M6", REFINED_MODELS),
+}
 RESAMPLES, FEWEST = 2000, 10  # of the bootstrap; cylinders for an interval
 
 
@@ -152,6 +158,38 @@ def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     return xr.Dataset(variables, dict(zip(dims, values, strict=True)))
 
 
+def map_of_ratios(runs: xr.Dataset) -> xr.Dataset:
+    """Geometric mean ratios over two groups that are known before a run, those held out left out.
+
+    By (map_ratio_of, loop, thermal_bin, exchange_bin, bound): `map_ratio`, with Student's interval; NaN where
+    fewer than `FEWEST` runs fall. `thermal_edge` and `exchange_edge` are the bins' ends.
+    """
+    runs = runs.sel(cylinder=runs["held_out"] == 0)
+    counts, values = runs["counts"] == 1, {}
+    for name in MAP_GROUPS:
+        inside = runs[name].values[counts.values]
+        values[f"{name}_edge"] = (f"{name}_end", np.geomspace(inside.min(), inside.max(), MAP_BINS + 1))
+    ratio = np.full((len(MAP_RATIOS), len(LOOPS), MAP_BINS, MAP_BINS, 3), np.nan)
+    for i, (above, below) in enumerate(MAP_RATIOS.values()):
+        lowest = runs["lowest"]
+        quotient = lowest.sel(model=above) / lowest.sel(model=list(below)).min("model")
+        for j, loop in enumerate(LOOPS):
+            good = counts.sel(loop=loop).values
+            places = [
+                np.searchsorted(values[f"{name}_edge"][1][1:-1], runs[name].sel(loop=loop).values[good])
+                for name in MAP_GROUPS
+            ]
+            logs = np.log(quotient.sel(loop=loop).values[good])
+            for place in np.ndindex(MAP_BINS, MAP_BINS):
+                here = logs[(places[0] == place[0]) & (places[1] == place[1])]
+                if len(here) >= FEWEST:
+                    ratio[i, j, *place] = np.exp(student_interval(here))
+    dims = ("map_ratio_of", "loop", *(f"{name}_bin" for name in MAP_GROUPS), "bound")
+    words = {"units": "1", "long_name": "geometric mean ratio of the models' errors in a part of the map"}
+    coords = {"map_ratio_of": list(MAP_RATIOS), "loop": list(LOOPS), "bound": list(INTERVAL)}
+    return xr.Dataset({"map_ratio": (dims, ratio, words), **values}, coords)
+
+
 def regime_statistics(runs: xr.Dataset) -> xr.Dataset:
     """Every run, the comparisons and the thirds, without the errors at every n."""
     kept = runs.drop_vars(["mse", "n"])
@@ -159,6 +197,5 @@ def regime_statistics(runs: xr.Dataset) -> xr.Dataset:
     kept["counts"].attrs = {"long_name": "1 where the full-order run and M5 to M10 succeeded"}
     kept["answer"].attrs = {"long_name": "cheapest model within 10 per cent of the best"}
     kept["held_out"].attrs = {"long_name": "1 where the cylinder is held out"}
-    return kept.merge(compare_pairs(runs)).merge(
-        compare_by_thirds(runs, CONTINUOUS_GROUPS), compat="no_conflicts"
-    )
+    kept = kept.merge(compare_pairs(runs)).merge(map_of_ratios(runs))
+    return kept.merge(compare_by_thirds(runs, CONTINUOUS_GROUPS), compat="no_conflicts")

@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.collections import PathCollection
 from paper_study import STUDY as PAPER
 from workflow_scripts import script
 
@@ -349,16 +348,37 @@ def test_workflow_scripts_go_from_cylinders_to_comparisons_and_map(tmp_path, mon
 
 
 @pytest.mark.slow
-def test_map_shows_every_run():
-    runs = regime.regime_statistics(regime.with_answers(invented(errors(80)), 50))
-    figure = regime_map(runs)
-    panels = [ax for ax in figure.axes if ax.get_title()]
-    points = [part for part in panels[0].collections if isinstance(part, PathCollection)]
-    drawn = np.concatenate([np.asarray(part.get_offsets()) for part in points])
-    for column, name in enumerate(("thermal", "exchange")):
-        np.testing.assert_allclose(np.sort(drawn[:, column]), np.sort(runs[name].values.ravel()))
-    ratio = np.log10(runs["lowest"].sel(model="M8") / runs["lowest"].sel(model="M7")).sel(loop="open")
-    np.testing.assert_allclose(np.asarray(points[0].get_array()), np.clip(ratio.values, -1, 1))
+def test_map_has_the_mean_ratio_of_each_part_and_marks_where_it_is_not_one():
+    lowest, groups = errors(900, sigma=0.05), np.random.default_rng(3).lognormal(size=(2, 900, 2))
+    lowest[..., M["M8"]] *= np.where(groups[1] > 1, 0.5, 1.0) * lowest[..., M["M7"]] / lowest[..., M["M8"]]
+    cells = invented(lowest)
+    for name, values in zip(regime.MAP_GROUPS, groups, strict=True):
+        cells[name] = (("cylinder", "loop"), values)
+    runs = regime.regime_statistics(regime.with_answers(cells, 800))
+    found = runs["map_ratio"].sel(map_ratio_of="M8/M7", loop="open")
+    many = found.sel(bound="value").notnull().values
+    assert many.sum() > 10
+    above = runs["exchange_edge"].values[:-1] > 1
+    below = runs["exchange_edge"].values[1:] < 1
+    value = found.sel(bound="value").values
+    assert value[:, above][many[:, above]] == pytest.approx(0.5)
+    assert value[:, below][many[:, below]] == pytest.approx(1.0)
+    # By hand, in the part with the most runs of those that are compared.
+    inside = np.ones(800, dtype=bool)
+    place = np.argwhere(many)[0]
+    for name, i in zip(regime.MAP_GROUPS, place, strict=True):
+        edges, own = runs[f"{name}_edge"].values, groups[regime.MAP_GROUPS.index(name), :800, 0]
+        inside &= (own >= edges[i]) & (own <= edges[i + 1])
+    logs = np.log(
+        lowest[:800, 0, M["M6"]] / lowest[:800, 0][:, [M[name] for name in REFINED_MODELS]].min(axis=1)
+    )
+    mean = runs["map_ratio"].sel(map_ratio_of="M6/best", loop="open", bound="value").values[*place]
+    assert mean == pytest.approx(np.exp(logs[inside].mean()))
+    panel = next(ax for ax in regime_map(runs).axes if "M_8" in ax.get_title())
+    drawn = np.asarray(panel.collections[0].get_array()).reshape(value.T.shape)
+    np.testing.assert_allclose(drawn, np.log10(value).T)
+    dots = len(panel.lines[0].get_xdata())
+    assert many[:, above].sum() <= dots < many.sum()
     # Everything is in one dataset.
     found = regime.regime_statistics(regime.with_answers(invented(errors(30)), 20))
     assert found["ratio"].sizes["criterion"] == 3 and "mse" not in found
