@@ -285,6 +285,12 @@ def linearise(
 
     plant = configured_plant(_study(config), cylinder, k0)
     names = system(model, n, plant, piston=states == "actuator")
+    least, most = plant.conditions.P_atm, plant.conditions.P_s
+    for name, P in (("P_A", P_A), ("P_B", P_B)):
+        if P > 0 and not least <= P <= most:
+            typer.echo(
+                f"note: {name} = {P:g} Pa, not from {least:g} (atmosphere) to {most:g} (supply)", err=True
+            )
     linear = linear_model(model, n, plant, u=u, P_A=P_A, P_B=P_B, x=x, v=v, T_A=T_A, T_B=T_B, states=states)
     A, B = ([[float(rate) for rate in row] for row in matrix] for matrix in (linear.A, linear.B))
     if plot is not None:

@@ -119,6 +119,9 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
     linear = linearise("M8", 1.3, plant._replace(k_0=0.3), u=1.0, P_A=5e5, P_B=6e5)
     code, out, _ = inside("linearise", "M8", "--n", 1.3, *AT, *given)
     assert code == 0 and f"{linear.A[0, 0]:.6g}" in out and "u (V)" in out
+    in_bar = ["--u", 1, "--P_A", 5, "--P_B", 6e5]
+    code, _, err = inside("linearise", "M8", "--n", 1.3, *in_bar, *given)
+    assert (code, err) == (0, "note: P_A = 5 Pa, not from 101325 (atmosphere) to 700000 (supply)\n")
 
 
 @pytest.mark.parametrize(
