@@ -83,7 +83,7 @@ def study(
     seeds: Annotated[int | None, typer.Option(min=1, max=1000, help="runs of each [run.seeds]")] = None,
     threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
     stored: Annotated[
-        Path | None, typer.Option("--from", help="results of a fleet: the page of one --cylinder of them")
+        Path | None, typer.Option("--from", help="results of a fleet: the page of one `--cylinder` of them")
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="folder for study.html and study.nc [study-NAME]")
@@ -185,7 +185,7 @@ def fit(
 ) -> None:
     """Fit models to a record: k_0, n, valve, dead volumes.
 
-    They are ranked on a part held out. Where no gas flows (u, or m_A and m_B, zero, or --closed both):
+    They are ranked on a part held out. Where no gas flows (u, or m_A and m_B, zero, or `--closed both`):
     thermal laws, k_0, n, leakage.
     """
     from rich.console import Console
