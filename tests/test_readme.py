@@ -99,13 +99,15 @@ def test_cell_opens(results, capsys):
     assert len(output_of_section("Open a cell", capsys).strip("[] \n").split()) == 2
 
 
-def test_use_in_code_and_export(capsys, tmp_path):
+def test_use_in_code_and_export(capsys, tmp_path, monkeypatch):
     numbers = re.findall(r"[-\d.e+]+", output_of_section("Use in code", capsys))
     assert len(numbers) == 2 + 4
     assert all(0 < float(mse) < 1e9 for mse in numbers[:2])
-    command = re.search(r"`pneumo (export [^`]+)-o m8.c`", README)
-    assert command
-    pneumo(command.group(1), "-o", str(tmp_path / "m8.c"))
+    monkeypatch.chdir(tmp_path)
+    commands = re.findall(r"(?:^|`)pneumo ((?:init my|linearise|export)[^#`]+)[#`]", README, re.MULTILINE)
+    assert [command.split()[0] for command in commands] == ["init", "linearise", "export"]
+    for command in commands:
+        pneumo(command)
     assert "int M8_step(" in (tmp_path / "m8.c").read_text()
 
 

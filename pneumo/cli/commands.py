@@ -12,11 +12,12 @@ from pneumo.cli.engineer_commands import check, export, fit, init, linearise, mo
 from pneumo.cli.paper_commands import assumptions, ensemble, explain, identify, verdict, verify
 
 app = typer.Typer(
-    help="Reduced-order thermodynamic models of servo-pneumatic chambers. The study runs with: snakemake -j2",
+    help="Reduced-order thermodynamic models of servo-pneumatic chambers. Begin with"
+    " `pneumo init`; in a checkout, `snakemake -j2` runs the study of the paper.",
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-paper = typer.Typer(help="The reproduction of the paper: its verdict, and what the verdict rests on.")
+paper = typer.Typer(help="The reproduction of the paper: its verdict and evidence.")
 app.add_typer(paper, name="paper")
 
 for command in (init, check, study, fit, linearise, export, models):
@@ -59,7 +60,7 @@ def main() -> None:
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # whatever the locale can write
     try:
-        code = app(standalone_mode=False)
+        code = app(prog_name="pneumo", standalone_mode=False)
         print(end="", flush=True)
         sys.exit(code)
     except PneumoError as error:
@@ -76,6 +77,8 @@ def main() -> None:
         describe = getattr(error, "format_message", None)
         if describe is None:  # not one of typer's errors of usage
             raise
-        message = f"{describe().rstrip('.')}; `pneumo --help` lists commands"
+        context = getattr(error, "ctx", None)
+        command = context.command_path if context else "pneumo"
+        message = f"{describe().rstrip('.')}; `{command} --help` says more"
     print(f"pneumo: {printable(' '.join(message.split()), 1000)}", file=sys.stderr)
     sys.exit(2)

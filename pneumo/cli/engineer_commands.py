@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 PAPER = Path("config/paper.yaml")  # in a checkout
 Files = Annotated[list[Path], typer.Argument(help="configuration, later files override earlier ones")]
-Config = Annotated[list[Path] | None, typer.Option(help="configuration, may be repeated [config/paper.yaml]")]
+Config = Annotated[
+    list[Path] | None, typer.Option(help="configuration, may be repeated [in a checkout: the paper's]")
+]
 ModelName = Annotated[str, typer.Argument(help="M1 to M10")]
 IndexOption = Annotated[float | None, typer.Option(help="polytropic index, where the model has one")]
 OneCylinder = Annotated[
@@ -47,12 +49,14 @@ def init(
     file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml"),
     table: Annotated[bool, typer.Option("--table", help="with a table (CSV) of cylinders beside it")] = False,
 ) -> None:
-    """Write a commented configuration of a cylinder of one's own, to edit for `pneumo study`."""
+    """Write a commented configuration of a cylinder, to edit."""
     from pneumo.engineer.cylinder_template import write_table_template, write_template
 
     if table:
         rows = write_table_template(file)
-        return typer.echo(f"{file}, {rows}: written; edit them, then: snakemake -j2 --configfile {file}")
+        return typer.echo(
+            f"{file}, {rows}: written; edit them, then, in a checkout: snakemake -j2 --configfile {file}"
+        )
     write_template(file)
     return typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
 
@@ -79,13 +83,13 @@ def study(
     seeds: Annotated[int | None, typer.Option(min=1, max=1000, help="runs of each [run.seeds]")] = None,
     threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
     stored: Annotated[
-        Path | None, typer.Option("--from", help="results of a fleet: the page of one --cylinder of them")
+        Path | None, typer.Option("--from", help="results of a fleet: the page of one `--cylinder` of them")
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="folder for study.html and study.nc [study-NAME]")
     ] = None,
 ) -> None:
-    """Rank all models on a cylinder of one's own, with error bars, and say which to take."""
+    """Rank all models on your cylinder, and say which to take."""
     from pneumo.errors import InputError
 
     if stored is not None:
@@ -179,9 +183,10 @@ def fit(
         Path | None, typer.Option("--output", "-o", help="folder for fit.html, fit.nc, fitted.yaml")
     ] = None,
 ) -> None:
-    """Fit models to a measurement: k_0, n, valve coefficient, dead volumes; ranked on a part held out.
+    """Fit models to a record: k_0, n, valve, dead volumes.
 
-    Where no gas flows (u, or m_A and m_B, zero, or --closed both): thermal laws, k_0, n, leakage.
+    They are ranked on a part held out. Where no gas flows (u, or m_A and m_B, zero, or `--closed both`):
+    thermal laws, k_0, n, leakage.
     """
     from rich.console import Console
 
@@ -251,8 +256,8 @@ def fit(
 def linearise(
     model: Annotated[str, typer.Argument(help="M1 to M10, or full for the full order")],
     u: Annotated[float, typer.Option("--u", help="command at the operating point, V")],
-    P_A: Annotated[float, typer.Option("--P_A", help="pressure of chamber A there, Pa")],
-    P_B: Annotated[float, typer.Option("--P_B", help="pressure of chamber B there, Pa")],
+    P_A: Annotated[float, typer.Option("--P_A", help="absolute pressure of chamber A there, Pa")],
+    P_B: Annotated[float, typer.Option("--P_B", help="absolute pressure of chamber B there, Pa")],
     x: Annotated[float, typer.Option("--x", help="position there, m from mid-stroke")] = 0.0,
     v: Annotated[float, typer.Option("--v", help="velocity there, m/s")] = 0.0,
     T_A: Annotated[float | None, typer.Option("--T_A", help="for full: temperature there, K [T_0]")] = None,
@@ -270,7 +275,7 @@ def linearise(
         typer.Option(help="draw natural frequency and damping over stroke and pressure: name without suffix"),
     ] = None,
 ) -> None:
-    """Print a linear model of both chambers, or of the actuator, at an operating point."""
+    """Print a linear model of the chambers or actuator at a point."""
     import json
 
     from pneumo.engineer.linear_analysis import natural_modes, operating_range
@@ -280,6 +285,12 @@ def linearise(
 
     plant = configured_plant(_study(config), cylinder, k0)
     names = system(model, n, plant, piston=states == "actuator")
+    least, most = plant.conditions.P_atm, plant.conditions.P_s
+    for name, P in (("P_A", P_A), ("P_B", P_B)):
+        if P > 0 and not least <= P <= most:
+            typer.echo(
+                f"note: {name} = {P:g} Pa, not from {least:g} (atmosphere) to {most:g} (supply)", err=True
+            )
     linear = linear_model(model, n, plant, u=u, P_A=P_A, P_B=P_B, x=x, v=v, T_A=T_A, T_B=T_B, states=states)
     A, B = ([[float(rate) for rate in row] for row in matrix] for matrix in (linear.A, linear.B))
     if plot is not None:
@@ -312,7 +323,10 @@ def export(
         Path | None, typer.Option("--output", "-o", help="file [standard output, if there is just one]")
     ] = None,
 ) -> None:
-    """Write a model as source code or FMU: chambers with or without valve and piston."""
+    """Write a model as C, MATLAB or CasADi source, or as an FMU.
+
+    Chambers with or without valve and piston.
+    """
     from pneumo.engineer.export import exported, write_files
     from pneumo.engineer.plants import configured_plant
     from pneumo.errors import InputError

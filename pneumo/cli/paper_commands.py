@@ -35,11 +35,13 @@ def _counts_in_words(counts: Mapping[str, int], of: str) -> str:
 def verdict(
     results: Results = RESULTS,
     paper: OfPaper = "2006",
-    record: Annotated[bool, typer.Option("--record", help="write the paper's statuses.csv anew")] = False,
+    record: Annotated[
+        bool, typer.Option("--record", help="accept the statuses: write the paper's statuses.csv anew")
+    ] = False,
 ) -> None:
-    """Judge every claim: what is missed or contradicted, and counts; `--record` accepts the statuses.
+    """Judge every claim; print what is missed or contradicted.
 
-    Counts are by kind of evidence, first of facts (some are told in several items), then of items.
+    Counts follow, by kind of evidence, first of facts (some are told in several items), then of items.
     """
     from pneumo.papers.known_papers import current_verdict
 
@@ -70,7 +72,7 @@ def explain(
     paper: OfPaper = "2006",
     results: Results = RESULTS,
 ) -> None:
-    """Explain an item of the verdict, or a grid cell: printed, reproduced, and where the evidence is."""
+    """Explain an item of the verdict, or print a cell of the grid."""
     from pneumo.errors import ResultError
     from pneumo.papers import known_papers
     from pneumo.publish.text.explain import cell_text, item_text
@@ -96,7 +98,7 @@ def explain(
 
 
 def assumptions(results: Results = RESULTS) -> None:
-    """Print what each alternative assumption does to Tables 5, 7, 8 and 9."""
+    """Print what other assumptions do to Tables 5, 7, 8 and 9."""
     from pneumo.evidence.toggle_effects import toggle_effects
     from pneumo.papers import PAPERS
     from pneumo.publish.text.markdown_tables import assumptions_table
@@ -118,9 +120,9 @@ def identify(
         "results/identification.nc"
     ),
 ) -> None:
-    """Find mass, friction, stop, amplitudes and how replays read samples from Tables 5, 7 and 9.
+    """Find mass, friction, stop and amplitudes from the tables.
 
-    Searches from wide bounds, without a starting value.
+    And how replays read samples. Searches from wide bounds, without a starting value.
     """
     import time
 
@@ -152,7 +154,10 @@ def ensemble(
     level: Annotated[str, typer.Option(help="of the table of pairs")] = "overall",
     results: Results = RESULTS,
 ) -> None:
-    """Print what other seeds give: ratios of errors, how often models beat each other, what stands."""
+    """Print what other seeds give, and which statements stand.
+
+    Ratios of errors, and how often models beat each other, with intervals.
+    """
     import json
 
     from rich.console import Console
@@ -178,7 +183,7 @@ def verify(
         bool, typer.Option("--remove", help="remove damaged files, so that the next run makes them again")
     ] = False,
 ) -> None:
-    """Check every NetCDF and JSON file against the SHA-256 at its end."""
+    """Check the SHA-256 at the end of every NetCDF and JSON file."""
     from pneumo.errors import ResultError
     from pneumo.storage.files import damaged, sealed_files
 

@@ -2,6 +2,7 @@
 
 import errno
 import inspect
+import signal
 import sys
 import time
 import traceback
@@ -22,13 +23,15 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
 
     Writes to the job's log how long the work took, or what stopped it. An error that the user can mend is
     also one line on standard error, and the exit code is 2. A damaged file that the job was to read is
-    removed, so that the next run makes it again. `script` is the script's ``globals()``, into which Snakemake
-    puts its job; each parameter of `main` takes what the rule has under its name: a path or a list of paths
-    of the input or output, a value of params or wildcards, or ``threads``.
+    removed, so that the next run makes it again. Ctrl-C ends the process at once, as a kill does. `script`
+    is the script's ``globals()``, into which Snakemake puts its job; each parameter of `main` takes what the
+    rule has under its name: a path or a list of paths of the input or output, a value of params or
+    wildcards, or ``threads``.
     """
     job = script.get("snakemake")
     if job is None:
         return
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # else Python waits for threads in compiled code
     start = time.perf_counter()
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # whatever the locale can write

@@ -6,7 +6,6 @@ import numpy as np
 import xarray as xr
 
 from pneumo.physics.models import MODELS
-from pneumo.statistics.intervals import Interval
 from pneumo.statistics.ranking import RankedModel, Ranking, cost
 from pneumo.statistics.robust_choice import RobustModel, UnknownConductance
 
@@ -75,22 +74,14 @@ def _range(robust: UnknownConductance) -> str:
     return f"for k_0 from {low:.2g} to {high:.2g} W/K ({around})"
 
 
-def _in_words(ratio: Interval) -> str:
-    """A ratio with its interval."""
-    if not ratio.known:
-        return f"{ratio.value:.2f}"
-    return f"{ratio.value:.2f} ({ratio.low:.2f} to {ratio.high:.2f})"
-
-
 def _more_seeds(ranking: Ranking, rows: Sequence[RankedModel]) -> list[str]:
     """Advice to run more seeds, where those there are do not tell whether a model is worse."""
-    limit = 1 + MATERIAL
-    lines = [
-        f"More seeds: {row.model} has {_in_words(row.over_best)} times the MSE of {ranking.rows[0].model},"
-        f" an interval that holds the limit of {limit:g}."
-        for row in rows
-        if row.over_best.known and row.over_best.low <= limit <= row.over_best.high
-    ]
+    limit, over = 1 + MATERIAL, {row.model: row.over_best for row in rows}
+    unsure = [model for model, ratio in over.items() if ratio.known and ratio.low <= limit <= ratio.high]
+    lines: list[str] = []
+    if unsure:
+        names = ", ".join(unsure)
+        lines.append(f"More seeds for {names}: the interval of MSE / best holds the limit of {limit:g}.")
     if ranking.runs < 2:
         lines.append("Repeat with several seeds of a random signal: one run has no error bars.")
     return lines

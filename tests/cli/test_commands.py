@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -58,6 +59,7 @@ def test_help_names_every_command_and_each_has_its_own(group, words, inside):
     names = [command.callback.__name__ for command in group.registered_commands]
     code, out, _ = inside(*words, "--help")
     assert code == 0 and names and all(f"  {name} " in out for name in names)
+    assert not re.search(r"^  \w.*\.\.\.$", out, re.MULTILINE)  # typer cuts what is too long for the line
     for name in names:
         code, out, _ = inside(*words, name, "--help")
         assert code == 0 and "Usage" in out
@@ -75,7 +77,7 @@ def test_shell_completion_knows_the_commands():
     ("arguments", "words"),
     [
         *((["chek"], ["No such command"]), ([], ["Missing command"]), (["check"], ["Missing argument"])),
-        (["paper", "explain"], ["Missing argument 'what'; `pneumo --help` lists commands"]),
+        (["paper", "explain"], ["Missing argument 'what'; `pneumo paper explain --help` says more"]),
         (["check", "none.yaml"], ["none.yaml", "cannot be read"]),
         (["check", str(ROOT / "README.md")], ["README.md", "YAML"]),
         (["check", str(ROOT / "config/smoke.yaml")], ["config/smoke.yaml", "gas: missing"]),
@@ -117,6 +119,9 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
     linear = linearise("M8", 1.3, plant._replace(k_0=0.3), u=1.0, P_A=5e5, P_B=6e5)
     code, out, _ = inside("linearise", "M8", "--n", 1.3, *AT, *given)
     assert code == 0 and f"{linear.A[0, 0]:.6g}" in out and "u (V)" in out
+    in_bar = ["--u", 1, "--P_A", 5, "--P_B", 6e5]
+    code, _, err = inside("linearise", "M8", "--n", 1.3, *in_bar, *given)
+    assert (code, err) == (0, "note: P_A = 5 Pa, not from 101325 (atmosphere) to 700000 (supply)\n")
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,8 @@ import errno
 import inspect
 import pkgutil
 import re
+import signal
+import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,7 +24,8 @@ from pneumo.jobs.wrapper import run_job
 
 @pytest.fixture
 def job(run_folder):
-    return SimpleNamespace(
+    before = signal.getsignal(signal.SIGINT)
+    yield SimpleNamespace(
         input=InputFiles(fromdict={"parameters": "parameters.json"}),
         output=OutputFiles(toclone=["one.nc", "two.nc"]),
         params=Params(fromdict={"code": "abc"}),
@@ -31,6 +34,7 @@ def job(run_folder):
         log=[str(run_folder / "job.log")],
         rule="rule",
     )
+    signal.signal(signal.SIGINT, before)
 
 
 def log_of(job):
@@ -115,6 +119,35 @@ def test_a_damaged_file_is_removed_and_a_full_log_is_one_line(job, run_folder, c
     with pytest.raises(SystemExit) as end:
         run_job(lambda: None, {"snakemake": job})
     assert end.value.code == 2 and capsys.readouterr().err == f"pneumo: {FULL}\n"
+
+
+BUSY = """
+import sys, time
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
+from pneumo.jobs.wrapper import run_job
+
+def main():
+    with ThreadPoolExecutor(1) as pool:
+        work = pool.submit(time.sleep, 60)  # as a kernel does that holds no lock
+        print("at work", flush=True)
+        work.result()
+
+nothing = SimpleNamespace(items=lambda: ())
+files = {"input": nothing, "output": nothing, "log": ["log"]}
+job = SimpleNamespace(**files, params={}, wildcards={}, threads=1, rule="rule")
+run_job(main, {"snakemake": job})
+"""
+
+
+def test_an_interrupt_ends_a_job_at_once_without_a_word(run_folder):
+    command = [sys.executable, "-c", BUSY]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as busy:
+        assert busy.stdout
+        assert busy.stdout.readline() == "at work\n"
+        busy.send_signal(signal.SIGINT)
+        _, error = busy.communicate(timeout=30)  # not the sixty seconds of the thread
+    assert (busy.returncode, error) == (-signal.SIGINT, "")
 
 
 def test_a_job_of_a_killed_run_ends_when_another_has_begun(job, monkeypatch):

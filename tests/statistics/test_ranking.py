@@ -164,7 +164,7 @@ def test_short_runs_narrow_grids_and_too_few_seeds_are_told():
     calm = " ".join(ranked(made(noise=1e-6), "mine").advice)
     assert "Longer" not in calm and "wider" not in calm and "More seeds" not in calm
     cells = made(LEVEL | {"M9": 2.4 * 1.1}, runs=3, noise=0.2)
-    assert any(line.startswith("More seeds: M9") for line in ranked(cells, "mine").advice)
+    assert any(line.startswith("More seeds for M9: ") for line in ranked(cells, "mine").advice)
 
 
 @given(st.lists(st.floats(0.1, 1e3), min_size=2, max_size=20))

@@ -3,6 +3,7 @@
 import xarray as xr
 from matplotlib.figure import Figure
 
+from pneumo.publish.figures.panels import one_two_five
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, PALE, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
@@ -52,7 +53,6 @@ def held_out_figure(fit: xr.Dataset) -> Figure:
     ax.set_yticks(range(len(models)), models)
     ax.invert_yaxis()
     ax.set_xscale("log")
-    ax.xaxis.set_major_formatter("{x:g}")
-    ax.xaxis.set_minor_formatter("{x:g}")
+    one_two_five(ax.xaxis)
     ax.set_xlabel(axis_label("root mean square error; open: fitted, filled: held out", "kPa"))
     return fig

@@ -38,6 +38,13 @@ def message_figure(text: str) -> Figure:
     return fig
 
 
+def one_two_five(axis: Axis) -> None:
+    """Label 1, 2 and 5 of every decade."""
+    axis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0), numticks=20))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
 def decades(ax: Axes) -> None:
     """Put labelled ticks at decades of y and unlabelled ones between."""
     ax.yaxis.set_major_locator(LogLocator(10.0))

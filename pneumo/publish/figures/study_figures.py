@@ -2,12 +2,10 @@
 
 import numpy as np
 import xarray as xr
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.panels import symbol
+from pneumo.publish.figures.panels import one_two_five, symbol
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import DOUBLE_MM, GREY, INK, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
@@ -16,13 +14,6 @@ from pneumo.statistics.ranking import Ranking
 
 RMS = axis_label("RMS error", "kPa")
 SHOWN_S = 2.0  # length of the traces
-
-
-def _log_kpa(axis: Axis) -> None:
-    """Decades with their halves and fifths, written out."""
-    axis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0), numticks=20))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
 
 
 @paper_style()
@@ -48,7 +39,7 @@ def ranking_figure(ranking: Ranking) -> Figure:
     ax.invert_yaxis()
     ax.set_xlabel(f"{RMS}, bars: {100 * CONFIDENCE:.0f} % over seeds")
     ax.grid(axis="x")
-    _log_kpa(ax.xaxis)
+    one_two_five(ax.xaxis)
     return fig
 
 
@@ -66,7 +57,7 @@ def error_over_n(cells: xr.Dataset, ranking: Ranking) -> Figure:
         if np.isfinite(row.n):
             ax.plot(row.n, row.mse.value**0.5 / KILO, **look.points())
     ax.set_yscale("log")
-    _log_kpa(ax.yaxis)
+    one_two_five(ax.yaxis)
     ax.set_xlabel("$n$")
     ax.set_ylabel(RMS)
     ax.grid()
@@ -89,7 +80,9 @@ def gain_figure(ranking: Ranking) -> Figure:
         ax.plot(value, y, "o", color=color)
         ax.annotate(f"{value:.0f} %", (value, y), (0, 5), textcoords="offset points", ha="center")
     ax.axvline(0, color=INK, lw=0.8)
-    names = [f"{gain.refinement}: {symbol(gain.without)} to {symbol(gain.refined)}" for gain in ranking.gains]
+    pairs = (f"{symbol(gain.without)} to {symbol(gain.refined)}" for gain in ranking.gains)
+    words = (gain.refinement.replace("A_q", "$A_q$") for gain in ranking.gains)
+    names = [f"{word}: {pair}" for word, pair in zip(words, pairs, strict=True)]
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(ranking.gains) - 0.4, -0.8)
     ax.set_xlabel("taken from the mean square error (per cent; negative: added)")

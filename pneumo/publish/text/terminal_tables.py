@@ -295,11 +295,12 @@ AVERAGE_HEADS = {"mean": "mean", "geometric": "geom. mean"}
 
 
 def ratio_table(ensemble: xr.Dataset) -> Table:
-    """Quotients of ``results/ensemble.nc`` per level, with intervals, and what one seed resolves."""
-    table = Table("refinement", "level", "average", title="Quotient of mean square errors, [95 % interval]")
+    """Quotients of ``results/ensemble.nc`` per level, with intervals, in 80 columns."""
+    title = "Quotient of mean square errors, [95 % interval]; seed: what one seed resolves"
+    table = Table("models", "level", "average", title=title, box=box.SIMPLE_HEAD, padding=0)
     for head in TRANSPORT_HEADS.values():
-        table.add_column(head, justify="right")
-        table.add_column("one seed resolves", justify="right")
+        table.add_column(head.replace("transport ", "transport\n"), justify="right", no_wrap=True)
+        table.add_column("seed", justify="right")
     for ratio in ensemble["ratio"].values:
         for level in ensemble["level"].values:
             for averaged, average_head in AVERAGE_HEADS.items():
@@ -309,7 +310,7 @@ def ratio_table(ensemble: xr.Dataset) -> Table:
                     names = ("value", "low", "high", "resolvable")
                     value, low, high, least = (at[f"ratio_{name}"].item() for name in names)
                     cells += [f"{value:.3f} [{low:.3f}, {high:.3f}]", f"{100 * (least - 1):.0f} %"]
-                table.add_row(ratio, level, average_head, *cells)
+                table.add_row(ratio, level, average_head.removesuffix(" mean"), *cells)
     return table
 
 
