@@ -59,12 +59,18 @@ def evidence_file(results):
 
 
 @pytest.fixture(scope="session")
-def chromium():
-    """A browser for all pages, which are loaded with `visit`."""
+def _chromium_once():
     from browser import Browser
 
     with Browser() as opened:
         yield opened
+
+
+@pytest.fixture
+def chromium(_chromium_once):
+    """A browser for all pages, which are loaded with `visit`; no page goes on drawing after its test."""
+    yield _chromium_once
+    _chromium_once.leave()
 
 
 VISITS = itertools.count()
