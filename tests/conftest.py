@@ -1,6 +1,7 @@
 """What tests of several modules share: each made once, for tests of one xdist group by one process only."""
 
 import copy
+import gc
 import itertools
 import sys
 from pathlib import Path
@@ -37,6 +38,10 @@ def pytest_collection_modifyitems(items):
     if marked and not study_is_complete():
         for item in marked:
             item.add_marker(absent)
+
+
+def pytest_collection_finish():
+    gc.freeze()  # what the modules hold is not looked through for garbage again: a twelfth of the time
 
 
 @pytest.fixture(scope="session")
@@ -141,8 +146,8 @@ def judged_once(_judged_once) -> dict:
 
 
 @pytest.fixture(scope="session")
-def smoke_study(tmp_path_factory):
-    """The smoke study, run with -j2 in a path with a space in it.
+def judged_smoke_study(tmp_path_factory):
+    """The smoke study up to its verdict and report, run with -j2 in a path with a space in it.
 
     For tests of group "workflow", which leave its results as they were.
     """
@@ -150,6 +155,14 @@ def smoke_study(tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("smoke") / "a path" / "pneumo"
     run = Study(folder, "config/smoke.yaml")
-    done = run.run()
+    done = run.run("-j2", "results/verdict.html", "results/report.html")
     assert done.code == 0, done.output
     return run
+
+
+@pytest.fixture(scope="session")
+def smoke_study(judged_smoke_study):
+    """The whole smoke study: figures and the paper of 2007 too."""
+    done = judged_smoke_study.run()
+    assert done.code == 0, done.output
+    return judged_smoke_study
