@@ -179,6 +179,7 @@ COMMANDS = {  # by the file that each reads
 
 
 @in_printed
+@pytest.mark.slow
 @trying(0.02)
 @given(data=st.data())
 def test_results_folder_with_foreign_files(study, data):

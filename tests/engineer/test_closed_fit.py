@@ -74,6 +74,7 @@ def test_what_made_the_record_of_a_moving_piston_is_found(found):
     assert "k_0 of A and of B lie apart" in found.attrs["warnings"]
 
 
+@pytest.mark.slow
 def test_the_walls_temperature_scales_k_and_the_gas_and_changes_no_prediction(record, found, plant):
     warm = fit_closed(record._replace(T=1.1 * 293.15), plant)
     for name, power in (("k_A", -1), ("T_A", 1), ("V_d_A", 0)):

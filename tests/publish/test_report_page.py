@@ -429,5 +429,6 @@ class TestInBrowser:
         assert browser.run("plots.error.width") <= width
         browser.send("Emulation.clearDeviceMetricsOverride")
 
+    @pytest.mark.slow
     def test_axe_finds_nothing(self, chromium, file):
         assert_accessible(chromium, file)

@@ -171,6 +171,7 @@ class TestInBrowser:
         browser.run("for (const details of document.querySelectorAll('details')) details.open = true")
         assert_readable(browser, 600 if filtered else 5000)
 
+    @pytest.mark.slow
     def test_axe_finds_nothing(self, chromium, file):
         # Items are alike: every twentieth stands for them, and the table cells keep all their links.
         assert_accessible(
