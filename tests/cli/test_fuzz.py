@@ -178,11 +178,7 @@ COMMANDS = {  # by the file that each reads
 }
 
 
-@in_printed
-@pytest.mark.slow
-@trying(0.02)
-@given(data=st.data())
-def test_results_folder_with_foreign_files(study, data):
+def assert_foreign_file_is_refused(study, data):
     name = data.draw(st.sampled_from(sorted(COMMANDS)))
     file = study / name
     content = data.draw(st.sampled_from([*FOREIGN, None, "netCDF"]))
@@ -202,6 +198,21 @@ def test_results_folder_with_foreign_files(study, data):
     tried["foreign file"] += 1
     assert not written
     assert_one_line(code, out, err, file.name)
+
+
+@in_printed
+@trying(0.006)
+@given(data=st.data())
+def test_results_folder_with_foreign_files(study, data):
+    assert_foreign_file_is_refused(study, data)
+
+
+@in_printed
+@pytest.mark.slow
+@trying(0.014)
+@given(data=st.data())
+def test_results_folder_with_more_foreign_files(study, data):
+    assert_foreign_file_is_refused(study, data)
 
 
 NO_NUMBERS = ["nan", "inf", "-1", "1.36", "1e999", "x", ""]
