@@ -48,13 +48,15 @@ def watch(event, arguments):
 
     Bytecode of modules that Python meets for the first time does not count, nor does a descriptor that was
     opened before (a worker's pipe to pytest, in another thread): the opening of its file was noticed by name.
+    A command that could not read or write leaves its output to the null device, which is no file.
     """
     if not watching[0] or ".pyc" in str(arguments):
         return
     if event == "open":
         path, mode, flags = arguments
         writes = isinstance(mode, str) and set(mode) & set("wax+")
-        if not isinstance(path, int) and (writes or (flags or 0) & (os.O_WRONLY | os.O_RDWR)):
+        no_file = isinstance(path, int) or path == os.devnull
+        if not no_file and (writes or (flags or 0) & (os.O_WRONLY | os.O_RDWR)):
             written.append(str(path))
     elif event in ("os.mkdir", "os.rename", "os.remove", "subprocess.Popen", "os.system", "socket.connect"):
         written.append(f"{event} {arguments}")
