@@ -8,12 +8,9 @@ from functools import cache
 from pathlib import Path
 
 import hypothesis
-import numpy as np
 import pytest
-import xarray as xr
-from paper_study import STUDY
 
-from pneumo.storage.kept_evidence import KEPT
+# What fixtures need they import themselves: pytest-xdist's first process runs none, and all wait for it.
 
 # The same examples in every run; `pytest --hypothesis-profile=random` searches for new ones. No test fails
 # for the time that it takes on a busy machine.
@@ -29,6 +26,8 @@ def study_is_complete() -> bool:
     """Whether results/ holds the paper's study, not nothing and not the smoke runs."""
     if not all((RESULTS / name).exists() for name in ("exact/statistics.nc", "settling.nc", "table7.md")):
         return False
+    import xarray as xr
+
     with xr.open_dataset(RESULTS / "exact/statistics.nc") as statistics:
         return statistics.sizes["experiment"] == 16
 
@@ -54,6 +53,7 @@ def results() -> Path:
 @pytest.fixture(scope="session")
 def evidence_file(results):
     """Path of a file of evidence by its name, in results or kept with the source; where absent, skip."""
+    from pneumo.storage.kept_evidence import KEPT
 
     def path(name: str, target: str = "evidence") -> Path:
         found = [file for file in (results / name, KEPT / name) if file.exists()]
@@ -114,12 +114,16 @@ def inside(tmp_path, monkeypatch, capsys):
 @pytest.fixture(scope="session")
 def plant():
     """Cylinder D at 0.5 W/K."""
+    from paper_study import STUDY
+
     return STUDY.experiments["E09"].plant
 
 
 @pytest.fixture(scope="session")
-def random_states() -> np.ndarray:
+def random_states():
     """2,000 states (u, x, v, P_A, P_B) of `plant`, on every branch of valve and limiter."""
+    import numpy as np
+
     low, high = (-12, -0.05, -2, 2e4, 2e4), (12, 0.05, 2, 9e5, 9e5)
     return np.random.default_rng(2006).uniform(low, high, (2000, 5))
 
