@@ -95,8 +95,15 @@ class Browser:
 
     def open(self, file: Path, anchor: str = "") -> None:
         """Load a file and wait until it is there; where it is already, only go to the anchor."""
+        self._go(file.as_uri() + anchor)
+
+    def leave(self) -> None:
+        """Leave the page: it draws no more."""
+        self._go("about:blank")
+
+    def _go(self, url: str) -> None:
         self.events.clear()
-        loads = "loaderId" in self.send("Page.navigate", url=file.as_uri() + anchor)
+        loads = "loaderId" in self.send("Page.navigate", url=url)
         while loads and "Page.loadEventFired" not in self.events:
             self.events.append(self._receive().get("method"))
 

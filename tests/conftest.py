@@ -1,17 +1,16 @@
 """What tests of several modules share: each made once, for tests of one xdist group by one process only."""
 
 import copy
+import gc
 import itertools
 import sys
+from functools import cache
 from pathlib import Path
 
 import hypothesis
-import numpy as np
 import pytest
-import xarray as xr
-from paper_study import STUDY
 
-from pneumo.storage.kept_evidence import KEPT
+# What fixtures need they import themselves: pytest-xdist's first process runs none, and all wait for it.
 
 # The same examples in every run; `pytest --hypothesis-profile=random` searches for new ones. No test fails
 # for the time that it takes on a busy machine.
@@ -27,6 +26,8 @@ def study_is_complete() -> bool:
     """Whether results/ holds the paper's study, not nothing and not the smoke runs."""
     if not all((RESULTS / name).exists() for name in ("exact/statistics.nc", "settling.nc", "table7.md")):
         return False
+    import xarray as xr
+
     with xr.open_dataset(RESULTS / "exact/statistics.nc") as statistics:
         return statistics.sizes["experiment"] == 16
 
@@ -39,6 +40,10 @@ def pytest_collection_modifyitems(items):
             item.add_marker(absent)
 
 
+def pytest_collection_finish():
+    gc.freeze()  # what the modules hold is not looked through for garbage again: a twelfth of the time
+
+
 @pytest.fixture(scope="session")
 def results() -> Path:
     """Folder of the full study's results."""
@@ -48,6 +53,7 @@ def results() -> Path:
 @pytest.fixture(scope="session")
 def evidence_file(results):
     """Path of a file of evidence by its name, in results or kept with the source; where absent, skip."""
+    from pneumo.storage.kept_evidence import KEPT
 
     def path(name: str, target: str = "evidence") -> Path:
         found = [file for file in (results / name, KEPT / name) if file.exists()]
@@ -59,12 +65,18 @@ def evidence_file(results):
 
 
 @pytest.fixture(scope="session")
-def chromium():
-    """A browser for all pages, which are loaded with `visit`."""
+def _chromium_once():
     from browser import Browser
 
     with Browser() as opened:
         yield opened
+
+
+@pytest.fixture
+def chromium(_chromium_once):
+    """A browser for all pages, which are loaded with `visit`; no page goes on drawing after its test."""
+    yield _chromium_once
+    _chromium_once.leave()
 
 
 VISITS = itertools.count()
@@ -102,12 +114,16 @@ def inside(tmp_path, monkeypatch, capsys):
 @pytest.fixture(scope="session")
 def plant():
     """Cylinder D at 0.5 W/K."""
+    from paper_study import STUDY
+
     return STUDY.experiments["E09"].plant
 
 
 @pytest.fixture(scope="session")
-def random_states() -> np.ndarray:
+def random_states():
     """2,000 states (u, x, v, P_A, P_B) of `plant`, on every branch of valve and limiter."""
+    import numpy as np
+
     low, high = (-12, -0.05, -2, 2e4, 2e4), (12, 0.05, 2, 9e5, 9e5)
     return np.random.default_rng(2006).uniform(low, high, (2000, 5))
 
@@ -117,6 +133,9 @@ def printed_once(tmp_path_factory) -> Path:
     """The printed study, not to be spoilt: for tests of group "printed"."""
     from printed_study import write_printed_study  # here: what is broken there stops its own tests only
 
+    from pneumo.papers.paper_2006.erratum_proofs import PROOFS
+
+    PROOFS.update({name: cache(proof) for name, proof in PROOFS.items()})  # what is printed does not change
     return write_printed_study(tmp_path_factory.mktemp("printed") / "results")
 
 
@@ -135,8 +154,8 @@ def judged_once(_judged_once) -> dict:
 
 
 @pytest.fixture(scope="session")
-def smoke_study(tmp_path_factory):
-    """The smoke study, run with -j2 in a path with a space in it.
+def judged_smoke_study(tmp_path_factory):
+    """The smoke study up to its verdict and report, run with -j2 in a path with a space in it.
 
     For tests of group "workflow", which leave its results as they were.
     """
@@ -144,6 +163,14 @@ def smoke_study(tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("smoke") / "a path" / "pneumo"
     run = Study(folder, "config/smoke.yaml")
-    done = run.run()
+    done = run.run("-j2", "results/verdict.html", "results/report.html")
     assert done.code == 0, done.output
     return run
+
+
+@pytest.fixture(scope="session")
+def smoke_study(judged_smoke_study):
+    """The whole smoke study: figures and the paper of 2007 too."""
+    done = judged_smoke_study.run()
+    assert done.code == 0, done.output
+    return judged_smoke_study

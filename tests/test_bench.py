@@ -19,6 +19,7 @@ def found():
     return timing.compare(TINY, repeats=2)
 
 
+@pytest.mark.slow
 def test_all_contenders_agree_are_timed_and_shown(found, tmp_path):
     assert set(found["ns_per_lane_evaluation"]) == set(found["checks"]) == set(HERE)
     assert {"kernel", "scalar", "numpy", "solve_ivp"} <= set(HERE)

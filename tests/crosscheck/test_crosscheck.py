@@ -8,7 +8,7 @@ from brief import in_brief
 from pneumo.configuration.parameters import read_yaml
 from tests.crosscheck.octave import CONFIG, EXPERIMENTS, OCTAVE, TOLERANCE, compared, largest, numbers, worst
 
-BRIEF = (EXPERIMENTS[0], 0.5)
+BRIEF = (EXPERIMENTS[0], 0.25)
 
 
 @pytest.mark.octave

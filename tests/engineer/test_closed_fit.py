@@ -16,6 +16,7 @@ from pneumo.engineer.plants import configured_plant
 from pneumo.errors import InputError
 from pneumo.publish.pages.fit_page import fit_page
 
+pytestmark = pytest.mark.xdist_group("closed fit")  # its fixtures take seconds
 EXACT = "wall heat, area and root of PT"  # the law of the truth
 PERIOD = 5e-3
 TIME = PERIOD * np.arange(1600)
@@ -73,6 +74,7 @@ def test_what_made_the_record_of_a_moving_piston_is_found(found):
     assert "k_0 of A and of B lie apart" in found.attrs["warnings"]
 
 
+@pytest.mark.slow
 def test_the_walls_temperature_scales_k_and_the_gas_and_changes_no_prediction(record, found, plant):
     warm = fit_closed(record._replace(T=1.1 * 293.15), plant)
     for name, power in (("k_A", -1), ("T_A", 1), ("V_d_A", 0)):
@@ -83,6 +85,7 @@ def test_the_walls_temperature_scales_k_and_the_gas_and_changes_no_prediction(re
     )
 
 
+@pytest.mark.slow
 def test_a_compression_and_a_hold_give_what_the_transient_alone_gives(held, plant):
     assert_found(fit_closed(held, plant), k_0_A=0.25, k_0_B=0.18, leak=2e-10, V_d_A=plant.cylinder.V_d_A)
     still = held.since(0.6)

@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 from bad_input import PAPER
+from brief import in_brief
 from exported_c import C_COMPILER, CompiledModel
 from plain_rates import EVERY, OWN, plain_rate, rate_size
 
@@ -68,10 +69,12 @@ UNUSUAL = {
 }
 
 
+COMPILED = [*((model, "") for model in EVERY), *((MODELS["M8"], name) for name in UNUSUAL)]
+BRIEF = [(MODELS["M1"], ""), (MODELS["M10"], ""), (OWN, ""), (MODELS["M8"], "elliptic")]
+
+
 @C_COMPILER
-@pytest.mark.parametrize(
-    ("model", "unusual"), [*((model, "") for model in EVERY), *((MODELS["M8"], name) for name in UNUSUAL)]
-)
+@pytest.mark.parametrize(("model", "unusual"), in_brief(COMPILED, BRIEF))
 def test_c(model, unusual, plant, random_states, tmp_path):
     if unusual:
         part, changes = UNUSUAL[unusual]

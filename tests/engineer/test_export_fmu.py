@@ -21,7 +21,7 @@ from pneumo.simulation.signals import held, interpolated
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
 validation, fmi2 = (pytest.importorskip(f"fmpy.{name}") for name in ("validation", "fmi2"))
-pytestmark = C_COMPILER
+pytestmark = [C_COMPILER, pytest.mark.xdist_group("fmu")]  # each is compiled once
 
 N, H = 1.35, 1e-3
 KINDS = ["CoSimulation", "ModelExchange"]

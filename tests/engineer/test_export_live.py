@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from brief import in_brief
 from page_checks import assert_accessible, assert_quiet, assert_readable, in_chromium, stands_alone
 
 from pneumo import MODELS
@@ -95,7 +96,7 @@ def test_the_page_runs_and_takes_the_keyboard(page, visit):
 
 @CLANG
 @in_chromium
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
 def test_the_page_is_readable_and_fits_a_phone(scheme, page, visit):
     browser = visit(page)
     browser.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])

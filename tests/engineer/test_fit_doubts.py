@@ -4,7 +4,6 @@ import re
 
 import numpy as np
 import pytest
-from brief import in_brief
 
 from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
@@ -28,6 +27,7 @@ from pneumo.engineer.valve_signal import valve_signal
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS
 
+pytestmark = pytest.mark.xdist_group("fit doubts")  # its fixtures take seconds
 RIG = purpose_rig()
 SECONDS = 5.0
 
@@ -76,7 +76,8 @@ def without_rod(plant):
 MISTAKES = [(supply_too_high, r"supply of 70\d"), (without_rod, r"area of 691\.\d .*rod")]
 
 
-@pytest.mark.parametrize(("wrong", "said"), in_brief(MISTAKES, MISTAKES[:1]))
+@pytest.mark.slow
+@pytest.mark.parametrize(("wrong", "said"), MISTAKES)
 def test_a_wrong_configuration_is_named_with_the_number_that_would_explain_the_record(plant, wrong, said):
     problem, found = fitted(signals_of(RIG, plant), wrong(plant))
     *symptoms, cause = record_doubts(problem, found)

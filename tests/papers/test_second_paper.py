@@ -105,6 +105,7 @@ def test_volumes_from_the_wrong_end_turn_dead_volumes_red(results, red_before, m
     assert {f"T4.{column}.V_d" for column in COLUMNS} <= red(results) - red_before
 
 
+@pytest.mark.slow
 def test_mean_temperatures_without_the_room_of_the_fit_turn_red(results, red_before, monkeypatch):
     steps = measured_columns.seven_steps
     monkeypatch.setattr(

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from brief import in_brief
 from page_checks import assert_accessible, assert_quiet, assert_readable_on_a_phone, in_chromium
 from rich.console import Console
 
@@ -62,7 +63,7 @@ def test_tables_fit_a_terminal(found):
 
 @in_chromium
 @pytest.mark.xdist_group("chromium")
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, found, visit, tmp_path):
     file = tmp_path / "fit.html"
     file.write_text(fit_page(found, "bench.csv"), encoding="utf-8")

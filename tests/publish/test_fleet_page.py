@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from browser import Browser
+from brief import in_brief
 from page_checks import (
     assert_accessible,
     assert_quiet,
@@ -89,49 +89,49 @@ SET = "(() => {{ const e = element('{}'); e.value = '{}'; e.dispatchEvent(new Ev
 
 
 @in_chromium
-def test_the_table_sorts_and_filters(index, tmp_path):
+@pytest.mark.xdist_group("chromium")
+def test_the_table_sorts_and_filters(index, visit, tmp_path):
     file = tmp_path / "fleet.html"
     file.write_text(fleet_page("plant", index), encoding="utf-8")
-    with Browser() as browser:
-        browser.open(file)
-        assert browser.run(NAMES) == "c1 c2 c10"  # numbers in names count as numbers
-        browser.run(CLICK.format("worst RMS (kPa)"))
-        assert browser.run(NAMES) == "c1 c2 c10"
-        browser.run(CLICK.format("worst RMS (kPa)"))
-        assert browser.run(NAMES) == "c2 c1 c10"  # what has no number stays last
-        assert browser.run("document.querySelector('th[aria-sort]').ariaSort") == "descending"
-        browser.run(SET.format("search", "C1"))
-        assert browser.run(NAMES) == "c1 c10"
-        assert browser.run("element('shown').textContent") == "2 of 3 cylinders"
-        browser.run("element('reset').click()")
-        browser.run(SET.format("column", "bore (mm)") + ";" + SET.format("low", "20"))
-        assert browser.run(NAMES) == "c1 c10"
-        browser.run(SET.format("high", "50"))
-        assert browser.run(NAMES) == "c1"
-        browser.run("element('reset').click()")
-        browser.run(SET.format("take", fleet_rows(index)[0][4]))
-        assert browser.run(NAMES) == "c1"
-        assert_readable(browser, least=20)
-        assert_quiet(browser, file)
-
-
-@in_chromium
-def test_a_long_table_is_drawn_in_parts(index, tmp_path):
-    file = tmp_path / "fleet.html"
-    many = index.isel(cylinder=[0] * 450).assign_coords(cylinder=[f"c{i}" for i in range(450)])
-    file.write_text(fleet_page("plant", many), encoding="utf-8")
-    drawn = "document.querySelectorAll('#fleet tbody tr').length"
-    with Browser() as browser:
-        browser.open(file)
-        assert browser.run(drawn) == 200
-        browser.run("element('more').click()")
-        browser.run("element('more').click()")
-        assert browser.run(drawn) == 450 and browser.run("element('more').hidden")
+    browser = visit(file)
+    assert browser.run(NAMES) == "c1 c2 c10"  # numbers in names count as numbers
+    browser.run(CLICK.format("worst RMS (kPa)"))
+    assert browser.run(NAMES) == "c1 c2 c10"
+    browser.run(CLICK.format("worst RMS (kPa)"))
+    assert browser.run(NAMES) == "c2 c1 c10"  # what has no number stays last
+    assert browser.run("document.querySelector('th[aria-sort]').ariaSort") == "descending"
+    browser.run(SET.format("search", "C1"))
+    assert browser.run(NAMES) == "c1 c10"
+    assert browser.run("element('shown').textContent") == "2 of 3 cylinders"
+    browser.run("element('reset').click()")
+    browser.run(SET.format("column", "bore (mm)") + ";" + SET.format("low", "20"))
+    assert browser.run(NAMES) == "c1 c10"
+    browser.run(SET.format("high", "50"))
+    assert browser.run(NAMES) == "c1"
+    browser.run("element('reset').click()")
+    browser.run(SET.format("take", fleet_rows(index)[0][4]))
+    assert browser.run(NAMES) == "c1"
+    assert_readable(browser, least=20)
+    assert_quiet(browser, file)
 
 
 @in_chromium
 @pytest.mark.xdist_group("chromium")
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_long_table_is_drawn_in_parts(index, visit, tmp_path):
+    file = tmp_path / "fleet.html"
+    many = index.isel(cylinder=[0] * 450).assign_coords(cylinder=[f"c{i}" for i in range(450)])
+    file.write_text(fleet_page("plant", many), encoding="utf-8")
+    drawn = "document.querySelectorAll('#fleet tbody tr').length"
+    browser = visit(file)
+    assert browser.run(drawn) == 200
+    browser.run("element('more').click()")
+    browser.run("element('more').click()")
+    assert browser.run(drawn) == 450 and browser.run("element('more').hidden")
+
+
+@in_chromium
+@pytest.mark.xdist_group("chromium")
+@pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, index, visit, tmp_path):
     file = tmp_path / "fleet.html"
     file.write_text(fleet_page("plant", index), encoding="utf-8")

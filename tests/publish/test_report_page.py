@@ -9,6 +9,7 @@ from urllib.parse import parse_qsl, urlencode
 import numpy as np
 import pytest
 import xarray as xr
+from brief import in_brief
 from browser import Browser
 from packed_traces import unpacked
 from page_checks import FRAMES, assert_accessible, assert_quiet, assert_readable, in_chromium, stands_alone
@@ -419,7 +420,7 @@ class TestInBrowser:
     def test_contrast_is_at_least_4_5(self, view):
         assert_readable(view(), 100)
 
-    @pytest.mark.parametrize("width", [400, 1200])
+    @pytest.mark.parametrize("width", in_brief([400, 1200], [400]))
     def test_fits_a_narrow_window(self, view, width):
         browser = view()
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
@@ -429,5 +430,6 @@ class TestInBrowser:
         assert browser.run("plots.error.width") <= width
         browser.send("Emulation.clearDeviceMetricsOverride")
 
+    @pytest.mark.slow
     def test_axe_finds_nothing(self, chromium, file):
         assert_accessible(chromium, file)

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from brief import in_brief
 from page_checks import assert_accessible, assert_quiet, assert_readable_on_a_phone, in_chromium
 from paper_study import STUDY
 from ranked_cells import made, ranked
@@ -25,6 +26,8 @@ from pneumo.publish.text.terminal_tables import (
     study_tables,
 )
 from pneumo.statistics.intervals import Interval
+
+pytestmark = pytest.mark.xdist_group("chromium")  # a page is made once, too
 
 
 def with_traces(cells):
@@ -151,8 +154,7 @@ def test_tables_fit_a_terminal():
 
 
 @in_chromium
-@pytest.mark.xdist_group("chromium")
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, page, visit, tmp_path):
     file = tmp_path / "study.html"
     file.write_text(page, encoding="utf-8")

@@ -4,6 +4,7 @@ import html
 import re
 
 import pytest
+from brief import in_brief
 from page_checks import Structure, assert_accessible, assert_quiet, assert_readable, in_chromium, stands_alone
 
 from pneumo.errors import ResultError
@@ -164,13 +165,14 @@ class TestInBrowser:
         browser.press("Enter", ENTER, "\r")
         assert not browser.run("document.getElementById('T4.E.k_0=0.02').open")
 
-    @pytest.mark.parametrize("filtered", [False, True])
+    @pytest.mark.parametrize("filtered", in_brief([False, True], [True]))
     def test_contrast_is_at_least_4_5(self, browser, filtered):
         if filtered:
             browser.run("document.querySelector('.tile.missed').click()")
         browser.run("for (const details of document.querySelectorAll('details')) details.open = true")
         assert_readable(browser, 600 if filtered else 5000)
 
+    @pytest.mark.slow
     def test_axe_finds_nothing(self, chromium, file):
         # Items are alike: every twentieth stands for them, and the table cells keep all their links.
         assert_accessible(

@@ -204,7 +204,7 @@ def test_equal_pressures_give_no_flow():
 
 
 @pytest.mark.parametrize("seconds", in_brief([6.0, 60.0], [6.0]))
-@pytest.mark.parametrize("transport", TRANSPORTS)
+@pytest.mark.parametrize("transport", in_brief(TRANSPORTS, TRANSPORTS[:2]))
 def test_the_kernel_follows_all_lanes_of_the_whole_of_e14(monkeypatch, transport, seconds):
     ours, theirs, handed = handed_over(monkeypatch, record(lasting("E14", seconds)), LANES, transport, 1000)
     assert (theirs.status == OK).all() and not handed

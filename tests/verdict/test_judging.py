@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from brief import in_brief
 from checkout import edit
 from typer.testing import CliRunner
 
@@ -112,19 +113,20 @@ def test_a_changed_result_is_noticed_and_a_changed_statistic_in_the_text(results
     assert statuses == ["exact", "close", "missed"]
 
 
-@pytest.mark.parametrize(
-    ("item", "before", "file", "old", "new", "after"),
-    [
-        ("T7.M8.mse", "exact", "table7.csv", "M8,mse,1.16e7", "M8,mse,1.61e7", "missed"),
-        ("T8.E07.M7", "exact", "table8.csv", "E07,M7,1.35", "E07,M7,1.25", "missed"),
-        ("F9.M8.p90", "exact", "figure9.csv", "M8,p90,7.274", "M8,p90,7.374", "missed"),
-        ("F11.typical.M8.best_n", "exact", "figure11.csv", "M8,best_n,1.35", "M8,best_n,1.25", "missed"),
-        ("F7.P_A.1.value", "exact", "figure7.csv", "P_A,value,284976", "P_A,value,287976", "missed"),
-        ("F7.x.3.time", "exact", "figure7.csv", "x,time,0.150", "x,time,0.170", "missed"),
-        ("S2.critical_ratio", "exact", "claims.yaml", '"0.5283"', '"0.5823"', "contradicted"),
-        ("S4.runs", "explained", "errata.yaml", 'S4.runs: "1056"', 'S4.runs: "1065"', "contradicted"),
-    ],
-)
+CHANGES = [
+    ("T7.M8.mse", "exact", "table7.csv", "M8,mse,1.16e7", "M8,mse,1.61e7", "missed"),
+    ("T8.E07.M7", "exact", "table8.csv", "E07,M7,1.35", "E07,M7,1.25", "missed"),
+    ("F9.M8.p90", "exact", "figure9.csv", "M8,p90,7.274", "M8,p90,7.374", "missed"),
+    ("F11.typical.M8.best_n", "exact", "figure11.csv", "M8,best_n,1.35", "M8,best_n,1.25", "missed"),
+    ("F7.P_A.1.value", "exact", "figure7.csv", "P_A,value,284976", "P_A,value,287976", "missed"),
+    ("F7.x.3.time", "exact", "figure7.csv", "x,time,0.150", "x,time,0.170", "missed"),
+    ("S2.critical_ratio", "exact", "claims.yaml", '"0.5283"', '"0.5823"', "contradicted"),
+    ("S4.runs", "explained", "errata.yaml", 'S4.runs: "1056"', 'S4.runs: "1065"', "contradicted"),
+]
+BRIEF = [CHANGES[0], CHANGES[4], CHANGES[7]]  # a table, a figure, an erratum
+
+
+@pytest.mark.parametrize(("item", "before", "file", "old", "new", "after"), in_brief(CHANGES, BRIEF))
 def test_a_changed_number_of_the_paper_is_noticed(printed_once, paper, item, before, file, old, new, after):
     assert status(printed_once, item, paper) == before
     edit(next(paper.glob(f"**/{file}")), old, new)
