@@ -1,6 +1,7 @@
 """Numbers of which-model.md from results/: `python docs/advice.py` writes them anew, a test compares."""
 
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -199,3 +200,4 @@ def refreshed(text: str, results: Path) -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(refreshed(PAGE.read_text(encoding="utf-8"), RESULTS), encoding="utf-8")
+    shutil.copyfile(RESULTS / "figures" / "regimes.svg", PAGE.parent / "static" / "regimes.svg")

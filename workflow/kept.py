@@ -27,7 +27,21 @@ class Copy(NamedTuple):
 
 
 OF_COVERAGE = ("truth", "low", "high", "full_k_0", "full_true_k_0", "full_low", "full_high")
+OF_CYLINDERS = (
+    "lowest",
+    "counts",
+    "held_out",
+    "ratio",
+    "share",
+    "cylinders",
+    "map_ratio",
+    "thermal_edge",
+    "exchange_edge",
+)
+OF_CYLINDERS += tuple(f"third_{name}" for name in ("from", "to", "ratio", "share"))
+OF_CYLINDERS += tuple(f"rule_{name}" for name in ("threshold", "model", "error", "quotient"))
 COPIES = {  # the others as `Copy` has it
+    "cylinders.nc": Copy(4, OF_CYLINDERS),
     "seed_sets.nc": Copy(digits=5),
     # Six digits hardly move a truth across an interval's end.
     "fit_coverage.nc": Copy(6, (*OF_COVERAGE, "full_held_out", "full_seconds")),

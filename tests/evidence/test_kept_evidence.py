@@ -12,6 +12,7 @@ from paper_study import STUDY
 
 from pneumo.configuration.parameters import read_yaml
 from pneumo.evidence.alternatives import ledger_alternatives
+from pneumo.evidence.cylinder_runs import cylinder_cells
 from pneumo.evidence.seed_sets import both_chambers, read_seed_sets, seed_sets, with_seeds
 from pneumo.evidence.toggles import toggled_tables
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
@@ -20,6 +21,7 @@ from pneumo.storage.kept_evidence import KEPT, NO_CONFIGURATION
 from pneumo.verdict.claims import read_claims
 
 SEED_SETS = KEPT / "seed_sets.nc"
+ANY_CYLINDER = 1234
 DIGITS = 2**-17 + 2**-18  # five digits, from which the file was written; and those that its blocks had before
 README = (KEPT / "README.md").read_text(encoding="utf-8")
 
@@ -61,6 +63,12 @@ def test_experiments_of_a_set_computed_again_are_those_that_are_kept(name):
     for quantity in ("mse", "mean_error"):
         own = kept[quantity].sel(seeds=number, experiment=[name]).transpose(*again[quantity].dims)
         np.testing.assert_allclose(own, again[quantity], rtol=DIGITS, err_msg=quantity)
+
+
+def test_a_random_cylinder_run_again_gives_the_errors_that_are_kept():
+    kept = read(KEPT / "cylinders.nc")["lowest"].sel(cylinder=ANY_CYLINDER)
+    again = cylinder_cells(ANY_CYLINDER)["mse"].min("n").transpose(*kept.dims)
+    np.testing.assert_allclose(kept, again, rtol=1e-4)  # four digits are kept
 
 
 def toggled(name, experiment):
