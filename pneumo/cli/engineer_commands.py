@@ -63,13 +63,13 @@ def init(
 
 def check(files: Files) -> None:
     """Check a configuration and say what it would run."""
-    from pneumo.engineer.plants import catalogue_notes
+    from pneumo.engineer.plants import catalogue_notes, size_notes
 
     result = _study(files)
     for name, e in result.experiments.items():
         time = f"{e.duration:g} s, step {e.h * 1e3:g} ms"
         typer.echo(f"{name}  cylinder {e.cylinder}  {e.loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
-    for note in catalogue_notes(result):
+    for note in (*size_notes(result), *catalogue_notes(result)):
         typer.echo(note)
     typer.echo(f"{result.name}: {len(result.experiments)} experiments, n = {', '.join(map(str, result.n))}")
 
@@ -135,13 +135,13 @@ def _tell(chosen: "Study", cells: "Dataset", folder: Path) -> None:
     from rich.console import Console
 
     from pneumo.engineer import own_study
-    from pneumo.engineer.plants import catalogue_notes
+    from pneumo.engineer.plants import catalogue_notes, size_notes
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import save_study
     from pneumo.publish.text.terminal_tables import study_tables
 
     console, rankings = Console(), own_study.rankings(cells)
-    for note in catalogue_notes(chosen):
+    for note in (*size_notes(chosen), *catalogue_notes(chosen)):
         console.print(note, markup=False)
     for ranking in rankings:
         for table in study_tables(ranking):

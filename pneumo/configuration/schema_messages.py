@@ -1,6 +1,7 @@
 """What a field may hold, in words, and the one-line message for a configuration that is wrong."""
 
 from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 from pneumo.configuration.schema import SCHEMA
@@ -99,7 +100,9 @@ def error_line(
         elif isinstance(value, float) and text.startswith("must"):
             text += f" and {limits}"
     elif error["type"] in ("extra_forbidden", "invalid_key"):
-        text = f"unknown key; config/README.md lists the known ones: {', '.join(node['properties'])}"
+        known = node["properties"]
+        near = get_close_matches(str(error["loc"][-1]), known, 1)
+        text = f"unknown key{''.join(f', perhaps {key}' for key in near)}; known here: {', '.join(known)}"
     elif error["loc"][-1:] == ("[key]",):
         _, parent = _schema_at(error["loc"][:-2])
         text = " ".join(

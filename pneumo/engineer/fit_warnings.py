@@ -103,7 +103,8 @@ def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> 
                 as_if = f"{unit} for Pa" if factor > 1 else f"Pa for {unit}"
                 raise InputError(
                     f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, where {c.P_atm:.4g}"
-                    f" (atmosphere) to {c.P_s:.4g} (supply) are possible: is it {as_if}?"
+                    f" (atmosphere) to {c.P_s:.4g} (supply) are possible: is it {as_if}, a factor"
+                    f" of {max(factor, 1 / factor):g}?"
                 )
     rest = "must be absolute; a gauge's unit is written bar(g)"
     below = f"Pa is far below the atmosphere's {c.P_atm:.4g} Pa: {rest}"

@@ -57,7 +57,9 @@ def _check_point(system: System, point: dict[str, float]) -> None:
     if system.piston:
         stops = f"the end stops, {cylinder.x_min:g} and {cylinder.x_max:g} m"
         problems[f"x = {x:g} m: must be between {stops}"] = not cylinder.x_min < x < cylinder.x_max
-        problems["v = 0: Coulomb friction has no derivative there"] = v == 0 and cylinder.coulomb > 0
+        problems["v = 0: Coulomb friction has no derivative there; take a small v"] = (
+            v == 0 and cylinder.coulomb > 0
+        )
     for side, sign in SIDES.items():
         P, T = point[f"P_{side}"], point[f"T_{side}"]
         open_port, other = (c.P_s, c.P_atm) if sign * u > 0 else (c.P_atm, c.P_s)

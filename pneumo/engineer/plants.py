@@ -7,7 +7,7 @@ from pneumo.configuration.experiment import Plant, Study
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas
+from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas, mass_flow
 
 AIR = exact_gas(287.0, 1.4)
 
@@ -83,6 +83,26 @@ def catalogue_notes(study: Study) -> list[str]:
             notes.append(
                 f"{name}: k_0 = {default.k_0:.2g} W/K of the catalogue ({ends}); measure it: docs/fit.md"
             )
+    return notes
+
+
+def size_notes(study: Study) -> list[str]:
+    """Sentences that show a wrong unit: force and speed of each cylinder, signals beyond their limits."""
+    notes: list[str] = []
+    for name, p in {e.cylinder: e.plant for e in study.experiments.values()}.items():
+        c, s = p.cylinder, p.conditions
+        size = f"{1e3 * c.bore:g} x {1e3 * c.stroke:g} mm, {c.M:g} kg, supply {s.P_s / 1e5:.4g} bar absolute"
+        force = c.A_A * (s.P_s - s.P_atm)
+        flow = mass_flow(p.valve.k_xu * p.valve.u_max, s.P_s, s.P_0, s.T_in, p.gas)
+        speed = flow * p.gas.R * s.T_0 / (s.P_0 * c.A_A)  # of a chamber at rest pressure that takes it all
+        notes.append(f"{name}: {size}: at most {force:.3g} N and, by its valve, some {speed:.3g} m/s")
+    for e in study.experiments.values():
+        largest = e.excitation.amplitude * max(map(abs, e.excitation.levels), default=1.0)
+        limit, unit, what = e.plant.valve.u_max, "V", "the command's limit"
+        if e.drive.closed_loop:
+            limit, unit, what = e.plant.cylinder.stroke / 2, "m", "half the stroke"
+        if largest > limit:
+            notes.append(f"{e.name}: its signal of {largest:g} {unit} is beyond {what}, {limit:g} {unit}")
     return notes
 
 

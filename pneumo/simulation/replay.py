@@ -52,7 +52,8 @@ def replay(recording: Recording, lanes: np.ndarray, transport: Transport, stride
         result.mean_error[block], result.mse[block], result.pressure[block] = replay_block(
             recording, lanes[block], transport.reading, stride
         )
-    result.variance[:] = result.mse - result.mean_error**2
+    with np.errstate(over="ignore"):  # of a lane that failed
+        result.variance[:] = result.mse - result.mean_error**2
     rest = ~able
     rest[fast] = ~np.isfinite(result.mse[fast]).all(axis=1)
     if rest.any():

@@ -45,6 +45,24 @@ def test_check_says_what_the_catalogues_conductance_is_worth(inside):
     assert "of the catalogue" not in inside("check", ROOT / "config/paper.yaml")[1]
 
 
+def test_check_shows_wrong_units(inside, tmp_path):
+    inside("init", "mine.yaml")
+    out = inside("check", "mine.yaml")[1]
+    force = np.pi / 4 * 0.025**2 * (7e5 - 101325)
+    assert (
+        f"mine: 25 x 160 mm, 3 kg, supply 7 bar absolute: at most {force:.3g} N and, by its valve, some "
+        in out
+    )
+    assert "beyond" not in out
+    slips = {
+        "closed_loop: {amplitude_mm: 1500}": "closed: its signal of 1.5 m is beyond half the stroke, 0.08 m"
+    }
+    slips["open_loop: {amplitude_V: 24}"] = "open: its signal of 24 V is beyond the command's limit, 10 V"
+    for slip, words in slips.items():
+        (tmp_path / "slip.yaml").write_text(f"cylinders: {{mine: {{{slip}}}}}")
+        assert words in inside("check", "mine.yaml", "slip.yaml")[1]
+
+
 def test_what_check_models_and_version_print(inside):
     code, out, _ = inside("check", ROOT / "config/paper.yaml")
     assert code == 0 and "paper: 16 experiments, n = 1.0, 1.05" in out

@@ -298,7 +298,7 @@ def test_bad_value(path, value, line):
     ],
 )
 def test_unknown_key(path, place, known):
-    head, _, listed = complaint(path, 2).partition(": unknown key; config/README.md lists the known ones: ")
+    head, _, listed = complaint(path, 2).partition("; known here: ")
     assert head.startswith(f"mine.yaml: {place} = ") and set(known) <= set(listed.split(", "))
 
 
@@ -306,7 +306,7 @@ def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_n
     content = copy.deepcopy(BASE)
     content["cylinders"]["D"]["bore_cm"] = content["cylinders"]["D"].pop("bore_mm")
     line = error_of(content, ("p.yaml", content))
-    assert re.match(r"p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key; .*bore_mm", line)
+    assert re.match(r"p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key, perhaps bore_mm; ", line)
     override = {"experiments": {17: BASE["experiments"]["E01"]}}
     line = error_of(merged(BASE, override), ("mine", override))
     assert line.startswith("mine: experiments.17 = 17: the name must be text")
