@@ -7,6 +7,10 @@ from typing import Any
 from pneumo.configuration.schema import SCHEMA
 from pneumo.errors import printable, shown
 
+PATTERNS = {
+    r"^[\w-]{1,40}$": "of at most 40 letters, digits, _ and -",
+    r"^[A-Za-z][\w-]{0,39}$": "of at most 40 letters, digits, _ and -, a letter first",
+}
 _BOUNDS = (
     ("greater than", "gt", "exclusiveMinimum"),
     ("at least", "ge", "minimum"),
@@ -39,7 +43,7 @@ def allowed(node: Mapping[str, Any]) -> str:
         return f"a list{' (not empty)' if node.get('minItems') else ''}, each {allowed(node['items'])}"
     kind = {"number": "a number", "integer": "a whole number", "string": "text", "object": "a section"}
     limits = [f"{words} {node[key]:.10g}" for words, *keys in _BOUNDS for key in keys if key in node]
-    pattern = f" matching `{node['pattern']}`" if "pattern" in node else ""
+    pattern = f" {PATTERNS[node['pattern']]}" if "pattern" in node else ""
     return f"{kind[node['type']]} {' and '.join(limits)}".rstrip() + pattern
 
 
@@ -105,9 +109,8 @@ def error_line(
         text = f"unknown key{''.join(f', perhaps {key}' for key in near)}; known here: {', '.join(known)}"
     elif error["loc"][-1:] == ("[key]",):
         _, parent = _schema_at(error["loc"][:-2])
-        text = " ".join(
-            ["the name must be text", *(f"matching `{p}`" for p in parent.get("patternProperties", ()))]
-        )
+        words = [PATTERNS[pattern] for pattern in parent.get("patternProperties", ())]
+        text = " ".join(["the name must be text", *words])
     path, field = written(path)
     paths = [written(each)[0] for each in paths]
     setters = [name for name, content in sources if any(_sets(content, path) for path in paths)]

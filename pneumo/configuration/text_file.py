@@ -19,7 +19,8 @@ def read_text(file: Path, largest: int, named: str) -> str:
             content = stream.read(largest + 1)
         text = content.decode("utf-8-sig") if len(content) <= largest else None
     except (OSError, ValueError) as error:
-        raise ConfigurationError(f"{named}: cannot be read: {printable(str(error), 300)}") from None
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ConfigurationError(f"{named}: cannot be read: {printable(reason, 300)}") from None
     if text is None:
         raise ConfigurationError(f"{named}: must have at most {largest} bytes")
     return text

@@ -96,7 +96,13 @@ BORE = ROW.replace("40", "-40", 1)
         ([f"a,{ROW},50"], f"{HEAD},rod_mm", ["row 2, column rod_mm = 50.0: must be below bore_mm = 40"]),
         ([f"a,{ROW},-1"], f"{HEAD},k_0_W_per_K", ["row 2, column k_0_W_per_K = -1: must be catalogue or"]),
         ([f"a,{ROW},1", f"b,{ROW},-1"], f"{HEAD},k_0_W_per_K", ["row 3, column k_0_W_per_K = -1"]),
-        ([f"1,{ROW}"], HEAD, ["row 2, column name = '1': the name must be text matching"]),
+        (
+            [f"1,{ROW}"],
+            HEAD,
+            [
+                "row 2, column name = '1': the name must be text of at most 40 letters, digits, _ and -, a letter first"
+            ],
+        ),
         ([f",{ROW}"], HEAD, ["row 2, column name = ''"]),
         ([f"a,{ROW}", f"a,{ROW}"], HEAD, ["row 3, column name = 'a': is row 2 already"]),
         ([f"a,{ROW},7"], HEAD, ["row 2: has 12 cells, and there are 11 columns"]),

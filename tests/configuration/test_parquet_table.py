@@ -81,7 +81,10 @@ SECOND = "CASE name WHEN 'second' THEN"
         ("* REPLACE (DATE '2026-01-01' AS bore_mm)", "column bore_mm = '2026-01-01': must be a number"),
         ("* REPLACE ([25.0] AS bore_mm)", "column bore_mm = '[25.0]': must be a number"),
         ("* REPLACE (seed + 0.5 AS seed)", "row 2, column seed = 1.5: must be"),
-        ("* REPLACE (stroke_mm AS name)", "row 2, column name = '160': the name must be text matching"),
+        (
+            "* REPLACE (stroke_mm AS name)",
+            "row 2, column name = '160': the name must be text of at most 40 letters",
+        ),
         ("* REPLACE ('a' AS name)", "row 3, column name = 'a': is row 2 already"),
         (f"* REPLACE ({SECOND} name END AS name)", "row 2, column name = ''"),
         ("* EXCLUDE (name)", "row 1: no column name"),
