@@ -14,7 +14,6 @@ from browser import CHROMIUM, Browser
 from checkout import ROOT
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
-from snakemake.cli import parse_args
 from typer.testing import CliRunner
 
 import pneumo
@@ -92,6 +91,8 @@ def run_line(line: str, folder: Path) -> None:
     if words[0] == "make":
         assert all(f"\n{target}:" in (ROOT / "Makefile").read_text() for target in words[1:]), line
     elif words[0] == "snakemake":
+        from snakemake.cli import parse_args  # half a second, which no other test needs
+
         _, given = parse_args(words[1:])  # ends with SystemExit where it does not know an option
         assert set(given.targets) <= rules(), line
         assert all((folder / file).is_file() for file in given.configfile or []), line

@@ -1,6 +1,7 @@
 """Formats that benches write: files of one record give the same measurement, others name a remedy."""
 
 import io
+from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -13,10 +14,7 @@ from pneumo.engineer.record import Column, read_measurement
 from pneumo.errors import InputError
 from pneumo.evidence.synthetic_records import synthetic_record
 
-KNOWN = synthetic_record(8)
-PERIOD, ROWS = KNOWN.period, 120  # s; the files are short
-SIGNALS = {"u": KNOWN.u[:ROWS], "x": 1e3 * KNOWN.x[:ROWS], "P_A": KNOWN.P[0, :ROWS] / 1e5}
-SIGNALS |= {"P_B": KNOWN.P[1, :ROWS] / 1e5}
+PERIOD, ROWS = 2e-3, 120  # s; the files are short
 UNITS = {"u": "V", "x": "mm", "P_A": "bar", "P_B": "bar"}
 TIME = PERIOD * np.arange(ROWS)
 LVM = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
@@ -28,9 +26,23 @@ LVM += "Delta_X\t{step}\t{step}\t{step}\t{step}\t\n"
 LVM += "***End_of_Header***\t\t\t\t\t\nX_Value\tu\tx\tP_A\tP_B\tComment\n"
 
 
+@cache
+def known():
+    """A record, made when a test asks for it."""
+    record = synthetic_record(8)
+    assert record.period == PERIOD
+    return record
+
+
+def signals():
+    """What the files hold, in their units."""
+    u, x, P = known().u[:ROWS], known().x[:ROWS], known().P[:, :ROWS]
+    return {"u": u, "x": 1e3 * x, "P_A": P[0] / 1e5, "P_B": P[1] / 1e5}
+
+
 def rows(time=TIME, **style):
     """The record without a header; `time` None leaves that column empty."""
-    table = pd.DataFrame({"t": np.full(ROWS, np.nan) if time is None else time, **SIGNALS})
+    table = pd.DataFrame({"t": np.full(ROWS, np.nan) if time is None else time, **signals()})
     return table.to_csv(index=False, header=False, lineterminator="\n", **{"sep": ",", **style})
 
 
@@ -42,7 +54,7 @@ def matlab(**options):
     file = io.BytesIO()
     savemat(
         file,
-        {"t_ms": 1e3 * TIME, **{f"{n}_{UNITS[n]}": s for n, s in SIGNALS.items()}, "gain": 2.0},
+        {"t_ms": 1e3 * TIME, **{f"{n}_{UNITS[n]}": s for n, s in signals().items()}, "gain": 2.0},
         **options,
     )
     return file.getvalue()
@@ -92,7 +104,7 @@ FILES = {
         lambda: bytes(
             xr.Dataset(
                 {"t": ("row", TIME, {"units": "s"})}
-                | {name: ("row", signal, {"units": UNITS[name]}) for name, signal in SIGNALS.items()}
+                | {name: ("row", signal, {"units": UNITS[name]}) for name, signal in signals().items()}
             ).to_netcdf()
         ),
     ),
@@ -102,7 +114,7 @@ FILES = {
 def read(tmp_path, name, content, **options):
     file = tmp_path / name
     file.write_bytes(content.encode() if isinstance(content, str) else content)
-    return read_measurement(file, KNOWN.configured, **options)
+    return read_measurement(file, known().configured, **options)
 
 
 @pytest.mark.parametrize("kind", FILES)
@@ -112,9 +124,9 @@ def test_every_format_gives_the_same_measurement(tmp_path, kind):
     assert found.notes == ()
     # Text has every digit; a unit is converted with one rounding or two, and time in ms is rounded first.
     assert found.period == pytest.approx(PERIOD, rel=1e-12)
-    np.testing.assert_allclose(found.x, KNOWN.x[:ROWS], rtol=1e-14, atol=1e-15)
-    np.testing.assert_allclose(found.P, KNOWN.P[:, :ROWS], rtol=1e-14)
-    np.testing.assert_allclose(found.u, KNOWN.u[:ROWS], rtol=1e-14)
+    np.testing.assert_allclose(found.x, known().x[:ROWS], rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(found.P, known().P[:, :ROWS], rtol=1e-14)
+    np.testing.assert_allclose(found.u, known().u[:ROWS], rtol=1e-14)
 
 
 def test_units_with_signs_outside_ascii(tmp_path):
@@ -131,7 +143,7 @@ def test_names_from_a_mapping_below_any_header(tmp_path):
     names = dict(zip(("t", "u", "x", "P_A", "P_B"), ("clock", "c1", "c2", "c3", "c4"), strict=True))
     mapping = {q: Column(column=name, unit={"t": "s", **UNITS}[q]) for q, name in names.items()}
     np.testing.assert_allclose(
-        read(tmp_path, "a.csv", text, mapping=mapping).P, KNOWN.P[:, :ROWS], rtol=1e-14
+        read(tmp_path, "a.csv", text, mapping=mapping).P, known().P[:, :ROWS], rtol=1e-14
     )
 
 
@@ -146,8 +158,8 @@ def test_a_few_missing_samples_are_filled_and_said(tmp_path, monkeypatch):
         "column u: 1 of 120 samples missing, held",
         "column P_A: 2 of 120 samples missing, interpolated",
     )
-    assert found.u[20] == KNOWN.u[19]
-    P = KNOWN.P[0]
+    assert found.u[20] == known().u[19]
+    P = known().P[0]
     np.testing.assert_allclose(found.P[0, 50:52], P[49] + (P[52] - P[49]) * np.array([1, 2]) / 3, rtol=1e-12)
     assert np.array_equal(found.P[1], read(tmp_path, "b.csv", named(",", time="t_s") + rows()).P[1])
 

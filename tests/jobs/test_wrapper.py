@@ -11,9 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from snakemake.api import SnakemakeApi
 from snakemake.iocontainers import InputFiles, OutputFiles, Params, Wildcards
-from snakemake.settings.types import ConfigSettings, ResourceSettings
 from workflow_scripts import SCRIPTS, script
 
 from pneumo.engineer.cylinder_template import write_table_template
@@ -63,6 +61,9 @@ def test_main_takes_paths_and_parameters_by_their_names_and_is_called_by_snakema
 
 
 def test_every_rule_gives_its_script_what_it_takes(monkeypatch, tmp_path):
+    from snakemake.api import SnakemakeApi  # half a second, which no other test needs
+    from snakemake.settings.types import ConfigSettings, ResourceSettings
+
     write_table_template(tmp_path / "fleet.yaml")
     monkeypatch.chdir(SCRIPTS.parents[1])
     monkeypatch.setattr(sys, "executable", sys.executable)  # the Snakefile quotes it
