@@ -197,9 +197,9 @@ def test_single_rates_equal_the_reference(plant, u, fraction, v, seed):
 def test_equal_pressures_give_no_flow():
     # The logarithms may differ by an ulp: sqrt(2 EPS) of the choked flow, no more.
     plant = E14.plant._replace(k_0=0.0)
-    P_s = plant.conditions.P_s
-    rates = fast_rates(10.0, 0.0, 0.0, np.full(COUNT, P_s), plant.cylinder.A_A, plant, LANES)
-    full = fast_rates(10.0, 0.0, 0.0, np.full(COUNT, P_s / 3), plant.cylinder.A_A, plant, LANES)
+    P_s, chamber = plant.conditions.P_s, chamber_of(plant.cylinder, 0)
+    rates = fast_rates(10.0, 0.0, 0.0, np.full(COUNT, P_s), chamber, plant, LANES)
+    full = fast_rates(10.0, 0.0, 0.0, np.full(COUNT, P_s / 3), chamber, plant, LANES)
     assert (abs(rates) < 1e-7 * full).all()
 
 
