@@ -14,7 +14,7 @@ from pneumo.errors import InputError, ResultError
 from pneumo.statistics.ranking import REFINEMENT_STEPS
 from pneumo.storage.files import read, write
 
-pytestmark = pytest.mark.xdist_group("fleet")  # its fixtures take seconds
+pytestmark = pytest.mark.xdist_group("own study")  # the same kernels, compiled once
 FAILING = "second"  # too light for its step: every full-order run fails
 
 

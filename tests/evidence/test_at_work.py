@@ -54,6 +54,7 @@ from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.full_order import equilibrium
 
+pytestmark = pytest.mark.xdist_group("at work")  # the same kernels, compiled once
 CLOSED = STUDY.experiments["E10"]
 PLANT, H, N = CLOSED.plant, CLOSED.h, 1.35
 P_0 = PLANT.conditions.P_0
