@@ -55,7 +55,7 @@ OF_B = np.uint64(ROW * (3 + STAGES))
 ROWS = 3 + 2 * (3 + STAGES)
 
 # An explicit step that meets the open port's pressure is off by some (h K)^2; below this, over P_0, it stays.
-NEAR = 1e-5
+NEAR = 1e-3
 EQUAL = 1e-9  # relative difference of pressures whose logarithmic mean is either
 
 

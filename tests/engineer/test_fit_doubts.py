@@ -205,8 +205,8 @@ def test_a_piston_that_waits_at_its_stops_with_an_open_valve_is_no_obstacle():
     found = fit_measurement(measurement, template, ["M8"])
     own = found["estimate"].sel(model="full")
     k_0, k_xu, V_d = (own.sel(parameter=name).item() for name in ("k_0", "k_xu", "V_d_A"))
-    # paper/decisions/0058: what positions sampled at 1 ms tell of an impact.
-    assert k_0 == pytest.approx(0.3, rel=0.15)
+    # paper/decisions/0058: what such a record tells of k_0; the valve it tells well.
+    assert k_0 == pytest.approx(0.3, rel=0.35)
     assert (k_xu, V_d) == pytest.approx((rig.valve.k_xu, rig.cylinder.V_d_A), rel=0.02)
     assert found["rms_held_out"].sel(model="full").values == pytest.approx(1e3, rel=0.1)
     assert "not as assumed" not in found.attrs["warnings"]
