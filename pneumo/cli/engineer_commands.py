@@ -48,16 +48,24 @@ def _study(files: list[Path] | None) -> "Study":
 def init(
     file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml"),
     table: Annotated[bool, typer.Option("--table", help="with a table (CSV) of cylinders beside it")] = False,
+    source: Annotated[
+        Path | None, typer.Option("--from", help="begin with this one, such as a fit's fitted.yaml")
+    ] = None,
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""
-    from pneumo.engineer.cylinder_template import write_table_template, write_template
+    from pneumo.engineer.cylinder_template import TEMPLATE, write_table_template, write_template
+    from pneumo.errors import InputError
 
+    if table and source:
+        raise InputError("--table: has no use with --from, whose cylinders are sections")
     if table:
         rows = write_table_template(file)
         return typer.echo(
             f"{file}, {rows}: written; edit them, then, in a checkout: snakemake -j2 --configfile {file}"
         )
-    write_template(file)
+    if source:
+        _study([source])
+    write_template(file, source or TEMPLATE)
     return typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
 
 

@@ -15,9 +15,12 @@ TEMPLATE = Path(__file__).parent / "templates" / "cylinder.yaml"
 STROKES = {"first": 160, "second": 80}  # mm: what differs between the rows of the table to begin with
 
 
-def write_template(file: Path) -> None:
-    """Write a commented configuration; `InputError` if its file is there already, or cannot be written."""
-    _write_new({file: TEMPLATE.read_text(encoding="utf-8")})
+def write_template(file: Path, source: Path = TEMPLATE) -> None:
+    """Write a commented configuration, or another one to begin with, as it is.
+
+    `InputError` if the file is there already, or cannot be written.
+    """
+    _write_new({file: source.read_text(encoding="utf-8-sig")})
 
 
 def write_table_template(file: Path) -> Path:

@@ -166,6 +166,16 @@ def test_init_then_study(inside, tmp_path):
     assert files == ["study.html", "study.nc"]
 
 
+def test_a_configuration_begins_with_another_as_it_is_if_it_is_one(inside, tmp_path):
+    text = "# found\n" + (ROOT / "config/paper.yaml").read_text(encoding="utf-8")
+    (tmp_path / "fitted.yaml").write_text(text, encoding="utf-8")
+    assert inside("init", "next.yaml", "--from", "fitted.yaml")[0] == 0
+    assert (tmp_path / "next.yaml").read_text(encoding="utf-8") == text
+    (tmp_path / "fitted.yaml").write_text("cylinders: 3")
+    code, _, told = inside("init", "third.yaml", "--from", "fitted.yaml")
+    assert code == 2 and "fitted.yaml: " in told and not (tmp_path / "third.yaml").exists()
+
+
 @pytest.mark.slow
 def test_study_of_one_experiment(inside, tmp_path):
     inside("init")
@@ -192,6 +202,7 @@ WRONG = {
     "foreign page": (["study", "cylinder.yaml", "-o", "foreign"], "study.html: not written by"),
     "init twice": (["init", "cylinder.yaml"], "is there already"),
     "init into a folder": (["init", "foreign"], "is there already"),
+    "init from and table": (["init", "a.yaml", "--from", "cylinder.yaml", "--table"], "no use with --from"),
     "init too much": (["init", "a.yaml", "b.yaml"], "unexpected extra argument"),
     # Text is that of a second file; more of these: tests/configuration.
     "wrong unit": ("cylinders: {mine: {stroke_cm: 16}}", "cylinders.mine.stroke_cm = 16: unknown key"),
