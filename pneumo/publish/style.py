@@ -10,6 +10,7 @@ from typing import Any, Literal
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import fontManager
 
 from pneumo.storage.files import atomic
 
@@ -70,12 +71,20 @@ PAPER_RC: dict[Any, Any] = {
 METADATA: dict[str, dict[str, None]] = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
 
 
+def _find_fonts() -> None:
+    """Make matplotlib know the fonts that travel with it, which a damaged cache in a home may lack."""
+    if PAPER_RC["font.family"] not in fontManager.get_font_names():
+        for file in Path(mpl.get_data_path(), "fonts", "ttf").glob("STIX*.ttf"):
+            fontManager.addfont(file)
+
+
 @contextmanager
 def paper_style() -> Generator[None]:
     """Apply the common style, whatever the reader's own matplotlibrc says.
 
     Draw the figure inside this context; `save` enters it by itself.
     """
+    _find_fonts()
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(PAPER_RC)

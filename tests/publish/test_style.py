@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.font_manager import fontManager
 
 from pneumo.publish.model_looks import PAPER_LOOKS, looks_of
 from pneumo.publish.style import SOURCE_BAR, SOURCE_MARKER, new_figure, paper_style, save
@@ -26,6 +27,20 @@ def test_style_does_not_depend_on_the_readers_settings(tmp_path):
         other, _ = save(draw(), tmp_path / "other")
         assert dict(mpl.rcParams) == before
     assert plain.read_bytes() == other.read_bytes()
+
+
+def test_fonts_that_a_damaged_cache_lacks_are_found(tmp_path, monkeypatch):
+    def draw(stem):
+        with paper_style():
+            fig = new_figure()
+            fig.subplots().set_title("pressure $P_A$")
+        return save(fig, stem)[0].read_bytes()
+
+    whole = draw(tmp_path / "whole")
+    rest = [font for font in fontManager.ttflist if not font.name.startswith("STIX")]
+    monkeypatch.setattr(fontManager, "ttflist", rest)
+    assert "STIXGeneral" not in fontManager.get_font_names()
+    assert draw(tmp_path / "healed") == whole
 
 
 def test_save_keeps_dots_in_the_name_and_leaves_no_part_file_when_drawing_fails(tmp_path):
