@@ -143,3 +143,29 @@ def test_a_supply_that_sags_is_followed(plant):
 
         end = solve_ivp(rate, (0, LENGTH), START[0, :1], "DOP853", rtol=1e-11, atol=1e-6, max_step=0.01)
         np.testing.assert_allclose(found[i, 0, 0, -1], end.y[0, -1], rtol=2e-6)  # as above
+
+
+def test_gas_that_enters_a_chamber_at_supply_pressure_brings_its_temperature(plant):
+    """The piston makes room for warm gas, all of it in implicit steps; how the chamber empties then tells of it."""
+    h, opens, length, v = 1e-3, 0.4, 0.6, 0.1  # the valve exhausts from `opens` on, the piston rests, s and m/s
+    valve, c = plant.valve._replace(k_xu=10 * plant.valve.k_xu), plant.conditions
+    plant = plant._replace(valve=valve, conditions=c._replace(T_in=c.T_in + 80))
+    at = h * (np.arange(round(length / h))[:, None] + KUTTA.c)
+    charging = at[:, :1] < opens - h / 2
+    x = -0.03 + v * np.minimum(at, opens)
+    motion = np.stack([x, np.where(charging, v, 0.0 * at)], axis=-1)
+    u = np.where(charging, 5.0, -0.5 + 0.0 * at)
+    row = lane_array([lane(MODELS["M10"], 1.0, plant.gas.gamma)._replace(a=0.0)])
+    found = pressures_of_sets(
+        u, motion[None], row, V_D[:1], plant, h, 1, np.array([[6e5, 2e5]]), np.full((1, 2), 293.0)
+    )
+    y = np.array([6e5, 293.0])
+    for first, end, volts, speed in ((0.0, opens, 5.0, v), (opens, length, -0.5, 0.0)):
+
+        def rates(t, y, volts=volts, speed=speed):
+            x = -0.03 + v * min(t, opens)
+            return chamber_rates(volts, x, speed, y[0], y[1], own_chamber(plant, 0, 0), plant)
+
+        y = solve_ivp(rates, (first, end), y, "Radau", rtol=1e-9, atol=1e-4).y[:, -1]
+        error = found[0, 0, 0, round(end / h)] - y[0]
+        assert abs(error) < 100  # Pa; gas taken as cold as the chamber's: 1.4 kPa at the end
