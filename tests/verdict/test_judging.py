@@ -169,6 +169,14 @@ def test_another_study_is_judged_without_the_papers_experiments(results):
     assert items["T5.E06.P_A"]["status"] == "exact"
 
 
+def test_results_of_another_study_are_named_as_such(results):
+    whole = from_json(read_json(results / "parameters.json"))
+    own = {"own": whole.experiments["E06"]}
+    write_json(to_json(whole._replace(name="32 x 200 mm", experiments=own)), results / "parameters.json")
+    with pytest.raises(ResultError, match="results of another study, 32 x 200 mm, with the experiments own;"):
+        verdict(results, PAPER_2006)
+
+
 @pytest.mark.parametrize("text", ['{"name": 1}', '{"name": "", "experiments": [1]}', '{"a": "\\u0000"}'])
 def test_parameters_that_are_no_study_are_refused(tmp_path, text):
     write_json(text, tmp_path / "parameters.json")

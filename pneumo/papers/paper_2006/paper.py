@@ -5,12 +5,13 @@ from typing import Any
 
 import xarray as xr
 
+from pneumo.errors import ResultError
 from pneumo.papers.known_papers import KNOWN
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.papers.paper_2006.study_results import PrintedTables, StudyResults
-from pneumo.papers.paper_2006.summary import highlights
+from pneumo.papers.paper_2006.summary import EXPERIMENTS, highlights
 from pneumo.simulation.signals import STUDY_TRANSPORTS
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import evidence_file
@@ -18,8 +19,12 @@ from pneumo.verdict.judging import Paper, Sources
 
 
 def sources(results: Path, _: Path) -> dict[str, StudyResults]:
-    """Both transports, and the printed tables."""
+    """Both transports, and the printed tables; `ResultError` where no experiment is one of the paper's."""
     transports: dict[str, StudyResults] = {name: StudyResults(results, name) for name in STUDY_TRANSPORTS}
+    study = transports["published"].study
+    if not set(EXPERIMENTS) & set(study.experiments):
+        theirs = f"of another study, {study.name}, with the experiments {', '.join(study.experiments)}"
+        raise ResultError(f"{results}: results {theirs[:200]}; `snakemake -j2` makes the paper's")
     return transports | {"printed": PrintedTables(results)}
 
 
