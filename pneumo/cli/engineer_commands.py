@@ -199,7 +199,7 @@ def fit(
     from rich.console import Console
 
     from pneumo.catalogue import default_conductance
-    from pneumo.configuration.parameters import study
+    from pneumo.configuration.parameters import sonic_conductance, study
     from pneumo.engineer.closed_chamber import transient
     from pneumo.engineer.closed_fit import fit_closed
     from pneumo.engineer.confused_columns import check_columns
@@ -243,6 +243,9 @@ def fit(
             check_columns(measured, plant, held=held)
         causes = tuple(dict.fromkeys(also or ()))
         fitted = fit_measurement(measured, plant, names, held=held, part=part, also=causes, progress=say)
+    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
+    if configuration.cylinders[named].valve:
+        fitted.attrs["C_per_k_xu"] = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
     for table in shown.fit_tables(fitted):
         Console().print(table)
     doubts = [f"warning: {text}" for text in shown.warning_texts(fitted)]
@@ -254,7 +257,6 @@ def fit(
     if output is not None:
         save_fit(fitted, configured.config_sha256, output / "fit.nc")
         write_text(fit_page(fitted, measurement.name), output / "fit.html")
-        named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
         found = fitted_configuration(configuration, named, plant, fitted, measurement.name, T=measured.T)
         write_text(found, output / "fitted.yaml")
         typer.echo(f"{output / 'fit.html'}, {output / 'fit.nc'} and {output / 'fitted.yaml'}: written")

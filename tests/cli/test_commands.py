@@ -17,10 +17,11 @@ from checkout import PNEUMO, ROOT
 
 from pneumo import __version__
 from pneumo.cli.commands import app, paper
-from pneumo.configuration.parameters import load, study
+from pneumo.configuration.parameters import load, sonic_conductance, study
 from pneumo.engineer.linear_model import linearise
 from pneumo.engineer.plants import configured_plant
 from pneumo.engineer.runs import simulate
+from pneumo.publish.text.formatting import significant
 from pneumo.storage.files import write_json
 
 
@@ -317,6 +318,9 @@ def test_fit_of_a_measurement_of_the_only_cylinder(inside, tmp_path):
         assert k["estimate"].item() == pytest.approx(plant.valve.k_xu, rel=0.1)
         ranked = np.sqrt((fit["rms_held_out"] ** 2).mean("chamber")).values
         assert ranked[0] < ranked[1]
+        C = sonic_conductance(plant.valve, plant.gas) * k["estimate"].item() / plant.valve.k_xu
+    assert "(dm³/(s bar))" in out and "k_x k_u" not in out  # as the template has the valve
+    assert f"{significant(C)} (" in out
     (tmp_path / "leak.yaml").write_text("cylinders: {mine: {valve: {leak_dm3_per_sbar: 0.01}}}")
     assert_one_line(inside(*called, "M6", "--config", "leak.yaml"), "leak_dm3_per_sbar")
 

@@ -117,8 +117,14 @@ FITTED = {  # parameter -> heading, unit, factor from SI
 
 
 def fitted_parameters(fit: xr.Dataset) -> dict[str, tuple[str, str, float]]:
-    """Heading, unit and factor from SI of each parameter of a fit that is shown."""
-    return {name: look for name, look in FITTED.items() if name in fit["parameter"].values}
+    """Heading, unit and factor from SI of each parameter of a fit that is shown.
+
+    The valve is shown as it was configured: k_x k_u, or C where the fit's attribute has C over k_x k_u.
+    """
+    looks = {name: look for name, look in FITTED.items() if name in fit["parameter"].values}
+    if "k_xu" in looks and "C_per_k_xu" in fit.attrs:
+        looks["k_xu"] = ("C", "dm³/(s bar)", fit.attrs["C_per_k_xu"])
+    return looks
 
 
 def fit_heads(fit: xr.Dataset) -> list[str]:
