@@ -25,7 +25,7 @@ def imports_of(file: Path) -> set[str]:
 def _imported(text: str) -> frozenset[str]:
     """Names under pneumo that a source imports: modules, and what is imported from them."""
     names: set[str] = set()
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(_tree(text)):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
         elif isinstance(node, ast.Import):
@@ -69,13 +69,19 @@ def _digest(modules: Iterable[str], content: Callable[[str], str]) -> str:
 
 
 @cache
-def _meaning(text: str) -> str:
+def _tree(text: str) -> ast.Module:
     """Syntax tree of a source without docstrings."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             node.body = [statement for statement in node.body if not _is_text(statement)]
-    return ast.dump(tree)
+    return tree
+
+
+@cache
+def _meaning(text: str) -> str:
+    """What a compiler sees of a source."""
+    return ast.dump(_tree(text))
 
 
 def _is_text(statement: ast.stmt) -> bool:

@@ -143,7 +143,8 @@ def closed_chambers(
         total[:] = 0.0
         for stage in range(4):
             at = 0.0 if stage == 0 else 1.0 if stage == 3 else 0.5
-            z[:] = y + h * at * rate
+            for i in range(4):
+                z[i] = y[i] + h * at * rate[i]
             for c in range(2):
                 if not closed[c]:
                     z[c], T[c] = measured[c, j] + at * (measured[c, j + 1] - measured[c, j]), T_wall

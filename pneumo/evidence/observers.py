@@ -16,6 +16,7 @@ from pneumo.physics.cylinder import acceleration, chamber_of, motion, stopped
 from pneumo.physics.models import MODELS, Lane, temperature
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import kernel
+from pneumo.simulation.full_order import copy_state
 from pneumo.simulation.reference import lane_of, lane_rate, lane_rate_with_flows
 
 STATES = 4
@@ -177,7 +178,7 @@ def estimated(
     y[0], y[1], y[2], y[3] = x[0], 0.0, first[0], first[1]
     for k in range(len(x)):
         correct_all(y, C, x[k], P[k], measured_pressures, plant)
-        estimates[k] = y
+        copy_state(y, estimates[k])
         predict(y, C, u[k], plant, lane, noise, h, W)
     return estimates, C
 

@@ -10,7 +10,7 @@ from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command, reference_series, reversed_at
-from pneumo.simulation.full_order import Recording, equilibrium, run
+from pneumo.simulation.full_order import Recording, copy_state, equilibrium, run
 
 HELD = Drive(False, 0.0, np.inf, each_stage=False)  # the reference is the command, for the whole sample
 X_STEP = 1e-5  # m, of the position sensor
@@ -56,13 +56,14 @@ def _sampled(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     steps, sign = len(reference) - 1, 1.0
     states, u, halvings = np.empty((steps + 1, 6)), np.empty(steps + 1), np.zeros(steps, np.int8)
-    states[0] = y_0
+    copy_state(y_0, states[0])
     for k in range(steps + 1):
         x = rounded(states[k, 0], X_STEP)
         now, sign = reversed_at(x, reference[k], sign, drive)
         u[k] = limited(command(now, x, drive), plant.valve.u_max)
         if k < steps:
-            states[k + 1], halvings[k] = held_step(states[k], u[k], 0.0, plant, h, most_halvings)
+            after, halvings[k] = held_step(states[k], u[k], 0.0, plant, h, most_halvings)
+            copy_state(after, states[k + 1])
     return states, u, halvings
 
 

@@ -62,6 +62,13 @@ _step, _estimate = dormand_prince(full_order_rates), embedded_error(full_order_r
 
 
 @register_jitable
+def copy_state(state: np.ndarray, copy: np.ndarray) -> None:
+    """Copy a state in a loop: for ``copy[:] = state`` Numba also compiles the text of an error, for 2.5 s."""
+    for s in range(len(copy)):
+        copy[s] = state[s]
+
+
+@register_jitable
 def full_order_step(y: np.ndarray, context: Any, h: float, Y: np.ndarray, K: np.ndarray) -> None:
     """Advance the six states y by h s, then let the piston meet its stops.
 
@@ -69,7 +76,7 @@ def full_order_step(y: np.ndarray, context: Any, h: float, Y: np.ndarray, K: np.
     """
     _step(y, context, h, Y, K, Y[STAGES])
     v = y[1]
-    y[:] = Y[STAGES]
+    copy_state(Y[STAGES], y)
     y[0], y[1] = stopped(y[0], y[1], v, context[3].cylinder)
 
 
@@ -113,13 +120,13 @@ def run(
     """
     steps, reference, sign = len(reference) - 1, reference.copy(), 1.0
     states, halvings = np.empty((steps + 1, 6)), np.zeros(steps, np.int8)
-    states[0] = y_0
+    copy_state(y_0, states[0])
     Y, K, error = np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6)), np.empty(6)
     for k in range(steps):
         reference[k], sign = reversed_at(states[k, 0], reference[k], sign, drive)
         context = (reference[k], force, drive, plant)
         while True:
-            states[k + 1] = states[k]
+            copy_state(states[k], states[k + 1])
             parts, largest = 1 << halvings[k], 0.0
             for _ in range(parts):
                 full_order_step(states[k + 1], context, h / parts, Y, K)

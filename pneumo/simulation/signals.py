@@ -9,7 +9,7 @@ from numba.extending import register_jitable
 from pneumo.configuration.experiment import Experiment
 from pneumo.physics.valve import limited
 from pneumo.simulation.excitation import command
-from pneumo.simulation.full_order import Recording, full_order_step
+from pneumo.simulation.full_order import Recording, copy_state, full_order_step
 from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, C
 
 LARGEST_FLOAT = np.finfo(np.float64).max
@@ -126,7 +126,7 @@ def stage_inputs(
     u_max = recording.plant.valve.u_max
     if reading.exact:
         if part == 0:
-            y[:] = recording.states[k]
+            copy_state(recording.states[k], y)
         reference = recording.reference[k]
         full_order_step(y, (reference, 0.0, recording.drive, recording.plant), recording.h / parts, Y, K)
         for i in range(STAGES + 1):

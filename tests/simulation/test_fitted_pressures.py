@@ -146,8 +146,8 @@ def test_a_supply_that_sags_is_followed(plant):
 
 
 def test_gas_that_enters_a_chamber_at_supply_pressure_brings_its_temperature(plant):
-    """The piston makes room for warm gas, all of it in implicit steps; how the chamber empties then tells of it."""
-    h, opens, length, v = 1e-3, 0.4, 0.6, 0.1  # the valve exhausts from `opens` on, the piston rests, s and m/s
+    """The piston makes room for warm gas, all in implicit steps; how the chamber empties then tells of it."""
+    h, opens, length, v = 1e-3, 0.4, 0.6, 0.1  # from `opens` on the valve exhausts and the piston rests
     valve, c = plant.valve._replace(k_xu=10 * plant.valve.k_xu), plant.conditions
     plant = plant._replace(valve=valve, conditions=c._replace(T_in=c.T_in + 80))
     at = h * (np.arange(round(length / h))[:, None] + KUTTA.c)
