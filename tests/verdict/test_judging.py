@@ -18,6 +18,7 @@ from pneumo.papers.known_papers import current_verdict
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.storage import kept_evidence
 from pneumo.storage.files import read_json, write, write_json
 from pneumo.verdict.judging import STATUSES, Judge, facts, statuses_text, verdict
 from pneumo.verdict.stored_verdict import stored_verdict
@@ -139,7 +140,10 @@ def test_an_erratum_whose_proof_fails_explains_nothing(printed_once, monkeypatch
     assert status(printed_once, "S2.eq5") == "contradicted"
 
 
-def test_an_alternative_assumption_explains_only_where_it_was_run_and_fits(results, paper):
+def test_an_alternative_assumption_explains_only_where_it_was_run_and_fits(
+    results, paper, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "none")
     scale_settling_time(results, 1.5)
     named = "    assumptions: {T5.E14.P_A: hold.hold_longer}\n"
     edit(paper / "claims.yaml", "    errata: {T5.E04", f"{named}    errata: {{T5.E04")
