@@ -161,7 +161,7 @@ def all_lanes(gamma):
 
 
 @pytest.mark.uncompiled
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(plants(), some.voltages(), some.positions(), some.velocities(), st.integers(0, 2**32 - 1))
 def test_single_rates_equal_the_reference(plant, u, fraction, v, seed):
     c, gas, lanes = plant.conditions, plant.gas, all_lanes(plant.gas.gamma)
