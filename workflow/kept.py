@@ -40,9 +40,21 @@ OF_CYLINDERS = (
 )
 OF_CYLINDERS += tuple(f"third_{name}" for name in ("from", "to", "ratio", "share"))
 OF_CYLINDERS += tuple(f"rule_{name}" for name in ("threshold", "model", "error", "quotient"))
+PARTS_OF_BUDGET = (
+    "model_error",
+    "transport_error",
+    "discretisation_error",
+    "cross_term",
+    "total",
+    "total_exact",
+)
+PARTS_OF_BUDGET += ("regularised_discretisation", "chatter", "regularised_law")
+PARTS_OF_BUDGET += tuple(f"reference_{name}" for name in ("model_error", "coarse", "fine"))
+OF_BUDGET = tuple(f"level_{part}" for part in (*PARTS_OF_BUDGET, "halving", "sampled", "told_apart"))
 COPIES = {  # the others as `Copy` has it
     "assumptions.nc": Copy(digits=None),  # as taken they are the study, which a test compares
     "cylinders.nc": Copy(4, OF_CYLINDERS),
+    "error_budget.nc": Copy(4, (*OF_BUDGET, "constant_n", "best_n", "told_apart", "order")),
     "seed_sets.nc": Copy(digits=5),
     # Six digits hardly move a truth across an interval's end.
     "fit_coverage.nc": Copy(6, (*OF_COVERAGE, "full_held_out", "full_seconds")),
