@@ -73,6 +73,7 @@ def assert_accessible(browser, file, first: str = "0") -> None:
             size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
             browser.send("Emulation.setDeviceMetricsOverride", **size)
             browser.open(file)
+            browser.wait(f"innerWidth === {width} && document.readyState === 'complete'")
             browser.run(f"{first};{axe};0")
             found = browser.run(
                 "axe.run({rules: {'color-contrast': {enabled: false}}}).then((r) => r.violations)"
