@@ -129,15 +129,17 @@ KERNEL = """
 import numpy as np
 from pneumo.configuration.experiment import Drive
 from pneumo.simulation.full_order import command_series
+{meanwhile}
 u = command_series(np.zeros((2, 6)), np.full(2, 0.01), Drive(True, 1000.0, 0.048))
 print(u[0], command_series.stats.cache_path, sum(command_series.stats.cache_hits.values()))
 """
 
 
-def compiled(folder):
+def compiled(folder, meanwhile=""):
     """Result of a small kernel in a copy of the package, its cache folder, and whether it came from there."""
+    code = KERNEL.format(meanwhile=meanwhile)
     environment = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
-    output = subprocess.check_output([sys.executable, "-c", KERNEL], cwd=folder, env=environment, text=True)
+    output = subprocess.check_output([sys.executable, "-c", code], cwd=folder, env=environment, text=True)
     u, cache, hits = output.split()
     assert Path(cache).parent == folder / "cache"
     return float(u), cache, int(hits)
@@ -155,3 +157,12 @@ def test_compiled_code_is_never_stale(copy):
     assert halved == 5.0 and hits == 0 and other_cache != cache
     edited(copy / "pneumo/physics/valve.py")  # a comment
     assert compiled(copy) == (halved, other_cache, 1)
+
+
+@pytest.mark.slow
+def test_an_edit_between_import_and_call_does_not_put_old_code_under_the_new_hash(copy):
+    excitation, old = copy / "pneumo/simulation/excitation.py", "drive.k_p * (reference - x)"
+    edit = f"from pathlib import Path; file = Path({str(excitation)!r})"
+    edit += f"; file.write_text(file.read_text().replace({old!r}, {old + ' / 2'!r}))"
+    assert compiled(copy, edit)[0] == 10.0  # what was imported
+    assert compiled(copy)[::2] == (5.0, 0)

@@ -12,7 +12,6 @@ import pickle
 import sys
 from collections.abc import Callable, Set
 from contextlib import suppress
-from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from tempfile import NamedTemporaryFile
@@ -64,17 +63,8 @@ class KernelCache:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.name = f"{function.__qualname__}-{function.__code__.co_firstlineno}"
-        self.module = function.__module__
-
-    @cached_property
-    def folder(self) -> Path:
-        """Where the machine code is; found at the first call, since sources are read for it."""
-        return cache_folder(self.module)
-
-    @property
-    def cache_path(self) -> str:
-        """Folder, as Numba asks for it."""
-        return str(self.folder)
+        self.folder = cache_folder(function.__module__)
+        self.cache_path = str(self.folder)
 
     def _file(self, signature: Any, codegen: Any) -> Path:
         key = repr((signature, codegen.magic_tuple(), numba.__version__, sys.version_info[:2]))
