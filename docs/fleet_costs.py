@@ -1,7 +1,6 @@
 """Tables, numbers and figure of cluster.md from static/: `python docs/fleet_costs.py` writes them anew.
 
-static/fleet.json is from `python -m benchmarks.fleet` (the one kept: from what it printed), static/slurm.json
-from results/evidence/slurm.json.
+static/fleet.json is from `python -m benchmarks.fleet`, static/slurm.json from results/evidence/slurm.json.
 """
 
 import json
