@@ -53,11 +53,10 @@ def snakemake(folder: Path, cache: Path, *arguments: str) -> dict[str, Any]:
 
 
 def work_of_jobs(folder: Path) -> dict[str, float]:
-    """What the jobs' logs say of the time of their work, s, without their start."""
+    """Time of each job's work, s, without its start, as its log says; a shell command's says nothing."""
     logs = (log.read_text() for log in (folder / "results/logs").glob("*.log"))
-    return {
-        rule: float(seconds) for rule, seconds in (re.findall(r"^(\w+): ([\d.]+) s$", log)[0] for log in logs)
-    }
+    told = (line for log in logs for line in re.findall(r"^(\w+): ([\d.]+) s$", log))
+    return {rule: float(seconds) for rule, seconds in told}
 
 
 def run_study(*arguments: str) -> dict[str, Any]:
@@ -81,7 +80,7 @@ def run_study(*arguments: str) -> dict[str, Any]:
         "wall_s": {name: run["wall_s"] for name, run in runs.items()},
         "stages_s": {name: runs[name]["stages_s"] for name in ("cold", "warm")},
         "work_s": work,
-        "job_overhead": 1 - sum(work[rule] for rule in stages) / sum(stages.values()),
+        "job_overhead": 1 - sum(work.get(rule, 0.0) for rule in stages) / sum(stages.values()),
         "replay_wall_s": stages["replay"] + stages["statistics"],
         "peak_memory_gib": max(run["peak_memory_gib"] for run in runs.values()),
         "results_mb": size / 1e6,

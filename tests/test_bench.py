@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks import bench, probe, report, timing
 from benchmarks.contenders import CONTENDERS, Outcome, installed
+from benchmarks.study_runs import work_of_jobs
 
 HERE = {name: contender for name, contender in CONTENDERS.items() if installed(contender)}
 TINY = {name: contender._replace(seconds=0.02) for name, contender in HERE.items()}
@@ -52,3 +53,11 @@ def test_count_of_operations_follows_the_needs_of_the_lanes():
     assert probe.operations(constant).fused < probe.operations(lanes).fused
     costs = {"fused": 1.0, "divisions": 2.0, "roots": 3.0, "cycle": 1.0}
     assert probe.bound(costs, lanes).cycles_per_8_lanes == probe.MOST_CYCLES * 8 / probe.vector_width()
+
+
+def test_work_is_what_the_logs_of_scripts_say_and_a_shell_command_says_nothing(tmp_path):
+    logs = tmp_path / "results" / "logs"
+    logs.mkdir(parents=True)
+    (logs / "replay.log").write_text("replay: 12.50 s\n")
+    (logs / "schemes.log").write_text("")
+    assert work_of_jobs(tmp_path) == {"replay": 12.5}
