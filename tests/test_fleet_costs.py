@@ -76,3 +76,11 @@ def test_the_sentences_about_slurm_hold():
         for what, job in record["slurm"]["disturbed"].items()
     }
     assert list(ends.values()) == [["CANCELLED", "COMPLETED"], ["TIMEOUT", "COMPLETED"], ["COMPLETED"]]
+
+
+def test_the_law_is_within_two_percent_of_the_runs_that_were_measured():
+    measured = json.loads((ROOT / "docs/static/fleet.json").read_text(encoding="utf-8"))  # as cluster.md says
+    one, planning = law(measured), measured["planned"][0]["cpu_s"]
+    for run in measured["runs"]:
+        seconds = planning + run["jobs"] * one.job_s + run["cylinders"] * one.cylinder_s
+        assert seconds == pytest.approx(run["cpu_s"], rel=0.02)

@@ -255,5 +255,7 @@ def test_no_alternative_comes_nearer_to_the_print(evidence_file):
     worse = effects.drop(AS_TAKEN)[["worse_5", "worse_7", "worse_9"]]
     assert len(worse) == 48 and worse.min().min() > -0.001
     assert (worse > 0.001).any(axis=1).sum() == 36
+    assert effects.loc[[AS_TAKEN, "gas_constant.R_287_05"], "inside"].tolist() == [192, 196]
+    assert effects["inside"].max() == 196
     misfits = effects.loc[AS_TAKEN, ["misfit_5", "misfit_7", "misfit_9"]]
     np.testing.assert_allclose(misfits.astype(float), [0.030, 0.013, 0.021], atol=5e-4)

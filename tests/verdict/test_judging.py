@@ -177,7 +177,7 @@ def test_results_of_another_study_are_named_as_such(results):
     whole = from_json(read_json(results / "parameters.json"))
     own = {"own": whole.experiments["E06"]}
     write_json(to_json(whole._replace(name="32 x 200 mm", experiments=own)), results / "parameters.json")
-    with pytest.raises(ResultError, match="results of another study, 32 x 200 mm, with the experiments own;"):
+    with pytest.raises(ResultError, match="holds another study, 32 x 200 mm, with the experiments own;"):
         verdict(results, PAPER_2006)
 
 

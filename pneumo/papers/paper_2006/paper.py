@@ -23,8 +23,8 @@ def sources(results: Path, _: Path) -> dict[str, StudyResults]:
     transports: dict[str, StudyResults] = {name: StudyResults(results, name) for name in STUDY_TRANSPORTS}
     study = transports["published"].study
     if not set(EXPERIMENTS) & set(study.experiments):
-        theirs = f"of another study, {study.name}, with the experiments {', '.join(study.experiments)}"
-        raise ResultError(f"{results}: results {theirs[:200]}; `snakemake -j2` makes the paper's")
+        theirs = f"another study, {study.name}, with the experiments {', '.join(study.experiments)}"
+        raise ResultError(f"{results}: holds {theirs[:200]}; `snakemake -j2` makes the paper's")
     return transports | {"printed": PrintedTables(results)}
 
 
