@@ -104,7 +104,8 @@ def scalar(case: Case) -> Run:
 def signals(case: Case, position: float) -> tuple[float, float, float]:
     """Command (V), position (m) and velocity (m/s) after some steps, interpolated."""
     u, states = case.recording.u, case.recording.states
-    u_now, x, v = (line_between(series, position, 1) for series in (u, states[:, 0], states[:, 1]))
+    series, last = (u, states[:, 0], states[:, 1]), len(u) - 1
+    u_now, x, v = (line_between(one, position, 1, last) for one in series)
     return u_now, x, v
 
 
@@ -244,7 +245,8 @@ def numbalsoda_lsoda(case: Case) -> Run:
         values[0] += 1
         sign, c = values[1], values[2:HEADER]
         series = values[HEADER:].reshape((3, samples))
-        u, x, v = line_between(series[0], t, 1), line_between(series[1], t, 1), line_between(series[2], t, 1)
+        u, x = line_between(series[0], t, 1, samples - 1), line_between(series[1], t, 1, samples - 1)
+        v = line_between(series[2], t, 1, samples - 1)
         chamber = A if sign > 0 else B
         dP[0] = h * lane_rate(sign * limited(u, u_max), sign * x, sign * v, P[0], chamber, plant, lane_of(c))
 

@@ -3,12 +3,11 @@
 from typing import TypeAlias
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import Chamber, chamber_of
 from pneumo.physics.valve import limited
-from pneumo.simulation.compiled import kernel
+from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import Recording, chamber_rates
 
@@ -16,7 +15,7 @@ ChamberState: TypeAlias = tuple[float, float, float, float, Chamber]  # x and v 
 SMALL_P, SMALL_T = 1.0, 1e-3  # Pa and K; steps of the differences that linearise the equations
 
 
-@register_jitable
+@inlined
 def opened(u: float, u_max: float) -> float:
     """Integral from 0 to u of the limited command's positive part, V^2."""
     if u <= 0:
@@ -24,7 +23,7 @@ def opened(u: float, u_max: float) -> float:
     return u * u / 2 if u < u_max else u_max * u - u_max * u_max / 2
 
 
-@register_jitable
+@inlined
 def mean_of_ramp(u: float, w: float, u_max: float) -> tuple[float, float]:
     """Means of the positive and the negative part of a limited command on a ramp from u to w, V."""
     positive = (opened(w, u_max) - opened(u, u_max)) / (w - u)
@@ -32,7 +31,7 @@ def mean_of_ramp(u: float, w: float, u_max: float) -> tuple[float, float]:
     return positive, negative
 
 
-@register_jitable
+@inlined
 def jump_rates(
     u: float, w: float, linear: bool, late: float, f: float, state: ChamberState, plant: Plant
 ) -> tuple[float, float]:
@@ -59,7 +58,7 @@ def jump_rates(
     )
 
 
-@register_jitable
+@inlined
 def relaxed(
     e_P: float, e_T: float, u: float, state: ChamberState, plant: Plant, h: float
 ) -> tuple[float, float]:

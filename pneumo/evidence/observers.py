@@ -7,7 +7,6 @@ States (x, v, P_A, P_B) by eq (3) and the model; one step of the midpoint rule f
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
 from pneumo.engineer.linear_model import linearise
@@ -15,7 +14,7 @@ from pneumo.evidence.sampled_plant import PRESSURE_VARIANCE, X_VARIANCE
 from pneumo.physics.cylinder import acceleration, chamber_of, motion, stopped
 from pneumo.physics.models import MODELS, Lane, temperature
 from pneumo.physics.valve import chamber_flows
-from pneumo.simulation.compiled import kernel
+from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import copy_state
 from pneumo.simulation.reference import lane_of, lane_rate, lane_rate_with_flows
 
@@ -31,7 +30,7 @@ class Noise(NamedTuple):
     pressure: float  #: Pa/s^0.5, on the rate of either pressure
 
 
-@register_jitable
+@inlined
 def model_rates(y: np.ndarray, u: float, plant: Plant, lane: Lane, dy: np.ndarray) -> None:
     """Write the rates of (x, v, P_A, P_B) at the limited command u, V, into dy: eq (3) and the model."""
     c = plant.cylinder
@@ -40,7 +39,7 @@ def model_rates(y: np.ndarray, u: float, plant: Plant, lane: Lane, dy: np.ndarra
     dy[3] = lane_rate(-u, -y[0], -y[1], y[3], chamber_of(c, 1), plant, lane)
 
 
-@register_jitable
+@inlined
 def _derivatives(
     y: np.ndarray, u: float, plant: Plant, lane: Lane, h: float, A: np.ndarray, dy: np.ndarray
 ) -> None:
@@ -68,7 +67,7 @@ def _derivatives(
         dy[s] = rate
 
 
-@register_jitable
+@inlined
 def predict(
     y: np.ndarray, C: np.ndarray, u: float, plant: Plant, lane: Lane, noise: Noise, h: float, W: np.ndarray
 ) -> None:
@@ -107,14 +106,14 @@ def predict(
     _keep_possible(y, plant)
 
 
-@register_jitable
+@inlined
 def _keep_possible(y: np.ndarray, plant: Plant) -> None:
     """Keep the pressures between half the atmosphere's and twice the supply's."""
     for s in range(2, STATES):
         y[s] = min(max(y[s], plant.conditions.P_atm / 2), 2 * plant.conditions.P_s)
 
 
-@register_jitable
+@inlined
 def correct(y: np.ndarray, C: np.ndarray, s: int, measured: float, variance: float) -> None:
     """Correct the estimate by a measurement of state s of this variance."""
     S, difference = C[s, s] + variance, measured - y[s]
@@ -126,7 +125,7 @@ def correct(y: np.ndarray, C: np.ndarray, s: int, measured: float, variance: flo
             C[j, i] = C[i, j]
 
 
-@register_jitable
+@inlined
 def first_covariance() -> np.ndarray:
     """Covariance of the first estimate: at rest at a position that was read, pressures uncertain."""
     C = np.zeros((STATES, STATES))
@@ -135,7 +134,7 @@ def first_covariance() -> np.ndarray:
     return C
 
 
-@register_jitable
+@inlined
 def correct_all(
     y: np.ndarray, C: np.ndarray, x: float, P: np.ndarray, measured_pressures: int, plant: Plant
 ) -> None:

@@ -9,7 +9,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
 from pneumo.evidence.observers import STATES, Noise, correct_all, first_covariance, predict
@@ -17,7 +16,7 @@ from pneumo.evidence.sampled_plant import X_STEP, air_from_supply, held_step, pr
 from pneumo.physics.cylinder import acceleration, chamber_of
 from pneumo.physics.models import Lane
 from pneumo.physics.valve import limited
-from pneumo.simulation.compiled import kernel
+from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import equilibrium
 from pneumo.simulation.reference import lane_of, lane_rate
 
@@ -28,7 +27,7 @@ SIZES, WAYPOINTS = (0.1, 0.2), 0.3  # of step and sine; of handling, from the mi
 PUSH, PUSHED = 0.1, (8.5, 9.5)  # force over P_s A_A; s
 P_CONTROL = 0.0  # bandwidth that stands for the baseline
 
-equilibrium_of = register_jitable(equilibrium)
+equilibrium_of = inlined(equilibrium)
 
 
 class Task(NamedTuple):
@@ -88,7 +87,7 @@ def drawn_task(rng: np.random.Generator, plant: Plant, h: float) -> Task:
     return Task(reference, force)
 
 
-@register_jitable
+@inlined
 def third_derivative(y: np.ndarray, a: float, u: float, plant: Plant, lane: Lane) -> float:
     """Third derivative of the position by the model at acceleration a, m/s^3: eq (3) differentiated."""
     c = plant.cylinder
@@ -97,7 +96,7 @@ def third_derivative(y: np.ndarray, a: float, u: float, plant: Plant, lane: Lane
     return (c.A_A * rate_A - c.A_B * rate_B - c.k_f * a) / c.M
 
 
-@register_jitable
+@inlined
 def linearising_command(
     y: np.ndarray, wanted: np.ndarray, integral: float, bandwidth: float, plant: Plant, lane: Lane
 ) -> float:

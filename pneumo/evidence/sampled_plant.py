@@ -4,11 +4,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.physics.valve import chamber_flows, limited
-from pneumo.simulation.compiled import kernel
+from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.excitation import command, reference_series, reversed_at
 from pneumo.simulation.full_order import Recording, copy_state, equilibrium, run
 
@@ -21,19 +20,19 @@ X_VARIANCE = X_STEP**2 / 12  # m^2: rounding is uniform
 PRESSURE_VARIANCE = PRESSURE_NOISE**2 + PRESSURE_STEP**2 / 12  # Pa^2
 
 
-@register_jitable
+@inlined
 def rounded(value: float, step: float) -> float:
     """Value as a sensor of finite resolution gives it."""
     return step * np.round(value / step)
 
 
-@register_jitable
+@inlined
 def pressure_read(P: float, noise: float) -> float:
     """Reading of a pressure sensor, Pa: with noise, Pa, in steps of 12 bits, and clipped to its range."""
     return min(max(rounded(P + noise, PRESSURE_STEP), 0.0), PRESSURE_RANGE)
 
 
-@register_jitable
+@inlined
 def air_from_supply(u: float, y: np.ndarray, plant: Plant) -> float:
     """Mass flow from the supply into the chamber that the command u, V, opens to it, kg/s."""
     if u >= 0:

@@ -4,16 +4,15 @@
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.physics.cylinder import chamber_of
-from pneumo.simulation.compiled import kernel
+from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import Recording, chamber_rates
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince
 from pneumo.simulation.signals import Reading, Transport, stage_inputs
 
 
-@register_jitable
+@inlined
 def _state_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
     inputs, sign, chamber, plant = context
     u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]

@@ -37,6 +37,14 @@ def cache_folder(module: str) -> Path:
     return Path(os.devnull, "home")
 
 
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Let kernels call a function, its code put in place of every call.
+
+    A call of its own would copy its arguments, some fifty numbers of a plant, which takes longer than eq (1).
+    """
+    return register_jitable(forceinline=True)(function)
+
+
 def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = frozenset()) -> Any:
     """Compile a function that takes floats and arrays; its plain form stays at ``.py_func``.
 
@@ -47,7 +55,7 @@ def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = f
 
     def cached(function: Callable[..., Any]) -> Any:
         while JITABLE:  # imported by now: what a kernel calls stands above it
-            register_jitable(JITABLE.pop())
+            inlined(JITABLE.pop())
         dispatcher: Any = compiled(function)
         dispatcher._cache = KernelCache(function)  # where `cache=True` puts Numba's own
         return dispatcher

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from math import log, sqrt
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Drive, Excitation
+from pneumo.simulation.compiled import inlined
 
 MULTIPLIER, MODULUS = 16807, 2**31 - 1
 SCALE = 4.656612875245797e-10  # 1 / MODULUS as the block has it
@@ -59,7 +59,7 @@ def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.nda
     return np.repeat(levels, excitation.every)[: steps + 1]
 
 
-@register_jitable
+@inlined
 def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[float, float]:
     """Reference for the step that begins at x, m, and the sign that the rest of the sequence then has."""
     if drive.closed_loop or (drive.each_stage and not drive.toggles):
@@ -70,7 +70,7 @@ def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[
     return -reference, -sign if drive.toggles else sign
 
 
-@register_jitable
+@inlined
 def command(reference: float, x: float, drive: Drive) -> float:
     """Command to the valve before its limiter, V: Figs 4 and 5."""
     if drive.closed_loop:

@@ -10,17 +10,17 @@ of its open port, at which eq (1) has no slope, a step is implicit (paper/decisi
 from math import exp, log, sqrt
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
 from pneumo.physics.models import temperature
 from pneumo.physics.valve import Conditions
-from pneumo.simulation.compiled import kernel
+from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.polynomials import flow_polynomial
 from pneumo.simulation.reference import lane_of, lane_rate_with_flows
 from pneumo.simulation.tableau import explicit
 from pneumo.simulation.vectorised import (
+    GROUP,
     HEAT,
     IN,
     IN_T,
@@ -59,7 +59,7 @@ NEAR = 1e-3
 EQUAL = 1e-9  # relative difference of pressures whose logarithmic mean is either
 
 
-@register_jitable
+@inlined
 def _place(
     motions: np.ndarray,
     k: int,
@@ -88,7 +88,7 @@ def _place(
     return x
 
 
-@register_jitable
+@inlined
 def _meet_port(
     W: np.ndarray,
     X: np.ndarray,
@@ -107,8 +107,8 @@ def _meet_port(
     Near that pressure the flow's term grows with the root of the difference, K sign(d) sqrt(|d|) with
     d = p_port - p, and the others, b, hardly change: d + h K sign(d) sqrt(|d|) = p_port - p_before - h b.
     """
-    p_port, _, inward, outward, _, wall, _ = shared
-    count, inlet = starts[3], plant.conditions.T_in / plant.conditions.T_0
+    p_port, _, inward, outward, _, _, _ = shared
+    count, inlet = GROUP * starts[3], plant.conditions.T_in / plant.conditions.T_0
     root = psi[0] / sqrt(p_port)
     for i in range(count):
         W[P + i] = p_port
@@ -118,7 +118,7 @@ def _meet_port(
     write_rates(W, K_0, starts, shared, plant, psi, s_sonic)  # at the port's pressure there is no flow
     for i in range(count):
         if X[MET + own + i] > 0:
-            heated = W[K_0 + i] + X[AREA + i] * (wall * W[HEAT + i])
+            heated = W[K_0 + i] + X[AREA + i] * W[HEAT + i]
             b = X[SHARE + i] * heated - X[EXPANSION + i] * (W[N_V + i] * p_port)
             root_T, before = W[ROOT_T + i], X[MET + own + i]
             rest = p_port - before - h * b
@@ -156,9 +156,9 @@ def _on_inputs(
     P_s: np.ndarray,
     pressure: np.ndarray,
 ) -> None:
-    c, s_sonic, count = plant.conditions, -log(plant.gas.critical_ratio), starts[3]
+    c, s_sonic, count = plant.conditions, -log(plant.gas.critical_ratio), GROUP * starts[3]
     gamma, inlet = plant.gas.gamma, c.T_in / c.T_0
-    width = count // np.uint64(len(motions))
+    width = GROUP * (starts[3] // np.uint64(len(motions)))
     for k in range(len(u)):
         for j in range(STAGES):
             a_0, a_1 = h * A[j, 0], h * A[j, 1]
@@ -171,7 +171,7 @@ def _on_inputs(
                 rate, rate_T = K_0 + r + np.uint64(ROW * j), RATE_T + own + np.uint64(ROW * j)
                 x = _place(motions, k, j, sign, chamber, plant, e_A, width, own, X)
                 shared = shared_terms(sign * u[k, j], x, 0.0, chamber, supplied)
-                p_port, wall = shared[0], shared[5]
+                p_port = shared[0]
                 for i in range(count):
                     p = W[now + i] + (a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i])
                     met = 0.0 if j == 0 else X[MET + own + i]
@@ -184,11 +184,11 @@ def _on_inputs(
                 write_rates(W, rate, starts, shared, supplied, psi, s_sonic)  # at rest, in the plant's volume
                 if full:
                     for i in range(count):
-                        T_now, energy = W[ROOT_T + i] * W[ROOT_T + i], W[rate + i] - wall * W[HEAT + i]
+                        T_now, energy = W[ROOT_T + i] * W[ROOT_T + i], W[rate + i] - W[HEAT + i]
                         T_flow = inlet if energy > 0 else T_now
                         X[rate_T + i] = X[SHARE + i] * energy / (gamma * T_flow) * T_now  # p dm/dt over m
                 for i in range(count):
-                    heated = W[rate + i] + X[AREA + i] * (wall * W[HEAT + i])
+                    heated = W[rate + i] + X[AREA + i] * W[HEAT + i]
                     W[rate + i] = X[SHARE + i] * heated - X[EXPANSION + i] * (W[N_V + i] * W[P + i])
                 if full:
                     for i in range(count):

@@ -6,13 +6,12 @@ State of the sixth-order model: (x, v, P_A, T_A, P_B, T_B).
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import Chamber, acceleration, chamber_of, heat_area, motion, stopped, volume
 from pneumo.physics.valve import chamber_flows, limited
-from pneumo.simulation.compiled import kernel
+from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.excitation import command, reference_series, reversed_at
 from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, dormand_prince, embedded_error
 
@@ -25,7 +24,7 @@ RUN_STATUS = {
 }
 
 
-@register_jitable
+@inlined
 def chamber_rates(
     u: float, x: float, v: float, P: float, T: float, chamber: Chamber, plant: Plant
 ) -> tuple[float, float]:
@@ -44,7 +43,7 @@ def chamber_rates(
     )
 
 
-@register_jitable
+@inlined
 def full_order_rates(y: np.ndarray, _i: int, context: Any, dy: np.ndarray) -> None:
     """Write the rates of the six states into dy: eqs (3), (4), (5) for both chambers.
 
@@ -61,14 +60,14 @@ def full_order_rates(y: np.ndarray, _i: int, context: Any, dy: np.ndarray) -> No
 _step, _estimate = dormand_prince(full_order_rates), embedded_error(full_order_rates)
 
 
-@register_jitable
+@inlined
 def copy_state(state: np.ndarray, copy: np.ndarray) -> None:
     """Copy a state in a loop: for ``copy[:] = state`` Numba also compiles the text of an error, for 2.5 s."""
     for s in range(len(copy)):
         copy[s] = state[s]
 
 
-@register_jitable
+@inlined
 def full_order_step(y: np.ndarray, context: Any, h: float, Y: np.ndarray, K: np.ndarray) -> None:
     """Advance the six states y by h s, then let the piston meet its stops.
 
@@ -80,7 +79,7 @@ def full_order_step(y: np.ndarray, context: Any, h: float, Y: np.ndarray, K: np.
     y[0], y[1] = stopped(y[0], y[1], v, context[3].cylinder)
 
 
-@register_jitable
+@inlined
 def _relative_error(context: Any, h: float, Y: np.ndarray, K: np.ndarray, error: np.ndarray) -> float:
     """Largest estimated error of the step just made, over stroke, P_0 or T_0; infinite where it failed."""
     plant = context[3]

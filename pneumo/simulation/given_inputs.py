@@ -13,7 +13,7 @@ from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import full_order_rates
 from pneumo.simulation.polynomials import flow_polynomial
 from pneumo.simulation.reference import lane_of, lane_rate
-from pneumo.simulation.vectorised import P_A, P_B, ROW, advance, needs, work_array
+from pneumo.simulation.vectorised import GROUP, P_A, P_B, ROW, WIDTH, advance, needs, work_array
 
 
 @kernel(fastmath={"contract"})
@@ -27,7 +27,7 @@ def _on_inputs(
     psi: tuple[float, ...],
     pressure: np.ndarray,
 ) -> None:
-    P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), starts[3]
+    P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), GROUP * starts[3]
     for k in range(len(inputs)):
         advance(W, inputs[k], starts, plant, h, psi, s_sonic)
         if (k + 1) % stride == 0:
@@ -69,7 +69,7 @@ def pressures_on_inputs(
         )
     order = np.argsort(needs(lanes), kind="stable")
     W, starts = work_array(lanes[order], plant)
-    pressure = np.full((len(inputs) // stride + 1, 2, int(starts[3])), plant.conditions.P_0)
+    pressure = np.full((len(inputs) // stride + 1, 2, WIDTH * int(starts[3])), plant.conditions.P_0)
     if start is not None:
         pressure[0, :, : len(lanes)] = start[order].T
         for row, first in zip((P_A, P_B), pressure[0, :, : len(lanes)], strict=True):

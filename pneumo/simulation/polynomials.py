@@ -7,10 +7,10 @@ from math import factorial, log, sqrt
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.polynomial import Chebyshev, Polynomial
 
 from pneumo.physics.valve import Gas
+from pneumo.simulation.compiled import inlined
 
 
 def coefficients(function: Callable[[Any], Any], low: float, high: float, degree: int) -> tuple[float, ...]:
@@ -34,24 +34,20 @@ LARGE, LARGE_BITS = 2.0**52, np.uint64((1023 + 52) << 52)
 FLOW_TOLERANCE = 1e-13
 
 
-@register_jitable
+@inlined
 def polynomial(c: tuple[float, ...], x: float) -> float:
-    """Value of a polynomial of 4 n or 4 n + 2 coefficients, lowest power first.
+    """Value of a polynomial with an even number of coefficients, lowest power first.
 
-    Horner's rule in x^4: short chains that do not wait for one another.
+    Horner's rule for even and odd powers apart: two chains that do not wait for one another.
     """
-    x_2 = x * x
-    x_4 = x_2 * x_2
-    last = (len(c) - 1) // 4 * 4
-    total = c[last] + c[last + 1] * x
-    if last + 4 == len(c):
-        total += x_2 * (c[last + 2] + c[last + 3] * x)
-    for i in range(last - 4, -1, -4):
-        total = total * x_4 + ((c[i] + c[i + 1] * x) + x_2 * (c[i + 2] + c[i + 3] * x))
-    return total
+    x_2, even, odd = x * x, c[len(c) - 2], c[len(c) - 1]
+    for i in range(len(c) - 4, -1, -2):
+        even = even * x_2 + c[i]
+        odd = odd * x_2 + c[i + 1]
+    return even + odd * x
 
 
-@register_jitable
+@inlined
 def exponent_and_z(x: float) -> tuple[float, float]:
     """Split x = m 2^exponent; return the exponent and z = (m - 1)/(m + 1) of `LOG`."""
     bits = np.float64(x).view(np.int64) + (ONE - ROOT_HALF)
@@ -60,13 +56,13 @@ def exponent_and_z(x: float) -> tuple[float, float]:
     return exponent, (m - 1) / (m + 1)
 
 
-@register_jitable
+@inlined
 def logarithm(exponent: float, z: float) -> float:
     """ln(x) of a positive x; a finite number beyond +-700 of anything that is not positive and finite."""
     return exponent * LN_2 + z * polynomial(LOG, z * z)
 
 
-@register_jitable
+@inlined
 def exponential(t: float) -> float:
     """exp(t), or NaN outside the reach of the polynomial."""
     return polynomial(EXP, t) if abs(t) <= EXP_REACH else np.nan

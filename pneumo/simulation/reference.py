@@ -1,31 +1,30 @@
 # pyright: basic
 """The readable replay: one lane (a model at one n) and one chamber at a time.
 
-`pneumo.simulation.vectorised` computes the same some twenty times as fast.
+`pneumo.simulation.vectorised` computes the same some 25 times as fast.
 """
 
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows
-from pneumo.simulation.compiled import kernel
+from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince, embedded_error
 from pneumo.simulation.signals import Reading, replay_tolerance, stage_inputs
 
 
-@register_jitable
+@inlined
 def lane_of(row: np.ndarray) -> Lane:
     """Return the `Lane` of a row of `pneumo.physics.models.lane_array`."""
     return Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
 
 
-@register_jitable
+@inlined
 def lane_rate(u: float, x: float, v: float, P: float, chamber: Chamber, plant: Plant, lane: Lane) -> float:
     """Rate of a reduced model's pressure, Pa/s, of one chamber.
 
@@ -36,7 +35,7 @@ def lane_rate(u: float, x: float, v: float, P: float, chamber: Chamber, plant: P
     return lane_rate_with_flows(m_in, m_out, x, v, P, T, chamber, plant, lane)
 
 
-@register_jitable
+@inlined
 def lane_rate_with_flows(
     m_in: float,
     m_out: float,
@@ -69,7 +68,7 @@ def lane_rate_with_flows(
     )
 
 
-@register_jitable
+@inlined
 def lane_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
     """Write the rate of a lane's pressure y[0] at stage i into dy."""
     inputs, sign, chamber, plant, lane = context
@@ -80,7 +79,7 @@ def lane_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
 _step, _estimate = dormand_prince(lane_rates), embedded_error(lane_rates)
 
 
-@register_jitable
+@inlined
 def lane_step(
     P: np.ndarray, context: Any, h: float, estimated: bool, Y: np.ndarray, K: np.ndarray, error: np.ndarray
 ) -> float:

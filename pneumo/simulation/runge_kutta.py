@@ -4,8 +4,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from numba.extending import register_jitable
-
+from pneumo.simulation.compiled import inlined
 from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
 
 A, B, C = DORMAND_PRINCE.A, DORMAND_PRINCE.b, DORMAND_PRINCE.c
@@ -32,7 +31,7 @@ def dormand_prince(rates: Callable[..., None]) -> Callable[..., None]:
         itself, the six stage states into Y and their derivatives into K, both with a row for each stage.
     """
 
-    @register_jitable
+    @inlined
     def step(y: Any, context: Any, h: float, Y: Any, K: Any, y_next: Any) -> None:
         for i in range(STAGES):
             for s in range(len(y)):
@@ -57,7 +56,7 @@ def embedded_error(rates: Callable[..., None]) -> Callable[..., None]:
     needs the six derivatives that the step left in K, shape (7, len(y)), and adds that at y_next, stage 6.
     """
 
-    @register_jitable
+    @inlined
     def estimate(y_next: Any, context: Any, h: float, K: Any, error: Any) -> None:
         rates(y_next, STAGES, context, K[STAGES])
         for s in range(len(y_next)):

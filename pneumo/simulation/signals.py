@@ -8,6 +8,7 @@ from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.physics.valve import limited
+from pneumo.simulation.compiled import inlined
 from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import Recording, copy_state, full_order_step
 from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, C
@@ -75,7 +76,7 @@ def study_transport(name: str, experiment: Experiment) -> Transport:
     return {EXACT: EXACT_TRANSPORT, PUBLISHED: by_rule[rule]}[name]
 
 
-@register_jitable
+@inlined
 def replay_tolerance(reading: Reading) -> float:
     """Error estimate over P_0 above which a replay's step is halved where it may be.
 
@@ -85,27 +86,16 @@ def replay_tolerance(reading: Reading) -> float:
     return LARGEST_FLOAT if reading.ahead else STEP_TOLERANCE
 
 
-@register_jitable
-def line_between(series: np.ndarray, position: float, every: int) -> float:
-    """Linear interpolation between samples `every` steps apart; `position` counts samples."""
+@inlined
+def line_between(series: np.ndarray, position: float, every: int, last: int) -> float:
+    """Linear interpolation between samples `every` steps apart; `position` and `last` count samples."""
     if position <= 0:
         return series[0]
-    k = min(int(position), (len(series) - 1) // every - 1)
+    k = min(int(position), last - 1)
     return series[k * every] + (position - k) * (series[(k + 1) * every] - series[k * every])
 
 
-@register_jitable
-def signal_at(series: np.ndarray, k: int, share: float, s: int, reading: Reading) -> float:
-    """Value of a signal read when a `share` of step k has passed; s is its place in `Reading.late`."""
-    every = reading.every
-    if reading.held:
-        passed = k + 1 if reading.ahead and share == 1.0 else k
-        sample = passed // every - int(reading.late[s])
-        return series[min(max(sample, 0), (len(series) - 1) // every) * every]
-    return line_between(series, (k + share) / every - reading.late[s], every)
-
-
-@register_jitable
+@register_jitable(inline="always")  # before LLVM sees it, as `vectorised.advance`
 def stage_inputs(
     recording: Recording,
     reading: Reading,
@@ -134,8 +124,18 @@ def stage_inputs(
             inputs[i, 1] = Y[i, 0]
             inputs[i, 2] = Y[i, 1]
     else:
+        u, x, v, late = recording.u, recording.states[:, 0], recording.states[:, 1], reading.late
+        every, last = reading.every, (len(u) - 1) // reading.every
         for i in range(STAGES + 1):
             share = (part + (C[i] if i < STAGES else 1.0)) / parts
-            inputs[i, 0] = limited(signal_at(recording.u, k, share, 0, reading), u_max)
-            inputs[i, 1] = signal_at(recording.states[:, 0], k, share, 1, reading)
-            inputs[i, 2] = signal_at(recording.states[:, 1], k, share, 2, reading)
+            if reading.held:
+                sample = (k + 1 if reading.ahead and share == 1.0 else k) // every
+                u_i = u[min(max(sample - int(late[0]), 0), last) * every]
+                inputs[i, 1] = x[min(max(sample - int(late[1]), 0), last) * every]
+                inputs[i, 2] = v[min(max(sample - int(late[2]), 0), last) * every]
+            else:
+                position = (k + share) / every
+                u_i = line_between(u, position - late[0], every, last)
+                inputs[i, 1] = line_between(x, position - late[1], every, last)
+                inputs[i, 2] = line_between(v, position - late[2], every, last)
+            inputs[i, 0] = limited(u_i, u_max)
