@@ -41,7 +41,7 @@ def small_study(results: Path, override: Path) -> None:
     with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
         compiling = "pneumo.jobs.kernels.compile_replays"
         script("settling")(parameters, compiling, each("settling"), results / "settling.nc", code)
-        script("datum")(parameters, each("datum"), code)
+        script("datum")(parameters, each("datum"), 1, code)
         replays = [file for transport in TRANSPORTS for file in each(f"{transport}/replay")]
         script("replay")(parameters, each("datum"), replays, 2, code)
         statistics = [results / transport / "statistics.nc" for transport in TRANSPORTS]

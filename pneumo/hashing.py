@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent
+STATEMENTS = ast.stmt | ast.excepthandler | ast.match_case  # where an import may stand; expressions have none
 
 
 def _source(module: str) -> Path | None:
@@ -25,11 +26,14 @@ def imports_of(file: Path) -> set[str]:
 def _imported(text: str) -> frozenset[str]:
     """Names under pneumo that a source imports: modules, and what is imported from them."""
     names: set[str] = set()
-    for node in ast.walk(_tree(text)):
+    nodes: list[ast.AST] = [ast.parse(text)]
+    while nodes:
+        node = nodes.pop()
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
+        nodes += [child for child in ast.iter_child_nodes(node) if isinstance(child, STATEMENTS)]
     return frozenset(name for name in names if name.split(".")[0] == "pneumo")
 
 

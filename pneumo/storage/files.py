@@ -7,7 +7,7 @@ import json
 import math
 import os
 import threading
-from collections.abc import Generator, Mapping
+from collections.abc import Container, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -78,13 +78,18 @@ def attributes(
 
 
 def write(
-    dataset: xr.Dataset, path: Path | str, attributes: Mapping[str, Any], digits: int | None = None
+    dataset: xr.Dataset,
+    path: Path | str,
+    attributes: Mapping[str, Any],
+    digits: int | None = None,
+    loose: Container[str] = (),
 ) -> None:
     """Write a dataset as NetCDF-4, compressed, atomically, in a folder that is made if need be.
 
     Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are
     global ones beside the common ones. `digits` rounds floating-point variables, to be kept in 4 bytes:
-    the relative error stays below 10 to the power of minus `digits`, equal numbers stay equal.
+    the relative error stays below 10 to the power of minus `digits`, equal numbers stay equal. Variables
+    named in `loose` are not compressed.
     """
     dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
@@ -92,7 +97,7 @@ def write(
             variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
     encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
     for name, variable in dataset.data_vars.items():
-        numeric = variable.dtype.kind in "fiu" and variable.ndim
+        numeric = variable.dtype.kind in "fiu" and variable.ndim and str(name) not in loose
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
         if digits is not None and variable.dtype.kind == "f":
             bits = int(digits * math.log2(10))  # of the fraction

@@ -42,7 +42,7 @@ def test_first_run_is_the_workflows_bit_for_bit_whatever_the_threads(runs, tmp_p
     write_json(to_json(cut), tmp_path / "parameters.json")
     parameters, datum = tmp_path / "parameters.json", tmp_path / "datum" / "E02.nc"
     replayed = tmp_path / "exact" / "replay" / "E02.nc"
-    script("datum")(parameters, [datum], "")
+    script("datum")(parameters, [datum], 1, "")
     script("replay")(parameters, [datum], [replayed], 1, "")
     mine = runs.sel(experiment="E02").isel(run=0)
     with xr.open_dataset(replayed) as theirs:

@@ -85,6 +85,13 @@ def test_what_is_written_comes_back_and_long_traces_are_thinned(tmp_path):
     assert dataset["release_time"] == run.release_step * e.h
 
 
+def test_all_but_loose_variables_are_compressed(tmp_path):
+    write(small(), tmp_path / "a.nc", ATTRIBUTES, loose=("P",))
+    with xr.open_dataset(tmp_path / "a.nc") as found:
+        assert not found["P"].encoding["zlib"] and found["status"].encoding["zlib"]
+    xr.testing.assert_equal(read(tmp_path / "a.nc"), small())
+
+
 @pytest.mark.parametrize("digits", [4, 5, 6])
 def test_rounded_numbers_keep_their_digits_and_equal_ones_stay_equal(tmp_path, digits):
     values = np.repeat(10 ** np.random.default_rng(1).uniform(-3, 9, 500), 2)

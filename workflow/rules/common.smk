@@ -6,6 +6,11 @@ def all_cores(wildcards):
     return workflow.cores
 
 
+def all_cores_but_one(wildcards):
+    """All, if there is one only."""
+    return max(1, workflow.cores - 1)
+
+
 def sets_of(wildcards):
     """Numbers of the seed sets of a block."""
     return list(range(int(wildcards.first), int(wildcards.first) + BLOCK))

@@ -6,6 +6,8 @@ rule parameters:
         parameters="results/parameters.json",
     log:
         "results/logs/parameters.log",
+    priority: 3
+    threads: all_cores  # nothing starts beside it that would keep a core from the full-order runs
     params:
         study=STUDY,
         code=code_behind("parameters.py"),
@@ -41,6 +43,7 @@ rule datum:
     log:
         "results/logs/datum.log",
     priority: 2  # the replays wait for it
+    threads: all_cores_but_one  # which the settling runs have meanwhile
     params:
         code=code_behind("datum.py"),
     message:
