@@ -37,6 +37,7 @@ def replay(recording: Recording, lanes: np.ndarray, transport: Transport, stride
     if run_status != RAN:
         return _no_replay(recording, lanes, step, stride)
     different, place = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1
+    place = place.ravel()  # NumPy 2.0 gives it another axis
     return Replayed(*(values[place] for values in _replay_lanes(recording, different, transport, stride)))
 
 
