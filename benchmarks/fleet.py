@@ -23,7 +23,7 @@ from tests.checkout import ROOT, copy_checkout
 from tests.fleet import SHORT, write_fleet
 
 LARGE_BLOCK = 20
-RUNS = ((5, 1), (5, 5), (10, 10))  # cylinders, and how many of them are a block
+RUNS = ((5, 1), (5, 5), (10, 10), (20, 10))  # cylinders, and how many of them are a block
 LARGE = 200  # cylinders of the fleet whose size counts
 
 
