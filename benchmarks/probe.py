@@ -43,7 +43,7 @@ LOOPS = {
 }
 
 
-def times(lanes: np.ndarray) -> dict[str, float]:
+def passes(lanes: np.ndarray) -> dict[str, float]:
     """How often a lane-evaluation passes each loop, on average over the lanes of a study."""
     need = needs(lanes)
     once_a_step = dict.fromkeys(("new pressure", "error and its sums"), 1 / STAGES)
@@ -62,8 +62,8 @@ MOST_CYCLES = 66
 
 def operations(lanes: np.ndarray) -> Operations:
     """Count the operations of one lane-evaluation, on average over the lanes of a study."""
-    passes = times(lanes)
-    return Operations(*(sum(passes[name] * row[i] for name, row in LOOPS.items()) for i in range(3)))
+    count = passes(lanes)
+    return Operations(*(sum(count[name] * row[i] for name, row in LOOPS.items()) for i in range(3)))
 
 
 @numba.njit(error_model="numpy", fastmath={"contract"})

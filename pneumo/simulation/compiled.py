@@ -38,9 +38,9 @@ def cache_folder(module: str) -> Path:
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Let kernels call a function, its code put in place of every call.
+    """Let kernels use a function; the compiler puts its code in place of every call.
 
-    A call of its own would copy its arguments, some fifty numbers of a plant, which takes longer than eq (1).
+    A call would copy the arguments, and a plant is some fifty numbers: that took half of a full-order step.
     """
     return register_jitable(forceinline=True)(function)
 

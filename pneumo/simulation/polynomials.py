@@ -48,17 +48,15 @@ def polynomial(c: tuple[float, ...], x: float) -> float:
 
 
 @inlined
-def exponent_and_z(x: float) -> tuple[float, float]:
-    """Split x = m 2^exponent; return the exponent and z = (m - 1)/(m + 1) of `LOG`."""
+def logarithm(x: float) -> float:
+    """ln(x) of a positive x; a finite number beyond +-700 of anything that is not positive and finite.
+
+    From x = m 2^exponent and z = (m - 1)/(m + 1) of `LOG`.
+    """
     bits = np.float64(x).view(np.int64) + (ONE - ROOT_HALF)
     exponent = np.int64((np.uint64(bits) >> np.uint64(52)) | LARGE_BITS).view(np.float64) - (LARGE + 1023.0)
     m = np.int64((bits & MANTISSA) + ROOT_HALF).view(np.float64)
-    return exponent, (m - 1) / (m + 1)
-
-
-@inlined
-def logarithm(exponent: float, z: float) -> float:
-    """ln(x) of a positive x; a finite number beyond +-700 of anything that is not positive and finite."""
+    z = (m - 1) / (m + 1)
     return exponent * LN_2 + z * polynomial(LOG, z * z)
 
 

@@ -95,7 +95,7 @@ def line_between(series: np.ndarray, position: float, every: int, last: int) -> 
     return series[k * every] + (position - k) * (series[(k + 1) * every] - series[k * every])
 
 
-@register_jitable(inline="always")  # before LLVM sees it, as `vectorised.advance`
+@register_jitable(inline="always")  # by Numba, as `vectorised.advance`
 def stage_inputs(
     recording: Recording,
     reading: Reading,

@@ -22,7 +22,6 @@ from pneumo.simulation.full_order import Recording
 from pneumo.simulation.polynomials import (
     EXP_REACH,
     FLOW_TOLERANCE,
-    exponent_and_z,
     exponential,
     flow_polynomial,
     logarithm,
@@ -49,8 +48,8 @@ ROW = 136  # lanes at once; 17 cache lines, an odd number, so that rows do not c
 ) = (np.uint64(ROW * row) for row in range(45))
 # fmt: on
 CARRY = np.uint64(ROW)
-# Every loop is a whole number of times as long: so the compiler sees that no lanes are left over for a scalar
-# loop, whose constants would take registers from the vectors'.
+# Numbers of lanes are products with this one, so that the compiler sees multiples of a register's width. For
+# any other number it adds a loop over the lanes left over, whose constants take registers from the vectors.
 GROUP = np.uint64(WIDTH)
 RATES_B = np.uint64((STAGES + 1) * ROW)  # from chamber A's rates to chamber B's
 SIDE_B = np.uint64(ROW)  # from a row of chamber A to chamber B's, where they follow one another
@@ -94,8 +93,7 @@ def write_rates(
     count = GROUP * end
     T_0, T_amb, sonic = plant.conditions.T_0, plant.conditions.T_amb, plant.gas.sonic_coefficient
     for i in range(count):
-        exponent, z = exponent_and_z(W[P + i])
-        W[LP + i] = logarithm(exponent, z)
+        W[LP + i] = logarithm(W[P + i])
     for k in range(GROUP * (end - polytropic)):
         i = GROUP * polytropic + k
         W[ROOT_T + i] = exponential(W[A_HALF + i] * W[LP + i])  # (6): sqrt(T / T_0)
@@ -127,7 +125,7 @@ def add(W: np.ndarray, sums: np.uint64, i: int, term: float) -> None:
     W[sums + i] = total
 
 
-@register_jitable(inline="always")  # before LLVM sees it: a tenth faster with AVX2
+@register_jitable(inline="always")  # by Numba, not by LLVM as `inlined`: a tenth faster with AVX2
 def advance(
     W: np.ndarray,
     inputs: np.ndarray,

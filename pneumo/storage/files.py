@@ -82,14 +82,14 @@ def write(
     path: Path | str,
     attributes: Mapping[str, Any],
     digits: int | None = None,
-    loose: Container[str] = (),
+    uncompressed: Container[str] = (),
 ) -> None:
     """Write a dataset as NetCDF-4, compressed, atomically, in a folder that is made if need be.
 
     Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are
     global ones beside the common ones. `digits` rounds floating-point variables, to be kept in 4 bytes:
     the relative error stays below 10 to the power of minus `digits`, equal numbers stay equal. Variables
-    named in `loose` are not compressed.
+    named in `uncompressed` are stored as they are.
     """
     dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
@@ -97,7 +97,7 @@ def write(
             variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
     encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
     for name, variable in dataset.data_vars.items():
-        numeric = variable.dtype.kind in "fiu" and variable.ndim and str(name) not in loose
+        numeric = variable.dtype.kind in "fiu" and variable.ndim and str(name) not in uncompressed
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
         if digits is not None and variable.dtype.kind == "f":
             bits = int(digits * math.log2(10))  # of the fraction

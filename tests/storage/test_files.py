@@ -85,8 +85,8 @@ def test_what_is_written_comes_back_and_long_traces_are_thinned(tmp_path):
     assert dataset["release_time"] == run.release_step * e.h
 
 
-def test_all_but_loose_variables_are_compressed(tmp_path):
-    write(small(), tmp_path / "a.nc", ATTRIBUTES, loose=("P",))
+def test_variables_are_compressed_but_for_those_named(tmp_path):
+    write(small(), tmp_path / "a.nc", ATTRIBUTES, uncompressed=("P",))
     with xr.open_dataset(tmp_path / "a.nc") as found:
         assert not found["P"].encoding["zlib"] and found["status"].encoding["zlib"]
     xr.testing.assert_equal(read(tmp_path / "a.nc"), small())

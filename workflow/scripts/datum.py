@@ -8,7 +8,7 @@ from pneumo.simulation.full_order import record
 from pneumo.storage.files import attributes, read_study, write
 from pneumo.storage.layout import datum_dataset, failure_text
 
-LOOSE = ("x", "v", "P")  # compressed, they are a fifth smaller and take half as long as the run itself
+UNCOMPRESSED = ("x", "v", "P")  # compressing takes half as long as the run, for files a fifth smaller
 
 
 def main(parameters: Path, runs: list[Path], threads: int, code: str) -> None:
@@ -23,7 +23,7 @@ def main(parameters: Path, runs: list[Path], threads: int, code: str) -> None:
         for run, e, recording in zip(runs, experiments, ahead.map(record, experiments), strict=True):
             dataset = datum_dataset(e, recording)
             about = attributes(title.format(e.name), summary, study.config_sha256, code, e)
-            write(dataset, run, about, loose=LOOSE)
+            write(dataset, run, about, uncompressed=UNCOMPRESSED)
             print(f"{e.name}: full-order run, {e.duration:g} s, done", flush=True)
             if dataset["status"]:
                 print(f"{e.name}: {failure_text(dataset)}", flush=True)
