@@ -10,9 +10,9 @@ from tempfile import TemporaryDirectory
 
 from pneumo import MODELS
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.export import exported, write_files
-from pneumo.engineer.plants import configured_plant
-from pneumo.engineer.system import FULL_ORDER, METHODS, system
+from pneumo.equations.system import FULL_ORDER, METHODS, system
+from pneumo.export import exported, write_files
+from pneumo.selection.plants import configured_plant
 
 STEPS, RUNS = 20_000, 9
 MAIN = """\

@@ -24,12 +24,12 @@ import yaml
 from benchmarks.bench_rig import U_MAX, Rig, bench_record, drawn_rig, purpose_rig
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.confused_columns import check_columns
-from pneumo.engineer.cylinder_template import TEMPLATE
-from pneumo.engineer.estimate import fit_measurement
-from pneumo.engineer.plants import configured_plant
-from pneumo.engineer.record import read_measurement
 from pneumo.errors import InputError
+from pneumo.fit.estimate import fit_measurement
+from pneumo.fit.mistaken_columns import check_columns
+from pneumo.fit.record.measurement import read_measurement
+from pneumo.selection.cylinder_template import TEMPLATE
+from pneumo.selection.plants import configured_plant
 
 ROOT = Path(__file__).parents[1]
 TOLERANCE = {"k_0": 0.25, "C": 0.05, "V_A": 0.1, "V_B": 0.1}  # of the truth

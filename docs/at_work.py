@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from fragments import filled, table
 
-from pneumo.evidence.at_work_statistics import ENOUGH, USES, carried_at, predicts
+from pneumo.evidence.at_work.at_work_statistics import ENOUGH, USES, carried_at, predicts
 from pneumo.statistics.intervals import Interval, student_interval
 from pneumo.storage.kept_evidence import KEPT
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from fragments import filled, table
 
-from pneumo.engineer.closed_records import PART, read_closed_record
+from pneumo.fit.closed.thermal_laws import PART, read_closed_record
 from pneumo.storage.kept_evidence import KEPT
 
 PAGE = Path(__file__).with_name("measurements.md")

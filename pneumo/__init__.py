@@ -6,28 +6,28 @@ if TYPE_CHECKING:
     from pneumo.catalogue import default_conductance as default_conductance
     from pneumo.catalogue import measured_conductances as measured_conductances
     from pneumo.configuration.experiment import Plant as Plant
-    from pneumo.engineer.floor_theory import transport_floor as transport_floor
-    from pneumo.engineer.linear_model import Linear as Linear
-    from pneumo.engineer.linear_model import linearise as linearise
-    from pneumo.engineer.model_rate import chamber_rate as chamber_rate
-    from pneumo.engineer.plants import plant as plant
-    from pneumo.engineer.runs import Prediction as Prediction
-    from pneumo.engineer.runs import Run as Run
-    from pneumo.engineer.runs import recorded as recorded
-    from pneumo.engineer.runs import replay as replay
-    from pneumo.engineer.runs import simulate as simulate
+    from pneumo.equations.chamber_rate import chamber_rate as chamber_rate
     from pneumo.errors import ConfigurationError as ConfigurationError
     from pneumo.errors import DamagedError as DamagedError
     from pneumo.errors import InputError as InputError
     from pneumo.errors import PneumoError as PneumoError
     from pneumo.errors import ResultError as ResultError
     from pneumo.errors import RunError as RunError
+    from pneumo.evidence.transport.floor_theory import transport_floor as transport_floor
+    from pneumo.linear.linear_model import Linear as Linear
+    from pneumo.linear.linear_model import linearise as linearise
     from pneumo.physics.cylinder import Cylinder as Cylinder
     from pneumo.physics.models import MODELS as MODELS
     from pneumo.physics.models import Model as Model
     from pneumo.physics.valve import Conditions as Conditions
     from pneumo.physics.valve import Gas as Gas
     from pneumo.physics.valve import Valve as Valve
+    from pneumo.selection.plants import plant as plant
+    from pneumo.selection.runs import Prediction as Prediction
+    from pneumo.selection.runs import Run as Run
+    from pneumo.selection.runs import recorded as recorded
+    from pneumo.selection.runs import replay as replay
+    from pneumo.selection.runs import simulate as simulate
     from pneumo.storage.files import open_grid as open_grid
 
     __version__: str
@@ -35,11 +35,11 @@ else:
     _NAMES = {
         "catalogue": ["default_conductance", "measured_conductances"],
         "configuration.experiment": ["Plant"],
-        "engineer.linear_model": ["Linear", "linearise"],
-        "engineer.model_rate": ["chamber_rate"],
-        "engineer.plants": ["plant"],
-        "engineer.runs": ["Prediction", "Run", "recorded", "replay", "simulate"],
-        "engineer.floor_theory": ["transport_floor"],
+        "linear.linear_model": ["Linear", "linearise"],
+        "equations.chamber_rate": ["chamber_rate"],
+        "selection.plants": ["plant"],
+        "selection.runs": ["Prediction", "Run", "recorded", "replay", "simulate"],
+        "evidence.transport.floor_theory": ["transport_floor"],
         "errors": [
             *("ConfigurationError", "DamagedError", "InputError", "PneumoError", "ResultError", "RunError")
         ],

@@ -6,8 +6,8 @@ import subprocess
 
 import pytest
 
-from pneumo.engineer.export import exported
-from pneumo.engineer.system import METHODS, system
+from pneumo.equations.system import METHODS, system
+from pneumo.export import exported
 
 C_COMPILER = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-O1"]

@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from pneumo.engineer.cylinder_template import write_table_template
+from pneumo.selection.cylinder_template import write_table_template
 
 SHORT_S = 0.3  # of every run: enough to tell files apart, too little for their numbers to mean something
 SHORT = f"\n  duration_limit_s: {SHORT_S}"

@@ -19,10 +19,10 @@ from typer.testing import CliRunner
 import pneumo
 from pneumo.cli import commands as cli
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.cylinder_template import write_template
-from pneumo.engineer.plants import configured_plant
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.valve import mass_flow
+from pneumo.selection.cylinder_template import write_template
+from pneumo.selection.plants import configured_plant
 from pneumo.verdict.errata import read_errata
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"

@@ -22,7 +22,7 @@ RECORD = """
 import numpy as np
 from pneumo import plant, simulate
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.plants import configured_plant
+from pneumo.selection.plants import configured_plant
 
 steps = np.arange(400)
 run = simulate(configured_plant(study(load("cylinder.yaml"))), 1e-3, command=np.sign(np.sin(steps / 30)))

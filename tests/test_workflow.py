@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.engineer.cylinder_template import write_table_template
+from pneumo.selection.cylinder_template import write_table_template
 from tests.checkout import ROOT, edit
 from tests.torture.study import Study
 
@@ -139,7 +139,7 @@ run: {experiments: [open, other], seeds: 2, duration_limit_s: 0.3}
 def test_cylinders_of_ones_own(tmp_path):
     compiled_already = {"PYTHONPATH": str(ROOT)}
     study = Study(tmp_path / "own", "my.yaml", compiled_already)
-    shutil.copy(study.folder / "pneumo/engineer/templates/cylinder.yaml", study.folder / "my.yaml")
+    shutil.copy(study.folder / "pneumo/selection/templates/cylinder.yaml", study.folder / "my.yaml")
     (study.folder / "more.yaml").write_text(OWN)
     done = study.run("-j2", "--configfile", "my.yaml", "more.yaml")
     assert done.code == 0, done.output

@@ -53,8 +53,8 @@ def init(
     ] = None,
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""
-    from pneumo.engineer.cylinder_template import TEMPLATE, write_table_template, write_template
     from pneumo.errors import InputError
+    from pneumo.selection.cylinder_template import TEMPLATE, write_table_template, write_template
 
     if table and source:
         raise InputError("--table: has no use with --from, whose cylinders are sections")
@@ -71,7 +71,7 @@ def init(
 
 def check(files: Files) -> None:
     """Check a configuration and say what it would run."""
-    from pneumo.engineer.plants import catalogue_notes, size_notes
+    from pneumo.selection.plants import catalogue_notes, size_notes
 
     result = _study(files)
     for name, e in result.experiments.items():
@@ -112,8 +112,8 @@ def study(
 
     from pneumo.configuration.known_within import known_within
     from pneumo.configuration.parameters import study as in_SI
-    from pneumo.engineer import own_study
     from pneumo.publish.pages.study_page import check_folder
+    from pneumo.selection import cylinder_ranking as own_study
 
     configured = in_SI(configuration)
     configured = configured._replace(seeds=seeds or configured.seeds)
@@ -130,8 +130,8 @@ def study(
 
 def _stored_study(results: Path, cylinder: str, output: Path | None) -> None:
     """Write the page of a cylinder of a fleet from its results."""
-    from pneumo.engineer.fleet import stored_cylinder
     from pneumo.publish.pages.study_page import check_folder
+    from pneumo.selection.fleet import stored_cylinder
 
     folder = output or Path(f"study-{cylinder}")
     check_folder(folder)
@@ -142,11 +142,11 @@ def _tell(chosen: "Study", cells: "Dataset", folder: Path) -> None:
     """Print the rankings of a study, and write its page and cells."""
     from rich.console import Console
 
-    from pneumo.engineer import own_study
-    from pneumo.engineer.plants import catalogue_notes, size_notes
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import save_study
     from pneumo.publish.text.terminal_tables import study_tables
+    from pneumo.selection import cylinder_ranking as own_study
+    from pneumo.selection.plants import catalogue_notes, size_notes
 
     console, rankings = Console(), own_study.rankings(cells)
     for note in (*size_notes(chosen), *catalogue_notes(chosen)):
@@ -200,18 +200,18 @@ def fit(
 
     from pneumo.catalogue import default_conductance
     from pneumo.configuration.parameters import sonic_conductance, study
-    from pneumo.engineer.closed_chamber import transient
-    from pneumo.engineer.closed_fit import fit_closed
-    from pneumo.engineer.confused_columns import check_columns
-    from pneumo.engineer.estimate import fit_measurement, save_fit
-    from pneumo.engineer.fitted_configuration import fitted_configuration
-    from pneumo.engineer.model_rate import model_row
-    from pneumo.engineer.plants import configured_plant
-    from pneumo.engineer.record import read_mapping, read_measurement
+    from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
+    from pneumo.fit.closed.closed_fit import fit_closed
+    from pneumo.fit.closed.thermal_time_constant import transient
+    from pneumo.fit.estimate import fit_measurement, save_fit
+    from pneumo.fit.fitted_yaml import fitted_configuration
+    from pneumo.fit.mistaken_columns import check_columns
+    from pneumo.fit.record.measurement import read_mapping, read_measurement
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page
     from pneumo.publish.text import terminal_tables as shown
+    from pneumo.selection.plants import configured_plant
     from pneumo.storage.files import check_output, write_text
 
     def say(text: str) -> None:
@@ -288,10 +288,10 @@ def linearise(
     """Print a linear model of the chambers or actuator at a point."""
     import json
 
-    from pneumo.engineer.linear_analysis import natural_modes, operating_range
-    from pneumo.engineer.linear_model import linearise as linear_model
-    from pneumo.engineer.plants import configured_plant
-    from pneumo.engineer.system import quantity, rate_unit, system
+    from pneumo.equations.system import quantity, rate_unit, system
+    from pneumo.linear.linear_analysis import natural_modes, operating_range
+    from pneumo.linear.linear_model import linearise as linear_model
+    from pneumo.selection.plants import configured_plant
 
     plant = configured_plant(_study(config), cylinder, k0)
     names = system(model, n, plant, piston=states == "actuator")
@@ -337,9 +337,9 @@ def export(
 
     Chambers with or without valve and piston.
     """
-    from pneumo.engineer.export import exported, write_files
-    from pneumo.engineer.plants import configured_plant
     from pneumo.errors import InputError
+    from pneumo.export import exported, write_files
+    from pneumo.selection.plants import configured_plant
 
     suffix = {"c": ".c", "fmu": ".fmu"}.get(to)
     if suffix and (output is None or output.suffix != suffix):

@@ -99,7 +99,7 @@ def explain(
 
 def assumptions(results: Results = RESULTS) -> None:
     """Print what other assumptions do to Tables 5, 7, 8 and 9."""
-    from pneumo.evidence.toggle_effects import toggle_effects
+    from pneumo.evidence.sensitivity.toggle_effects import toggle_effects
     from pneumo.papers import PAPERS
     from pneumo.publish.text.markdown_tables import assumptions_table
     from pneumo.storage.files import read
@@ -129,8 +129,8 @@ def identify(
     from rich.console import Console
 
     from pneumo.configuration.parameters import load, study
-    from pneumo.evidence.identification import identify as identified
-    from pneumo.evidence.identification import save_identification
+    from pneumo.evidence.identification.identify import identify as identified
+    from pneumo.evidence.identification.identify import save_identification
     from pneumo.publish.text.terminal_tables import identification_tables
     from pneumo.storage.files import check_output
 

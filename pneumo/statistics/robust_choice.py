@@ -41,7 +41,7 @@ class UnknownConductance(NamedTuple):
 
 
 def robust_choice(cells: xr.Dataset) -> UnknownConductance:
-    """Judge the models on the cells of one cylinder, from `pneumo.engineer.own_study.run_study`."""
+    """Judge the models on the cells of one cylinder, from `pneumo.selection.cylinder_ranking.run_study`."""
 
     def at_three(name: str) -> xr.DataArray:
         mean = cells[["mse", name]].mean(("experiment", "run", "chamber"), skipna=False)

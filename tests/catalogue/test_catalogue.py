@@ -62,7 +62,7 @@ def test_measurements_of_one_cylinder_count_as_one():
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "docs/own-cylinder.md", "pneumo/engineer/templates/cylinder.yaml"]
+    "page", ["README.md", "docs/own-cylinder.md", "pneumo/selection/templates/cylinder.yaml"]
 )
 def test_texts_give_the_factor_of_the_interval(page):
     text = " ".join((PAPER.parents[1] / page).read_text(encoding="utf-8").replace("#", " ").split())

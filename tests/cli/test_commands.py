@@ -18,10 +18,10 @@ from checkout import PNEUMO, ROOT
 from pneumo import __version__
 from pneumo.cli.commands import app, paper
 from pneumo.configuration.parameters import load, sonic_conductance, study
-from pneumo.engineer.linear_model import linearise
-from pneumo.engineer.plants import configured_plant
-from pneumo.engineer.runs import simulate
+from pneumo.linear.linear_model import linearise
 from pneumo.publish.text.formatting import significant
+from pneumo.selection.plants import configured_plant
+from pneumo.selection.runs import simulate
 from pneumo.storage.files import write_json
 
 

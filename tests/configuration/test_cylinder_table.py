@@ -7,8 +7,8 @@ import yaml
 
 from pneumo.configuration import cylinder_table
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.cylinder_template import TEMPLATE, write_table_template
 from pneumo.errors import ConfigurationError, InputError
+from pneumo.selection.cylinder_template import TEMPLATE, write_table_template
 
 HEAD = "name,bore_mm,stroke_mm,mass_kg,friction_Ns_per_m,k_x_k_u_m2_per_V,u_max_V,seed,sample_time_s"
 HEAD += ",open_loop.amplitude_V,open_loop.reverse_at"

@@ -20,10 +20,10 @@ from pneumo.configuration.known_within import K_0_FACTOR, known_within
 from pneumo.configuration.parameters import load, merged, study, validated
 from pneumo.configuration.schema_messages import allowed
 from pneumo.configuration.study_json import from_json, to_json
-from pneumo.engineer.cylinder_template import TEMPLATE
 from pneumo.errors import ConfigurationError
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Gas, Valve, choked_flow, exact_gas
+from pneumo.selection.cylinder_template import TEMPLATE
 
 CONFIG = PAPER.parent
 

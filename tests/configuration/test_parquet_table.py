@@ -7,8 +7,8 @@ import pytest
 
 from pneumo.configuration import cylinder_table
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.cylinder_template import write_table_template
 from pneumo.errors import ConfigurationError
+from pneumo.selection.cylinder_template import write_table_template
 
 
 @pytest.fixture

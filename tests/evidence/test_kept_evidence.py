@@ -11,10 +11,10 @@ from checkout import ROOT
 from paper_study import STUDY
 
 from pneumo.configuration.parameters import read_yaml
-from pneumo.evidence.alternatives import ledger_alternatives
-from pneumo.evidence.cylinder_runs import cylinder_cells
-from pneumo.evidence.seed_sets import both_chambers, read_seed_sets, seed_sets, with_seeds
-from pneumo.evidence.toggles import toggled_tables
+from pneumo.evidence.random_cylinders.cylinder_runs import cylinder_cells
+from pneumo.evidence.seeds.seed_sets import both_chambers, read_seed_sets, seed_sets, with_seeds
+from pneumo.evidence.sensitivity.alternatives import ledger_alternatives
+from pneumo.evidence.sensitivity.toggles import toggled_tables
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import KEPT, NO_CONFIGURATION

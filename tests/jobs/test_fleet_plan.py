@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from pneumo.configuration.parameters import load, read_yaml, study, validated
-from pneumo.engineer.cylinder_template import TEMPLATE, write_table_template
 from pneumo.jobs import fleet_plan
 from pneumo.jobs.fleet_plan import checked_fleet, need
+from pneumo.selection.cylinder_template import TEMPLATE, write_table_template
 
 CONFIG = {"cylinders": "fleet.csv"}  # what Snakemake has read
 

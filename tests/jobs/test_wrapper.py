@@ -14,10 +14,10 @@ import pytest
 from snakemake.iocontainers import InputFiles, OutputFiles, Params, Wildcards
 from workflow_scripts import SCRIPTS, script
 
-from pneumo.engineer.cylinder_template import write_table_template
 from pneumo.errors import DamagedError, ResultError, RunError
 from pneumo.jobs.run_lock import RUN, RUN_LOCK
 from pneumo.jobs.wrapper import run_job
+from pneumo.selection.cylinder_template import write_table_template
 
 
 @pytest.fixture

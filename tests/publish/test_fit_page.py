@@ -9,8 +9,8 @@ from brief import in_brief
 from page_checks import assert_accessible, assert_quiet, assert_readable_on_a_phone, in_chromium
 from rich.console import Console
 
-from pneumo.engineer.estimate import Estimate, dataset
-from pneumo.engineer.record import Measurement
+from pneumo.fit.estimate import Estimate, dataset
+from pneumo.fit.record.measurement import Measurement
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.text.terminal_tables import fit_heads, fit_rows, fit_tables
 

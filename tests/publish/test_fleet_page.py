@@ -17,8 +17,8 @@ from page_checks import (
 )
 from ranked_cells import made, ranked
 
-from pneumo.engineer.fleet import ranking_dataset, together
 from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows
+from pneumo.selection.fleet import ranking_dataset, together
 from pneumo.statistics.ranking import Ranking
 
 SECOND = {"scale": 1e8, "ends": (1.0, 4.0)}

@@ -13,7 +13,6 @@ from rich.console import Console
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
-from pneumo.engineer.cylinder_template import TEMPLATE
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
@@ -25,6 +24,7 @@ from pneumo.publish.text.terminal_tables import (
     robust_cells,
     study_tables,
 )
+from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.statistics.intervals import Interval
 
 pytestmark = pytest.mark.xdist_group("chromium")  # a page is made once, too

@@ -16,7 +16,7 @@ AT_WORK = {
 rule at_work_block:
     input:
         parameters=rules.parameters.output[0],
-        template="pneumo/engineer/templates/cylinder.yaml",
+        template="pneumo/selection/templates/cylinder.yaml",
     output:
         block="results/at_work/{plant}.nc",
     log:

@@ -26,7 +26,7 @@ EVIDENCE_CODE = {
     for name in ["assumptions", "power", "error_budget", "floor", "variants", "cylinders"]
 } | {
     "findings.json": code_behind("findings.py"),
-    "identification.nc": lambda wildcards: code_hash("pneumo.evidence.identification"),
+    "identification.nc": lambda wildcards: code_hash("pneumo.evidence.identification.identify"),
 }
 
 

@@ -5,7 +5,7 @@ rule live:
     input:
         parameters=rules.parameters.output[0],
         templates=expand(
-            "pneumo/engineer/export/templates/{name}.j2", name=["model.c", "model.h", "test.c", "live.c"]
+            "pneumo/export/templates/{name}.j2", name=["model.c", "model.h", "test.c", "live.c"]
         ),
         sources=[f"docs/live/live.{suffix}" for suffix in ("html", "css", "js")],
     output:

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pneumo.evidence.alternatives import ledger_alternatives
-from pneumo.evidence.toggles import toggled_tables
+from pneumo.evidence.sensitivity.alternatives import ledger_alternatives
+from pneumo.evidence.sensitivity.toggles import toggled_tables
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 from pneumo.verdict.assumptions import AS_TAKEN

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.evidence.toggle_effects import toggle_effects
+from pneumo.evidence.sensitivity.toggle_effects import toggle_effects
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.figures.alternatives_figures import tornado
 from pneumo.publish.style import save

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.evidence.at_work_statistics import at_work_statistics, joined
+from pneumo.evidence.at_work.at_work_statistics import at_work_statistics, joined
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, read_study, write
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pneumo.configuration.parameters import load
 from pneumo.configuration.parameters import study as read_configuration
-from pneumo.evidence.at_work import plant_at_work
+from pneumo.evidence.at_work.plant_at_work import plant_at_work
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read_study, write
 

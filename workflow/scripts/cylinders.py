@@ -4,8 +4,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.evidence.direct_rule import direct_rule
-from pneumo.evidence.regimes import regime_statistics, with_answers
+from pneumo.evidence.random_cylinders.direct_rule import direct_rule
+from pneumo.evidence.random_cylinders.regimes import regime_statistics, with_answers
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, write
 
@@ -15,7 +15,7 @@ def main(blocks: list[Path], compared: int, cells: Path, code: str) -> None:
     about = attributes(
         "Random cylinders: in which regime each refinement pays",
         "Groups and lowest errors of each run, pairs of models compared, one direct rule; to four digits",
-        "none: cylinders are drawn in pneumo.evidence.random_cylinders",
+        "none: cylinders are drawn in pneumo.evidence.random_cylinders.draw",
         code,
     )
     runs = with_answers(xr.concat(parts, "cylinder"), compared)

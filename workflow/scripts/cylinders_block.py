@@ -5,7 +5,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.evidence.cylinder_runs import cylinder_cells
+from pneumo.evidence.random_cylinders.cylinder_runs import cylinder_cells
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 
@@ -21,7 +21,7 @@ def main(block: Path, numbers: list[int], threads: int, code: str) -> None:
     about = attributes(
         f"Random cylinders {numbers[0]} to {numbers[-1]}",
         "Errors of the whole grid, exact transport, and dimensionless groups of each run",
-        "none: cylinders are drawn in pneumo.evidence.random_cylinders",
+        "none: cylinders are drawn in pneumo.evidence.random_cylinders.draw",
         code,
     )
     write(xr.concat(parts, xr.Variable("cylinder", numbers)), block, about)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.evidence.seed_sets import both_chambers, seed_sets, with_seeds
+from pneumo.evidence.seeds.seed_sets import both_chambers, seed_sets, with_seeds
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read_study, write
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from pneumo.evidence.ensemble import ensemble_statistics
-from pneumo.evidence.seed_sets import read_seed_sets
+from pneumo.evidence.seeds.ensemble import ensemble_statistics
+from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read_study, write
 

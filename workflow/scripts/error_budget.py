@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from pneumo.evidence.error_budget import (
+from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
+from pneumo.evidence.transport.error_budget import (
     REFERENCE_SLICE,
     SLICE,
     budget,
     budget_by_level,
     with_budget_attributes,
 )
-from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read_study, write
 

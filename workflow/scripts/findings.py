@@ -3,10 +3,10 @@
 import json
 from pathlib import Path
 
-from pneumo.evidence.findings import findings as judged_statements
-from pneumo.evidence.findings import over_seeds
-from pneumo.evidence.seed_deviations import seed_deviations, seed_deviations_text
-from pneumo.evidence.seed_sets import read_seed_sets
+from pneumo.evidence.seeds.findings import findings as judged_statements
+from pneumo.evidence.seeds.findings import over_seeds
+from pneumo.evidence.seeds.seed_deviations import seed_deviations, seed_deviations_text
+from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.text.markdown_tables import findings_table
 from pneumo.simulation.signals import PUBLISHED

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.evidence.fit_coverage import coverage
+from pneumo.evidence.fit_coverage.coverage import coverage
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 
@@ -12,7 +12,7 @@ def main(block: Path, first: str, cases: int, code: str) -> None:
     about = attributes(
         "Coverage of the intervals of pneumo fit",
         "Random cylinders with noisy sensors: truth, estimates, intervals, errors held out",
-        "none: cylinders are drawn in pneumo.evidence.synthetic_records",
+        "none: cylinders are drawn in pneumo.evidence.fit_coverage.synthetic_records",
         code,
     )
     write(found, block, about)

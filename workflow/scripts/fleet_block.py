@@ -5,8 +5,8 @@ from typing import Any
 
 from pneumo.configuration.known_within import known_within
 from pneumo.configuration.parameters import study, validated
-from pneumo.engineer.fleet import run_block
 from pneumo.jobs.wrapper import run_job
+from pneumo.selection.fleet import run_block
 from pneumo.storage.files import attributes, write
 from pneumo.storage.grid_layout import same_at_every_n
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pneumo.errors import ResultError
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
-from pneumo.evidence.measured_floor import (
+from pneumo.evidence.transport.measured_floor import (
     FLOOR_EXPERIMENTS,
     FLOOR_REFINEMENT,
     SWEEP,

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.evidence.identification import SEARCH_SEED, identify, save_identification
+from pneumo.evidence.identification.identify import SEARCH_SEED, identify, save_identification
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import read_study
 

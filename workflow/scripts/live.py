@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.engineer.export.live import live_page
+from pneumo.export.live import live_page
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import read_study, write_text
 

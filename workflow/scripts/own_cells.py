@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from pneumo.engineer.own_study import run_study, save_cells, selected
 from pneumo.jobs.wrapper import run_job
+from pneumo.selection.cylinder_ranking import run_study, save_cells, selected
 from pneumo.storage.files import read_study
 
 

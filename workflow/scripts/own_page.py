@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from pneumo.engineer.own_study import joined, rankings
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.pages.study_page import study_page
+from pneumo.selection.cylinder_ranking import joined, rankings
 from pneumo.storage.files import read, read_study, write_text
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.evidence.seed_sets import joined_seed_sets
+from pneumo.evidence.seeds.seed_sets import joined_seed_sets
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, write
 

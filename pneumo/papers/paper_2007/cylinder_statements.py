@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pneumo.engineer.closed_chamber import mean_pressure
+from pneumo.fit.closed.thermal_time_constant import mean_pressure
 from pneumo.papers.paper_2006 import equation_checks as equations
 from pneumo.papers.paper_2007 import simulated_example as example
 from pneumo.papers.paper_2007.measured_columns import Results

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import least_squares
 
-from pneumo.engineer.closed_chamber import mean_pressure, seven_steps
+from pneumo.fit.closed.thermal_time_constant import mean_pressure, seven_steps
 from pneumo.papers import PAPERS
 from pneumo.papers.paper_2007.simulated_example import P_0, T_0, R
 from pneumo.storage.files import read

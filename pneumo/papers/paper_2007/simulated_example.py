@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from pneumo.engineer.closed_chamber import Conductance, Exponential, exponential, seven_steps
+from pneumo.fit.closed.thermal_time_constant import Conductance, Exponential, exponential, seven_steps
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import Cylinder, chamber_of, heat_area, volume, wetted_area
 

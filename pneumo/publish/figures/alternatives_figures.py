@@ -40,7 +40,7 @@ def tornado(effects: pd.DataFrame) -> Figure:
     """Draw the change of the misfit of Tables 7, 9 and 5 under each alternative, the largest on top.
 
     A bar to the left: the numbers come nearer to the print. `effects` is the table of
-    `pneumo.evidence.toggle_effects.toggle_effects`.
+    `pneumo.evidence.sensitivity.toggle_effects.toggle_effects`.
     """
     changes = effects.drop(index=AS_TAKEN)[[f"worse_{table}" for table in TOGGLE_PANELS]].fillna(0.0)
     size = changes.abs().max(axis=1).to_numpy()

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from pneumo.evidence.at_work_statistics import ENOUGH, USES, Use, carried_at
+from pneumo.evidence.at_work.at_work_statistics import ENOUGH, USES, Use, carried_at
 from pneumo.publish.figures.panels import fixed_ticks, legend_outside, symbol
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import DOUBLE_MM, GREY, INK, new_figure, paper_style

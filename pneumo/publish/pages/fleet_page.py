@@ -19,7 +19,7 @@ TEXTS = ("cylinder", "take", "best")  # columns that hold no numbers
 
 
 def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
-    """Return the lines of the table, in the order of `HEADS`, from `pneumo.engineer.fleet.fleet_index`.
+    """Return the lines of the table, in the order of `HEADS`, from `pneumo.selection.fleet.fleet_index`.
 
     Lengths in mm, errors in kPa; None where there is no number, as where k_0 differs between experiments.
     """

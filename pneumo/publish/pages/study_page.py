@@ -7,7 +7,6 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.parameters import sonic_conductance
-from pneumo.engineer.own_study import TITLE, save_cells
 from pneumo.errors import InputError, ResultError
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import page_text
@@ -21,6 +20,7 @@ from pneumo.publish.text.terminal_tables import (
     robust_cells,
     robust_heads,
 )
+from pneumo.selection.cylinder_ranking import TITLE, save_cells
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
 from pneumo.statistics.recommendation import MATERIAL

@@ -16,13 +16,13 @@ from numpy.typing import ArrayLike
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.study_json import from_json
-from pneumo.evidence.alternatives import INLET
-from pneumo.evidence.model_pairs import REFINEMENT_PAIRS
+from pneumo.evidence.sensitivity.alternatives import INLET
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text, with_interval
 from pneumo.simulation.signals import EXACT, STUDY_TRANSPORTS
 from pneumo.statistics.intervals import CONFIDENCE
+from pneumo.statistics.model_pairs import REFINEMENT_PAIRS
 from pneumo.statistics.recommendation import MATERIAL
 from pneumo.storage.files import atomic, read, read_json
 

@@ -8,14 +8,14 @@ import xarray as xr
 from rich import box
 from rich.table import Table
 
-from pneumo.evidence.model_pairs import CRITERIA
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
+from pneumo.statistics.model_pairs import CRITERIA
 from pneumo.statistics.ranking import RankedModel, Ranking
 from pneumo.statistics.robust_choice import RobustModel, UnknownConductance
 
 if TYPE_CHECKING:
-    from pneumo.engineer.closed_chamber import Transient  # seconds of imports, for one table
+    from pneumo.fit.closed.thermal_time_constant import Transient  # seconds of imports, for one table
 
 # --- pneumo study ----------------------------------------------------------------------------------
 
@@ -173,7 +173,7 @@ def fit_tables(fit: xr.Dataset) -> list[Table]:
 
 def closed_tables(fit: xr.Dataset) -> list[Table]:
     """Ranking of thermal laws with n or k_0, then every parameter of the one for the configuration."""
-    from pneumo.engineer.fitted_configuration import row_of_the_rig  # seconds of imports, for one table
+    from pneumo.fit.fitted_yaml import row_of_the_rig  # seconds of imports, for one table
 
     looks: dict[str, Any] = {"title_justify": "left", "box": box.SIMPLE_HEAD, "padding": (0, 1, 0, 0)}
     ranking = Table("law", "held out\n(kPa)", "fitted\n(kPa)", "n, or k_0 (W/K)", title=RANKED, **looks)

@@ -1,1 +1,0 @@
-"""For engineers: own cylinders, measurements, linear models, source code."""

@@ -1,0 +1,1 @@
+"""Equations of one chamber and of the actuator, for floats, arrays and symbols."""

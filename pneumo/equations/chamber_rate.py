@@ -1,0 +1,94 @@
+"""Rate of one chamber's pressure by any model, on floats, arrays and symbols."""
+
+from collections.abc import Callable
+from importlib import import_module
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.equations.branches import choices, joined_branches
+from pneumo.errors import InputError
+from pneumo.physics.cylinder import chamber_of
+from pneumo.physics.models import MODELS, Lane, Model, lane
+from pneumo.physics.valve import limited
+from pneumo.simulation.reference import lane_rate
+
+N_MAX = 3.0  # as in the configuration's schema
+SIDES = {"A": 1.0, "B": -1.0}  # sign of outward u, x, v
+
+
+def model_row(model: Model | str) -> Model:
+    """Row of a model, by its name in `MODELS`, else an `InputError`; a row is returned as it is."""
+    if isinstance(model, Model):
+        return model
+    if model not in MODELS:
+        raise InputError(f"model {model!r}: no such model; there are {', '.join(MODELS)}")
+    return MODELS[model]
+
+
+def model_and_index(model: Model | str, n: float | None) -> tuple[Model, float]:
+    """Row of a model, and its polytropic index: 1 where the model has none and n is None.
+
+    An `InputError` says that there is no such model, or that n is missing or outside 0 to `N_MAX`.
+    """
+    row = model_row(model)
+    if n is None and row.has_n:
+        raise InputError(f"n: {row.name} needs a polytropic index")
+    n = 1.0 if n is None else n
+    if not (isfinite(n) and 0 < n <= N_MAX):
+        raise InputError(f"n = {n:g}: must be greater than 0 and at most {N_MAX:g}")
+    return row, float(n)
+
+
+def lane_for(model: Model | str, n: float | None, plant: Plant) -> Lane:
+    """Lane of a model at n, with the gas's gamma; errors are those of `model_and_index`."""
+    return lane(*model_and_index(model, n), plant.gas.gamma)
+
+
+def chamber_rate(
+    model: Model | str, n: float | None, plant: Plant, u: Any, x: Any, v: Any, P: Any, side: str = "A"
+) -> Any:
+    """Rate of a chamber's pressure, Pa/s, valve included: eqs (1), (2), (6) and the model's row.
+
+    The result is of the kind of the arguments.
+
+    Parameters
+    ----------
+    model : Model or str
+        A row of six cells, or the name of one in `MODELS`.
+    n : float or None
+        Polytropic index; None where the model has none.
+    u, x, v, P : float, NumPy array, CasADi or SymPy symbol
+        Command, V, limited inside as the exports do, piston position, m, and velocity, m/s, both positive
+        towards a larger chamber A, and the chamber's pressure, Pa.
+    side : {"A", "B"}
+        Which chamber.
+
+    Raises
+    ------
+    InputError
+        If there is no such model or side, or n is missing or out of range.
+    """
+    if side not in SIDES:
+        raise InputError(f"side = {side!r}: must be 'A' or 'B'")
+    row, sign = lane_for(model, n, plant), SIDES[side]
+    chamber = chamber_of(plant.cylinder, "AB".index(side))
+
+    def rate(u: Any, x: Any, v: Any, P: Any) -> Any:
+        return lane_rate(limited(sign * u, plant.valve.u_max), sign * x, sign * v, P, chamber, plant, row)
+
+    with np.errstate(invalid="ignore"):  # roots of negative numbers, where another branch is chosen
+        return joined_branches(choices(rate, u, x, v, P), _chooser(u, x, v, P))
+
+
+def _chooser(*arguments: Any) -> Callable[[Any, Any, Any], Any]:
+    """`condition ? yes : no` for the kind of symbol or array among the arguments."""
+    kinds = {type(a).__module__.split(".")[0] for a in arguments}
+    if "casadi" in kinds:
+        return import_module("casadi").if_else
+    if "sympy" in kinds:
+        piecewise = import_module("sympy").Piecewise
+        return lambda condition, yes, no: piecewise((yes, condition), (no, True))
+    return np.where

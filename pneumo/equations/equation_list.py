@@ -1,0 +1,222 @@
+"""Equations of one chamber, of the piston and of its stops, in the order in which they are solved.
+
+Each names a function of `pneumo.physics` and its arguments. `pneumo.equations.system` solves them on numbers;
+here they become symbolic assignments, for the printers of `pneumo.export`. Only the order of the
+calls is repeated from `pneumo.simulation`; tests compare the two.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import sympy
+
+from pneumo.configuration.experiment import Plant
+from pneumo.equations.branches import Choice, choices
+from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo.physics.cylinder import Chamber, Cylinder, acceleration, heat_area, motion, stopped, volume
+from pneumo.physics.models import Model, lane, model_dP_dt, temperature
+from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited
+
+
+class Constant(NamedTuple):
+    """A number of the plant, under the paper's name."""
+
+    name: str
+    value: float
+    unit: str
+    meaning: str
+
+    @property
+    def comment(self) -> str:
+        """Unit and meaning."""
+        return self.meaning if self.unit == "1" else f"{self.unit}, {self.meaning}"
+
+
+class Equation(NamedTuple):
+    """Function whose results get names, and the names of its arguments."""
+
+    names: tuple[str, ...]
+    function: Callable[..., Any]
+    arguments: tuple[str, ...]
+    comment: str  # unit and number of the equation
+
+
+class Statement(NamedTuple):
+    """An assignment to variables."""
+
+    names: tuple[str, ...]
+    value: Any  # an expression, or a tuple of them, or a `Choice` between either
+    comment: str  # unit and number of the equation
+
+
+OWN = {"A": ("A_A", "V_d_A"), "B": ("A_B", "V_d_B")}  # what a chamber is given as its `Chamber`
+ROOT_2 = 2**0.5  # SymPy takes it out of the root in eq (1)
+WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "lambda A_q": "eqs (7), (8)"}
+
+
+def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) -> list[Equation]:
+    """Equations of one chamber by a model, or by the full order where that is None.
+
+    They need (u, x, v, P, area, V_d), the full order also T; the mass flow m in place of u without valve.
+    u, m, x and v are positive where they fill or enlarge this chamber.
+    """
+    gas, restrictions, c, cylinder, k_0 = plant
+    g, A_q0, every = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
+    if valve:
+        every.append(Equation(("u_limited",), lambda u: limited(u, restrictions.u_max), ("u",), "V"))
+    row = lane(model, n, g) if model else None
+    if model and row:
+        a, law = row.a, "eq (6)" if model.temperature == "polytropic" else "constant"
+        every.append(Equation(("T",), lambda P: temperature(P, c.P_0, c.T_0, a), ("P",), f"K, {law}"))
+    every += [
+        Equation(("V",), lambda x, *own: volume(x, Chamber(*own), cylinder), ("x", "area", "V_d"), "m^3"),
+        Equation(("dV_dt",), lambda v, area: area * v, ("v", "area"), "m^3/s"),
+    ]
+    flows = ("m_in", "m_out")
+    if valve:
+        through = lambda u, P, T: chamber_flows(u, P, T, restrictions, gas, c)  # noqa: E731
+        every.append(Equation(flows, through, ("u_limited", "P", "T"), "kg/s, eqs (1), (2)"))
+    else:
+        every.append(Equation(flows, lambda m: (m, 0.0) if m > 0 else (0.0, -m), ("m",), "kg/s"))
+    every.append(Equation(("area_ratio",), lambda x: heat_area(x, cylinder) / A_q0, ("x",), "A_q(x)/A_q(0)"))
+    known = ("P", "T", "V", "dV_dt", *flows)
+    if model and row:
+        names = ("k_0", "P_0", "T_0", "T_in", "T_amb", "R", "gamma", "lane")
+        rest = dict(zip(names, (k_0, c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, g, row), strict=True))
+        comment = f"Pa/s, eq (10); wall heat: {WALL_EQUATION[model.wall]}"
+        rate = Equation(("dP_dt",), lambda *y: model_dP_dt(*y, **rest), (*known, "area_ratio"), comment)
+        return [*every, rate]
+
+    def heat(P: Any, T: Any, area_ratio: Any) -> Any:
+        conductance = wall_conductance(k_0, area_ratio, P * T / (c.P_0 * c.T_0), 1.0, 0.5)
+        return wall_heat(T, conductance, c.T_amb)
+
+    def pressure(heat: Any, *y: Any) -> Any:
+        return dP_dt(*y, T_inlet=c.T_in, heat=heat, n_V=g, n_in=g, n_out=g, R=gas.R, gamma=g)
+
+    def warming(heat: Any, *y: Any) -> Any:
+        return dT_dt(*y, T_in=c.T_in, heat=heat, R=gas.R, gamma=g)
+
+    return [
+        *every,
+        Equation(("heat",), heat, ("P", "T", "area_ratio"), "W, eqs (7), (8)"),
+        Equation(("dP_dt",), pressure, ("heat", *known), "Pa/s, eq (4)"),
+        Equation(("dT_dt",), warming, ("heat", *known), "K/s, eq (5)"),
+    ]
+
+
+def piston_equations(plant: Plant) -> list[Equation]:
+    """Equations of the piston, of (x, v, P_A, P_B, force)."""
+    cylinder = plant.cylinder
+    return [
+        Equation(
+            ("a",),
+            lambda *y: acceleration(*y, cylinder=cylinder),
+            ("v", "P_A", "P_B", "force"),
+            "m/s^2, eq (3)",
+        ),
+        Equation(
+            ("dx_dt", "dv_dt"),
+            lambda *y: motion(*y, cylinder=cylinder),
+            ("x", "v", "a"),
+            "m/s, m/s^2; 0 on a stop",
+        ),
+    ]
+
+
+def stop_equations(plant: Plant) -> list[Equation]:
+    """What the end stops make of (x, v) after a step from velocity v_before."""
+    names = ("x", "v", "v_before")
+    stops = Equation(
+        ("x_after", "v_after"), lambda *y: stopped(*y, cylinder=plant.cylinder), names, "m, m/s, end stops"
+    )
+    return [stops]
+
+
+def exact_numbers(value: Any) -> Any:
+    """Expression, tuple or choice with whole numbers, halves and the root of 2 exact."""
+    if isinstance(value, Choice):
+        condition, yes, no = map(exact_numbers, value)
+        return yes if yes == no else Choice(condition, yes, no)
+    if isinstance(value, tuple):
+        return tuple(exact_numbers(part) for part in value)
+    value = sympy.sympify(value)
+    floats = value.atoms(sympy.Float)
+    exact = {f: sympy.Rational(int(2 * f), 2) for f in floats if float(2 * f).is_integer()}
+    return value.xreplace(exact | {f: sympy.sqrt(2) for f in floats if float(f) == ROOT_2})
+
+
+def names_in(value: Any) -> set[str]:
+    """Names of the symbols in an expression, a tuple or a choice."""
+    if isinstance(value, tuple):  # a choice is one
+        return set().union(*(names_in(part) for part in value))
+    return {symbol.name for symbol in value.free_symbols}
+
+
+def _real(name: str) -> Any:
+    return sympy.Symbol(name, real=True)
+
+
+def symbols_of(plant: Plant) -> Plant:
+    """Plant of symbols, named as in `constants`; an absent load, friction or leak stays 0."""
+    names = ("R", "gamma_", "sonic_coefficient", "critical_ratio")
+    gas = Gas._make([*map(_real, names), plant.gas.elliptic])
+    u_max: Any = sympy.Symbol("u_max", positive=True)
+    usual = Valve(_real("k_xu"), u_max, net_leak=plant.valve.net_leak)
+    unusual = [
+        name for name in ("laminar", "exhaust", "leak") if getattr(plant.valve, name) != getattr(usual, name)
+    ]
+    valve = usual._replace(**{name: _real(name) for name in unusual})
+    numbers = {name for name in ("load", "coulomb") if not getattr(plant.cylinder, name)} | {"rests"}
+    parts = ((name, getattr(plant.cylinder, name)) for name in Cylinder._fields)
+    cylinder = Cylinder(*(value if name in numbers else _real(name) for name, value in parts))
+    return Plant(
+        gas, valve, Conditions(*(_real(name) for name in Conditions._fields)), cylinder, _real("k_0")
+    )
+
+
+def statements(equations: list[Equation], wanted: set[str]) -> list[Statement]:
+    """Assignments that compute the wanted names; only those that they need."""
+    needed, kept = set(wanted), list[Statement]()
+    for names, function, arguments, comment in reversed(equations):
+        if needed & set(names):
+            value = exact_numbers(choices(function, *map(_real, arguments)))
+            needed |= names_in(value)
+            kept.insert(0, Statement(names, value, comment))
+    return kept
+
+
+def constants(plant: Plant, n: float) -> list[Constant]:
+    """Every number of a plant, and the polytropic index."""
+    gas, valve, c, cylinder, k_0 = plant
+    return [
+        Constant("R", gas.R, "J/(kg K)", "gas constant"),
+        Constant("gamma_", gas.gamma, "1", "ratio of specific heats"),
+        Constant("sonic_coefficient", gas.sonic_coefficient, "s K^0.5/m", "eq (1)"),
+        Constant("critical_ratio", gas.critical_ratio, "1", "P_d/P_u at which flow becomes sonic, eq (1)"),
+        Constant("k_xu", valve.k_xu, "m^2/V", "valve area per volt, eq (2)"),
+        Constant("laminar", valve.laminar, "1", "1 - P_d/P_u below which flow is proportional to it"),
+        Constant("exhaust", valve.exhaust, "1", "area to the atmosphere over area from the supply"),
+        Constant("leak", valve.leak, "m^2", "area that stays open to either port"),
+        Constant("u_max", valve.u_max, "V", "limit of the command"),
+        Constant("P_s", c.P_s, "Pa", "supply"),
+        Constant("P_atm", c.P_atm, "Pa", "atmosphere"),
+        Constant("T_in", c.T_in, "K", "incoming air"),
+        Constant("T_amb", c.T_amb, "K", "walls"),
+        Constant("P_0", c.P_0, "Pa", "equilibrium"),
+        Constant("T_0", c.T_0, "K", "equilibrium"),
+        Constant("bore", cylinder.bore, "m", "diameter phi"),
+        Constant("stroke", cylinder.stroke, "m", "stroke l"),
+        Constant("V_d_A", cylinder.V_d_A, "m^3", "dead volume, chamber A"),
+        Constant("V_d_B", cylinder.V_d_B, "m^3", "dead volume, chamber B"),
+        Constant("A_A", cylinder.A_A, "m^2", "piston area, chamber A"),
+        Constant("A_B", cylinder.A_B, "m^2", "piston area, chamber B"),
+        Constant("M", cylinder.M, "kg", "moving mass with load"),
+        Constant("k_f", cylinder.k_f, "N s/m", "viscous friction"),
+        Constant("x_min", cylinder.x_min, "m", "end stop where chamber A is smallest"),
+        Constant("x_max", cylinder.x_max, "m", "end stop where chamber B is smallest"),
+        Constant("load", cylinder.load, "N", "constant force towards a larger chamber A"),
+        Constant("coulomb", cylinder.coulomb, "N", "Coulomb friction"),
+        Constant("k_0", k_0, "W/K", "thermal conductance of the wall at equilibrium, eq (12)"),
+        Constant("n", n, "1", "polytropic index"),
+    ]

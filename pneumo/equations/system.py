@@ -1,0 +1,147 @@
+"""What is exported and linearised: both chambers by a model, with or without valve and piston, on numbers."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from pneumo.configuration.experiment import Plant
+from pneumo.equations.branches import complex_value
+from pneumo.equations.chamber_rate import SIDES, model_and_index
+from pneumo.equations.equation_list import Equation, chamber_equations, piston_equations, stop_equations
+from pneumo.physics.cylinder import chamber_of
+from pneumo.physics.models import Model
+from pneumo.simulation.tableau import DORMAND_PRINCE, Tableau, explicit
+
+FULL_ORDER = "full"  # in place of a model's name
+METHODS = {  # in the order of their cost
+    "EULER": explicit([], [1], order=1),
+    "RK4": explicit([[1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1 / 6], order=4),
+    "DORMAND_PRINCE": DORMAND_PRINCE,
+}
+
+# Unit and meaning of states and inputs, without the chamber's suffix.
+QUANTITIES = {
+    "u": ("V", "command, limited inside; positive connects chamber A to the supply"),
+    "m": ("kg/s", "mass flow into the chamber, negative out of it"),
+    "x": ("m", "piston position from mid-stroke, positive where chamber A is larger"),
+    "v": ("m/s", "piston velocity"),
+    "force": ("N", "external force on the piston, towards a larger chamber A"),
+    "P": ("Pa", "absolute pressure"),
+    "T": ("K", "temperature"),
+}
+RATE_UNITS = {"x": "m/s", "v": "m/s^2", "P": "Pa/s", "T": "K/s"}
+
+
+def quantity(name: str) -> tuple[str, str]:
+    """Unit and meaning of a state or an input."""
+    base, _, side = name.partition("_")
+    unit, meaning = QUANTITIES[base]
+    return unit, f"{meaning}, chamber {side}" if side else meaning
+
+
+def rate_unit(state: str) -> str:
+    """Unit of a state's rate."""
+    return RATE_UNITS[state.partition("_")[0]]
+
+
+class System(NamedTuple):
+    """Both chambers by one model; what is left out of valve and piston becomes an input."""
+
+    model: Model | None  # None is the full order, eqs (4) and (5)
+    n: float
+    plant: Plant
+    valve: bool = True  # else mass flows are inputs
+    piston: bool = False  # else position and velocity are
+
+    @property
+    def name(self) -> str:
+        """The model's name, or that of the full order."""
+        return self.model.name if self.model else FULL_ORDER
+
+    @property
+    def chamber_states(self) -> tuple[str, ...]:
+        """States of one chamber, without its suffix."""
+        return ("P",) if self.model else ("P", "T")
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, in the order of `rates`."""
+        chambers = (f"{name}_{side}" for side in SIDES for name in self.chamber_states)
+        return (*(("x", "v") if self.piston else ()), *chambers)
+
+    def state(self, **quantities: float) -> list[float]:
+        """State in which each quantity, x, v, P or T, has one value in all chambers."""
+        return [quantities[name.partition("_")[0]] for name in self.states]
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the inputs."""
+        return (*(("u",) if self.valve else ("m_A", "m_B")), *(("force",) if self.piston else ("x", "v")))
+
+
+def system(
+    model: Model | str, n: float | None, plant: Plant, *, valve: bool = True, piston: bool = False
+) -> System:
+    """System of a model by its row or name, or of the full order by "full"; errors of `model_and_index`."""
+    row, n = (None, 1.0) if model == FULL_ORDER else model_and_index(model, n)
+    return System(row, n, plant, valve, piston)
+
+
+def _solved(equations: list[Equation], known: dict[str, Any]) -> None:
+    """Add to the known values those of the equations' names."""
+    for equation in equations:
+        result = complex_value(equation.function, *(known[name] for name in equation.arguments))
+        values = result if isinstance(result, tuple) else (result,)
+        known |= zip(equation.names, values, strict=True)
+
+
+def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[Any]:
+    """Rates of the states, floats or complex numbers: eqs (1) to (8), or (3) and the model's row."""
+    known = dict(zip((*system.states, *system.inputs), (*state, *inputs), strict=True))
+    result: list[Any] = []
+    if system.piston:
+        _solved(piston_equations(system.plant), known)
+        result += [known["dx_dt"], known["dv_dt"]]
+    equations, cylinder = (
+        chamber_equations(system.model, system.n, system.plant, system.valve),
+        system.plant.cylinder,
+    )
+    for side, sign in SIDES.items():
+        own = {name: known[f"{name}_{side}"] for name in system.chamber_states}
+        own |= {"u": sign * known["u"]} if system.valve else {"m": known[f"m_{side}"]}
+        own |= {"x": sign * known["x"], "v": sign * known["v"]}
+        own |= chamber_of(cylinder, "AB".index(side))._asdict()
+        _solved(equations, own)
+        result += [own[f"d{name}_dt"] for name in system.chamber_states]
+    return result
+
+
+def stopped_state(system: System, state: list[float], v_before: float) -> list[float]:
+    """State after the end stops, where the system has a piston."""
+    if not system.piston:
+        return state
+    known = {"x": state[0], "v": state[1], "v_before": v_before}
+    _solved(stop_equations(system.plant), known)
+    return [known["x_after"], known["v_after"], *state[2:]]
+
+
+def step(
+    system: System,
+    method: Tableau,
+    state: Sequence[float],
+    start: Sequence[float],
+    end: Sequence[float],
+    h: float,
+) -> list[float]:
+    """State one step of h s later; inputs are linear from start to end of the step."""
+    A, b, c, K = method.A.tolist(), method.b.tolist(), method.c.tolist(), list[list[float]]()
+
+    def moved(weights: list[float]) -> list[float]:
+        return [
+            y + h * sum((w * k[s] for w, k in zip(weights, K, strict=False)), 0.0)
+            for s, y in enumerate(state)
+        ]
+
+    for row, node in zip(A, c, strict=True):
+        inputs = [first + node * (last - first) for first, last in zip(start, end, strict=True)]
+        K.append(rates(system, moved(row), inputs))
+    return stopped_state(system, moved(b), state[1])

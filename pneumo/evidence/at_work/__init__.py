@@ -1,0 +1,1 @@
+"""Models used in observers and position controllers."""

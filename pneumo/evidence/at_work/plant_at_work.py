@@ -1,0 +1,321 @@
+"""Models at work in an observer and in a position controller: paper/decisions/0049.
+
+One call of `plant_at_work` does all for one plant; each carried model is tuned on its own runs first.
+"""
+
+from collections.abc import Callable
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pneumo.configuration.experiment import Experiment, Plant
+from pneumo.evidence.at_work.observers import FIRST_PRESSURE, Noise, estimated, observability
+from pneumo.evidence.at_work.position_control import (
+    P_CONTROL,
+    PARTS,
+    Controller,
+    controlled,
+    drawn_task,
+    part_errors,
+)
+from pneumo.evidence.at_work.sampled_plant import PRESSURE_NOISE, readings, sampled_recording
+from pneumo.physics.models import MODELS, Lane, lane, lane_array
+from pneumo.simulation.full_order import Recording
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import EXACT_TRANSPORT
+from pneumo.storage.layout import CHAMBERS
+
+CARRIED_MODELS = ("M1", "M2", "M5", "M6", "M7", "M8", "M10")
+K_0_FACTORS = (0.5, 1.0, 2.0)  # carried k_0 over the plant's
+SENSORS = {"none": 0, "one": 1, "both": 2}  # pressures measured
+CONTROL_SENSORS = ("none", "both")
+SEEDS, TUNING_SEEDS = 30, 3
+RUN, LEFT_OUT = 10.0, 1.0  # s, of an observer's run, and at its start before errors count
+FORCE_NOISE, CONTROL_FORCE_NOISE = 3e-4, 3e-3  # s^0.5, over P_s A_A
+PRESSURE_NOISES = (3e2, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5)  # Pa/s^0.5
+BANDWIDTHS = (22.0, 33.0, 50.0, 75.0, 110.0, 165.0, 250.0)  # rad/s
+GAINS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # of P control, u_max per stroke
+ROOT_SEED = 49
+
+UNITS = {
+    "replay_error": ("Pa", "RMS error of replays, both chambers, exact transport"),
+    "estimation_error": ("Pa", "RMS error of the estimated pressures, both chambers"),
+    "estimation_error_by_chamber": ("Pa", "the same of each chamber, all seeds"),
+    "tracking_error": ("m", "RMS tracking error of the whole task"),
+    "following_error": ("m", "RMS tracking error of sine and handling"),
+    "error_by_part": ("m", "RMS tracking error of each part, all seeds"),
+    "following_at_bandwidth": ("m", "RMS error of sine and handling in the tuning runs at each bandwidth"),
+    "effort": ("V", "RMS of the limited command"),
+    "air": ("kg", "air from the supply over the task"),
+    "n": ("1", "polytropic index with the lowest replay error; 1 where the model has none"),
+    "pressure_noise": ("Pa s-0.5", "process noise of the pressures, tuned"),
+    "bandwidth": ("rad s-1", "bandwidth of the controller, tuned"),
+    "gain": ("V m-1", "gain of P control, tuned"),
+    "observability_rank": ("1", "least rank of the observability matrix; 4 is observable"),
+    "observable_deviation": (
+        "Pa",
+        "standard deviation that 0.5 s of samples leave to a perfect linear model",
+    ),
+}
+
+
+class Carried(NamedTuple):
+    """A model as an observer or controller carries it."""
+
+    model: str
+    k_0_factor: float  # 1 for models without wall heat
+
+    def lane(self, n: float, gamma: float) -> Lane:
+        """Lane at an index n, with the k_0 that is carried."""
+        row = lane(MODELS[self.model], n, gamma)
+        return row._replace(explicit_heat=self.k_0_factor * row.explicit_heat)
+
+    @property
+    def name(self) -> str:
+        """Label of the model with its k_0."""
+        return self.model if self.k_0_factor == 1 else f"{self.model}, {self.k_0_factor:g} k_0"
+
+
+CARRIED = [
+    Carried(model, factor)
+    for model in CARRIED_MODELS
+    for factor in (K_0_FACTORS if MODELS[model].wall != "none" else (1.0,))
+]
+
+
+class ObserverRun(NamedTuple):
+    """A run of the plant with what its sensors gave."""
+
+    recording: Recording
+    x: np.ndarray  # m, read
+    P: np.ndarray  # Pa, read
+    first: np.ndarray  # first estimate of P_A and P_B, Pa
+
+
+def observer_run(experiment: Experiment, seed: np.random.SeedSequence) -> ObserverRun:
+    """Run an experiment with a reference, sensor noise and first estimate of their own."""
+    rng = np.random.default_rng(seed)
+    steps = round(RUN / experiment.h)
+    recording = sampled_recording(experiment, int(rng.integers(1, 2**31)), steps)
+    x, P = readings(recording.states, rng)
+    first = experiment.plant.conditions.P_0 + FIRST_PRESSURE * rng.standard_normal(2)
+    return ObserverRun(recording, x, P, first)
+
+
+def replay_errors(run: ObserverRun, lanes: list[Lane]) -> np.ndarray:
+    """Mean square error of replays, Pa^2, both chambers together; NaN where one fails: shape (lane,)."""
+    cells = replay(run.recording, lane_array(lanes), EXACT_TRANSPORT, len(run.x) - 1)
+    return cells.mse.mean(axis=1)
+
+
+def estimation_errors(run: ObserverRun, row: np.ndarray, sensors: str, pressure_noise: float) -> np.ndarray:
+    """Mean square error of the estimated P_A and P_B, Pa^2, after the first second: shape (chamber,)."""
+    recording = run.recording
+    estimates, _ = estimated(
+        run.x,
+        run.P,
+        recording.u,
+        SENSORS[sensors],
+        run.first,
+        row,
+        recording.plant,
+        Noise(FORCE_NOISE * full_force(recording.plant), pressure_noise),
+        recording.h,
+    )
+    counted = slice(round(LEFT_OUT / recording.h), None)
+    return ((estimates[counted, 2:] - recording.states[counted, [2, 4]]) ** 2).mean(axis=0)
+
+
+def full_force(plant: Plant) -> float:
+    """Supply pressure on the piston of chamber A, N."""
+    return plant.conditions.P_s * plant.cylinder.A_A
+
+
+class ControlRun(NamedTuple):
+    """Mean squares of what a controller made of a task, and the air it took."""
+
+    tracking: float  # m^2
+    by_part: np.ndarray  # m^2, for each of `PARTS`
+    effort: float  # V^2
+    air: float  # kg
+
+
+def control_run(
+    experiment: Experiment, seed: np.random.SeedSequence, controller: Controller, row: np.ndarray
+) -> ControlRun:
+    """Run a task with noise and first estimate of its own; a run that fails is off by one stroke."""
+    e, rng = experiment, np.random.default_rng(seed)
+    cylinder = e.plant.cylinder
+    task = drawn_task(rng, e.plant, e.h)
+    noise = PRESSURE_NOISE * rng.standard_normal((len(task.force), 2))
+    first = e.plant.conditions.P_0 + FIRST_PRESSURE * rng.standard_normal(2)
+    smooth = e.plant._replace(cylinder=cylinder._replace(coulomb=0.0))
+    done = controlled(task, noise, first, controller, row, e.plant, smooth, e.h, e.most_halvings)
+    if not np.isfinite([done.x, done.u]).all():
+        nothing = cylinder.stroke**2
+        return ControlRun(nothing, np.full(len(PARTS), nothing), e.plant.valve.u_max**2, np.nan)
+    tracking = float(((done.x - task.reference[:, 0]) ** 2).mean())
+    return ControlRun(tracking, part_errors(task, done, e.h), float((done.u**2).mean()), done.air)
+
+
+def _seeds(plant: int, use: int) -> tuple[list[np.random.SeedSequence], list[np.random.SeedSequence]]:
+    """Seeds of the tuning and of the judged runs of a plant, by the use: loop, or control."""
+    every = np.random.SeedSequence([ROOT_SEED, plant, use]).spawn(TUNING_SEEDS + SEEDS)
+    return every[:TUNING_SEEDS], every[TUNING_SEEDS:]
+
+
+def _observers(
+    experiment: Experiment, grid: tuple[float, ...], plant: int, loop: int
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Cells of one loop's observers by name, and the carried lanes at their n."""
+    tuning, judged = ([observer_run(experiment, seed) for seed in seeds] for seeds in _seeds(plant, loop))
+    gamma = experiment.plant.gas.gamma
+    wide = [carried.lane(n, gamma) for carried in CARRIED for n in grid]
+    mse = np.mean([replay_errors(run, wide) for run in tuning], axis=0).reshape(len(CARRIED), len(grid))
+    n = np.array([grid[int(i)] for i in np.nan_to_num(mse, nan=np.inf).argmin(axis=1)])
+    n[[not MODELS[carried.model].has_n for carried in CARRIED]] = 1.0
+    lanes = [carried.lane(value, gamma) for carried, value in zip(CARRIED, n, strict=True)]
+    rows = lane_array(lanes)
+    shape = len(SENSORS), len(CARRIED)
+    noise, errors = np.empty(shape), np.empty((*shape, len(judged), 2))
+    for (i, sensors), (j, row) in product(enumerate(SENSORS), enumerate(rows)):
+        tried = [
+            np.mean([estimation_errors(run, row, sensors, q) for run in tuning]) for q in PRESSURE_NOISES
+        ]
+        noise[i, j] = PRESSURE_NOISES[int(np.argmin(tried))]
+        errors[i, j] = [estimation_errors(run, row, sensors, float(noise[i, j])) for run in judged]
+    cells = {
+        "n": n,
+        "replay_error": np.sqrt([replay_errors(run, lanes) for run in judged]).T,
+        "pressure_noise": noise,
+        "estimation_error": np.sqrt(errors.mean(axis=-1)),
+        "estimation_error_by_chamber": np.sqrt(errors.mean(axis=-2)),
+    }
+    return cells, rows
+
+
+def _judged(runs: list[ControlRun]) -> dict[str, np.ndarray]:
+    """Errors of the judged runs of one controller by name."""
+    parts, (names, ends) = np.array([run.by_part for run in runs]), zip(*PARTS.items(), strict=True)
+    lengths = np.array([end - start for start, end in ends])
+    follow = np.array([name in ("sine", "handling") for name in names])
+    return {
+        "tracking_error": np.sqrt([run.tracking for run in runs]),
+        "following_error": np.sqrt(parts[:, follow] @ lengths[follow] / lengths[follow].sum()),
+        "effort": np.sqrt([run.effort for run in runs]),
+        "air": np.array([run.air for run in runs]),
+        "error_by_part": np.sqrt(parts.mean(axis=0)),
+    }
+
+
+def _controllers(
+    experiment: Experiment, plant: int, rows: np.ndarray, noise: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Cells of the controllers by name, baseline with the prefix ``baseline_``."""
+    tuning, judged = _seeds(plant, 2)
+    force, cylinder = CONTROL_FORCE_NOISE * full_force(experiment.plant), experiment.plant.cylinder
+    scale = experiment.plant.valve.u_max / cylinder.stroke
+
+    def tried(controllers: list[Controller], row: np.ndarray) -> tuple[int, np.ndarray]:
+        """Index of the controller that tracks best on the tuning seeds, and each one's following error, m."""
+        runs = [[control_run(experiment, seed, c, row) for seed in tuning] for c in controllers]
+        best = np.argmin([np.mean([run.tracking for run in those]) for those in runs])
+        following = [(_judged(those)["following_error"] ** 2).mean() ** 0.5 for those in runs]
+        return int(best), np.array(following)
+
+    def done(controller: Controller, row: np.ndarray) -> dict[str, np.ndarray]:
+        return _judged([control_run(experiment, seed, controller, row) for seed in judged])
+
+    cells: dict[str, list[np.ndarray]] = {}
+    for sensors, (j, row) in product(CONTROL_SENSORS, enumerate(rows)):
+        process = Noise(force, float(noise[sensors][j]))
+        choices = [Controller(SENSORS[sensors], w, 0.0, process) for w in BANDWIDTHS]
+        chosen, errors = tried(choices, row)
+        tuned = {"bandwidth": np.array(choices[chosen].bandwidth), "following_at_bandwidth": errors}
+        found = done(choices[chosen], row) | tuned
+        for name, values in found.items():
+            cells.setdefault(name, []).append(values)
+    shape = len(CONTROL_SENSORS), len(rows)
+    stacked = {name: np.reshape(values, (*shape, *values[0].shape)) for name, values in cells.items()}
+    baseline = [Controller(0, P_CONTROL, gain * scale, Noise(force, 0.0)) for gain in GAINS]
+    best = baseline[tried(baseline, rows[0])[0]]
+    found = done(best, rows[0]) | {"gain": np.array(best.gain)}
+    return stacked | {f"baseline_{name}": values for name, values in found.items()}
+
+
+def plant_at_work(
+    open_loop: Experiment,
+    closed_loop: Experiment,
+    grid: tuple[float, ...],
+    plant: int,
+    progress: Callable[[str], None] = lambda _text: None,
+) -> xr.Dataset:
+    """Observers and controllers of one plant, carrying each of `CARRIED`.
+
+    Both experiments have the same plant; their drives and references make the observers' runs. `grid` holds
+    the polytropic indices that are tried, `plant` is the number that seeds are drawn from. The variables are
+    those of `UNITS`, the baseline's with the prefix ``baseline_``.
+    """
+    loops = {"open": open_loop, "closed": closed_loop}
+    parts: list[dict[str, np.ndarray]] = []
+    rows = np.empty(0)
+    for i, (loop, experiment) in enumerate(loops.items()):
+        cells, rows = _observers(experiment, grid, plant, i)  # the last are those of the closed loop
+        parts.append(cells)
+        progress(f"observers, {loop} loop: done")
+    tuned = dict(zip(SENSORS, parts[-1]["pressure_noise"], strict=True))
+    control = _controllers(closed_loop, plant, rows, tuned)
+    progress("controllers: done")
+    dims = {
+        "n": ("loop", "carried"),
+        "replay_error": ("loop", "carried", "seed"),
+        "pressure_noise": ("loop", "sensors", "carried"),
+        "estimation_error": ("loop", "sensors", "carried", "seed"),
+        "estimation_error_by_chamber": ("loop", "sensors", "carried", "chamber"),
+    }
+    values: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
+        name: (dims[name], np.stack([part[name] for part in parts])) for name in dims
+    }
+    last = {
+        "error_by_part": ("part",),
+        "following_at_bandwidth": ("bandwidth_tried",),
+        "bandwidth": (),
+        "gain": (),
+    }
+    for name, array in control.items():
+        plain = name.removeprefix("baseline_")
+        first = () if plain != name else ("control_sensors", "carried")
+        values[name] = ((*first, *last.get(plain, ("seed",))), array)
+    seen = [
+        [
+            observability(c.model, n, closed_loop.plant._replace(k_0=c.k_0_factor * closed_loop.plant.k_0), k)
+            for c, n in zip(CARRIED, parts[-1]["n"], strict=True)
+        ]
+        for k in SENSORS.values()
+    ]
+    values["observability_rank"] = (
+        ("sensors", "carried"),
+        np.array([[o.rank for o in line] for line in seen]),
+    )
+    deviation = np.array([[o.deviation for o in line] for line in seen])
+    values["observable_deviation"] = (("sensors", "carried", "chamber"), deviation)
+    coords = {
+        "loop": list(loops),
+        "sensors": list(SENSORS),
+        "control_sensors": list(CONTROL_SENSORS),
+        "carried": [c.name for c in CARRIED],
+        "model": ("carried", [c.model for c in CARRIED]),
+        "k_0_factor": ("carried", [c.k_0_factor for c in CARRIED]),
+        "chamber": CHAMBERS,
+        "part": list(PARTS),
+        "bandwidth_tried": list(BANDWIDTHS),
+        "k_0": closed_loop.plant.k_0,
+        "cylinder": closed_loop.cylinder,
+    }
+    found = xr.Dataset(values, coords)
+    for name in found.data_vars:
+        unit, words = UNITS[str(name).removeprefix("baseline_")]
+        found[name].attrs = {"units": unit, "long_name": words}
+    return found

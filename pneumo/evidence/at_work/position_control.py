@@ -1,0 +1,171 @@
+# pyright: basic
+"""Position control that carries a reduced model: feedback linearisation on the states of its observer.
+
+The third derivative of the position is linear in ``|u|`` for either sign of the command, in every model; the
+controller solves it for u. Baseline: P control of the position, without a model.
+"""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.evidence.at_work.observers import STATES, Noise, correct_all, first_covariance, predict
+from pneumo.evidence.at_work.sampled_plant import X_STEP, air_from_supply, held_step, pressure_read, rounded
+from pneumo.physics.cylinder import acceleration, chamber_of
+from pneumo.physics.models import Lane
+from pneumo.physics.valve import limited
+from pneumo.simulation.compiled import inlined, kernel
+from pneumo.simulation.full_order import equilibrium
+from pneumo.simulation.reference import lane_of, lane_rate
+
+PARTS = {"step": (0.0, 2.0), "sine": (2.0, 5.0), "handling": (5.0, 8.0), "force": (8.0, 10.0)}  # s
+DURATION = 10.0  # s
+SINE, MOVE, REST = 1.0, 0.5, 0.25  # Hz; s of a move, s after it
+SIZES, WAYPOINTS = (0.1, 0.2), 0.3  # of step and sine; of handling, from the middle; over the stroke
+PUSH, PUSHED = 0.1, (8.5, 9.5)  # force over P_s A_A; s
+P_CONTROL = 0.0  # bandwidth that stands for the baseline
+
+equilibrium_of = inlined(equilibrium)
+
+
+class Task(NamedTuple):
+    """What the piston shall do, and the force that disturbs it, at every sample."""
+
+    reference: np.ndarray  #: m and its derivatives up to the third, shape (samples, 4)
+    force: np.ndarray  #: N, shape (samples,)
+
+
+class Controller(NamedTuple):
+    """How the command follows from the readings."""
+
+    measured_pressures: int  #: that correct the observer: 0, 1 (P_A) or 2
+    bandwidth: float  #: of the four poles, rad/s; 0: P control
+    gain: float  #: of P control, V/m
+    noise: Noise  #: of the observer
+
+
+class Controlled(NamedTuple):
+    """What came of a task."""
+
+    x: np.ndarray  #: m, at every sample
+    u: np.ndarray  #: limited command held from every sample on, V
+    air: float  #: from the supply, kg
+
+
+def minimum_jerk(t: np.ndarray, distance: float, duration: float) -> np.ndarray:
+    """Rest-to-rest motion over a distance, m, with its first three derivatives: shape (samples, 4)."""
+    s = np.clip(t / duration, 0.0, 1.0)
+    moving = (s > 0) & (s < 1)
+    derivatives = (
+        10 * s**3 - 15 * s**4 + 6 * s**5,
+        30 * s**2 - 60 * s**3 + 30 * s**4,
+        60 * s - 180 * s**2 + 120 * s**3,
+        (60 - 360 * s + 360 * s**2) * moving,
+    )
+    return distance * np.column_stack([d / duration**k for k, d in enumerate(derivatives)])
+
+
+def drawn_task(rng: np.random.Generator, plant: Plant, h: float) -> Task:
+    """Draw the sizes, way points and direction of the force of a task: paper/decisions/0049."""
+    c = plant.cylinder
+    t = h * np.arange(round(DURATION / h) + 1)
+    reference, force = np.zeros((len(t), 4)), np.zeros(len(t))
+    step, sine = c.stroke * rng.uniform(*SIZES, 2) * rng.choice([-1.0, 1.0], 2)
+    (_, step_end), (sine_start, sine_end), (handling_start, _), _ = PARTS.values()
+    reference[t < step_end / 2, 0] = step
+    during, w = (t >= sine_start) & (t < sine_end), 2 * np.pi * SINE
+    phase = w * (t[during] - sine_start)
+    waves = np.sin(phase), w * np.cos(phase), -(w**2) * np.sin(phase), -(w**3) * np.cos(phase)
+    reference[during] = sine * np.column_stack(waves)
+    places = [0.0, *(c.stroke * rng.uniform(-WAYPOINTS, WAYPOINTS, 3)), 0.0]
+    for k, (start, end) in enumerate(pairwise(places)):
+        reference += minimum_jerk(t - handling_start - k * (MOVE + REST), end - start, MOVE)
+    pushed = (t >= PUSHED[0]) & (t < PUSHED[1])
+    force[pushed] = PUSH * plant.conditions.P_s * c.A_A * rng.choice([-1.0, 1.0])
+    return Task(reference, force)
+
+
+@inlined
+def third_derivative(y: np.ndarray, a: float, u: float, plant: Plant, lane: Lane) -> float:
+    """Third derivative of the position by the model at acceleration a, m/s^3: eq (3) differentiated."""
+    c = plant.cylinder
+    rate_A = lane_rate(u, y[0], y[1], y[2], chamber_of(c, 0), plant, lane)
+    rate_B = lane_rate(-u, -y[0], -y[1], y[3], chamber_of(c, 1), plant, lane)
+    return (c.A_A * rate_A - c.A_B * rate_B - c.k_f * a) / c.M
+
+
+@inlined
+def linearising_command(
+    y: np.ndarray, wanted: np.ndarray, integral: float, bandwidth: float, plant: Plant, lane: Lane
+) -> float:
+    """Command, V, not limited, that gives the error of position four poles at -bandwidth, by the model.
+
+    `wanted` holds the reference with three derivatives, `integral` that of reference less position, m s.
+    """
+    a = acceleration(y[1], y[2], y[3], 0.0, plant.cylinder)
+    w, u_max = bandwidth, plant.valve.u_max
+    jerk = wanted[3] + 4 * w * (wanted[2] - a) + 6 * w**2 * (wanted[1] - y[1])
+    jerk += 4 * w**3 * (wanted[0] - y[0]) + w**4 * integral
+    closed = third_derivative(y, a, 0.0, plant, lane)
+    towards = u_max if jerk > closed else -u_max
+    change = third_derivative(y, a, towards, plant, lane) - closed
+    if change * towards <= 0:  # the valve cannot give this jerk
+        return towards
+    return towards * (jerk - closed) / change
+
+
+@kernel
+def controlled(
+    task: Task,
+    sensor_noise: np.ndarray,
+    first: np.ndarray,
+    controller: Controller,
+    row: np.ndarray,
+    plant: Plant,
+    smooth: Plant,
+    h: float,
+    most_halvings: int,
+) -> Controlled:
+    """Run the full-order system under a controller, from rest in mid-stroke.
+
+    Parameters
+    ----------
+    sensor_noise : numpy.ndarray
+        Noise of the pressure sensors, Pa, shape (samples, 2).
+    first : numpy.ndarray
+        First estimate of P_A and P_B, Pa.
+    row : numpy.ndarray
+        The carried model: a row of `pneumo.physics.models.lane_array`.
+    smooth : Plant
+        The plant without Coulomb friction, whose sign at rest is noise, for the control law.
+    """
+    samples, lane = len(task.force), lane_of(row)
+    xs, us, air, integral, state = np.empty(samples), np.empty(samples), 0.0, 0.0, equilibrium_of(plant)
+    y, C, W = np.empty(STATES), first_covariance(), np.empty((4, STATES, STATES))
+    y[0], y[1], y[2], y[3] = 0.0, 0.0, first[0], first[1]
+    P, u_max = np.empty(2), plant.valve.u_max
+    for k in range(samples):
+        x, wanted = rounded(state[0], X_STEP), task.reference[k]
+        if controller.bandwidth > 0:
+            for side in range(2):
+                P[side] = pressure_read(state[2 + 2 * side], sensor_noise[k, side])
+            correct_all(y, C, x, P, controller.measured_pressures, plant)
+            free = linearising_command(y, wanted, integral, controller.bandwidth, smooth, lane)
+            if abs(free) < u_max:
+                integral += h * (wanted[0] - y[0])
+            u = limited(free, u_max)
+            predict(y, C, u, plant, lane, controller.noise, h, W)
+        else:
+            u = limited(controller.gain * (wanted[0] - x), u_max)
+        xs[k], us[k] = state[0], u
+        air += h * air_from_supply(u, state, plant)
+        state, _ = held_step(state, u, task.force[k], plant, h, most_halvings)
+    return Controlled(xs, us, air)
+
+
+def part_errors(task: Task, done: Controlled, h: float) -> np.ndarray:
+    """Mean square of the tracking error in each of `PARTS`, m^2."""
+    squares = (done.x - task.reference[:, 0]) ** 2
+    return np.array([squares[round(a / h) : round(b / h)].mean() for a, b in PARTS.values()])

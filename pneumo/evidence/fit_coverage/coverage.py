@@ -1,0 +1,170 @@
+"""Whether the intervals of `pneumo fit` hold the truth: fits to random cylinders whose truth is known.
+
+A truth made by the fitted model shows how often 95 per cent intervals hold it; a truth made by the full-order
+system, which has no n, shows the bias of k_0 and which models predict best.
+"""
+
+import time
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy.stats import binomtest
+
+from pneumo.evidence.fit_coverage.synthetic_records import SyntheticRecord, synthetic_record
+from pneumo.evidence.identification.misfit import rms_of
+from pneumo.fit.estimate import estimate, split_of
+from pneumo.fit.fitted_parameters import FULL
+from pneumo.fit.stage_signals import FEW_PAIRS, stage_signals, with_added_noise
+from pneumo.physics.models import MODELS
+
+FIRST_SEED = 10_000  # seed of the first case; the method was developed on lower ones
+FITTED_MODELS = ("M7", "M8", "M9", "M10")  # have k_0 and n both
+FULL_ORDER_CASES = 200  # of the first cases, fitted to a full-order truth too
+JUDGED_PARAMETERS = ("n", "k_0", "k_xu", "V_d_A", "V_d_B")
+
+
+def true_parameters(known: SyntheticRecord) -> dict[str, float]:
+    """True value of each of `JUDGED_PARAMETERS`."""
+    values = known.n, known.truth.k_0, known.truth.valve.k_xu, *known.V_d
+    return dict(zip(JUDGED_PARAMETERS, values, strict=True))
+
+
+def fit_same_model(seed: int) -> xr.Dataset:
+    """Fit a case whose pressures come from the model that is fitted, one of `FITTED_MODELS` by turns."""
+    name = FITTED_MODELS[seed % len(FITTED_MODELS)]
+    known = synthetic_record(seed, name)
+    begun = time.thread_time()
+    record = stage_signals(known.period, known.u, known.x, known.P, known.configured)
+    noisy = with_added_noise(record.part(0, split_of(record)))
+    fitted = estimate(MODELS[name], known.configured, record, noisy=noisy, intervals=JUDGED_PARAMETERS)
+    seconds = time.thread_time() - begun
+
+    def row(of: dict[str, float]) -> tuple[str, list[float]]:
+        return "parameter", [of.get(p, np.nan) for p in JUDGED_PARAMETERS]
+
+    return xr.Dataset(
+        {
+            "truth": row(true_parameters(known)),
+            "estimate": row(fitted.values),
+            "low": row(fitted.low),
+            "high": row(fitted.high),
+            "fitted_model": name,
+            "held_out": rms_of(fitted.held_out),
+            "seconds": seconds,
+            **record_properties(known),
+        },
+        coords={"parameter": list(JUDGED_PARAMETERS)},
+    )
+
+
+def fit_full_order_truth(seed: int) -> xr.Dataset:
+    """Fit the full order and every model to a case whose pressures come from the full-order system."""
+    known = synthetic_record(seed)
+    record = stage_signals(known.period, known.u, known.x, known.P, known.configured)
+    first = split_of(record)
+    noisy, exact = with_added_noise(record.part(0, first), FEW_PAIRS), known.P_exact[:, first:]
+    rows, reference = [], None
+    for model in (FULL, *MODELS.values()):
+        begun = time.thread_time()
+        fitted = estimate(
+            model,
+            known.configured,
+            record,
+            noisy=noisy,
+            intervals=("k_0",),
+            reference=reference,
+        )
+        seconds = time.thread_time() - begun
+        reference = fitted.pressure if model is FULL else reference
+        values = [fitted.values.get(name, np.nan) for name in ("k_0", "n", "k_xu")]
+        ends = [of.get("k_0", np.nan) for of in (fitted.low, fitted.high)]
+        errors = rms_of(fitted.held_out), rms_of(fitted.pressure[:, first:] - exact)
+        rows.append([*values, *ends, *errors, seconds])
+    names = ("k_0", "n", "k_xu", "low", "high", "held_out", "held_out_error", "seconds")
+    columns = {f"full_{name}": ("model", row) for name, row in zip(names, np.array(rows).T, strict=True)}
+    truth = {"full_true_k_0": known.truth.k_0, "full_true_k_xu": known.truth.valve.k_xu}
+    return xr.Dataset(columns | truth, {"model": [FULL.name, *MODELS]})
+
+
+def record_properties(known: SyntheticRecord) -> dict[str, float]:
+    """Size, supply and sensors of a record."""
+    c, sensors = known.truth.cylinder, {"period": known.period, "noise": known.noise, "bits": known.bits}
+    return {"bore": c.bore, "stroke": c.stroke, "supply": known.truth.conditions.P_s, **sensors}
+
+
+def coverage(cases: Iterable[int], progress: Callable[[str], None]) -> xr.Dataset:
+    """Fit cases, by their numbers from 0; `progress` gets a line for each.
+
+    The result is by case; the fits to full-order truth are missing from `FULL_ORDER_CASES` on.
+    """
+    parts: dict[int, xr.Dataset] = {}
+    for number in cases:
+        seed = FIRST_SEED + number
+        parts[number] = fit_same_model(seed).assign_coords(model=[FULL.name, *MODELS])
+        if number < FULL_ORDER_CASES:
+            parts[number] = parts[number].merge(fit_full_order_truth(seed))
+        progress(f"case {number}: done")
+    return xr.concat(list(parts.values()), xr.Variable("case", list(parts)))
+
+
+def _held(low: xr.DataArray, high: xr.DataArray, truth: xr.DataArray) -> dict[str, np.ndarray]:
+    """Count intervals that hold the truth over the cases: `held`, `closed_held`, and those `closed`."""
+    holds = (low.fillna(-np.inf) <= truth) & (truth <= high.fillna(np.inf))
+    closed = low.notnull() & high.notnull()
+    counts = {"held": holds, "closed_held": holds & closed, "closed": closed}
+    return {name: count.sum("case").values for name, count in counts.items()}
+
+
+def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
+    """Count the 95 per cent intervals of `coverage` that hold the truth; an open end sets no limit.
+
+    By parameter: `held` of `cases`, with Clopper and Pearson's interval of the share, `low` to `high`, and
+    `closed_held` of the `closed` intervals with two ends.
+    """
+    count, counts = cases.sizes["case"], _held(cases["low"], cases["high"], cases["truth"])
+    ends = [binomtest(int(number), count).proportion_ci() for number in counts["held"]]
+    table = {"cases": count, "low": [e.low for e in ends], "high": [e.high for e in ends], **counts}
+    return pd.DataFrame(table, index=cases["parameter"].values)
+
+
+def full_order_truth(cases: xr.Dataset) -> pd.DataFrame:
+    """Summarise the fits to full-order truth.
+
+    By model: median, 10th and 90th percentile of k_0 over the truth (NaN for models without); how many of its
+    intervals hold the truth, `held`, `closed_held` and `closed` as in `intervals_that_hold`; median of the
+    error on the part held out, kPa, and of the processor's time per fit, s.
+    """
+    cases = cases.dropna("case", subset=["full_true_k_0"])
+    ratio = (cases["full_k_0"] / cases["full_true_k_0"]).transpose("case", "model").values
+    low, middle, high = np.percentile(ratio, [10, 50, 90], axis=0)
+    held_out, seconds = (cases[name].median("case").values for name in ("full_held_out", "full_seconds"))
+    table = {"k_0_median": middle, "k_0_10": low, "k_0_90": high, "cases": cases.sizes["case"]}
+    table |= _held(cases["full_low"], cases["full_high"], cases["full_true_k_0"])
+    table |= {"held_out_kPa": 1e-3 * held_out, "seconds": seconds}
+    return pd.DataFrame(table, index=cases["model"].values)
+
+
+def coverage_tables(cases: xr.Dataset) -> str:
+    """Both tables as Markdown."""
+    names = {"n": "n", "k_0": "k_0", "k_xu": "valve coefficient", "V_d_A": "V_d of A", "V_d_B": "V_d of B"}
+    lines = [
+        "| truth: the model fitted | intervals that hold it | 95 % of that share | of those with two ends |",
+        "|---|---|---|---|",
+    ]
+    for name, row in intervals_that_hold(cases).iterrows():
+        share = f"{row['held']:.0f} of {row['cases']:.0f} | {row['low']:.3f} to {row['high']:.3f}"
+        lines.append(f"| {names[str(name)]} | {share} | {row['closed_held']:.0f} of {row['closed']:.0f} |")
+    lines += [
+        "",
+        "| truth: full order | k_0 over the truth, median (10 to 90 %) | its intervals that hold it"
+        " | of those with two ends | held out, median (kPa) | time (s) |",
+        "|---|---|---|---|---|---|",
+    ]
+    for model, row in full_order_truth(cases).iterrows():
+        k_0 = f"{row['k_0_median']:.2f} ({row['k_0_10']:.2f} to {row['k_0_90']:.2f})"
+        held = f"{row['held']:.0f} of {row['cases']:.0f} | {row['closed_held']:.0f} of {row['closed']:.0f}"
+        k_0 = " |  | " if np.isnan(row["k_0_median"]) else f"{k_0} | {held}"
+        lines.append(f"| {model} | {k_0} | {row['held_out_kPa']:.1f} | {row['seconds']:.1f} |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,1 @@
+"""Constants that the paper leaves open, identified from its tables."""

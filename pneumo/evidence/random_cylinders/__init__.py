@@ -1,0 +1,1 @@
+"""Random cylinders of catalogue sizes: runs, regimes, the direct rule."""

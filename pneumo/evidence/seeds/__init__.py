@@ -1,0 +1,1 @@
+"""The study with other seeds of its random signals."""

@@ -1,0 +1,1 @@
+"""Results under other assumptions, other physics and known mistakes."""

@@ -1,0 +1,191 @@
+"""The study as each alternative of ``paper/2006/assumptions.yaml`` would have it, and under other physics.
+
+An alternative of the ledger is keys of the configuration, or words for one of `IN_WORDS`.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import reduce
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Experiment, Plant, Study
+from pneumo.configuration.parameters import merged, study, validated
+from pneumo.errors import ConfigurationError
+from pneumo.evidence.sensitivity.other_runs import first_draw_skipped, largest_excursions, leaking
+from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
+from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.simulation.full_order import Recording, record
+from pneumo.simulation.settling import Settling
+from pneumo.simulation.signals import (
+    EXACT_TRANSPORT,
+    PUBLISHED,
+    Transport,
+    interpolated,
+    study_transport,
+)
+from pneumo.verdict import PaperError
+from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
+
+ROD = 1 - 0.4**2  # share of the bore's area that a rod of 0.4 bores leaves
+SUPPLY_PRESSURES = {"4_bar": 4e5, "5_5_bar": 5.5e5, "8_5_bar": 8.5e5, "10_bar": 1e6}  # Pa; the study's is 7e5
+INLET = 20.0  # K by which incoming air differs from the walls
+CATALOGUE_COULOMB = 0.05  # of supply pressure times piston area: a cylinder's own friction by catalogues
+LEAK = 0.01  # of the fully open area, between a chamber and either port: a worn spool
+CRITICAL_RATIO = 0.3  # of a bought valve; catalogues have 0.2 to 0.5
+
+
+class Alternative(NamedTuple):
+    """The whole study as one alternative would have it."""
+
+    study: Study
+    record: Callable[[Experiment], Recording] = record  #: makes the full-order run of an experiment
+    #: Reads the four settling times off a settling run; gets the step, s, too.
+    times: Callable[[Settling, float], np.ndarray] = lambda settling, _: settling.times
+    other_transport: Transport | None = None  #: in place of the study's published transport
+    sign: float = 1.0  #: of the error
+    ddof: int = 1  #: of the variance of means in eq (16)
+
+    def transport(self, experiment: Experiment) -> Transport:
+        """Return the transport of the replays of an experiment: its own, or the published one."""
+        return self.other_transport or study_transport(PUBLISHED, experiment)
+
+    def run_key(self, name: str) -> tuple[Any, ...]:
+        """Return what the full-order run of an experiment depends on."""
+        e = self.study.experiments[name]
+        return e.plant, e.drive, e.excitation, e.h, e.steps, e.most_halvings, self.record
+
+
+def equal_runs(name: str, alternatives: Mapping[str, Alternative]) -> list[list[str]]:
+    """Group the names of alternatives that have the same full-order run of an experiment."""
+    groups: dict[tuple[Any, ...], list[str]] = {}
+    for alternative, member in alternatives.items():
+        groups.setdefault(member.run_key(name), []).append(alternative)
+    return list(groups.values())
+
+
+def with_plants(alternative: Alternative, change: Callable[[Plant], Plant]) -> Alternative:
+    """Return the alternative with another plant in every experiment."""
+    study = alternative.study.changed(lambda e: e._replace(plant=change(e.plant)))
+    return alternative._replace(study=study)
+
+
+def other_runs_than(taken: Alternative) -> Callable[[Alternative], bool]:
+    """Whether an alternative has another full-order run than `taken` in some experiment."""
+    return lambda member: any(member.run_key(e) != taken.run_key(e) for e in taken.study.experiments)
+
+
+def _with_halvings(alternative: Alternative) -> Alternative:
+    """Return the alternative with steps halved wherever they fail or are not accurate."""
+    return alternative._replace(study=alternative.study.with_halvings())
+
+
+def _with_rod(p: Plant) -> Plant:
+    return p._replace(cylinder=p.cylinder._replace(A_A=ROD * p.cylinder.A_A, A_B=ROD * p.cylinder.A_B))
+
+
+def _without_rest_rule(p: Plant) -> Plant:
+    return p._replace(cylinder=p.cylinder._replace(rests=False))
+
+
+def _sticking(p: Plant) -> Plant:
+    """Coulomb friction beside the viscous one."""
+    coulomb = CATALOGUE_COULOMB * p.conditions.P_s * p.cylinder.A_A
+    return p._replace(cylinder=p.cylinder._replace(coulomb=coulomb))
+
+
+def _leaking(p: Plant) -> Plant:
+    """A valve that never shuts."""
+    return p._replace(valve=p.valve._replace(leak=LEAK * p.valve.k_xu * p.valve.u_max))
+
+
+def _elliptic(plant: Plant) -> Plant:
+    """ISO 6358 in place of eq (1), from its own equilibrium."""
+    gas, c = plant.gas._replace(critical_ratio=CRITICAL_RATIO, elliptic=True), plant.conditions
+    P_0 = equilibrium_pressure(c.P_s, c.P_atm, gas)
+    return plant._replace(gas=gas, conditions=c._replace(P_0=P_0))
+
+
+# The recorded signals (u, x, v) that a replay's stages may have read otherwise.
+OTHER_TRANSPORTS = {
+    "exact_transport": EXACT_TRANSPORT,
+    "command_late": interpolated(np.array([1.0, 0.0, 0.0]), name="command_late"),
+}
+IN_WORDS: dict[str, Callable[[Alternative], Alternative]] = {
+    "rod.rod_40_percent": lambda taken: with_plants(taken, _with_rod),
+    "end_stop_law.no_rest_rule": lambda taken: with_plants(taken, _without_rest_rule),
+    "settling_change.largest_excursion": lambda taken: taken._replace(times=largest_excursions),
+    "valve_leak.leak_in_runs_alone": lambda taken: taken._replace(record=leaking),
+    "generator.first_draw_skipped": lambda taken: taken._replace(record=first_draw_skipped),
+    **{
+        f"transport.{name}": lambda taken, transport=transport: taken._replace(other_transport=transport)
+        for name, transport in OTHER_TRANSPORTS.items()
+    },
+    "error_sign.reduced_minus_full": lambda taken: taken._replace(sign=-1.0),
+    "variance_of_means.population": lambda taken: taken._replace(ddof=0),
+}
+OTHER_PHYSICS: dict[str, Callable[[Plant], Plant]] = {
+    "friction_law.coulomb": _sticking,
+    "valve.leak": _leaking,
+    "valve.elliptic": _elliptic,
+}
+
+
+def ledger_alternatives(
+    configuration: Mapping[str, Any], folder: Path = PAPER_FOLDER
+) -> dict[str, Alternative]:
+    """Every alternative of ``assumptions.yaml``, named ``assumption.alternative``, after `AS_TAKEN`.
+
+    Those with other full-order runs halve steps that fail or are not accurate. `PaperError` if an alternative
+    in words has no code, or names a key that the configuration lacks.
+    """
+    file = folder / "assumptions.yaml"
+    taken = Alternative(study(validated(configuration, [("configuration", configuration)])))
+    alternatives = {AS_TAKEN: taken}
+    for assumption, entry in read_assumptions(folder).items():
+        for alternative, change in entry.alternatives.items():
+            name = f"{assumption}.{alternative}"
+            if not isinstance(change, str):
+                alternatives[name] = reconfigured(configuration, change, f"{file}: {name}")
+            elif name in IN_WORDS:
+                alternatives[name] = IN_WORDS[name](taken)
+            else:
+                raise PaperError(f"{file}: {name}: no code for {change!r}; left_out takes a reason")
+    other = other_runs_than(taken)
+    return {
+        name: _with_halvings(member) if other(member) else member for name, member in alternatives.items()
+    }
+
+
+def grid_alternatives(
+    configuration: Mapping[str, Any], folder: Path = PAPER_FOLDER
+) -> dict[str, Alternative]:
+    """Every alternative with other full-order runs, of the ledger and of physics, after `AS_TAKEN`."""
+    ledger = {
+        name: _with_halvings(member) for name, member in ledger_alternatives(configuration, folder).items()
+    }
+    taken = ledger.pop(AS_TAKEN)
+    other = other_runs_than(taken)
+    alternatives = {AS_TAKEN: taken} | {name: member for name, member in ledger.items() if other(member)}
+    alternatives |= {name: with_plants(taken, change) for name, change in OTHER_PHYSICS.items()}
+    T_amb = next(iter(taken.study.experiments.values())).plant.conditions.T_amb
+    changes = {f"supply.{name}": {"supply.P_s_Pa": P_s} for name, P_s in SUPPLY_PRESSURES.items()}
+    changes |= {"inlet.colder": {"supply.T_in_K": T_amb - INLET}}
+    changes |= {"inlet.warmer": {"supply.T_in_K": T_amb + INLET}}
+    return alternatives | {name: reconfigured(configuration, c, name) for name, c in changes.items()}
+
+
+def reconfigured(configuration: Mapping[str, Any], change: Mapping[str, Any], source: str) -> Alternative:
+    """Study whose configuration has other values at some keys, such as ``supply.P_s_Pa``.
+
+    `PaperError` if a configuration cannot have the values; `source` says where they come from.
+    """
+    override: dict[str, Any] = {}
+    for key, value in change.items():
+        override = merged(override, reduce(lambda inner, part: {part: inner}, key.split(".")[::-1], value))
+    sources = [("configuration", configuration), (source, override)]
+    try:
+        return Alternative(study(validated(merged(configuration, override), sources)))
+    except ConfigurationError as error:
+        raise PaperError(str(error)) from None

@@ -1,0 +1,109 @@
+"""Effect of every alternative reading of the paper on every cell of Tables 5, 7, 8 and 9."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pneumo.configuration.experiment import Experiment
+from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
+from pneumo.evidence.sensitivity.alternatives import Alternative, equal_runs
+from pneumo.papers.paper_2006.computations import COMPUTATIONS
+from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.simulation.full_order import RAN
+from pneumo.simulation.settling import QUANTITIES, Settling, settle
+from pneumo.statistics.averages import concatenated, statistics
+from pneumo.storage.grid_layout import replayed_grid
+from pneumo.storage.layout import experiment_labels
+from pneumo.verdict.claims import Claim
+from pneumo.verdict.sources import MissingEvidence
+
+TOGGLED_TABLES = (5, 7, 8, 9)
+LONGEST_SETTLING = 3000.0  # s; twice what a settling run of the study takes; a longer one has no time
+
+
+class ToggledRun(NamedTuple):
+    """One experiment under one alternative: every cell of the grid, and the settling times."""
+
+    cells: xr.Dataset
+    times: xr.DataArray
+
+
+def toggled_runs(experiment: Experiment, alternatives: Mapping[str, Alternative]) -> dict[str, ToggledRun]:
+    """Run one experiment under every alternative; equal runs and replays are made once."""
+    name = experiment.name
+    groups = equal_runs(name, alternatives)
+    cells: dict[str, xr.Dataset] = {}
+    replays = 0
+    for group in groups:
+        first = alternatives[group[0]]
+        recording = first.record(first.study.experiments[name])
+        by_transport: dict[tuple[Any, ...], xr.Dataset] = {}
+        for member in group:
+            alternative = alternatives[member]
+            e, n = alternative.study.experiments[name], alternative.study.n
+            transport = alternative.transport(e)
+            key = transport.name, e.sampling
+            if key not in by_transport:
+                grid = replayed_grid(e, n, recording, transport, e.steps)
+                by_transport[key] = grid[["mean_error", "mse", "failure_time"]]
+            cells[member] = by_transport[key]
+        replays += len(by_transport)
+
+    settled: dict[Any, Settling] = {}
+    times: dict[str, xr.DataArray] = {}
+    for member, alternative in alternatives.items():
+        e = alternative.study.experiments[name]
+        key = e.plant, e.drive, e.push, e.h
+        if key not in settled:
+            settled[key] = settle(e, longest=LONGEST_SETTLING)
+        settling = settled[key]
+        values = alternative.times(settling, e.h) if settling.status == RAN else settling.times
+        coords = {"quantity": list(QUANTITIES)} | experiment_labels(e)
+        times[member] = xr.DataArray(values, coords, ("quantity",), "settling_time")
+    counts = f"{len(groups)} full-order runs, {replays} replays, {len(settled)} settling runs"
+    print(f"{name}: {counts}, done", flush=True)
+    return {member: ToggledRun(cells[member], times[member]) for member in alternatives}
+
+
+class ToggledResults(StudyResults):
+    """Tables 5, 7, 8 and 9 of one alternative in place of results."""
+
+    def __init__(self, alternative: Alternative, runs: Mapping[str, ToggledRun]) -> None:
+        some = next(iter(alternative.study.experiments.values()))
+        super().__init__(Path(), alternative.transport(some).name)
+        grid = side_by_side({name: run.cells for name, run in runs.items()})
+        grid["mean_error"] = alternative.sign * grid["mean_error"]
+        self.study, self.cells = alternative.study, concatenated(grid)
+        self.statistics = statistics(grid, alternative.study.experiments_by_level, alternative.ddof)
+        self.settling_times = side_by_side({name: run.times for name, run in runs.items()})
+
+    def value(self, claim: Claim) -> float:
+        """Return what a claim's computation finds here; NaN if it finds nothing."""
+        try:
+            value = COMPUTATIONS[claim.compute](self, **claim.arguments).value
+        except MissingEvidence:
+            value = None
+        return np.nan if value is None else value
+
+
+def toggled_tables(
+    alternatives: Mapping[str, Alternative], claims: Mapping[str, Claim], threads: int = 1
+) -> xr.Dataset:
+    """Every cell of Tables 5, 7, 8 and 9 under every alternative, all of the same experiments.
+
+    `reproduced` by (alternative, item), each in its item's unit, NaN where there is no number; claims of
+    other tables are passed over.
+    """
+    items = {name: claim for name, claim in claims.items() if claim.table in TOGGLED_TABLES}
+    experiments = next(iter(alternatives.values())).study.experiments
+    runs = for_each_experiment(experiments, lambda e: toggled_runs(e, alternatives), threads)
+    values = np.empty((len(alternatives), len(items)))
+    for i, (name, alternative) in enumerate(alternatives.items()):
+        results = ToggledResults(alternative, {experiment: runs[experiment][name] for experiment in runs})
+        values[i] = [results.value(claim) for claim in items.values()]
+    attributes = {"units": "1", "long_name": "reproduced value, in the unit of its item"}
+    coords = {"alternative": list(alternatives), "item": list(items)}
+    return xr.Dataset({"reproduced": (tuple(coords), values, attributes)}, coords)

@@ -1,0 +1,1 @@
+"""Error caused by the sampling of signals: theory, measurement, error budget."""

@@ -1,0 +1,148 @@
+"""Floor of error that signal transport leaves: measured with replays, and predicted without them.
+
+The floor is measured on full-order runs at a fine step: where the chambers' own equations are replayed on
+sampled signals, the only error is that of the transport. All errors are RMS over the run and both chambers.
+"""
+
+import numpy as np
+import xarray as xr
+
+from pneumo.configuration.experiment import Experiment
+from pneumo.evidence.identification.misfit import rms_of
+from pneumo.evidence.transport.error_budget import refined, sliced
+from pneumo.evidence.transport.floor_theory import (
+    SHIFTS,
+    averages,
+    floor,
+    late_rest,
+    predicted_error,
+    sensitivities,
+)
+from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.simulation.chamber_replay import replay_chambers
+from pneumo.simulation.full_order import Recording, record
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, study_transport
+from pneumo.storage.layout import described, experiment_labels
+
+# At most 120 s long, so at full length.
+FLOOR_EXPERIMENTS = ("E09", "E10", "E11", "E12", "E13", "E14", "E15", "E16")
+FLOOR_REFINEMENT = 10  # steps within one of the study's: every period is a multiple
+SWEPT = ("linear", "hold", "delay")  # transports at all periods
+FLOOR_PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s between samples
+DRAW_RATES = (5.0, 10.0, 20.0, 40.0, 100.0)  # draws per second, each a multiple of 1 ms apart
+VALVE_SIZES = (0.25, 0.5, 1.0, 2.0, 4.0)  # valve's area over that of the study
+SWEEP = 20.0  # s from the start where rate and size vary; prediction and measurement see the same run
+SWEEP_PERIOD = 1e-3  # s, the study's own
+PRIME_STEPS = 503  # fine steps between draws that do not fall on samples: 50.3 ms
+FLOOR_MODEL, FLOOR_N = "M8", 1.35  # the reduced model whose floor is measured too
+FLOOR_SOURCES = {
+    "measured": "replayed on sampled signals",
+    "predicted": "linear theory along the run",
+    "formula": "closed formula",
+}
+
+
+def with_valve(experiment: Experiment, size: float) -> Experiment:
+    """Return an experiment whose valve is larger by a factor."""
+    plant, valve = experiment.plant, experiment.plant.valve
+    return experiment._replace(plant=plant._replace(valve=valve._replace(k_xu=size * valve.k_xu)))
+
+
+def with_draws(experiment: Experiment, every: int) -> Experiment:
+    """Return an experiment with `every` steps between draws of its reference."""
+    return experiment._replace(excitation=experiment.excitation._replace(every=every))
+
+
+def floors(
+    e: Experiment, recording: Recording, periods: tuple[float, ...], between: bool = False
+) -> np.ndarray:
+    """RMS error, Pa, that reading samples of a run brings into a replay of the full order itself.
+
+    By (period between samples, s; replayed, predicted from the run, or by the formula; reading rule). The
+    formula can let jumps of the signals fall `between` samples.
+    """
+    full = recording.states[::FLOOR_REFINEMENT, [2, 4]].T
+    known, late = averages(recording, e.excitation.every), late_rest(recording, FLOOR_REFINEMENT)
+    delays = sensitivities(e.plant, known)
+    result = np.empty((len(periods), len(FLOOR_SOURCES), len(SWEPT)))
+    for i, period in enumerate(periods):
+        every = round(period / e.h)
+        for j, name in enumerate(SWEPT):
+            replayed = replay_chambers(recording, SHIFTS[name].transport(every), FLOOR_REFINEMENT)
+            predicted = predicted_error(recording, period, name, FLOOR_REFINEMENT, late)
+            scattered = between and every > 1  # if every step is a sample, all jumps fall on them
+            formula = floor(delays, period, name, early=known.early, between=scattered)
+            result[i, :, j] = rms_of(full - replayed), rms_of(predicted), formula
+    return result
+
+
+def reduced_floor(e: Experiment, recording: Recording, period: float) -> list[float]:
+    """Floor of one reduced model by transport, Pa: its replay on exact less that on sampled signals."""
+    lanes = lane_array([lane(MODELS[FLOOR_MODEL], FLOOR_N, e.plant.gas.gamma)])
+    transports = EXACT_TRANSPORT, *(SHIFTS[name].transport(round(period / e.h)) for name in SWEPT)
+    exact, *sampled = (replay(recording, lanes, way, FLOOR_REFINEMENT).pressure[0] for way in transports)
+    return [rms_of(exact - pressure) for pressure in sampled]
+
+
+def own_floor(e: Experiment) -> tuple[float, float]:
+    """Floor of the published transport at the experiment's own step, Pa: measured, and by linear theory."""
+    recording = record(e)
+    replayed = replay_chambers(recording, study_transport(PUBLISHED, e), 1)
+    predicted = predicted_error(recording, e.h, e.sampling.rule)
+    return rms_of(recording.states[:, [2, 4]].T - replayed), rms_of(predicted)
+
+
+def measured_floor(experiment: Experiment) -> xr.Dataset:
+    """Floor of one experiment by time between samples, rate of excitation and size of the valve.
+
+    RMS errors, Pa: `measured`, `predicted` and `formula` by (period, transport), the same with ``between_``
+    for jumps that do not fall on samples, by (rate, transport) with ``rate_`` and by (size, transport) with
+    ``size_``; `reduced` by transport at the study's own period; `own_measured` and `own_predicted` of the
+    published transport.
+    """
+    e, short = refined(experiment, FLOOR_REFINEMENT), refined(sliced(experiment, SWEEP), FLOOR_REFINEMENT)
+    recording, apart = record(e), with_draws(short, PRIME_STEPS)
+
+    def at_once(changed: Experiment) -> np.ndarray:
+        return floors(changed, record(changed), (SWEEP_PERIOD,))[0]
+
+    rates = [at_once(with_draws(short, round(1 / (r * short.h)))) for r in DRAW_RATES]
+    sweeps = {
+        "": ("period", floors(e, recording, FLOOR_PERIODS)),
+        "between_": ("period", floors(apart, record(apart), FLOOR_PERIODS, between=True)),
+        "rate_": ("rate", np.array(rates)),
+        "size_": ("size", np.array([at_once(with_valve(short, size)) for size in VALVE_SIZES])),
+    }
+    result = {
+        prefix + way: ((dimension, "transport"), values[:, i])
+        for prefix, (dimension, values) in sweeps.items()
+        for i, way in enumerate(FLOOR_SOURCES)
+    }
+    reduced = ("transport", reduced_floor(e, recording, SWEEP_PERIOD))
+    coords = {"period": list(FLOOR_PERIODS), "rate": list(DRAW_RATES), "size": list(VALVE_SIZES)}
+    coords |= {"transport": list(SWEPT)} | experiment_labels(experiment)
+    own = dict(zip(("own_measured", "own_predicted"), own_floor(experiment), strict=True))
+    return xr.Dataset(result | {"reduced": reduced} | own, coords)
+
+
+def with_floor_attributes(dataset: xr.Dataset) -> xr.Dataset:
+    """Return floors with unit and long name on every variable."""
+    floor, apart = "RMS pressure error of signal transport", f"samples {SWEEP_PERIOD} s apart"
+    cases = {
+        "": "jumps on samples",
+        "between_": "jumps between samples",
+        "rate_": f"by rate of excitation, {apart}",
+        "size_": f"by size of the valve, {apart}",
+    }
+    about = {
+        "own_measured": ("Pa", f"{floor}, published transport, {FLOOR_SOURCES['measured']}"),
+        "own_predicted": ("Pa", f"{floor}, published transport, {FLOOR_SOURCES['predicted']}"),
+        "reduced": ("Pa", f"{floor} in {FLOOR_MODEL} at n = {FLOOR_N}, {apart}"),
+        "period": ("s", "time between samples"),
+        "rate": ("s-1", "draws of the excitation per second"),
+        "size": ("1", "area of the valve over that of the study"),
+    }
+    for prefix, case in cases.items():
+        about |= {prefix + way: ("Pa", f"{floor}, {words}; {case}") for way, words in FLOOR_SOURCES.items()}
+    return described(dataset, about)

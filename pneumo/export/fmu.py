@@ -1,0 +1,222 @@
+"""FMUs of FMI 2.0 and 3.0, for model exchange and co-simulation, around the exported C."""
+
+import io
+import platform
+import shutil
+import subprocess
+import sys
+import zipfile
+from dataclasses import dataclass
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Literal
+
+from sympy import Symbol
+
+from pneumo.equations.branches import Choice
+from pneumo.equations.chamber_rate import SIDES
+from pneumo.equations.equation_list import Constant
+from pneumo.equations.system import System, quantity, rate_unit
+from pneumo.errors import InputError
+from pneumo.export.c_source import TEMPLATES, Kink, c99, printer_of
+from pneumo.export.printing import Printed, digits, heading, printed
+from pneumo.linear.linear_analysis import stable_steps
+
+COMPILER = "gcc"
+STEP = 1e-3  # s, longest inside a step of co-simulation, unless a shorter one is needed to be stable
+REFERENCES = {"PARAMETER": 100, "INPUT": 200, "STATE": 300, "RATE": 400, "KINK": 500}
+GAS = ("R", "gamma_", "sonic_coefficient", "critical_ratio")  # depend on each other: not to be tuned alone
+UNITS: dict[str, dict[str, int]] = {  # name: powers of the base units
+    "s": {"s": 1},
+    "m": {"m": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s^2": {"m": 1, "s": -2},
+    "m^2": {"m": 2},
+    "m^3": {"m": 3},
+    "kg": {"kg": 1},
+    "kg/s": {"kg": 1, "s": -1},
+    "K": {"K": 1},
+    "K/s": {"K": 1, "s": -1},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N s/m": {"kg": 1, "s": -1},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "Pa/s": {"kg": 1, "m": -1, "s": -3},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "m^2/V": {"kg": -1, "s": 3, "A": 1},
+    "W/K": {"kg": 1, "m": 2, "s": -3, "K": -1},
+    "J/(kg K)": {"m": 2, "s": -2, "K": -1},
+}
+
+
+@dataclass
+class Variable:
+    """A variable of the model description."""
+
+    name: str
+    reference: int
+    place: int  # from 1, in the list of variables
+    unit: str
+    meaning: str
+    causality: Literal["parameter", "input", "output", "local"]
+    variability: Literal["fixed", "tunable", "continuous"] = "continuous"
+    initial: str = ""
+    start: str | None = None
+    nominal: str = ""
+    derivative: "Variable | None" = None  # what this is the rate of
+    kink: bool = False
+
+
+def _conditions(value: Any) -> list[Any]:
+    """Conditions of a choice and of those within it."""
+    if not isinstance(value, Choice):
+        return []
+    return [value.condition, *_conditions(value.yes), *_conditions(value.no)]
+
+
+def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
+    """Where the rates have a kink: every condition of the chambers' statements, and the end stops."""
+    printer, found, seen = printer_of(parts), list[Kink](), set[Any]()
+    for side, sign in SIDES.items():
+        outside = {"P": f"state[{system.name}_P_{side}]", "u": f"inputs[{system.name}_u]"}
+        outside |= {"u_limited": outside["u"], "m": f"inputs[{system.name}_m_{side}]"}
+        signs = {"u": int(sign), "u_limited": int(sign)}
+        for condition in (c for statement in parts.chamber for c in _conditions(statement.value)):
+            inner = {s: outside[s.name] for s in condition.free_symbols if s.name in outside}
+            zero = condition.lhs - condition.rhs
+            zero = zero.xreplace({s: signs.get(s.name, 1) * Symbol(name) for s, name in inner.items()})
+            if zero not in seen and -zero not in seen:
+                seen.add(zero)
+                found.append(Kink(str(printer.doprint(zero)), f"{condition}, chamber {side}"))
+    if system.piston and not system.plant.cylinder.coulomb:  # else there is no model exchange
+        (force,) = (statement.value for statement in parts.piston if statement.names == ("a",))
+        places = {f"P_{side}": f"state[{system.name}_P_{side}]" for side in SIDES}
+        places |= {"x": f"state[{system.name}_x]", "v": f"state[{system.name}_v]"}
+        places["force"] = f"inputs[{system.name}_force]"
+        turned = force.xreplace({s: Symbol(places[s.name]) for s in force.free_symbols if s.name in places})
+        stops = {"stop, x_min": "{} - p->x_min", "stop, x_max": "p->x_max - {}"}
+        found += [Kink(pattern.format(places["x"]), meaning) for meaning, pattern in stops.items()]
+        found.append(Kink(str(printer.doprint(turned)), "force on a piston at rest on a stop"))
+    return tuple(found)
+
+
+def _start(system: System) -> list[float]:
+    """State at rest in mid-stroke: where runs begin."""
+    c = system.plant.conditions
+    return system.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
+
+
+def _nominals(system: System) -> list[float]:
+    """Size of each state."""
+    c = system.plant.conditions
+    return system.state(x=system.plant.cylinder.stroke, v=1.0, P=c.P_0, T=c.T_0)
+
+
+def _variables(
+    system: System, constants: list[Constant], indicators: tuple[Kink, ...], longest_step: str
+) -> list[Variable]:
+    """Every variable, with its reference as in instance.h."""
+    variables = list[Variable]()
+
+    def add(*words: Any, **rest: Any) -> Variable:
+        name, reference, unit, meaning, causality, *variability = words
+        place = len(variables) + 1
+        variables.append(Variable(name, reference, place, unit, meaning, causality, *variability, **rest))
+        return variables[-1]
+
+    inside = ("longest_step", 1, "s", "longest step inside a step of co-simulation", "parameter", "tunable")
+    add(*inside, initial="exact", start=longest_step)
+    for i, c in enumerate(constants):
+        unit, variability = c.unit if c.unit in UNITS else "", "fixed" if c.name in GAS else "tunable"
+        words = (c.name, REFERENCES["PARAMETER"] + i, unit, c.comment, "parameter", variability)
+        add(*words, initial="exact", start=digits(c.value))
+    for i, name in enumerate(system.inputs):
+        add(name, REFERENCES["INPUT"] + i, *quantity(name), "input", start="0.0")
+    for i, (name, *values) in enumerate(zip(system.states, _start(system), _nominals(system), strict=True)):
+        numbers = dict(zip(("start", "nominal"), map(digits, values), strict=True))
+        state = add(name, REFERENCES["STATE"] + i, *quantity(name), "output", initial="exact", **numbers)
+        rate = (f"der({name})", REFERENCES["RATE"] + i, rate_unit(name), f"rate of {name}", "local")
+        add(*rate, derivative=state)
+    for i, kink in enumerate(indicators):
+        add(f"kink[{i + 1}]", REFERENCES["KINK"] + i, "", kink.meaning, "local", kink=True)
+    return variables
+
+
+def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
+    """FMU with its sources and, where gcc is installed on Linux, a binary; the same bytes on every run.
+
+    Raises
+    ------
+    InputError
+        If the compiler refuses the sources.
+    """
+    if fmi not in (2, 3):
+        raise InputError(f"--fmi {fmi}: must be 2 or 3")
+    parts = printed(system)
+    indicators = kinks(system, parts)
+    sources = c99(system, system.name, kinks=indicators)
+    del sources[f"{system.name}_test.c"]
+    longest_step = digits(min(STEP, stable_steps(system)["DORMAND_PRINCE"]))
+    # With Coulomb friction a step that reverses the velocity ends at rest, which an outer solver cannot do.
+    kinds = ["CoSimulation"] if system.plant.cylinder.coulomb else ["ModelExchange", "CoSimulation"]
+    known: dict[str, Any] = {
+        "M": system.name,
+        "token": "",
+        "fmi": fmi,
+        "F": f"fmi{fmi}",
+        "tool": f"pneumo {version('pneumo')}",
+        "title": heading(system).partition("\n")[0],
+        "kinds": kinds,
+        "constants": parts.constants,
+        "piston": system.piston and "ModelExchange" in kinds,
+        "kinks": indicators,
+        "references": REFERENCES,
+        "units": UNITS,
+        "longest_step": longest_step,
+        "start": [digits(value) for value in _start(system)],
+        "nominals": ", ".join(map(digits, _nominals(system))),
+        "variables": _variables(system, parts.constants, indicators, longest_step),
+    }
+
+    def text(template: str) -> str:
+        return TEMPLATES.get_template(f"{template}.j2").render(known)
+
+    everything = "".join((*sources.values(), text(f"fmi{fmi}.xml"), text("fmi.c")))
+    known["token"] = "{" + sha256(everything.encode()).hexdigest()[:32] + "}"
+    sources |= {"instance.h": text("instance.h"), f"fmi{fmi}.c": text("fmi.c")}
+    files = {"modelDescription.xml": text(f"fmi{fmi}.xml").encode()}
+    files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
+    if fmi == 3:
+        files["sources/buildDescription.xml"] = text("build.xml").encode()
+    return _packed(files | _binary(system.name, sources, fmi))
+
+
+def _binary(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
+    """The Linux binary by its path in the FMU; none elsewhere and without compiler."""
+    machine = platform.machine()
+    if sys.platform != "linux" or shutil.which(COMPILER) is None or (fmi == 2 and machine != "x86_64"):
+        return {}
+    folder = "linux64" if fmi == 2 else f"{machine}-linux"
+    with TemporaryDirectory() as place:
+        for file, text in sources.items():
+            (Path(place) / file).write_text(text, encoding="utf-8")
+        flags = ["-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s", "-o", "model.so"]
+        compiled = [file for file in sources if file.endswith(".c")]
+        ran = subprocess.run(
+            [COMPILER, *flags, *compiled, "-lm"], cwd=place, capture_output=True, text=True, check=False
+        )
+        if ran.returncode:
+            raise InputError(f"{COMPILER}: {ran.stderr.strip().splitlines()[0]}")
+        return {f"binaries/{folder}/{name}.so": (Path(place) / "model.so").read_bytes()}
+
+
+def _packed(files: dict[str, bytes]) -> bytes:
+    """Zip archive without times."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, content)
+    return packed.getvalue()

@@ -1,0 +1,90 @@
+"""Page of a cylinder in the browser: exported C of every model and of the full order, as WebAssembly."""
+
+import base64
+import json
+import shutil
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from pneumo.configuration.experiment import Plant
+from pneumo.equations.system import FULL_ORDER, system
+from pneumo.errors import InputError
+from pneumo.export.c_source import TEMPLATES, c99
+from pneumo.export.printing import printed
+from pneumo.physics.models import MODELS
+
+MOST_STEPS = 1000  # in one call
+EXPORTED = ("take_defaults", "start", "advance")
+PLACES = ("parameters", "state", "pressures", "squares", "commands")
+# clang has no headers for this target: roots and absolute values are its instructions, powers the browser's.
+MATH_H = """\
+double pow(double x, double y);
+static inline double sqrt(double x) { return __builtin_sqrt(x); }
+static inline double fabs(double x) { return __builtin_fabs(x); }
+"""
+
+
+class Module(NamedTuple):
+    """WebAssembly, and the names of each model's parameters in the order of its struct."""
+
+    code: bytes
+    parameters: dict[str, list[str]]
+
+
+def module(plant: Plant, n: float) -> Module:
+    """Compile all models of `MODELS` at n and the full order with its piston.
+
+    Raises
+    ------
+    InputError
+        If clang or its linker for WebAssembly is not installed, or refuses the source.
+    """
+    for tool, package in {"clang": "clang", "wasm-ld": "lld"}.items():
+        if shutil.which(tool) is None:
+            raise InputError(f"{tool}: not installed, so that there is no page; `apt-get install {package}`")
+    systems = [system(model, n, plant) for model in MODELS.values()]
+    systems.append(system(FULL_ORDER, None, plant, piston=True))
+    names = [chosen.name for chosen in systems]
+    with TemporaryDirectory() as folder:
+        files = {"math.h": MATH_H}
+        for chosen in systems:
+            files |= c99(chosen, chosen.name)
+            del files[f"{chosen.name}_test.c"]
+        files["live.c"] = TEMPLATES.get_template("live.c.j2").render(names=names, most_steps=MOST_STEPS)
+        for name, text in files.items():
+            (Path(folder) / name).write_text(text, encoding="utf-8")
+        wanted = [*EXPORTED, *(f"place_of_{name}" for name in PLACES)]
+        flags = [
+            "--target=wasm32",
+            "-std=c99",
+            "-O3",
+            "-ffreestanding",
+            "-nostdlib",
+            "-fno-math-errno",
+            "-I.",
+        ]
+        linked = ["--no-entry", "--allow-undefined", "--strip-all", *(f"--export={name}" for name in wanted)]
+        sources = [name for name in files if name.endswith(".c")]
+        command = ["clang", *flags, *(f"-Wl,{flag}" for flag in linked), *sources, "-o", "live.wasm"]
+        ran = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if ran.returncode:
+            raise InputError(f"clang: {ran.stderr.strip().splitlines()[0]}")
+        code = (Path(folder) / "live.wasm").read_bytes()
+    return Module(code, {s.name: [c.name for c in printed(s).constants] for s in systems})
+
+
+def live_page(plant: Plant, n: float, sources: Path) -> str:
+    """Page with everything in it, from the HTML, CSS and JavaScript in a folder."""
+    compiled = module(plant, n)
+    page = (sources / "live.html").read_text(encoding="utf-8")
+    inside = {
+        "/* live.css */": (sources / "live.css").read_text(encoding="utf-8"),
+        "/* live.js */": (sources / "live.js").read_text(encoding="utf-8"),
+        "LAYOUT": json.dumps({"parameters": compiled.parameters, "most_steps": MOST_STEPS}),
+        "WASM": base64.b64encode(compiled.code).decode(),
+    }
+    for mark, content in inside.items():
+        page = page.replace(mark, content)
+    return page

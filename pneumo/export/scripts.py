@@ -1,0 +1,117 @@
+"""Rates as a MATLAB function (Octave runs it too) and as a CasADi function in Python."""
+
+from typing import Any
+
+from sympy.printing.codeprinter import CodePrinter
+from sympy.printing.octave import OctaveCodePrinter
+from sympy.printing.pycode import PythonCodePrinter
+
+from pneumo.equations.branches import Choice
+from pneumo.equations.equation_list import OWN
+from pneumo.equations.system import System
+from pneumo.export.printing import assignments, block, digits, heading, indented, printed
+
+MATLAB_KEYWORDS = ("if {}", "elseif {}", "else", "end")
+
+
+class _Octave(OctaveCodePrinter):
+    def _print_Float(self, expr: Any) -> str:
+        return digits(float(expr))
+
+
+class _Python(PythonCodePrinter):
+    def _print_Float(self, expr: Any) -> str:
+        return digits(float(expr))
+
+
+def _lists(system: System) -> dict[str, str]:
+    """Lists of names, for both chambers and, as `own`, for one."""
+    own = system.chamber_states
+    return {
+        "arguments": ", ".join((*system.inputs, *system.states)),
+        "rates": ", ".join(f"d{name}_dt" for name in system.states),
+        "own": ", ".join(own),
+        "own_rates": ", ".join(f"d{name}_dt" for name in own),
+        **{f"own_{side}": ", ".join(OWN[side]) for side in OWN},
+        "A": ", ".join(f"{name}_A" for name in own),
+        "B": ", ".join(f"{name}_B" for name in own),
+        "rates_A": ", ".join(f"d{name}_A_dt" for name in own),
+        "rates_B": ", ".join(f"d{name}_B_dt" for name in own),
+    }
+
+
+def matlab(system: System) -> str:
+    """Print a MATLAB function, to be saved as <model>_dP_dt.m; Octave runs it too."""
+    outer, body, printer = list[str](), list[str](), _Octave({})
+    parts, names = printed(system), _lists(system)
+    for c in parts.constants:
+        (outer if any(c.name in own for own in OWN.values()) else body).append(
+            f"{c.name} = {digits(c.value)}; % {c.comment}"
+        )
+    for s in parts.chamber:
+        body.append(f"% {', '.join(s.names)}: {s.comment}")
+        body += assignments(s.names, s.value, "{} = {};", printer, MATLAB_KEYWORDS)
+    return f"""\
+function [{names["rates"]}] = {system.name}_dP_dt({names["arguments"]})
+{heading(system, "% ")}
+% Scalars only.
+{block(outer)}
+    [{names["rates_A"]}] = chamber(u, x, v, {names["A"]}, {names["own_A"]});
+    [{names["rates_B"]}] = chamber(-u, -x, -v, {names["B"]}, {names["own_B"]});
+end
+
+function [{names["own_rates"]}] = chamber(u, x, v, {names["own"]}, area, V_d)
+% One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3.
+{block(body)}
+end
+"""
+
+
+def _nested(value: Any, i: int, printer: CodePrinter) -> list[str]:
+    """Lines of nested `if_else` for value i of a statement."""
+    if not isinstance(value, Choice):
+        return [str(printer.doprint(value[i] if isinstance(value, tuple) else value))]
+    yes, no = _nested(value.yes, i, printer), _nested(value.no, i, printer)
+    if yes == no:
+        return yes
+    yes[-1] += ","
+    no[-1] += ","
+    return ["if_else(", *indented([f"{printer.doprint(value.condition)},", *yes, *no]), ")"]
+
+
+def casadi(system: System) -> str:
+    """Print Python that makes a `casadi.Function` of scalars, named <model>_dP_dt."""
+    body, settings = list[str](), {"fully_qualified_modules": False, "user_functions": {"Abs": "fabs"}}
+    parts, names = printed(system), _lists(system)
+    for s in parts.chamber:
+        for i, assigned_name in enumerate(s.names):
+            first, *rest = _nested(s.value, i, _Python(settings))
+            body += [f"{assigned_name} = {first}", *rest]
+            body[-1] += f"  # {s.comment}"
+    given = [f"{c.name} = {digits(c.value)}  # {c.comment}\n" for c in parts.constants]
+    rates = [f"d{name}_dt" for name in system.states]
+    return f'''\
+"""
+{heading(system)}
+"""
+
+from casadi import SX, Function, fabs, if_else, sqrt
+
+{"".join(given)}
+
+def chamber(u, x, v, {names["own"]}, area, V_d):
+    """One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3."""
+{block(body)}
+    return [{names["own_rates"]}]
+
+
+names = {list((*system.inputs, *system.states))!r}
+{names["arguments"]} = map(SX.sym, names)
+{system.name}_dP_dt = Function(
+    "{system.name}_dP_dt",
+    [{names["arguments"]}],
+    [*chamber(u, x, v, {names["A"]}, {names["own_A"]}), *chamber(-u, -x, -v, {names["B"]}, {names["own_B"]})],
+    names,
+    {rates!r},
+)
+'''

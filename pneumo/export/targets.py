@@ -1,0 +1,92 @@
+"""Files of an export: which there are for a target, and how they are written."""
+
+from pathlib import Path
+from typing import Literal
+
+from pneumo.configuration.experiment import Plant
+from pneumo.equations.system import system
+from pneumo.errors import InputError
+from pneumo.export.c_source import c99
+from pneumo.export.scripts import casadi, matlab
+from pneumo.physics.models import Model
+from pneumo.storage.files import atomic
+
+PRECISIONS = ("double", "float")
+TARGETS = ("c", "matlab", "casadi", "fmu")
+
+
+def exported(
+    model: Model | str,
+    n: float | None,
+    plant: Plant,
+    target: str,
+    *,
+    stem: str | None = None,
+    precision: str = "double",
+    valve: bool = True,
+    piston: bool = False,
+    fmi: Literal[2, 3] = 2,
+) -> dict[str, bytes]:
+    """Files of a model for a plant in one of `TARGETS`, by name; the one to start with comes first.
+
+    Parameters
+    ----------
+    model : Model or str
+        A row of six cells, the name of one in `MODELS`, or "full" for the full order.
+    n : float or None
+        Polytropic index; None where the model has none.
+    stem : str
+        Name of the files without suffix; None for that of the model.
+    precision : {"double", "float"}
+        Of C.
+    valve, piston : bool
+        Of C and FMU: whether mass flows follow from the command, and position and velocity from eq (3); else
+        they are inputs.
+    fmi : {2, 3}
+        Version of the FMU.
+
+    Raises
+    ------
+    InputError
+        If there is no such model or target, n or an option is bad, or the model's name names no function.
+    """
+    chosen = system(model, n, plant, valve=valve, piston=piston)
+    if target not in TARGETS:
+        raise InputError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
+    if precision not in PRECISIONS:
+        raise InputError(f"--precision {precision}: must be one of {', '.join(PRECISIONS)}")
+    if precision == "float" and target != "c":
+        raise InputError(f"--precision float: is for C; {target} computes in double precision")
+    if target in ("matlab", "casadi") and (piston or not valve):
+        raise InputError(
+            f"--to {target}: rates of the chambers with valve; --piston and --no-valve are for c, fmu"
+        )
+    if not (chosen.name.isascii() and chosen.name.isidentifier()):
+        raise InputError(f"model name {chosen.name!r}: must be letters, digits and _, to name a function")
+    stem = chosen.name if stem is None else stem
+    if target == "c":
+        return {name: text.encode() for name, text in c99(chosen, stem, precision).items()}
+    if target == "fmu":
+        from pneumo.export.fmu import fmu
+
+        return {f"{stem}.fmu": fmu(chosen, fmi)}
+    suffix, text = (".m", matlab(chosen)) if target == "matlab" else (".py", casadi(chosen))
+    return {stem + suffix: text.encode()}
+
+
+def write_files(files: dict[str, bytes], folder: Path) -> None:
+    """Write files into a folder, each whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    for name, content in files.items():
+        if (folder / name).is_dir():
+            raise InputError(f"{folder / name}: is a folder")
+        try:
+            with atomic(folder / name) as part:
+                part.write_bytes(content)
+        except OSError as error:
+            raise InputError(f"{folder / name}: cannot be written: {error.strerror}") from None

@@ -1,0 +1,1 @@
+"""Models fitted to a measured record: estimates, intervals, warnings."""

@@ -1,0 +1,1 @@
+"""Fits to closed chambers: wall conductance and thermal laws."""

@@ -1,0 +1,100 @@
+"""Closed chambers: what a record must show before it is fitted, and when not to believe the fit."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.errors import InputError
+from pneumo.fit.closed.thermal_laws import LAWS, LOW, ClosedRecord
+from pneumo.fit.estimate import Estimate
+from pneumo.fit.fit_warnings import (
+    BEYOND,
+    NAMES,
+    ON_BOUND,
+    VAGUE,
+    Remainder,
+    disagreements,
+    unexplained_texts,
+    unlikely_dead_volume,
+)
+from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.stage_signals import smoothing
+from pneumo.physics.cylinder import chamber_of
+
+BLOCKS = 20  # of a record, whose mean pressures are compared
+VISIBLE = 10.0  # range of the means over their noise, from which on a pressure tells anything
+OPEN = 0.1  # spread of ln P over that of ln V, below which a chamber is not closed
+MOVED = 0.02  # spread of ln V from which on that is seen
+REVERSED = 0.5  # correlation of ln P and ln V, beyond which one of them has the wrong sign
+DETERMINED = ("k_0_A", "k_0_B", "V_d_A", "V_d_B")  # with an interval that is not wide
+REMEDY = "move the piston fast through much of its stroke, or compress fast and hold, with the valve shut"
+
+
+def check_closed(
+    record: ClosedRecord, plant: Plant, measurement: Measurement, check: bool
+) -> tuple[list[int], list[str]]:
+    """Chambers whose pressures tell something, and notes on the others.
+
+    `InputError` if there is none, or if chambers look swapped and this is to be checked.
+    """
+    chambers, notes, reasons = [0, 1], [], []
+    if np.any(measurement.u != 0) or (measurement.m is not None and np.any(measurement.m != 0)):
+        notes.append(
+            "command and flows are not zero; they are not used, since the chambers were said to be closed"
+        )
+    for side, (P, length) in enumerate(zip(record.P, record.uncovered, strict=True)):
+        own = chamber_of(plant.cylinder, side)
+        log_P, log_V = np.log(P), np.log(own.V_d + own.area * length)
+        means = np.array([block.mean() for block in np.array_split(P, BLOCKS)])
+        noise = smoothing(P, record.h)[1] / np.sqrt(len(P) / BLOCKS) if np.ptp(P) > 0 else 0.0
+        if np.ptp(means) <= VISIBLE * noise:
+            reasons.append(f"P_{'AB'[side]} stands still")
+        elif np.std(log_V) > MOVED and np.std(log_P) < OPEN * np.std(log_V):
+            reasons.append(f"P_{'AB'[side]} hardly follows the piston: the chamber is open")
+        elif check and np.std(log_V) > MOVED and np.corrcoef(log_P, log_V)[0, 1] > REVERSED:
+            raise InputError(
+                f"{record.name}: P_{'AB'[side]} rises as its chamber grows: columns P_A and P_B look swapped,"
+                " or x has the wrong sign; --trust skips this check"
+            )
+        else:
+            continue
+        chambers.remove(side)
+        notes.append(f"{reasons[-1]}: left out, but what leaks past the piston goes there")
+    if not chambers:
+        raise InputError(f"{record.name}: {', '.join(reasons)}: nothing to see; {REMEDY}")
+    return chambers, notes
+
+
+def with_wall_heat(fits: Mapping[str, Estimate]) -> str:
+    """Name of the best law with wall heat."""
+    return next(name for name in fits if LAWS[name].explicit_heat)
+
+
+def closed_doubts(
+    fits: Mapping[str, Estimate], left: Mapping[str, Mapping[str, Remainder]], plant: Plant
+) -> list[str]:
+    """Warn of what the best law leaves, and of odd parameters of the best with wall heat and of free n."""
+    wall = with_wall_heat(fits)
+    best, found = next(iter(fits)), fits[wall]
+    result = unexplained_texts(best, left[best])
+    for name, value in found.values.items():
+        if name.startswith("V_d"):
+            ratio = value / getattr(plant.cylinder, name)
+            if ratio < LOW[name] * (1 + ON_BOUND):
+                result.append(f"{NAMES[name]} is on the bound of the search: {value:.3g} m3")
+            result += unlikely_dead_volume(name, ratio)
+        if name in DETERMINED and not found.high[name] < VAGUE * found.low[name]:
+            result.append(f"this record does not determine {NAMES[name]}: {REMEDY}")
+    n, gamma = fits["free n"].values["n"] if "free n" in fits else 1.0, plant.gas.gamma
+    if not 1 - BEYOND < n < gamma + BEYOND:
+        result.append(
+            f"n = {n:.3g} is outside 1 to {gamma:g}: no n stands for heat and leakage of this record"
+        )
+    ends = [(found.low[name], found.high[name]) for name in ("k_0_A", "k_0_B") if name in found.low]
+    if ends and max(low for low, _ in ends) > min(high for _, high in ends):
+        result.append(
+            "k_0 of A and of B lie apart beyond their intervals, and a configuration has one: `fitted.yaml`"
+            " has their mean, within an interval that holds both"
+        )
+    return result + disagreements(dict(fits), ("k_0_A", "k_0_B"))

@@ -1,0 +1,289 @@
+"""Thermal laws judged on records of two closed chambers with a moving piston; no flow but leakage.
+
+Each chamber holds its gas; the balances of energy and mass, eqs (4) and (5), hold with one of `LAWS`. The
+first part of a record is fitted, the rest is predicted in one run from the record's first sample.
+`pneumo.fit.closed.closed_fit` does the same for `pneumo fit`, with intervals.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import OptimizeResult, least_squares
+
+from pneumo.physics.chamber import dP_dt, wall_conductance, wall_heat
+from pneumo.simulation.compiled import kernel
+
+R_NITROGEN, GAMMA = 296.80, 1.4  # J/(kg K); at 0.3 to 1.6 MPa nitrogen is perfect within 1 %
+T_WALL = 293.15  # K. ASSUME: not in the records; k scales with its inverse, predictions do not depend on it
+P_0 = 1e6  # Pa, at which with T_WALL the conductance of a wall law is stated, at mid-stroke
+PART = 0.6  # of a record that is fitted
+THINNED = 5  # samples of which one enters the sum of squares: 0.1 s, while strokes take seconds
+SHOWN = 60.0  # s, of errors that are kept for the figure
+FAR_OFF = 1e3  # error over 1 MPa, of a replay whose steps are too long for its conductance
+STILL = 0.05  # relative change of pressure below which a record has nothing to fit
+
+
+class Law(NamedTuple):
+    """What happens to the gas: an index n, fitted where NaN, or gamma (None), perhaps with wall heat."""
+
+    n: float | None = None
+    explicit_heat: bool = False
+    e_A: float = 0.0  # exponents of the conductance, as in `wall_conductance`
+    e_PT: float = 0.0
+
+
+LAWS = {
+    "isothermal": Law(1.0),
+    "adiabatic": Law(),
+    "free n": Law(np.nan),
+    "wall heat, constant": Law(explicit_heat=True),
+    "wall heat, root of PT": Law(explicit_heat=True, e_PT=0.5),
+    "wall heat, area and root of PT": Law(explicit_heat=True, e_A=1.0, e_PT=0.5),
+}
+PARAMETERS = ("V_d_A", "V_d_B", "start_A", "start_B", "n", "k_A", "k_B", "leak")
+SCALES = {"V_d_A": 1e-2, "V_d_B": 1e-2, "k_A": 10.0, "k_B": 10.0, "leak": 1e-9}  # m^3, W/K, kg/(s Pa)
+GUESS = {"V_d_A": 2.0, "V_d_B": 4.0, "n": 1.2, "leak": 0.01}  # over the scales, as the bounds; others: 1
+LOW = {"V_d_A": 0.01, "V_d_B": 0.01, "start_A": 0.5, "start_B": 0.5, "n": 0.8}  # others: 0
+HIGH = {"start_A": 2.0, "start_B": 2.0, "n": 2.0}  # others: none
+
+
+class ClosedRecord(NamedTuple):
+    """Signals of two closed chambers, uniform in time, and the piston's size."""
+
+    name: str
+    t: np.ndarray  # s
+    x: np.ndarray  # m, from the end where chamber A is smallest
+    P: np.ndarray  # Pa, absolute, by (chamber, sample)
+    areas: tuple[float, float]  # m^2, of the piston on either side
+    bore: float  # m
+    stroke: float  # m
+    R: float = R_NITROGEN
+    gamma: float = GAMMA
+    T_wall: float = T_WALL
+    PT_0: float = P_0 * T_WALL  # Pa K, product P T at which the conductance of a wall law is stated
+
+    @property
+    def h(self) -> float:
+        """Time between samples, s."""
+        return float(self.t[-1]) / (len(self.t) - 1)
+
+    @property
+    def uncovered(self) -> np.ndarray:
+        """Length of each chamber, m, by (chamber, sample)."""
+        return np.array([self.x, self.stroke - self.x])
+
+    @property
+    def area_ratio(self) -> np.ndarray:
+        """Wall area over that in mid-stroke, by (chamber, sample): two faces and the uncovered wall."""
+        wall = np.pi / 2 * self.bore**2 + np.pi * self.bore * self.uncovered  # before eq (12)
+        return wall / (np.pi / 2 * self.bore**2 + np.pi * self.bore * self.stroke / 2)
+
+
+class ClosedFit(NamedTuple):
+    """A law fitted to the first part of a record."""
+
+    values: dict[str, float]  # by `PARAMETERS`, NaN where the law has none; SI units
+    pressure: np.ndarray  # Pa, of the whole record, by (chamber, sample)
+    fitted_rms: np.ndarray  # Pa, root mean square error by chamber, of the first part
+    held_out_rms: np.ndarray  # and of the rest
+
+
+def read_closed_record(path: Path) -> ClosedRecord:
+    """Read a NetCDF file of data/ with t, x, P_A, P_B and bore_m, rod_m, stroke_m as attributes."""
+    with xr.open_dataset(path.absolute(), decode_times=False) as data:
+        bore, rod, stroke = (float(data.attrs[f"{name}_m"]) for name in ("bore", "rod", "stroke"))
+        t, x, P_A, P_B = (data[name].values.astype(float) for name in ("t", "x", "P_A", "P_B"))
+    area = np.pi / 4 * bore**2
+    return ClosedRecord(
+        path.stem, t, x, np.array([P_A, P_B]), (area, area - np.pi / 4 * rod**2), bore, stroke
+    )
+
+
+def is_still(record: ClosedRecord) -> bool:
+    """Whether pressures hardly change, as in chambers that are open to the atmosphere."""
+    return bool(np.max(np.ptp(record.P, axis=1) / record.P.mean(axis=1)) < STILL)
+
+
+@kernel
+def closed_chambers(
+    P: np.ndarray,
+    measured: np.ndarray,
+    closed: tuple[bool, bool],
+    V: np.ndarray,
+    area_ratio: np.ndarray,
+    h: float,
+    start: np.ndarray,
+    n: float,
+    k: np.ndarray,
+    e_A: float,
+    e_PT: float,
+    leak: float,
+    R: float,
+    gamma: float,
+    T_wall: float,
+    PT_0: float,
+) -> np.ndarray:
+    """Pressures of both chambers, Pa, by (chamber, sample), by four-stage Runge-Kutta steps.
+
+    From the first pressures P, volumes and relative wall areas by (chamber, sample), temperatures `start`
+    over the wall's, and the conductances k, W/K, at a product P T of `PT_0`; `leak` is the mass flow from A
+    to B over P_A - P_B. A chamber that is not `closed` has the `measured` pressure and the temperature
+    of the wall.
+    """
+    pressures = np.empty(V.shape)
+    mass = P * V[:, 0] / (R * T_wall * start)
+    y = np.array([P[0], P[1], mass[0], mass[1]])
+    rate, total, z, T = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(2)
+    pressures[:, 0] = y[:2]
+    for j in range(V.shape[1] - 1):
+        total[:] = 0.0
+        for stage in range(4):
+            at = 0.0 if stage == 0 else 1.0 if stage == 3 else 0.5
+            for i in range(4):
+                z[i] = y[i] + h * at * rate[i]
+            for c in range(2):
+                if not closed[c]:
+                    z[c], T[c] = measured[c, j] + at * (measured[c, j + 1] - measured[c, j]), T_wall
+                    continue
+                T[c] = z[c] * (V[c, j] + at * (V[c, j + 1] - V[c, j])) / (z[2 + c] * R)
+            flow = leak * (z[0] - z[1])
+            upstream = T[0] if flow > 0 else T[1]
+            for c in range(2):
+                if not closed[c]:
+                    continue
+                m_in, m_out = max(0.0, flow if c == 1 else -flow), max(0.0, -flow if c == 1 else flow)
+                dV_dt = (V[c, j + 1] - V[c, j]) / h
+                ratio = area_ratio[c, j] + at * (area_ratio[c, j + 1] - area_ratio[c, j])
+                conductance = wall_conductance(k[c], ratio, z[c] * T[c] / PT_0, e_A, e_PT)  # (7), (8)
+                heat = wall_heat(T[c], conductance, T_wall)
+                volume = V[c, j] + at * h * dV_dt
+                rate[c] = dP_dt(z[c], T[c], volume, dV_dt, m_in, m_out, upstream, heat, n, n, n, R, gamma)
+                rate[2 + c] = m_in - m_out
+            total += rate * (1.0 if stage in (0, 3) else 2.0)
+        y = y + h / 6 * total
+        for c in range(2):
+            pressures[c, j + 1] = y[c] if closed[c] else measured[c, j + 1]
+    return pressures
+
+
+class ClosedProblem(NamedTuple):
+    """Least squares of a law on the first part of a record; parameters count over their scales.
+
+    The start is, with wall heat, the gas's first temperature over the wall's; else the first pressure over
+    the measured one, since without wall heat an error in it never decays.
+    """
+
+    record: ClosedRecord
+    law: Law
+    names: tuple[str, ...]  # of the parameters that are fitted
+    fitted: int  # samples
+    known: Mapping[str, float] = MappingProxyType({})  # the others, in SI units, where not 1 or 0
+    scales: Mapping[str, float] = MappingProxyType(SCALES)
+    guess: Mapping[str, float] = MappingProxyType(GUESS)
+    every: int = THINNED  # samples of which one enters the sum of squares
+    chambers: tuple[int, ...] = (0, 1)  # whose pressures enter it
+
+    def values(self, theta: np.ndarray) -> dict[str, float]:
+        """Parameters by name, in SI units."""
+        pairs = zip(self.names, theta, strict=True)
+        return {**self.known, **{name: float(part) * self.scales.get(name, 1.0) for name, part in pairs}}
+
+    def volumes(self, values: Mapping[str, float]) -> np.ndarray:
+        """Volumes, m^3, by (chamber, sample)."""
+        r = self.record
+        return np.array([[values["V_d_A"]], [values["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered
+
+    def replay(self, theta: np.ndarray, samples: int) -> np.ndarray:
+        """Pressures, Pa, by (chamber, sample), of the first samples."""
+        v, r, law = self.values(theta), self.record, self.law
+        V, area_ratio = self.volumes(v)[:, :samples], r.area_ratio[:, :samples]
+        start = np.array([v.get("start_A", 1.0), v.get("start_B", 1.0)])
+        k = np.array([v.get("k_A", 0.0), v.get("k_B", 0.0)])
+        first = r.P[:, 0] * np.array([v.get("first_A", 1.0), v.get("first_B", 1.0)])
+        P, T = (first, start) if law.explicit_heat else (first * start, np.ones(2))
+        n, gas = v.get("n", r.gamma if law.n is None else law.n), (r.R, r.gamma, r.T_wall, r.PT_0)
+        own = r.P[:, :samples], (0 in self.chambers, 1 in self.chambers), V, area_ratio, r.h
+        return closed_chambers(P, *own, T, n, k, law.e_A, law.e_PT, v.get("leak", 0.0), *gas)
+
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Replayed minus measured pressure, over 1 MPa, of the thinned samples of each chamber in turn."""
+        error = self.replay(theta, self.fitted) - self.record.P[:, : self.fitted]
+        error = error[list(self.chambers), :: self.every].ravel() / P_0
+        return np.where(np.abs(error) < FAR_OFF, error, 1.0)  # and where not finite
+
+    def solve(
+        self, start: np.ndarray | None = None, most: int | None = None, **fixed: float
+    ) -> OptimizeResult:
+        """Minimise the sum of squares from `start`, within `most` steps; a parameter in `fixed` is."""
+        first = np.array([self.guess.get(name, 1.0) for name in self.names]) if start is None else start
+        free = np.array([name not in fixed for name in self.names])
+        whole = np.array([fixed.get(name, value) for name, value in zip(self.names, first, strict=True)])
+        low = np.array([LOW.get(name, 0.0) for name in self.names])
+        high = np.array([HIGH.get(name, np.inf) for name in self.names])
+
+        def residual(theta: np.ndarray) -> np.ndarray:
+            whole[free] = theta
+            return self.residual(whole)
+
+        bounds = low[free], high[free]
+        return least_squares(residual, whole[free], bounds=bounds, x_scale="jac", max_nfev=most)
+
+
+def fitted_names(law: Law, leaks: bool) -> tuple[str, ...]:
+    """Names of what is fitted with a law: dead volumes, start, and what the law leaves open."""
+    names = ["V_d_A", "V_d_B", "start_A", "start_B"]
+    names += ["k_A", "k_B"] if law.explicit_heat else []
+    names += ["n"] if law.n is not None and np.isnan(law.n) else []
+    return (*names, "leak") if leaks else tuple(names)
+
+
+def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> ClosedFit:
+    """Fit dead volumes, start, and what the law leaves open, to the first `PART` of a record."""
+    problem = ClosedProblem(record, law, fitted_names(law, leaks), int(PART * len(record.t)))
+    return closed_fit(problem, problem.solve().x)
+
+
+def closed_fit(problem: ClosedProblem, theta: np.ndarray) -> ClosedFit:
+    """Return a law at some parameters, with its pressures and errors."""
+    record, first = problem.record, problem.fitted
+    pressure = problem.replay(theta, len(record.t))
+    squares = (pressure - record.P) ** 2
+    return ClosedFit(
+        dict.fromkeys(PARAMETERS, np.nan) | problem.values(theta),
+        pressure,
+        np.sqrt(squares[:, :first].mean(axis=1)),
+        np.sqrt(squares[:, first:].mean(axis=1)),
+    )
+
+
+def judged(record: ClosedRecord) -> xr.Dataset:
+    """Every law fitted to a record, without and with leakage past the piston.
+
+    `fitted_rms` and `held_out_rms`, Pa, by (law, leakage, chamber); `value` by (law, leakage, parameter), SI
+    units; `error`, Pa, predicted minus measured without leakage over the first `SHOWN` seconds that were held
+    out, by (law, chamber, t).
+    """
+    fits = [[fit_law(record, law, leaks) for leaks in (False, True)] for law in LAWS.values()]
+    first, by = int(PART * len(record.t)), ("law", "leakage", "chamber")
+    window = slice(first, first + int(np.searchsorted(record.t, SHOWN)), THINNED)
+    errors = [(row[0].pressure - record.P)[:, window] for row in fits]
+    values = [[[fit.values[name] for name in PARAMETERS] for fit in row] for row in fits]
+    return xr.Dataset(
+        {
+            "fitted_rms": (by, [[fit.fitted_rms for fit in row] for row in fits], {"units": "Pa"}),
+            "held_out_rms": (by, [[fit.held_out_rms for fit in row] for row in fits], {"units": "Pa"}),
+            "value": ((*by[:2], "parameter"), values),
+            "error": (("law", "chamber", "t"), errors, {"units": "Pa"}),
+        },
+        {
+            "law": list(LAWS),
+            "leakage": ["none", "past the piston"],
+            "chamber": ["A", "B"],
+            "parameter": list(PARAMETERS),
+            "t": ("t", THINNED * np.diff(record.t).mean() * np.arange(len(errors[0][0])), {"units": "s"}),
+        },
+    )

@@ -1,0 +1,199 @@
+"""Wall conductance from the pressure of a closed chamber: the thermal time constant, in seven steps.
+
+Fill or empty a chamber quickly, or push its piston against a stop, and hold it closed: volume and mass stay
+constant, the temperature returns to that of the wall, and the pressure follows. From
+m c_v dT/dt = k (T_amb - T), eqs (4) and (7) of 2006 at rest, tau = m c_v / k.
+
+The conductance has three conventions. ``k_av`` is the mean one of the record, m c_v / tau. ``lambda_av`` is
+that over the heat transfer area. ``lambda_0`` and ``k_0`` are brought to equilibrium by the law of the root,
+lambda = lambda_0 (P T / (P_0 T_0))^(1/2), at the means of P and T over the settling time.
+
+Source: J. F. Carneiro and F. G. de Almeida, Proc. IMechE Part I 221 (2007) 119-128,
+DOI 10.1243/09596518JSCE188, section on the thermal time constant. Steps 2 to 7 take floats and NumPy arrays.
+"""
+
+from math import log
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import norm
+
+from pneumo.configuration.experiment import Plant
+from pneumo.errors import InputError
+from pneumo.fit.parameter_intervals import LEVEL, correlations
+from pneumo.fit.record.measurement import Measurement
+from pneumo.physics.chamber import wall_conductance
+from pneumo.physics.cylinder import chamber_of, heat_area, volume, wetted_area
+
+Value = Any  # a float, or an array of them
+
+FEWEST_SAMPLES = 50
+SMALLEST_CHANGE = 3.0  # of the pressure over the noise in it
+LONGEST_TAU = 3.0  # time constant over the record's length, beyond which the final pressure is not seen
+LARGEST_MOTION = 0.02  # of the stroke, of a piston that is held
+SETTLED = 0.01  # of the change of pressure, at the end of the settling time
+
+
+class Exponential(NamedTuple):
+    """Least-squares fit of P = P_f + delta_P exp(-t / tau): step 1."""
+
+    P_f: float  # Pa, final pressure
+    delta_P: float  # Pa, pressure at first less P_f
+    tau: float  # s, thermal time constant
+    residual: np.ndarray  # Pa, measured minus fitted
+    jacobian: np.ndarray  # Pa, derivatives of the fitted pressure; the last is by ln(tau)
+
+
+class Conductance(NamedTuple):
+    """Steps 2 to 7, in SI units."""
+
+    m: Value  # kg, mass of air
+    V_f: Value  # m^3, volume of the chamber when held
+    V_d: Value  # m^3, its dead volume
+    k_av: Value  # W/K, mean conductance
+    A_q: Value  # m^2, heat transfer area
+    lambda_av: Value  # W/(m^2 K), mean coefficient
+    t_ss: Value  # s, settling time to 1 per cent
+    P_av: Value  # Pa, mean pressure over it
+    T_av: Value  # K, mean temperature over it
+    lambda_0: Value  # W/(m^2 K), coefficient at P_0 and T_0
+    k_0: Value  # W/K, conductance there
+
+
+class Transient(NamedTuple):
+    """Result of a closed chamber's transient, with ends of 95 per cent intervals."""
+
+    tau: float  # s, thermal time constant
+    tau_low: float
+    tau_high: float
+    P_inf: float  # Pa, final pressure
+    k_av: float  # W/K, mean conductance of the record
+    k_0: float  # W/K, at equilibrium and in mid-stroke by the law of the root and the area, eqs (7) and (8)
+    k_0_low: float
+    k_0_high: float
+    rms: float  # Pa, root mean square of measured minus fitted pressure
+
+
+def exponential(t: np.ndarray, P: np.ndarray, P_f: float | None = None) -> Exponential:
+    """Fit P_f + delta_P exp(-t / tau) to a pressure, Pa, at times from 0 on, s; `P_f` may be given."""
+    third = len(P) // 3
+    last = float(P[-third:].mean()) if P_f is None else P_f
+    guess = [last, P[: max(1, third // 10)].mean() - last, np.log(float(t[-1]) / 5)]
+    free = slice(0 if P_f is None else 1, 3)
+
+    def curve(theta: np.ndarray) -> np.ndarray:
+        final = theta[0] if P_f is None else P_f
+        return final + theta[-2] * np.exp(-t * np.exp(-theta[-1]))
+
+    optimum = least_squares(
+        lambda theta: curve(theta) - P, guess[free], x_scale=[1e5, 1e5, 1.0][free], xtol=1e-12, ftol=1e-12
+    )
+    final = float(optimum.x[0]) if P_f is None else P_f
+    return Exponential(final, float(optimum.x[-2]), float(np.exp(optimum.x[-1])), -optimum.fun, optimum.jac)
+
+
+def mean_conductance(m: Value, tau: Value, c_v: Value) -> Value:
+    """k_av = m c_v / tau, W/K: step 3."""
+    return m * c_v / tau
+
+
+def mean_pressure(P_f: Value, delta_P: Value) -> Value:
+    """Mean of the fitted pressure over the 1 per cent settling time, Pa: step 6."""
+    return P_f + delta_P * (1 - SETTLED) / log(1 / SETTLED)
+
+
+def seven_steps(
+    P_i: Value,
+    swept_i: Value,
+    swept_f: Value,
+    fit: tuple[Value, Value, Value],
+    *,
+    bore: Value,
+    T_amb: Value,
+    c_v: Value,
+    R: Value,
+    P_0: float,
+    T_0: float,
+) -> Conductance:
+    """Conductance of a chamber that was closed at P_i, pushed from one swept volume to another and held.
+
+    Parameters
+    ----------
+    P_i : float
+        Absolute pressure before the push, at T_amb, Pa.
+    swept_i, swept_f : float
+        Volumes that the piston sweeps, before and after, without the dead volume, m^3.
+    fit : tuple of float
+        P_f, delta_P, Pa, and tau, s, of `exponential`.
+    bore, T_amb, c_v, R
+        m, K, J/(kg K), J/(kg K).
+    P_0, T_0
+        Equilibrium to which lambda_0 and k_0 belong, Pa, K.
+    """
+    P_f, delta_P, tau = fit
+    m = (swept_i - swept_f) / (R * T_amb) * P_i * P_f / (P_f - P_i)
+    V_f = m * R * T_amb / P_f
+    k_av, A_q = mean_conductance(m, tau, c_v), wetted_area(V_f, bore)
+    P_av = mean_pressure(P_f, delta_P)
+    T_av = V_f * P_av / (m * R)
+    lambda_av = k_av / A_q
+    lambda_0 = lambda_av / wall_conductance(1.0, 1.0, P_av * T_av / (P_0 * T_0), 0.0, 0.5)
+    t_ss = tau * log(1 / SETTLED)
+    return Conductance(
+        m, V_f, V_f - swept_f, k_av, A_q, lambda_av, t_ss, P_av, T_av, lambda_0, lambda_0 * A_q
+    )
+
+
+def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 0.0) -> Transient:
+    """Thermal time constant of chamber A or B, closed from the time `begin` on, s, and its conductance.
+
+    Volume and area are the plant's, so that nothing need be known of the time before.
+    `InputError` if the piston moves, or pressure changes too little or does not settle within the record.
+    """
+    first = int(np.searchsorted(measurement.t, begin))
+    t, x, P = measurement.t[first:] - begin, measurement.x[first:], measurement.P["AB".index(side), first:]
+    if len(t) < FEWEST_SAMPLES:
+        raise InputError(
+            f"--closed-from {begin:g} s: leaves {len(t)} samples: must be at least {FEWEST_SAMPLES}"
+        )
+    third = len(x) // 3
+    motion = abs(float(np.mean(x[:third]) - np.mean(x[-third:])))
+    allowed = LARGEST_MOTION * plant.cylinder.stroke
+    if motion > allowed:
+        raise InputError(
+            f"{measurement.name}: the piston moves by {motion * 1e3:.3g} mm after {begin:g} s: it must"
+            f" be held, within {allowed * 1e3:.3g} mm"
+        )
+    P_inf, change, tau, residual, jacobian = exponential(t, P)
+    noise = float(np.std(np.diff(P)) / np.sqrt(2))  # the mean changes little from sample to sample
+    if abs(change) < SMALLEST_CHANGE * noise:
+        raise InputError(
+            f"{measurement.name}: pressure {side} changes by {abs(change):.3g} Pa at a noise of"
+            f" {noise:.3g} Pa: too little; fill or empty the chamber faster"
+        )
+    span = float(t[-1])
+    if tau > LONGEST_TAU * span or P_inf <= 0:
+        raise InputError(
+            f"{measurement.name}: pressure {side} does not settle within the record's {span:.3g} s;"
+            " record longer"
+        )
+    c, cylinder, gas, mean = plant.conditions, plant.cylinder, plant.gas, float(np.mean(x))
+    position, chamber = mean if side == "A" else -mean, chamber_of(cylinder, "AB".index(side))
+    m = P_inf * volume(position, chamber, cylinder) / (gas.R * c.T_amb)
+    k_av = mean_conductance(m, tau, gas.R / (gas.gamma - 1))
+    P_av = mean_pressure(P_inf, change)
+    T_av = c.T_amb * P_av / P_inf
+    ratio = heat_area(position, cylinder) / heat_area(0.0, cylinder)
+    k_0 = k_av / wall_conductance(1.0, ratio, P_av * T_av / (c.P_0 * c.T_0), 1.0, 0.5)  # (7), (8)
+    factor = float(np.exp(norm.ppf(0.5 + LEVEL / 2) * _standard_error(jacobian, residual)))
+    rms = float(np.sqrt(np.mean(residual**2)))
+    return Transient(tau, tau / factor, tau * factor, P_inf, k_av, k_0, k_0 / factor, k_0 * factor, rms)
+
+
+def _standard_error(jacobian: np.ndarray, residual: np.ndarray) -> float:
+    """Standard error of ln(tau), with the residual's correlation."""
+    gamma = correlations(residual[None])[0, 0]
+    inverse = np.linalg.inv(jacobian.T @ jacobian)
+    middle = np.array([np.convolve(column, gamma, mode="same") for column in jacobian.T]) @ jacobian
+    return float(np.sqrt((inverse @ middle @ inverse)[-1, -1]))

@@ -1,0 +1,155 @@
+"""Least squares over a whole replay, corrected for the bias that noise in the position causes."""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from pneumo.errors import InputError
+from pneumo.fit.fitted_parameters import Problem, pressure_and_jacobian
+
+OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
+SETTLED = 0.03  # change of the sum of squares, over the variance of a residual, that is negligible
+ROUNDS = 8
+FLAT = 1e-2  # curvature over the largest, below which a direction is flat and left out of the first guess
+
+
+class Fit(NamedTuple):
+    """Corrected sum of squares of a model at one set of parameters, with its derivatives.
+
+    Pressures count in units of P_s, parameters on the scale of the search.
+    """
+
+    theta: np.ndarray  # parameters
+    residual: np.ndarray  # measured minus replayed pressure by (chamber, sample)
+    jacobian: np.ndarray  # derivative of the replayed pressure by (chamber, sample, parameter)
+    squares: float  # corrected sum of squared residuals
+    slope: np.ndarray  # minus half its gradient
+    curvature: np.ndarray  # half its second derivative (Gauss and Newton's)
+    scatter: np.ndarray  # covariance of the slope due to noise in the position, by (parameter, parameter)
+
+
+def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
+    """Corrected sum of squares at a set of parameters, with slope and curvature.
+
+    Noise in the position adds a bias to the replayed pressure and to its mean square, larger at some
+    parameters than at others. Both are estimated with added noise and subtracted: with P the replay and P_b
+    the replays with added noise, the corrected sum is
+
+        sum (measured - P + (mean P_b - P))^2  -  mean over b of  sum (P_b - mean P_b)^2.
+
+    `scatter` is the covariance of the slope over the P_b. It has pressure and derivative vary together,
+    which a first-order covariance of the pressure alone misses.
+    """
+    P, J = pressure_and_jacobian(problem, theta)
+    count, number = len(theta), len(P) - 1
+    pressure, jacobian = P[0], J[0]
+    excess, excess_slope, excess_curvature = 0.0, np.zeros(count), np.zeros((count, count))
+    scatter = np.zeros_like(excess_curvature)
+    if number:
+        mean_P, mean_J = P[1:].mean(axis=0), J[1:].mean(axis=0)
+        d, J_d = (P[1:] - mean_P).reshape(number, -1), (J[1:] - mean_J).reshape(number, -1, count)
+        own = (d[:, None] @ J_d)[:, 0]  # of each noise
+        excess = float(np.vdot(d, d)) / number
+        excess_slope = own.mean(axis=0)
+        excess_curvature = np.tensordot(J_d, J_d, axes=([0, 1], [0, 1])) / number
+        slopes = own + d @ mean_J.reshape(-1, count)
+        scatter = np.atleast_2d(np.cov(np.where(np.isfinite(slopes), slopes, 0.0), rowvar=False))
+        pressure, jacobian = 2 * pressure - mean_P, 2 * jacobian - mean_J
+    residual = problem.signals.P / problem.plant.conditions.P_s - pressure
+    residual = np.where(np.isfinite(residual), residual, OFF)
+    J = jacobian.reshape(-1, count)
+    squares = float(np.sum(residual**2)) - (excess if np.isfinite(excess) else 0.0)
+    slope = J.T @ residual.ravel() + excess_slope
+    return Fit(theta, residual, jacobian, squares, slope, J.T @ J - excess_curvature, scatter)
+
+
+def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
+    """Fit a model: plain least squares first, then corrected for noise in the position.
+
+    Plain least squares ends after `most` evaluations, or where the sum of squares or the parameters change
+    by less than `tolerance`, relative. `InputError` if the valve leaks or has a laminar share, which the
+    replay of a fit does not model.
+    """
+    valve = problem.plant.valve
+    if problem.signals.flow is None and (valve.leak or valve.laminar):
+        raise InputError(
+            f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"
+            " leave leak_dm3_per_sbar out, or measure the flows m_A and m_B"
+        )
+    plain = problem._replace(noisy=None)
+
+    @cache
+    def at(*theta: float) -> Fit:
+        return evaluate(plain, np.array(theta))
+
+    optimum = least_squares(
+        lambda theta: at(*theta).residual.ravel(),
+        problem.guess(),
+        jac=lambda theta: -at(*theta).jacobian.reshape(-1, len(theta)),  # type: ignore[arg-type]
+        bounds=problem.bounds(),
+        x_scale="jac",
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=None,  # type: ignore[arg-type]
+        max_nfev=most,
+    )
+    return descend(problem, optimum.x) if problem.noisy is not None else at(*optimum.x)
+
+
+def descend(
+    problem: Problem, theta: np.ndarray, fixed: int | None = None, most: int = ROUNDS, negligible: float = 0.0
+) -> Fit:
+    """Minimise the corrected sum of squares from `theta`, near its minimum (Levenberg and Marquardt).
+
+    The parameter with index `fixed` keeps its value; `most` is the largest number of steps. A change of the
+    sum of squares that is less than `negligible`, or than `SETTLED` says, ends the search.
+    """
+    low, high = problem.bounds()
+    here, damping = evaluate(problem, np.clip(theta, low, high)), 1e-3
+    negligible = max(negligible, SETTLED * here.squares / here.residual.size)
+    for _ in range(most):
+        slope = here.slope
+        free = ((here.theta > low) | (slope > 0)) & ((here.theta < high) | (slope < 0))
+        if fixed is not None:
+            free[fixed] = False
+        J = here.jacobian.reshape(-1, len(slope))[:, free]
+        scale = np.sqrt(np.maximum(np.sum(J**2, axis=0), np.finfo(float).tiny))
+        size, axes = np.linalg.eigh(here.curvature[np.ix_(free, free)] / np.outer(scale, scale))
+        # In a direction without positive curvature, damping alone limits the step.
+        move = axes @ ((axes.T @ (slope[free] / scale)) / (np.maximum(size, 0.0) + damping)) / scale
+        if float(slope[free] @ move) < negligible:
+            break
+        trial = here.theta.copy()
+        trial[free] += move
+        there = evaluate(problem, np.clip(trial, low, high))
+        if there.squares < here.squares:
+            gained, here, damping = here.squares - there.squares, there, damping / 10
+            if gained < negligible:
+                break
+        else:
+            damping *= 10
+    return here
+
+
+def fit_with_one_fixed(
+    problem: Problem, best: Fit, index: int, value: float, start: np.ndarray | None, negligible: float
+) -> Fit:
+    """Fit the other parameters with parameter `index` fixed at `value`, on the scale of the search.
+
+    `best` is the fit with none fixed; `negligible` is as in `descend`. The search starts at `start`, or else
+    at the minimum of the linearised problem, with flat directions left out.
+    """
+    others = np.arange(len(best.theta)) != index
+    if start is None:
+        H, move = best.curvature, value - best.theta[index]
+        J = best.jacobian.reshape(-1, len(H))
+        scale = np.sqrt(np.diag(J.T @ J))[others]
+        size, axes = np.linalg.eigh(H[np.ix_(others, others)] / np.outer(scale, scale))
+        kept = np.where(size > FLAT * size.max(), size, np.inf)
+        start = best.theta.copy()
+        start[others] -= axes @ ((axes.T @ (H[others, index] * move / scale)) / kept) / scale
+    start = start.copy()
+    start[index] = value
+    return descend(problem, start, fixed=index, negligible=negligible)

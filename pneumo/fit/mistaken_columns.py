@@ -1,0 +1,58 @@
+"""Mistakes that no single column shows: chambers swapped, a wrong sign, gauge for absolute pressure."""
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.errors import InputError
+from pneumo.fit.fitted_parameters import Problem
+from pneumo.fit.least_squares import fit
+from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.stage_signals import stage_signals
+from pneumo.physics.models import MODELS
+
+SECONDS = 4.0  # of the record are enough to see a mistake
+BETTER = 0.5  # rms error with a column corrected over that as given, below which a mistake is likelier
+MODEL, INDEX = "M6", 1.2  # needs no k_0
+
+
+def corrected(m: Measurement, P_atm: float) -> dict[str, Measurement]:
+    """Measurement without each mistake that it may contain, by the text for the user."""
+    sign = "seems to have the wrong sign:"
+    result = {
+        "columns P_A and P_B look swapped (or u and x both have the wrong sign)": m._replace(P=m.P[::-1]),
+        f"column x {sign} chamber A is largest where x is": m._replace(x=-m.x),
+    }
+    if m.m is None:
+        result[f"column u {sign} positive connects chamber A to the supply"] = m._replace(u=-m.u)
+    else:
+        flows = "columns m_A and m_B"
+        result[f"{flows} seem to have the wrong sign: positive flows into the chamber"] = m._replace(m=-m.m)
+        result[f"{flows} look swapped"] = m._replace(m=m.m[::-1])
+    gauge = (
+        "columns P_A and P_B seem to be gauge pressures (a gauge's unit is written bar(g) or kPa(g)),"
+        " or P_s_Pa an atmosphere too high"
+    )
+    return result | {gauge: m._replace(P=m.P + P_atm)}
+
+
+def quick_fit_error(measurement: Measurement, plant: Plant, held: bool) -> float:
+    """Root mean square error of a quick fit of valve coefficient and dead volumes, Pa."""
+    last = min(len(measurement.u), round(SECONDS / measurement.period) + 1)
+    u, x, P = measurement.u[:last], measurement.x[:last], measurement.P[:, :last]
+    m, P_s = (None if s is None else s[..., :last] for s in (measurement.m, measurement.P_s))
+    record = stage_signals(measurement.period, u, x, P, plant, held=held, P_s=P_s, m=m)
+    quick = fit(Problem(MODELS[MODEL], plant, record, {"n": INDEX}), tolerance=1e-3, most=8)
+    return plant.conditions.P_s * float(np.sqrt(np.mean(quick.residual**2)))
+
+
+def check_columns(measurement: Measurement, plant: Plant, *, held: bool = True) -> None:
+    """Refuse a measurement that a model follows far better with its columns corrected: `InputError`."""
+    as_given = quick_fit_error(measurement, plant, held)
+    candidates = corrected(measurement, plant.conditions.P_atm).items()
+    error, best = min((quick_fit_error(right, plant, held), text) for text, right in candidates)
+    if error < BETTER * as_given:
+        raise InputError(
+            f"{measurement.name}: {best}: a quick fit of {MODEL} is off by"
+            f" {error / 1e3:.3g} kPa then, and by {as_given / 1e3:.3g} kPa as it is;"
+            " --trust skips this check"
+        )

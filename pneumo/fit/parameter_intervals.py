@@ -1,0 +1,165 @@
+"""Confidence intervals of fitted parameters where residuals are correlated.
+
+Noise in pressures is white. Noise in the position and what the model lacks reach the residual through the
+replay, which has memory: the usual covariance of least squares would be far too small. Two others are
+computed, from replays with added noise and from the auto- and cross-correlation of both chambers'
+residuals, and the larger one is used. A narrow interval comes from the standard error, a wide one from the
+profile of the sum of squares.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import fftconvolve
+from scipy.stats import t
+
+from pneumo.fit.fitted_parameters import PARAMETERS, Problem
+from pneumo.fit.least_squares import Fit, fit_with_one_fixed
+from pneumo.fit.stage_signals import PAIRS
+
+LEVEL = 0.95
+HALF_WIDTH = float(t.ppf((1 + LEVEL) / 2, PAIRS))  # of an interval, in standard errors from PAIRS noises
+# On the scale of the search:
+WIDE = 0.3  # half an interval beyond which the model is too far from linear for standard errors
+LOOSE = 1.0  # half an interval of a loosely known parameter: a factor of e
+UNKNOWN = 1e6  # variance of a parameter that the record does not determine
+CORRELATED = 0.7  # correlation with a loosely known parameter that counts
+UNSEEN = 1e-9  # derivative, over the largest, that is taken for zero
+SMALLEST = 1e-6  # curvature, over the largest, below which a direction is flat
+CLOSE = 0.05  # relative accuracy of the end of an interval
+LEAST = 1e-3  # deviance over what is allowed, below which the least squares' own accuracy counts
+LONGEST_STEP = 4.0  # factor between two distances tried
+ROUNDS = 6  # values tried for one end
+MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
+
+
+def correlations(residual: np.ndarray) -> np.ndarray:
+    """Auto- and cross-covariance of both chambers' residuals, shape (chamber, samples), with a Parzen taper.
+
+    Shape (chamber, chamber, 2 L + 1), for lags -L to L: mean of first(t) second(t + lag).
+    """
+    samples = residual.shape[1]
+    L = max(1, int(MEMORY * samples))
+    lag = np.abs(np.arange(-L, L + 1)) / (L + 1)
+    taper = np.where(lag <= 0.5, 1 - 6 * lag**2 + 6 * lag**3, 2 * (1 - lag) ** 3)
+    e = residual - residual.mean(axis=1, keepdims=True)
+    full = [[fftconvolve(b, a[::-1]) for b in e] for a in e]
+    return np.array(full)[:, :, samples - 1 - L : samples + L] / samples * taper
+
+
+def covariances(fit: Fit, model_error: float = 0.0) -> np.ndarray:
+    """Two covariances of the parameters on the scale of the search, shape (2, parameter, parameter).
+
+    From noise: H^-1 (S + s^2 J'J) H^-1, where H is the curvature, S the scatter of the slope under added
+    noise and s^2 the variance of the residual's white part. From the residual: H^-1 J' Gamma J H^-1, where
+    Gamma is its covariance. Both get a part for the model's own error, whose sum of squares is `model_error`:
+    it is no noise, so an interval holds what adds no more to the sum of squares than this error already is.
+    """
+    J, inverse = fit.jacobian, inverse_curvature(fit)
+    flat_J = J.reshape(-1, J.shape[2])
+    # Correlated errors change little from sample to sample: differences are those of white noise.
+    white = np.mean(np.diff(fit.residual, axis=1) ** 2) / 2
+    gamma = correlations(fit.residual)
+    middle = sum(
+        J[a].T @ fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
+        for a in range(2)
+        for b in range(2)
+    )
+    inner = np.array([fit.scatter + white * flat_J.T @ flat_J, middle])
+    seen = np.sqrt(np.sum(flat_J**2, axis=0))
+    # The record does not determine a parameter that changes nothing: infinite variance.
+    own = model_error / HALF_WIDTH**2 * inverse
+    return inverse @ inner @ inverse + own + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, UNKNOWN))
+
+
+def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Covariance limited in every direction to half the distance between `Problem.bounds`.
+
+    Without the limit, one flat direction would make every parameter with a small part in it uncertain.
+    """
+    half = (bounds[1] - bounds[0]) / 2
+    size, axes = np.linalg.eigh(covariance / np.outer(half, half))
+    return (axes * np.clip(size, 0.0, 1.0)) @ axes.T * np.outer(half, half)
+
+
+def inverse_curvature(fit: Fit) -> np.ndarray:
+    """Inverse of the curvature, shape (parameter, parameter), with flat directions at `SMALLEST`."""
+    J = fit.jacobian.reshape(-1, len(fit.theta))
+    scale = np.sqrt(np.sum(J**2, axis=0))
+    scale = np.maximum(scale, UNSEEN * scale.max())
+    size, axes = np.linalg.eigh(fit.curvature / np.outer(scale, scale))
+    return (axes / np.maximum(size, SMALLEST * size.max())) @ axes.T / np.outer(scale, scale)
+
+
+def parameter_interval(
+    problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarray
+) -> tuple[float, float]:
+    """Interval of parameter `index`, from its standard error where that is small, else from the profile.
+
+    Its ends are on the scale of the search, infinite where open. A parameter correlated with a loosely known
+    one gets the union of both intervals: the sum of squares has a curved valley there. `problem` has
+    `FEW_PAIRS` of noisy inputs, `rough` is its fit, `best` that with all; `both` is from `covariances`.
+    """
+    bounds = problem.bounds()
+    low, high = bounds[:, index]
+    limited = max((bounded(c, bounds) for c in both), key=lambda c: c[index, index])
+    halves = HALF_WIDTH * np.sqrt(np.diag(limited))
+    start, end = best.theta[index] - halves[index], best.theta[index] + halves[index]
+    logarithmic = PARAMETERS[problem.names[index]].logarithmic
+    wide = logarithmic and (halves[index] > WIDE or start <= low or end >= high)
+    correlation = np.abs(limited[index]) / np.sqrt(limited[index, index] * np.diag(limited))
+    if wide or np.any((halves > LOOSE) & (correlation > CORRELATED)):
+        by_profile = profile_interval(problem, rough, index, float(both[:, index, index].max()))
+        ends = np.array(by_profile) + (best.theta[index] - rough.theta[index])
+        start, end = ends if wide else (min(start, ends[0]), max(end, ends[1]))
+    return start if start > low else -np.inf, end if end < high else np.inf
+
+
+class Trial(NamedTuple):
+    """A value that was tried for a parameter."""
+
+    distance: float  # from the best, on the scale of the search
+    deviance: float  # of the profile, over what an interval allows
+    theta: np.ndarray
+
+
+def profile_interval(problem: Problem, fit: Fit, index: int, variance: float) -> tuple[float, float]:
+    """Interval of parameter `index` from the profile of the sum of squares.
+
+    A value is inside as long as the lowest sum of squares with this value exceeds the minimum by no more
+    than `HALF_WIDTH` squared, in units in which the curvature is the inverse of the parameter's `variance`.
+    """
+    allowed = HALF_WIDTH**2 * variance / inverse_curvature(fit)[index, index]
+    low, high = (bound[index] for bound in problem.bounds())
+    best = fit.theta[index]
+
+    def end(sign: float, limit: float) -> float:
+        """Distance of an end, infinite where the profile allows `limit`."""
+        inside, outside = Trial(0.0, LEAST, fit.theta), Trial(np.inf, np.inf, fit.theta)
+        distance = min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE, limit)
+        for _ in range(ROUNDS):
+            start = None if inside.distance == 0 else inside.theta
+            there = fit_with_one_fixed(problem, fit, index, best + sign * distance, start, CLOSE * allowed)
+            deviance = max((there.squares - fit.squares) / allowed, LEAST)
+            if deviance >= 1:
+                outside = Trial(distance, deviance, there.theta)
+            elif distance >= limit:
+                return np.inf
+            else:
+                inside = Trial(distance, deviance, there.theta)
+            before, distance = distance, min(_crossing(inside, outside), limit)
+            if abs(distance - before) < CLOSE * min(distance, 1.0):
+                break
+        return distance
+
+    return best - end(-1.0, best - low), best + end(1.0, high - best)
+
+
+def _crossing(inside: Trial, outside: Trial) -> float:
+    """Distance at which the deviance is 1: near the best it is a parabola, far away an exponential."""
+    if np.isinf(outside.distance):
+        return inside.distance * min(inside.deviance**-0.5, LONGEST_STEP)
+    if inside.distance == 0:
+        return outside.distance * max(outside.deviance**-0.5, 1 / LONGEST_STEP)
+    part = np.log(inside.deviance) / np.log(inside.deviance / outside.deviance)
+    return inside.distance + part * (outside.distance - inside.distance)

@@ -1,0 +1,1 @@
+"""A measured record: file formats, columns, plausibility."""

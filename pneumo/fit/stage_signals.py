@@ -1,0 +1,151 @@
+"""Measured signals at every Runge-Kutta stage of a replay: smoothed position, velocity, command or flows.
+
+Position and velocity come from one smoothing spline, so that noise in the velocity is the derivative of noise
+in the position. Generalised cross-validation chooses the smoothing (Craven and Wahba 1979), computed in
+the cosine spectrum (Garcia 2010), where it is cheap.
+
+What is left of the noise biases a replay. `with_added_noise` adds as much noise again: the shift that this
+causes estimates the bias already there, and `pneumo.fit.least_squares` subtracts it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.fft import dct
+from scipy.interpolate import make_smoothing_spline
+
+from pneumo.configuration.experiment import Plant
+from pneumo.physics.cylinder import chamber_of, volume
+from pneumo.physics.valve import choked_flow
+from pneumo.simulation.fitted_pressures import KUTTA
+
+LONGEST_STEP, SHORTEST_STEP = 1e-3, 2e-5  # s; the first is the step of the paper's study
+LARGEST_CHANGE = 0.25  # of a pressure within a step, over the supply's
+SMOOTHING = np.logspace(-6, 14, 201)  # weights of the squared second difference, from none to a straight line
+PIECE = 64  # samples
+# Antithetic pairs, noise and its negative, cancel odd-order terms.
+FEW_PAIRS = 3  # enough to minimise the corrected sum of squares
+TINY = 1e-300  # no flow at all
+PAIRS = 16  # for the estimate and its variance: the standard error is then known to some 15 %
+
+
+class StageSignals(NamedTuple):
+    """Signals of a measurement, uniform in time, as a replay reads them."""
+
+    period: float  # s, time between samples
+    h: float  # s, step of the replay, a whole fraction of the period
+    u: np.ndarray  # limited command, V, by (step, stage)
+    motion: np.ndarray  # position, m, and velocity, m/s, by (step, stage, 2)
+    P: np.ndarray  # Pa, measured pressures by (chamber, sample)
+    penalty: float  # s^3, smoothing of the position: from `smoothing`
+    noise: float  # m, in the position
+    P_s: np.ndarray | None = None  # Pa, supply pressure where measured, by (step, stage)
+    flow: np.ndarray | None = None  # kg/s, where measured, by (step, stage, chamber); u then plays no role
+
+    @property
+    def stride(self) -> int:
+        """Steps between samples."""
+        return round(self.period / self.h)
+
+    def part(self, first: int, last: int) -> "StageSignals":
+        """Signals from one sample to another, both included."""
+        steps = slice(first * self.stride, last * self.stride)
+        flow, P_s = (signal if signal is None else signal[steps] for signal in (self.flow, self.P_s))
+        at = {"u": self.u[steps], "motion": self.motion[steps], "P_s": P_s, "flow": flow}
+        return self._replace(P=self.P[:, first : last + 1], **at)
+
+
+def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
+    """Choose the smoothing of a signal, samples `period` seconds apart, by generalised cross-validation.
+
+    Returns the penalty, s^3: the weight of the integrated squared second derivative against the sum of
+    squared residuals; and the estimated standard deviation of white noise in the signal, in units of x.
+    Jumps and impacts hide the noise, and then nothing is smoothed: its deviation is that of most parts.
+    """
+    weight, variance = _cross_validated(x[None])
+    if weight == SMOOTHING[0] and len(x) >= 2 * PIECE:
+        _, variance = _cross_validated(x[: len(x) // PIECE * PIECE].reshape(-1, PIECE))
+    return weight * period**3, float(np.sqrt(variance))
+
+
+def _cross_validated(pieces: np.ndarray) -> tuple[float, float]:
+    """Weight with the lowest score, and variance of the noise, in the median of some pieces of a signal."""
+    count = pieces.shape[1]
+    lines = np.linspace(pieces[:, 0], pieces[:, -1], count, axis=1)
+    spectrum = dct(pieces - lines, norm="ortho")
+    rough = (2 - 2 * np.cos(np.pi * np.arange(count) / count)) ** 2
+    best = (np.inf, 0.0, 0.0)
+    for weight in SMOOTHING:
+        removed = 1 - 1 / (1 + weight * rough)
+        freedom, squares = removed.sum(), np.median(np.sum((removed * spectrum) ** 2, axis=1))
+        if freedom > 0:
+            best = min(best, (squares / freedom**2, weight, squares / freedom))
+    return best[1:]
+
+
+def stage_times(steps: int, h: float) -> np.ndarray:
+    """Times of the stages of a replay from 0 on, s, shape (steps, 3)."""
+    return (np.arange(steps)[:, None] + KUTTA.c) * h
+
+
+def longest_step(plant: Plant, u: np.ndarray, x: np.ndarray) -> float:
+    """Step, s, in which the valve of a record fills its smallest chamber by `LARGEST_CHANGE` at most."""
+    c, gas, valve = plant.conditions, plant.gas, plant.valve
+    A_t = valve.k_xu * min(float(np.max(np.abs(u))), valve.u_max)
+    V = min(
+        volume(np.min(s * x), chamber_of(plant.cylinder, i), plant.cylinder) for i, s in enumerate((1, -1))
+    )
+    rate = gas.gamma * gas.R * c.T_in * choked_flow(A_t, c.P_s, c.T_in, gas)  # times the volume, Pa m^3/s
+    return float(np.clip(LARGEST_CHANGE * c.P_s * max(V, 0.0) / max(rate, TINY), SHORTEST_STEP, LONGEST_STEP))
+
+
+def stage_signals(
+    period: float,
+    u: np.ndarray,
+    x: np.ndarray,
+    P: np.ndarray,
+    plant: Plant,
+    *,
+    held: bool = True,
+    P_s: np.ndarray | None = None,
+    m: np.ndarray | None = None,
+) -> StageSignals:
+    """Signals at the stages of a replay, from samples `period` seconds apart.
+
+    They are the command before the `plant`'s limiter, V, and the position, m, shape (samples,); pressures,
+    Pa, and, where they were measured, mass flows into the chambers, kg/s, shape (chamber, samples), and the
+    supply pressure, Pa, shape (samples,). The command is `held` until the next sample (zero-order hold, as a
+    digital controller does) or else interpolated linearly, as flows and supply always are.
+    """
+    longest, u_max = LONGEST_STEP if m is not None else longest_step(plant, u, x), plant.valve.u_max
+    t, within = period * np.arange(len(u)), int(np.ceil(period / longest * (1 - 1e-9)))
+    h, steps = period / within, within * (len(u) - 1)
+    at = stage_times(steps, h)
+    held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
+    limited = np.clip(held_u if held else np.interp(at, t, u), -u_max, u_max)
+    penalty, noise = smoothing(x, period)
+    spline = make_smoothing_spline(t, x, lam=penalty)
+    motion = np.stack([spline(at), spline.derivative()(at)], axis=-1)
+    flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
+    supply = None if P_s is None else np.interp(at, t, P_s)
+    return StageSignals(period, h, limited, motion, P, penalty, noise, supply, flow)
+
+
+def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> np.ndarray:
+    """Motions with noise added to the smoothed position, which is then smoothed again.
+
+    There are two for each of the `pairs`, one with a noise and one with its negative: antithetic pairs cancel
+    odd-order terms. Each is shaped as `StageSignals.motion`.
+    """
+    steps, stride = signals.motion[:, :, 0], signals.stride
+    x = np.append(steps[::stride, 0], steps[-1, -1])
+    t, at = signals.period * np.arange(len(x)), stage_times(len(steps), signals.h)
+    rng = np.random.default_rng(seed)
+
+    def smoothed(values: np.ndarray) -> np.ndarray:
+        spline = make_smoothing_spline(t, values, lam=signals.penalty)
+        return np.stack([spline(at), spline.derivative()(at)], axis=-1)
+
+    motion = smoothed(x)
+    noises = smoothed(rng.normal(0.0, signals.noise, (pairs, len(x))).T).transpose(2, 0, 1, 3)
+    return np.array([motion + sign * noise for noise in noises for sign in (1.0, -1.0)])

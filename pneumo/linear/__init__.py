@@ -1,0 +1,1 @@
+"""Linear models at an operating point: modes, stable steps, observability."""

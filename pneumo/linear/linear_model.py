@@ -1,0 +1,137 @@
+"""Linear models of chambers or actuator at an operating point, for control design."""
+
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.equations.chamber_rate import SIDES
+from pneumo.equations.system import System, rates, system
+from pneumo.errors import InputError
+from pneumo.physics.models import Model
+
+if TYPE_CHECKING:
+    from control import StateSpace
+
+IMAGINARY_STEP = 1e-30  # no difference is taken, so that nothing is lost however small it is
+
+
+class Linear(NamedTuple):
+    """Matrices of dy/dt = A y + B w, states y and inputs w counted from the operating point."""
+
+    A: np.ndarray  #: shape (states, states)
+    B: np.ndarray  #: shape (states, inputs)
+    C: np.ndarray  #: identity: the outputs are the states
+    D: np.ndarray  #: zero
+
+
+def state_matrix(system: System, state: Sequence[float], inputs: Sequence[float]) -> np.ndarray:
+    """Derivatives of a system's rates by the states, exact to rounding: shape (states, states)."""
+    return _derivatives(system, [*state, *inputs], range(len(state)))
+
+
+def _derivatives(system: System, point: Sequence[float], places: range) -> np.ndarray:
+    """Derivatives by some of the states and inputs, a column for each."""
+    columns, count = list[list[float]](), len(system.states)
+    for k in places:
+        stepped = [complex(value, IMAGINARY_STEP * (j == k)) for j, value in enumerate(point)]
+        columns.append(
+            [rate.imag / IMAGINARY_STEP for rate in rates(system, stepped[:count], stepped[count:])]
+        )
+    return np.array(columns).T
+
+
+def _check_point(system: System, point: dict[str, float]) -> None:
+    plant, u, x, v = system.plant, *(point[name] for name in ("u", "x", "v"))
+    c, cylinder, u_max = plant.conditions, plant.cylinder, plant.valve.u_max
+    problems = {
+        f"{point}: must be finite numbers": not np.isfinite(list(point.values())).all(),
+        "u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6": u == 0,
+        f"u = {u:g} V: beyond the limiter at {u_max:g} V nothing depends on it": abs(u) > u_max,
+        f"x = {x:g} m: must be within half the stroke, {cylinder.stroke / 2:g} m": abs(x)
+        > cylinder.stroke / 2,
+    }
+    if system.piston:
+        stops = f"the end stops, {cylinder.x_min:g} and {cylinder.x_max:g} m"
+        problems[f"x = {x:g} m: must be between {stops}"] = not cylinder.x_min < x < cylinder.x_max
+        problems["v = 0: Coulomb friction has no derivative there; take a small v"] = (
+            v == 0 and cylinder.coulomb > 0
+        )
+    for side, sign in SIDES.items():
+        P, T = point[f"P_{side}"], point[f"T_{side}"]
+        open_port, other = (c.P_s, c.P_atm) if sign * u > 0 else (c.P_atm, c.P_s)
+        name = f"P_{side} = {P:g} Pa"
+        problems[f"{name}: must be positive (absolute)"] = not P > 0
+        problems[f"T_{side} = {T:g} K: must be positive (absolute)"] = not T > 0
+        singular = P in ((open_port, other) if plant.valve.leak > 0 else (open_port,))
+        problems[f"{name}: eq (1) has no derivative at equal pressures"] = singular
+    for text, wrong in problems.items():
+        if wrong:
+            raise InputError(text)
+
+
+def linearise(
+    model: Model | str,
+    n: float | None,
+    plant: Plant,
+    *,
+    u: float,
+    P_A: float,
+    P_B: float,
+    x: float = 0.0,
+    v: float = 0.0,
+    T_A: float | None = None,
+    T_B: float | None = None,
+    states: Literal["chambers", "actuator"] = "chambers",
+) -> "Linear | StateSpace":
+    """Linear model of both chambers, or of the whole actuator, at an operating point.
+
+    The derivatives are those of the replays' right-hand side, by a complex step: exact to rounding. Of the
+    chambers, the states are (P_A, P_B) and the inputs (u, x, v). Of the actuator, with eq (3), the states are
+    (x, v, P_A, P_B) and the inputs (u, force). The full order, model "full", has states P_A, T_A, P_B, T_B in
+    place of the pressures. The outputs are the states.
+
+    Parameters
+    ----------
+    u : float
+        Command, V; not 0, where the valve's area, k_xu ``|u|``, has no derivative.
+    P_A, P_B : float
+        Pressures, Pa. The point need not be an equilibrium.
+    x, v : float
+        Piston position, m, and velocity, m/s.
+    T_A, T_B : float
+        Temperatures, K, for the full order only; T_0 where left out.
+    states : {"chambers", "actuator"}
+        Whether position and velocity are inputs or states.
+
+    Returns
+    -------
+    control.StateSpace or Linear
+        The former where python-control is installed; both have A, B, C and D.
+
+    Raises
+    ------
+    InputError
+        If there is no such model, n is bad, or the right-hand side has no derivative at the point.
+    """
+    if states not in ("chambers", "actuator"):
+        raise InputError(f"states = {states!r}: must be 'chambers' or 'actuator'")
+    linearised = system(model, n, plant, piston=states == "actuator")
+    if linearised.model and not (T_A is None and T_B is None):
+        raise InputError(f"T_A, T_B: {linearised.name} computes temperatures from pressures; leave them out")
+    T_0 = plant.conditions.T_0
+    point = {"u": u, "x": x, "v": v, "P_A": P_A, "P_B": P_B, "force": 0.0}
+    point |= {"T_A": T_0 if T_A is None else T_A, "T_B": T_0 if T_B is None else T_B}
+    _check_point(linearised, point)
+    names, inputs = linearised.states, linearised.inputs
+    values, count = [point[name] for name in (*names, *inputs)], len(names)
+    A = _derivatives(linearised, values, range(count))
+    B = _derivatives(linearised, values, range(count, len(values)))
+    C, D = np.eye(len(names)), np.zeros(B.shape)
+    if find_spec("control") is None:
+        return Linear(A, B, C, D)
+    control = import_module("control")
+    return control.StateSpace(A, B, C, D, states=names, inputs=inputs, outputs=names)

@@ -1,0 +1,195 @@
+"""Fleets: the cylinders of a table run and ranked block by block, as `pneumo study` does with each of them.
+
+The cells are kept in four bytes; rankings are made from what is kept, so that a page made later has the same.
+"""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from pneumo.configuration.cylinder_table import experiment_name
+from pneumo.configuration.experiment import Study
+from pneumo.configuration.study_json import from_json, plain
+from pneumo.errors import InputError, ResultError
+from pneumo.physics.models import MODELS
+from pneumo.selection.cylinder_ranking import one_run, rankings, run_study
+from pneumo.statistics.intervals import Interval
+from pneumo.statistics.ranking import REFINEMENT_STEPS, Ranking
+from pneumo.storage.files import read
+from pneumo.storage.layout import described
+
+INDEX = "fleet.nc"
+# In four bytes.
+CELLS = ("mean_error", "variance", "mse", "failure_time", "mse_of_wrong_k_0", "mse_of_right_k_0")
+
+ABOUT = {  # unit, long name
+    "recommended": ("", "model to take; nothing if none ran"),
+    "reason": ("", "why that model"),
+    "advice": ("", "what would decide better, one line each"),
+    "runs": ("1", "runs of each experiment that count"),
+    "bore": ("m", "diameter of the piston"),
+    "stroke": ("m", "stroke"),
+    "worst_rms": ("Pa", "largest RMS error over the range of k_0, at the n where it is least"),
+    "worst_n": ("1", "that polytropic index, to take; NaN where it plays no role"),
+    "place": ("1", "rank by the mean square error of all experiments and runs, from 1"),
+    "best_n": ("1", "polytropic index with the lowest error; NaN where it plays no role"),
+    "best_mse": ("Pa2", "mean square error at that n, both chambers"),
+    "over_best": ("1", "that error over the best model's, geometric mean over paired runs"),
+    "geometric_place": ("1", "rank by the geometric mean over all runs"),
+    "wins": ("1", "runs of an experiment in which the model is the best"),
+    "failed": ("1", "runs of an experiment without an error at that n"),
+    "gain": ("percent", "reduction of the mean square error by a refinement"),
+}
+ABOUT |= {
+    f"{name}_{end}": (ABOUT[name][0], f"{words} end of the 95 % interval of {name}")
+    for name in ("best_mse", "over_best", "gain")
+    for end, words in (("low", "lower"), ("high", "upper"))
+}
+INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0")  # what the index is made from
+
+
+def studies_of(study: Study) -> dict[str, Study]:
+    """Return the study of each cylinder of a table, its experiments under the names of the configuration."""
+    found: dict[str, Study] = {}
+    for full, e in study.experiments.items():
+        name = full.removeprefix(experiment_name(e.cylinder, ""))
+        one = found.setdefault(e.cylinder, study._replace(experiments={}))
+        one.experiments[name] = e._replace(name=name)
+    return found
+
+
+def _ends(name: str, dim: str, intervals: Sequence[Interval]) -> dict[str, Any]:
+    value, low, high = np.array(intervals).T
+    return {name: (dim, value), f"{name}_low": (dim, low), f"{name}_high": (dim, high)}
+
+
+def ranking_dataset(ranking: Ranking) -> xr.Dataset:
+    """Return the ranking of one cylinder by (model) and the gains by (refinement), as `ABOUT` describes."""
+    unknown = Interval(np.nan, np.nan, np.nan)
+    found = {row.model: row for row in ranking.rows}
+    robust = {row.model: row for row in ranking.unknown_k_0.models} if ranking.unknown_k_0 else {}
+    rows = [found.get(name) for name in MODELS]
+    gains = [gain.percent for gain in ranking.gains] or [unknown] * len(REFINEMENT_STEPS)
+    variables: dict[str, Any] = {
+        "recommended": ((), ranking.recommended),
+        "reason": ((), ranking.reason),
+        "advice": ((), "\n".join(ranking.advice)),
+        "runs": ((), np.int32(ranking.runs)),
+        "worst_rms": ("model", [robust[name].worst if name in robust else np.nan for name in MODELS]),
+        "worst_n": ("model", [robust[name].n if name in robust else np.nan for name in MODELS]),
+        "best_n": ("model", [row.n if row else np.nan for row in rows]),
+        **_ends("best_mse", "model", [row.mse if row else unknown for row in rows]),
+        **_ends("over_best", "model", [row.over_best if row else unknown for row in rows]),
+        **_ends("gain", "refinement", gains),
+    }
+    for name in ("place", "geometric_place", "wins", "failed"):
+        variables[name] = ("model", np.array([getattr(row, name) if row else 0 for row in rows], np.int32))
+    steps = [f"{without} to {refined}" for _, without, refined in REFINEMENT_STEPS]
+    return xr.Dataset(variables, {"model": list(MODELS), "refinement": steps})
+
+
+def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
+    """Return cells of one cylinder in four bytes with their ranking and, as JSON, its parameters."""
+    cells = cells.assign({name: cells[name].astype(np.float32) for name in CELLS})
+    (ranking,) = rankings(_exact(cells))
+    cylinder = next(iter(study.experiments.values())).plant.cylinder
+    sizes = {"bore": ((), cylinder.bore), "stroke": ((), cylinder.stroke)}
+    parameters = {"parameters": ((), json.dumps(plain(study), allow_nan=False))}
+    return cells.drop_vars("cylinder").merge(ranking_dataset(ranking)).assign(sizes | parameters)
+
+
+def _exact(cells: xr.Dataset) -> xr.Dataset:
+    """Cells in eight bytes again, as rankings and pages take them."""
+    return cells.assign({name: cells[name].astype(float) for name in CELLS})
+
+
+def run_block(
+    study: Study,
+    threads: int,
+    progress: Callable[[str], None] = lambda _cylinder: None,
+    k_0_factors: Mapping[str, float] | None = None,
+) -> xr.Dataset:
+    """Run and rank every cylinder of a block, whatever the number of threads.
+
+    `k_0_factors` are those of `run_study`.
+
+    Returns
+    -------
+    xarray.Dataset
+        By (cylinder, experiment, run, ...) the cells of `run_study` without traces; by cylinder the variables
+        of `ABOUT` and `parameters`, its study as JSON. `progress` is called with each name once it is done.
+    """
+
+    def work(item: tuple[str, Study]) -> xr.Dataset:
+        name, one = item
+        dataset = cylinder_dataset(one, run_study(one, 1, k_0_factors=k_0_factors, traced=False))
+        progress(name)
+        return dataset
+
+    studies = studies_of(study)
+    with ThreadPoolExecutor(threads) as pool:
+        parts = list(pool.map(work, studies.items()))
+    return together(parts, list(studies))
+
+
+def together(parts: Sequence[xr.Dataset], names: Sequence[str] | None = None) -> xr.Dataset:
+    """Join datasets of cylinders, or of blocks of them, along `cylinder`."""
+    dim = "cylinder" if names is None else xr.Variable("cylinder", list(names))
+    labels = [name for name in ("k_0", "seed") if name in parts[0].coords]
+    how: Mapping[str, Any] = {"compat": "equals", "join": "exact", "combine_attrs": "drop_conflicts"}
+    dataset: xr.Dataset = xr.concat(parts, dim, coords=labels, **how)
+    return described(dataset, {name: about for name, about in ABOUT.items() if name in dataset})
+
+
+def fleet_index(blocks: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Return what is known of each cylinder without its cells; `block` names the file that has them."""
+    parts: list[xr.Dataset] = []
+    for name, block in blocks.items():
+        part = block[list(INDEXED)].drop_vars("seed")
+        part["failed_runs"] = (part["run_status"] != 0).sum(("experiment", "run")).astype(np.int32)
+        part["failed_runs"].attrs = {"units": "1", "long_name": "full-order runs that failed"}
+        part["block"] = ("cylinder", [name] * part.sizes["cylinder"])
+        parts.append(part.drop_vars("run_status"))
+    return together(parts)
+
+
+def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
+    """Return study and cells of a cylinder of a fleet whose results stand in a folder.
+
+    The cells are those of `run_study` in the four bytes that were kept; the traces are computed again.
+
+    Raises
+    ------
+    InputError
+        If the fleet has no such cylinder.
+    ResultError
+        If results are missing or damaged, or do not belong together.
+    """
+    index = read(folder / INDEX, "block")
+    names = index["cylinder"].values.tolist()
+    if cylinder not in names:
+        known = f"{', '.join(names[:20])}{', ...' if len(names) > 20 else ''}"
+        raise InputError(
+            f"cylinder = {cylinder[:50]!r}: no such cylinder in {folder / INDEX}; there are {known}"
+        )
+    file = folder / "fleet" / f"{index['block'].sel(cylinder=cylinder).item()}.nc"
+    block = read(file)
+    if cylinder not in block["cylinder"]:
+        raise ResultError(f"{file}: is another block than {folder / INDEX} knows; `snakemake -j2` makes both")
+    cells = block.sel(cylinder=cylinder)
+    study = from_json(cells["parameters"].item())
+    cells = cells.drop_vars([*ABOUT, "parameters", "refinement", "cylinder"])
+    traces = [_traces(one_run(e, study.n, traced=True)) for e in study.experiments.values()]
+    cells = _exact(cells).merge(xr.concat(traces, "experiment", coords="minimal", compat="override"))
+    return study, cells.assign_coords(cylinder=("experiment", [cylinder] * len(traces)))
+
+
+def _traces(cells: xr.Dataset) -> xr.Dataset:
+    """The traces of a run alone."""
+    kept = [str(name) for name in cells if str(name).startswith("trace_")]
+    return cells[kept].drop_vars(["cylinder", "loop", "k_0", "seed"])

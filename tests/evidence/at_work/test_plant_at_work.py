@@ -1,0 +1,333 @@
+"""Models at work: observers that converge, controllers that track, sensors, and what the errors tell."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from paper_study import STUDY
+
+from pneumo import linearise
+from pneumo.evidence.at_work.at_work_statistics import (
+    RESAMPLINGS,
+    USES,
+    at_work_statistics,
+    carried_at,
+    correlations,
+    losses,
+    predicts,
+    spearman,
+    with_bounds,
+)
+from pneumo.evidence.at_work.observers import (
+    STATES,
+    Noise,
+    correct_all,
+    estimated,
+    first_covariance,
+    observability,
+    predict,
+)
+from pneumo.evidence.at_work.plant_at_work import CARRIED, K_0_FACTORS, Carried, control_run, plant_at_work
+from pneumo.evidence.at_work.position_control import (
+    P_CONTROL,
+    PARTS,
+    Controller,
+    Task,
+    controlled,
+    drawn_task,
+    linearising_command,
+    minimum_jerk,
+    third_derivative,
+)
+from pneumo.evidence.at_work.sampled_plant import (
+    PRESSURE_NOISE,
+    PRESSURE_STEP,
+    X_STEP,
+    air_from_supply,
+    held_step,
+    readings,
+    sampled_recording,
+)
+from pneumo.physics.cylinder import acceleration, chamber_of, volume
+from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.simulation.compiled import kernel
+from pneumo.simulation.full_order import equilibrium
+
+pytestmark = pytest.mark.xdist_group("at work")  # the same kernels, compiled once
+CLOSED = STUDY.experiments["E10"]
+PLANT, H, N = CLOSED.plant, CLOSED.h, 1.35
+P_0 = PLANT.conditions.P_0
+QUIET = Noise(0.1, 1e3)
+LANE = lane(MODELS["M8"], N, PLANT.gas.gamma)
+ROW = lane_array([LANE])[0]
+predicted, corrected, commanded = kernel(predict), kernel(correct_all), kernel(linearising_command)
+jerk_of, drawn_air = kernel(third_derivative), kernel(air_from_supply)
+pressures = st.floats(1.2e5, 6.5e5)
+positions, speeds, commands = st.floats(-0.04, 0.04), st.floats(-0.5, 0.5), st.floats(-10.0, 10.0)
+
+
+def model_run(u: np.ndarray, y_0: np.ndarray) -> np.ndarray:
+    """States of the model itself at every sample: what a filter with the true model should find."""
+    y, C, W, states = y_0.copy(), first_covariance(), np.empty((4, 4, 4)), [y_0.copy()]
+    for command in u[:-1]:
+        predicted(y, C, command, PLANT, LANE, QUIET, H, W)
+        states.append(y.copy())
+    return np.array(states)
+
+
+@pytest.mark.parametrize("measured", [0, 1, 2])
+def test_a_filter_with_the_true_model_and_no_noise_converges(measured):
+    t = np.arange(3001) * H
+    u = 3.0 * np.sin(2 * np.pi * 2.0 * t)
+    states = model_run(u, np.array([0.0, 0.0, P_0, P_0]))
+    first = np.array([P_0 + 3e4, P_0 - 3e4])
+    found, C = estimated(states[:, 0], states[:, 2:], u, measured, first, ROW, PLANT, QUIET, H)
+    errors = abs(found - states)[:, 2:].max(axis=1)
+    assert errors[0] > 1e3 or measured == 2  # a pressure that is measured is known at once, within its noise
+    # Within 1 % of the first error, whichever pressures are measured, and within what the filter expects.
+    assert errors[-1000:].max() < 300.0
+    assert errors[-1] < 3 * np.sqrt(np.diag(C)[2:].max())
+
+
+@settings(max_examples=30)
+@given(positions, speeds, pressures, pressures, commands, st.integers(0, 2), st.floats(1e2, 1e6))
+def test_the_covariance_stays_symmetric_and_positive(x, v, P_A, P_B, u, measured, noise):
+    y, C, W = np.array([x, v, P_A, P_B]), first_covariance(), np.empty((4, 4, 4))
+    for _ in range(20):
+        predicted(y, C, u, PLANT, LANE, Noise(0.1, noise), H, W)
+        corrected(y, C, y[0] + X_STEP, y[2:] - 1e3, measured, PLANT)
+        np.testing.assert_array_equal(C, C.T)
+        # Scaled to a unit diagonal; the rounding of 20 steps is far below 1e-6 of it.
+        scale = np.sqrt(np.diag(C))
+        assert (scale > 0).all()
+        assert np.linalg.eigvalsh(C / np.outer(scale, scale)).min() > -1e-6
+    assert np.isfinite(y).all()
+
+
+@settings(max_examples=30)
+@given(positions, speeds, st.floats(3.8e5, 6.5e5), st.floats(3.8e5, 6.5e5), st.floats(0.5, 10.0))
+def test_the_covariance_moves_by_the_linear_model(x, v, P_A, P_B, u):
+    A = np.asarray(linearise("M8", N, PLANT, u=u, P_A=P_A, P_B=P_B, x=x, v=v, states="actuator").A)
+    F = np.eye(STATES) + H * A + H**2 / 2 * A @ A
+    y, C, W = np.array([x, v, P_A, P_B]), first_covariance(), np.empty((4, 4, 4))
+    expected = F @ C @ F.T
+    expected[1, 1] += H * (QUIET.force / PLANT.cylinder.M) ** 2
+    expected[[2, 3], [2, 3]] += H * QUIET.pressure**2
+    predicted(y, C, u, PLANT, LANE, QUIET, H, W)
+    scale = np.sqrt(np.diag(expected))
+    # Differences over 1e-3 of P_0 and 1e-4 of the stroke leave less than a hundredth of a step's change.
+    np.testing.assert_allclose(C / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-2)
+
+
+def test_more_sensors_see_more_and_all_sets_are_observable():
+    found = [observability("M8", N, PLANT, measured) for measured in range(3)]
+    assert [each.rank for each in found] == [4, 4, 4]
+    assert (found[0].deviation > found[1].deviation).all() and (found[1].deviation > found[2].deviation).all()
+    assert (found[2].deviation < PRESSURE_NOISE).all()  # of many samples
+
+
+@settings(max_examples=30)
+@given(positions, speeds, pressures, pressures, st.floats(-0.3, 0.3))
+def test_the_command_gives_the_third_derivative_that_was_asked_for(x, v, P_A, P_B, share):
+    y = np.array([x, v, P_A, P_B])
+    a = acceleration(v, P_A, P_B, 0.0, PLANT.cylinder)
+    towards = np.copysign(PLANT.valve.u_max, share)
+    closed, full = (jerk_of(y, a, u, PLANT, LANE) for u in (0.0, towards))
+    asked = closed + abs(share) * (full - closed)
+    w = 50.0
+    # The reference whose third derivative makes the law ask for just that.
+    wanted = np.array([x, v, a, asked])
+    found = commanded(y, wanted, 0.0, w, PLANT, LANE)
+    if abs(full - closed) > 1e-6 * abs(closed):
+        assert jerk_of(y, a, found, PLANT, LANE) == pytest.approx(asked, rel=1e-6, abs=1e-6)
+
+
+def test_a_controller_with_the_perfect_model_and_state_tracks():
+    t = np.arange(1501) * H
+    reference = minimum_jerk(t - 0.1, 0.02, 0.5)
+    y, C, W, errors = np.array([0.0, 0.0, P_0, P_0]), first_covariance(), np.empty((4, 4, 4)), []
+    integral = 0.0
+    for wanted in reference:
+        integral += H * (wanted[0] - y[0])
+        u = np.clip(commanded(y, wanted, integral, 60.0, PLANT, LANE), -10.0, 10.0)
+        predicted(y, C, u, PLANT, LANE, QUIET, H, W)
+        errors.append(wanted[0] - y[0])
+    # The command is held for 1 ms, which at 0.075 m/s is 0.075 mm of the way.
+    assert np.abs(errors).max() < 0.1e-3
+    assert np.abs(errors[-200:]).max() < 1e-5
+
+
+def constant_task(x: float, seconds: float) -> Task:
+    samples = round(seconds / H) + 1
+    return Task(np.tile([x, 0.0, 0.0, 0.0], (samples, 1)), np.zeros(samples))
+
+
+def test_p_control_without_a_model_is_stable_and_a_model_is_not_read():
+    task, first = constant_task(0.02, 2.0), np.full(2, P_0)
+    gain = PLANT.valve.u_max / PLANT.cylinder.stroke
+    noise, broken = np.zeros((len(task.force), 2)), np.full_like(ROW, np.nan)
+    done = controlled(task, noise, first, Controller(0, P_CONTROL, gain, QUIET), broken, PLANT, PLANT, H, 6)
+    assert np.abs(done.x[-200:] - 0.02).max() < 2e-4  # 1 % of the step
+    assert 0 < done.air < 0.01
+
+
+def test_the_controller_leaves_no_offset_under_a_force():
+    task, first = constant_task(0.0, 2.0), np.full(2, P_0)
+    task.force[:] = 20.0
+    noise = np.zeros((len(task.force), 2))
+    done = controlled(task, noise, first, Controller(2, 50.0, 0.0, Noise(1.0, 1e4)), ROW, PLANT, PLANT, H, 6)
+    assert np.abs(done.x[:500]).max() > 1e-4  # it was pushed away
+    assert np.abs(done.x[-200:]).max() < 3 * X_STEP
+
+
+@settings(max_examples=30)
+@given(st.floats(-0.1, 0.1), st.floats(0.2, 1.0))
+def test_a_minimum_jerk_motion_has_the_derivatives_it_says(way, duration):
+    t = np.linspace(-0.1, duration + 0.1, 4001)
+    motion = minimum_jerk(t, way, duration)
+    assert motion[0, 0] == 0 and motion[-1, 0] == pytest.approx(way)
+    for k in range(2):  # the third jumps at both ends
+        scale = abs(way) / duration ** (k + 1)
+        np.testing.assert_allclose(np.gradient(motion[:, k], t), motion[:, k + 1], atol=0.05 * scale + 1e-12)
+    inside = (t > 0.01) & (t < duration - 0.01)
+    third = np.gradient(motion[:, 2], t)[inside]
+    np.testing.assert_allclose(third, motion[inside, 3], atol=0.5 * abs(way) / duration**3 + 1e-12)
+
+
+def test_tasks_differ_by_seed_and_stay_between_the_stops():
+    tasks = [drawn_task(np.random.default_rng(seed), PLANT, H) for seed in range(20)]
+    stroke = PLANT.cylinder.stroke
+    for task in tasks:
+        assert np.abs(task.reference[:, 0]).max() <= 0.3 * stroke
+        assert np.abs(task.force).max() == pytest.approx(0.1 * 7e5 * PLANT.cylinder.A_A)
+        assert np.count_nonzero(task.force) == pytest.approx(1000, abs=1)
+        ends = [round(end / H) - 1 for _, end in PARTS.values()]
+        np.testing.assert_allclose(task.reference[ends, 0], 0.0, atol=2e-3 * stroke)
+    assert len({task.reference[0, 0] for task in tasks}) == len(tasks)
+
+
+def test_sensors_are_noisy_and_quantised():
+    recording = sampled_recording(CLOSED, 1, 4000)
+    x, P = readings(recording.states, np.random.default_rng(0))
+    true = recording.states
+    np.testing.assert_allclose(x / X_STEP, np.round(x / X_STEP), atol=1e-6)
+    assert np.abs(x - true[:, 0]).max() <= X_STEP / 2 * 1.001
+    np.testing.assert_allclose(P / PRESSURE_STEP, np.round(P / PRESSURE_STEP), atol=1e-6)
+    assert np.std(P - true[:, [2, 4]]) == pytest.approx(PRESSURE_NOISE, rel=0.05)  # 8000 samples: 0.8 %
+
+
+def test_air_from_the_supply_is_what_the_chamber_gains():
+    y, u, R = equilibrium(PLANT), 2.0, PLANT.gas.R
+
+    def mass(y: np.ndarray) -> float:
+        return y[2] * volume(y[0], chamber_of(PLANT.cylinder, 0), PLANT.cylinder) / (R * y[3])
+
+    steps, air, start = 50, 0.0, mass(y)
+    for _ in range(steps):
+        air += H * drawn_air(u, y, PLANT)
+        y, _ = held_step(y, u, 0.0, PLANT, H, 6)
+    assert air == pytest.approx(mass(y) - start, rel=0.05)  # flow is read at each sample's start
+    assert drawn_air(0.0, y, PLANT) == 0
+
+
+def test_a_carried_k_0_is_a_share_of_the_plants():
+    own = Carried("M8", 0.5).lane(N, 1.4)
+    assert own == LANE._replace(explicit_heat=0.5) and Carried("M8", 0.5).name == "M8, 0.5 k_0"
+    assert len(CARRIED) == 4 + 3 * len(K_0_FACTORS)
+
+
+def test_runs_of_a_controller_repeat_themselves():
+    controller, seed = Controller(2, 50.0, 0.0, Noise(0.5, 1e4)), np.random.SeedSequence([1])
+    first, again = (control_run(CLOSED, seed, controller, ROW) for _ in range(2))
+    assert first.tracking == again.tracking and first.air == again.air
+    lengths = [end - start for start, end in PARTS.values()]
+    # The whole has one sample more than its parts.
+    assert first.tracking == pytest.approx(np.average(first.by_part, weights=lengths), rel=1e-3)
+
+
+def test_rank_correlation_knows_order_and_its_interval_noise():
+    rng, order = np.random.default_rng(0), np.arange(1.0, 8.0)
+    assert spearman(order, order**3) == 1 and spearman(order, -order) == -1
+    # By hand: ranks 1 2 3 against 2 1 3 differ by squares of 2; 1 - 6 * 2 / (3 * 8).
+    assert spearman(np.array([1.0, 2.0, 3.0]), np.array([5.0, 4.0, 6.0])) == pytest.approx(0.5)
+    seeds = np.exp(0.01 * rng.standard_normal((7, 30)))
+    far = correlations(order[:, None] * seeds, (order**2)[:, None] * seeds, True, rng)
+    assert len(far) == RESAMPLINGS + 1 and (far == 1).all()
+    near = with_bounds(correlations(order[:, None] * seeds, rng.lognormal(size=(7, 30)), False, rng))
+    assert near[1] <= near[0] <= near[2] and near[2] - near[1] > 0.3
+    assert [predicts(low) for low in (0.7, 0.2, 0.0)] == ["predicts use", "in part", "does not"]
+
+
+def test_losses_are_ratios_to_the_best_with_intervals():
+    rng = np.random.default_rng(1)
+    common = rng.lognormal(size=30)  # runs differ by much, models in a run by a stated ratio
+    used = np.array([1.3, 1.0, 1.05])[:, None] * common * np.exp(0.01 * rng.standard_normal((3, 30)))
+    found = losses(used)
+    np.testing.assert_array_equal(found[1], 1.0)
+    assert found[0, 1] < 1.3 < found[0, 2] and found[2, 2] < 1.1 < found[0, 1]
+
+
+def invented_cells(order: dict[str, float]) -> xr.Dataset:
+    """Cells of two plants in which each model has a stated error, of replay and of use alike."""
+    rng = np.random.default_rng(2)
+    error = np.array([order[c.model] * (1.0 if c.k_0_factor == 1 else 2.0) for c in CARRIED])
+    noisy = error[:, None] * np.exp(0.01 * rng.standard_normal((2, 1, len(CARRIED), 30)))
+    values = {"replay_error": (("plant", "loop", "carried", "seed"), np.repeat(noisy, 2, axis=1))}
+    several = np.broadcast_to(noisy[:, :, None], (2, 2, 3, len(CARRIED), 30))
+    values["estimation_error"] = (("plant", "loop", "sensors", "carried", "seed"), several)
+    for name in ("tracking_error", "following_error"):
+        flat = np.full((2, 2, len(CARRIED), 30), 1.0) * np.exp(1e-3 * rng.standard_normal((13, 30)))
+        values[name] = (("plant", "control_sensors", "carried", "seed"), flat)
+    coords = {
+        "plant": ["one", "two"],
+        "loop": ["open", "closed"],
+        "sensors": ["none", "one", "both"],
+        "control_sensors": ["none", "both"],
+        "carried": [c.name for c in CARRIED],
+        "model": ("carried", [c.model for c in CARRIED]),
+        "k_0_factor": ("carried", [c.k_0_factor for c in CARRIED]),
+    }
+    return xr.Dataset(values, coords)
+
+
+def test_answers_of_invented_cells_are_those_put_in():
+    order = {"M1": 9.0, "M2": 7.0, "M5": 3.0, "M6": 2.0, "M7": 1.6, "M8": 1.04, "M10": 1.0}
+    found = at_work_statistics(invented_cells(order))
+    assert list(found["use"].values) == list(USES)
+    observer, controller = "observer, open loop, none", "controller, tracking, both"
+    right = found.sel(factor=1.0)
+    assert (right["correlation"].sel(use=observer, bound="low") == 1).all()
+    assert right["mean_correlation"].sel(use=observer, bound="estimate") == 1
+    assert right["mean_correlation"].sel(use=controller, bound="low") < 0.5
+    assert set(right["cheapest"].sel(use=observer).values) == {"M8"}
+    assert set(right["cheapest"].sel(use=controller).values) == {"M1"}
+    assert (
+        right["hardly_matters"].sel(use=controller).all()
+        and not right["hardly_matters"].sel(use=observer).any()
+    )
+    # At a wrong k_0 the models with wall heat are twice as far off: M10 is as good as M6.
+    wrong = found.sel(factor=2.0, use=observer)
+    assert set(wrong["cheapest"].values) == {"M6"}
+    np.testing.assert_allclose(wrong["loss"].sel(compared="M7", bound="estimate"), 1.6, rtol=0.02)
+    own = carried_at(invented_cells(order), 0.5)
+    assert own.sizes["model"] == 7
+
+
+@pytest.mark.slow
+def test_a_plant_at_work_has_every_cell(monkeypatch):
+    import pneumo.evidence.at_work.plant_at_work as at_work
+
+    for name, value in {"SEEDS": 2, "TUNING_SEEDS": 1, "RUN": 2.0, "BANDWIDTHS": (33.0, 75.0)}.items():
+        monkeypatch.setattr(at_work, name, value)
+    said: list[str] = []
+    found = plant_at_work(STUDY.experiments["E09"], CLOSED, (1.2, 1.4), 0, said.append)
+    assert len(said) == 3
+    assert all(np.isfinite(found[name]).all() for name in found.data_vars)
+    assert found.sizes["carried"] == len(CARRIED) and found.sizes["seed"] == 2
+    assert all("units" in found[name].attrs for name in found.data_vars)
+    none, both = (
+        found["estimation_error"].sel(sensors=s, loop="closed").mean("seed") for s in ("none", "both")
+    )
+    assert (both < none).all()
+    assert (found["bandwidth"].isin([33.0, 75.0])).all()

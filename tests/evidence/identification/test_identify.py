@@ -1,0 +1,374 @@
+"""Identification: the noise model, a synthetic cylinder found again, and what counts as fitted."""
+
+import io
+import itertools
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from invented_cells import cells_of
+from matplotlib.axes import Axes
+from paper_study import STUDY
+from rich.console import Console
+from scipy.optimize import OptimizeResult
+
+from pneumo.errors import ResultError
+from pneumo.evidence import amplitudes, mechanics, settling_stops
+from pneumo.evidence.identification.identify import (
+    IDENTIFICATION_LONG_NAMES,
+    check_all_experiments,
+    identify,
+    save_identification,
+)
+from pneumo.evidence.identification.misfit import (
+    REGION_THRESHOLD,
+    THRESHOLD,
+    deviance_interval,
+    log_noise,
+    rms_of,
+    widening,
+)
+from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, table5, table9
+from pneumo.physics.models import MODELS
+from pneumo.publish.figures.identification_figure import identification_figure
+from pneumo.publish.style import paper_style
+from pneumo.publish.text.formatting import significant
+from pneumo.publish.text.terminal_tables import identification_tables
+from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay, replay_by_reference
+from pneumo.simulation.settling import NOT_SETTLED, QUANTITIES, settle
+from pneumo.statistics.averages import statistics
+from pneumo.storage.files import read
+from pneumo.verdict.claims import read_claims
+
+pytestmark = pytest.mark.xdist_group("identification")  # its fixtures take seconds
+
+TRUE = np.log([1.8, 120.0, 0.3])
+NAMES = ("E13", "E14")
+
+
+def synthetic() -> mechanics.SettlingCells:
+    """Cylinder D with other parameters, its own settling times rounded to the millisecond."""
+    table = table5().copy()
+    for name in NAMES:
+        experiment = mechanics.with_mechanics(STUDY.experiments[name], TRUE)
+        table.loc[{"experiment": name}] = settle(experiment, longest=20.0).times
+    return mechanics.settling_cells(STUDY.experiments, NAMES, table)
+
+
+def stay(f, start, size=0.0):
+    """A search that stays where it starts."""
+    return OptimizeResult(x=start, fun=f(start), nfev=1)
+
+
+def test_noise_adds_rounding_and_discrepancy_and_deviances_shrink_where_the_fit_is_bad():
+    sigma = log_noise(np.array([0.1, 100.0]), np.array([5e-4, 5e-4]), 0.01)
+    assert sigma[0] == pytest.approx(np.sqrt((5e-4 / np.sqrt(3) / 0.1) ** 2 + 0.01**2), rel=1e-15)
+    assert sigma[1] == pytest.approx(0.01, rel=1e-6)
+    # The rounding part is the spread of rounded numbers.
+    x = np.linspace(0.1, 0.2, 100_001)
+    spread = np.std(np.round(x, 3) - x)
+    assert float(log_noise(np.array(1.0), np.array(5e-4), 0.0)) == pytest.approx(spread, rel=1e-3)
+    assert widening(2.0, 8, 3) == 1.0
+    assert widening(20.0, 8, 3) == 4.0
+
+
+@given(st.floats(-5, 5), st.floats(0.01, 3))
+def test_interval_of_a_parabola(centre, sigma):
+    x = centre + sigma * np.linspace(-4, 4, 401)
+    low, high = deviance_interval(x, ((x - centre) / sigma) ** 2)
+    assert low == pytest.approx(centre - 1.95996 * sigma, abs=1e-3 * sigma)
+    assert high == pytest.approx(centre + 1.95996 * sigma, abs=1e-3 * sigma)
+    assert abs(THRESHOLD - 1.95996**2) < 1e-4
+    assert pytest.approx(-2 * np.log(0.05)) == REGION_THRESHOLD  # chi squared of two degrees: exponential
+
+
+def test_interval_without_an_end_and_correlation_of_a_known_normal():
+    x, nan = np.arange(5.0), np.nan
+    low, high = deviance_interval(x, np.array([9.0, 0.0, 1.0, 2.0, 2.0]))
+    assert (low, high) == (pytest.approx(1 - THRESHOLD / 9), np.inf)
+    assert deviance_interval(x, np.array([nan, 1.0, 0.0, 9.0, nan]))[0] == -np.inf
+    # Of several crossings, the outermost count.
+    assert deviance_interval(np.arange(6.0), np.array([8.0, 0.0, 8.0, 0.0, 8.0, 9.0]), 4.0) == (0.5, 3.5)
+    x, ratio = np.linspace(-4, 4, 41), np.linspace(-5, 5, 51)
+    ln_M, ln_ratio = np.meshgrid(x, ratio, indexing="ij")
+    ln_k_f, r = ln_M + ln_ratio, 0.6
+    deviance = (ln_M**2 - 2 * r * ln_M * ln_k_f + ln_k_f**2) / (1 - r**2)
+    assert mechanics.correlation(x, ratio, deviance) == pytest.approx(r, abs=0.01)
+
+
+def test_changed_is_the_configured_plant_and_the_profile_is_lowest_at_the_truth(monkeypatch):
+    e = STUDY.experiments["E13"]
+    again = mechanics.with_mechanics(e, np.log([1.5, 100.0, 0.3]), force=2.0)
+    cylinder = again.plant.cylinder
+    assert (cylinder.M, cylinder.k_f) == pytest.approx((e.plant.cylinder.M, e.plant.cylinder.k_f))
+    assert again.push.x_stop == pytest.approx(e.push.x_stop)
+    assert again.push.force == 2 * e.push.force
+    monkeypatch.setattr(mechanics, "PROFILE_STEPS", np.array([0.05, 0.4]))
+    monkeypatch.setattr(mechanics, "OFFSETS", np.array([-0.4, -0.05, 0.0, 0.05, 0.4]))
+    monkeypatch.setattr(mechanics, "nearby", stay)
+    best, data = OptimizeResult(x=TRUE, fun=0.0), synthetic()
+    curves, lowest, evaluations = mechanics.mechanics_profiles(data, best, 1.0, map)
+    assert lowest is best
+    assert curves.shape == (3, 5)
+    assert (curves[:, 2] == 0).all()
+    assert (curves[:2, [1, 3]] > THRESHOLD).all()  # others held: far above what a profile would be
+    for parameter, shift in enumerate(0.05 * np.eye(3)):
+        assert curves[parameter, 3] == mechanics.deviance(TRUE + shift, data)
+    assert evaluations >= 6
+
+
+@pytest.mark.slow
+def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
+    # Narrower than the real search, which takes a minute or two, and with a small population.
+    monkeypatch.setattr(mechanics, "SEARCH_BOUNDS", np.array([(0.5, 8.0), (20.0, 400.0), (0.2, 0.8)]))
+    found = mechanics.search_bounds(synthetic(), seed=1, mapper=map, population=4, generations=4)
+    np.testing.assert_allclose(np.exp(found.x[:2]), np.exp(TRUE[:2]), rtol=0.01)
+    assert abs(found.x[2] - TRUE[2]) < 0.1  # two experiments hardly determine the stop
+    assert found.fun < 1.0  # eight cells; what is left is rounding
+
+
+def test_what_does_not_settle_is_a_large_finite_residual_and_runs_can_be_capped():
+    data = synthetic()
+    silly = mechanics.log_ratios(data, np.log([0.1, 1000.0, 0.9]))
+    assert np.isfinite(silly).all()
+    assert np.isfinite(mechanics.deviance(np.log([20.0, 1.0, 0.1]), data))
+    stuck = tuple(e._replace(push=e.push._replace(tolerance=1e-300)) for e in data.experiments)
+    stuck = data._replace(experiments=stuck)
+    assert (mechanics.log_ratios(stuck, TRUE)[0] == mechanics.UNSETTLED_LOG).all()  # E13 never rests
+    e = STUDY.experiments["E10"]
+    assert settle(e._replace(push=e.push._replace(stop=None)), longest=10.0).status == NOT_SETTLED
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("E17", "not in this study; there are E01, "),
+        ("E04", "has no four legible settling times in Table 5"),  # its row is blanked
+        ("E13", "has no four legible settling times in Table 5"),  # its row is taken out
+    ],
+)
+def test_experiments_that_cannot_be_used(name, message):
+    with pytest.raises(ResultError, match=rf"^{name}: {message}"):
+        table = table5().drop_sel(experiment="E13")
+        table = table.where(table["experiment"] != "E04")
+        mechanics.settling_cells(STUDY.experiments, [name], table)
+
+
+def test_a_part_of_the_study_has_no_tables_and_scored_cells_no_role_in_the_fit():
+    part = STUDY._replace(experiments={name: STUDY.experiments[name] for name in ("E06", "E12")})
+    with pytest.raises(ResultError, match=r"^E01: not in this study; Tables 7 and 9 average over all 16"):
+        check_all_experiments(part)
+    with pytest.raises(ResultError, match=r"^E09: not in this study"):
+        identify(part, ["D"], 0, 1, print)
+    scored = set(QUANTITIES) - set(mechanics.FITTED_QUANTITIES)
+    assert len(mechanics.FITTED_QUANTITIES) == len(scored) == 2
+    assert mechanics.IS_FITTED.sum() == 2
+    data = synthetic()
+    printed = np.where(mechanics.IS_FITTED, data.printed, 1e3)
+    assert mechanics.deviance(TRUE, data._replace(printed=printed)) == mechanics.deviance(TRUE, data)
+
+
+def test_claims_mark_what_is_fitted():
+    items = read_claims(PAPER_FOLDER).items.values()
+    basis = {(claim.table, claim.row, claim.column): claim.basis for claim in items}
+    names = itertools.chain(*mechanics.FITTED_EXPERIMENTS.values())
+    searched = set(itertools.product(names, mechanics.FITTED_QUANTITIES))
+    stopped = {name for name, experiment in STUDY.experiments.items() if experiment.drive.closed_loop}
+    odd = {("E04", "P_B"), ("E04", "T_A"), ("E08", "T_A")}  # not in the scan, or not as printed
+    rules = {(name, q) for name in (*stopped, "E09", "E13") for q in ("P_A", "P_B", "T_A", "T_B")} - odd
+    fitted = {key[1:] for key, kind in basis.items() if key[0] == 5 and kind == "fitted"}
+    assert fitted == searched | rules
+    assert {claim.basis for claim in items if claim.table in (7, 8, 9)} == {"fitted"}
+
+
+@pytest.mark.parametrize("name", ["E06", "E10", "E14", "E16"])
+def test_the_configured_end_of_a_settling_run_is_the_identified_one(name):
+    e = STUDY.experiments[name]
+    found = settling_stops.identified_stop(e, table5().sel(experiment=name).values)
+    assert found.low - e.h < e.push.stop < found.high + e.h
+    assert found.misfit < 0.03
+
+
+def test_an_end_is_found_again():
+    e = STUDY.experiments["E14"]
+    times = settle(e._replace(push=e.push._replace(stop=1.6))).times
+    found = settling_stops.identified_stop(e, np.where([True, True, True, False], times, np.nan))
+    assert found.low <= 1.6 <= found.high and found.misfit < 1e-3
+
+
+def test_tables_of_the_grid_are_those_of_the_statistics():
+    coords = {"experiment": list(STUDY.experiments), "model": list(MODELS), "n": list(STUDY.n)}
+    mse = np.random.default_rng(3).uniform(1, 2, (16, 10, 9))
+    grid = cells_of(np.repeat(mse[..., np.newaxis], 2, axis=-1), coords | {"chamber": ["A", "B"]})
+    levels = STUDY.experiments_by_level
+    expected = statistics(grid, levels)["mse"]
+    np.testing.assert_allclose(amplitudes.averages_of_table_7(mse), expected.sel(level="overall"), rtol=1e-14)
+    nine = amplitudes.averages_of_table_9(mse, coords["experiment"], levels)
+    np.testing.assert_allclose(nine, expected.sel(level=list(levels)), rtol=1e-14)
+    assert list(table9()["level"].values) == list(levels)
+
+
+def short(name, steps=300):
+    return STUDY.experiments[name]._replace(steps=steps)
+
+
+def test_u_a_sample_late_is_a_shifted_u_and_amplitudes_stay_within_their_bounds():
+    e = short("E06")
+    recording, lanes = record(e), grid_lanes((1.2,), 1.4)[0]
+    shifted = recording._replace(u=np.concatenate([recording.u[:1], recording.u[:-1]]))
+    tried = amplitudes.tried_transports(e)
+    late = replay(recording, lanes, tried["linear, u a sample late"]).pressure
+    np.testing.assert_allclose(late, replay(shifted, lanes, tried["linear"]).pressure, rtol=1e-9)
+    low, high = amplitudes.COARSE[[0, -1]]
+    assert (low, high) == pytest.approx((0.05, 10.0))
+    assert amplitudes.COARSE[1] * amplitudes.REFINED_FACTORS[0] > low
+    assert amplitudes.COARSE[-2] * amplitudes.REFINED_FACTORS[-1] < high
+
+
+def test_both_kernels_read_the_tried_transports_alike():
+    e = short("E14")
+    lanes, index = grid_lanes(STUDY.n, 1.4)
+    tried = amplitudes.tried_transports(e)
+    fast = amplitudes.cell_mse(e, STUDY.n, tuple(tried))
+    for row, transport in zip(fast, tried.values(), strict=True):
+        slow = replay_by_reference(record(e), lanes, transport)
+        np.testing.assert_allclose(row, slow.mse.mean(axis=1)[index], rtol=1e-9)
+
+
+# All of it, with hardly any effort: searches stay where they start, runs last 60 steps
+
+
+QUICK = {"D": ("E13", "E14"), "E": ("E15", "E16")}
+
+
+@pytest.fixture(scope="module")
+def hasty() -> xr.Dataset:
+    start = np.log([1.5, 100.0, 0.3])
+
+    def at_once(f, bounds, **_):
+        return OptimizeResult(fun=f(np.mean(bounds)), nfev=1)
+
+    def anywhere(data, *_):
+        return OptimizeResult(x=start, fun=mechanics.deviance(start, data), nfev=7)
+
+    small = {
+        **{"PROFILE_STEPS": np.array([0.05, 0.3]), "OFFSETS": np.array([-0.3, -0.05, 0.0, 0.05, 0.3])},
+        **{"REGION": 3, "RATIO_OFFSETS": np.linspace(-0.007, 0.007, 3), "FORCES": np.array([0.5, 1.0, 2.0])},
+        **{"nearby": stay, "minimize_scalar": at_once, "search_bounds": anywhere},
+    }
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in small.items():
+            patch.setattr(mechanics, name, value)
+        for name, experiments in QUICK.items():
+            patch.setitem(mechanics.FITTED_EXPERIMENTS, name, experiments)
+        patch.setattr(amplitudes, "COARSE", np.array([0.1, 0.3, 1.0]))
+        patch.setattr(settling_stops, "CANDIDATES", 10)
+        brief = {name: e._replace(steps=60) for name, e in STUDY.experiments.items()}
+        said = []
+        found = identify(STUDY._replace(experiments=brief), ["D", "E"], 0, 2, said.append)
+    assert [text[:3] for text in said] == ["D: "] * 4 + ["E: "] * 4 + ["amp"] * 2
+    return found
+
+
+@pytest.mark.slow
+def test_every_variable_is_described_and_comes_back(hasty, tmp_path):
+    units = {name for name, (_, unit) in IDENTIFICATION_LONG_NAMES.items() if unit}
+    assert units <= set(hasty.variables)
+    assert all(hasty[name].attrs["long_name"] for name in IDENTIFICATION_LONG_NAMES)
+    for name in ("a.nc", "b.nc"):
+        save_identification(hasty, STUDY, 5, tmp_path / name)
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+    back = read(tmp_path / "a.nc")
+    assert (back.attrs["seed"], back.attrs["config_sha256"]) == (5, STUDY.config_sha256)
+    np.testing.assert_array_equal(back["region_deviance"], hasty["region_deviance"])
+
+
+@pytest.mark.slow
+def test_mechanics_stand_side_by_side_and_amplitudes_have_the_lowest_deviance(hasty):
+    assert hasty["estimate"].sel(parameter="M").values == pytest.approx([1.5, 1.5])
+    forces = [STUDY.experiments[names[0]].push.force for names in QUICK.values()]
+    assert hasty["push_force"].values.tolist() == forces
+    assert hasty["experiment"].values.tolist() == [*QUICK["D"], *QUICK["E"]]
+    centre = hasty["profile_deviance"].isel(offset=2, parameter=0).values
+    assert hasty["force_deviance"].sel(force_ratio=1.0).values == pytest.approx(centre)
+    deviance = hasty["profile_deviance"].sel(cylinder="D")
+    assert deviance.min() == 0 and (deviance.isel(offset=[0, 4]).dropna("parameter") > 0).all()
+    own = hasty["settling_log_ratio"].sel(experiment=list(QUICK["D"]))
+    for key, fitted in (("fitted_rms", 1), ("scored_rms", 0)):
+        chosen = own.sel(quantity=(hasty["fitted"] == fitted).values)
+        assert hasty[key].sel(cylinder="D").item() == pytest.approx(rms_of(chosen.values))
+    value, deviance = hasty["amplitude_value"], hasty["amplitude_deviance"]
+    assert hasty.sizes["amplitude_point"] == 3 + 5 - 1  # coarse and fine ones share the centre
+    for cylinder in ("D", "E"):
+        lowest = value.sel(cylinder=cylinder)[int(np.argmin(deviance.sel(cylinder=cylinder).values))]
+        assert hasty["amplitude"].sel(cylinder=cylinder) == lowest
+    assert hasty["transport"].values.tolist() == list(amplitudes.tried_transports(STUDY.experiments["E01"]))
+    assert hasty["runs"] == 2 * 8 + 8 * 3 + 8 * 5
+
+
+def test_an_amplitude_moves_its_own_cylinders_open_loop_only():
+    brief = {name: short(name, 60) for name in ("E05", "E06", "E07", "E08")}
+    part, tried = STUDY._replace(experiments=brief), {"D": np.array([0.1, 0.3]), "E": np.array([0.2, 0.4])}
+    done = amplitudes.run_at_amplitudes(part, tried, ("linear",), map)
+    assert len(done.mse) == 2 * 2 + 2
+
+    def moved(*pair):
+        first, second = (amplitudes.grid_of(part, done, "linear", *one) for one in pair)
+        return [name for name, a, b in zip(brief, first, second, strict=True) if not np.array_equal(a, b)]
+
+    assert moved((0.1, 0.2), (0.3, 0.2)) == ["E05"]  # D in open loop
+    assert moved((0.1, 0.2), (0.1, 0.4)) == ["E07"]  # E
+
+
+@pytest.mark.slow
+def test_figure_and_tables_show_what_was_found(hasty, tmp_path):
+    figure = identification_figure(hasty)
+    with paper_style():
+        figure.canvas.draw()
+    axes = figure.findobj(Axes)
+    titles = [ax.get_title(loc="left") for ax in axes]
+    assert [title[:3] for title in sorted(titles)] == [f"({letter})" for letter in "abcdefghijk"]
+    assert any(title.startswith("(a) 1.500, ") for title in titles)
+    (bars,) = (ax for ax in axes if "transport of the signals" in ax.get_title(loc="left"))
+    widths = [bar.get_width() for container in bars.containers for bar in container]
+    np.testing.assert_allclose(widths, hasty["transport_rms"].values.T.ravel())
+    heights = [bar.get_y() for bar in bars.containers[0]]
+    assert heights == sorted(heights, reverse=True)  # the first transport on top
+    (forces,) = (ax for ax in axes if "settling runs" in ax.get_title(loc="left"))
+    line = next(line for line in forces.lines if line.get_label() == "D")
+    force = -STUDY.experiments["E13"].push.force
+    np.testing.assert_allclose(line.get_xdata(), [force / 2, force, 2 * force])
+
+    console = Console(width=200, file=io.StringIO())
+    for table in identification_tables(hasty):
+        console.print(table)
+    text = console.file.getvalue()
+    heads = ("M (kg)", "stop (of the half-stroke)", "0.1 to 20", "Table 7", "Table 5, closed loop", "hold")
+    for words in heads:
+        assert words in text
+    first = next(iter(identification_tables(hasty)))
+    assert list(first.columns[2].cells) == [significant(v) for v in hasty["estimate"].values.ravel()]
+    alone = hasty.sel(cylinder=["D"]).drop_vars("amplitude")
+    assert len(list(identification_tables(alone))) == 2
+
+
+@pytest.fixture(scope="module")
+def found(evidence_file) -> xr.Dataset:
+    return xr.load_dataset(evidence_file("identification.nc"))
+
+
+def test_constants_lie_in_their_intervals_the_scored_half_agrees_and_transports_differ(found):
+    configured = {"D": (1.5, 100.0, 0.3), "E": (5.0, 100.0, 38.0 / 137.5)}
+    for cylinder, values in configured.items():
+        own = found.sel(cylinder=cylinder)
+        assert bool((own["low"] <= values).all() and (values <= own["high"]).all()), cylinder
+        assert bool((own["low"] < own["estimate"]).all() and (own["estimate"] < own["high"]).all())
+    assert float(found["fitted_rms"].max()) <= 0.03
+    assert float(found["scored_rms"].max()) <= 0.05
+    misfit = found["transport_rms"].sel(table=7)
+    assert misfit.idxmin("transport").item() == amplitudes.AS_CONFIGURED
+    assert float(misfit.sel(transport="linear")) <= 0.075

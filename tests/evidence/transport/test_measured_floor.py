@@ -1,0 +1,129 @@
+"""Measured floor of signal transport: replays on sampled signals beside the theory."""
+
+import numpy as np
+import pytest
+from brief import in_brief
+from figure_checks import saved_whole
+from paper_study import STUDY, lasting
+
+from pneumo.evidence.experiments_side_by_side import side_by_side
+from pneumo.evidence.transport import measured_floor as f
+from pneumo.evidence.transport.error_budget import refined, sampled_inputs
+from pneumo.evidence.transport.floor_theory import SHIFTS
+from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.publish.figures.floor_figure import ROWS, TRANSPORT_LOOKS, floor_figure
+from pneumo.simulation.chamber_replay import replay_chambers
+from pneumo.simulation.full_order import record
+from pneumo.simulation.given_inputs import pressures_on_inputs
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import EXACT_TRANSPORT, held, interpolated
+from pneumo.storage.files import read
+
+pytestmark = pytest.mark.xdist_group("floor")  # its fixtures take seconds
+
+TOLERANCE = 0.2  # of the RMS, of theory and formula; set before anything was measured
+LANES = lane_array([lane(MODELS["M8"], 1.35, 1.4)])
+
+
+def test_exact_signals_give_the_run_itself():
+    recording = record(refined(lasting("E10", 0.3), 20))
+    # The same operations in another order: roundings of 1e-16, more where pressures are nearly equal.
+    chambers = replay_chambers(recording, EXACT_TRANSPORT)
+    np.testing.assert_allclose(chambers.T, recording.states[:, [2, 4]], rtol=1e-9)
+
+
+@pytest.mark.parametrize("transport", [interpolated(every=40), held(every=40)], ids=lambda way: way.name)
+def test_sampling_is_the_error_budgets(transport):
+    e = refined(lasting("E10", 0.3), 20)
+    recording = record(e)
+    inputs = sampled_inputs(recording, 40, transport.name)
+    on_inputs = pressures_on_inputs(inputs, LANES, e.plant, e.h, 20)
+    np.testing.assert_allclose(replay(recording, LANES, transport, 20).pressure, on_inputs, rtol=1e-8)
+
+
+@pytest.mark.parametrize("name", in_brief(["E13", "E14", "E15", "E16"], ["E15", "E16"]))
+def test_theory_meets_the_papers_own_rules_at_its_own_step(name):
+    """D holds, but for the stage at the step's end; E holds in open loop and interpolates in closed loop."""
+    measured, predicted = f.own_floor(lasting(name, 2.0))
+    # First order in the time between samples, and 1 ms is a tenth of where 20 % is claimed.
+    assert predicted == pytest.approx(measured, rel=0.05)
+
+
+@pytest.mark.slow
+def test_what_the_theory_misses_is_the_reversals_between_samples():
+    e = STUDY.experiments["E13"]  # whole, so that the piston comes near a stop
+    by_stage, by_step = (
+        measured / predicted
+        for measured, predicted in (
+            f.own_floor(e._replace(drive=e.drive._replace(each_stage=each))) for each in (True, False)
+        )
+    )
+    assert by_stage > 1.2 and by_step == pytest.approx(1, abs=0.01)  # as docs/transport.md says
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(f, "FLOOR_PERIODS", (1e-3, 5e-3))
+        patch.setattr(f, "DRAW_RATES", (20.0, 40.0))
+        patch.setattr(f, "VALVE_SIZES", (0.5, 1.0))
+        pieces = {name: f.measured_floor(lasting(name, 0.2)) for name in ("E09", "E12")}
+    return f.with_floor_attributes(side_by_side(pieces))
+
+
+def test_sweeps_meet_where_they_are_the_same(dataset):
+    # 20 draws a second and the study's valve, samples 1 ms apart, stand in three sweeps.
+    for way in f.FLOOR_SOURCES:
+        once = dataset[way].sel(period=1e-3)
+        np.testing.assert_allclose(dataset[f"rate_{way}"].sel(rate=20.0), once, rtol=1e-12)
+        np.testing.assert_allclose(dataset[f"size_{way}"].sel(size=1.0), once, rtol=1e-12)
+    e = refined(lasting("E09", 0.2), f.FLOOR_REFINEMENT)
+    recording = record(e)
+    transports = EXACT_TRANSPORT, SHIFTS["delay"].transport(f.FLOOR_REFINEMENT)
+    exact, late = (replay(recording, LANES, way, f.FLOOR_REFINEMENT).pressure for way in transports)
+    direct = np.sqrt(np.mean((exact - late) ** 2))
+    assert dataset["reduced"].sel(experiment="E09", transport="delay").item() == pytest.approx(direct)
+    # A model relaxes almost as the chamber does.
+    np.testing.assert_allclose(dataset["reduced"], dataset["measured"].sel(period=1e-3), rtol=0.1)
+    assert all(found.attrs["units"] and found.attrs["long_name"] for found in dataset.data_vars.values())
+
+
+@pytest.mark.slow
+def test_figure_shows_every_point_and_is_unclipped(dataset, tmp_path):
+    fig = floor_figure(dataset)
+    saved_whole(fig, tmp_path / "floor")
+    axes = np.reshape(fig.axes, (len(ROWS), 2))
+    for row, (prefix, dimension, scale, _) in zip(axes, ROWS, strict=True):
+        for ax, name in zip(row, dataset["experiment"].values, strict=True):
+            lines = ax.get_lines()
+            shown = [lines[3 * i + j].get_ydata() for i in range(len(TRANSPORT_LOOKS)) for j in range(3)]
+            one = dataset.sel(experiment=name)
+            ways = ("predicted", "formula", "measured")
+            expected = [one[prefix + way].sel(transport=kind) for kind in TRANSPORT_LOOKS for way in ways]
+            np.testing.assert_array_equal(shown, expected)
+            np.testing.assert_allclose(lines[0].get_xdata(), dataset[dimension] * scale)
+
+
+@pytest.mark.results
+def test_theory_is_within_its_tolerance_over_two_decades(evidence_file):
+    found = read(evidence_file("floor.nc"))
+    assert found["period"].max() / found["period"].min() == pytest.approx(100)
+    for prefix in ("", "between_", "rate_", "size_"):
+        deviation = abs(found[prefix + "predicted"] / found[prefix + "measured"] - 1)
+        assert (deviation < TOLERANCE).all(), prefix
+    # From here on what docs/transport.md says: found, not foreseen. Of the formula, up to 2 ms:
+    ratio, is_open = (
+        (found["formula"] / found["measured"]).sel(period=slice(0, 2.5e-3)),
+        found["loop"] == "open",
+    )
+    of_open = ratio.where(is_open, drop=True)
+    linear = of_open.sel(transport="linear")
+    assert linear.min() > 0.78 and linear.max() < 0.9
+    assert (abs(of_open.sel(transport=["hold", "delay"]) - 1) < 0.215).all()
+    assert ratio.where(~is_open).min() > 0.9 and ratio.max() < 1.4
+    # M8 relaxes a little faster than the chamber.
+    reduced = found["reduced"] / found["measured"].sel(period=1e-3)
+    assert reduced.min() > 0.75 and reduced.max() < 1.01
+    own = found["own_predicted"] / found["own_measured"]
+    assert (abs(own.where(~is_open, 1) - 1) < 0.03).all()
+    assert own.where(is_open).min() > 0.775 and own.where(is_open).max() < 0.875

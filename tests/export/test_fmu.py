@@ -1,0 +1,249 @@
+"""FMUs: checked and simulated by fmpy, against replays, full-order runs and the standard's own headers."""
+
+import ctypes
+import io
+import subprocess
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from brief import in_brief
+from exported_c import C_COMPILER, STRICT
+from scipy.integrate import solve_ivp
+
+from pneumo import recorded, simulate
+from pneumo.export import exported
+from pneumo.export.fmu import UNITS
+from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.simulation.replay import replay_by_reference
+from pneumo.simulation.signals import held, interpolated
+
+fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
+validation, fmi2 = (pytest.importorskip(f"fmpy.{name}") for name in ("validation", "fmi2"))
+pytestmark = [C_COMPILER, pytest.mark.xdist_group("fmu")]  # each is compiled once
+
+N, H = 1.35, 1e-3
+KINDS = ["CoSimulation", "ModelExchange"]
+
+
+@pytest.fixture(scope="module")
+def fmus(plant, tmp_path_factory):
+    """Paths of FMUs, each made once."""
+    folder, made = tmp_path_factory.mktemp("fmus"), {}
+
+    def path(model, fmi, **parts):
+        key = model, fmi, *parts.items()
+        if key not in made:
+            made[key] = folder / f"{len(made)}.fmu"
+            (content,) = exported(model, N, plant, "fmu", fmi=fmi, **parts).values()
+            made[key].write_bytes(content)
+        return str(made[key])
+
+    return path
+
+
+def signals(t, **columns):
+    return np.rec.fromarrays([t, *columns.values()], names=["time", *columns])
+
+
+FORMS = [
+    (model, fmi, parts)
+    for model in ("M1", "M10", "full")
+    for fmi in (2, 3)
+    for parts in ({}, {"piston": True}, {"valve": False})
+]
+BRIEF_FORMS = [("M10", 2, {}), ("full", 3, {"piston": True})]
+
+
+@pytest.mark.parametrize(("model", "fmi", "parts"), in_brief(FORMS, BRIEF_FORMS))
+def test_fmpy_finds_no_problem_and_default_inputs_simulate(model, fmi, parts, fmus, plant):
+    path = fmus(model, fmi, **parts)
+    assert validation.validate_fmu(path) == []
+    for kind in KINDS:
+        result = fmpy.simulate_fmu(path, fmi_type=kind, stop_time=0.1)
+        assert result["P_A"] == pytest.approx(plant.conditions.P_0)  # at rest
+
+
+@pytest.mark.parametrize("fmi", in_brief([2, 3], [3]))
+def test_variables_have_units_and_parameters_can_be_tuned(fmi, fmus):
+    description = fmpy.read_model_description(fmus("full", fmi, piston=True))
+    by_name = {variable.name: variable for variable in description.modelVariables}
+    assert {by_name[name].causality for name in ("u", "force")} == {"input"}
+    assert {by_name[name].causality for name in ("x", "v", "P_A", "T_A", "P_B", "T_B")} == {"output"}
+    parameters = [v for v in description.modelVariables if v.causality == "parameter"]
+    assert {v.variability for v in parameters if v.name not in ("R", "gamma_")} >= {"tunable"}
+    assert (by_name["k_0"].unit, by_name["k_0"].variability) == ("W/K", "tunable")
+    assert (by_name["R"].unit, by_name["R"].variability) == ("J/(kg K)", "fixed")
+    assert {v.unit for v in description.modelVariables if v.unit} <= set(UNITS)
+    rates = {v.name: v.derivative.name for v in description.modelVariables if v.derivative}
+    assert rates == {f"der({name})": name for name in ("x", "v", "P_A", "T_A", "P_B", "T_B")}
+
+
+@pytest.mark.parametrize("fmi", in_brief([2, 3], [3]))
+def test_sources_agree_with_the_standard_s_headers(fmi, fmus, tmp_path):
+    """With the headers of the standard, which fmpy brings, a wrong type is an error."""
+    headers = Path(fmpy.__file__).parent / "c-code"
+    zipfile.ZipFile(fmus("M8", fmi)).extractall(tmp_path)
+    include = [f"-I{headers}", "-include", f"fmi{fmi}Functions.h", "-Wno-unused-parameter"]
+    command = ["gcc", *STRICT, *include, "-c", f"fmi{fmi}.c", "M8.c"]
+    subprocess.run(command, cwd=tmp_path / "sources", check=True)
+    declared = subprocess.run(
+        ["gcc", "-E", f"-I{headers}", "-include", f"fmi{fmi}Functions.h", "-xc", "/dev/null"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    names = {word for word in declared.replace("(", " ").split() if word.startswith(f"fmi{fmi}")}
+    functions = {name.removesuffix("TYPE") for name in names if name.endswith("TYPE")}
+    functions -= {f"fmi{fmi}{name}" for name in ("CallbackLogger", "StepFinished")}
+    (binary,) = tmp_path.glob("binaries/*/*.so")
+    there = subprocess.run(
+        ["nm", "-D", str(binary)], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert len(functions) > 40 and functions <= set(there)
+
+
+@pytest.fixture(scope="module")
+def run(plant):
+    """Half a second of a full-order run, the piston moving."""
+    t = np.arange(501) * H
+    return simulate(plant, H, command=1.2 * np.sin(13 * t) + 0.7 * np.sin(41 * t))
+
+
+def replayed(run, plant, model, transport):
+    measured = recorded(plant, H, u=run.u, x=run.x, v=run.v).recording._replace(most_halvings=0)
+    return replay_by_reference(
+        measured, lane_array([lane(MODELS[model], N, plant.gas.gamma)]), transport
+    ).pressure[0]
+
+
+def simulated(path, run, kind, **options):
+    table = signals(run.t, u=run.u, x=run.x, v=run.v)
+    rest = {"input": table, "output_interval": H, "step_size": H, "stop_time": run.t[-1]} | options
+    result = fmpy.simulate_fmu(path, fmi_type=kind, **rest)
+    return np.array([result["P_A"], result["P_B"]])
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_held_inputs_of_co_simulation_are_a_replay_with_held_samples(fmi, run, plant, fmus):
+    found = simulated(fmus("M8", fmi), run, "CoSimulation")
+    # fmpy repeats times, so that inputs and step ends differ by roundings of t, slopes times 1e-16 s.
+    np.testing.assert_allclose(found, replayed(run, plant, "M8", held()), rtol=1e-10)
+
+
+def test_slopes_of_inputs_make_a_replay_with_interpolated_samples(run, plant, fmus, tmp_path):
+    """In calls of our own: fmpy takes the slope of a table before each sample, not that after it."""
+    linear = replayed(run, plant, "M8", interpolated())
+    slave, inputs, outputs = opened(fmi2.FMU2Slave, fmus("M8", 2), tmp_path)
+    table, found = np.column_stack([run.u, run.x, run.v]), [slave.getReal(outputs)]
+    for k, slopes in enumerate(np.diff(table, axis=0) / H):
+        slave.setReal(inputs, table[k].tolist())
+        arguments = [
+            (ctypes.c_uint * 3)(*inputs),
+            3,
+            (ctypes.c_int * 3)(1, 1, 1),
+            (ctypes.c_double * 3)(*slopes),
+        ]
+        slave.fmi2SetRealInputDerivatives(slave.component, *arguments)
+        slave.doStep(currentCommunicationPoint=k * H, communicationStepSize=H)
+        found.append(slave.getReal(outputs))
+    slave.freeInstance()
+    np.testing.assert_allclose(np.transpose(found), linear, rtol=1e-10)  # slopes and their products round
+    effect = np.max(np.abs(simulated(fmus("M8", 2), run, "CoSimulation") - linear))
+    assert 100 < effect < 5000  # Pa: what holding the inputs for 1 ms does
+
+
+def opened(kind, path, folder):
+    """FMU of FMI 2 ready for calls of our own, and references of its variables."""
+    unzipped = fmpy.extract(path, unzipdir=str(folder))
+    description = fmpy.read_model_description(unzipped)
+    fmu = kind(guid=description.guid, unzipDirectory=unzipped, modelIdentifier="M8", instanceName="M8")
+    fmu.instantiate()
+    fmu.setupExperiment()
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    by_name = {variable.name: variable.valueReference for variable in description.modelVariables}
+    return fmu, [by_name[name] for name in ("u", "x", "v")], [by_name[name] for name in ("P_A", "P_B")]
+
+
+def test_model_exchange_is_a_replay_with_interpolated_samples(run, plant, fmus, tmp_path):
+    """In calls of our own: fmpy holds the inputs between the points of its output."""
+    fmu, inputs, _ = opened(fmi2.FMU2Model, fmus("M8", 2), tmp_path)
+    fmu.enterContinuousTimeMode()
+    table, state, rates = np.column_stack([run.u, run.x, run.v]), np.empty(2), np.empty(2)
+    as_pointer = lambda array: array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))  # noqa: E731
+
+    def derivatives(t, y):
+        k = min(int(t / H), len(table) - 2)
+        fmu.setTime(t)
+        fmu.setReal(inputs, (table[k] + (t / H - k) * (table[k + 1] - table[k])).tolist())
+        state[:] = y
+        fmu.setContinuousStates(as_pointer(state), 2)
+        fmu.getDerivatives(as_pointer(rates), 2)
+        return rates.copy()
+
+    y, steps = [plant.conditions.P_0] * 2, 150
+    for k in range(steps):
+        y = solve_ivp(derivatives, (k * H, (k + 1) * H), y, rtol=1e-10, atol=1e-4).y[:, -1]
+    fmu.freeInstance()
+    # Dormand and Prince's own error at 1 ms, seen against another solver; 1e-6 is 0.6 Pa.
+    np.testing.assert_allclose(y, replayed(run, plant, "M8", interpolated())[:, steps], rtol=1e-6)
+
+
+def test_both_versions_of_fmi_give_the_same_numbers(run, fmus):
+    for kind in KINDS:
+        second, third = (simulated(fmus("M8", fmi), run, kind) for fmi in (2, 3))
+        assert np.array_equal(second, third)
+
+
+@pytest.mark.parametrize("fmi", in_brief([2, 3], [3]))
+def test_full_order_actuator_is_the_full_order_run_with_its_stops(fmi, plant, fmus):
+    path = fmus("full", fmi, piston=True)
+    t = np.arange(601) * H
+    run = simulate(plant, H, command=np.where(t < 0.3, 4.0, -4.0))
+    assert np.sum(run.x == plant.cylinder.x_max) > 10
+    expected = run.recording.states[-1]
+    names = ["x", "v", "P_A", "T_A", "P_B", "T_B"]
+    result = fmpy.simulate_fmu(
+        path,
+        fmi_type="CoSimulation",
+        input=signals(t, u=run.u),
+        step_size=H,
+        output_interval=H,
+        stop_time=t[-1],
+    )
+    np.testing.assert_allclose([result[name][-1] for name in names], expected, rtol=1e-9)
+    jumps = signals(np.array([0, 0.3, 0.3, 1.0]), u=np.array([4.0, 4.0, -4.0, -4.0]))
+    result = fmpy.simulate_fmu(
+        path,
+        fmi_type="ModelExchange",
+        input=jumps,
+        relative_tolerance=1e-9,
+        stop_time=t[-1],
+        record_events=True,
+    )
+    # The run meets its stop at the end of a 1 ms step, the solver where it is: a part of 1 ms of a second.
+    np.testing.assert_allclose([result[name][-1] for name in names], expected, rtol=5e-3, atol=1e-4)
+    assert np.max(result["x"]) <= plant.cylinder.x_max + 1e-9
+
+
+def test_a_tuned_parameter_is_the_plant_s(plant, fmus, tmp_path):
+    other = plant._replace(k_0=0.05)
+    (content,) = exported("M8", N, other, "fmu").values()
+    table = signals(np.array([0.0, 0.3]), u=np.array([2.0, -2.0]))
+    options = {"input": table, "stop_time": 0.3, "fmi_type": "CoSimulation"}
+    tuned = fmpy.simulate_fmu(fmus("M8", 2), start_values={"k_0": 0.05}, **options)
+    (tmp_path / "own.fmu").write_bytes(content)
+    own = fmpy.simulate_fmu(str(tmp_path / "own.fmu"), **options)
+    untuned = fmpy.simulate_fmu(fmus("M8", 2), **options)
+    assert tuned["P_A"][-1] == own["P_A"][-1] != untuned["P_A"][-1]
+
+
+def test_an_fmu_is_the_same_on_every_run_and_has_no_model_exchange_with_dry_friction(plant):
+    first, second = (exported("M8", N, plant, "fmu", piston=True) for _ in range(2))
+    assert first == second
+    stuck = plant._replace(cylinder=plant.cylinder._replace(coulomb=10.0))
+    (content,) = exported("M8", N, stuck, "fmu", piston=True).values()
+    description = fmpy.read_model_description(io.BytesIO(content))
+    assert description.modelExchange is None and description.coSimulation is not None

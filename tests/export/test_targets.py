@@ -1,0 +1,207 @@
+"""Exported code, compiled and run by what it is for, against the right-hand side it was printed from."""
+
+import runpy
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from bad_input import PAPER
+from brief import in_brief
+from exported_c import C_COMPILER, CompiledModel
+from plain_rates import EVERY, OWN, plain_rate, rate_size
+
+from pneumo import MODELS
+from pneumo.equations.system import rates, system
+from pneumo.errors import InputError
+from pneumo.export import exported
+from pneumo.physics.valve import limited
+
+N = 1.35
+
+
+def source(model, plant, target):
+    (text,) = exported(model, N, plant, target).values()
+    return text.decode()
+
+
+def difference(found, model, plant, states):
+    """Largest difference from the right-hand side, over the size of its terms."""
+    ratios = []
+    for (u, x, v, *pressures), pair in zip(states.tolist(), found, strict=True):
+        for side, P, rate in zip("AB", pressures, pair, strict=True):
+            state = model, N, plant, limited(u, plant.valve.u_max), x, v, P, side
+            ratios.append(abs(rate - plain_rate(*state)) / rate_size(*state))
+    return np.max(ratios)
+
+
+def run_c(model, plant, states, folder, precision="double"):
+    compiled = CompiledModel(model, N, plant, folder, precision)
+    return np.array([compiled.rates(state[:3], state[3:]) for state in states.tolist()])
+
+
+def run_octave(models, plant, states, folder):
+    """Rates by several models in one process."""
+    np.savetxt(folder / "states.txt", states, fmt="%.17g")
+    lines = ["s = load('states.txt');", "r = zeros(rows(s), 2);"]
+    for model in models:
+        name = f"{model.name}_dP_dt"
+        (folder / f"{name}.m").write_text(source(model, plant, "matlab"))
+        call = f"[r(i, 1), r(i, 2)] = {name}(s(i, 1), s(i, 2), s(i, 3), s(i, 4), s(i, 5));"
+        write = f"f = fopen('{model.name}.bin', 'w'); fwrite(f, r', 'double'); fclose(f);"
+        lines += ["for i = 1:rows(s)", call, "end", write]
+    (folder / "compare.m").write_text("\n".join(lines))
+    subprocess.run(["octave-cli", "--norc", "--quiet", "compare.m"], cwd=folder, check=True)
+    return [np.fromfile(folder / f"{model.name}.bin").reshape(-1, 2) for model in models]
+
+
+def run_casadi(model, plant, states, folder):
+    (folder / "model.py").write_text(source(model, plant, "casadi"))
+    function = runpy.run_path(str(folder / "model.py"))[f"{model.name}_dP_dt"]
+    return np.hstack([np.asarray(rate).T for rate in function.map(len(states))(*states.T[:, None, :])])
+
+
+UNUSUAL = {
+    "laminar": ("valve", {"laminar": 0.05}),
+    "leak that carries no heat": ("valve", {"leak": 1e-8, "net_leak": True}),
+    "asymmetric, leaking": ("valve", {"exhaust": 0.7, "leak": 1e-8}),
+    "elliptic": ("gas", {"elliptic": True, "critical_ratio": 0.3}),
+}
+
+
+COMPILED = [*((model, "") for model in EVERY), *((MODELS["M8"], name) for name in UNUSUAL)]
+BRIEF = [(MODELS["M1"], ""), (MODELS["M10"], ""), (OWN, ""), (MODELS["M8"], "elliptic")]
+
+
+@C_COMPILER
+@pytest.mark.parametrize(("model", "unusual"), in_brief(COMPILED, BRIEF))
+def test_c(model, unusual, plant, random_states, tmp_path):
+    if unusual:
+        part, changes = UNUSUAL[unusual]
+        plant = plant._replace(**{part: getattr(plant, part)._replace(**changes)})
+    assert difference(run_c(model, plant, random_states, tmp_path), model, plant, random_states) < 1e-12
+
+
+@C_COMPILER
+def test_c_in_single_precision(plant, random_states, tmp_path):
+    states = random_states[:1000]
+    found = run_c(MODELS["M10"], plant, states, tmp_path, "float")
+    assert 1e-9 < difference(found, MODELS["M10"], plant, states) < 1e-3
+    assert "double" not in (tmp_path / "M10.c").read_text()
+
+
+@pytest.mark.skipif(shutil.which("octave-cli") is None, reason="GNU Octave is not installed")
+def test_matlab(plant, random_states, tmp_path):
+    models = [MODELS["M4"], MODELS["M10"]]
+    for model, found in zip(models, run_octave(models, plant, random_states, tmp_path), strict=True):
+        assert difference(found, model, plant, random_states) < 1e-12
+
+
+@pytest.mark.parametrize("model", EVERY, ids=lambda model: model.name)
+def test_casadi(model, plant, random_states, tmp_path):
+    pytest.importorskip("casadi", reason="CasADi is not installed")
+    assert difference(run_casadi(model, plant, random_states, tmp_path), model, plant, random_states) < 1e-12
+
+
+@pytest.mark.parametrize("target", ["casadi", "matlab"])
+def test_full_order_rates(target, plant, random_states, tmp_path):
+    T = np.random.default_rng(5).uniform(230, 370, (50, 2))
+    rows = np.column_stack([random_states[:50, :4], T[:, 0], random_states[:50, 4], T[:, 1]])
+    ((name, content),) = exported("full", None, plant, target, stem="full_dP_dt").items()
+    (tmp_path / name).write_bytes(content)
+    if target == "casadi":
+        pytest.importorskip("casadi", reason="CasADi is not installed")
+        function = runpy.run_path(str(tmp_path / name))["full_dP_dt"]
+        found = np.array([[float(rate) for rate in function(*row)] for row in rows.tolist()])
+    elif shutil.which("octave-cli") is None:
+        pytest.skip("GNU Octave is not installed")
+    else:
+        np.savetxt(tmp_path / "rows.txt", rows, fmt="%.17g")
+        call = "[r(i, 1), r(i, 2), r(i, 3), r(i, 4)] = full_dP_dt(num2cell(s(i, :)){:});"
+        script = f"s = load('rows.txt'); r = zeros(rows(s), 4);\nfor i = 1:rows(s)\n{call}\nend\n"
+        (tmp_path / "run.m").write_text(
+            script + "f = fopen('r.bin', 'w'); fwrite(f, r', 'double'); fclose(f);"
+        )
+        subprocess.run(["octave-cli", "--norc", "--quiet", "run.m"], cwd=tmp_path, check=True)
+        found = np.fromfile(tmp_path / "r.bin").reshape(-1, 4)
+    chosen = system("full", None, plant)
+    expected = np.array([rates(chosen, row[3:], row[:3]) for row in rows.tolist()])
+    # Powers differ by some ulp, their difference in eq (1) by 1e-12 of what flows at least.
+    np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-12 * np.abs(expected).max())
+
+
+def test_states_take_every_branch(plant, random_states):
+    u, _, _, P, _ = random_states.T
+    c, r = plant.conditions, plant.gas.critical_ratio
+    assert min(np.sum(u < -plant.valve.u_max), np.sum(u > plant.valve.u_max)) > 100
+    for where, port, highest in ((u > 0, c.P_s, 2), (u < 0, c.P_atm, 1 / r)):
+        counts, _ = np.histogram(P[where] / port, [0, r, 1, highest])
+        assert counts.min() > 10
+
+
+@pytest.mark.parametrize("target", ["c", "matlab", "casadi"])
+def test_source_names_model_units_and_equations(target, plant):
+    text = next(iter(exported("M8", N, plant, target).values())).decode()
+    for words in ("M8", "n = 1.35", "10.1243/09596518JSCE203", "eq (6)", "eqs (1), (2)", "Pa/s", "eq (13)"):
+        assert words in text
+    assert "1.3999999999999999" in text  # 17 digits
+    assert "area_ratio" not in text  # only what the model needs
+    assert text.isascii()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        *(({"n": 0.0}, "n = 0"), ({"n": 3.5}, "n = 3.5"), ({"n": None}, "n: M8 needs")),
+        *(({"model": "M99"}, "M99"), ({"target": "fortran"}, "fortran"), ({"precision": "half"}, "half")),
+        ({"target": "matlab", "precision": "float"}, "float"),
+        ({"model": OWN._replace(name="my model")}, "my model"),
+        ({"target": "casadi", "piston": True}, "--piston"),
+        ({"target": "fmu", "fmi": 1}, "--fmi 1"),
+    ],
+)
+def test_bad_exports_are_refused(arguments, words, plant):
+    given = {"model": "M8", "n": N, "plant": plant, "target": "c"} | arguments
+    with pytest.raises(InputError, match=words):
+        exported(**given)
+
+
+@pytest.fixture
+def export(inside):
+    """Run `pneumo export M8` in an empty folder; returns exit code, output and error text."""
+
+    def run(**changes):
+        options = {"n": "1.35", "cylinder": "D", "k0": "0.5", "to": "c", "config": PAPER} | changes
+        words = (word for name, value in options.items() for word in (f"--{name}", value))
+        return inside("export", "M8", *words)
+
+    return run
+
+
+def test_command_writes_or_prints_the_source(export, plant, tmp_path):
+    assert export(output="m8.c") == (0, "", "")
+    written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert written == exported("M8", N, plant, "c", stem="m8")
+    assert sorted(written) == ["m8.c", "m8.h", "m8_test.c"]
+    assert export(to="casadi") == (0, source("M8", plant, "casadi"), "")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"cylinder": "F"}, "there are D, E"),
+        ({"k0": "-1"}, "k_0 = -1"),
+        ({"to": "fortran"}, "there are c, matlab, casadi, fmu"),
+        ({"output": "m8.txt"}, "--to c: needs --output FILE.c"),
+        ({"to": "fmu"}, "--to fmu: needs --output FILE.fmu"),
+        ({"config": "config/none.yaml"}, "config/none.yaml"),
+        ({"to": "casadi", "output": "."}, ": is a folder"),
+        ({"output": "file/out.c"}, "file/out.c: cannot be written"),
+    ],
+)
+def test_command_refuses_in_one_line_and_writes_nothing(changes, words, export, tmp_path):
+    (tmp_path / "file").touch()
+    code, out, error = export(**{"output": "out.c"} | changes)
+    assert (code, out, len(error.splitlines())) == (2, "", 1)
+    assert error.startswith("pneumo: ") and words in error
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

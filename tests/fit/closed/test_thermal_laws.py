@@ -1,0 +1,86 @@
+"""Closed chambers on a moving piston: balances, what a fit finds, records that travel with the source."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from pneumo.fit.closed.thermal_laws import (
+    GAMMA,
+    LAWS,
+    P_0,
+    R_NITROGEN,
+    T_WALL,
+    ClosedRecord,
+    closed_chambers,
+    fit_law,
+    is_still,
+    read_closed_record,
+)
+
+DATA = Path(__file__).parents[3] / "data" / "mbari"
+H = 0.02  # s, as in the records
+T = H * np.arange(1500)
+X = 0.9 - 0.4 * np.cos(2 * T) + 0.3 * np.sin(0.7 * T)  # m
+VOLUMES = np.array([0.02 + 0.0127 * X, 0.05 + 0.0115 * (2.0 - X)])
+FIRST = np.array([8e5, 1.1e6])
+
+
+def run(k=(0.0, 0.0), n=GAMMA, leak=0.0, volumes=VOLUMES):
+    one = np.ones(2)
+    gas = (R_NITROGEN, GAMMA, T_WALL, P_0 * T_WALL)
+    ratio = np.ones_like(volumes)
+    return closed_chambers(
+        FIRST, volumes, (True, True), volumes, ratio, H, one, n, np.array(k), 0.0, 0.0, leak, *gas
+    )
+
+
+@pytest.mark.parametrize("n", [1.0, 1.2, GAMMA])
+def test_without_wall_heat_and_leakage_the_polytrope_is_followed(n):
+    constant = run(n=n) * VOLUMES**n
+    # Fourth-order steps of 0.02 s, while the volume changes in a second: (0.02)^4.
+    np.testing.assert_allclose(constant, constant[:, :1] * np.ones_like(T), rtol=1e-6)
+
+
+def test_much_wall_heat_is_isothermal_and_little_is_adiabatic():
+    isothermal, adiabatic = run(n=1.0), run()
+    much, little = run(k=(1.5e4, 4.4e4)), run(k=(1e-3, 1e-3))
+    apart = np.abs(isothermal - adiabatic).max()
+    # Time constants of 15 ms beside motion at 2 rad/s: temperatures lag by 0.03 of what they would change.
+    assert np.abs(much - isothermal).max() < 0.05 * apart
+    assert np.abs(little - adiabatic).max() < 0.001 * apart
+
+
+def test_leakage_moves_gas_from_the_higher_pressure_and_loses_none():
+    still = np.repeat(VOLUMES[:, :1], 1500, axis=1)
+    P = run(k=(1e3, 1e3), leak=2e-7, volumes=still)
+    gas = (P * still).sum(axis=0) / (R_NITROGEN * T_WALL)
+    assert P[1, -1] < P[1, 0] and P[0, -1] > P[0, 0]
+    assert P[0, -1] == pytest.approx(P[1, -1], rel=1e-3)
+    assert gas[-1] == pytest.approx(gas[0], rel=1e-6)  # all at the wall's temperature again
+
+
+def test_a_fit_finds_what_made_the_record():
+    volumes = np.array([0.024 + 0.0127 * X, 0.051 + 0.0115 * (2.0 - X)])
+    P = run(k=(25.0, 60.0), volumes=volumes)
+    record = ClosedRecord("made", T, X, P, (0.0127, 0.0115), 0.127, 2.0)
+    found = fit_law(record, LAWS["wall heat, constant"], leaks=False)
+    truth = {"V_d_A": 0.024, "V_d_B": 0.051, "k_A": 25.0, "k_B": 60.0, "start_A": 1.0, "start_B": 1.0}
+    # The same steps made the record, without noise: what is left is where least squares ends.
+    assert {name: found.values[name] for name in truth} == pytest.approx(truth, rel=1e-3)
+    assert found.held_out_rms.max() < 1e-4 * P_0
+    wrong = fit_law(record, LAWS["free n"], leaks=False)
+    assert wrong.held_out_rms.min() > 10 * found.held_out_rms.max()
+
+
+def test_records_travel_with_units_licence_and_provenance():
+    files = sorted(DATA.glob("*.nc"))
+    assert len(files) == 4
+    assert sum(file.stat().st_size for file in files) <= 3_000_000
+    assert "Apache License" in (DATA / "LICENSE").read_text()
+    for file in files:
+        with xr.open_dataset(file, decode_times=False) as data:
+            assert [data[name].attrs["units"] for name in ("t", "x", "P_A", "P_B")] == ["s", "m", "Pa", "Pa"]
+            assert "Apache-2.0" in data.attrs["license"] and "osrf/mbari_wec_gz" in data.attrs["source"]
+    assert [is_still(read_closed_record(file)) for file in files] == ["vented" in file.stem for file in files]

@@ -1,0 +1,206 @@
+"""Formats that benches write: files of one record give the same measurement, others name a remedy."""
+
+import io
+from functools import cache
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from scipy.io import savemat
+
+from pneumo.errors import InputError
+from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
+from pneumo.fit.record import formats as record_formats
+from pneumo.fit.record.measurement import Column, read_measurement
+
+PERIOD, ROWS = 2e-3, 120  # s; the files are short
+UNITS = {"u": "V", "x": "mm", "P_A": "bar", "P_B": "bar"}
+TIME = PERIOD * np.arange(ROWS)
+LVM = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
+LVM += "Multi_Headings\tNo\nX_Columns\t{columns}\nDate\t2024/05/13\nTime\t10:11:12,5\n"
+LVM += "***End_of_Header***\t\n\t\nChannels\t4\t\t\t\t\nSamples\t120\t120\t120\t120\t\n"
+LVM += "Y_Unit_Label\tV\tmm\tbar\tbar\t\n"
+LVM += "X_Dimension\tTime\tTime\tTime\tTime\t\nX0\t0\t0\t0\t0\t\n"
+LVM += "Delta_X\t{step}\t{step}\t{step}\t{step}\t\n"
+LVM += "***End_of_Header***\t\t\t\t\t\nX_Value\tu\tx\tP_A\tP_B\tComment\n"
+
+
+@cache
+def known():
+    """A record, made when a test asks for it."""
+    record = synthetic_record(8)
+    assert record.period == PERIOD
+    return record
+
+
+def signals():
+    """What the files hold, in their units."""
+    u, x, P = known().u[:ROWS], known().x[:ROWS], known().P[:, :ROWS]
+    return {"u": u, "x": 1e3 * x, "P_A": P[0] / 1e5, "P_B": P[1] / 1e5}
+
+
+def rows(time=TIME, **style):
+    """The record without a header; `time` None leaves that column empty."""
+    table = pd.DataFrame({"t": np.full(ROWS, np.nan) if time is None else time, **signals()})
+    return table.to_csv(index=False, header=False, lineterminator="\n", **{"sep": ",", **style})
+
+
+def named(separator, bracket="{} [{}]", time="Time [ms]"):
+    return separator.join([time, *(bracket.format(name, unit) for name, unit in UNITS.items())]) + "\n"
+
+
+def matlab(**options):
+    file = io.BytesIO()
+    savemat(
+        file,
+        {"t_ms": 1e3 * TIME, **{f"{n}_{UNITS[n]}": s for n, s in signals().items()}, "gain": 2.0},
+        **options,
+    )
+    return file.getvalue()
+
+
+def comma_points():
+    return LVM.format(point=",", columns="No", step=str(PERIOD).replace(".", ","))
+
+
+FILES = {
+    "commas, time in ms": ("a.csv", lambda: named(",") + rows(1e3 * TIME)),
+    "semicolons, decimal commas, Latin-1": (
+        "a.csv",
+        lambda: ("Prüfstand 3;22 °C\n" + named(";") + rows(1e3 * TIME, sep=";", decimal=",")).encode(
+            "latin-1"
+        ),
+    ),
+    "tabs below comments": (
+        "a.txt",
+        lambda: "# bench 3, 12 May, air\n#\n" + named("\t") + rows(1e3 * TIME, sep="\t"),
+    ),
+    "spaces, commented header with commas": (
+        "a.exp",
+        lambda: "#" + named(",", "{}({})") + rows(1e3 * TIME, sep=" "),
+    ),
+    "row of units": (
+        "a.csv",
+        lambda: "Time;u;x;P_A;P_B\n[ms];[V];[mm];[bar];[bar]\n" + rows(1e3 * TIME, sep=";"),
+    ),
+    "ControlDesk: a preamble, names, units, a marker": (
+        "a.csv",
+        lambda: (
+            'descriptions\nversion,1.5\nrecorder,"Recorder 1"\ntrace_names\n'
+            "Time,u,x,P_A,P_B\ns,V,mm,bar,bar\ntrace_values\n" + rows()
+        ),
+    ),
+    "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(1e3 * TIME, sep="\t")).encode("utf-16")),
+    "LabVIEW with a column of time": (
+        "a.lvm",
+        lambda: LVM.format(point=".", columns="One", step=PERIOD) + rows(sep="\t"),
+    ),
+    "LabVIEW without, decimal commas": ("a.lvm", lambda: comma_points() + rows(None, sep="\t", decimal=",")),
+    "MATLAB 4": ("a.mat", lambda: matlab(format="4")),
+    "MATLAB 7": ("a.mat", lambda: matlab(do_compression=True)),
+    "NetCDF": (
+        "a.nc",
+        lambda: bytes(
+            xr.Dataset(
+                {"t": ("row", TIME, {"units": "s"})}
+                | {name: ("row", signal, {"units": UNITS[name]}) for name, signal in signals().items()}
+            ).to_netcdf()
+        ),
+    ),
+}
+
+
+def read(tmp_path, name, content, **options):
+    file = tmp_path / name
+    file.write_bytes(content.encode() if isinstance(content, str) else content)
+    return read_measurement(file, known().configured, **options)
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_every_format_gives_the_same_measurement(tmp_path, kind):
+    name, content = FILES[kind]
+    found = read(tmp_path, name, content())
+    assert found.notes == ()
+    # Text has every digit; a unit is converted with one rounding or two, and time in ms is rounded first.
+    assert found.period == pytest.approx(PERIOD, rel=1e-12)
+    np.testing.assert_allclose(found.x, known().x[:ROWS], rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(found.P, known().P[:, :ROWS], rtol=1e-14)
+    np.testing.assert_allclose(found.u, known().u[:ROWS], rtol=1e-14)
+
+
+def test_units_with_signs_outside_ascii(tmp_path):
+    text = named(",", time="T [°C],Zeit [µs]") + "".join(
+        f"22,{row}\n" for row in rows(1e6 * TIME).splitlines()
+    )
+    found = read(tmp_path, "a.csv", text.encode("latin-1"))
+    assert abs(found.T - 295.15) < 1e-9
+    assert found.period == pytest.approx(PERIOD, rel=1e-9)
+
+
+def test_names_from_a_mapping_below_any_header(tmp_path):
+    text = "a bench\n\nclock;c1;c2;c3;c4\n" + rows(sep=";")
+    names = dict(zip(("t", "u", "x", "P_A", "P_B"), ("clock", "c1", "c2", "c3", "c4"), strict=True))
+    mapping = {q: Column(column=name, unit={"t": "s", **UNITS}[q]) for q, name in names.items()}
+    np.testing.assert_allclose(
+        read(tmp_path, "a.csv", text, mapping=mapping).P, known().P[:, :ROWS], rtol=1e-14
+    )
+
+
+def test_a_few_missing_samples_are_filled_and_said(tmp_path, monkeypatch):
+    monkeypatch.setattr("pneumo.fit.record.measurement.MOST_MISSING", 0.05)
+    lines = rows().splitlines()
+    for index, column in ((20, 1), (50, 3), (51, 3)):
+        fields = lines[index].split(",")
+        lines[index] = ",".join("NaN" if number == column else field for number, field in enumerate(fields))
+    found = read(tmp_path, "a.csv", named(",", time="t_s") + "\n".join(lines))
+    assert found.notes == (
+        "column u: 1 of 120 samples missing, held",
+        "column P_A: 2 of 120 samples missing, interpolated",
+    )
+    assert found.u[20] == known().u[19]
+    P = known().P[0]
+    np.testing.assert_allclose(found.P[0, 50:52], P[49] + (P[52] - P[49]) * np.array([1, 2]) / 3, rtol=1e-12)
+    assert np.array_equal(found.P[1], read(tmp_path, "b.csv", named(",", time="t_s") + rows()).P[1])
+
+
+REFUSED = {
+    "MATLAB 7.3": ("a.mat", b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(600), ["7.3", "'-v7'"]),
+    "no vectors": ("a.mat", lambda: matlab_of({"gain": 2.0}), ["no vectors", "P_A_kPa"]),
+    "damaged": ("a.mat", b"MATLAB 5.0 MAT-file".ljust(200, b"?"), ["not a readable MATLAB file"]),
+    "a sheet": ("a.xlsx", b"PK", ["save the sheet as CSV"]),
+    "TDMS": ("a.tdms", b"TDSm", ["LabVIEW as .lvm or CSV"]),
+    "binary": ("a.dat", bytes(range(256)), ["not a text file", "CSV"]),
+    "empty": ("a.csv", b"", ["no numbers", "CSV"]),
+    "no names": ("a.csv", lambda: rows().encode(), ["no row of 5 names", "P_A_kPa"]),
+    "a segment's headings": (
+        "a.lvm",
+        lambda: (LVM.format(point=".", columns="Multi", step=PERIOD) + rows(sep="\t")).encode(),
+        ["one X column"],
+    ),
+}
+
+
+def matlab_of(variables):
+    file = io.BytesIO()
+    savemat(file, variables)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_what_is_refused_is_one_line_with_the_remedy(tmp_path, kind):
+    name, content, words = REFUSED[kind]
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, name, content() if callable(content) else content)
+    text = str(caught.value)
+    assert "\n" not in text and all(word in text for word in [name, *words]), text
+
+
+def test_a_small_matlab_file_of_a_huge_vector_is_refused_before_it_is_loaded(tmp_path, monkeypatch):
+    monkeypatch.setattr(record_formats, "MOST_ROWS", 1000)
+    monkeypatch.setattr(record_formats, "loadmat", None)
+    file = io.BytesIO()
+    savemat(file, {"t_s": np.zeros(1_000_000)}, do_compression=True)
+    assert len(file.getvalue()) < 10_000
+    with pytest.raises(InputError, match="1000000 samples in a vector: must be at most 1000"):
+        read(tmp_path, "a.mat", file.getvalue())

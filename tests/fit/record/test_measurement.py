@@ -1,0 +1,196 @@
+"""Measurements: what is read, and what is wrong with them said by column and line."""
+
+import os
+from functools import cache
+
+import netCDF4
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from pneumo.errors import InputError
+from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
+from pneumo.fit.mistaken_columns import check_columns
+from pneumo.fit.record import formats as record_formats
+from pneumo.fit.record.measurement import Column, read_mapping, read_measurement
+
+
+@cache
+def known():
+    return synthetic_record(8)
+
+
+def half():
+    return known().configured.cylinder.stroke / 2
+
+
+def gauge(P):
+    return P - known().configured.conditions.P_atm
+
+
+def table():
+    motion = {"t_s": known().period * np.arange(len(known().u)), "u_V": known().u, "x_mm": known().x * 1e3}
+    return motion | {
+        "P_A_kPa": known().P[0] / 1e3,
+        "P_B [bar(g)]": gauge(known().P[1]) / 1e5,
+    }
+
+
+def read(tmp_path, columns, **options):
+    file = tmp_path / "m.csv"
+    pd.DataFrame(columns).to_csv(file, index=False)
+    return read_measurement(file, known().configured, **options)
+
+
+def changed(old, values, new=None):
+    """The table with other values in one column, under a new name where one is given."""
+    return dict((new or old, values) if name == old else (name, v) for name, v in table().items())
+
+
+def at(index, value, name="x_mm"):
+    values = np.array(table()[name], dtype=object)
+    values[index] = value
+    return changed(name, values)
+
+
+def test_units_of_the_header_position_from_the_end_and_uneven_time(tmp_path):
+    found = read(tmp_path, table())
+    assert found.notes == ()
+    assert found.period == pytest.approx(known().period, rel=1e-9)
+    # The file holds every digit; units are converted with one rounding or two.
+    np.testing.assert_allclose(found.x, known().x, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(found.P, known().P, rtol=1e-14)
+    found = read(tmp_path, changed("x_mm", 1e3 * (known().x + half())), from_end=True)
+    np.testing.assert_allclose(found.x, known().x, atol=1e-15)
+
+
+def test_mapping_its_file_and_netcdf_give_the_same_measurement(tmp_path):
+    names = {"t": "time", "u": "cmd", "x": "pos", "P_A": "p1", "P_B": "p2"}
+    plain = dict(zip(names.values(), [table()["t_s"], known().u, known().x, *known().P], strict=True))
+    units = {"t": "s", "u": "V", "x": "m", "P_A": "Pa", "P_B": "Pa"}
+    mapping = {q: Column(column=name, unit=units[q]) for q, name in names.items()}
+    by_mapping = read(tmp_path, plain, mapping=mapping)
+    data = xr.Dataset({q: ("sample", plain[name], {"units": units[q]}) for q, name in names.items()})
+    data.to_netcdf(tmp_path / "m.nc")
+    by_attribute = read_measurement(tmp_path / "m.nc", known().configured)
+    assert np.array_equal(by_mapping.P, by_attribute.P) and np.array_equal(by_mapping.x, by_attribute.x)
+    file = tmp_path / "columns.yaml"
+    file.write_text("P_A: {column: pressure 1, unit: kPa}\n")
+    assert read_mapping(file) == {"P_A": Column(column="pressure 1", unit="kPa")}
+    file.write_text("P_C: {column: pressure 1, unit: kPa}\n")
+    with pytest.raises(InputError, match="P_C"):
+        read_mapping(file)
+
+
+def supply():
+    """Supply pressure that sags, Pa."""
+    return known().configured.conditions.P_s * np.linspace(1.0, 0.9, len(known().u))
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        (lambda: {k: v for k, v in table().items() if k != "x_mm"}, ["no column x"]),
+        (lambda: at(17, "off"), ["line 19", "column x", "'off'", "finite"]),
+        (lambda: at(17, "inf"), ["line 19", "'inf'", "finite"]),
+        (lambda: at(slice(17, 20), ""), ["line 19", "column x", "more than 2 missing", "cut the file"]),
+        (lambda: at(slice(0, None, 9), "nan"), ["line 2", "column x", "at most 1 %"]),
+        (lambda: at(500, table()["t_s"][499], "t_s"), ["line 502", "must increase"]),
+        (lambda: changed("t_s", table()["t_s"] + (np.arange(len(known().u)) > 499)), ["line 502", "gap"]),
+        (lambda: changed("t_s", table()["t_s"], "t_h"), ["unknown unit 'h'"]),
+        (lambda: changed("t_s", table()["t_s"], "t"), ["no unit"]),
+        (lambda: changed("P_A_kPa", known().P[0] / 1e3, "P_A_Pa"), ["column P_A", "kPa for Pa"]),
+        (lambda: changed("P_A_kPa", known().P[0]), ["column P_A", "Pa for kPa"]),
+        (lambda: changed("P_A_kPa", 0 * known().P[0]), ["column P_A", "absolute"]),
+        (
+            lambda: changed("x_mm", 1e3 * (known().x + half())),
+            ["outside the stroke", "--x-from end"],
+        ),
+        (lambda: changed("u_V", 0 * known().u + 1), ["column u", "every sample"]),
+        (lambda: table() | {"P_s_kPa": 1e-2 * supply()}, ["column P_s", "0.4 and 1.6 times", "unit"]),
+        (lambda: {k: v for k, v in table().items() if k != "u_V"}, ["no column u", "--closed both"]),
+        (lambda: table() | {"v_mm/s": -np.gradient(known().x * 1e3, known().period)}, ["column v"]),
+    ],
+)
+def test_each_mistake_in_a_file_gives_one_line(tmp_path, columns, words):
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, columns())
+    text = str(caught.value)
+    assert "\n" not in text and all(word in text for word in ["m.csv", *words]), text
+
+
+def test_closed_chambers_are_seen_where_nothing_flows_and_said_where_nothing_was_logged(tmp_path):
+    found = read(tmp_path, changed("u_V", 0 * known().u))
+    assert found.closed and found.notes == ("u: zero in every sample, so taken for closed chambers",)
+    flows = {name: 0 * known().u for name in ("m_A_kg/s", "m_B_kg/s")}
+    assert read(tmp_path, table() | flows).closed and not read(tmp_path, table()).closed
+    # A held piston and pressures above the supply's are no mistakes there.
+    high = {
+        "x_mm": 0 * known().x,
+        "P_A_kPa": 2 * known().configured.conditions.P_s / 1e3 + known().P[0] / 1e3,
+    }
+    silent = {name: values for name, values in (table() | high).items() if name != "u_V"}
+    rest = read(tmp_path, silent, closed=True).since(0.5)
+    assert rest.closed and len(rest.u) == rest.P.shape[1] == len(known().u) - round(0.5 / known().period)
+
+
+def test_a_measured_supply_pressure_is_read_and_said(tmp_path):
+    found = read(tmp_path, table() | {"P_s_kPa": 1e-3 * supply()})
+    np.testing.assert_allclose(found.P_s, supply(), rtol=1e-12)
+    assert len(found.since(0.5).P_s) == len(found.since(0.5).u)
+    assert [note for note in found.notes if note.startswith("column P_s: ")]
+
+
+def test_uneven_time_is_noted(tmp_path):
+    t = table()["t_s"] + np.random.default_rng(0).uniform(-0.3, 0.3, len(known().u)) * known().period
+    position = 300 * half() * np.sin(t)  # mm, smooth: the known record's own noise would hide what time does
+    found = read(tmp_path, changed("t_s", t) | {"x_mm": position})
+    assert "not uniform" in found.notes[0]
+    # Straight lines between samples are off by the curvature times the period squared over 8.
+    true = 0.3 * half() * np.sin(t[0] + found.t)
+    assert np.max(np.abs(found.x - true)) < 0.3 * half() * (1.6 * known().period) ** 2 / 8 * 1.01
+
+
+def test_confused_columns_are_refused(tmp_path):
+    right = read(tmp_path, table())
+    check_columns(right, known().configured)
+    for confused, words in (
+        (right._replace(P=right.P[::-1]), "swapped"),
+        (right._replace(u=-right.u), "column u"),
+        (right._replace(x=-right.x), "column x"),
+        (right._replace(P=gauge(right.P)), "gauge"),
+    ):
+        with pytest.raises(InputError, match=words):
+            check_columns(confused, known().configured)
+
+
+def test_wide_long_endless_and_huge_files_are_refused_before_they_are_read(tmp_path, monkeypatch):
+    def refusal(file):
+        with pytest.raises(InputError) as error:
+            read_measurement(file, known().configured)
+        return str(error.value).replace(f"{tmp_path}/", "")
+
+    assert refusal("/dev/zero") == "/dev/zero: must be a file of at most 200000000 bytes"
+    wide, long, large = (tmp_path / f"{name}.csv" for name in ("wide", "long", "large"))
+    wide.write_text(",".join(f"c{i}" for i in range(200_000)) + "\n" + ",".join(["1"] * 200_000) + "\n")
+    assert refusal(wide) == "wide.csv: 200000 columns: must be at most 200"
+    large.touch()
+    os.truncate(large, 10**12)  # a terabyte of holes
+    assert refusal(large) == "large.csv: 1000000000000 bytes: must be at most 200000000"
+    long.write_text("t_s,u_V\n" + "0,0\n" * 30)
+    monkeypatch.setattr(record_formats, "MOST_ROWS", 20)
+    assert refusal(long) == "long.csv: 21 rows or more: must be at most 20"
+    monkeypatch.undo()
+    for name in ("dimension", "variables"):
+        with netCDF4.Dataset(tmp_path / f"{name}.nc", "w") as file:
+            if name == "dimension":
+                file.createDimension("t", 300_000_000)
+                file.createVariable("t", "f8", ("t",), zlib=True)
+            for i in range(300 if name == "variables" else 0):
+                file.createVariable(f"v{i}", "f8")
+    with pytest.raises(InputError, match=r"\.nc: 300000000 samples along t: must be at most 2000000"):
+        read_measurement(tmp_path / "dimension.nc", known().configured)
+    assert (tmp_path / "dimension.nc").stat().st_size < 50_000
+    with pytest.raises(InputError, match=r"\.nc: 300 variables: must be at most 200"):
+        read_measurement(tmp_path / "variables.nc", known().configured)

@@ -1,0 +1,156 @@
+"""`fitted.yaml`: what a fit found, in the user's keys and units, read as any configuration."""
+
+import numpy as np
+import pytest
+import yaml
+from checkout import ROOT
+
+from pneumo.catalogue import default_conductance
+from pneumo.configuration.parameters import load, study
+from pneumo.fit.estimate import UNITS, Estimate, dataset
+from pneumo.fit.fitted_yaml import fitted_configuration
+from pneumo.fit.record.measurement import Measurement
+from pneumo.publish.text.terminal_tables import valve_text
+from pneumo.selection.cylinder_template import TEMPLATE
+from pneumo.selection.plants import configured_plant
+
+SAMPLES = 200
+VALUES = {"n": 1.312345678, "k_0": 0.4512345678, "k_xu": 8.9e-7, "V_d_A": 9e-6, "V_d_B": 11e-6}
+
+
+def found(values=VALUES, model="M8", full=None, units=UNITS, **open_ends):
+    """Dataset of a fit with these values, within 10 per cent; other ends by name; `full` is put first."""
+    P = np.full((2, SAMPLES), 4e5)
+    m = Measurement("bench.csv", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P, None, np.nan, ())
+    low, high = ({name: factor * value for name, value in values.items()} for factor in (0.9, 1.1))
+    low |= open_ends
+    one = Estimate(values, low, high, np.full(2, 900.0), np.array([1000.0, 1400.0]), P)
+    worse = Estimate({"n": 1.0}, {}, {}, np.full(2, 9e3), np.full(2, 9e3), P)
+    fits = (
+        {} if full is None else {"full": full._replace(rms=one.rms, held_out=np.full(2, 300.0), pressure=P)}
+    )
+    return dataset(m, fits | {model: one, "M2": worse}, 120, units)
+
+
+def read(text, tmp_path):
+    """Configuration and study of a text, as the commands read them."""
+    file = tmp_path / "fitted.yaml"
+    file.write_text(text, encoding="utf-8")
+    return load(file), study(load(file))
+
+
+def written(fit, cylinder, plant, *files, T=np.nan):
+    return fitted_configuration(load(*files), cylinder, plant, fit, "bench.csv", T)
+
+
+@pytest.fixture(scope="module")
+def mine():
+    return configured_plant(study(load(TEMPLATE)), "mine", 1.0)
+
+
+def test_a_valve_by_its_catalogue_stays_one_and_every_experiment_has_k_0(mine, tmp_path):
+    text = written(found(), "mine", mine, TEMPLATE)
+    configuration, result = read(text, tmp_path)
+    assert result.name == "my-cylinder-fitted" and set(result.experiments) == {"open", "closed"}
+    valve, before = (c.cylinders["mine"].valve for c in (configuration, load(TEMPLATE)))
+    assert valve == before.model_copy(update={"C_dm3_per_sbar": valve.C_dm3_per_sbar})
+    for experiment in result.experiments.values():
+        assert experiment.plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)  # six digits are written
+        assert experiment.plant.valve.k_xu == pytest.approx(VALUES["k_xu"], rel=1e-5)
+        c = experiment.plant.cylinder
+        assert (c.V_d_A, c.V_d_B) == pytest.approx((9e-6, 11e-6))
+    assert configured_plant(result).k_0 == result.experiments["open"].plant.k_0  # no --cylinder, no --k0
+    head = text.partition("name:")[0]
+    assert all(line.startswith("# ") for line in head.splitlines())
+    C = valve.C_dm3_per_sbar
+    for said in (
+        "bench.csv by M8",
+        "1.22 kPa",
+        "export and linearise: M8 --n 1.31235 --k0 0.451235",
+        f"C = {C:.4g} ({0.9 * C:.4g} to {1.1 * C:.4g})",
+    ):
+        assert said in head
+    assert "k_0 = 0.4512 (0.4061 to 0.4964) W/K" in head and "9 (8.1 to 9.9) cm3" in head
+
+
+def test_the_paper_s_cylinder_keeps_its_key_and_one_experiment_of_each_kind(tmp_path):
+    paper = ROOT / "config/paper.yaml"
+    plant = configured_plant(study(load(paper)), "E", 1.0)
+    text = written(found(), "E", plant, paper)
+    configuration, result = read(text, tmp_path)
+    assert list(configuration.cylinders) == ["E"]
+    section = configuration.cylinders["E"]
+    assert section.valve is None and section.k_x_k_u_m2_per_V == pytest.approx(VALUES["k_xu"])
+    # The paper's experiments of a cylinder are two loops at several conductances.
+    assert sorted(e.drive.closed_loop for e in result.experiments.values()) == [False, True]
+    assert "levels" not in yaml.safe_load(text)
+
+
+def test_what_the_record_does_not_determine_stays_and_is_said(mine, tmp_path):
+    before = study(load(TEMPLATE)).experiments["open"].plant
+    text = written(found(k_0=np.nan, V_d_B=np.nan), "mine", mine, TEMPLATE)
+    after = read(text, tmp_path)[1].experiments["open"].plant
+    assert after.k_0 == default_conductance(after.cylinder).k_0
+    assert after.cylinder == before.cylinder._replace(V_d_A=9e-6)
+    assert after.valve.k_xu == pytest.approx(VALUES["k_xu"], rel=1e-5)
+    assert "as configured (SI units): k_0 = 0.4512 (open to 0.4964), V_d_B" in text
+    # Measured flows know no valve, and M6 no wall.
+    text = written(found({k: VALUES[k] for k in ("n", "V_d_A", "V_d_B")}, "M6"), "mine", mine, TEMPLATE)
+    after = read(text, tmp_path)[1].experiments["open"].plant
+    assert after.valve == before.valve and "k_0 =" not in text
+    assert after.k_0 == default_conductance(after.cylinder).k_0
+
+
+def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment(mine, tmp_path):
+    rig = {"k_0": 0.8, "k_xu": 9.5e-7, "V_d_A": 7e-6, "V_d_B": 7e-6, "lag": 2e-3}
+    low, high = ({name: factor * value for name, value in rig.items()} for factor in (0.9, 1.1))
+    full = Estimate(rig, low | {"lag": np.nan}, high, *[np.zeros(2)] * 3)
+    text = written(found(full=full), "mine", mine, TEMPLATE)
+    plant = configured_plant(read(text, tmp_path)[1])
+    assert (plant.k_0, plant.cylinder.V_d_A, plant.cylinder.V_d_B) == pytest.approx((0.8, 7e-6, 7e-6))
+    assert plant.valve.k_xu == pytest.approx(9.5e-7, rel=1e-5)
+    head = text.partition("name:")[0]
+    assert "bench.csv by full, which is off by 0.3 kPa" in head and "M8, off by 1.22 kPa" in head
+    assert "n = 1.312 (1.181 to 1.444), k_0 = 0.4512 (0.4061 to 0.4964)" in head
+    assert "M8 --n 1.31235 --k0 0.451235" in head and "lag" not in head  # no key has a lag
+    # A full order that leaves more than noise has no intervals: then the best model's stand.
+    text = written(found(full=full._replace(low={}, high={})), "mine", mine, TEMPLATE)
+    assert configured_plant(read(text, tmp_path)[1]).k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
+    assert "bench.csv by M8" in text
+
+
+def test_a_coefficient_gives_way_to_k_0_and_a_measured_temperature_is_kept(mine, tmp_path):
+    other = tmp_path / "other.yaml"
+    content = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
+    content["experiments"]["open"] |= {"lambda_0_W_per_m2K": 40.0}
+    del content["experiments"]["open"]["k_0_W_per_K"]
+    content["run"]["experiments"] = ["open"]
+    content["name"] = "a" * 40
+    other.write_text(yaml.safe_dump(content))
+    result = read(written(found(), "mine", mine, other, T=301.25), tmp_path)[1]
+    assert list(result.experiments) == ["open"] and len(result.name) == 40
+    plant = result.experiments["open"].plant
+    assert plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
+    assert plant.conditions.T_amb == plant.conditions.T_in == 301.25
+
+
+def test_a_name_of_a_record_adds_no_line(mine):
+    text = fitted_configuration(load(TEMPLATE), "mine", mine, found(), "a\nname: b", np.nan)
+    assert text.count("\nname:") == 1
+
+
+def test_what_was_fitted_too_goes_into_its_key_or_is_said_and_shown(mine, tmp_path):
+    values = VALUES | {"P_s": 6.5e5, "exhaust": 0.75, "offset_A": 8e3}
+    valve = {"lag": 2e-3, "dead_time": 1e-3, "null": 0.1}
+    both = ({name: factor * value for name, value in (values | valve).items()} for factor in (0.9, 1.1))
+    full = Estimate(values | valve, *both, np.zeros(2), np.zeros(2), np.zeros((2, SAMPLES)))
+    units = UNITS | {"P_s": "Pa", "exhaust": "1", "offset_A": "Pa"}
+    fit = found(full=full, units=units)
+    text = written(fit, "mine", mine, TEMPLATE)
+    configuration, result = read(text, tmp_path)
+    assert configuration.cylinders["mine"].valve.exhaust_ratio == 0.75
+    assert result.experiments["open"].plant.conditions.P_s == 6.5e5
+    assert "offset_A = 8000 (7200 to 8800) (SI units)" in text and "no key has offset_A" in text
+    shown = valve_text(fit)
+    assert "supply 650 kPa (585 to 715)" in shown and "offset of P_A 8 kPa (7.2 to 8.8)" in shown
+    assert "exhaust over supply path 0.75 (0.675 to 0.825)" in shown and "lag 2 ms" in shown

@@ -1,0 +1,57 @@
+"""Signals between sensors and replay: limiter, stages, added noise."""
+
+import numpy as np
+import pytest
+
+from pneumo.fit.stage_signals import stage_signals, with_added_noise
+
+PERIOD = 2e-3
+
+
+@pytest.fixture(scope="module")
+def record(plant):
+    t = PERIOD * np.arange(400)
+    u = np.where(np.arange(400) % 40 < 20, 12.0, -3.0)
+    x = 0.05 * np.sin(8 * t) + np.random.default_rng(5).normal(0, 2e-4, 400)
+    return t, u, x, stage_signals(PERIOD, u, x, np.zeros((2, 400)), plant)
+
+
+def test_stages_have_the_limited_command_or_a_linear_one_and_a_motion_with_its_derivative(record, plant):
+    t, u, _, found = record
+    assert found.h == pytest.approx(1e-3) and found.stride == 2
+    assert found.u.shape == (798, 3) and found.motion.shape == (798, 3, 2)
+    np.testing.assert_array_equal(found.u[::2, 0], np.clip(u[:-1], -10, 10))
+    np.testing.assert_array_equal(found.u[1::2, 2], np.clip(u[:-1], -10, 10))
+    at = np.repeat(t[:-1], 2) + np.tile([0.0, 1e-3], 399)
+    # Smoothing leaves less of the noise than was there, and the derivative's is that times a frequency.
+    assert np.std(found.motion[:, 0, 0] - 0.05 * np.sin(8 * at)) < 1e-4
+    assert np.std(found.motion[:, 0, 1] - 0.4 * np.cos(8 * at)) < 0.02
+    _, u, x, _ = record
+    wide = plant._replace(valve=plant.valve._replace(u_max=20.0))
+    found = stage_signals(PERIOD, u, x, np.zeros((2, 400)), wide, held=False)
+    np.testing.assert_allclose(found.u[1::2, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)
+
+
+def test_steps_are_short_where_a_valve_fills_a_small_chamber_fast(plant):
+    u, x = np.full(50, 4.0), np.full(50, plant.cylinder.x_min)
+    large = plant._replace(valve=plant.valve._replace(k_xu=2e-6))
+    c, gas, A_t = plant.conditions, plant.gas, 2e-6 * 4.0
+    rate = gas.gamma * gas.R * c.T_in**0.5 * gas.sonic_coefficient * c.P_s * A_t / plant.cylinder.V_d_A  # (4)
+    longest = 0.25 * c.P_s / rate
+    found = stage_signals(PERIOD, u, x, np.zeros((2, 50)), large)
+    assert found.h <= longest < found.h * (1 + 1 / (found.stride - 1))
+    assert stage_signals(PERIOD, 0 * u, x, np.zeros((2, 50)), large).stride == 2
+
+
+def test_added_noise_is_as_large_as_the_measured(record):
+    *_, found = record
+    made = with_added_noise(found, 4, seed=1)
+    assert len(made) == 8
+    for plus, minus in zip(made[::2], made[1::2], strict=True):
+        middle = (plus + minus) / 2
+        # Smoothing what is smooth changes it by far less than the noise.
+        assert np.std((middle - found.motion)[:, :, 0]) < 0.3 * found.noise
+        half = (plus - minus)[:, :, 0] / 2
+        assert 0.05 * found.noise < np.std(half) < 0.8 * found.noise  # smoothed, too
+        slope = np.gradient(half[:, 0], found.h)
+        assert np.corrcoef(slope, (plus - minus)[:, 0, 1])[0, 1] > 0.99

@@ -1,0 +1,134 @@
+"""`pneumo study` and `pneumo init`: what is chosen, where it is written, what the template holds."""
+
+import re
+from math import pi
+from pathlib import Path
+
+import pytest
+import xarray as xr
+import yaml
+from bad_input import fields
+from paper_study import STUDY
+
+from pneumo.catalogue import default_conductance
+from pneumo.configuration.parameters import load, study, validated
+from pneumo.errors import InputError
+from pneumo.publish.pages.study_page import MARK, check_folder, save_study
+from pneumo.selection.cylinder_ranking import TITLE, joined, rankings, run_study, selected, simulated_time
+from pneumo.selection.cylinder_template import TEMPLATE, write_template
+from pneumo.storage.files import write
+
+pytestmark = pytest.mark.xdist_group("own study")  # its fixtures take seconds
+
+
+@pytest.fixture(scope="module")
+def template():
+    return study(load(TEMPLATE))
+
+
+@pytest.fixture(scope="module")
+def short(template):
+    experiments = {name: e._replace(steps=300) for name, e in template.experiments.items()}
+    return template._replace(experiments=experiments, n=(1.2, 1.3), seeds=2)
+
+
+@pytest.fixture(scope="module")
+def cells(short):
+    return run_study(short, threads=2)
+
+
+def test_template_is_a_25_by_160_cylinder_with_a_catalogue_valve_and_init_writes_once(template, tmp_path):
+    open_, closed = template.experiments.values()
+    c = open_.plant.cylinder
+    assert (c.bore, c.stroke) == pytest.approx((0.025, 0.16))
+    assert open_.plant.gas.elliptic and open_.plant.gas.critical_ratio == 0.3
+    assert open_.plant.k_0 == closed.plant.k_0 == default_conductance(c).k_0
+    assert closed.drive.closed_loop and not open_.drive.closed_loop
+    # The load is the atmosphere's on the rod.
+    assert c.load == pytest.approx(-pi / 4 * 0.01**2 * 101325)
+    file = tmp_path / "new" / "my.yaml"
+    write_template(file)
+    assert file.read_bytes() == TEMPLATE.read_bytes()
+    file.write_text("mine")
+    with pytest.raises(InputError, match=r"my\.yaml: is there already"):
+        write_template(file)
+    assert file.read_text() == "mine"
+    with pytest.raises(InputError, match="cannot be written"):
+        write_template(file / "below.yaml")
+
+
+@pytest.fixture
+def with_options():
+    """The template with every line that is commented out."""
+    return yaml.safe_load(re.sub(r"#~ ?", "", TEMPLATE.read_text()))
+
+
+def test_template_holds_every_key_and_right_options(with_options):
+    def there(node):
+        for key, value in node.items():
+            yield key
+            if isinstance(value, dict):
+                yield from there(value)
+
+    known = {key for path, _ in fields() for key in path} - {"NAME"}
+    assert sorted(known - set(there(with_options))) == []
+    # What excludes one another: the rest of one kind goes.
+    mine, closed = with_options["cylinders"]["mine"], with_options["experiments"]["closed"]
+    del mine["k_x_k_u_m2_per_V"], mine["closed_loop"]["variance_m2"]
+    del with_options["experiments"]["open"]["lambda_0_W_per_m2K"]
+    for key in ("levels", "hold_s", "file", "column"):
+        del closed["signal"][key]
+    found = study(validated(with_options, []))
+    assert found.experiments["closed"].excitation.signal == "sweep"
+    assert found.experiments["open"].push.force == -300.0
+    assert found.levels == {"mine": (0.3,)}
+
+
+def test_choice_of_cylinders_and_experiments_and_their_simulated_time(template):
+    assert list(selected(template).experiments) == ["open", "closed"]
+    assert list(selected(template, ["mine"], ["closed"]).experiments) == ["closed"]
+    wrong = (template, ["theirs"], [], "cylinder = 'theirs'"), (template, [], ["half"], "experiment = 'half'")
+    for whole, cylinder, experiment, words in (*wrong, (STUDY, ["E"], ["E02"], "no experiment")):
+        with pytest.raises(InputError, match=words):
+            selected(whole, cylinder, experiment)
+    assert simulated_time(template) == pytest.approx(2 * 5 * 20)
+    e = template.experiments["open"]
+    fixed = e._replace(excitation=e.excitation._replace(signal="levels", levels=(1.0,)))
+    assert simulated_time(template._replace(experiments={"open": fixed})) == pytest.approx(20)
+
+
+@pytest.mark.slow
+def test_files_of_a_study_and_of_cylinders_together(short, cells, tmp_path):
+    found = rankings(cells)
+    assert [ranking.cylinder for ranking in found] == ["mine"]
+    check_folder(tmp_path / "out")
+    page, stored = save_study(short, cells, found, tmp_path / "out")
+    assert MARK in page.read_text()[:1000]
+    with xr.open_dataset(stored) as again:
+        assert again["mse"].dims == ("experiment", "run", "model", "n", "chamber")
+        xr.testing.assert_identical(again["mse"].drop_attrs().load(), cells["mse"].drop_attrs())
+        assert again.attrs["title"] == TITLE and again.attrs["config_sha256"] == short.config_sha256
+        assert again["mse"].attrs["units"] == "Pa2"
+    check_folder(tmp_path / "out")  # its own files may be replaced
+    before = (page.read_bytes(), stored.read_bytes())
+    save_study(short, cells, found, tmp_path / "out")
+    assert before == (page.read_bytes(), stored.read_bytes())
+    other = cells.assign_coords(cylinder=("experiment", ["other", "other"]))
+    other = other.assign_coords(experiment=["a", "b"])
+    both = joined([cells, other.isel(run=[0])])
+    assert both.sizes["experiment"] == 4 and both.sizes["run"] == 2
+    assert [ranking.cylinder for ranking in rankings(both)] == ["mine", "other"]
+
+
+def test_foreign_files_stay(tmp_path, cells):
+    for name in ("study.html", "study.nc"):
+        for make, remove in ((Path.touch, Path.unlink), (Path.mkdir, Path.rmdir)):
+            make(tmp_path / name)
+            with pytest.raises(InputError, match=f"{name}: not written by"):
+                check_folder(tmp_path)
+            remove(tmp_path / name)
+    write(cells[["mse"]], tmp_path / "study.nc", {"title": "other", "summary": "", "config_sha256": ""})
+    with pytest.raises(InputError, match=r"study\.nc: not written by"):
+        check_folder(tmp_path)
+    with pytest.raises(InputError, match="is a file"):
+        check_folder(tmp_path / "study.nc")

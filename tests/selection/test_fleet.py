@@ -1,0 +1,161 @@
+"""Fleets: blocks hold what single studies hold, whatever the threads; one cylinder is found again."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from pneumo.configuration.parameters import load, study
+from pneumo.errors import InputError, ResultError
+from pneumo.selection.cylinder_ranking import rankings, run_study, selected
+from pneumo.selection.cylinder_template import write_table_template
+from pneumo.selection.fleet import CELLS, fleet_index, run_block, stored_cylinder, studies_of, together
+from pneumo.statistics.ranking import REFINEMENT_STEPS
+from pneumo.storage.files import read, write
+
+pytestmark = pytest.mark.xdist_group("own study")  # the same kernels, compiled once
+FAILING = "second"  # too light for its step: every full-order run fails
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    file = tmp_path_factory.mktemp("table") / "fleet.yaml"
+    write_table_template(file)
+    whole = study(load(file))
+    experiments = {name: e._replace(steps=300) for name, e in whole.experiments.items()}
+    return whole._replace(experiments=experiments, n=(1.2, 1.3), seeds=2)
+
+
+@pytest.fixture(scope="module")
+def half_failing(short):
+    def spoilt(e):
+        light = e.plant.cylinder._replace(M=1e-6, k_f=1000.0)
+        return e._replace(plant=e.plant._replace(cylinder=light), h=0.03, most_halvings=0)
+
+    changed = {k: spoilt(e) if e.cylinder == FAILING else e for k, e in short.experiments.items()}
+    return short._replace(experiments=changed)
+
+
+@pytest.fixture(scope="module")
+def block(half_failing):
+    return run_block(half_failing, threads=2)
+
+
+@pytest.fixture
+def results(block, tmp_path):
+    """A folder with two blocks, each of one cylinder, and their index."""
+    blocks = {"000000": block.isel(cylinder=[0]), "000001": block.isel(cylinder=[1])}
+    for name, part in blocks.items():
+        write(part, tmp_path / "fleet" / f"{name}.nc", {"config_sha256": name})
+    write(fleet_index(blocks), tmp_path / "fleet.nc", {"config_sha256": ""})
+    return tmp_path
+
+
+def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing, block):
+    xr.testing.assert_identical(block, run_block(half_failing, threads=1))
+    assert list(studies_of(short)) == ["first", "second"]
+    assert list(studies_of(short)["second"].experiments) == ["open", "closed"]
+    alone = run_study(selected(short, ["first"]), threads=1)
+    mine = block.sel(cylinder="first")
+    for name in CELLS:
+        assert mine[name].dtype == np.float32 and (mine[name].values.shape == alone[name].values.shape)
+        np.testing.assert_array_equal(mine[name].values, alone[name].values.astype(np.float32))
+    assert (mine["status"].values == alone["status"].values).all()
+    assert not [name for name in block if str(name).startswith("trace_")] and "pressure" not in block
+    (ranking,) = rankings(alone)
+    assert (mine["recommended"].item(), int(mine["runs"])) == (ranking.recommended, ranking.runs)
+    for row in ranking.rows:
+        stored = mine.sel(model=row.model)
+        assert (stored["place"], stored["wins"], stored["failed"]) == (row.place, row.wins, row.failed)
+        # Four bytes have 24 binary digits.
+        robust = ranking.unknown_k_0.model(row.model)
+        assert [stored["worst_rms"].item(), stored["worst_n"].item()] == pytest.approx(
+            [robust.worst, robust.n], rel=1e-5, nan_ok=True
+        )
+        for name, interval in (("best_mse", row.mse), ("over_best", row.over_best)):
+            found = [stored[f"{name}{end}"].item() for end in ("", "_low", "_high")]
+            assert found == pytest.approx(list(interval), rel=1e-5)
+    assert block["gain"].sizes["refinement"] == len(REFINEMENT_STEPS) == len(ranking.gains)
+    assert mine["gain"].values == pytest.approx([gain.percent.value for gain in ranking.gains], abs=1e-3)
+
+
+def test_the_range_of_each_k_0_is_the_cylinders(short, block):
+    one = studies_of(short)["first"]
+    wide = run_block(
+        short._replace(experiments={f"first-{k}": e for k, e in one.experiments.items()}),
+        threads=2,
+        k_0_factors={"first": 5.0},
+    )
+    assert (wide["k_0_factor"] == 5.0).all() and (block["k_0_factor"] == 2.0).all()
+    expected = run_study(one, threads=2, k_0_factors={"first": 5.0}, traced=False)["mse_of_wrong_k_0"]
+    assert np.array_equal(wide["mse_of_wrong_k_0"].values[0], expected.values.astype(np.float32))
+
+
+def test_a_cylinder_whose_runs_fail_is_told_and_leaves_the_others_alone(short, block):
+    failed = block.sel(cylinder=FAILING)
+    assert failed["recommended"] == "" and failed["reason"] == "no full-order run succeeded"
+    assert (
+        (failed["run_status"] != 0).all() and failed["best_mse"].isnull().all() and not failed["place"].any()
+    )
+    index = fleet_index({"000000": block})
+    assert index["failed_runs"].values.tolist() == [0, 4]
+    whole = run_block(short, threads=2)
+    xr.testing.assert_equal(whole["mse"].sel(cylinder="first"), block["mse"].sel(cylinder="first"))
+
+
+def test_the_index_says_which_block_has_a_cylinder(results):
+    index = read(results / "fleet.nc")
+    assert index["block"].values.tolist() == ["000000", "000001"]
+    assert index["stroke"].values.tolist() == [0.16, 0.08] and index["bore"].attrs["units"] == "m"
+    assert "mse" not in index and "parameters" not in index
+    assert all("long_name" in index[name].attrs for name in ("place", "gain_low", "over_best", "failed_runs"))
+
+
+def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, block):
+    found, cells = stored_cylinder(results, "first")
+    assert found == studies_of(short)["first"]
+    alone = run_study(found, threads=1)
+    assert set(cells.variables) == set(alone.variables)
+    for name in (
+        "trace_t",
+        "trace_x",
+        "trace_P",
+        "trace_pressure",
+        "seed",
+        "k_0",
+        "cylinder",
+        "time_constant",
+    ):
+        xr.testing.assert_equal(cells[name].drop_vars("cylinder"), alone[name].drop_vars("cylinder"))
+    (again,), stored = rankings(cells), block.sel(cylinder="first")
+    assert (again.reason, "\n".join(again.advice)) == (stored["reason"].item(), stored["advice"].item())
+    assert stored["bore"] == next(iter(found.experiments.values())).plant.cylinder.bore
+    # Both from what was kept, in eight bytes: four would leave 6e-8.
+    errors = {row.model: row.mse.value for row in again.rows}
+    assert stored["best_mse"].sel(model=list(errors)).values == pytest.approx([*errors.values()], rel=1e-12)
+    assert cells["mse"].dtype == float
+    assert json.loads(block["parameters"].values[0])["n"] == [1.2, 1.3]
+    _, cells = stored_cylinder(results, FAILING)
+    assert rankings(cells)[0].recommended == ""
+
+
+def test_what_is_not_there_or_does_not_belong_together_is_refused(results):
+    with pytest.raises(
+        InputError, match=r"'third': no such cylinder in .*fleet\.nc; there are first, second"
+    ):
+        stored_cylinder(results, "third")
+    (results / "fleet/000000.nc").write_bytes((results / "fleet/000001.nc").read_bytes())
+    with pytest.raises(ResultError, match=r"000000\.nc: is another block"):
+        stored_cylinder(results, "first")
+    (results / "fleet/000000.nc").unlink()
+    with pytest.raises(ResultError, match=r"000000\.nc: no such file"):
+        stored_cylinder(results, "first")
+
+
+@pytest.mark.slow
+def test_a_cylinder_takes_at_most_100_kB(short, tmp_path):
+    whole = run_block(short._replace(n=tuple(1 + i / 20 for i in range(9)), seeds=5), threads=2)
+    many = together([whole] * 10)  # bytes of a file without any cylinder do not count
+    write(many, tmp_path / "block.nc", {})
+    assert (tmp_path / "block.nc").stat().st_size < 20 * 100_000

@@ -1,0 +1,124 @@
+"""Repeated runs: the workflow's bits for the configuration's seed, other seeds, a wrong k_0, failures."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from paper_study import STUDY, lasting
+from workflow_scripts import script
+
+from pneumo.configuration.study_json import to_json
+from pneumo.physics.models import MODELS, Lane, lane, lane_array
+from pneumo.selection.cylinder_ranking import (
+    K_0_ENDS,
+    TRACED_SAMPLES,
+    mse_at_other_k_0,
+    one_run,
+    run_study,
+    seeds_of,
+)
+from pneumo.simulation.full_order import DIVERGED, record
+from pneumo.simulation.replay import NO_RUN, replay
+from pneumo.simulation.signals import EXACT_TRANSPORT
+from pneumo.storage.files import write_json
+
+pytestmark = pytest.mark.xdist_group("repeated runs")  # its fixtures take seconds
+
+WITH_WALL = [name for name, model in MODELS.items() if model.wall != "none"]
+CELLS = ("mean_error", "variance", "mse", "status", "failure_time")
+
+
+def repeated(experiments, n=STUDY.n, seeds=3, threads=2, **options):
+    study_of = STUDY._replace(experiments={e.name: e for e in experiments}, n=n, seeds=seeds)
+    return run_study(study_of, threads, **options)
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return repeated([lasting("E02", 2.0), lasting("E01", 1.0)])
+
+
+def test_first_run_is_the_workflows_bit_for_bit_whatever_the_threads(runs, tmp_path):
+    cut = STUDY._replace(experiments={"E02": lasting("E02", 2.0)})
+    write_json(to_json(cut), tmp_path / "parameters.json")
+    parameters, datum = tmp_path / "parameters.json", tmp_path / "datum" / "E02.nc"
+    replayed = tmp_path / "exact" / "replay" / "E02.nc"
+    script("datum")(parameters, [datum], 1, "")
+    script("replay")(parameters, [datum], [replayed], 1, "")
+    mine = runs.sel(experiment="E02").isel(run=0)
+    with xr.open_dataset(replayed) as theirs:
+        for name in CELLS:
+            np.testing.assert_array_equal(mine[name].values, theirs[name].values, err_msg=name)
+        stored = theirs["pressure"].values[..., : 2000 // 50 + 1]
+        assert np.array_equal(mine["trace_pressure"].values[..., : 2000 // 50 + 1], stored)
+    assert np.isfinite(mine["mse"].values).all() and (mine["mse"].values > 0).all()
+    # Threads do not matter.
+    again = repeated([lasting("E02", 2.0), lasting("E01", 1.0)], threads=1)
+    xr.testing.assert_identical(again, runs)
+
+
+def test_runs_differ_in_their_seed_alone_and_more_begin_with_the_same(runs):
+    seeds = runs["seed"].sel(experiment="E02").values.tolist()
+    assert seeds == seeds_of(lasting("E02", 2.0), 3)
+    assert seeds[0] == 666 and len(set(seeds)) == 3
+    e = lasting("E02", 2.0)
+    alone = one_run(e.with_seed(seeds[2]), STUDY.n, traced=False)
+    assert np.array_equal(runs["mse"].sel(experiment="E02").isel(run=2).values, alone["mse"].values)
+    assert len(np.unique(runs["mse"].sel(experiment="E02", model="M1", n=1.0, chamber="A"))) == 3
+    assert seeds_of(lasting("E02", 2.0), 9)[:4] == seeds_of(lasting("E02", 2.0), 4)
+    assert len(set(seeds_of(lasting("E02", 2.0), 100))) == 100
+
+
+def test_a_signal_that_is_not_random_runs_once_and_a_run_that_fails_is_a_status():
+    e = lasting("E02", 0.3)
+    sweep = e._replace(excitation=e.excitation._replace(signal="sweep", band=(1e-3, 2e-3)))
+    assert seeds_of(sweep, 5) == [666]
+    told = []
+    found = repeated([sweep], (1.2,), seeds=5, threads=1, progress=told.append)
+    assert found.sizes["run"] == 1 and told == [pytest.approx(0.3)] and not found["random"].any()
+    both = repeated([sweep, e._replace(name="E98")], (1.2,), seeds=2, threads=1)
+    assert both.sizes["run"] == 2
+    assert both["mse"].sel(experiment="E02").std("run").max() == 0
+    e = lasting("E02", 0.1)
+    wild = e._replace(plant=e.plant._replace(cylinder=e.plant.cylinder._replace(M=1e-9)))
+    found = repeated([wild], (1.2,), seeds=2, threads=1)
+    assert (found["run_status"] == DIVERGED).all() or (found["run_status"] > 0).all()
+    assert (found["status"] == NO_RUN).all() and found["mse"].isnull().all()
+    assert (found["run_failure_time"] > 0).all()
+
+
+def test_a_wrong_k_0_is_the_cylinders():
+    """The run has the cylinder's k_0; the models take the configured one, or know the cylinder's."""
+    e, n = lasting("E02", 2.0), (1.2, 1.3)
+    wrong, right = mse_at_other_k_0(e, n, 4.0)
+    recording = record(e._replace(plant=e.plant._replace(k_0=4 * e.plant.k_0)))
+    knowing = lane_array([lane(model, value, 1.4) for model in MODELS.values() for value in n])
+    mistaken = knowing.copy()
+    mistaken[:, Lane._fields.index("explicit_heat")] /= 4
+    for found, lanes in ((wrong, mistaken), (right, knowing)):
+        expected = replay(recording, lanes, EXACT_TRANSPORT, e.steps).mse
+        np.testing.assert_array_equal(found, expected.reshape(found.shape))
+    without = [i for i, name in enumerate(MODELS) if name not in WITH_WALL]
+    assert np.array_equal(wrong[without], right[without])
+    assert (wrong[len(without) :] != right[len(without) :]).all()
+
+
+def test_errors_at_the_ends_of_k_0_and_traces_of_the_first_run(runs):
+    wrong, right = runs["mse_of_wrong_k_0"], runs["mse_of_right_k_0"]
+    assert tuple(wrong["k_0_end"].values) == K_0_ENDS and (runs["k_0_factor"] == 2.0).all()
+    assert wrong.notnull().all() and right.notnull().all()
+    e = lasting("E02", 2.0)
+    for end, ratio in zip(K_0_ENDS, (0.5, 2.0), strict=True):
+        at = wrong.sel(experiment="E02", k_0_end=end).isel(run=0)
+        assert np.array_equal(at.values, mse_at_other_k_0(e, STUDY.n, ratio)[0])
+    one = runs.isel(run=0)
+    known = repeated([lasting("E01", 1.0)], seeds=1, k_0_factors={one["cylinder"].values[1]: 1.0})
+    # A factor of one is the configured k_0 itself.
+    for name in ("mse_of_wrong_k_0", "mse_of_right_k_0"):
+        for end in K_0_ENDS:
+            assert np.array_equal(known[name].sel(k_0_end=end).values, known["mse"].values)
+    one = runs.sel(experiment="E01")
+    kept = one["trace_t"].notnull().values
+    assert one.sizes["sample"] == TRACED_SAMPLES and kept.sum() == 1000 // 50 + 1
+    assert one["trace_t"].values[kept][-1] == pytest.approx(1.0)
+    P = one["trace_P"].values[:, kept]
+    assert (P[:, 0] == STUDY.experiments["E01"].plant.conditions.P_0).all() and np.ptp(P) > 1e4
