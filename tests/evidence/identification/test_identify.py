@@ -15,7 +15,7 @@ from rich.console import Console
 from scipy.optimize import OptimizeResult
 
 from pneumo.errors import ResultError
-from pneumo.evidence import amplitudes, mechanics, settling_stops
+from pneumo.evidence.identification import amplitudes, mechanics, settling_stops
 from pneumo.evidence.identification.identify import (
     IDENTIFICATION_LONG_NAMES,
     check_all_experiments,
