@@ -34,7 +34,7 @@ KNOWN: dict[PaperName, KnownPaper] = {
             *("published/statistics.nc", "published/replay/*.nc", "exact/statistics.nc", "exact/replay/*.nc"),
         ),
     ),
-    "2007": KnownPaper("pneumo.papers.paper_2007.companion", "2007", ("example.nc",)),
+    "2007": KnownPaper("pneumo.papers.paper_2007.paper", "2007", ("example.nc",)),
 }
 
 

@@ -22,6 +22,11 @@ def concatenated(grid: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({"mean_error": mean_error, "mse": mse, "variance": mse - mean_error**2})
 
 
+def rms_of(values: np.ndarray) -> float:
+    """Root mean square of all values."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
 def best_n(mse: xr.DataArray) -> xr.DataArray:
     """The n of the lowest mean square error, the lowest of equals (models without n); NaN if one failed."""
     return mse.fillna(np.inf).idxmin("n").where(mse.notnull().all("n"))

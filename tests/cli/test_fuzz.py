@@ -25,7 +25,7 @@ from checkout import PNEUMO, ROOT
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import pneumo.evidence.sensitivity.variants
+import pneumo.evidence.sensitivity.refinement_variants
 
 # Kernels make numba's cache folder when they are first imported, before anything is watched.
 import pneumo.fit.estimate

@@ -14,7 +14,7 @@ from pneumo.configuration.parameters import read_yaml
 from pneumo.evidence.random_cylinders.cylinder_runs import cylinder_cells
 from pneumo.evidence.seeds.seed_sets import both_chambers, read_seed_sets, seed_sets, with_seeds
 from pneumo.evidence.sensitivity.alternatives import ledger_alternatives
-from pneumo.evidence.sensitivity.toggles import toggled_tables
+from pneumo.evidence.sensitivity.toggled_assumptions import toggled_tables
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import KEPT, NO_CONFIGURATION

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from pneumo.errors import InputError
-from pneumo.evidence.fit_coverage.coverage import true_parameters
+from pneumo.evidence.fit_coverage.interval_coverage import true_parameters
 from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit import parameter_intervals as fit_intervals
 from pneumo.fit.closed.thermal_time_constant import transient

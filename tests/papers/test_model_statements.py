@@ -9,7 +9,7 @@ from paper_study import STUDY
 
 from pneumo.papers.paper_2006 import model_statements as s
 from pneumo.papers.paper_2006.printed_tables import read_table
-from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.papers.paper_2006.table_cells import best_index, ten_settling_times
 
 MODELS = [f"M{number}" for number in range(1, 11)]

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from checkout import edit
 
-from pneumo.papers.paper_2007 import measured_columns
-from pneumo.papers.paper_2007.companion import PAPER_2007
-from pneumo.papers.paper_2007.measured_columns import COLUMNS, INPUTS, Results
+from pneumo.papers.paper_2007 import results as results_2007
+from pneumo.papers.paper_2007.coefficient_trend import trend
+from pneumo.papers.paper_2007.paper import PAPER_2007
+from pneumo.papers.paper_2007.printed_tables import COLUMNS
+from pneumo.papers.paper_2007.results import INPUTS, Results
 from pneumo.papers.paper_2007.simulated_example import READINGS, TAKEN, example
-from pneumo.papers.paper_2007.trend import trend
 from pneumo.publish.figures import conductance_figures as figures
 from pneumo.publish.pages.verdict_page import verdict_page
 from pneumo.storage.files import write
@@ -95,21 +96,21 @@ def test_a_changed_time_constant_turns_its_column_red(results, red_before, tmp_p
 
 
 def test_volumes_from_the_wrong_end_turn_dead_volumes_red(results, red_before, monkeypatch):
-    steps = measured_columns.seven_steps
+    steps = results_2007.seven_steps
 
     def wrong_end(P_i, swept_i, swept_f, fit, **gas):
         found = steps(P_i, swept_i, swept_f, fit, **gas)
         return found._replace(V_d=found.V_f - swept_i)
 
-    monkeypatch.setattr(measured_columns, "seven_steps", wrong_end)
+    monkeypatch.setattr(results_2007, "seven_steps", wrong_end)
     assert {f"T4.{column}.V_d" for column in COLUMNS} <= red(results) - red_before
 
 
 @pytest.mark.slow
 def test_mean_temperatures_without_the_room_of_the_fit_turn_red(results, red_before, monkeypatch):
-    steps = measured_columns.seven_steps
+    steps = results_2007.seven_steps
     monkeypatch.setattr(
-        measured_columns, "seven_steps", lambda *given, **gas: steps(*given, **gas | {"T_amb": 293.0})
+        results_2007, "seven_steps", lambda *given, **gas: steps(*given, **gas | {"T_amb": 293.0})
     )
     assert {f"T4.{column}.T_av" for column in COLUMNS} <= red(results) - red_before
 

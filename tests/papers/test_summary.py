@@ -8,11 +8,11 @@ import pytest
 from paper_study import STUDY
 
 from pneumo.papers.paper_2006.equation_checks import largest_flow
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS, table_1_row
 from pneumo.papers.paper_2006.printed_tables import read_table
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.papers.paper_2006.run_statements import turning_points
-from pneumo.papers.paper_2006.study_results import StudyResults
 from pneumo.papers.paper_2006.summary import scores
-from pneumo.papers.paper_2006.table1 import PAPER_MODELS, table_1_row
 from pneumo.physics.valve import choked_flow
 
 

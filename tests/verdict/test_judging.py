@@ -17,7 +17,7 @@ from pneumo.errors import ResultError
 from pneumo.papers.known_papers import current_verdict
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS
 from pneumo.papers.paper_2006.paper import PAPER_2006
-from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.storage import kept_evidence
 from pneumo.storage.files import read_json, write, write_json
 from pneumo.verdict.judging import STATUSES, Judge, facts, statuses_text, verdict

@@ -41,7 +41,7 @@ rule verdict_2007:
     params:
         name="2007",
         code_now={},
-        code=code_behind("verdict.py", "pneumo.papers.paper_2007.companion"),
+        code=code_behind("verdict.py", "pneumo.papers.paper_2007.paper"),
     message:
         "Verdict on the paper of 2007, and its page"
     script:

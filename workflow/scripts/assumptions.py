@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.evidence.sensitivity.alternatives import ledger_alternatives
-from pneumo.evidence.sensitivity.toggles import toggled_tables
+from pneumo.evidence.sensitivity.toggled_assumptions import toggled_tables
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 from pneumo.verdict.assumptions import AS_TAKEN

@@ -15,7 +15,7 @@ def main(blocks: list[Path], compared: int, cells: Path, code: str) -> None:
     about = attributes(
         "Random cylinders: in which regime each refinement pays",
         "Groups and lowest errors of each run, pairs of models compared, one direct rule; to four digits",
-        "none: cylinders are drawn in pneumo.evidence.random_cylinders.draw",
+        "none: cylinders are drawn in pneumo.evidence.random_cylinders.random_plants",
         code,
     )
     runs = with_answers(xr.concat(parts, "cylinder"), compared)

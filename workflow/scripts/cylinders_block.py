@@ -21,7 +21,7 @@ def main(block: Path, numbers: list[int], threads: int, code: str) -> None:
     about = attributes(
         f"Random cylinders {numbers[0]} to {numbers[-1]}",
         "Errors of the whole grid, exact transport, and dimensionless groups of each run",
-        "none: cylinders are drawn in pneumo.evidence.random_cylinders.draw",
+        "none: cylinders are drawn in pneumo.evidence.random_cylinders.random_plants",
         code,
     )
     write(xr.concat(parts, xr.Variable("cylinder", numbers)), block, about)

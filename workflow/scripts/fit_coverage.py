@@ -4,7 +4,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.evidence.fit_coverage.coverage import coverage_tables
+from pneumo.evidence.fit_coverage.interval_coverage import coverage_tables
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, write, write_text
 

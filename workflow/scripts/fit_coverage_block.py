@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pneumo.evidence.fit_coverage.coverage import coverage
+from pneumo.evidence.fit_coverage.interval_coverage import coverage
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pneumo.evidence.sensitivity.power import power
+from pneumo.evidence.sensitivity.verdict_power import power
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read_study, write
 from pneumo.verdict.claims import read_claims

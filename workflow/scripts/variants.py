@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.evidence.sensitivity.alternatives import grid_alternatives
-from pneumo.evidence.sensitivity.variants import CUT_TO, study_variants
+from pneumo.evidence.sensitivity.refinement_variants import CUT_TO, study_variants
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 from pneumo.verdict.assumptions import AS_TAKEN

@@ -10,7 +10,14 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.evidence.random_cylinders.draw import U_MAX, Ranges, Size, log_uniform, random_plant, uniform
+from pneumo.evidence.random_cylinders.random_plants import (
+    U_MAX,
+    Ranges,
+    Size,
+    log_uniform,
+    random_plant,
+    uniform,
+)
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import equilibrium, run
 from pneumo.simulation.given_inputs import pressures_on_inputs

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.evidence.identification.deviance import deviance_interval, log_noise, widening
 from pneumo.evidence.identification.mechanics import Mapper
-from pneumo.evidence.identification.misfit import deviance_interval, log_noise, rms_of, widening
 from pneumo.evidence.sensitivity.alternatives import OTHER_TRANSPORTS
 from pneumo.papers.paper_2006.printed_tables import table7, table9
 from pneumo.physics.models import MODELS
@@ -20,6 +20,7 @@ from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import PUBLISHED, Transport, held, held_to_next, interpolated, study_transport
+from pneumo.statistics.averages import rms_of
 
 COARSE = np.geomspace(0.05, 10.0, 13)  # V
 REFINED_FACTORS = (COARSE[1] / COARSE[0]) ** (np.arange(-2, 3) / 3)  # over the best of the coarse ones

@@ -9,13 +9,13 @@ import xarray as xr
 from pneumo.configuration.experiment import Study
 from pneumo.errors import ResultError
 from pneumo.evidence.identification.amplitudes import BOTH_CYLINDERS, MSE_DISCREPANCY, identify_amplitudes
+from pneumo.evidence.identification.deviance import REGION_THRESHOLD, THRESHOLD
 from pneumo.evidence.identification.mechanics import (
     FITTED_EXPERIMENTS,
     SETTLING_DISCREPANCY,
     identify_mechanics,
     settling_cells,
 )
-from pneumo.evidence.identification.misfit import REGION_THRESHOLD, THRESHOLD
 from pneumo.evidence.identification.settling_stops import identify_stops
 from pneumo.hashing import code_hash
 from pneumo.papers.paper_2006.printed_tables import table5

@@ -14,15 +14,15 @@ from scipy.optimize import differential_evolution, minimize, minimize_scalar
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.errors import ResultError
-from pneumo.evidence.identification.misfit import (
+from pneumo.evidence.identification.deviance import (
     REGION_THRESHOLD,
     THRESHOLD,
     deviance_interval,
     log_noise,
-    rms_of,
     widening,
 )
 from pneumo.simulation.settling import QUANTITIES, SHORTEST_WINDOW, settle, thermal_time_constant
+from pneumo.statistics.averages import rms_of
 
 # E12's pressures are not understood, and below 0.5 W/K neither are the closed-loop rows.
 FITTED_EXPERIMENTS = {"D": ("E09", "E10", "E13", "E14"), "E": ("E11", "E15", "E16")}

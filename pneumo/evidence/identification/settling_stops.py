@@ -8,9 +8,9 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.identification.mechanics import Mapper
-from pneumo.evidence.identification.misfit import rms_of
 from pneumo.papers.paper_2006.printed_tables import table5
 from pneumo.simulation.settling import settle, settling_times
+from pneumo.statistics.averages import rms_of
 
 LATEST = 4.0  # of the largest printed settling time; the earliest stop is that time itself
 CANDIDATES = 1000  # stops that are tried, evenly spaced by ratio

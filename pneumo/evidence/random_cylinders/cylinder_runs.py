@@ -17,8 +17,15 @@ from pneumo.configuration.experiment import (
     Push,
     Sampling,
 )
-from pneumo.evidence.random_cylinders.dimensionless import KNOWN_GROUPS, full_speed, known_groups
-from pneumo.evidence.random_cylinders.draw import U_MAX, Ranges, Size, log_uniform, random_plant, uniform
+from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS, full_speed, known_groups
+from pneumo.evidence.random_cylinders.random_plants import (
+    U_MAX,
+    Ranges,
+    Size,
+    log_uniform,
+    random_plant,
+    uniform,
+)
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.valve import Valve
 from pneumo.simulation.full_order import record

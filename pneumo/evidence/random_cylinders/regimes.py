@@ -11,7 +11,7 @@ import xarray as xr
 from scipy import stats
 
 from pneumo.evidence.random_cylinders.cylinder_runs import LOOPS
-from pneumo.evidence.random_cylinders.dimensionless import KNOWN_GROUPS
+from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS
 from pneumo.physics.models import MODELS
 from pneumo.statistics.intervals import CONFIDENCE, student_interval
 from pneumo.statistics.model_pairs import CRITERIA, MODEL_PAIRS, REFINED_MODELS

@@ -15,7 +15,7 @@ from scipy import stats
 
 from pneumo.configuration.experiment import Study
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
-from pneumo.papers.paper_2006.study_results import PrintedTables, StudyResults
+from pneumo.papers.paper_2006.results import PrintedTables, StudyResults
 from pneumo.simulation.signals import EXACT, PUBLISHED, STUDY_TRANSPORTS
 from pneumo.statistics.averages import concatenated, statistics
 from pneumo.statistics.intervals import CONFIDENCE, student_interval

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
-from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.verdict.claims import Claims
 from pneumo.verdict.sources import Finding, MissingEvidence
 

@@ -13,11 +13,11 @@ import numpy as np
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.configuration.parameters import merged, study, validated
 from pneumo.errors import ConfigurationError
-from pneumo.evidence.sensitivity.other_runs import first_draw_skipped, largest_excursions, leaking
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.simulation.full_order import Recording, record
-from pneumo.simulation.settling import Settling
+from pneumo.simulation.excitation import reference_series
+from pneumo.simulation.full_order import STATE, Recording, record, recorded
+from pneumo.simulation.settling import QUANTITIES, Settling, settling_time
 from pneumo.simulation.signals import (
     EXACT_TRANSPORT,
     PUBLISHED,
@@ -105,6 +105,26 @@ def _elliptic(plant: Plant) -> Plant:
     gas, c = plant.gas._replace(critical_ratio=CRITICAL_RATIO, elliptic=True), plant.conditions
     P_0 = equilibrium_pressure(c.P_s, c.P_atm, gas)
     return plant._replace(gas=gas, conditions=c._replace(P_0=P_0))
+
+
+def first_draw_skipped(experiment: Experiment) -> Recording:
+    """Full-order run on the same random numbers, the first of them left out."""
+    excitation = experiment.excitation
+    series = reference_series(experiment.drive, excitation, experiment.steps + excitation.every)
+    return recorded(experiment, series[excitation.every :])
+
+
+def leaking(experiment: Experiment) -> Recording:
+    """Full-order run through a valve that leaks; the recording names the tight valve, for replays of it."""
+    plant = experiment.plant
+    valve = plant.valve._replace(leak=experiment.push.leak, net_leak=True)
+    return record(experiment._replace(plant=plant._replace(valve=valve)))._replace(plant=plant)
+
+
+def largest_excursions(settling: Settling, h: float) -> np.ndarray:
+    """Settling times of P_A, P_B, T_A, T_B, s, with delta P the largest excursion, as delta T is."""
+    free = settling.states[settling.release_step :, [STATE.index(quantity) for quantity in QUANTITIES]]
+    return np.array([settling_time(series, np.abs(series - series[-1]).max(), h) for series in free.T])
 
 
 # The recorded signals (u, x, v) that a replay's stages may have read otherwise.

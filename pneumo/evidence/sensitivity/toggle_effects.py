@@ -18,7 +18,7 @@ def _rms(values: np.ndarray) -> float:
 
 
 def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
-    """Summarise the effect of each alternative, from `pneumo.evidence.sensitivity.toggles.toggled_tables`.
+    """Effect of each alternative on Tables 5, 7, 8 and 9, from what `toggled_tables` returns.
 
     One row per alternative. For tables 5, 7 and 9:
 

@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
-from pneumo.evidence.identification.misfit import rms_of
 from pneumo.evidence.transport.error_budget import refined, sliced
 from pneumo.evidence.transport.floor_theory import (
     SHIFTS,
@@ -23,6 +22,7 @@ from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, study_transport
+from pneumo.statistics.averages import rms_of
 from pneumo.storage.layout import described, experiment_labels
 
 # At most 120 s long, so at full length.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature

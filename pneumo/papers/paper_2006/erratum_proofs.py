@@ -9,9 +9,9 @@ import numpy as np
 
 from pneumo.papers.paper_2006 import equation_checks as equations
 from pneumo.papers.paper_2006.equation_checks import GAMMA, P_0, P_ATM, P_S, SONIC, T_AMB, R
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import read_table, table7, table9
 from pneumo.papers.paper_2006.setup_checks import CARRYING
-from pneumo.papers.paper_2006.table1 import PAPER_MODELS
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Valve, chamber_flows, exact_gas, sonic_coefficient
 from pneumo.verdict.errata import Proof

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pneumo.papers.paper_2006.study_results import StudyResults
-from pneumo.papers.paper_2006.table1 import PAPER_MODELS, processes
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS, processes
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.papers.paper_2006.table_cells import number_at
 from pneumo.statistics.averages import OVERALL
 from pneumo.verdict.sources import Finding

@@ -10,7 +10,7 @@ from pneumo.papers.known_papers import KNOWN
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
-from pneumo.papers.paper_2006.study_results import PrintedTables, StudyResults
+from pneumo.papers.paper_2006.results import PrintedTables, StudyResults
 from pneumo.papers.paper_2006.summary import EXPERIMENTS, highlights
 from pneumo.simulation.signals import STUDY_TRANSPORTS
 from pneumo.storage.files import read

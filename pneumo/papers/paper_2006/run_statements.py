@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
-from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.statistics.averages import OVERALL
 from pneumo.verdict.published import read_cells
 from pneumo.verdict.sources import Finding, MissingEvidence

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS, processes
 from pneumo.papers.paper_2006.printed_tables import read_table, table7, table9
-from pneumo.papers.paper_2006.study_results import StudyResults
-from pneumo.papers.paper_2006.table1 import PAPER_MODELS, processes
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.verdict.sources import Finding, MissingEvidence
 
 CARRYING = [name for name, model in PAPER_MODELS.items() if model.has_n]

@@ -12,8 +12,8 @@ from typing import Any
 
 import xarray as xr
 
-from pneumo.papers.paper_2006.study_results import StudyResults
-from pneumo.papers.paper_2006.table1 import PAPER_MODELS
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.simulation.signals import STUDY_TRANSPORTS
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import evidence_file

@@ -6,9 +6,9 @@ from collections.abc import Callable
 import xarray as xr
 
 from pneumo.papers.paper_2006.equation_checks import GAMMA
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS, table_1_row
 from pneumo.papers.paper_2006.printed_tables import STATISTICS, read_table
-from pneumo.papers.paper_2006.study_results import StudyResults
-from pneumo.papers.paper_2006.table1 import PAPER_MODELS, table_1_row
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.models import lane
 from pneumo.verdict.sources import Finding, MissingEvidence

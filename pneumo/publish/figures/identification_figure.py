@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from pneumo.evidence.identification.misfit import REGION_THRESHOLD, THRESHOLD
+from pneumo.evidence.identification.deviance import REGION_THRESHOLD, THRESHOLD
 from pneumo.publish.figures.panels import fixed_ticks
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, SOURCE_BAR, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import ends_text, significant

@@ -16,19 +16,18 @@ from scipy.optimize import OptimizeResult
 
 from pneumo.errors import ResultError
 from pneumo.evidence.identification import amplitudes, mechanics, settling_stops
+from pneumo.evidence.identification.deviance import (
+    REGION_THRESHOLD,
+    THRESHOLD,
+    deviance_interval,
+    log_noise,
+    widening,
+)
 from pneumo.evidence.identification.identify import (
     IDENTIFICATION_LONG_NAMES,
     check_all_experiments,
     identify,
     save_identification,
-)
-from pneumo.evidence.identification.misfit import (
-    REGION_THRESHOLD,
-    THRESHOLD,
-    deviance_interval,
-    log_noise,
-    rms_of,
-    widening,
 )
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, table5, table9
 from pneumo.physics.models import MODELS
@@ -40,7 +39,7 @@ from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay, replay_by_reference
 from pneumo.simulation.settling import NOT_SETTLED, QUANTITIES, settle
-from pneumo.statistics.averages import statistics
+from pneumo.statistics.averages import rms_of, statistics
 from pneumo.storage.files import read
 from pneumo.verdict.claims import read_claims
 

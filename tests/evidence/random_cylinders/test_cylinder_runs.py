@@ -13,7 +13,7 @@ from workflow_scripts import script
 from pneumo.evidence.fit_coverage.synthetic_records import true_and_configured_plants
 from pneumo.evidence.random_cylinders import cylinder_runs as c
 from pneumo.evidence.random_cylinders import regimes as regime
-from pneumo.evidence.random_cylinders.dimensionless import (
+from pneumo.evidence.random_cylinders.dimensionless_groups import (
     KNOWN_GROUPS,
     full_speed,
     known_groups,

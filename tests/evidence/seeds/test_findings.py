@@ -17,7 +17,7 @@ from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
-from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.ensemble_figure import ensemble_figure
 from pneumo.publish.style import save

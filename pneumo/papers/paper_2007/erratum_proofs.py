@@ -8,8 +8,9 @@ from pathlib import Path
 from pneumo.papers.paper_2006 import equation_checks as equations
 from pneumo.papers.paper_2006 import erratum_proofs as of_2006
 from pneumo.papers.paper_2007 import simulated_example as example
-from pneumo.papers.paper_2007.cylinder_statements import sonic_factor
-from pneumo.papers.paper_2007.measured_columns import COLUMNS, FOLDER, Results
+from pneumo.papers.paper_2007.computations import sonic_factor
+from pneumo.papers.paper_2007.printed_tables import COLUMNS, PAPER_FOLDER
+from pneumo.papers.paper_2007.results import Results
 from pneumo.verdict.errata import Proof
 from pneumo.verdict.published import half_unit
 
@@ -25,7 +26,7 @@ def eq29_gamma() -> tuple[bool, str]:
 
 def room_temperature() -> tuple[bool, str]:
     """Every column implies a room temperature above 293.5 K, and no single one lies in all ranges."""
-    results = Results(Path(), FOLDER)
+    results = Results(Path(), PAPER_FOLDER)
     rooms = {column: results.allowed(column)["T_amb"] for column in COLUMNS}
     above = all(low > 293.5 for low, _ in rooms.values())
     no_single_one = max(low for low, _ in rooms.values()) > min(high for _, high in rooms.values())

@@ -7,7 +7,7 @@ import numpy as np
 from pneumo.fit.closed.thermal_time_constant import mean_pressure
 from pneumo.papers.paper_2006 import equation_checks as equations
 from pneumo.papers.paper_2007 import simulated_example as example
-from pneumo.papers.paper_2007.measured_columns import Results
+from pneumo.papers.paper_2007.results import Results
 from pneumo.verdict.sources import Computation, Finding
 
 WALL = 2e-3  # m, ASSUME: thickness of a cylinder's wall

@@ -16,11 +16,17 @@ from typer.testing import CliRunner
 from pneumo.cli.commands import app
 from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
-from pneumo.evidence.sensitivity import toggles
-from pneumo.evidence.sensitivity.alternatives import IN_WORDS, Alternative, ledger_alternatives
-from pneumo.evidence.sensitivity.other_runs import first_draw_skipped, largest_excursions, leaking
+from pneumo.evidence.sensitivity import toggled_assumptions as toggles
+from pneumo.evidence.sensitivity.alternatives import (
+    IN_WORDS,
+    Alternative,
+    first_draw_skipped,
+    largest_excursions,
+    leaking,
+    ledger_alternatives,
+)
 from pneumo.evidence.sensitivity.toggle_effects import toggle_effects
-from pneumo.evidence.sensitivity.toggles import TOGGLED_TABLES, toggled_tables
+from pneumo.evidence.sensitivity.toggled_assumptions import TOGGLED_TABLES, toggled_tables
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.physics.cylinder import motion

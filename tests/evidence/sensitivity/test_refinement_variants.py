@@ -8,7 +8,7 @@ from checkout import ROOT
 from figure_checks import saved_whole
 
 from pneumo.evidence.sensitivity import alternatives
-from pneumo.evidence.sensitivity import variants as v
+from pneumo.evidence.sensitivity import refinement_variants as v
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.figures.alternatives_figures import LEVEL_MARKS, clear_name, variants_figure

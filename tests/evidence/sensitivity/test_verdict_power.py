@@ -9,7 +9,7 @@ from invented_cells import cells_of
 from paper_study import STUDY
 
 from pneumo.configuration.parameters import read_yaml
-from pneumo.evidence.sensitivity import power as p
+from pneumo.evidence.sensitivity import verdict_power as p
 from pneumo.evidence.sensitivity.alternatives import Alternative
 from pneumo.papers.paper_2006 import summary
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER

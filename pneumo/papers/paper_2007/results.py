@@ -3,33 +3,23 @@
 import itertools
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from scipy.optimize import least_squares
 
 from pneumo.fit.closed.thermal_time_constant import mean_pressure, seven_steps
-from pneumo.papers import PAPERS
+from pneumo.papers.paper_2007.printed_tables import PrintedNumber, table1, tables_2_to_5
 from pneumo.papers.paper_2007.simulated_example import P_0, T_0, R
 from pneumo.storage.files import read
-from pneumo.verdict.published import half_unit, read_cells
 
-FOLDER = PAPERS / "2007"
-COLUMNS = tuple(f"{cylinder}{experiment}" for experiment in "12" for cylinder in "ABC")
 INPUTS = ("P_i", "S_i", "S_f", "P_f", "delta_P", "tau", "T_av")  # of Tables 2 to 4
 C_V = (717.0, 718.0)  # J/(kg K): R / (gamma - 1) and textbooks; not printed
 MET = 1e-6  # of a half unit: rounding of the search for inputs that meet a whole column
 MOST_DROPPED = 1  # cells without which a column may still follow
 CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=len(INPUTS) + 1)))
 QUANTITIES = ("m", "A_q", "V_d", "k_av", "P_av", "lambda_av", "lambda_0", "k_0", "V_f", "V_f_over_A_q")
-
-
-class Printed(NamedTuple):
-    """A printed number in SI units, and half a unit in its last digit."""
-
-    value: float
-    half: float
 
 
 class Results:
@@ -44,19 +34,14 @@ class Results:
         return read(self.folder / "example.nc")
 
     @cached_property
-    def printed(self) -> dict[tuple[str, str], Printed]:
+    def printed(self) -> dict[tuple[str, str], PrintedNumber]:
         """Numbers of Tables 2 to 5 by column and quantity."""
-        cells = [cell for table in range(2, 6) for cell in read_cells(f"table{table}", self.paper)]
-        scaled = [(cell, float(cell["scale"])) for cell in cells]
-        return {
-            (c["row"], c["column"]): Printed(float(c["printed"]) * scale, half_unit(c["printed"]) * scale)
-            for c, scale in scaled
-        }
+        return tables_2_to_5(self.paper)
 
     @cached_property
     def table_1(self) -> dict[tuple[str, str], str]:
         """Table 1 by cylinder and quantity, as printed."""
-        return {(cell["row"], cell["column"]): cell["printed"] for cell in read_cells("table1", self.paper)}
+        return table1(self.paper)
 
     def step(self, name: str) -> float:
         """One number of the simulated example in the reading that is taken."""

@@ -7,7 +7,8 @@ import xarray as xr
 
 from pneumo.catalogue import coefficient_times_length
 from pneumo.papers.paper_2006 import printed_tables as of_2006
-from pneumo.papers.paper_2007.measured_columns import COLUMNS, FOLDER, Results
+from pneumo.papers.paper_2007.printed_tables import COLUMNS, PAPER_FOLDER
+from pneumo.papers.paper_2007.results import Results
 from pneumo.papers.paper_2007.simulated_example import P_0, T_0
 from pneumo.physics.cylinder import wetted_area
 from pneumo.verdict.published import read_cells
@@ -60,7 +61,7 @@ def quoted_coefficient() -> dict[str, float]:
     It is brought to P_0 and T_0 by the law of the root. W/(m^2 K); `length` is V / A_q with the piston at the
     end, m.
     """
-    det = {c["column"]: float(c["printed"]) * float(c["scale"]) for c in read_cells("quoted", FOLDER)}
+    det = {c["column"]: float(c["printed"]) * float(c["scale"]) for c in read_cells("quoted", PAPER_FOLDER)}
     length = _length(det["bore"], det["stroke"])
     at_rest = det["lambda_av"] * (P_0 * T_0 / (det["P"] * det["T"])) ** 0.5
     product, factor = coefficient_times_length()

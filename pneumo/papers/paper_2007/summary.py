@@ -1,29 +1,16 @@
-"""The paper of 2007: what `pneumo.verdict.judging` needs of it."""
+"""Head of the verdict: the readings of the simulated example, and the room temperatures of the tables."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pneumo.papers.known_papers import KNOWN
-from pneumo.papers.paper_2007.cylinder_statements import COMPUTATIONS
-from pneumo.papers.paper_2007.measured_columns import COLUMNS, FOLDER, Results
-from pneumo.papers.paper_2007.misprints import PROOFS
+from pneumo.papers.paper_2007.coefficient_trend import quoted_coefficient
+from pneumo.papers.paper_2007.printed_tables import COLUMNS
+from pneumo.papers.paper_2007.results import Results
 from pneumo.papers.paper_2007.simulated_example import AREAS, LAMBDA_0, STEPS, TAKEN, WALL_AREA
-from pneumo.papers.paper_2007.trend import quoted_coefficient
-from pneumo.verdict.judging import Item, Paper, Sources, six_digits
+from pneumo.verdict.judging import Item, Sources, six_digits
 from pneumo.verdict.published import half_unit
-
-
-def sources(results: Path, folder: Path) -> dict[str, Results]:
-    """The simulated example and the printed tables, as one source."""
-    return {"results": Results(results, folder)}
-
-
-def about(_: Sources) -> dict[str, Any]:
-    """Nothing is cut and nothing can fail."""
-    return {"study": "paper", "failures": {}, "settling_failures": {}}
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
@@ -59,16 +46,3 @@ def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
         "rooms": rooms,
         "quoted": quoted_coefficient(),
     }
-
-
-PAPER_2007 = Paper(
-    FOLDER,
-    COMPUTATIONS,
-    PROOFS,
-    sources,
-    about,
-    highlights,
-    module=__name__,
-    reads=KNOWN["2007"].reads,
-    command="pneumo paper explain --paper 2007",
-)

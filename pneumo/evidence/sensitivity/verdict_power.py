@@ -16,7 +16,7 @@ from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_b
 from pneumo.evidence.seeds.seed_sets import seed_sets
 from pneumo.evidence.sensitivity.alternatives import Alternative, reconfigured, with_plants
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
-from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.simulation.full_order import record
 from pneumo.simulation.settling import settle
 from pneumo.simulation.signals import PUBLISHED, interpolated

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from checkout import ROOT, between
 
-from pneumo.evidence.fit_coverage.coverage import (
+from pneumo.evidence.fit_coverage.interval_coverage import (
     FITTED_MODELS,
     JUDGED_PARAMETERS,
     coverage_tables,

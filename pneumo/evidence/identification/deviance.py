@@ -20,11 +20,6 @@ def log_noise(printed: np.ndarray, half_unit: np.ndarray, discrepancy: float) ->
     return np.hypot(half_unit / np.sqrt(3) / np.abs(printed), discrepancy)
 
 
-def rms_of(values: np.ndarray) -> float:
-    """Root mean square, such as of logarithms of ratios."""
-    return float(np.sqrt(np.mean(np.square(values))))
-
-
 def widening(lowest: float, count: int, parameters: int) -> float:
     """Factor by which deviances are divided: the lowest one per degree of freedom, at least 1.
 

@@ -13,11 +13,11 @@ import xarray as xr
 from scipy.stats import binomtest
 
 from pneumo.evidence.fit_coverage.synthetic_records import SyntheticRecord, synthetic_record
-from pneumo.evidence.identification.misfit import rms_of
 from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fitted_parameters import FULL
 from pneumo.fit.stage_signals import FEW_PAIRS, stage_signals, with_added_noise
 from pneumo.physics.models import MODELS
+from pneumo.statistics.averages import rms_of
 
 FIRST_SEED = 10_000  # seed of the first case; the method was developed on lower ones
 FITTED_MODELS = ("M7", "M8", "M9", "M10")  # have k_0 and n both

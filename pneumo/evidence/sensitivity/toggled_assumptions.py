@@ -11,7 +11,7 @@ from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.evidence.sensitivity.alternatives import Alternative, equal_runs
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
-from pneumo.papers.paper_2006.study_results import StudyResults
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.simulation.full_order import RAN
 from pneumo.simulation.settling import QUANTITIES, Settling, settle
 from pneumo.statistics.averages import concatenated, statistics

@@ -1,0 +1,35 @@
+"""The paper of 2007: what `pneumo.verdict.judging` needs of it."""
+
+from pathlib import Path
+from typing import Any
+
+from pneumo.papers.known_papers import KNOWN
+from pneumo.papers.paper_2007.computations import COMPUTATIONS
+from pneumo.papers.paper_2007.erratum_proofs import PROOFS
+from pneumo.papers.paper_2007.printed_tables import PAPER_FOLDER
+from pneumo.papers.paper_2007.results import Results
+from pneumo.papers.paper_2007.summary import highlights
+from pneumo.verdict.judging import Paper, Sources
+
+
+def sources(results: Path, folder: Path) -> dict[str, Results]:
+    """The simulated example and the printed tables, as one source."""
+    return {"results": Results(results, folder)}
+
+
+def about(_: Sources) -> dict[str, Any]:
+    """Nothing is cut and nothing can fail."""
+    return {"study": "paper", "failures": {}, "settling_failures": {}}
+
+
+PAPER_2007 = Paper(
+    PAPER_FOLDER,
+    COMPUTATIONS,
+    PROOFS,
+    sources,
+    about,
+    highlights,
+    module=__name__,
+    reads=KNOWN["2007"].reads,
+    command="pneumo paper explain --paper 2007",
+)
