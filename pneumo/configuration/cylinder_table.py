@@ -10,7 +10,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pneumo.configuration.parquet_file import parquet_rows
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import dotted, resolved
 from pneumo.configuration.text_file import csv_rows, read_text
@@ -110,10 +109,8 @@ def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
         With one line that names the file, and row and column where one is wrong.
     """
     where, named = printable(str(file), 300), f"{named_in}: cylinders = {shown(value)}"
-    if file.suffix.lower() == ".parquet":
-        rows = parquet_rows(file, LARGEST_TABLE, named)
-    else:
-        rows = _csv_rows(where, read_text(file, LARGEST_TABLE, named))
+    parquet = file.suffix.lower() == ".parquet"
+    rows = _parquet_rows(file, named) if parquet else _csv_rows(where, read_text(file, LARGEST_TABLE, named))
     head = [cell.strip() for cell in next(rows, [])]
     _check_head(where, head)
     table = CylinderTable(where, {}, {}, {})
@@ -133,6 +130,38 @@ def _csv_rows(where: str, text: str) -> Iterator[list[str]]:
         raise ConfigurationError(f"{where}: line {reader.line_num}: {printable(str(error))}") from None
 
 
+def _parquet_rows(file: Path, named: str) -> Iterator[list[str]]:
+    """Yield the names of the columns, then every row, each value as text; a null is empty."""
+    try:
+        from pyarrow import ArrowException, string
+        from pyarrow.parquet import ParquetFile
+    except ImportError:
+        raise ConfigurationError(f"{named}: a Parquet file needs pyarrow; pip install pyarrow") from None
+    too_large = ConfigurationError(f"{named}: must have at most {LARGEST_TABLE} bytes as text")
+    try:
+        with file.open("rb") as stream, ParquetFile(stream) as table:
+            about = table.metadata
+            yield table.schema_arrow.names
+            if (
+                about.num_rows * about.num_columns > LARGEST_TABLE
+            ):  # a cell and its separator: one byte or more
+                raise too_large
+            # No cell is larger than all values uncompressed: so many rows fit into memory.
+            largest_cell = 1 + sum(about.row_group(i).total_byte_size for i in range(about.num_row_groups))
+            size = 0
+            for batch in table.iter_batches(min(1000, 1 + LARGEST_TABLE // largest_cell)):
+                columns = [column.cast(string()).to_pylist() for column in batch.columns]
+                rows = [[cell or "" for cell in row] for row in zip(*columns, strict=True)]
+                size += sum(len(cell) + 1 for row in rows for cell in row)
+                if size > LARGEST_TABLE:
+                    raise too_large
+                yield from rows
+    except ConfigurationError:
+        raise
+    except (OSError, ValueError, ArrowException) as error:
+        raise ConfigurationError(f"{named}: cannot be read: {printable(str(error), 300)}") from None
+
+
 def _check_head(where: str, head: Sequence[str]) -> None:
     for column in head:
         if column not in COLUMNS:
@@ -140,9 +169,9 @@ def _check_head(where: str, head: Sequence[str]) -> None:
             problem = f"unknown; columns are keys of config/README.md: {known}"
             raise ConfigurationError(f"{where}: row 1, column {shown(column)}: {problem}")
         if head.count(column) > 1:
-            raise ConfigurationError(f"{where}: row 1, column {column}: there twice")
+            raise ConfigurationError(f"{where}: row 1, column {column}: appears twice")
     if "name" not in head:
-        raise ConfigurationError(f"{where}: row 1: no column name, which names the cylinders")
+        raise ConfigurationError(f"{where}: row 1: no column name with the names of the cylinders")
 
 
 def _value(text: str) -> int | float | str:
@@ -157,11 +186,13 @@ def _add_row(table: CylinderTable, head: Sequence[str], number: int, cells: Sequ
     """Put one row into a table."""
     place = f"{table.file}: row {number}"
     if any(cells[len(head) :]):
-        raise ConfigurationError(f"{place}: has {len(cells)} cells, and there are {len(head)} columns")
+        raise ConfigurationError(f"{place}: has {len(cells)} cells for {len(head)} columns")
     filled = {column: cell for column, cell in zip(head, cells, strict=False) if cell}
     name = filled.pop("name", "")
     if name in table.rows:
-        raise ConfigurationError(f"{place}, column name = {shown(name)}: is row {table.rows[name]} already")
+        raise ConfigurationError(
+            f"{place}, column name = {shown(name)}: already the name of row {table.rows[name]}"
+        )
     section: dict[str, Any] = {}
     for column, cell in filled.items():
         *parents, key = column.split(".")

@@ -1,4 +1,4 @@
-"""One run in a folder at a time, and none beside jobs that a killed run has left behind."""
+"""One run in a folder at a time; a new run waits for jobs of a killed one."""
 
 import errno
 import fcntl
@@ -32,13 +32,13 @@ def take_run_lock() -> None:
         lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a number: nothing closes it before the end
         JOBS_LOCK.open("a").close()
     except OSError as error:
-        why = "cannot be written; is it mounted read-only, or another user's? Each user needs an own checkout"
+        why = "cannot be written; each user needs a checkout of their own, on a writable disk"
         print(f"pneumo: {error.filename}: {why}", file=sys.stderr)
         sys.exit(2)
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        print("pneumo: another run is at work in this folder; wait for it or stop it", file=sys.stderr)
+        print("pneumo: another run is active in this folder; wait for it or stop it", file=sys.stderr)
         sys.exit(2)
     os.environ[RUN] = uuid4().hex
     os.ftruncate(lock, 0)
@@ -49,7 +49,7 @@ def take_run_lock() -> None:
         except BlockingIOError:
             print("pneumo: waiting for a job of a killed run to end", file=sys.stderr)
             fcntl.flock(jobs, fcntl.LOCK_EX)
-    date_back()
+    _warn_about_future_files()
 
 
 @contextmanager
@@ -62,14 +62,13 @@ def job_lock() -> Generator[None]:
         yield
 
 
-def date_back() -> None:
-    """Date files from the future to now, in their order.
+def _warn_about_future_files() -> None:
+    """Print one line if files are dated in the future, after the clock was set back.
 
-    After the clock has jumped back, Snakemake would refuse every output that is older than its input.
+    Snakemake refuses an output that is older than its input.
     """
-    now = time.time_ns()
     files = [file for folder in DATED for file in Path(folder).rglob("*") if file.is_file()]
-    future = {file: date for file in files if (date := file.stat().st_mtime_ns) > now}
-    for age, date in enumerate(sorted(set(future.values()), reverse=True)):
-        for file in (file for file in future if future[file] == date):
-            os.utime(file, ns=(now - age * 1000, now - age * 1000))
+    newest = max(files, key=lambda file: file.stat().st_mtime, default=None)
+    if newest and newest.stat().st_mtime > time.time() + 1:
+        remedy = "correct the clock, or `touch` the file, else Snakemake refuses what is made from it"
+        print(f"pneumo: {newest}: modified in the future; {remedy}", file=sys.stderr)
