@@ -19,7 +19,8 @@ from pneumo.errors import InputError, ResultError
 from pneumo.physics.models import MODELS
 from pneumo.selection.cylinder_ranking import one_run, rankings, run_study
 from pneumo.statistics.intervals import Interval
-from pneumo.statistics.ranking import REFINEMENT_STEPS, Ranking
+from pneumo.statistics.model_pairs import REFINEMENT_STEPS
+from pneumo.statistics.ranking import Ranking
 from pneumo.storage.files import read
 from pneumo.storage.layout import described
 
@@ -89,7 +90,7 @@ def ranking_dataset(ranking: Ranking) -> xr.Dataset:
     }
     for name in ("place", "geometric_place", "wins", "failed"):
         variables[name] = ("model", np.array([getattr(row, name) if row else 0 for row in rows], np.int32))
-    steps = [f"{without} to {refined}" for _, without, refined in REFINEMENT_STEPS]
+    steps = [f"{without} to {refined}" for refined, without, _ in REFINEMENT_STEPS]
     return xr.Dataset(variables, {"model": list(MODELS), "refinement": steps})
 
 

@@ -1,15 +1,16 @@
-"""Student's intervals of independent samples and of ratios of paired samples."""
+"""Confidence intervals: Student's, of geometric means and ratios, of fractions, and by the bootstrap."""
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit  # `scipy.stats` takes half a second to import
 
 CONFIDENCE = 0.95
+RESAMPLES, FEWEST = 2000, 10  # of the bootstrap; samples for an interval
 
 
 class Interval(NamedTuple):
-    """An estimate with the ends of its interval; an end that nothing limits is NaN."""
+    """An estimate with the ends of its interval; an end without a limit is NaN."""
 
     value: float
     low: float
@@ -24,16 +25,61 @@ class Interval(NamedTuple):
         """Return the same in another unit."""
         return Interval(*(factor * value for value in self))
 
+    def exponential(self) -> "Interval":
+        """Return the interval of the geometric mean, from that of a mean of logarithms."""
+        return Interval(*(float(np.exp(value)) for value in self))
+
+
+UNKNOWN = Interval(np.nan, np.nan, np.nan)
+
+
+def student_quantile(degrees: int) -> float:
+    """Half the width of Student's interval over the standard error, by degrees of freedom."""
+    return float(stdtrit(degrees, (1 + CONFIDENCE) / 2))
+
 
 def student_interval(samples: np.ndarray) -> Interval:
     """Mean of independent samples with its interval by Student's t."""
     mean, count = float(np.mean(samples)), len(samples)
     if count < 2:
         return Interval(mean, np.nan, np.nan)
-    half = float(stdtrit(count - 1, (1 + CONFIDENCE) / 2) * np.std(samples, ddof=1) / count**0.5)
+    half = float(student_quantile(count - 1) * np.std(samples, ddof=1) / count**0.5)
     return Interval(mean, mean - half, mean + half)
 
 
 def paired_ratio(upper: np.ndarray, lower: np.ndarray) -> Interval:
     """Geometric mean of the ratio of paired samples with its interval."""
-    return Interval(*(float(np.exp(value)) for value in student_interval(np.log(upper / lower))))
+    return student_interval(np.log(upper / lower)).exponential()
+
+
+def fraction_interval(count: int, total: int, method: Literal["exact", "wilson"] = "exact") -> Interval:
+    """Fraction of a number of trials with its interval, exact (Clopper-Pearson) or Wilson's."""
+    from scipy.stats import binomtest
+
+    if not total:
+        return UNKNOWN
+    ends = binomtest(count, total).proportion_ci(CONFIDENCE, method=method)
+    return Interval(count / total, float(ends.low), float(ends.high))
+
+
+def quotient_interval(sums: np.ndarray, counts: np.ndarray) -> Interval:
+    """Sum over sum, one term each per independent sample, with its bootstrap interval (percentiles).
+
+    Samples with a count of zero do not count; fewer than `FEWEST` that do have no interval: NaN.
+    """
+    from scipy.stats import bootstrap
+
+    value = float(sums.sum() / counts.sum()) if counts.any() else np.nan
+    if np.count_nonzero(counts) < FEWEST:  # a resample might hold none of them
+        return Interval(value, np.nan, np.nan)
+    ends = bootstrap(
+        (sums, counts),
+        lambda s, c, axis: s.sum(axis) / c.sum(axis),
+        paired=True,
+        vectorized=True,
+        n_resamples=RESAMPLES,
+        confidence_level=CONFIDENCE,
+        method="percentile",
+        rng=np.random.default_rng(0),
+    ).confidence_interval
+    return Interval(value, float(ends.low), float(ends.high))

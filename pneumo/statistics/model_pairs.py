@@ -1,12 +1,11 @@
-"""Models that are compared in pairs, a refinement over the model without it, and criteria to compare by."""
+"""Pairs of models that are compared, and the criteria to compare by."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import xarray as xr
 
 REFINED_MODELS = ("M5", "M6", "M7", "M8", "M9", "M10")  # with the temperature law of eq (6)
-MODEL_PAIRS = {name: tuple(name.split("/")) for name in ("M6/M5", "M8/M7", "M10/M8", "M6/M7")}
-REFINEMENT_PAIRS = ("M6/M5", "M8/M7", "M10/M8")  # the first is the second, refined
 CRITERIA = {
     "mean": "mean square error, averaged over experiments",
     "geometric": "geometric mean over experiments of the mean square error",
@@ -14,10 +13,39 @@ CRITERIA = {
 }
 
 
+class ModelPair(NamedTuple):
+    """Two models, of which the first is mostly the second with a refinement."""
+
+    model: str
+    other: str
+    refinement: str  # what the first has and the second lacks
+
+    @property
+    def name(self) -> str:
+        """Name of the ratio of their errors, such as M8/M7."""
+        return f"{self.model}/{self.other}"
+
+
+REFINEMENT_STEPS = (  # each adds one thing
+    ModelPair("M5", "M2", "temperature law, eq (6)"),
+    ModelPair("M6", "M5", "mixing, without wall heat"),
+    ModelPair("M8", "M7", "mixing, with wall heat"),
+    ModelPair("M7", "M5", "wall heat, without mixing"),
+    ModelPair("M8", "M6", "wall heat, with mixing"),
+    ModelPair("M9", "M8", "wall area A_q(x)"),
+    ModelPair("M10", "M9", "conductance with the root of PT"),
+)
+_SUMMARY_PAIRS = (
+    *REFINEMENT_STEPS[1:3],
+    ModelPair("M10", "M8", "wall area and conductance"),
+    ModelPair("M6", "M7", "mixing in place of wall heat"),
+)
+MODEL_PAIRS = {pair.name: pair for pair in _SUMMARY_PAIRS}
+REFINEMENT_PAIRS = tuple(MODEL_PAIRS)[:3]  # the first is the second, refined
+
+
 def pair_ratios(score: xr.DataArray, pairs: Sequence[str], dimension: str) -> xr.DataArray:
     """Ratios of the models' scores along a new dimension of pairs, keys of `MODEL_PAIRS`."""
-    ratios: list[xr.DataArray] = []
-    for name in pairs:
-        one, other = MODEL_PAIRS[name]
-        ratios.append(score.sel(model=one, drop=True) / score.sel(model=other, drop=True))
+    chosen = [MODEL_PAIRS[name] for name in pairs]
+    ratios = [score.sel(model=p.model, drop=True) / score.sel(model=p.other, drop=True) for p in chosen]
     return xr.concat(ratios, xr.Variable(dimension, list(pairs)))

@@ -14,17 +14,8 @@ import xarray as xr
 from pneumo.physics.models import MODELS, Model
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.intervals import Interval, paired_ratio, student_interval
+from pneumo.statistics.model_pairs import REFINEMENT_STEPS
 from pneumo.statistics.robust_choice import UnknownConductance, robust_choice
-
-REFINEMENT_STEPS = (  # what is added, model without it, model with it
-    ("temperature law, eq (6)", "M2", "M5"),
-    ("mixing, without wall heat", "M5", "M6"),
-    ("mixing, with wall heat", "M7", "M8"),
-    ("wall heat, without mixing", "M5", "M7"),
-    ("wall heat, with mixing", "M6", "M8"),
-    ("wall area A_q(x)", "M8", "M9"),
-    ("conductance with the root of PT", "M9", "M10"),
-)
 
 
 class RankedModel(NamedTuple):
@@ -94,7 +85,7 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
     by_run = {name: value.mean("experiment", skipna=False).values for name, value in at_best.items()}
     rows = _rows(cells, cell_n, at_best, by_run)
     gains: list[Gain] = []
-    for refinement, without, refined in REFINEMENT_STEPS:
+    for refined, without, refinement in REFINEMENT_STEPS:
         ratio = paired_ratio(by_run[refined], by_run[without])
         percent = Interval(*(100 * (1 - value) for value in (ratio.value, ratio.high, ratio.low)))
         gains.append(Gain(refinement, without, refined, percent))

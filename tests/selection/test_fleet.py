@@ -11,7 +11,7 @@ from pneumo.errors import InputError, ResultError
 from pneumo.selection.cylinder_ranking import rankings, run_study, selected
 from pneumo.selection.cylinder_template import write_table_template
 from pneumo.selection.fleet import CELLS, fleet_index, run_block, stored_cylinder, studies_of, together
-from pneumo.statistics.ranking import REFINEMENT_STEPS
+from pneumo.statistics.model_pairs import REFINEMENT_STEPS
 from pneumo.storage.files import read, write
 
 pytestmark = pytest.mark.xdist_group("own study")  # the same kernels, compiled once

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pandas as pd
 import xarray as xr
-from scipy.stats import binomtest
 
 from pneumo.evidence.fit_coverage.synthetic_records import SyntheticRecord, synthetic_record
 from pneumo.fit.estimate import estimate, split_of
@@ -18,6 +17,7 @@ from pneumo.fit.fitted_parameters import FULL
 from pneumo.fit.stage_signals import FEW_PAIRS, stage_signals, with_added_noise
 from pneumo.physics.models import MODELS
 from pneumo.statistics.averages import rms_of
+from pneumo.statistics.intervals import fraction_interval
 
 FIRST_SEED = 10_000  # seed of the first case; the method was developed on lower ones
 FITTED_MODELS = ("M7", "M8", "M9", "M10")  # have k_0 and n both
@@ -124,7 +124,7 @@ def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
     `closed_held` of the `closed` intervals with two ends.
     """
     count, counts = cases.sizes["case"], _held(cases["low"], cases["high"], cases["truth"])
-    ends = [binomtest(int(number), count).proportion_ci() for number in counts["held"]]
+    ends = [fraction_interval(int(number), count) for number in counts["held"]]
     table = {"cases": count, "low": [e.low for e in ends], "high": [e.high for e in ends], **counts}
     return pd.DataFrame(table, index=cases["parameter"].values)
 

@@ -7,7 +7,8 @@ one model is taken, else another.
 import numpy as np
 import xarray as xr
 
-from pneumo.evidence.random_cylinders.regimes import INTERVAL, quotient_interval
+from pneumo.evidence.random_cylinders.regimes import INTERVAL
+from pneumo.statistics.intervals import quotient_interval
 from pneumo.statistics.model_pairs import REFINED_MODELS
 
 GROUP = "thermal"

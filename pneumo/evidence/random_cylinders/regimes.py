@@ -13,7 +13,7 @@ from scipy import stats
 from pneumo.evidence.random_cylinders.cylinder_runs import LOOPS
 from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS
 from pneumo.physics.models import MODELS
-from pneumo.statistics.intervals import CONFIDENCE, student_interval
+from pneumo.statistics.intervals import FEWEST, fraction_interval, quotient_interval, student_interval
 from pneumo.statistics.model_pairs import CRITERIA, MODEL_PAIRS, REFINED_MODELS
 from pneumo.statistics.ranking import cost
 from pneumo.statistics.recommendation import MATERIAL
@@ -29,7 +29,6 @@ MAP_RATIOS = {  # model above, models below
     "M10/M8": ("M10", ("M8",)),
     "M6/best": ("M6", REFINED_MODELS),
 }
-RESAMPLES, FEWEST = 2000, 10  # of the bootstrap; cylinders for an interval
 
 
 def with_answers(cells: xr.Dataset, compared: int) -> xr.Dataset:
@@ -54,34 +53,6 @@ def with_answers(cells: xr.Dataset, compared: int) -> xr.Dataset:
     return runs
 
 
-def quotient_interval(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float, float]:
-    """Sum over sum, one term each per cylinder, with its interval by the bootstrap over cylinders.
-
-    Fewer than `FEWEST` cylinders that count have no interval: NaN.
-    """
-    if np.count_nonzero(counts) < FEWEST:  # a resample might hold none of them
-        return (float(sums.sum() / counts.sum()) if counts.any() else np.nan), np.nan, np.nan
-    ends = stats.bootstrap(
-        (sums, counts),
-        lambda s, c, axis: s.sum(axis) / c.sum(axis),
-        paired=True,
-        vectorized=True,
-        n_resamples=RESAMPLES,
-        confidence_level=CONFIDENCE,
-        method="percentile",
-        rng=np.random.default_rng(0),
-    ).confidence_interval
-    return float(sums.sum() / counts.sum()), float(ends.low), float(ends.high)
-
-
-def share_interval(right: int, of: int) -> tuple[float, float, float]:
-    """Share of cylinders with Wilson's interval; NaN where there is none."""
-    if not of:
-        return np.nan, np.nan, np.nan
-    ends = stats.binomtest(right, of).proportion_ci(CONFIDENCE, method="wilson")
-    return right / of, float(ends.low), float(ends.high)
-
-
 def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
     """Compare models in pairs over cylinders, those held out left out.
 
@@ -102,15 +73,15 @@ def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
         ran = np.isfinite(m6)
         ranks = np.where(ran[..., None], stats.rankdata(np.nan_to_num(mse, nan=np.inf), axis=2), np.nan)
         best = np.min(mse[..., np.isin(names, REFINED_MODELS)], axis=2)
-        for j, (one, other) in enumerate(MODEL_PAIRS.values()):
-            a, b = (int(np.flatnonzero(names == name)[0]) for name in (one, other))
+        for j, pair in enumerate(MODEL_PAIRS.values()):
+            a, b = (int(np.flatnonzero(names == name)[0]) for name in (pair.model, pair.other))
             logs = np.nansum(np.log(mse[..., a] / mse[..., b]), axis=1)
             for k, score in ((0, mse), (2, ranks)):
                 ratio[i, j, k] = quotient_interval(*(np.nansum(score[..., m], axis=1) for m in (a, b)))
             ratio[i, j, 1] = np.exp(quotient_interval(logs, ran.sum(axis=1)))
-            share[i, j] = share_interval(int((logs < 0).sum()), len(mse))
+            share[i, j] = fraction_interval(int((logs < 0).sum()), len(mse), "wilson")
         enough = (m6 <= (1 + MATERIAL) * best) | ~ran
-        share[i, -1] = share_interval(int(enough.all(axis=1).sum()), len(mse))
+        share[i, -1] = fraction_interval(int(enough.all(axis=1).sum()), len(mse), "wilson")
     of_ratio = {"units": "1", "long_name": "ratio of the models' scores, with its 95 per cent interval"}
     of_share = {"units": "1", "long_name": "share of cylinders for which it holds, with its interval"}
     variables = {
@@ -139,8 +110,8 @@ def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
         edges[i] = np.quantile(values[counts], [0, 1 / 3, 2 / 3, 1])
         for third in range(3):
             inside = counts & (values >= edges[i, third]) & (values <= edges[i, third + 1])
-            for j, (one, other) in enumerate(MODEL_PAIRS.values()):
-                quotient = runs["lowest"].sel(model=one) / runs["lowest"].sel(model=other)
+            for j, pair in enumerate(MODEL_PAIRS.values()):
+                quotient = runs["lowest"].sel(model=pair.model) / runs["lowest"].sel(model=pair.other)
                 logs = np.log(quotient.transpose("cylinder", "loop").values)
                 sums = np.where(inside, logs, 0.0).sum(axis=1)
                 ratio[i, third, j] = np.exp(quotient_interval(sums, inside.sum(axis=1)))

@@ -13,7 +13,7 @@ from scipy import stats
 
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.statistics.averages import OVERALL, along_levels, concatenated, statistics
-from pneumo.statistics.intervals import CONFIDENCE
+from pneumo.statistics.intervals import CONFIDENCE, student_quantile
 from pneumo.statistics.model_pairs import CRITERIA, MODEL_PAIRS, pair_ratios
 
 ENSEMBLE_LONG_NAMES = {
@@ -41,7 +41,7 @@ def spread_over_seeds(values: xr.DataArray) -> xr.DataArray:
     """Mean, standard deviation and Student's interval of the mean over seed sets, along `spread`."""
     count = values.sizes["seeds"]
     mean, std = values.mean("seeds", skipna=False), values.std("seeds", ddof=1, skipna=False)
-    half = stats.t.ppf((1 + CONFIDENCE) / 2, count - 1) * std / np.sqrt(count)
+    half = student_quantile(count - 1) * std / np.sqrt(count)
     return xr.concat([mean, std, mean - half, mean + half], xr.Variable("spread", list(SPREAD_PARTS)))
 
 
@@ -123,7 +123,7 @@ def ratio_intervals(score: xr.DataArray) -> xr.Dataset:
     logs = _log(pair_ratios(score, list(MODEL_PAIRS), "ratio"))
     count, spread = logs.sizes["seeds"], spread_over_seeds(logs)
     mean, std, low, high = (spread.sel(spread=part, drop=True) for part in SPREAD_PARTS)
-    alone = std * stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)
+    alone = std * student_quantile(count - 1)
     reach = alone * (1 + 1 / count) ** 0.5  # of one more seed set
     of_mean = {"value": mean, "low": low, "high": high}
     one_set = {"single_low": mean - reach, "single_high": mean + reach, "resolvable": alone}

@@ -11,14 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy import stats
 
 from pneumo.configuration.experiment import Study
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.results import PrintedTables, StudyResults
 from pneumo.simulation.signals import EXACT, PUBLISHED, STUDY_TRANSPORTS
 from pneumo.statistics.averages import concatenated, statistics
-from pneumo.statistics.intervals import CONFIDENCE, student_interval
+from pneumo.statistics.intervals import fraction_interval, student_interval
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, Claims, ToleranceClass
 from pneumo.verdict.comparison import as_printed, compare, where_true
 from pneumo.verdict.sources import MissingEvidence
@@ -81,7 +80,7 @@ def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]
     """Judge one statement on several sources, one for each seed set."""
     holds, values = zip(*(holds_in(source, claim, claims) for source in sources), strict=True)
     count, total = sum(holds), len(holds)
-    share = stats.binomtest(count, total).proportion_ci(CONFIDENCE)
+    share = fraction_interval(count, total)
     counted = count, total, share.low, share.high
     if not np.isfinite(values).all():
         return StatementOverSets(None, None, None, *counted, _stands((share.low, share.high), (0.5, 1.0)))

@@ -15,6 +15,7 @@ import xarray as xr
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.simulation.signals import STUDY_TRANSPORTS
+from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINEMENT_PAIRS
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import evidence_file
 from pneumo.verdict.claims import BASES
@@ -23,7 +24,6 @@ from pneumo.verdict.judging import Item, Sources, six_digits
 EXPERIMENTS = [f"E{number:02d}" for number in range(1, 17)]
 LEVELS = ("adiabatic", "typical", "isothermal")
 ORIGINS = ("printed", *STUDY_TRANSPORTS)
-QUOTIENTS = (("M6", "M5"), ("M8", "M7"), ("M10", "M8"))
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
@@ -101,7 +101,10 @@ def transport(sources: Sources) -> list[dict[str, Any]]:
         mse = sources[name].statistics["mse"].sel(level=level)
         values = {model: float(mse.sel(model=model)) for model in list(PAPER_MODELS)[4:]}
         rounded = {model: six_digits(value) for model, value in values.items()}
-        quotients = {f"{a}/{b}": six_digits(values[a] / values[b]) for a, b in QUOTIENTS}
+        quotients = {
+            pair: six_digits(values[MODEL_PAIRS[pair].model] / values[MODEL_PAIRS[pair].other])
+            for pair in REFINEMENT_PAIRS
+        }
         rows.append({"level": level, "source": name, "mse": rounded, "quotients": quotients})
     return rows
 

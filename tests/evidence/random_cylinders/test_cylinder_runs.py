@@ -20,11 +20,11 @@ from pneumo.evidence.random_cylinders.dimensionless_groups import (
     reversal_time,
 )
 from pneumo.evidence.random_cylinders.direct_rule import direct_rule
-from pneumo.evidence.random_cylinders.regimes import quotient_interval, share_interval
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.regimes_figure import regime_map
 from pneumo.selection.cylinder_ranking import one_run
 from pneumo.simulation.full_order import equilibrium, failure, record
+from pneumo.statistics.intervals import fraction_interval, quotient_interval
 from pneumo.statistics.model_pairs import REFINED_MODELS
 from pneumo.storage.files import damaged, read
 
@@ -273,7 +273,7 @@ def test_ratios_and_shares_by_hand():
     assert m10.sel(bound="low") < 0.9 and m10.sel(bound="high") > 1.1
     share = found["share"].sel(loop_of="closed")
     assert share.sel(statement="M8/M7 < 1", bound="value") == 1
-    assert share.sel(statement="M10/M8 < 1").values == pytest.approx(share_interval(10, 20))
+    assert share.sel(statement="M10/M8 < 1").values == pytest.approx(fraction_interval(10, 20, "wilson"))
     assert (found["cylinders"] == 20).all()
     lowest = np.full((10, 2, 10), 2.0)
     lowest[..., M["M9"]] = 1.0
@@ -319,8 +319,8 @@ def test_intervals_are_wilsons_and_those_of_the_standard_error():
     z, p, n = 1.959963985, 0.3, 40
     centre, half = p + z**2 / 2 / n, z * (p * (1 - p) / n + z**2 / 4 / n**2) ** 0.5
     expected = (p, (centre - half) / (1 + z**2 / n), (centre + half) / (1 + z**2 / n))
-    assert share_interval(12, 40) == pytest.approx(expected)
-    assert np.isnan(share_interval(0, 0)).all()
+    assert fraction_interval(12, 40, "wilson") == pytest.approx(expected)
+    assert np.isnan(fraction_interval(0, 0, "wilson")).all()
     values = np.random.default_rng(5).normal(1.0, 0.4, 400)
     value, low, high = quotient_interval(values, np.ones(400))
     # 1.96 standard errors of 0.02 either way; 2000 resamples place an end to a tenth of that
