@@ -11,7 +11,7 @@ from fragments import table
 import pneumo
 from pneumo.physics.models import MODELS
 from pneumo.statistics.averages import at_n, best_n, concatenated
-from pneumo.storage.kept_evidence import KEPT
+from pneumo.storage.kept_evidence import evidence_file
 
 PAGE = Path(__file__).with_name("which-model.md")
 RESULTS = Path(__file__).parents[1] / "results"
@@ -181,7 +181,7 @@ def refreshed(text: str, results: Path) -> str:
     """
     levels, mse = over_levels(results), by_experiment(results)
     made = {"table": tables(levels, mse), "result": numbers(levels, mse)}
-    file = next((path for path in (results / "cylinders.nc", KEPT / "cylinders.nc") if path.exists()), None)
+    file = evidence_file(results, "cylinders.nc")
     if file is not None:
         with xr.open_dataset(file) as runs:
             made["table"] |= cylinder_tables(runs)

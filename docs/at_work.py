@@ -9,7 +9,7 @@ from fragments import filled, table
 
 from pneumo.evidence.at_work.at_work_statistics import ENOUGH, USES, carried_at, predicts
 from pneumo.statistics.intervals import Interval, student_interval
-from pneumo.storage.kept_evidence import KEPT
+from pneumo.storage.kept_evidence import evidence_file
 
 PAGE = Path(__file__).with_name("at-work.md")
 RESULTS = Path(__file__).parents[1] / "results"
@@ -22,13 +22,15 @@ OBSERVERS, CONTROLLERS = ([use for use in USES if use.startswith(kind)] for kind
 
 def stored() -> xr.Dataset:
     """Models at work: of results/, else as kept with the source."""
-    return xr.load_dataset(next(p for p in (RESULTS / "at_work.nc", KEPT / "at_work.nc") if p.exists()))
+    file = evidence_file(RESULTS, "at_work.nc")
+    assert file is not None
+    return xr.load_dataset(file)
 
 
 def over_plants(errors: xr.DataArray, scale: float) -> Interval:
     """Geometric mean over plants and seeds, with the interval over the seeds."""
     logarithms = np.log(errors.transpose("plant", "seed").values / scale).mean(axis=0)
-    return Interval(*(float(np.exp(end)) for end in student_interval(logarithms)))
+    return student_interval(logarithms).exponential()
 
 
 def told(interval: Interval, digits: int) -> str:

@@ -8,7 +8,7 @@ import xarray as xr
 from fragments import filled, table
 
 from pneumo.fit.closed.thermal_laws import PART, read_closed_record
-from pneumo.storage.kept_evidence import KEPT
+from pneumo.storage.kept_evidence import evidence_file
 
 PAGE = Path(__file__).with_name("measurements.md")
 DATA = Path(__file__).parents[1] / "data" / "mbari"
@@ -19,7 +19,8 @@ WALL = ["wall heat, constant", "wall heat, root of PT"]
 
 def stored() -> xr.Dataset:
     """What the laws predicted: of results/, else as kept with the source."""
-    file = next(path for path in (RESULTS / "measurements.nc", KEPT / "measurements.nc") if path.exists())
+    file = evidence_file(RESULTS, "measurements.nc")
+    assert file is not None
     return xr.load_dataset(file)
 
 

@@ -53,13 +53,13 @@ def results() -> Path:
 @pytest.fixture(scope="session")
 def evidence_file(results):
     """Path of a file of evidence by its name, in results or kept with the source; where absent, skip."""
-    from pneumo.storage.kept_evidence import KEPT
+    from pneumo.storage import kept_evidence
 
     def path(name: str, target: str = "evidence") -> Path:
-        found = [file for file in (results / name, KEPT / name) if file.exists()]
-        if not found:
+        file = kept_evidence.evidence_file(results, name)
+        if file is None:
             pytest.skip(f"results/{name} is not there: `snakemake -j2 {target}` makes it")
-        return found[0]
+        return file
 
     return path
 

@@ -17,15 +17,14 @@ OfPaper = Annotated[PaperName, typer.Option("--paper", help="which paper")]
 
 
 def _evidence(results: Path, name: str, target: str) -> Path:
-    """Return a file of evidence from results, else the one kept with the source."""
+    """Return a file of evidence; `ResultError` if a folder of results that the user named lacks it."""
     from pneumo.errors import ResultError
-    from pneumo.storage.kept_evidence import KEPT
+    from pneumo.storage.kept_evidence import evidence_file
 
-    named = results != RESULTS  # then only what is there counts
-    for file in (results / name, *([] if named else [KEPT / name])):
-        if file.exists():
-            return file
-    raise ResultError(f"{results / name}: no such file; `snakemake -j2 {target}` makes it")
+    file = evidence_file(results, name)
+    if file is None or (results != RESULTS and file.parent != results):
+        raise ResultError(f"{results / name}: no such file; `snakemake -j2 {target}` makes it")
+    return file
 
 
 def _counts_in_words(counts: Mapping[str, int], of: str) -> str:

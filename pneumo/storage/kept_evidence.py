@@ -8,13 +8,14 @@ KEPT = Path(__file__).resolve().parents[2] / "paper" / "evidence"
 NO_CONFIGURATION = "none: "  # how evidence begins to name what it was made from, if that is no configuration
 
 
-def evidence_file(results: Path, name: str, config_sha256: str) -> Path | None:
-    """Return a file of evidence, such as ``findings.json``, that was made from a configuration.
+def evidence_file(results: Path, name: str, config_sha256: str = "") -> Path | None:
+    """Path of a file of evidence, such as ``findings.json``; None if there is none.
 
-    The one in a folder of results goes before the one that is kept with the source; None if neither is there.
+    The file in a folder of results goes before the one that is kept with the source. With `config_sha256`,
+    only a file that was made from this configuration counts.
     """
-    files = (results / name, KEPT / name)
-    return next((file for file in files if file.exists() and _made_from(file, config_sha256)), None)
+    files = (file for file in (results / name, KEPT / name) if file.exists())
+    return next((file for file in files if not config_sha256 or _made_from(file, config_sha256)), None)
 
 
 def made(file: Path, code_sha256: str) -> str:
