@@ -35,7 +35,7 @@ class Case(NamedTuple):
     experiment : Experiment
     recording : Recording
     lanes : numpy.ndarray
-        Shape (lane, 8).
+        Shape (lane, 9).
     """
 
     experiment: Experiment

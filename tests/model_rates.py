@@ -37,7 +37,7 @@ def scale_of(name, a):
     row = lane(MODELS[name], a["n"], a["gamma"])
     T = temperature(a["P"], a["P_0"], a["T_0"], row.a)
     area_ratio, PT_ratio = a["A_q"] / a["A_q0"], a["P"] * T / (a["P_0"] * a["T_0"])
-    heat = row.explicit_heat * a["k_0"] * area_ratio**row.e_A * PT_ratio**row.e_PT * (a["T_amb"] + T)
+    heat = row.wall_scale * a["k_0"] * area_ratio**row.e_A * PT_ratio**row.e_PT * (a["T_amb"] + T)
     inlet = a["T_in"] if row.mixing else T
     flows = a["R"] * (row.n_in * a["m_in"] * inlet + row.n_out * a["m_out"] * T)
     return (row.n_V * a["P"] * abs(a["dV_dt"]) + flows + (a["gamma"] - 1) * heat) / a["V"]

@@ -58,9 +58,9 @@ def _cells(n: tuple[float, ...], number: int) -> xr.Dataset:
         for j, value in enumerate(n):
             row = lane(model, value, 1.4)
             if row.a == 0:  # constant temperature: no mixing, no wall heat
-                row = row._replace(mixing=0.0, explicit_heat=0.0, e_A=0.0, e_PT=0.0)
+                row = row._replace(mixing=0.0, wall_scale=0.0, e_A=0.0, e_PT=0.0)
             distance = np.dot([3.0, 2.0, 1.0], [1.4 - row.n_V, 1.4 - row.n_in, 1.4 - row.n_out])
-            processes = row.mixing * (number % 3 - 1) + row.explicit_heat + 0.1 * row.e_A + 0.1 * row.e_PT
+            processes = row.mixing * (number % 3 - 1) + row.wall_scale + 0.1 * row.e_A + 0.1 * row.e_PT
             mse[i, j] = 1e7 * (1 + distance + (1.4 - value) * bool(row.a)) / (2 + processes)
     zero, names = 0.0 * mse, ("model", "n", "chamber")
     arrays = {"mean_error": zero, "variance": mse, "mse": mse, "failure_time": zero * np.nan}

@@ -175,11 +175,12 @@ def offsets(value: dict[str, float]) -> np.ndarray:
 
 
 def _lane(problem: Problem, value: dict[str, float]) -> Lane:
-    """Model's coefficients, its flows times k_xu over that of the plant, its wall heat times k_0."""
+    """Lane of the model at the values' n, with their k_xu over the plant's and their k_0 over 1 W/K."""
     row, k_xu = lane(problem.model, value.get("n", 1.0), problem.plant.gas.gamma), problem.plant.valve.k_xu
-    flow = value.get("k_xu", k_xu) / k_xu  # 1 where flows were measured
-    heat = row.explicit_heat * value.get("k_0", 0.0)
-    return row._replace(n_in=row.n_in * flow, n_out=row.n_out * flow, explicit_heat=heat)
+    return row._replace(
+        flow_scale=value.get("k_xu", k_xu) / k_xu,  # 1 where flows were measured
+        wall_scale=row.wall_scale * value.get("k_0", 0.0),
+    )
 
 
 def with_causes(plant: Plant, value: dict[str, float]) -> Plant:

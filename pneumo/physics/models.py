@@ -48,7 +48,7 @@ MODELS: dict[str, Model] = {model.name: model for model in (
 )}
 # fmt: on
 
-# Wall law -> (explicit heat or not, exponent of A_q / A_q0, exponent of PT / (P_0 T_0)).
+# Wall law -> (`Lane.wall_scale`, exponent of A_q / A_q0, exponent of PT / (P_0 T_0)).
 WALL_LAWS = {
     "none": (0.0, 0.0, 0.0),
     "k_0": (1.0, 0.0, 0.0),  # (13)
@@ -58,16 +58,20 @@ WALL_LAWS = {
 
 
 class Lane(NamedTuple):
-    """A model with its indices filled in: one point of the models' common coefficient space."""
+    """A model at one n, as numbers: one point of the models' common coefficient space.
 
-    n_V: float  # index on the volume term
-    n_in: float  # on the inflow term
-    n_out: float  # on the outflow term
-    a: float  # exponent of the temperature law, (n - 1)/n, or 0 for constant temperature
-    mixing: float  # 1 where it is modelled, else 0
-    explicit_heat: float  # the same
-    e_A: float  # exponents of the wall law: of A_q / A_q0
-    e_PT: float  # and of PT / (P_0 T_0)
+    `lane` sets both scales to 1, or `wall_scale` to 0; a fit replaces them, as does a model with a wrong k_0.
+    """
+
+    n_V: float  #: index on the volume term
+    n_in: float  #: index on the inflow term
+    n_out: float  #: index on the outflow term
+    a: float  #: exponent of the temperature law, (n - 1)/n, or 0 for constant temperature
+    mixing: float  #: 1 where inflow enters at T_in, 0 where it enters at the chamber's T
+    flow_scale: float  #: mass flows of this lane over those of the plant's valve
+    wall_scale: float  #: k_0 of this lane over the plant's; 0 without explicit wall heat
+    e_A: float  #: exponent of A_q / A_q0 in the wall law
+    e_PT: float  #: exponent of PT / (P_0 T_0) in the wall law
 
 
 def lane(model: Model, n: float, gamma: float) -> Lane:
@@ -77,9 +81,18 @@ def lane(model: Model, n: float, gamma: float) -> Lane:
         return n if index == "n" else gamma if index == "gamma" else index
 
     a = (n - 1) / n if model.temperature == "polytropic" else 0.0
-    explicit_heat, e_A, e_PT = WALL_LAWS[model.wall]
-    n_V, n_in, n_out = value(model.n_V), value(model.n_in), value(model.n_out)
-    return Lane(n_V, n_in, n_out, a, float(model.mixing), explicit_heat, e_A, e_PT)
+    wall_scale, e_A, e_PT = WALL_LAWS[model.wall]
+    return Lane(
+        n_V=value(model.n_V),
+        n_in=value(model.n_in),
+        n_out=value(model.n_out),
+        a=a,
+        mixing=float(model.mixing),
+        flow_scale=1.0,
+        wall_scale=wall_scale,
+        e_A=e_A,
+        e_PT=e_PT,
+    )
 
 
 @jitable
@@ -114,8 +127,9 @@ def model_dP_dt(
     """
     T_inlet = lane.mixing * T_in + (1 - lane.mixing) * T
     conductance = wall_conductance(k_0, area_ratio, P * T / (P_0 * T_0), lane.e_A, lane.e_PT)
-    heat = lane.explicit_heat * wall_heat(T, conductance, T_amb)
-    return dP_dt(P, T, V, dV_dt, m_in, m_out, T_inlet, heat, lane.n_V, lane.n_in, lane.n_out, R, gamma)
+    heat = lane.wall_scale * wall_heat(T, conductance, T_amb)
+    n_in, n_out = lane.n_in * lane.flow_scale, lane.n_out * lane.flow_scale
+    return dP_dt(P, T, V, dV_dt, m_in, m_out, T_inlet, heat, lane.n_V, n_in, n_out, R, gamma)
 
 
 def lane_array(lanes: list[Lane]) -> np.ndarray:

@@ -81,7 +81,7 @@ def mse_at_other_k_0(
     gamma = experiment.plant.gas.gamma
     recording = record(experiment._replace(plant=experiment.plant._replace(k_0=ratio * experiment.plant.k_0)))
     right = [lane(model, value, gamma) for model in MODELS.values() for value in n]
-    wrong = [row._replace(explicit_heat=row.explicit_heat / ratio) for row in right]
+    wrong = [row._replace(wall_scale=row.wall_scale / ratio) for row in right]
     cells = replay(recording, lane_array([*wrong, *right]), EXACT_TRANSPORT, experiment.steps)
     mse = np.where(cells.status != 0, np.nan, cells.mse).reshape(2, len(MODELS), len(n), 2)
     return mse[0], mse[1]

@@ -253,7 +253,7 @@ def pressures_of_sets(
         Position, m, and velocity, m/s, at every stage: shape (motion, steps, 3, 2). Every set of parameters
         is replayed on each.
     lanes : numpy.ndarray
-        Of one model, from `pneumo.physics.models.lane_array`: shape (set, 8), at most `vectorised.ROW`.
+        Of one model, from `pneumo.physics.models.lane_array`: shape (set, 9), at most `vectorised.ROW`.
     V_d : numpy.ndarray
         Dead volumes, m^3, shape (set, chamber), in place of the plant's.
     plant : Plant
@@ -288,7 +288,7 @@ def pressures_of_sets(
                 X[first_T, : len(rows)] = start_T[rows, side] / plant.conditions.T_0
         pressure = np.empty((result.shape[3], 2, len(rows)))
         pressure[0] = start[rows].T
-        e_A = float(lanes[0, 6])
+        e_A = float(lane_of(lanes[0]).e_A)
         _on_inputs(u, part, W, X.ravel(), (*starts, last), full, e_A, stride, plant, h, psi, P_s, pressure)
         by_motion = pressure.reshape(-1, 2, len(part), width)[..., :count]
         result[first : first + len(part)] = by_motion.transpose(2, 3, 1, 0)

@@ -21,7 +21,7 @@ from pneumo.simulation.signals import Reading, replay_tolerance, stage_inputs
 @inlined
 def lane_of(row: np.ndarray) -> Lane:
     """Return the `Lane` of a row of `pneumo.physics.models.lane_array`."""
-    return Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+    return Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
 
 
 @inlined

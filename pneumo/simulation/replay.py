@@ -30,7 +30,7 @@ def replay(recording: Recording, lanes: np.ndarray, transport: Transport, stride
     The vectorised kernel replays what it can follow, the reference the rest: an unusual wall law or valve,
     or a pressure too far from P_0. Where the run itself failed every lane has status `NO_RUN`.
 
-    Lanes are from `pneumo.physics.models.lane_array`, shape (lane, 8); `stride` is the number of steps
+    Lanes are from `pneumo.physics.models.lane_array`, shape (lane, 9); `stride` is the number of steps
     between stored pressures.
     """
     run_status, step = failure(recording.states)

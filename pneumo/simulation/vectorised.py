@@ -17,6 +17,7 @@ from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
+from pneumo.physics.models import Lane
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.polynomials import (
@@ -266,8 +267,9 @@ def _replay(
 
 def needs(lanes: np.ndarray) -> np.ndarray:
     """What a lane needs beyond constant temperature: 1 eq (6), 2 wall heat, 3 the root of PT as well."""
-    _, _, _, a, _, heat, _, e_PT = lanes.T
-    return np.where(heat != 0, np.where(e_PT != 0, 3, 2), np.where(a != 0, 1, 0))
+    lane = Lane(*lanes.T)
+    wall = np.where(lane.e_PT != 0, 3, 2)
+    return np.where(lane.wall_scale != 0, wall, np.where(lane.a != 0, 1, 0))
 
 
 def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
@@ -279,10 +281,10 @@ def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
     _, error = flow_polynomial(plant.gas)
     if error > FLOW_TOLERANCE or plant.valve.laminar or plant.valve.leak:
         return np.zeros(len(lanes), dtype=bool)
-    _, _, _, a, _, heat, e_A, e_PT = lanes.T
+    _, _, _, a, _, _, wall_scale, e_A, e_PT = lanes.T
     law = (e_PT == 0) & ((e_A == 0) | (e_A == 1)) | (e_PT == 0.5) & (e_A == 1)
     # |lp| > 700, which stands for P <= 0, has to be outside the reach of the exponential.
-    return ((heat == 0) | law) & ((a == 0) | (np.abs(a) / 2 * 700 > EXP_REACH))
+    return ((wall_scale == 0) | law) & ((a == 0) | (np.abs(a) / 2 * 700 > EXP_REACH))
 
 
 def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.uint64, ...]]:
@@ -297,16 +299,17 @@ def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.ui
     """
     c, count = plant.conditions, -(-len(lanes) // WIDTH) * WIDTH
     lanes = lanes[np.minimum(np.arange(count), len(lanes) - 1)]
-    n_V, n_in, n_out, a, mixing, heat, e_A, e_PT = lanes.T
+    n_V, n_in, n_out, a, mixing, flow_scale, wall_scale, e_A, e_PT = lanes.T
+    n_in, n_out = n_in * flow_scale, n_out * flow_scale
     rows = {
         N_V: n_V,
         A_HALF: a / 2,
         IN: n_in * mixing * c.T_in,
         IN_T: n_in * (1 - mixing) * c.T_0,
         OUT: n_out * sqrt(c.T_0),
-        WALL: heat * (1 - e_A),
-        WALL_A: heat * e_A * (e_PT == 0),
-        WALL_APT: heat * e_A * (e_PT != 0),
+        WALL: wall_scale * (1 - e_A),
+        WALL_A: wall_scale * e_A * (e_PT == 0),
+        WALL_APT: wall_scale * e_A * (e_PT != 0),
         **dict.fromkeys((P_A, P_B, ROOT_T), 1.0),
     }
     W = np.zeros(int(END) + 8)

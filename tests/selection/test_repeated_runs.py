@@ -93,7 +93,7 @@ def test_a_wrong_k_0_is_the_cylinders():
     recording = record(e._replace(plant=e.plant._replace(k_0=4 * e.plant.k_0)))
     knowing = lane_array([lane(model, value, 1.4) for model in MODELS.values() for value in n])
     mistaken = knowing.copy()
-    mistaken[:, Lane._fields.index("explicit_heat")] /= 4
+    mistaken[:, Lane._fields.index("wall_scale")] /= 4
     for found, lanes in ((wrong, mistaken), (right, knowing)):
         expected = replay(recording, lanes, EXACT_TRANSPORT, e.steps).mse
         np.testing.assert_array_equal(found, expected.reshape(found.shape))

@@ -170,23 +170,23 @@ def test_single_rates_equal_the_reference(plant, u, fraction, v, seed):
     random = np.random.default_rng(seed)
     s = 10 ** random.uniform(-5.9, math.log10(2), len(lanes)) * random.choice([-1, 1], len(lanes))
     P = P_port * np.exp(s)
-    ours = fast_rates(u, x, v, P, chamber, plant, lanes)
+    ours, all_of = fast_rates(u, x, v, P, chamber, plant, lanes), Lane(*lanes.T)
     pairs = zip(P.tolist(), lanes.tolist(), strict=True)
     theirs = np.array([lane_rate(u, x, v, p, chamber, plant, Lane(*row)) for p, row in pairs])
     # Each of the three terms at its largest, in the units of the rate.
     n, V = lanes[:, :3].max(axis=1), volume(x, chamber, plant.cylinder)
-    T = c.T_0 * (P / c.P_0) ** lanes[:, 3]
+    T = c.T_0 * (P / c.P_0) ** all_of.a
     T_u = np.where(P_port >= P, c.T_in, T)
     A_t = plant.valve.k_xu * abs(u) * (plant.valve.exhaust if u < 0 else 1)
     choked = n * gas.R * np.maximum(T, c.T_in) * choked_flow(A_t, np.maximum(P, P_port), T_u, gas) / V
     work = n * P * abs(chamber.area * v) / V
     area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
-    k = plant.k_0 * np.maximum(1, area_ratio) * np.maximum(1, P * T / (c.P_0 * c.T_0)) * lanes[:, 5]
+    k = plant.k_0 * np.maximum(1, area_ratio) * np.maximum(1, P * T / (c.P_0 * c.T_0)) * all_of.wall_scale
     wall = (gas.gamma - 1) * k * np.maximum(T, c.T_amb) / V
     # What the reference loses itself: a difference of two powers near 1, each rounded, under a root.
     cancellation = 4 * EPS * gas.gamma / (gas.gamma - 1) / np.sqrt(2 * np.minimum(abs(s), 0.1))
     tolerance = (1e-12 + cancellation) * choked + 1e-13 * (work + wall)
-    polynomials_hold = abs(lanes[:, 3] / 2 * np.log(P / c.P_0)) < polynomials.EXP_REACH
+    polynomials_hold = abs(all_of.a / 2 * np.log(P / c.P_0)) < polynomials.EXP_REACH
     assert (np.isfinite(ours) == polynomials_hold).all()
     excess = (abs(ours - theirs) / np.maximum(tolerance, 1e-300))[polynomials_hold].max()
     target(excess)
@@ -273,7 +273,8 @@ def test_lanes_that_are_the_same_are_replayed_once(monkeypatch):
 
 
 def test_more_lanes_than_the_work_array_holds_and_a_signal_that_is_not_a_number():
-    others = [LANES * np.array([n_V, *[1.0] * 7]) for n_V in (1.0, 0.9, 0.8)]  # an index that no model has
+    # Indices n_V that no model has.
+    others = [LANES * np.array([n_V, *[1.0] * (LANES.shape[1] - 1)]) for n_V in (1.0, 0.9, 0.8)]
     together = replay(recorded(), np.concatenate(others), LINEAR)
     assert len(np.unique(np.concatenate(others), axis=0)) > fast.ROW
     apart = [replay(recorded(), lanes, LINEAR) for lanes in others]

@@ -70,7 +70,7 @@ class Carried(NamedTuple):
     def lane(self, n: float, gamma: float) -> Lane:
         """Lane at an index n, with the k_0 that is carried."""
         row = lane(MODELS[self.model], n, gamma)
-        return row._replace(explicit_heat=self.k_0_factor * row.explicit_heat)
+        return row._replace(wall_scale=self.k_0_factor * row.wall_scale)
 
     @property
     def name(self) -> str:

@@ -233,7 +233,7 @@ def test_air_from_the_supply_is_what_the_chamber_gains():
 
 def test_a_carried_k_0_is_a_share_of_the_plants():
     own = Carried("M8", 0.5).lane(N, 1.4)
-    assert own == LANE._replace(explicit_heat=0.5) and Carried("M8", 0.5).name == "M8, 0.5 k_0"
+    assert own == LANE._replace(wall_scale=0.5) and Carried("M8", 0.5).name == "M8, 0.5 k_0"
     assert len(CARRIED) == 4 + 3 * len(K_0_FACTORS)
 
 
