@@ -10,6 +10,7 @@ MODULES ?= physics/valve statistics/averages
 COUNT ?= 3
 EVIDENCE ?= $(notdir $(wildcard paper/evidence/*.nc paper/evidence/*.json))
 UNDISTURBED ?= 20
+SOAK_MINUTES ?= 30
 
 activate := . .venv/bin/activate
 unexport PYTHONDONTWRITEBYTECODE # else every job would compile all that it imports
@@ -40,7 +41,10 @@ test-all: .venv/.dev  ## run the slow tests too: whole workflows, kills, full-le
 soak: .venv/.dev  ## search for failures: 20 times the examples, random, in random order, for SOAK_MINUTES (30)
 	@echo "== soak: pytest -n $(JOBS) on random examples"
 	$(activate)
-	python -m tests.soak -n $(JOBS) -m "not wheel and not slow"
+	export SOAK_END=$$(( $$(date +%s) + 60 * $(SOAK_MINUTES) ))
+	while [ $$(date +%s) -lt $$SOAK_END ]; do
+	    pytest -p tests.soak -p randomly --hypothesis-profile=random -n $(JOBS) -m "not wheel and not slow"
+	done
 
 coverage: .venv/.dev  ## measure which lines of pneumo/ the tests reach; fails below 95 %
 	@echo "== coverage: pytest -n $(JOBS), then small tests of the kernels uncompiled"

@@ -2,7 +2,6 @@
 
 import copy
 import gc
-import itertools
 import sys
 from functools import cache
 from pathlib import Path
@@ -65,34 +64,29 @@ def evidence_file(results):
 
 
 @pytest.fixture(scope="session")
-def _chromium_once():
-    from browser import Browser
+def chromium():
+    """One browser for the tests of all pages."""
+    from browser import chromium_launched
 
-    with Browser() as opened:
-        yield opened
-
-
-@pytest.fixture
-def chromium(_chromium_once):
-    """A browser for all pages, which are loaded with `visit`; no page goes on drawing after its test."""
-    yield _chromium_once
-    _chromium_once.leave()
-
-
-VISITS = itertools.count()
+    with chromium_launched() as browser:
+        yield browser
 
 
 @pytest.fixture
 def visit(chromium):
-    """Load a page anew at a place in it."""
+    """Function that loads a page in a tab of its own, closed after the test."""
+    from browser import Tab
 
-    def load(file: Path, place: str = ""):
-        chromium.requests.clear()
-        chromium.console.clear()
-        chromium.open(file, f"?{next(VISITS)}{place}")  # a query: loaded again
-        return chromium
+    tabs = []
 
-    return load
+    def load(file: Path, place: str = "", **options) -> Tab:
+        tabs.append(Tab(chromium, **options))
+        tabs[-1].open(file, place)
+        return tabs[-1]
+
+    yield load
+    for tab in tabs:
+        tab.context.close()
 
 
 @pytest.fixture

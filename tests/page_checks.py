@@ -49,8 +49,8 @@ RIGHT_EDGE = """Math.max(...[...document.querySelectorAll('caption span, figcapt
 
 def assert_quiet(browser, file) -> None:
     """Check that a page just loaded asked for nothing but itself and complained of nothing."""
-    asked = [url.split("?")[0] for url in browser.requests if not url.startswith("data:")]
-    assert asked == [file.as_uri()]
+    requested = [url.split("#")[0] for url in browser.requests if not url.startswith("data:")]
+    assert requested == [file.as_uri()]
     assert browser.console == []
 
 
@@ -61,47 +61,35 @@ def assert_readable(browser, least: int) -> None:
     assert worst["ratio"] >= 4.5, worst
 
 
-def assert_accessible(browser, file, first: str = "0") -> None:
+def assert_accessible(visit, file, before: str = "0") -> None:
     """Check a page with axe on a phone and on a desk, after a script; contrast is `assert_readable`'s."""
     package = find_spec("axe_core_python")
     if package is None or package.origin is None:
         pytest.skip("axe-core-python is not installed")
     axe = Path(package.origin).with_name("axe.min.js").read_text(encoding="utf-8")
-    browser.send("Page.setBypassCSP", enabled=True)
-    try:
-        for width in (400, 1280):
-            size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
-            browser.send("Emulation.setDeviceMetricsOverride", **size)
-            browser.open(file)
-            browser.wait(f"innerWidth === {width} && document.readyState === 'complete'")
-            browser.run(f"{first};{axe};0")
-            found = browser.run(
-                "axe.run({rules: {'color-contrast': {enabled: false}}}).then((r) => r.violations)"
-            )
-            assert [(one["id"], [node["html"][:200] for node in one["nodes"]]) for one in found] == []
-            assert browser.run("document.documentElement.scrollWidth") == width
-    finally:
-        browser.send("Emulation.clearDeviceMetricsOverride")
-        browser.send("Page.setBypassCSP", enabled=False)
-
-
-def assert_readable_on_a_phone(browser, scheme: str, least: int, width: int = 420) -> None:
-    """Check contrast and width in a colour scheme; what is wider can be scrolled by keyboard."""
-    browser.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
-    browser.send(
-        "Emulation.setDeviceMetricsOverride", width=width, height=740, deviceScaleFactor=2, mobile=True
-    )
-    try:
-        browser.wait(f"innerWidth === {width}")
-        assert_readable(browser, least)
+    for width in (400, 1280):
+        browser = visit(file, width=width, is_mobile=width < 500, bypass_csp=True)
+        browser.run(f"{before};{axe};0")
+        found = browser.run(
+            "axe.run({rules: {'color-contrast': {enabled: false}}}).then((r) => r.violations)"
+        )
+        assert [(rule["id"], [node["html"][:200] for node in rule["nodes"]]) for rule in found] == []
         assert browser.run("document.documentElement.scrollWidth") == width
-        dark = browser.run("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)"
-        assert dark == (scheme == "dark")
-        assert browser.run(UNREACHED) == 0
-        assert browser.run(RIGHT_EDGE) <= width
-    finally:
-        browser.send("Emulation.clearDeviceMetricsOverride")
-        browser.send("Emulation.setEmulatedMedia", features=[])
+
+
+def assert_fit_for_a_phone(visit, text: str, file: Path, scheme: str, least: int, width: int = 420) -> None:
+    """Check contrast, width and requests of a page in a colour scheme; the keyboard scrolls wider tables."""
+    file.write_text(text, encoding="utf-8")
+    phone = {"width": width, "height": 740, "device_scale_factor": 2, "is_mobile": True}
+    browser = visit(file, color_scheme=scheme, **phone)
+    assert_readable(browser, least)
+    assert browser.run("[innerWidth, document.documentElement.scrollWidth]") == [width, width]
+    dark = browser.run("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)"
+    assert dark == (scheme == "dark")
+    assert browser.run(UNREACHED) == 0
+    assert browser.run(RIGHT_EDGE) <= width
+    assert_quiet(browser, file)
+    assert_accessible(visit, file)
 
 
 def stands_alone(page: str) -> "Structure":

@@ -1,9 +1,8 @@
 """README's pictures of two pages, made from results/: `python tests/readme_pictures.py`."""
 
-import base64
 from pathlib import Path
 
-from browser import Browser
+from browser import Tab, chromium_launched
 
 ROOT = Path(__file__).parents[1]
 REPORT, REPORT_PICTURE = ROOT / "results/report.html", ROOT / "paper/readme/report.png"
@@ -14,18 +13,16 @@ WIDTH = 1200  # px
 
 def picture(page: Path, view: str, ready: str, first: str, last: str) -> bytes:
     """PNG of a page, once it is ready, from its first to its last element named."""
-    with Browser() as browser:
-        size = {"width": WIDTH, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-        browser.send("Emulation.setDeviceMetricsOverride", **size)
+    with chromium_launched() as chromium:
+        browser = Tab(chromium, width=WIDTH)
         browser.open(page, view)
         browser.wait(ready)
         top, bottom = browser.run(
             f"['{first}', '{last}'].map((part) => document.querySelector(part).getBoundingClientRect())"
             ".map(({ top, bottom }, i) => (i ? bottom : top) + scrollY)"
         )
-        clip = {"x": 0, "y": top - 12, "width": WIDTH, "height": bottom - top + 24, "scale": 1}
-        shot = browser.send("Page.captureScreenshot", format="png", clip=clip, captureBeyondViewport=True)
-        return base64.b64decode(shot["data"])
+        clip = {"x": 0, "y": top - 12, "width": WIDTH, "height": bottom - top + 24}
+        return browser.page.screenshot(clip=clip, full_page=True)
 
 
 if __name__ == "__main__":

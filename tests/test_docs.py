@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from browser import CHROMIUM, Browser
+from browser import Tab
 from checkout import ROOT
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
+from page_checks import in_chromium
 from typer.testing import CliRunner
 
 import pneumo
@@ -340,19 +341,17 @@ def test_models_and_commands_are_the_programs():
 
 in_site = [
     pytest.mark.skipif(not (SITE / "index.html").exists(), reason="no site/: `make docs` builds it"),
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"),
+    in_chromium,
     pytest.mark.xdist_group("chromium"),
 ]
 
 
-@pytest.fixture(scope="module")
-def browser():
+@pytest.fixture
+def browser(chromium):
     """A telephone: Chromium's own window is never narrower than 500 pixels."""
-    with Browser() as browser:
-        browser.send(
-            "Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True
-        )
-        yield browser
+    telephone = Tab(chromium, width=390, height=800, is_mobile=True)
+    yield telephone
+    telephone.context.close()
 
 
 class TestSite:

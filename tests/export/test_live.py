@@ -82,10 +82,10 @@ def test_the_page_runs_and_takes_the_keyboard(page, visit):
     browser.wait("live.steps() > 20")
     browser.run("document.getElementById('k_0').focus()")
     k_0 = browser.run("live.get('k_0')")
-    browser.press("ArrowRight", 39)
+    browser.press("ArrowRight")
     assert browser.run("live.get('k_0')") == pytest.approx(k_0 + 0.02)
     browser.run("document.getElementById('bore').focus()")
-    browser.press("ArrowRight", 39)
+    browser.press("ArrowRight")
     assert browser.run("live.get('A_A')") == pytest.approx(np.pi / 4 * 0.021**2)
     browser.run(f"{PAUSE}")
     assert browser.run(
@@ -98,21 +98,13 @@ def test_the_page_runs_and_takes_the_keyboard(page, visit):
 @in_chromium
 @pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
 def test_the_page_is_readable_and_fits_a_phone(scheme, page, visit):
-    browser = visit(page)
-    browser.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
-    browser.send(
-        "Emulation.setDeviceMetricsOverride", width=360, height=740, deviceScaleFactor=2, mobile=True
-    )
-    try:
-        browser.wait("innerWidth === 360 && live.steps() > 0")
-        assert_readable(browser, 40)
-        assert browser.run("document.documentElement.scrollWidth") == 360
-    finally:
-        browser.send("Emulation.clearDeviceMetricsOverride")
-        browser.send("Emulation.setEmulatedMedia", features=[])
+    browser = visit(page, color_scheme=scheme, width=360, height=740, device_scale_factor=2, is_mobile=True)
+    browser.wait("live.steps() > 0")
+    assert_readable(browser, 40)
+    assert browser.run("[innerWidth, document.documentElement.scrollWidth]") == [360, 360]
 
 
 @CLANG
 @in_chromium
-def test_axe_finds_nothing(page, chromium):
-    assert_accessible(chromium, page)
+def test_axe_finds_nothing(page, visit):
+    assert_accessible(visit, page)

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from brief import in_brief
-from page_checks import assert_accessible, assert_quiet, assert_readable_on_a_phone, in_chromium
+from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
 from pneumo.fit.estimate import Estimate, dataset
@@ -65,9 +65,4 @@ def test_tables_fit_a_terminal(found):
 @pytest.mark.xdist_group("chromium")
 @pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, found, visit, tmp_path):
-    file = tmp_path / "fit.html"
-    file.write_text(fit_page(found, "bench.csv"), encoding="utf-8")
-    browser = visit(file)
-    assert_readable_on_a_phone(browser, scheme, 20)
-    assert_quiet(browser, file)
-    assert_accessible(browser, file)
+    assert_fit_for_a_phone(visit, fit_page(found, "bench.csv"), tmp_path / "fit.html", scheme, least=20)

@@ -8,10 +8,9 @@ import pytest
 import xarray as xr
 from brief import in_brief
 from page_checks import (
-    assert_accessible,
+    assert_fit_for_a_phone,
     assert_quiet,
     assert_readable,
-    assert_readable_on_a_phone,
     in_chromium,
     stands_alone,
 )
@@ -133,9 +132,4 @@ def test_a_long_table_is_drawn_in_parts(index, visit, tmp_path):
 @pytest.mark.xdist_group("chromium")
 @pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, index, visit, tmp_path):
-    file = tmp_path / "fleet.html"
-    file.write_text(fleet_page("plant", index), encoding="utf-8")
-    browser = visit(file)
-    assert_readable_on_a_phone(browser, scheme, 40)
-    assert_quiet(browser, file)
-    assert_accessible(browser, file)
+    assert_fit_for_a_phone(visit, fleet_page("plant", index), tmp_path / "fleet.html", scheme, least=40)

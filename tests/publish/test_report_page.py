@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from brief import in_brief
-from browser import Browser
+from browser import Tab
 from packed_traces import unpacked
 from page_checks import FRAMES, assert_accessible, assert_quiet, assert_readable, in_chromium, stands_alone
 from paper_study import STUDY as PAPER
@@ -259,19 +259,22 @@ def file(page, tmp_path_factory):
 def view(visit, file):
     """Load the page anew at a choice, and wait until it is drawn."""
 
-    def drawn(choice: str = "", other: Path | None = None) -> Browser:
-        browser = visit(other or file, choice)
+    def drawn(choice: str = "", other: Path | None = None, width: int = 1280) -> Tab:
+        browser = visit(other or file, choice, width=width)
         browser.run(DRAWN)
         return browser
 
     return drawn
 
 
-def drag(browser, *places: dict[str, float]) -> None:
-    """Press the mouse at the first of these places, move it along and let it go at the last."""
-    kinds = ("Moved", "Pressed", *["Moved"] * (len(places) - 1), "Released")
-    for kind, place in zip(kinds, (places[0], *places, places[-1]), strict=True):
-        browser.send("Input.dispatchMouseEvent", type=f"mouse{kind}", button="left", clickCount=1, **place)
+def drag(browser, *places: tuple[float, float]) -> None:
+    """Press the mouse at the first of these places, move it along and release it at the last."""
+    mouse = browser.page.mouse
+    mouse.move(*places[0])
+    mouse.down()
+    for place in places[1:]:
+        mouse.move(*place)
+    mouse.up()
 
 
 @in_chromium
@@ -319,7 +322,7 @@ class TestInBrowser:
         browser.run(FRAMES)
         box = "(({x, y, width, height}) => [x, y, width, height])(plots.error.over.getBoundingClientRect())"
         x, y, width, height = browser.run(box)
-        drag(browser, *({"x": x + share * width, "y": y + height / 2} for share in (0.40, 0.42, 0.45)))
+        drag(browser, *((x + fraction * width, y + height / 2) for fraction in (0.40, 0.42, 0.45)))
         start, end = map(float, self.address(browser)["w"].split())
         assert [start, end] == pytest.approx([24, 27], abs=0.2)  # of 60 s; two pixels
         for plot in ("pressure", "error"):
@@ -352,7 +355,7 @@ class TestInBrowser:
         browser = view("#e=E16&t=exact&c=A&n=best&m=M5 M7")
 
         def press(key: str) -> dict[str, str]:
-            browser.press(key, 0, key if len(key) == 1 else "")
+            browser.press(key)
             return self.address(browser)
 
         for key, field, chosen in (
@@ -375,7 +378,7 @@ class TestInBrowser:
         browser = view()
         seen = []
         for _ in range(40):
-            browser.press("Tab", 9)
+            browser.press("Tab")
             name, outline = browser.run(FOCUSED)
             seen.append(name)
             if name == "whole":
@@ -388,9 +391,8 @@ class TestInBrowser:
     def test_a_click_over_n_chooses_it(self, view):
         browser = view("#e=E06&n=best")
         browser.run("element('over-n').scrollIntoView()")
-        at = "({x, y, height}) => ({x: x + plots['over-n'].valToPos(1.2, 'x') + 2, y: y + height / 2})"
-        place = browser.run(f"({at})(plots['over-n'].over.getBoundingClientRect())")
-        drag(browser, place)
+        at = "({x, y, height}) => [x + plots['over-n'].valToPos(1.2, 'x') + 2, y + height / 2]"
+        drag(browser, browser.run(f"({at})(plots['over-n'].over.getBoundingClientRect())"))
         assert self.address(browser)["n"] == "1.2"
         assert {n for _, n, _, _ in browser.run(ROWS_SHOWN)} == {"1.20", "–"}
 
@@ -422,14 +424,11 @@ class TestInBrowser:
 
     @pytest.mark.parametrize("width", in_brief([400, 1200], [400]))
     def test_fits_a_narrow_window(self, view, width):
-        browser = view()
-        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-        browser.send("Emulation.setDeviceMetricsOverride", **size)
+        browser = view(width=width)
         browser.wait(f"plots.error.width === element('error').clientWidth && innerWidth === {width}")
         assert browser.run("document.documentElement.scrollWidth") == width
         assert browser.run("plots.error.width") <= width
-        browser.send("Emulation.clearDeviceMetricsOverride")
 
     @pytest.mark.slow
-    def test_axe_finds_nothing(self, chromium, file):
-        assert_accessible(chromium, file)
+    def test_axe_finds_nothing(self, visit, file):
+        assert_accessible(visit, file)

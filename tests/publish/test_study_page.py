@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from brief import in_brief
-from page_checks import assert_accessible, assert_quiet, assert_readable_on_a_phone, in_chromium
+from page_checks import assert_fit_for_a_phone, in_chromium
 from paper_study import STUDY
 from ranked_cells import made, ranked
 from rich.console import Console
@@ -156,9 +156,4 @@ def test_tables_fit_a_terminal():
 @in_chromium
 @pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, page, visit, tmp_path):
-    file = tmp_path / "study.html"
-    file.write_text(page, encoding="utf-8")
-    browser = visit(file)
-    assert_readable_on_a_phone(browser, scheme, 100)
-    assert_quiet(browser, file)
-    assert_accessible(browser, file)
+    assert_fit_for_a_phone(visit, page, tmp_path / "study.html", scheme, least=100)
