@@ -31,7 +31,7 @@ author = "pneumo developers"
 version = release = version_of("pneumo")
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["static"]
+exclude_patterns = ["static", "decisions/README.md"]
 
 myst_enable_extensions = ["colon_fence", "dollarmath", "substitution"]
 myst_heading_anchors = 3
