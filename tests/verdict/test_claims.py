@@ -48,23 +48,32 @@ NARROWED = (
 )  # by seed deviations
 
 
+def decision(name: str) -> str:
+    """Text of a decision, as one line."""
+    return " ".join((ROOT / f"paper/decisions/{name}.md").read_text(encoding="utf-8").split())
+
+
 def classes_of_the_decisions() -> dict[str, tuple[float, str]]:
-    """Class -> (limit, measure) from the table of decision 10 and sentences of decisions 37 and 39."""
-    text = (ROOT / "paper/decisions/0010-tolerance-classes.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| `(\w+)` \| ([\d.e-]+)( %)?(.*?) \|", text, re.MULTILINE)
-    words = {"": "absolute", " absolute": "absolute", " of the row's printed sigma": "sigma"}
-    words |= {" of the swing": "swing", " of log10": "log10", " or 1 ms": "relative"}
-    text = (ROOT / "paper/decisions/0037-figures-judged.md").read_text(encoding="utf-8")
-    exact, close = re.search(r"met \(`exact`\) within (\d) sigma,.*`close` within (\d) sigma", text).groups()
-    assert exact == "2"
-    classes = {"read_off": (float(close), "sigma")}
-    for name, number, percent, after in rows:
+    """Class -> (limit, measure) from decision 10, and from sentences of decisions 37 and 39."""
+    words = {
+        "": "absolute",
+        "of the row's printed sigma": "sigma",
+        "of the swing": "swing",
+        "of log10": "log10",
+    }
+    ends = "|".join(map(re.escape, filter(None, words)))
+    limits = re.findall(rf"`(\w+)` (\d[\d.e-]*)( %)? ?({ends})?", decision("0010-tolerance-classes"))
+    classes = {}
+    for name, number, percent, after in limits:
         measure = "relative" if percent and not after else words[after]
         classes[name] = (float(number) / (100 if percent else 1), "truth" if name == "statement" else measure)
-    text = (ROOT / "paper/decisions/0039-tolerances-from-seeds.md").read_text(encoding="utf-8")
-    settling = float(re.search(r"^\| `settling` \| (\d) %", text, re.MULTILINE)[1]) / 100
+    limits = r"met \(`exact`\) within (\d) sigma,.*`close` within (\d) sigma"
+    exact, close = re.search(limits, decision("0037-figures-judged")).groups()
+    assert exact == "2"
+    settling = float(re.search(r"`settling` (\d) % or 1 ms", decision("0039-tolerances-from-seeds"))[1]) / 100
     assert settling < classes["settling"][0]
-    return classes | {"settling": (settling, "relative"), "best_n": (classes["best_n"][0], "index")}
+    classes |= {"read_off": (float(close), "sigma"), "settling": (settling, "relative")}
+    return classes | {"best_n": (classes["best_n"][0], "index")}
 
 
 def test_classes_are_those_of_the_decisions_and_every_status_is_recorded():
