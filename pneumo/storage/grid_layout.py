@@ -1,14 +1,18 @@
 """From arrays of replays to the dataset of grid cells that is stored."""
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment
+from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import STATUS, Replayed, replay
-from pneumo.simulation.signals import Transport
+from pneumo.simulation.signals import PUBLISHED, Transport, study_transport
+from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
 
 
@@ -51,3 +55,24 @@ def replay_dataset(
         coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": t}
         | experiment_labels(experiment),
     )
+
+
+def write_replays(
+    study: Study, name: str, recording: Recording, outputs: Mapping[str, Path], code_sha256: str
+) -> None:
+    """Replay every grid cell of one experiment with each transport of a study, and write each to its file."""
+    e = study.experiments[name]
+    lanes, index = grid_lanes(study.n, e.plant.gas.gamma)
+    for transport, output in outputs.items():
+        cells = replay(recording, lanes, study_transport(transport, e), e.pressure_stride)
+        about = attributes(
+            f"Reduced models replayed on {name}, {transport} transport",
+            "Error of every model at every n against the full-order run, and the pressures",
+            study.config_sha256,
+            code_sha256,
+            e,
+            comment=same_at_every_n(),
+            transport=transport,
+            samples=" ".join(map(str, e.sampling)) if transport == PUBLISHED else "none: every stage",
+        )
+        write(replay_dataset(e, study.n, index, cells), output, about)

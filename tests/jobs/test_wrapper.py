@@ -83,6 +83,11 @@ def test_every_rule_gives_its_script_what_it_takes(monkeypatch, tmp_path):
         assert callable(pkgutil.resolve_name(drawn["draw"]))
 
 
+def test_scripts_are_short():
+    lengths = {file.name: len(file.read_text(encoding="utf-8").splitlines()) for file in SCRIPTS.glob("*.py")}
+    assert {name for name, length in lengths.items() if length > 30} == set()  # as CONTRIBUTING.md says
+
+
 FULL = OSError(errno.ENOSPC, "no space left on device")
 FORBIDDEN = PermissionError(errno.EACCES, "permission denied")
 

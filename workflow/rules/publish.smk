@@ -75,7 +75,7 @@ rule report:
     params:
         # What is there is shown. As inputs, these would bring the whole ensemble and all evidence with them.
         findings={} if OWN_CYLINDERS else fingerprints(evidence_for(STUDY, "findings.json")),
-        findings_code=code_behind("findings.py"),
+        code_now=code_behind("findings.py"),
         manuscript=exists("results/paper.pdf"),
         code=code_behind("report.py"),
     message:

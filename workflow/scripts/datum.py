@@ -14,16 +14,14 @@ UNCOMPRESSED = ("x", "v", "P")  # compressing takes half as long as the run, for
 def main(parameters: Path, runs: list[Path], threads: int, code: str) -> None:
     study = read_study(parameters)
     # Longest first, so that the threads end together.
-    runs = sorted(runs, key=lambda run: -study.experiments[run.stem].steps)
-    experiments = [study.experiments[run.stem] for run in runs]
-    title = "Full-order run of {}"
+    experiments = sorted((study.experiments[run.stem] for run in runs), key=lambda e: -e.steps)
     summary = "Every step of the sixth-order model, eqs (3) to (8), against which models are judged"
     # The kernel holds no lock: the next runs are computed while one is written.
     with ThreadPoolExecutor(threads) as ahead:
-        for run, e, recording in zip(runs, experiments, ahead.map(record, experiments), strict=True):
+        for e, recording in zip(experiments, ahead.map(record, experiments), strict=True):
             dataset = datum_dataset(e, recording)
-            about = attributes(title.format(e.name), summary, study.config_sha256, code, e)
-            write(dataset, run, about, uncompressed=UNCOMPRESSED)
+            about = attributes(f"Full-order run of {e.name}", summary, study.config_sha256, code, e)
+            write(dataset, runs[0].with_name(f"{e.name}.nc"), about, uncompressed=UNCOMPRESSED)
             print(f"{e.name}: full-order run, {e.duration:g} s, done", flush=True)
             if dataset["status"]:
                 print(f"{e.name}: {failure_text(dataset)}", flush=True)

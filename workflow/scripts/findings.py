@@ -15,13 +15,7 @@ from pneumo.verdict.claims import read_claims
 
 
 def main(
-    parameters: Path,
-    errors: Path,
-    claims: Path,
-    findings: Path,
-    table: Path,
-    deviations: Path,
-    code: str,
+    parameters: Path, errors: Path, claims: Path, findings: Path, table: Path, deviations: Path, code: str
 ) -> None:
     study, entries = read_study(parameters), read_claims(claims.parent)
     sources = over_seeds(study, read_seed_sets(errors))

@@ -15,9 +15,8 @@ def main(records: list[Path], cells: Path, code: str) -> None:
         record = read_closed_record(path)
         if is_still(record):
             print(f"{record.name}: pressures hardly change, nothing to fit", flush=True)
-            continue
-        parts[record.name] = judged(record)
-        print(f"{record.name}: done", flush=True)
+        else:
+            parts[record.name] = judged(record)
     about = attributes(
         "Thermal laws on measured records of closed chambers",
         "Each law fitted to the first 60 % of a record and judged on the rest, without and with leakage",

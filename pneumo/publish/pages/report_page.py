@@ -1,6 +1,7 @@
 """Page to explore the study: one self-contained HTML file."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from pneumo.physics.models import MODELS
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.pages.packing import FRACTION, packed, rounded, rounding_step
 from pneumo.publish.pages.page import STATUS_LOOKS, page_text
+from pneumo.storage.files import read
 from pneumo.storage.layout import CHAMBERS, failure_text
 
 MOST_VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB
@@ -54,6 +56,22 @@ def shown_samples(stored: int, every: int) -> np.ndarray:
     """Indices of the samples that the page shows: all in the close-up, one in `every` elsewhere."""
     first, last = close_up(stored)
     return np.union1d(np.arange(0, stored, every), np.arange(first, last + 1))
+
+
+def stored_parts(study: Study, results: Path) -> list[Part]:
+    """Read and gather what the page shows of every experiment from a folder of results."""
+    every, parts = page_stride(study), []
+    folders = {transport: results / transport for transport in TRANSPORT_BUTTONS}
+    best_n = {name: read(path / "statistics.nc", "best_n")["best_n"] for name, path in folders.items()}
+    for name, e in study.experiments.items():
+        datum = read(results / "datum" / f"{name}.nc", "P", "status", "failure_time")
+        replays = {
+            transport: read(path / "replay" / f"{name}.nc", "mse", "status", "pressure")
+            for transport, path in folders.items()
+        }
+        best = {transport: of_all.sel(experiment=name) for transport, of_all in best_n.items()}
+        parts.append(part(e, datum, replays, best, every))
+    return parts
 
 
 def part(
