@@ -1,7 +1,7 @@
-"""The paper's statements about models, judged again over many sets of seeds and with both transports.
+"""The paper's statements about models, judged over many sets of seeds, with published and exact signals.
 
-Each statement is judged by the verdict's computation and tolerance class, on other results, and stands by the
-interval of what it is about: ``paper/decisions/0039-tolerances-from-seeds.md``.
+Each statement is judged by the verdict's computation and tolerance class. It is confirmed or refuted by a
+95 per cent interval over the seed sets: ``paper/decisions/0039-tolerances-from-seeds.md``.
 """
 
 import math
@@ -13,31 +13,20 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Study
-from pneumo.papers.paper_2006.computations import COMPUTATIONS
-from pneumo.papers.paper_2006.results import PrintedTables, StudyResults
+from pneumo.papers.paper_2006.computations import finding_for
+from pneumo.papers.paper_2006.results import ComputedResults, PrintedTables, StudyResults
 from pneumo.simulation.signals import EXACT, PUBLISHED, STUDY_TRANSPORTS
-from pneumo.statistics.averages import concatenated, statistics
 from pneumo.statistics.intervals import fraction_interval, student_interval
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, Claims, ToleranceClass
 from pneumo.verdict.comparison import as_printed, compare, where_true
 from pneumo.verdict.sources import MissingEvidence
 
 
-class SeedSet(StudyResults):
-    """One seed set of the ensemble, replayed with one transport, in place of results."""
-
-    def __init__(self, study: Study, cells: xr.Dataset, transport: str) -> None:
-        super().__init__(Path(), transport)
-        self.study = study
-        self.statistics = statistics(cells, study.experiments_by_level)
-        self.cells = concatenated(cells)
-
-
 def over_seeds(study: Study, ensemble: xr.Dataset) -> dict[str, list[StudyResults]]:
-    """Results of every seed set of an ensemble, which `ensemble_statistics` takes too, by transport."""
+    """Results of every seed set, by signal sampling, from the ensemble that `ensemble_statistics` takes."""
     return {
         transport: [
-            SeedSet(study, ensemble.sel(seeds=seeds, transport=transport).drop_attrs(), transport)
+            ComputedResults(study, transport, ensemble.sel(seeds=seeds, transport=transport).drop_attrs())
             for seeds in ensemble["seeds"].values
         ]
         for transport in STUDY_TRANSPORTS
@@ -45,25 +34,25 @@ def over_seeds(study: Study, ensemble: xr.Dataset) -> dict[str, list[StudyResult
 
 
 class StatementOverSets(NamedTuple):
-    """A statement over the seed sets, with one transport; no `value` where it is only true or false."""
+    """A statement over all seed sets; no `value` where it is only true or false."""
 
-    #: Mean of what is measured, in the claim's unit, or of its margin (a quotient of mean square errors in
-    #: place of decades).
+    #: Mean over the sets of the statement's number, in the claim's unit, or of its margin; quotients of mean
+    #: square errors in place of decades.
     value: float | None
     low: float | None  #: 95 per cent interval of that mean, by Student
     high: float | None
     holds: int  #: seed sets in which the statement holds
-    sets: int  #: seed sets that there are
-    share_low: float  #: exact (Clopper-Pearson) 95 per cent interval of the share of them in which it holds
+    sets: int  #: all seed sets
+    share_low: float  #: exact (Clopper-Pearson) 95 per cent interval of the fraction holds / sets
     share_high: float
-    #: Whether it stands: the interval (of the share, if there is no number) lies where the statement is true
-    #: (above one half), or where it is not; None where it reaches from one into the other.
+    #: Whether the whole interval lies where the statement is true; None if in part. Without a number it is
+    #: the interval of the fraction, and true is above one half.
     stands: bool | None
 
 
 def holds_in(source: StudyResults, claim: Claim, claims: Claims) -> tuple[bool, float]:
-    """Whether a statement holds in results, and its number or margin; NaN if it is only true or false."""
-    finding = COMPUTATIONS[claim.compute](source, **claim.arguments)
+    """Whether a statement holds in some results, and its number or margin; NaN if it has neither."""
+    finding = finding_for(claim, source)
     value = finding.margin if finding.holds is not None else finding.value
     agreement = compare(claim, claims.classes[claim.tolerance], finding).agreement
     return agreement is not None, math.nan if value is None else value
@@ -77,7 +66,7 @@ def _stands(interval: tuple[float, float], true: tuple[float, float]) -> bool | 
 
 
 def over_seed_sets(claim: Claim, claims: Claims, sources: Iterable[StudyResults]) -> StatementOverSets:
-    """Judge one statement on several sources, one for each seed set."""
+    """Judge one statement on the results of each seed set."""
     holds, values = zip(*(holds_in(source, claim, claims) for source in sources), strict=True)
     count, total = sum(holds), len(holds)
     share = fraction_interval(count, total)
@@ -104,7 +93,7 @@ def number_with_unit(value: float, claim: Claim) -> str:
 
 
 def claim_in_words(claim: Claim, classes: Mapping[str, ToleranceClass]) -> str:
-    """Statement with its printed number, or with the limit that the verdict takes its words to mean."""
+    """Statement with its printed number, or with the limit that the verdict gives to its words."""
     if claim.tolerance == "decade":
         sense = "at most" if claim.sense == "at_most" else "at least"
         return f"{claim.statement} (quotient of MSE {sense} {10 ** classes['decade'].limit:.2f})"
@@ -117,8 +106,8 @@ def claim_in_words(claim: Claim, classes: Mapping[str, ToleranceClass]) -> str:
 
 
 def _cell(judged: StatementOverSets, claim: Claim) -> str:
-    share = f"{judged.holds} of {judged.sets}"
-    return share if judged.value is None else f"{number_with_unit(judged.value, claim)}; {share}"
+    count = f"{judged.holds} of {judged.sets}"
+    return count if judged.value is None else f"{number_with_unit(judged.value, claim)}; {count}"
 
 
 def _interval(judged: StatementOverSets, claim: Claim) -> str:
@@ -129,7 +118,7 @@ def _interval(judged: StatementOverSets, claim: Claim) -> str:
 
 
 def _answer(published: StatementOverSets, exact: StatementOverSets) -> tuple[str, str]:
-    """Whether a statement stands, and what the published transport has to do with it."""
+    """Whether a statement is true with exact signals, and how the published signals change that."""
     if exact.stands is None:
         return "in part", "depends on the seeds"
     if published.stands is exact.stands:
@@ -144,12 +133,12 @@ def _answer(published: StatementOverSets, exact: StatementOverSets) -> tuple[str
 def findings(
     study: Study, sources: Mapping[str, Sequence[StudyResults]], claims: Claims, results: Path
 ) -> dict[str, Any]:
-    """Judge every statement about models over the seed sets, with both transports.
+    """Judge every statement about models over the seed sets, with published and exact signals.
 
-    `sources` is what `over_seeds` returns, `results` the folder of the paper's own tables. Returns
-    ``claims``, a list with the texts of a table's row (``claim``, ``source``, ``published``, ``exact``,
-    ``interval``, ``stands``, ``why``), its ``id``, whether it is a ``headline``, whether the paper's own
-    tables support it (``printed_stands``), and the ``numbers`` of both transports; the number of
+    `sources` is what `over_seeds` returns, `results` the folder with ``parameters.json``. Returns ``claims``,
+    a list with the texts of a table's row (``claim``, ``source``, ``published``, ``exact``, ``interval``,
+    ``stands``, ``why``), the item's ``id``, whether it is a ``headline``, whether the paper's own tables
+    support it (``printed_stands``), and the ``numbers`` of both signal samplings; the number of
     ``seed_sets``; ``note``; ``config_sha256``.
     """
     printed = PrintedTables(results)
@@ -163,7 +152,7 @@ def findings(
         row |= {"why": "", "printed_stands": _printed_stands(claim, claims, printed), "numbers": {}}
         rows.append(row)
         try:
-            judged = {name: over_seed_sets(claim, claims, of) for name, of in sources.items()}
+            judged = {name: over_seed_sets(claim, claims, sets) for name, sets in sources.items()}
         except MissingEvidence as error:
             row["why"] = str(error)
             continue
@@ -174,11 +163,11 @@ def findings(
     sets = len(sources[EXACT])
     note = f"{sets} sets of seeds, the whole study with each. "
     note += (
-        "A cell has the mean over them of what the statement is about and in how many it holds; an order"
-        " of models has the quotient of mean square errors by which it would turn over, above 1 where it is"
-        " true. The interval is that of the mean (Student) or, where there is no number, of the share"
-        " (Clopper-Pearson), exact transport. A statement stands if the whole interval lies where it is true"
-        " (of a share: above one half), not if none of it does."
+        "A cell has the mean of the statement's number over the sets, and in how many sets the statement"
+        " holds; for a ranking, the number is the factor by which the next model's mean square error is"
+        " larger. The interval is that of the mean (Student), with exact signals; where there is no number,"
+        " that of the fraction of sets (Clopper-Pearson). A statement is true (yes) if the whole interval"
+        " lies where it is true, for a fraction above one half; false (no) if none of it does."
     )
     return {"seed_sets": sets, "note": note, "claims": rows, "config_sha256": study.config_sha256}
 

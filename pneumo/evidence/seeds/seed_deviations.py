@@ -1,17 +1,17 @@
-"""How much other seeds change each number of the paper: the scale of the verdict's tolerances."""
+"""Standard deviation of each number of the paper over seed sets: the scale of the verdict's tolerances."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from pneumo.papers.paper_2006.computations import COMPUTATIONS
+from pneumo.papers.paper_2006.computations import finding_for
 from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.verdict.claims import Claims
 from pneumo.verdict.sources import Finding, MissingEvidence
 
 
-def _what_seeds_change(finding: Finding) -> float | None:
-    """The number whose deviation counts: see `Claim.seed_deviation`."""
+def _varying_number(finding: Finding) -> float | None:
+    """Number whose deviation counts: see `Claim.seed_deviation`."""
     if finding.varies is not None:
         return finding.varies
     return finding.value if finding.margin is None else finding.margin
@@ -27,10 +27,9 @@ def seed_deviations(claims: Claims, sources: Sequence[StudyResults]) -> dict[str
         if not claim.models or claims.classes[claim.tolerance].seeds is None:
             continue
         try:
-            found = [COMPUTATIONS[claim.compute](source, **claim.arguments) for source in sources]
+            values = [_varying_number(finding_for(claim, source)) for source in sources]
         except MissingEvidence:
             continue
-        values = [_what_seeds_change(finding) for finding in found]
         if None not in values:
             deviations[name] = float(np.std(np.array(values, dtype=float), ddof=1))
     return deviations

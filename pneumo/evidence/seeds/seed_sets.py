@@ -1,4 +1,4 @@
-"""The study's grid with other seeds: every experiment, both transports, errors but no pressures."""
+"""The study's grid with other seeds: errors of every experiment, published and exact signals."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,17 +15,19 @@ from pneumo.storage.files import read
 from pneumo.storage.grid_layout import replayed_grid
 
 SEEDS_SEED = 2006  # of the seeds that are drawn
+ERRORS = ("mean_error", "mse", "failure_time")  # of each cell, as far as tables need them
 
 
 def seed_sets(study: Study, count: int) -> list[dict[str, int]]:
-    """Seeds of every cylinder: the configuration's own first, then others, always the same.
+    """Seeds of every cylinder: those of the configuration first, then others, always the same.
 
     Neighbouring seeds would not be independent: the generator's states for 1, 2, 3 are multiples of one
     another.
     """
-    own = {e.cylinder: e.excitation.seed for e in study.experiments.values()}
-    drawn = np.random.SeedSequence(SEEDS_SEED).generate_state((count - 1) * len(own)).reshape(-1, len(own))
-    return [own, *(dict(zip(own, map(int, seeds), strict=True)) for seeds in drawn)]
+    configured = {e.cylinder: e.excitation.seed for e in study.experiments.values()}
+    drawn = np.random.SeedSequence(SEEDS_SEED).generate_state((count - 1) * len(configured))
+    rows = drawn.reshape(-1, len(configured))
+    return [configured, *(dict(zip(configured, map(int, row), strict=True)) for row in rows)]
 
 
 def _errors(study: Study, experiment: Experiment) -> xr.Dataset:
@@ -35,7 +37,7 @@ def _errors(study: Study, experiment: Experiment) -> xr.Dataset:
     for transport in STUDY_TRANSPORTS:
         signals = study_transport(transport, experiment)
         cells = replayed_grid(experiment, study.n, recording, signals, experiment.steps)
-        parts.append(cells[["mean_error", "mse", "failure_time"]])
+        parts.append(cells[list(ERRORS)])
     return xr.concat(parts, xr.Variable("transport", list(STUDY_TRANSPORTS)))
 
 
@@ -64,5 +66,5 @@ def joined_seed_sets(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
 
 
 def read_seed_sets(file: Path) -> xr.Dataset:
-    """Read the errors of all seed sets, of which a file has five digits, by (seeds, ...)."""
+    """Read the errors of all seed sets by (seeds, ...); a file holds five digits."""
     return read(file).transpose("seeds", ...).astype(float)

@@ -1,6 +1,6 @@
-"""The study as each alternative of ``paper/2006/assumptions.yaml`` would have it, and under other physics.
+"""The study under each alternative of ``paper/2006/assumptions.yaml``, and with other physics.
 
-An alternative of the ledger is keys of the configuration, or words for one of `IN_WORDS`.
+An alternative of that file is keys of the configuration with their values, or the name of one of `IN_WORDS`.
 """
 
 from collections.abc import Callable, Mapping
@@ -18,43 +18,49 @@ from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.simulation.excitation import reference_series
 from pneumo.simulation.full_order import STATE, Recording, record, recorded
 from pneumo.simulation.settling import QUANTITIES, Settling, settling_time
-from pneumo.simulation.signals import (
-    EXACT_TRANSPORT,
-    PUBLISHED,
-    Transport,
-    interpolated,
-    study_transport,
-)
+from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, Transport, interpolated, study_transport
 from pneumo.verdict import PaperError
 from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
 
-ROD = 1 - 0.4**2  # share of the bore's area that a rod of 0.4 bores leaves
+ROD = 1 - 0.4**2  # fraction of the bore's area beside a rod of 0.4 bores
 SUPPLY_PRESSURES = {"4_bar": 4e5, "5_5_bar": 5.5e5, "8_5_bar": 8.5e5, "10_bar": 1e6}  # Pa; the study's is 7e5
-INLET = 20.0  # K by which incoming air differs from the walls
-CATALOGUE_COULOMB = 0.05  # of supply pressure times piston area: a cylinder's own friction by catalogues
+INLET = 20.0  # K between incoming air and the walls
+CATALOGUE_COULOMB = 0.05  # of supply pressure times piston area: friction of a cylinder by catalogues
 LEAK = 0.01  # of the fully open area, between a chamber and either port: a worn spool
 CRITICAL_RATIO = 0.3  # of a bought valve; catalogues have 0.2 to 0.5
 
 
 class Alternative(NamedTuple):
-    """The whole study as one alternative would have it."""
+    """The whole study under one alternative."""
 
     study: Study
     record: Callable[[Experiment], Recording] = record  #: makes the full-order run of an experiment
-    #: Reads the four settling times off a settling run; gets the step, s, too.
+    #: Reads the four settling times, s, off a settling run with a step, s.
     times: Callable[[Settling, float], np.ndarray] = lambda settling, _: settling.times
-    other_transport: Transport | None = None  #: in place of the study's published transport
+    other_transport: Transport | None = None  #: signal sampling, if not the study's published one
     sign: float = 1.0  #: of the error
     ddof: int = 1  #: of the variance of means in eq (16)
 
     def transport(self, experiment: Experiment) -> Transport:
-        """Return the transport of the replays of an experiment: its own, or the published one."""
+        """Return the signal sampling of the replays of an experiment."""
         return self.other_transport or study_transport(PUBLISHED, experiment)
 
     def run_key(self, name: str) -> tuple[Any, ...]:
-        """Return what the full-order run of an experiment depends on."""
+        """Return all that the full-order run of an experiment depends on."""
         e = self.study.experiments[name]
         return e.plant, e.drive, e.excitation, e.h, e.steps, e.most_halvings, self.record
+
+    def has_other_runs(self, taken: "Alternative") -> bool:
+        """Whether its full-order run differs from that of `taken` in some experiment."""
+        return any(self.run_key(name) != taken.run_key(name) for name in taken.study.experiments)
+
+    def with_plants(self, change: Callable[[Plant], Plant]) -> "Alternative":
+        """Return the alternative with another plant in every experiment."""
+        return self._replace(study=self.study.changed(lambda e: e._replace(plant=change(e.plant))))
+
+    def with_halvings(self) -> "Alternative":
+        """Return the alternative with steps halved wherever they fail or are not accurate."""
+        return self._replace(study=self.study.with_halvings())
 
 
 def equal_runs(name: str, alternatives: Mapping[str, Alternative]) -> list[list[str]]:
@@ -65,34 +71,13 @@ def equal_runs(name: str, alternatives: Mapping[str, Alternative]) -> list[list[
     return list(groups.values())
 
 
-def with_plants(alternative: Alternative, change: Callable[[Plant], Plant]) -> Alternative:
-    """Return the alternative with another plant in every experiment."""
-    study = alternative.study.changed(lambda e: e._replace(plant=change(e.plant)))
-    return alternative._replace(study=study)
-
-
-def other_runs_than(taken: Alternative) -> Callable[[Alternative], bool]:
-    """Whether an alternative has another full-order run than `taken` in some experiment."""
-    return lambda member: any(member.run_key(e) != taken.run_key(e) for e in taken.study.experiments)
-
-
-def _with_halvings(alternative: Alternative) -> Alternative:
-    """Return the alternative with steps halved wherever they fail or are not accurate."""
-    return alternative._replace(study=alternative.study.with_halvings())
-
-
-def _with_rod(p: Plant) -> Plant:
-    return p._replace(cylinder=p.cylinder._replace(A_A=ROD * p.cylinder.A_A, A_B=ROD * p.cylinder.A_B))
-
-
-def _without_rest_rule(p: Plant) -> Plant:
-    return p._replace(cylinder=p.cylinder._replace(rests=False))
+def _with_cylinder(plant: Plant, **fields: Any) -> Plant:
+    return plant._replace(cylinder=plant.cylinder._replace(**fields))
 
 
 def _sticking(p: Plant) -> Plant:
     """Coulomb friction beside the viscous one."""
-    coulomb = CATALOGUE_COULOMB * p.conditions.P_s * p.cylinder.A_A
-    return p._replace(cylinder=p.cylinder._replace(coulomb=coulomb))
+    return _with_cylinder(p, coulomb=CATALOGUE_COULOMB * p.conditions.P_s * p.cylinder.A_A)
 
 
 def _leaking(p: Plant) -> Plant:
@@ -108,14 +93,14 @@ def _elliptic(plant: Plant) -> Plant:
 
 
 def first_draw_skipped(experiment: Experiment) -> Recording:
-    """Full-order run on the same random numbers, the first of them left out."""
+    """Full-order run on the same random numbers without the first."""
     excitation = experiment.excitation
     series = reference_series(experiment.drive, excitation, experiment.steps + excitation.every)
     return recorded(experiment, series[excitation.every :])
 
 
 def leaking(experiment: Experiment) -> Recording:
-    """Full-order run through a valve that leaks; the recording names the tight valve, for replays of it."""
+    """Full-order run through a valve that leaks; its replays get the tight valve."""
     plant = experiment.plant
     valve = plant.valve._replace(leak=experiment.push.leak, net_leak=True)
     return record(experiment._replace(plant=plant._replace(valve=valve)))._replace(plant=plant)
@@ -127,14 +112,16 @@ def largest_excursions(settling: Settling, h: float) -> np.ndarray:
     return np.array([settling_time(series, np.abs(series - series[-1]).max(), h) for series in free.T])
 
 
-# The recorded signals (u, x, v) that a replay's stages may have read otherwise.
+# Other ways in which a replay's stages may have read u, x and v.
 OTHER_TRANSPORTS = {
     "exact_transport": EXACT_TRANSPORT,
     "command_late": interpolated(np.array([1.0, 0.0, 0.0]), name="command_late"),
 }
 IN_WORDS: dict[str, Callable[[Alternative], Alternative]] = {
-    "rod.rod_40_percent": lambda taken: with_plants(taken, _with_rod),
-    "end_stop_law.no_rest_rule": lambda taken: with_plants(taken, _without_rest_rule),
+    "rod.rod_40_percent": lambda taken: taken.with_plants(
+        lambda p: _with_cylinder(p, A_A=ROD * p.cylinder.A_A, A_B=ROD * p.cylinder.A_B)
+    ),
+    "end_stop_law.no_rest_rule": lambda taken: taken.with_plants(lambda p: _with_cylinder(p, rests=False)),
     "settling_change.largest_excursion": lambda taken: taken._replace(times=largest_excursions),
     "valve_leak.leak_in_runs_alone": lambda taken: taken._replace(record=leaking),
     "generator.first_draw_skipped": lambda taken: taken._replace(record=first_draw_skipped),
@@ -167,28 +154,23 @@ def ledger_alternatives(
         for alternative, change in entry.alternatives.items():
             name = f"{assumption}.{alternative}"
             if not isinstance(change, str):
-                alternatives[name] = reconfigured(configuration, change, f"{file}: {name}")
+                member = reconfigured(configuration, change, f"{file}: {name}")
             elif name in IN_WORDS:
-                alternatives[name] = IN_WORDS[name](taken)
+                member = IN_WORDS[name](taken)
             else:
                 raise PaperError(f"{file}: {name}: no code for {change!r}; left_out takes a reason")
-    other = other_runs_than(taken)
-    return {
-        name: _with_halvings(member) if other(member) else member for name, member in alternatives.items()
-    }
+            alternatives[name] = member.with_halvings() if member.has_other_runs(taken) else member
+    return alternatives
 
 
 def grid_alternatives(
     configuration: Mapping[str, Any], folder: Path = PAPER_FOLDER
 ) -> dict[str, Alternative]:
     """Every alternative with other full-order runs, of the ledger and of physics, after `AS_TAKEN`."""
-    ledger = {
-        name: _with_halvings(member) for name, member in ledger_alternatives(configuration, folder).items()
-    }
-    taken = ledger.pop(AS_TAKEN)
-    other = other_runs_than(taken)
-    alternatives = {AS_TAKEN: taken} | {name: member for name, member in ledger.items() if other(member)}
-    alternatives |= {name: with_plants(taken, change) for name, change in OTHER_PHYSICS.items()}
+    ledger = {name: each.with_halvings() for name, each in ledger_alternatives(configuration, folder).items()}
+    taken = ledger[AS_TAKEN]
+    alternatives = {n: each for n, each in ledger.items() if n == AS_TAKEN or each.has_other_runs(taken)}
+    alternatives |= {name: taken.with_plants(change) for name, change in OTHER_PHYSICS.items()}
     T_amb = next(iter(taken.study.experiments.values())).plant.conditions.T_amb
     changes = {f"supply.{name}": {"supply.P_s_Pa": P_s} for name, P_s in SUPPLY_PRESSURES.items()}
     changes |= {"inlet.colder": {"supply.T_in_K": T_amb - INLET}}

@@ -1,6 +1,5 @@
-"""Whether refinements of a model pay under other assumptions and other physics than the study's.
+"""Ratios of mean square errors with and without a refinement, under other assumptions and other physics.
 
-Ratios of mean square errors with and without a refinement, under every alternative that reaches the grid.
 Runs are cut to `CUT_TO` s, the shortest of Table 6.
 """
 
@@ -16,14 +15,14 @@ from pneumo.evidence.transport.error_budget import sliced
 from pneumo.physics.models import MODELS
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay
-from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
+from pneumo.simulation.signals import STUDY_TRANSPORTS, study_transport
 from pneumo.statistics.averages import OVERALL, along_levels
 from pneumo.statistics.model_pairs import REFINED_MODELS, REFINEMENT_PAIRS, pair_ratios
 from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.assumptions import AS_TAKEN
 
 CUT_TO = 60.0  # s
-BOTH_TRANSPORTS = (EXACT, PUBLISHED)
+BOTH_TRANSPORTS = STUDY_TRANSPORTS[::-1]
 AVERAGES = ("mean", "geometric mean")  # over experiments
 
 
@@ -58,10 +57,10 @@ def errors_by_alternative(name: str, alternatives: Mapping[str, Alternative]) ->
 
 
 def level_scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
-    """Error of each model over the experiments of a level, at its best constant n there.
+    """Average error of each model over the experiments of a level, at its best constant n there, Pa^2.
 
-    Pa^2, from `mse` by (experiment, model, n) and more, by (level, criterion, model) and what more `mse` has;
-    overall, each model at its best n in each experiment, as in Table 7. NaN for a level without experiments.
+    By (level, criterion, model, ...) from `mse` by (experiment, model, n, ...); overall, each model has its
+    best n in each experiment, as in Table 7. NaN for a level without experiments.
     """
     logarithm = xr.DataArray(np.log(mse))
 
@@ -81,10 +80,10 @@ def level_scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.D
 
 
 def refinement_ratios(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
-    """Ratios of the refinements and how often they pay.
+    """Ratios of the refinements, and the fraction of alternatives in which each refinement pays.
 
-    `ratio` by (pair, level, criterion, alternative, transport); `share` of the alternatives with a ratio
-    below one, of the `counted` that have one at all, by (pair, level, criterion, transport).
+    `ratio` by (pair, level, criterion, alternative, transport); by (pair, level, criterion, transport)
+    `share`, the fraction of alternatives with a ratio below one, and `counted`, how many have a ratio.
     """
     ratio = pair_ratios(level_scores(mse, levels), REFINEMENT_PAIRS, "pair")
     others = ratio.drop_sel(alternative=AS_TAKEN)

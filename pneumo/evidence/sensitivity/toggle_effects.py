@@ -1,9 +1,10 @@
-"""How much each toggled assumption changes Tables 5, 7, 8 and 9, and how far they then are from the print."""
+"""Change of Tables 5, 7, 8 and 9 by each toggled assumption, and their distance from the print."""
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from pneumo.statistics.averages import rms_of
 from pneumo.verdict.assumptions import AS_TAKEN
 from pneumo.verdict.claims import Claims
 from pneumo.verdict.comparison import compare
@@ -12,9 +13,9 @@ from pneumo.verdict.sources import Finding
 LOGARITHMIC_TABLES = (5, 7, 9)  # tables whose settling times or mean square errors are compared as logarithms
 
 
-def _rms(values: np.ndarray) -> float:
+def _rms_of_finite(values: np.ndarray) -> float:
     finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if len(finite) else np.nan
+    return rms_of(finite) if len(finite) else np.nan
 
 
 def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
@@ -25,11 +26,11 @@ def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
     - ``largest_5``, ``rms_5``: change of the logarithm of settling times or mean square errors against the
       study as taken
     - ``misfit_5``: root mean square of ln(reproduced / printed)
-    - ``worse_5``: by how much that exceeds the study's, over the same items
+    - ``worse_5``: that misfit less the study's, over the same items
 
     and ``changed_8``, ``exact_8``: cells of Table 8 that differ from the study's, that equal the print;
-    ``within_5``: cells of Table 5 in their class; ``inside``: items of all four tables in their class;
-    ``no_number``: items for which there is none.
+    ``within_5``, ``inside``: cells of Table 5, and items of all four tables, within their tolerance;
+    ``no_number``: items without a number.
     """
     items = [claims.items[str(name)] for name in reproduced["item"].values]
     values = pd.DataFrame(reproduced.values, index=reproduced["alternative"].values.astype(str))
@@ -57,10 +58,10 @@ def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
         for table in LOGARITHMIC_TABLES:
             here = logarithmic & (tables == table) & (toggled > 0) & (taken > 0)
             change = np.log(toggled[here] / taken[here])
-            misfit, before = (_rms(np.log(x[here] / printed[here])) for x in (toggled, taken))
+            misfit, before = (_rms_of_finite(np.log(x[here] / printed[here])) for x in (toggled, taken))
             rows[alternative] |= {
                 f"largest_{table}": float(np.max(np.abs(change), initial=0.0)),
-                f"rms_{table}": _rms(change),
+                f"rms_{table}": _rms_of_finite(change),
                 f"misfit_{table}": misfit,
                 f"worse_{table}": misfit - before,
             }

@@ -1,7 +1,6 @@
-"""Effect of every alternative reading of the paper on every cell of Tables 5, 7, 8 and 9."""
+"""Every cell of Tables 5, 7, 8 and 9 under each alternative reading of the paper."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,12 +8,12 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
+from pneumo.evidence.seeds.seed_sets import ERRORS
 from pneumo.evidence.sensitivity.alternatives import Alternative, equal_runs
-from pneumo.papers.paper_2006.computations import COMPUTATIONS
-from pneumo.papers.paper_2006.results import StudyResults
+from pneumo.papers.paper_2006.computations import finding_for
+from pneumo.papers.paper_2006.results import ComputedResults, StudyResults
 from pneumo.simulation.full_order import RAN
 from pneumo.simulation.settling import QUANTITIES, Settling, settle
-from pneumo.statistics.averages import concatenated, statistics
 from pneumo.storage.grid_layout import replayed_grid
 from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.claims import Claim
@@ -43,12 +42,12 @@ def toggled_runs(experiment: Experiment, alternatives: Mapping[str, Alternative]
         by_transport: dict[tuple[Any, ...], xr.Dataset] = {}
         for member in group:
             alternative = alternatives[member]
-            e, n = alternative.study.experiments[name], alternative.study.n
+            e = alternative.study.experiments[name]
             transport = alternative.transport(e)
             key = transport.name, e.sampling
             if key not in by_transport:
-                grid = replayed_grid(e, n, recording, transport, e.steps)
-                by_transport[key] = grid[["mean_error", "mse", "failure_time"]]
+                grid = replayed_grid(e, alternative.study.n, recording, transport, e.steps)
+                by_transport[key] = grid[list(ERRORS)]
             cells[member] = by_transport[key]
         replays += len(by_transport)
 
@@ -68,25 +67,23 @@ def toggled_runs(experiment: Experiment, alternatives: Mapping[str, Alternative]
     return {member: ToggledRun(cells[member], times[member]) for member in alternatives}
 
 
-class ToggledResults(StudyResults):
-    """Tables 5, 7, 8 and 9 of one alternative in place of results."""
+def toggled_results(alternative: Alternative, runs: Mapping[str, ToggledRun]) -> ComputedResults:
+    """Tables 5, 7, 8 and 9 of one alternative, from its runs by experiment."""
+    study = alternative.study
+    cells = side_by_side({name: run.cells for name, run in runs.items()})
+    cells["mean_error"] = alternative.sign * cells["mean_error"]
+    transport = alternative.transport(next(iter(study.experiments.values()))).name
+    times = side_by_side({name: run.times for name, run in runs.items()})
+    return ComputedResults(study, transport, cells, times, ddof=alternative.ddof)
 
-    def __init__(self, alternative: Alternative, runs: Mapping[str, ToggledRun]) -> None:
-        some = next(iter(alternative.study.experiments.values()))
-        super().__init__(Path(), alternative.transport(some).name)
-        grid = side_by_side({name: run.cells for name, run in runs.items()})
-        grid["mean_error"] = alternative.sign * grid["mean_error"]
-        self.study, self.cells = alternative.study, concatenated(grid)
-        self.statistics = statistics(grid, alternative.study.experiments_by_level, alternative.ddof)
-        self.settling_times = side_by_side({name: run.times for name, run in runs.items()})
 
-    def value(self, claim: Claim) -> float:
-        """Return what a claim's computation finds here; NaN if it finds nothing."""
-        try:
-            value = COMPUTATIONS[claim.compute](self, **claim.arguments).value
-        except MissingEvidence:
-            value = None
-        return np.nan if value is None else value
+def reproduced(claim: Claim, results: StudyResults) -> float:
+    """Number that a claim's computation finds in some results; NaN if there is none."""
+    try:
+        value = finding_for(claim, results).value
+    except MissingEvidence:
+        value = None
+    return np.nan if value is None else value
 
 
 def toggled_tables(
@@ -102,8 +99,8 @@ def toggled_tables(
     runs = for_each_experiment(experiments, lambda e: toggled_runs(e, alternatives), threads)
     values = np.empty((len(alternatives), len(items)))
     for i, (name, alternative) in enumerate(alternatives.items()):
-        results = ToggledResults(alternative, {experiment: runs[experiment][name] for experiment in runs})
-        values[i] = [results.value(claim) for claim in items.values()]
+        results = toggled_results(alternative, {experiment: runs[experiment][name] for experiment in runs})
+        values[i] = [reproduced(claim, results) for claim in items.values()]
     attributes = {"units": "1", "long_name": "reproduced value, in the unit of its item"}
     coords = {"alternative": list(alternatives), "item": list(items)}
     return xr.Dataset({"reproduced": (tuple(coords), values, attributes)}, coords)

@@ -1,4 +1,4 @@
-"""What the verdict would notice: items that agree with the paper and, under a known mistake, no longer do.
+"""Power of the verdict: the items that agree with the paper and no longer do when a known mistake is made.
 
 A mistake in what is run needs the study run again; one of bookkeeping changes the errors of all cells.
 """
@@ -13,44 +13,21 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
-from pneumo.evidence.seeds.seed_sets import seed_sets
-from pneumo.evidence.sensitivity.alternatives import Alternative, reconfigured, with_plants
-from pneumo.papers.paper_2006.computations import COMPUTATIONS
-from pneumo.papers.paper_2006.results import StudyResults
+from pneumo.evidence.seeds.seed_sets import ERRORS, seed_sets
+from pneumo.evidence.sensitivity.alternatives import Alternative, reconfigured
+from pneumo.papers.paper_2006.computations import finding_for
+from pneumo.papers.paper_2006.results import ComputedResults, StudyResults
 from pneumo.simulation.full_order import record
 from pneumo.simulation.settling import settle
 from pneumo.simulation.signals import PUBLISHED, interpolated
-from pneumo.statistics.averages import concatenated, statistics
-from pneumo.storage.files import open_grid, read
+from pneumo.storage.files import open_grid
 from pneumo.storage.grid_layout import replayed_grid
 from pneumo.storage.layout import datum_dataset, settling_dataset
 from pneumo.verdict.claims import Claim, Claims
 from pneumo.verdict.comparison import compare
 from pneumo.verdict.sources import MissingEvidence
 
-ERRORS = ("mean_error", "mse", "failure_time")
 NO_MISTAKE = "none"
-
-
-class MistakenStudy(StudyResults):
-    """Results of a study whose cells, runs or both are other ones than those of a folder."""
-
-    def __init__(self, folder: Path, study: Study, grid: xr.Dataset, runs: Mapping[Any, xr.Dataset]) -> None:
-        super().__init__(folder, PUBLISHED)
-        self.study = study
-        self.runs = runs  # by (kind, experiment); others are the folder's
-        self.statistics = statistics(grid, study.experiments_by_level)
-        self.cells = concatenated(grid)
-        settled = {name: self.run("settling", name)["settling_time"] for name in study.experiments}
-        self.settling_times = side_by_side(settled)
-
-    def run(self, kind: str, experiment: str, /, *variables: str) -> xr.Dataset:
-        """Full-order (``datum``) or ``settling`` run of one experiment, or some of its variables."""
-        self.experiment(experiment)
-        if (kind, experiment) not in self.runs:
-            return read(self.folder / kind / f"{experiment}.nc", *variables)
-        run = self.runs[kind, experiment]
-        return run[list(variables)] if variables else run
 
 
 class Rerun(NamedTuple):
@@ -71,7 +48,7 @@ def _cylinders(**factors: float) -> Rerun:
         scaled = {name: factor * getattr(p.cylinder, name) for name, factor in factors.items()}
         return p._replace(cylinder=p.cylinder._replace(**scaled))
 
-    return Rerun(lambda taken, _: with_plants(taken, change))
+    return Rerun(lambda taken, _: taken.with_plants(change))
 
 
 def _other_seeds(taken: Alternative, _: Mapping[str, Any]) -> Alternative:
@@ -91,7 +68,7 @@ def _models(**taken_from: str) -> Callable[[xr.Dataset], xr.Dataset]:
 
 
 def _n_shifted(grid: xr.Dataset) -> xr.Dataset:
-    """Errors at the next higher n, at the highest its own."""
+    """Errors at the next higher n; the highest n keeps its own."""
     last = grid.sizes["n"] - 1
     return grid.isel(n=[min(i + 1, last) for i in range(last + 1)]).assign_coords(n=grid["n"])
 
@@ -117,7 +94,8 @@ MISTAKES: dict[str, Rerun | Callable[[xr.Dataset], xr.Dataset]] = {
 }
 
 
-def _rerun(folder: Path, alternative: Alternative, threads: int) -> MistakenStudy:
+def rerun_results(folder: Path, alternative: Alternative, threads: int) -> ComputedResults:
+    """Results of all experiments run again as an alternative; other runs are read from a folder."""
     study, runs = alternative.study, {}
 
     def work(e: Experiment) -> xr.Dataset:
@@ -126,14 +104,15 @@ def _rerun(folder: Path, alternative: Alternative, threads: int) -> MistakenStud
         runs["settling", e.name] = settling_dataset(e, settle(e))
         return replayed_grid(e, study.n, recording, alternative.transport(e), e.steps)[list(ERRORS)]
 
-    cells = for_each_experiment(study.experiments, work, threads)
-    return MistakenStudy(folder, study, side_by_side(cells), runs)
+    cells = side_by_side(for_each_experiment(study.experiments, work, threads))
+    settled = side_by_side({name: runs["settling", name]["settling_time"] for name in study.experiments})
+    return ComputedResults(study, PUBLISHED, cells, settled, runs, folder)
 
 
 def agrees(claim: Claim, claims: Claims, results: StudyResults) -> bool:
     """Whether an item is exact or close."""
     try:
-        finding = COMPUTATIONS[claim.compute](results, **claim.arguments)
+        finding = finding_for(claim, results)
     except (MissingEvidence, KeyError):
         return False
     if any(value is not None and not math.isfinite(value) for value in (finding.value, finding.low)):
@@ -153,9 +132,9 @@ def power(
     agreeing = np.zeros((len(MISTAKES), len(claims.items)), dtype=np.int8)
     for i, (name, mistake) in enumerate(MISTAKES.items()):
         if isinstance(mistake, Rerun):
-            mistaken = _rerun(results, mistake.change(Alternative(study), configuration), threads)
+            mistaken = rerun_results(results, mistake.change(Alternative(study), configuration), threads)
         else:
-            mistaken = MistakenStudy(results, study, mistake(grid), {})
+            mistaken = ComputedResults(study, PUBLISHED, mistake(grid), folder=results)
         agreeing[i] = [agrees(claim, claims, mistaken) for claim in claims.items.values()]
         print(f"{name}: {agreeing[i].sum()} of {len(claims.items)} items agree", flush=True)
     about = {"units": "1", "long_name": "whether the item is exact or close"}

@@ -5,7 +5,9 @@ from pneumo.papers.paper_2006 import model_statements as models
 from pneumo.papers.paper_2006 import run_statements as runs
 from pneumo.papers.paper_2006 import setup_checks as setup
 from pneumo.papers.paper_2006 import table_cells as cells
-from pneumo.verdict.sources import Computation
+from pneumo.papers.paper_2006.results import StudyResults
+from pneumo.verdict.claims import Claim
+from pneumo.verdict.sources import Computation, Finding
 
 # fmt: off
 COMPUTATIONS: dict[str, Computation] = {function.__name__: function for function in (
@@ -28,3 +30,8 @@ COMPUTATIONS: dict[str, Computation] = {function.__name__: function for function
     runs.number_of_experiments, runs.release_time, runs.value_after_release, runs.extremum,
 )}
 # fmt: on
+
+
+def finding_for(claim: Claim, results: StudyResults) -> Finding:
+    """Number, range or answer that the computation of a claim finds in some results."""
+    return COMPUTATIONS[claim.compute](results, **claim.arguments)

@@ -1,21 +1,23 @@
-"""What claims of 2006 are compared with: results of a study through one transport, or the printed tables."""
+"""Results that the claims of 2006 are compared with: those of a study, or the printed tables."""
 
+from collections.abc import Mapping
 from functools import cached_property, lru_cache
 from pathlib import Path
+from types import MappingProxyType
 
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.errors import ResultError
 from pneumo.papers.paper_2006.printed_tables import STATISTICS, percentiles, table5, table7, table8, table9
-from pneumo.statistics.averages import OVERALL, concatenated
+from pneumo.statistics.averages import OVERALL, concatenated, statistics
 from pneumo.storage.files import open_grid, read, read_study
 from pneumo.storage.layout import failure_text
 from pneumo.verdict.sources import MissingEvidence
 
 
 class StudyResults:
-    """Results of a study with one transport, ``published`` or ``exact``; files are read when needed."""
+    """Results of a study with ``published`` or ``exact`` signals; files are read when needed."""
 
     def __init__(self, folder: Path, transport: str) -> None:
         self.folder, self.transport = folder, transport
@@ -80,6 +82,34 @@ class StudyResults:
         if not selected:
             raise MissingEvidence("this study has no such experiment")
         return selected
+
+
+class ComputedResults(StudyResults):
+    """Results of a study whose cells are in memory; what is not given is read from a folder."""
+
+    def __init__(
+        self,
+        study: Study,
+        transport: str,
+        cells: xr.Dataset,
+        settling_times: xr.DataArray | None = None,
+        runs: Mapping[tuple[str, str], xr.Dataset] = MappingProxyType({}),  # by (kind, experiment)
+        folder: Path = Path(),
+        ddof: int = 1,
+    ) -> None:
+        super().__init__(folder, transport)
+        self.study, self.runs = study, runs
+        self.statistics = statistics(cells, study.experiments_by_level, ddof)
+        self.cells = concatenated(cells)
+        if settling_times is not None:
+            self.settling_times = settling_times
+
+    def run(self, kind: str, experiment: str, /, *variables: str) -> xr.Dataset:
+        """Full-order (``datum``) or ``settling`` run of one experiment, or some of its variables."""
+        if (kind, experiment) not in self.runs:
+            return super().run(kind, experiment, *variables)
+        run = self.runs[kind, experiment]
+        return run[list(variables)] if variables else run
 
 
 class PrintedTables(StudyResults):

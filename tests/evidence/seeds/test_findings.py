@@ -17,7 +17,7 @@ from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
-from pneumo.papers.paper_2006.results import StudyResults
+from pneumo.papers.paper_2006.results import ComputedResults, StudyResults
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.ensemble_figure import ensemble_figure
 from pneumo.publish.style import save
@@ -58,7 +58,7 @@ def invented(monkeypatch):
 
 def test_a_source_of_one_seed_set_has_the_studys_own_tables(ensemble):
     cells = ensemble.sel(seeds=0, transport="exact").drop_attrs()
-    source = f.SeedSet(STUDY, cells, "exact")
+    source = ComputedResults(STUDY, "exact", cells)
     level = source.statistics["mse"].sel(level="overall")
     by_hand = cells["mse"].mean("chamber").min("n").mean("experiment")
     np.testing.assert_allclose(level, by_hand)
@@ -208,7 +208,7 @@ def test_own_seeds_give_what_the_verdict_says(evidence_file, results, transport)
     """Set 0 of the ensemble has the study's seeds, and is judged as the study is."""
     first = read_seed_sets(evidence_file("seed_sets.nc", "ensemble")).sel(seeds=0)
     judge = Judge(results, PAPER_2006)
-    own = f.SeedSet(STUDY, first.sel(transport=transport).drop_attrs(), transport)
+    own = ComputedResults(STUDY, transport, first.sel(transport=transport).drop_attrs())
     of_study = StudyResults(results, transport)
     for claim in judge.claims.items.values():
         if claim.about_models:

@@ -13,6 +13,7 @@ from pneumo.evidence.sensitivity import verdict_power as p
 from pneumo.evidence.sensitivity.alternatives import Alternative
 from pneumo.papers.paper_2006 import summary
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.physics.models import MODELS
 from pneumo.storage.files import write
 from pneumo.storage.kept_evidence import KEPT
@@ -79,7 +80,7 @@ def test_a_rerun_has_runs_cells_and_settling_times_of_its_own():
     short = {name: STUDY.experiments[name]._replace(steps=300) for name in ("E13", "E14")}
     study = STUDY._replace(experiments=short)
     heavy = p.MISTAKES["M + 10 %"].change(Alternative(study), {})
-    own, mistaken = p._rerun(KEPT, Alternative(study), 1), p._rerun(KEPT, heavy, 1)
+    own, mistaken = p.rerun_results(KEPT, Alternative(study), 1), p.rerun_results(KEPT, heavy, 1)
     assert mistaken.run("datum", "E14", "x")["x"].sizes["t"] == 301
     for of in ("cells", "statistics"):
         assert not getattr(own, of)["mse"].equals(getattr(mistaken, of)["mse"])
@@ -98,7 +99,7 @@ def test_counts_of_what_is_lost(tmp_path):
         name="agrees",
     )
     write(agrees.to_dataset(), tmp_path / "power.nc", {"config_sha256": STUDY.config_sha256})
-    results = p.StudyResults(tmp_path, "published")
+    results = StudyResults(tmp_path, "published")
     results.study = STUDY
     judged = [{"id": name, "basis": CLAIMS.items[name].basis} for name in items]
     nothing = dict.fromkeys(BASES, 0)
