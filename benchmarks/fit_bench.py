@@ -150,7 +150,7 @@ def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None =
             fit = fit_measurement(measurement, plant, models)
         except InputError as error:
             return outcome(str(error).replace(f"{folder}/", ""), [], {})
-    row = fit.sel(model="full") if "full" in fit["model"] else fit.isel(model=0)
+    row = fit.data.sel(model="full" if "full" in fit.models else fit.models[0])
     to_C = believed.C / plant.valve.k_xu
     wanted = {
         "k_0": ("k_0", 1.0, rig.k_0),
@@ -165,8 +165,7 @@ def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None =
         if np.isfinite(estimate):
             ends = low if np.isfinite(low) else -np.inf, high if np.isfinite(high) else np.inf
             found[short] = [truth, estimate, *ends]
-    warnings = [text for text in str(fit.attrs.get("warnings", "")).split("\n") if text]
-    return outcome("", warnings, found)
+    return outcome("", list(fit.warnings), found)
 
 
 def summary(outcomes: Iterable[Outcome]) -> pd.DataFrame:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from pneumo.fit.fitted_parameters import CAUSES
+
 if TYPE_CHECKING:
     from xarray import Dataset
 
@@ -180,7 +182,7 @@ def fit(
     trust: Annotated[bool, typer.Option("--trust", help="skip the check for swapped columns")] = False,
     also: Annotated[
         list[str] | None,
-        typer.Option(help="fitted too: P_s, exhaust, A_B, offset_A or offset_B; may be repeated"),
+        typer.Option(help=f"possible cause of a poor fit, fitted too: {', '.join(CAUSES)}; may be repeated"),
     ] = None,
     closed: Annotated[
         Literal["A", "B", "both"] | None,
@@ -196,6 +198,8 @@ def fit(
     They are ranked on a part held out. Where no gas flows (u, or m_A and m_B, zero, or `--closed both`):
     thermal laws, k_0, n, leakage.
     """
+    from dataclasses import replace
+
     from rich.console import Console
 
     from pneumo.catalogue import default_conductance
@@ -204,7 +208,8 @@ def fit(
     from pneumo.errors import InputError
     from pneumo.fit.closed.closed_fit import fit_closed
     from pneumo.fit.closed.thermal_time_constant import transient
-    from pneumo.fit.estimate import fit_measurement, save_fit
+    from pneumo.fit.estimate import fit_measurement
+    from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
     from pneumo.fit.mistaken_columns import check_columns
     from pneumo.fit.record.measurement import read_mapping, read_measurement
@@ -236,7 +241,7 @@ def fit(
         for option in [name for name, given in (("model", model), ("also", also)) if given]:
             raise InputError(f"--{option}: closed chambers are fitted with thermal laws; leave it out")
         fitted = fit_closed(measured.since(closed_from), plant, part=part, check=not trust, progress=say)
-        for note in filter(None, fitted.attrs["notes"].split("\n")[len(measured.notes) :]):
+        for note in fitted.notes[len(measured.notes) :]:
             say(f"note: {note}")
     else:
         if not trust:
@@ -245,20 +250,22 @@ def fit(
         fitted = fit_measurement(measured, plant, names, held=held, part=part, also=causes, progress=say)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     if configuration.cylinders[named].valve:
-        fitted.attrs["C_per_k_xu"] = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
+        C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
+        fitted = replace(fitted, C_per_k_xu=C_per_k_xu)
     for table in shown.fit_tables(fitted):
         Console().print(table)
-    doubts = [f"warning: {text}" for text in shown.warning_texts(fitted)]
-    for text in filter(None, [shown.valve_text(fitted), shown.wall_text(fitted), *doubts]):
+    if isinstance(fitted, ClosedChambersResult):
+        typer.echo(shown.wall_text(fitted))
+    for text in filter(None, [shown.valve_text(fitted), *(f"warning: {text}" for text in fitted.warnings)]):
         typer.echo(text)
     start = default_conductance(plant.cylinder)
     ends = f"95 % of such cylinders {start.k_0_low:.2g} to {start.k_0_high:.2g}"
     typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})")
     if output is not None:
-        save_fit(fitted, configured.config_sha256, output / "fit.nc")
+        fitted.save(configured.config_sha256, output / "fit.nc")
         write_text(fit_page(fitted, measurement.name), output / "fit.html")
-        found = fitted_configuration(configuration, named, plant, fitted, measurement.name, T=measured.T)
-        write_text(found, output / "fitted.yaml")
+        text = fitted_configuration(configuration, named, plant, fitted, measurement.name, T=measured.T)
+        write_text(text, output / "fitted.yaml")
         typer.echo(f"{output / 'fit.html'}, {output / 'fit.nc'} and {output / 'fitted.yaml'}: written")
     return None
 

@@ -1,53 +1,32 @@
 """Models fitted to a measurement: estimates, intervals, and the error of each on the part held out."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fit.fit_warnings import (
-    disagreements,
-    equally_good,
-    far_from_noise,
-    record_doubts,
-)
-from pneumo.fit.fitted_parameters import (
-    CAUSES,
+from pneumo.fit.fit_problem import (
     FULL,
-    PARAMETERS,
     Problem,
     offsets,
     replayed_pressures,
+    si_value,
     with_causes,
 )
+from pneumo.fit.fit_result import Estimate, FitResult, equally_good, fit_data, rms_of_chambers
+from pneumo.fit.fit_warnings import disagreements, fit_warnings
+from pneumo.fit.fitted_parameters import CAUSES, REPORTED, STARTS
 from pneumo.fit.least_squares import descend, fit
 from pneumo.fit.parameter_intervals import covariances, parameter_interval
 from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.residuals import residuals
 from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
 from pneumo.fit.valve_signal import behind_valve
-from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, Model
-from pneumo.storage.files import attributes, write
 
 PART = 0.6  # of the record that is fitted
-FLOW = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
-REPORTED = tuple(name for name in PARAMETERS if not name.startswith("start") and name not in CAUSES)
-UNITS = {name: PARAMETERS[name].unit for name in REPORTED}
-
-
-class Estimate(NamedTuple):
-    """One model, fitted; a pair is of chambers A and B."""
-
-    values: dict[str, float]  # SI units, corrected for the bias by noise in the position; fixed ones too
-    low: dict[str, float]  # ends of their 95 per cent intervals; NaN where open
-    high: dict[str, float]
-    rms: np.ndarray  # Pa, root mean square of measured minus replayed pressure of the part fitted: a pair
-    held_out: np.ndarray  # the same of the part held out
-    pressure: np.ndarray  # Pa, replayed by (chamber, sample): each part from its own start
 
 
 def estimate(
@@ -61,12 +40,19 @@ def estimate(
     reference: np.ndarray | None = None,
     also: tuple[str, ...] = (),
 ) -> Estimate:
-    """Fit a model to the first `part` of a record and replay the rest.
+    """Estimate of a model, fitted to the first `part` of a record; the rest is replayed.
 
-    `noisy` has the motions from `with_added_noise`, of the part fitted; `intervals` names the parameters that
-    get one. `reference`, Pa, by (chamber, sample), has the pressures without noise, as far as they are known:
-    intervals then allow for the model's own error, which is what it is off from them. `also` names `CAUSES`
-    that are fitted too.
+    Parameters
+    ----------
+    noisy : numpy.ndarray, optional
+        Motions from `with_added_noise`, of the part fitted; without them nothing is corrected for noise.
+    intervals
+        Names of the parameters that get an interval.
+    reference : numpy.ndarray, optional
+        Pressures without noise as far as they are known, Pa, by (chamber, sample). Intervals then allow for
+        the model's own error: its difference from them.
+    also
+        `CAUSES` that are fitted too.
     """
     split = split_of(record, part)
     problem = Problem(model, plant, record.part(0, split), {}, noisy, also)
@@ -76,29 +62,31 @@ def estimate(
     more = noisy is not None and len(noisy) > 2 * FEW_PAIRS
     best = descend(problem, rough.theta, most=2) if more else rough
     fitted = replayed_pressures(problem, best.theta[None])[0, 0]
-    own = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
-    both, values = covariances(best, own / plant.conditions.P_s**2), problem.values(best.theta)
+    model_error = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
+    both = covariances(best, model_error / plant.conditions.P_s**2)
+    values = problem.values(best.theta)
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
         if name in intervals:
             low[name], high[name] = (
-                PARAMETERS[name].outer(end) if np.isfinite(end) else np.nan
+                si_value(name, end) if np.isfinite(end) else np.nan
                 for end in parameter_interval(few, rough, best, i, both)
             )
-    # Only the pressure at its start is fitted to the part held out, for every model: no model predicts it.
-    known = {name: value for name, value in values.items() if not name.startswith("start")}
+    # Only the first pressures of the part held out are fitted, for every model: no model predicts them.
+    known = {name: value for name, value in values.items() if name not in STARTS}
     rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), known)
     predicted = replayed_pressures(rest, fit(rest).theta[None])[0, 0]
     rms, held_out = (
-        np.sqrt(np.mean((of.signals.P - P) ** 2, axis=1)) for of, P in ((problem, fitted), (rest, predicted))
+        np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
+        for signals, P in ((problem.signals, fitted), (rest.signals, predicted))
     )
     pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
     return Estimate(values, low, high, rms, held_out, pressure)
 
 
 def split_of(record: StageSignals, part: float = PART) -> int:
-    """Last sample of the part that is fitted."""
+    """Index of the last sample that is fitted."""
     return round(part * (record.P.shape[1] - 1))
 
 
@@ -107,6 +95,16 @@ def at_temperature(plant: Plant, T: float) -> Plant:
     if not np.isfinite(T):
         return plant
     return plant._replace(conditions=plant.conditions._replace(T_amb=T, T_in=T, T_0=T))
+
+
+def ranked(estimates: dict[str, Estimate]) -> dict[str, Estimate]:
+    """Estimates by model, the lowest error on the part held out first."""
+    return dict(sorted(estimates.items(), key=lambda item: rms_of_chambers(item[1].held_out)))
+
+
+def error_line(name: str, found: Estimate) -> str:
+    """Line for the terminal when a model has been fitted."""
+    return f"{name}: rms {rms_of_chambers(found.held_out) / 1e3:.3g} kPa on the part held out"
 
 
 def fit_measurement(
@@ -118,119 +116,87 @@ def fit_measurement(
     part: float = PART,
     also: tuple[str, ...] = (),
     progress: Callable[[str], None] = lambda _text: None,
-) -> xr.Dataset:
-    """Fit models to a measurement: `dataset`, the model of the lowest error on the part held out first.
+) -> FitResult:
+    """Fit models to a measurement, the full order first where it can be fitted.
 
-    `held` is whether a command holds until the next sample, `part` the fraction of the record that is fitted;
-    `progress` gets a line after each model. `also` names `CAUSES` that are fitted too, with the full order;
-    the reduced models then get plant and pressures as it found them. `InputError` where that is not fitted.
+    Parameters
+    ----------
+    held
+        Whether the command was held between samples; else it is interpolated.
+    part
+        Fraction of the record that is fitted.
+    also
+        `CAUSES` that are fitted too, with the full order; the reduced models then get plant and pressures as
+        the full order found them.
+    progress
+        Is called with a line after each model.
+
+    Raises
+    ------
+    InputError
+        If `also` names no cause, the supply although it was measured, or the full order cannot be fitted.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
-    for unknown in (name for name in also if name not in CAUSES):
-        raise InputError(f"--also {unknown}: must be one of {', '.join(CAUSES)}")
-    if "P_s" in also and m.P_s is not None:
-        raise InputError(f"--also P_s: {m.name} has the supply pressure as a column")
-    if also and not full:
-        raise InputError(
-            f"--also {also[0]}: only the full order can tell, which needs the command u of a valve that does"
-            " not leak"
-        )
+    _check_also(also, measurement, full)
     record = stage_signals(m.period, m.u, m.x, m.P, plant, held=held, P_s=m.P_s, m=m.m)
     split = split_of(record, part)
     first = record.part(0, split)
     noisy = with_added_noise(first)
     few = noisy[: 2 * FEW_PAIRS]
-    fits: dict[str, Estimate] = {}
+    estimates: dict[str, Estimate] = {}
     reported, off = (*REPORTED, *also), np.zeros((2, 1))
     options: dict[str, Any] = {"intervals": reported, "part": part}
 
     def add(model: Model, plant: Plant, signals: StageSignals, motions: np.ndarray) -> None:
         found = estimate(model, plant, signals, noisy=motions, **options)
-        fits[model.name] = found._replace(pressure=found.pressure + off)
-        rms = np.sqrt(np.mean(fits[model.name].held_out ** 2))
-        progress(f"{model.name}: rms {rms / 1e3:.3g} kPa on the part held out")
+        estimates[model.name] = found._replace(pressure=found.pressure + off)
+        progress(error_line(model.name, found))
 
     corrected, opened = plant, record
     if full:
-        plain = Problem(FULL, plant, first, {}, free=also)
-        far = far_from_noise(plain, fit(plain).theta)
+        plain = Problem(FULL, plant, first, {}, also=also)
+        far = any(residual.far_from_noise for residual in residuals(plain, fit(plain).theta))
         options |= {"intervals": ()} if far else {}
         options["also"] = also
         add(FULL, plant, record, few)
-        values = fits[FULL.name].values
+        values = estimates[FULL.name].values
         # The reduced models get the valve's opening, and what was fitted too, as the full order found it.
         corrected, off = with_causes(plant, values), offsets(values)
         opened = record._replace(u=behind_valve(record.u, record.h, values), P=record.P - off)
-        reference = (m.P if far else fits[FULL.name].pressure) - off
+        reference = (m.P if far else estimates[FULL.name].pressure) - off
         options |= {"intervals": reported, "also": (), "reference": reference}
     for name in models:
         add(MODELS[name], corrected, opened, noisy)
-    ranked = sorted(fits, key=lambda name: float(np.mean(fits[name].held_out ** 2)))
-    judged = FULL if FULL.name in fits else MODELS[ranked[0]]
+    estimates = ranked(estimates)
+    judged = FULL if FULL.name in estimates else MODELS[next(iter(estimates))]
     problem = Problem(judged, plant, first, {}, few, also)
-    warnings = record_doubts(problem, fits[judged.name]) + disagreements(fits)
-    result = dataset(
-        measurement,
-        {name: fits[name] for name in ranked},
-        split,
-        {name: PARAMETERS[name].unit for name in reported},
-    )
-    alike = [name for name in equally_good(fits) if name != FULL.name]
-    if len(alike) > 1:
-        note = f"this record cannot tell {', '.join(alike)} apart: their errors held out are alike"
-        result.attrs["notes"] = "\n".join([*measurement.notes, note])
-    return result.assign_attrs(warnings="\n".join(warnings))
-
-
-def dataset(
-    measurement: Measurement, fits: dict[str, Estimate], split: int, units: Mapping[str, str] = UNITS
-) -> xr.Dataset:
-    """Dataset of several fits, in their order, with the parameters that have a unit in `units`.
-
-    Estimates and intervals by (model, parameter), errors by (model, chamber), measured and replayed pressures
-    by (chamber, t) and (model, chamber, t).
-    """
-
-    def values(field: str) -> np.ndarray:
-        return np.array([[getattr(e, field).get(p, np.nan) for p in units] for e in fits.values()])
-
-    def arrays(field: str) -> np.ndarray:
-        return np.array([getattr(e, field) for e in fits.values()])
-
-    parameters, errors, t = ("model", "parameter"), ("model", "chamber"), ("chamber", "t")
-    interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
-    error, Pa = "root mean square error on the part", {"units": "Pa"}
-    m = measurement.m
-    result = xr.Dataset(
-        {
-            "estimate": (parameters, values("values"), {"long_name": "estimate, in parameter_unit"}),
-            "low": (parameters, values("low"), {"long_name": f"lower {interval}"}),
-            "high": (parameters, values("high"), {"long_name": f"upper {interval}"}),
-            "rms_fitted": (errors, arrays("rms"), {"long_name": f"{error} fitted"} | Pa),
-            "rms_held_out": (errors, arrays("held_out"), {"long_name": f"{error} held out"} | Pa),
-            "pressure": (("model", *t), arrays("pressure")),
-            "P": (t, measurement.P, {"long_name": "measured absolute pressure"}),
-            **({"u": ("t", measurement.u)} if m is None else {"m": (t, m, FLOW)}),
-            "x": ("t", measurement.x),
-        },
-        coords={
-            "model": list(fits),
-            "parameter": list(units),
-            "parameter_unit": ("parameter", list(units.values())),
-            "chamber": ["A", "B"],
-            "t": measurement.t,
-        },
-    )
-    return result.assign_attrs(
-        held_out_from=float(measurement.t[split]), notes="\n".join(measurement.notes), warnings=""
+    warnings = fit_warnings(problem, estimates[judged.name]) + disagreements(estimates)
+    reduced = [name for name in equally_good(estimates) if name != FULL.name]
+    return FitResult(
+        data=fit_data(measurement, estimates, reported),
+        notes=(
+            *measurement.notes,
+            *alike_notes(reduced),
+        ),
+        warnings=tuple(warnings),
+        held_out_from=float(measurement.t[split]),
     )
 
 
-def save_fit(fits: xr.Dataset, config_sha256: str, path: Path) -> None:
-    """Write the dataset of `fit_measurement`, or of `pneumo.fit.closed.closed_fit.fit_closed`."""
-    closed = "closed_chambers" in fits.attrs
-    title = "Thermal laws fitted to closed chambers" if closed else "Reduced models fitted to a measurement"
-    summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
-    code = code_hash(__name__, *(["pneumo.fit.closed.closed_fit"] if closed else []))
-    write(fits, path, fits.attrs | attributes(title, summary, config_sha256, code))
+def alike_notes(alike: Sequence[str]) -> list[str]:
+    """Note on models that a record does not distinguish, if they are several."""
+    text = f"this record does not distinguish {'; '.join(alike)}: their errors held out are alike"
+    return [text] if len(alike) > 1 else []
+
+
+def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> None:
+    """Refuse causes that cannot be fitted."""
+    for unknown in (name for name in also if name not in CAUSES):
+        raise InputError(f"--also {unknown}: must be one of {', '.join(CAUSES)}")
+    if "P_s" in also and measurement.P_s is not None:
+        raise InputError(f"--also P_s: {measurement.name} has the supply pressure as a column")
+    if also and not full:
+        raise InputError(
+            f"--also {also[0]}: needs the fit of the full order: the command u and a valve without leakage"
+        )

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from pneumo.errors import InputError
-from pneumo.fit.fitted_parameters import Problem, pressure_and_jacobian
+from pneumo.fit.fit_problem import Problem, pressure_and_jacobian
 
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
 SETTLED = 0.03  # change of the sum of squares, over the variance of a residual, that is negligible

@@ -4,7 +4,7 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fit.fitted_parameters import Problem
+from pneumo.fit.fit_problem import Problem
 from pneumo.fit.least_squares import fit
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.stage_signals import stage_signals

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.signal import fftconvolve
 from scipy.stats import t
 
-from pneumo.fit.fitted_parameters import PARAMETERS, Problem
+from pneumo.fit.fit_problem import Problem
+from pneumo.fit.fitted_parameters import PARAMETERS
 from pneumo.fit.least_squares import Fit, fit_with_one_fixed
 from pneumo.fit.stage_signals import PAIRS
 
@@ -105,7 +106,7 @@ def parameter_interval(
     limited = max((bounded(c, bounds) for c in both), key=lambda c: c[index, index])
     halves = HALF_WIDTH * np.sqrt(np.diag(limited))
     start, end = best.theta[index] - halves[index], best.theta[index] + halves[index]
-    logarithmic = PARAMETERS[problem.names[index]].logarithmic
+    logarithmic = PARAMETERS[problem.names[index]].search.logarithmic
     wide = logarithmic and (halves[index] > WIDE or start <= low or end >= high)
     correlation = np.abs(limited[index]) / np.sqrt(limited[index, index] * np.diag(limited))
     if wide or np.any((halves > LOOSE) & (correlation > CORRELATED)):

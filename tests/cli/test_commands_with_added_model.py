@@ -48,10 +48,10 @@ def test_fit_linear_model_and_source_code_of_the_added_model(plant, run):
     noise = np.random.default_rng(3).normal(0, 50.0, (2, len(run.t)))
     P = np.array([own.P_A, own.P_B]) + noise
     fits = fit_measurement(Measurement("m", 1e-3, run.u, run.x, P, None, np.nan, ()), plant, ["M11", "M4"])
-    assert [name for name in fits["model"].values if name != "full"] == ["M11", "M4"]
+    assert [name for name in fits.models if name != "full"] == ["M11", "M4"]
     own = ["n", "k_0", "k_xu", "V_d_A", "V_d_B"]
-    assert fits["estimate"].sel(model="M11", parameter=own).notnull().all()  # n and k_0 both
-    assert (fits["rms_held_out"].sel(model="M11") < 500).all()
+    assert fits.data["estimate"].sel(model="M11", parameter=own).notnull().all()  # n and k_0 both
+    assert (fits.data["rms_held_out"].sel(model="M11") < 500).all()
     point = {"u": 0.3, "P_A": 4e5, "P_B": 5e5}
     named, by_row = linearise("M11", 1.3, plant, **point), linearise(M11, 1.3, plant, **point)
     assert np.array_equal(named.A, by_row.A) and np.array_equal(named.B, by_row.B)

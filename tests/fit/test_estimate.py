@@ -15,7 +15,7 @@ from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit import parameter_intervals as fit_intervals
 from pneumo.fit.closed.thermal_time_constant import transient
 from pneumo.fit.estimate import estimate, split_of
-from pneumo.fit.fitted_parameters import FULL, PARAMETERS, Problem, replayed_pressures
+from pneumo.fit.fit_problem import FULL, Problem, replayed_pressures, si_value
 from pneumo.fit.least_squares import Fit, evaluate, fit
 from pneumo.fit.parameter_intervals import (
     HALF_WIDTH,
@@ -70,7 +70,7 @@ def test_parameters_become_lanes_dead_volumes_and_starts(model):
     p, s = problem.plant, problem.signals
     for theta, pressure in zip(thetas, found[0], strict=True):
         n, k_0, k_xu, V_A, V_B, P_A, P_B = (
-            PARAMETERS[name].outer(value) for name, value in zip(problem.names, theta, strict=True)
+            si_value(name, value) for name, value in zip(problem.names, theta, strict=True)
         )
         own = p._replace(k_0=k_0, valve=p.valve._replace(k_xu=k_xu))
         lanes, V_d = lane_array([lane(MODELS[model], n, 1.4)]), np.array([[V_A, V_B]])

@@ -7,7 +7,8 @@ from checkout import ROOT
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.parameters import load, study
-from pneumo.fit.estimate import UNITS, Estimate, dataset
+from pneumo.fit.fit_result import Estimate, FitResult, fit_data
+from pneumo.fit.fitted_parameters import REPORTED
 from pneumo.fit.fitted_yaml import fitted_configuration
 from pneumo.fit.record.measurement import Measurement
 from pneumo.publish.text.terminal_tables import valve_text
@@ -18,8 +19,8 @@ SAMPLES = 200
 VALUES = {"n": 1.312345678, "k_0": 0.4512345678, "k_xu": 8.9e-7, "V_d_A": 9e-6, "V_d_B": 11e-6}
 
 
-def found(values=VALUES, model="M8", full=None, units=UNITS, **open_ends):
-    """Dataset of a fit with these values, within 10 per cent; other ends by name; `full` is put first."""
+def found(values=VALUES, model="M8", full=None, also=(), **open_ends):
+    """Result of a fit with these values, within 10 per cent; other ends by name; `full` is put first."""
     P = np.full((2, SAMPLES), 4e5)
     m = Measurement("bench.csv", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P, None, np.nan, ())
     low, high = ({name: factor * value for name, value in values.items()} for factor in (0.9, 1.1))
@@ -29,7 +30,8 @@ def found(values=VALUES, model="M8", full=None, units=UNITS, **open_ends):
     fits = (
         {} if full is None else {"full": full._replace(rms=one.rms, held_out=np.full(2, 300.0), pressure=P)}
     )
-    return dataset(m, fits | {model: one, "M2": worse}, 120, units)
+    data = fit_data(m, fits | {model: one, "M2": worse}, (*REPORTED, *also))
+    return FitResult(data=data, notes=(), warnings=(), held_out_from=0.12)
 
 
 def read(text, tmp_path):
@@ -144,13 +146,12 @@ def test_what_was_fitted_too_goes_into_its_key_or_is_said_and_shown(mine, tmp_pa
     valve = {"lag": 2e-3, "dead_time": 1e-3, "null": 0.1}
     both = ({name: factor * value for name, value in (values | valve).items()} for factor in (0.9, 1.1))
     full = Estimate(values | valve, *both, np.zeros(2), np.zeros(2), np.zeros((2, SAMPLES)))
-    units = UNITS | {"P_s": "Pa", "exhaust": "1", "offset_A": "Pa"}
-    fit = found(full=full, units=units)
+    fit = found(full=full, also=("P_s", "exhaust", "offset_A"))
     text = written(fit, "mine", mine, TEMPLATE)
     configuration, result = read(text, tmp_path)
     assert configuration.cylinders["mine"].valve.exhaust_ratio == 0.75
     assert result.experiments["open"].plant.conditions.P_s == 6.5e5
-    assert "offset_A = 8000 (7200 to 8800) (SI units)" in text and "no key has offset_A" in text
+    assert "offset_A = 8000 (7200 to 8800) (SI units)" in text and "no key for offset_A" in text
     shown = valve_text(fit)
     assert "supply 650 kPa (585 to 715)" in shown and "offset of P_A 8 kPa (7.2 to 8.8)" in shown
     assert "exhaust over supply path 0.75 (0.675 to 0.825)" in shown and "lag 2 ms" in shown

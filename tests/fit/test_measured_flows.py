@@ -7,7 +7,7 @@ import pytest
 from pneumo import simulate
 from pneumo.errors import InputError
 from pneumo.fit.estimate import fit_measurement
-from pneumo.fit.fitted_parameters import Problem, replayed_pressures
+from pneumo.fit.fit_problem import Problem, replayed_pressures
 from pneumo.fit.least_squares import fit
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.measurement import ANR, Measurement, read_measurement
@@ -79,11 +79,11 @@ def test_a_models_own_pressures_give_its_parameters_back(plant, measured, model)
 @pytest.mark.slow
 def test_full_order_pressures_are_followed(plant, measured):
     found = fit_measurement(measured, plant, ["M8", "M5"])
-    assert list(found["model"].values) == ["M8", "M5"]  # mixing and wall heat are in the truth
-    assert "m" in found.data_vars and "u" not in found.data_vars
-    assert np.isnan(found["estimate"].sel(parameter="k_xu")).all()
+    assert found.models == ["M8", "M5"]  # mixing and wall heat are in the truth
+    assert "m" in found.data and "u" not in found.data
+    assert np.isnan(found.data["estimate"].sel(parameter="k_xu")).all()
     # Noise has 200 Pa; M8 lacks little of the truth, and sampled flows miss the valve's corners.
-    assert float(found["rms_held_out"].sel(model="M8").max()) < 3000
+    assert float(found.data["rms_held_out"].sel(model="M8").max()) < 3000
     assert "k<sub>x</sub> k<sub>u</sub>" in fit_page(found, "m.csv")
 
 

@@ -2,6 +2,7 @@
 
 import io
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from brief import in_brief
 from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
-from pneumo.fit.estimate import Estimate, dataset
+from pneumo.fit.fit_result import Estimate, FitResult, fit_data
+from pneumo.fit.fitted_parameters import REPORTED
 from pneumo.fit.record.measurement import Measurement
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.text.terminal_tables import fit_heads, fit_rows, fit_tables
@@ -28,9 +30,9 @@ def found():
         ends = {"k_0": low}, {"k_0": high}
         return Estimate(values, *ends, np.array([900.0, 1100.0]), np.full(2, held_out), P + 100.0)
 
-    return dataset(
-        m, {"M8": estimate(0.3, 0.2, np.nan, 1e3), "M3": estimate(0.5, 0.4, 0.6, 3e3)}, 120
-    ).assign_attrs(warnings="P_A: <i>\nP_B: odd")
+    estimates = {"M8": estimate(0.3, 0.2, np.nan, 1e3), "M3": estimate(0.5, 0.4, 0.6, 3e3)}
+    data = fit_data(m, estimates, REPORTED)
+    return FitResult(data=data, notes=m.notes, warnings=("P_A: <i>", "P_B: odd"), held_out_from=0.12)
 
 
 def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(found):
@@ -52,7 +54,7 @@ def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(found
 
 def test_tables_fit_a_terminal(found):
     console = Console(width=80, record=True, file=io.StringIO())
-    wide = found.assign(estimate=found["estimate"] * 1.2345678)
+    wide = replace(found, data=found.data.assign(estimate=found.data["estimate"] * 1.2345678))
     for fit in (found, wide):
         for table in fit_tables(fit):
             console.print(table)

@@ -13,7 +13,7 @@ import xarray as xr
 
 from pneumo.evidence.fit_coverage.synthetic_records import SyntheticRecord, synthetic_record
 from pneumo.fit.estimate import estimate, split_of
-from pneumo.fit.fitted_parameters import FULL
+from pneumo.fit.fit_problem import FULL
 from pneumo.fit.stage_signals import FEW_PAIRS, stage_signals, with_added_noise
 from pneumo.physics.models import MODELS
 from pneumo.statistics.averages import rms_of

@@ -10,31 +10,25 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from scipy.interpolate import make_smoothing_spline
 from scipy.optimize import OptimizeResult
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
-from pneumo.fit.closed.closed_warnings import check_closed, closed_doubts
+from pneumo.fit.closed.closed_warnings import check_closed, closed_warnings
 from pneumo.fit.closed.thermal_laws import LAWS, ClosedProblem, ClosedRecord, fitted_names
 from pneumo.fit.closed.thermal_time_constant import LARGEST_MOTION
-from pneumo.fit.estimate import PART, Estimate, at_temperature, dataset
-from pneumo.fit.fit_warnings import FAR, Remainder, equally_good, what_is_left
+from pneumo.fit.estimate import PART, alike_notes, at_temperature, error_line, ranked
+from pneumo.fit.fit_result import ClosedChambersResult, Estimate, equally_good, fit_data
 from pneumo.fit.least_squares import Fit
 from pneumo.fit.parameter_intervals import HALF_WIDTH, WIDE, covariances, inverse_curvature
 from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.residuals import Residual, split_residuals
 from pneumo.fit.stage_signals import FEW_PAIRS, smoothing
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import chamber_of, volume
 
-UNITS = {
-    "n": "1",
-    **dict.fromkeys(("k_0", "k_0_A", "k_0_B", "k_A", "k_B"), "W K-1"),
-    **dict.fromkeys(("V_d_A", "V_d_B"), "m3"),
-    "leak": "kg s-1 Pa-1",
-    **dict.fromkeys(("T_A", "T_B"), "K"),
-}
+REPORTED = ("n", "k_0", "k_0_A", "k_0_B", "k_A", "k_B", "V_d_A", "V_d_B", "leak", "T_A", "T_B")
 HELD = ("wall heat, constant", "wall heat, area and root of PT")  # laws that differ where the piston is held
 MOST_EVALUATIONS = 100  # of a law's least squares
 MOST_SAMPLES = 4000  # of a chamber, that enter the sum of squares
@@ -53,7 +47,7 @@ class Solved(NamedTuple):
     problem: ClosedProblem
     optimum: OptimizeResult
     pressure: np.ndarray  # Pa, of the whole record, by (chamber, sample); NaN where a chamber is left out
-    left: dict[str, Remainder]  # by chamber, of the part fitted
+    residuals: dict[str, Residual]  # by chamber, of the part fitted
 
 
 def closed_record(measurement: Measurement, plant: Plant) -> tuple[ClosedRecord, float, float]:
@@ -83,11 +77,12 @@ def fit_closed(
     part: float = PART,
     check: bool = True,
     progress: Callable[[str], None] = lambda _text: None,
-) -> xr.Dataset:
-    """Fit thermal laws to both closed chambers: `dataset`, the law of the lowest error held out first.
+) -> ClosedChambersResult:
+    """Fit thermal laws to both closed chambers.
 
     The part held out is predicted in one run from the record's first sample. `check` refuses chambers that
-    look swapped. `InputError` if no pressure tells anything.
+    look swapped, `part` is the fraction that is fitted; `progress` is called with a line after each law.
+    `InputError` if no pressure changes with the piston, or beyond its noise.
     """
     plant = at_temperature(plant, measurement.T)
     record, penalty, noise = closed_record(measurement, plant)
@@ -95,32 +90,27 @@ def fit_closed(
     moves = float(np.ptp(record.x)) > LARGEST_MOTION * record.stroke
     if not moves:
         notes.append(
-            "the piston is held: dead volumes are as configured, and k_0 is in proportion to the volume"
+            "the piston is held: dead volumes are as configured, and k_0 is proportional to the volume"
         )
     moved = noisy_records(record, penalty, noise) if moves and noise > 0 else []
-    fits: dict[str, Estimate] = {}
+    estimates: dict[str, Estimate] = {}
     solved: dict[str, Solved] = {}
+    fitted = round(part * (len(record.t) - 1)) + 1
     for name in LAWS if moves else HELD:
-        problem = _problem(name, record, plant, round(part * (len(record.t) - 1)) + 1, chambers, moves)
-        solved[name] = _solved(problem, moved)
-        fits[name] = _estimate(solved[name])
-        rms = np.sqrt(np.nanmean(fits[name].held_out ** 2))
-        progress(f"{name}: rms {rms / 1e3:.3g} kPa on the part held out")
-    ranked = sorted(fits, key=lambda name: float(np.nanmean(fits[name].held_out ** 2)))
-    fits = {name: fits[name] for name in ranked}
-    warnings = closed_doubts(fits, {name: s.left for name, s in solved.items()}, plant)
-    if len(alike := equally_good(fits)) > 1:
-        notes.append(f"this record cannot tell {'; '.join(alike)} apart: their errors held out are alike")
-    result = dataset(measurement, fits, solved[ranked[0]].problem.fitted - 1, UNITS).drop_vars(
-        ["u", "m"], errors="ignore"
-    )
-    c = plant.conditions
-    return result.assign_attrs(
-        notes="\n".join([*measurement.notes, *notes]),
-        warnings="\n".join(warnings),
-        closed_chambers=", ".join("AB"[side] for side in chambers),
-        T_wall_K=c.T_amb,
-        P_0_Pa=c.P_0,
+        solved[name] = _solved(_problem(name, record, plant, fitted, chambers, moves), moved)
+        estimates[name] = _estimate(solved[name])
+        progress(error_line(name, estimates[name]))
+    estimates = ranked(estimates)
+    warnings = closed_warnings(estimates, {name: s.residuals for name, s in solved.items()}, plant)
+    data = fit_data(measurement, estimates, REPORTED)
+    return ClosedChambersResult(
+        data=data.drop_vars(["u", "m"], errors="ignore"),
+        notes=(*measurement.notes, *notes, *alike_notes(equally_good(estimates))),
+        warnings=tuple(warnings),
+        held_out_from=float(measurement.t[fitted - 1]),
+        chambers=", ".join("AB"[side] for side in chambers),
+        T_wall=plant.conditions.T_amb,
+        P_0=plant.conditions.P_0,
     )
 
 
@@ -162,9 +152,9 @@ def _solved(problem: ClosedProblem, moved: Sequence[ClosedRecord]) -> Solved:
     pressure = np.full_like(record.P, np.nan)
     pressure[seen] = problem.replay(optimum.x, len(record.t))[seen]
     noisy = [problem._replace(record=one).replay(optimum.x, first)[seen] for one in moved]
-    left = (record.P - pressure)[seen, :first]
-    rest = what_is_left(record.P[seen, :first], left, record.h, np.array(noisy))
-    return Solved(problem, optimum, pressure, dict(zip(("AB"[side] for side in seen), rest, strict=True)))
+    residual = (record.P - pressure)[seen, :first]
+    split = split_residuals(record.P[seen, :first], residual, record.h, np.array(noisy))
+    return Solved(problem, optimum, pressure, dict(zip(("AB"[side] for side in seen), split, strict=True)))
 
 
 def _estimate(solved: Solved) -> Estimate:
@@ -173,7 +163,7 @@ def _estimate(solved: Solved) -> Estimate:
     record = problem.record
     values, (low, high) = problem.values(optimum.x), _intervals(solved)
     factors = _conventions(solved, values)
-    kept: dict[str, tuple[str, float]] = {name: (name, 1.0) for name in UNITS if name in low}
+    kept: dict[str, tuple[str, float]] = {name: (name, 1.0) for name in REPORTED if name in low}
     for side in "AB":
         if f"k_{side}" in low:
             now, at_0 = factors[side]
@@ -238,7 +228,7 @@ def _intervals(solved: Solved) -> tuple[dict[str, float], dict[str, float]]:
     if len(residual) == 1:  # a second chamber with the same noise that tells nothing
         residual, jacobian = np.concatenate([residual] * 2), np.concatenate([jacobian, 0 * jacobian])
     fit = Fit(theta, residual, jacobian, squares, -J.T @ optimum.fun, J.T @ J, np.zeros(2 * theta.shape))
-    far = any(one.coloured > FAR * one.noise for one in solved.left.values())
+    far = any(residual.far_from_noise for residual in solved.residuals.values())
     variances = np.array([np.diag(c) for c in covariances(fit, squares if far else 0.0)]).max(axis=0)
     half, curvature = HALF_WIDTH * np.sqrt(variances), np.diag(inverse_curvature(fit))
     low: dict[str, float] = {}

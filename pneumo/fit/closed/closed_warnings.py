@@ -7,18 +7,20 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
 from pneumo.fit.closed.thermal_laws import LAWS, LOW, ClosedRecord
-from pneumo.fit.estimate import Estimate
+from pneumo.fit.fit_result import Estimate
 from pneumo.fit.fit_warnings import (
-    BEYOND,
-    NAMES,
     ON_BOUND,
     VAGUE,
-    Remainder,
+    apart,
+    dead_volume_warnings,
     disagreements,
-    unexplained_texts,
-    unlikely_dead_volume,
+    index_warnings,
+    on_bound,
+    residual_warnings,
 )
+from pneumo.fit.fitted_parameters import QUANTITIES
 from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.residuals import Residual
 from pneumo.fit.stage_signals import smoothing
 from pneumo.physics.cylinder import chamber_of
 
@@ -66,35 +68,30 @@ def check_closed(
     return chambers, notes
 
 
-def with_wall_heat(fits: Mapping[str, Estimate]) -> str:
-    """Name of the best law with wall heat."""
-    return next(name for name in fits if LAWS[name].explicit_heat)
-
-
-def closed_doubts(
-    fits: Mapping[str, Estimate], left: Mapping[str, Mapping[str, Remainder]], plant: Plant
+def closed_warnings(
+    estimates: Mapping[str, Estimate], residuals: Mapping[str, Mapping[str, Residual]], plant: Plant
 ) -> list[str]:
-    """Warn of what the best law leaves, and of odd parameters of the best with wall heat and of free n."""
-    wall = with_wall_heat(fits)
-    best, found = next(iter(fits)), fits[wall]
-    result = unexplained_texts(best, left[best])
-    for name, value in found.values.items():
+    """Warnings of the best law's residuals, and of odd parameters of the best with wall heat and of free n.
+
+    `estimates` by law, the best first; `residuals` by law and chamber.
+    """
+    best = next(iter(estimates))
+    wall = next(estimate for law, estimate in estimates.items() if LAWS[law].explicit_heat)
+    result = residual_warnings(best, residuals[best])
+    for name, value in wall.values.items():
         if name.startswith("V_d"):
             ratio = value / getattr(plant.cylinder, name)
-            if ratio < LOW[name] * (1 + ON_BOUND):
-                result.append(f"{NAMES[name]} is on the bound of the search: {value:.3g} m3")
-            result += unlikely_dead_volume(name, ratio)
-        if name in DETERMINED and not found.high[name] < VAGUE * found.low[name]:
-            result.append(f"this record does not determine {NAMES[name]}: {REMEDY}")
-    n, gamma = fits["free n"].values["n"] if "free n" in fits else 1.0, plant.gas.gamma
-    if not 1 - BEYOND < n < gamma + BEYOND:
+            result += [on_bound(name, value)] if ratio < LOW[name] * (1 + ON_BOUND) else []
+            result += dead_volume_warnings(name, ratio)
+        if name in DETERMINED and not wall.high[name] < VAGUE * wall.low[name]:
+            result.append(f"this record does not determine {QUANTITIES[name].name}: {REMEDY}")
+    if "free n" in estimates:
+        n, meaning = estimates["free n"].values["n"], "no n describes heat and leakage of this record"
+        result += index_warnings(n, plant.gas.gamma, meaning)
+    ends = [(wall.low[name], wall.high[name]) for name in ("k_0_A", "k_0_B") if name in wall.low]
+    if ends and apart(ends):
         result.append(
-            f"n = {n:.3g} is outside 1 to {gamma:g}: no n stands for heat and leakage of this record"
+            "the intervals of k_0 of A and of B do not overlap, and a configuration has one k_0:"
+            " `fitted.yaml` gets their mean, with an interval that holds both"
         )
-    ends = [(found.low[name], found.high[name]) for name in ("k_0_A", "k_0_B") if name in found.low]
-    if ends and max(low for low, _ in ends) > min(high for _, high in ends):
-        result.append(
-            "k_0 of A and of B lie apart beyond their intervals, and a configuration has one: `fitted.yaml`"
-            " has their mean, within an interval that holds both"
-        )
-    return result + disagreements(dict(fits), ("k_0_A", "k_0_B"))
+    return result + disagreements(estimates, ("k_0_A", "k_0_B"))

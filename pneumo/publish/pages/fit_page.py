@@ -1,27 +1,27 @@
 """Page of `pneumo fit`: one self-contained HTML file."""
 
-import xarray as xr
-
+from pneumo.fit.fit_result import ClosedChambersResult, FitResult
 from pneumo.publish.figures.fit_figures import held_out_figure, residual_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
-from pneumo.publish.text.terminal_tables import fit_heads, fit_rows, valve_text, wall_text, warning_texts
+from pneumo.publish.text.terminal_tables import fit_heads, fit_rows, valve_text, wall_text
 
 
-def fit_page(fit: xr.Dataset, name: str) -> str:
+def fit_page(fit: FitResult, name: str) -> str:
     """Return the page of a fit of the measurement `name`: table, figures and notes, nothing from outside."""
+    closed = isinstance(fit, ClosedChambersResult)
     return page_text(
         "fit.html.j2",
         name=name,
         headings=fit_heads(fit),
-        closed="closed_chambers" in fit.attrs,
+        closed=closed,
         rows=fit_rows(fit),
-        samples=fit.sizes["t"],
-        duration=f"{fit['t'].values[-1]:.4g}",
-        held_out_from=f"{fit.attrs['held_out_from']:.4g}",
-        warnings=warning_texts(fit),
-        valve=valve_text(fit) or wall_text(fit),
-        notes=[note for note in str(fit.attrs["notes"]).split("\n") if note],
+        samples=fit.data.sizes["t"],
+        duration=f"{fit.data['t'].values[-1]:.4g}",
+        held_out_from=f"{fit.held_out_from:.4g}",
+        warnings=fit.warnings,
+        valve=wall_text(fit) if closed else valve_text(fit),
+        notes=fit.notes,
         pressures=image_address(residual_figure(fit), "png"),
         ranking=image_address(held_out_figure(fit), "png"),
     )

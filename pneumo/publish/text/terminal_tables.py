@@ -8,6 +8,8 @@ import xarray as xr
 from rich import box
 from rich.table import Table
 
+from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
+from pneumo.fit.fitted_parameters import CAUSES, FULL_ORDER, QUANTITIES, VALVE
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.model_pairs import CRITERIA
@@ -99,64 +101,45 @@ def study_tables(ranking: Ranking) -> list[Table]:
 
 RANKED = "Ranked by rms error on the part held out; 95 % intervals"
 ERRORS = ("rms held out (kPa)", "rms fitted (kPa)")
-FITTED = {  # parameter -> heading, unit, factor from SI
-    "n": ("n", "", 1.0),
-    "k_0": ("k_0", "W/K", 1.0),
-    "k_xu": ("k_x k_u", "mm²/V", 1e6),
-    "V_d_A": ("V_d of A", "cm³", 1e6),
-    "V_d_B": ("V_d of B", "cm³", 1e6),
-    # Of closed chambers:
-    "k_0_A": ("k_0 of A", "W/K", 1.0),
-    "k_0_B": ("k_0 of B", "W/K", 1.0),
-    "k_A": ("mean k of A", "W/K", 1.0),
-    "k_B": ("mean k of B", "W/K", 1.0),
-    "leak": ("leakage A to B", "mg/(s bar)", 1e11),
-    "T_A": ("first T of A", "K", 1.0),
-    "T_B": ("first T of B", "K", 1.0),
-}
 
 
-def fitted_parameters(fit: xr.Dataset) -> dict[str, tuple[str, str, float]]:
-    """Heading, unit and factor from SI of each parameter of a fit that is shown.
+def fitted_quantities(fit: FitResult) -> dict[str, tuple[str, str, float]]:
+    """Heading, unit and factor from SI of each quantity in the table of a fit.
 
-    The valve is shown as it was configured: k_x k_u, or C where the fit's attribute has C over k_x k_u.
+    The valve is shown as it was configured: k_x k_u or C.
     """
-    looks = {name: look for name, look in FITTED.items() if name in fit["parameter"].values}
-    if "k_xu" in looks and "C_per_k_xu" in fit.attrs:
-        looks["k_xu"] = ("C", "dm³/(s bar)", fit.attrs["C_per_k_xu"])
+    names = [name for name in fit.data["parameter"].values if name not in (*VALVE, *CAUSES)]
+    looks = {name: (q.heading, q.shown_unit, q.factor) for name in names for q in [QUANTITIES[name]]}
+    if "k_xu" in looks and fit.C_per_k_xu is not None:
+        looks["k_xu"] = ("C", "dm³/(s bar)", fit.C_per_k_xu)
     return looks
 
 
-def fit_heads(fit: xr.Dataset) -> list[str]:
+def fit_heads(fit: FitResult) -> list[str]:
     """Headings of the table of a fit."""
-    names = (f"{name} ({unit})" if unit else name for name, unit, _ in fitted_parameters(fit).values())
-    return ["law" if "closed_chambers" in fit.attrs else "model", *ERRORS, *names]
+    names = (f"{name} ({unit})" if unit else name for name, unit, _ in fitted_quantities(fit).values())
+    return ["law" if isinstance(fit, ClosedChambersResult) else "model", *ERRORS, *names]
 
 
-def rms_of_chambers(by_chamber: xr.DataArray) -> float:
-    """Root mean square over both chambers of their RMS errors, in the same unit."""
-    return float(np.sqrt(np.nanmean(by_chamber.values**2)))
-
-
-def fit_rows(fit: xr.Dataset) -> list[list[str]]:
+def fit_rows(fit: FitResult) -> list[list[str]]:
     """Cells by `fit_heads`, a row per model, best first; an end that the data do not limit is open."""
     rows = []
-    for model in fit["model"].values:
-        part = fit.sel(model=model)
-        row = [str(model)]
-        row += [f"{rms_of_chambers(part[name]) / KILO:.3g}" for name in ("rms_held_out", "rms_fitted")]
-        for parameter, (_, _, factor) in fitted_parameters(fit).items():
-            one = part.sel(parameter=parameter)
-            best, low, high = (factor * one[key].item() for key in ("estimate", "low", "high"))
+    for model in fit.models:
+        part = fit.data.sel(model=model)
+        row = [model]
+        row += [f"{rms_of_chambers(part[name].values) / KILO:.3g}" for name in ("rms_held_out", "rms_fitted")]
+        for parameter, (_, _, factor) in fitted_quantities(fit).items():
+            cell = part.sel(parameter=parameter)
+            best, low, high = (factor * cell[key].item() for key in ("estimate", "low", "high"))
             ends = ends_text(low, high) if low != 0 else f"0 to {significant(high)}"  # no leakage is an end
             row.append("" if np.isnan(best) else f"{significant(best)} ({ends})")
         rows.append(row)
     return rows
 
 
-def fit_tables(fit: xr.Dataset) -> list[Table]:
+def fit_tables(fit: FitResult) -> list[Table]:
     """Ranking with n and k_0, then valve and dead volumes, with 95 per cent intervals: 80 columns each."""
-    if "closed_chambers" in fit.attrs:
+    if isinstance(fit, ClosedChambersResult):
         return closed_tables(fit)
     places = (0, 1, 2, 3, 4), (0, 5, 6, 7)
     heads, tables = fit_heads(fit), list[Table]()
@@ -171,15 +154,12 @@ def fit_tables(fit: xr.Dataset) -> list[Table]:
     return tables
 
 
-def closed_tables(fit: xr.Dataset) -> list[Table]:
+def closed_tables(fit: FitResult) -> list[Table]:
     """Ranking of thermal laws with n or k_0, then every parameter of the one for the configuration."""
-    from pneumo.fit.fitted_yaml import row_of_the_rig  # seconds of imports, for one table
-
     looks: dict[str, Any] = {"title_justify": "left", "box": box.SIMPLE_HEAD, "padding": (0, 1, 0, 0)}
     ranking = Table("law", "held out\n(kPa)", "fitted\n(kPa)", "n, or k_0 (W/K)", title=RANKED, **looks)
-    table, law, heads = Table(title=row_of_the_rig(fit), **looks), row_of_the_rig(fit), fit_heads(fit)
-    table.add_column("")
-    table.add_column("95 % interval")
+    law, heads = fit.model_of_rig, fit_heads(fit)
+    table = Table("", "95 % interval", title=law, **looks)
     for row in fit_rows(fit):
         n, k_0 = (row[heads.index(head)] for head in ("n", "k_0 (W/K)"))
         ranking.add_row(*row[:3], f"n   {n}" if n else f"k_0 {k_0}" if k_0 else "")
@@ -189,49 +169,28 @@ def closed_tables(fit: xr.Dataset) -> list[Table]:
     return [ranking, table]
 
 
-def wall_text(fit: xr.Dataset) -> str:
-    """State the conventions of a fit of closed chambers; an empty text for other fits."""
-    if "closed_chambers" not in fit.attrs:
-        return ""
-    T, P = fit.attrs["T_wall_K"], fit.attrs["P_0_Pa"] / KILO
+def wall_text(fit: ClosedChambersResult) -> str:
+    """Conventions of a fit of closed chambers."""
+    T, P = fit.T_wall, fit.P_0 / KILO
     return (
         f"mean k: of the part fitted; k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by eqs (7) and (8).\n"
-        f"Taken for the wall: {T:.5g} K; every k scales with its inverse, predictions do not depend on it"
+        f"Assumed for the wall: {T:.5g} K; every k scales with its inverse, predictions do not depend on it"
     )
 
 
-def valve_text(fit: xr.Dataset) -> str:
-    """What the full-order fit says of the valve's command and of what was fitted too.
-
-    An empty text where there is no such fit.
-    """
-    if "full" not in fit["model"]:
+def valve_text(fit: FitResult) -> str:
+    """Valve and causes as the full order found them; an empty text where it was not fitted."""
+    if FULL_ORDER not in fit.models:
         return ""
     parts: list[str] = []
-    for name, text, unit, factor in (
-        ("lag", "lag", "ms", KILO),
-        ("dead_time", "dead time", "ms", KILO),
-        ("null", "null offset", "V", 1.0),
-        ("P_s", "supply", "kPa", 1 / KILO),
-        ("exhaust", "exhaust over supply path", "", 1.0),
-        ("A_B", "piston area of B", "mm²", 1e6),
-        ("offset_A", "offset of P_A", "kPa", 1 / KILO),
-        ("offset_B", "offset of P_B", "kPa", 1 / KILO),
-    ):
-        if name not in fit["parameter"]:
-            continue
-        one = fit.sel(model="full", parameter=name)
-        best, low, high = (factor * one[key].item() for key in ("estimate", "low", "high"))
-        # These may be negative, and no lag is an end that the search has.
-        digits = 2 if name in ("lag", "dead_time", "null") else 4
+    for name in (name for name in (*VALVE, *CAUSES) if name in fit.data["parameter"]):
+        quantity, cell = QUANTITIES[name], fit.data.sel(model=FULL_ORDER, parameter=name)
+        best, low, high = (quantity.factor * cell[key].item() for key in ("estimate", "low", "high"))
+        # These may be negative, and a lag of zero is an end that the search has.
+        digits, unit = 2 if name in VALVE else 4, quantity.shown_unit
         ends = " to ".join("open" if np.isnan(end) else f"{end:.{digits}g}" for end in (low, high))
-        parts.append(f"{text} {best:.{digits}g}{unit and ' '}{unit} ({ends})")
+        parts.append(f"{quantity.heading} {best:.{digits}g}{unit and ' '}{unit} ({ends})")
     return f"valve, from the full order: {', '.join(parts)}"
-
-
-def warning_texts(fit: xr.Dataset) -> list[str]:
-    """Return the reasons not to believe a fit, one sentence each."""
-    return [text for text in str(fit.attrs.get("warnings", "")).split("\n") if text]
 
 
 def transient_text(transient: "Transient") -> str:

@@ -1,0 +1,183 @@
+"""Replayed pressures of a model as a function of the parameters that are fitted.
+
+A replay starts once, from a pressure that is fitted too, and then sees position and command (or mass flows)
+only: measured minus replayed pressure is the model's error and the noise (output error). Each chamber has
+its own dead volume, as the hoses make it.
+"""
+
+from operator import attrgetter
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.catalogue import default_conductance
+from pneumo.configuration.experiment import Plant
+from pneumo.fit.fitted_parameters import CAUSES, FULL_ORDER, PARAMETERS, VALVE
+from pneumo.fit.stage_signals import StageSignals
+from pneumo.fit.valve_signal import behind_valve
+from pneumo.physics.cylinder import heat_area
+from pneumo.physics.models import Lane, Model, lane, lane_array
+from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
+
+SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
+# Parameters that all sets of one replay have in common: the valve's, and what replaces a field of the plant.
+SHARED = (*VALVE, *(name for name in CAUSES if isinstance(PARAMETERS[name].search.start, str)))
+# The full-order chambers, as a row of the table of models; their temperature is a state.
+FULL = Model(FULL_ORDER, "gamma", "gamma", "gamma", "constant", True, "lambda A_q")
+
+
+def search_value(name: str, value: float) -> float:
+    """Value of a parameter on the scale of its search, from that in SI units."""
+    return float(np.log(value)) if PARAMETERS[name].search.logarithmic else float(value)
+
+
+def si_value(name: str, value: float) -> float:
+    """Value of a parameter in SI units, from that on the scale of its search."""
+    return float(np.exp(value)) if PARAMETERS[name].search.logarithmic else float(value)
+
+
+class Problem(NamedTuple):
+    """A model to be fitted to a measurement."""
+
+    model: Model
+    plant: Plant  # as configured; fitted parameters replace its k_0, k_xu and V_d
+    signals: StageSignals
+    fixed: dict[str, float]  # parameters that are not fitted, in SI units
+    noisy: np.ndarray | None = None  # motions from `with_added_noise`; None for plain least squares
+    also: tuple[str, ...] = ()  # `CAUSES` that are fitted too; of the full order only
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the fitted parameters."""
+        full = self.model.name == FULL_ORDER
+        fitted = {"index": self.model.has_n, "wall": self.model.wall != "none", "valve": full}
+        fitted |= {"flow": self.signals.flow is None, "first temperature": full, "cause": False}
+        return tuple(
+            name
+            for name, parameter in PARAMETERS.items()
+            if (fitted.get(parameter.group, True) or name in self.also) and name not in self.fixed
+        )
+
+    def bounds(self) -> np.ndarray:
+        """Lower and upper bounds on the scale of the search, shape (2, parameter)."""
+
+        def scale(times: str) -> float:
+            if times == "A_q0":
+                return heat_area(0.0, self.plant.cylinder)
+            return attrgetter(times)(self.plant) if times else 1.0
+
+        ends = [(name, PARAMETERS[name].search) for name in self.names]
+        return np.array(
+            [[search_value(name, end * scale(s.times)) for end in (s.low, s.high)] for name, s in ends]
+        ).T
+
+    def guess(self) -> np.ndarray:
+        """Start of the search: the configured values and the first measured pressures."""
+        first = self.signals.P[:, : max(1, round(2e-3 / self.signals.period))].mean(axis=1)
+        computed = {"k_0": default_conductance(self.plant.cylinder).k_0}
+        computed |= {"start_A": first[0], "start_B": first[1]}
+
+        def start(name: str) -> float:
+            configured = PARAMETERS[name].search.start
+            if name in computed:
+                return computed[name]
+            return attrgetter(configured)(self.plant) if isinstance(configured, str) else configured
+
+        low, high = self.bounds()
+        inner = [search_value(name, start(name)) for name in self.names]
+        return np.clip(inner, low + SLOPE_STEP, high - SLOPE_STEP)
+
+    def inner(self, values: dict[str, float]) -> np.ndarray:
+        """Fitted parameters on the scale of the search, from their values in SI units."""
+        return np.array([search_value(name, values[name]) for name in self.names])
+
+    def values(self, theta: np.ndarray) -> dict[str, float]:
+        """Parameters in SI units, fixed ones too, from `theta` on the scale of the search."""
+        return self.fixed | {name: si_value(name, x) for name, x in zip(self.names, theta, strict=True)}
+
+
+def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray | None = None) -> np.ndarray:
+    """Pressures of a model with several sets of parameters, Pa, shape (motion, set, chamber, samples).
+
+    Flow is proportional to k_xu, and wall heat to k_0: both are coefficients of a lane, and lanes of one
+    replay have dead volumes and starts of their own. What else differs needs another replay. NaN where a
+    replay left the positive numbers. `thetas` has shape (set, parameter), on the scale of the search;
+    `motions`, shape (motion, steps, 3, 2), are the measured one where left out.
+    """
+    signals, values = problem.signals, [problem.values(theta) for theta in thetas]
+    motions = signals.motion[None] if motions is None else motions
+    lanes = lane_array([_lane(problem, value) for value in values])
+    V_d, start = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("V_d", "start"))
+    rest = signals.h, signals.stride
+    if signals.flow is not None:
+        own = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), *rest, start
+        return np.array([pressures_on_flows(motion, *own) for motion in motions])
+    if problem.model.name != FULL_ORDER:
+        plant = problem.plant._replace(k_0=1.0)
+        return pressures_of_sets(signals.u, motions, lanes, V_d, plant, *rest, start, P_s=signals.P_s)
+    start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
+    result = np.empty((len(motions), len(values), *signals.P.shape))
+    alike: dict[tuple[float, ...], list[int]] = {}
+    for i, value in enumerate(values):
+        alike.setdefault(tuple(value.get(name, np.nan) for name in SHARED), []).append(i)
+    for rows in alike.values():
+        value = values[rows[0]]
+        plant, u = (
+            with_causes(problem.plant, value)._replace(k_0=1.0),
+            behind_valve(signals.u, signals.h, value),
+        )
+        own = lanes[rows], V_d[rows], plant, *rest, start[rows], start_T[rows], signals.P_s
+        result[:, rows] = pressures_of_sets(u, motions, *own)
+    return result + np.array([offsets(value) for value in values])
+
+
+def offsets(value: dict[str, float]) -> np.ndarray:
+    """Offsets of the pressure sensors that were fitted, Pa, shape (chamber, 1)."""
+    return np.array([[value.get(f"offset_{side}", 0.0)] for side in "AB"])
+
+
+def _lane(problem: Problem, value: dict[str, float]) -> Lane:
+    """Lane of the model at the values' n, with their k_xu over the plant's and their k_0 over 1 W/K."""
+    row, k_xu = lane(problem.model, value.get("n", 1.0), problem.plant.gas.gamma), problem.plant.valve.k_xu
+    return row._replace(
+        flow_scale=value.get("k_xu", k_xu) / k_xu,  # 1 where flows were measured
+        wall_scale=row.wall_scale * value.get("k_0", 0.0),
+    )
+
+
+def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
+    """Plant with the values of `CAUSES` that were fitted in place of its own."""
+    for name in CAUSES:
+        field = PARAMETERS[name].search.start
+        if isinstance(field, str) and name in values:
+            part, number = field.split(".")
+            changed = getattr(plant, part)._replace(**{number: values[name]})
+            plant = plant._replace(**{part: changed})
+    return plant
+
+
+def pressure_and_jacobian(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Replayed pressure in units of P_s, shape (motion, chamber, samples), and its derivative.
+
+    On the measured motion first, then on the noisy ones. The derivative, shape (motion, chamber, samples,
+    parameter), is by one-sided differences, away from the nearer bound. The pressure is NaN where the replay
+    left the positive numbers.
+    """
+    low, high = problem.bounds()
+    steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
+    # Parameters of one chamber vary together with the same ones of the other: fewer replays.
+    groups: dict[str, list[int]] = {}
+    for i, name in enumerate(problem.names):
+        groups.setdefault(name.removesuffix("_A").removesuffix("_B"), []).append(i)
+    thetas = np.tile(theta, (len(groups) + 1, 1))
+    for row, members in zip(thetas[1:], groups.values(), strict=True):
+        row[members] += steps[members]
+    measured = problem.signals.motion[None]
+    motions = measured if problem.noisy is None else np.concatenate([measured, problem.noisy])
+    P = replayed_pressures(problem, thetas, motions) / problem.plant.conditions.P_s
+    jacobian = np.zeros((len(motions), *problem.signals.P.shape, len(theta)))
+    for row, members in enumerate(groups.values(), start=1):
+        for i in members:
+            side = {"A": slice(0, 1), "B": slice(1, 2)}.get(problem.names[i][-1], slice(0, 2))
+            jacobian[:, side, :, i] = (P[:, row, side] - P[:, 0, side]) / steps[i]
+    return P[:, 0], np.where(np.isfinite(jacobian), jacobian, 0.0)

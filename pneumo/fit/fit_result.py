@@ -1,0 +1,158 @@
+"""Result of a fit: estimates of several models, remarks and warnings; how it is written."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
+from pneumo.fit.record.measurement import Measurement
+from pneumo.hashing import code_hash
+from pneumo.statistics.intervals import Interval
+from pneumo.storage.files import attributes, write
+
+AS_GOOD = 1.05  # error on the part held out over the lowest, up to which models are equally good
+
+
+class Estimate(NamedTuple):
+    """One model, fitted; arrays of two are of chambers A and B."""
+
+    values: dict[str, float]  # SI units, corrected for the bias by noise in the position; fixed ones too
+    low: dict[str, float]  # ends of their 95 per cent intervals; NaN where open
+    high: dict[str, float]
+    rms: np.ndarray  # Pa, root mean square of measured minus replayed pressure on the part fitted
+    held_out: np.ndarray  # Pa, the same on the part held out
+    pressure: np.ndarray  # Pa, replayed, by (chamber, sample): each part from its own start
+
+
+def rms_of_chambers(errors: np.ndarray) -> float:
+    """Root mean square of the RMS errors of both chambers; a NaN one is left out."""
+    return float(np.sqrt(np.nanmean(errors**2)))
+
+
+def equally_good(estimates: Mapping[str, Estimate]) -> list[str]:
+    """Models whose error on the part held out is the lowest, or hardly larger."""
+    errors = {name: rms_of_chambers(estimate.held_out) for name, estimate in estimates.items()}
+    return [name for name in errors if errors[name] <= AS_GOOD * min(errors.values())]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitResult:
+    """Models fitted to a measurement."""
+
+    data: xr.Dataset  # from `fit_data`, the model with the lowest error on the part held out first
+    notes: tuple[str, ...]  # remarks on the record, a sentence each
+    warnings: tuple[str, ...]  # reasons not to believe the fit, a sentence each
+    held_out_from: float  # s, time of the last sample that was fitted
+    C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
+
+    title: ClassVar = "Reduced models fitted to a measurement"
+    modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.estimate",)  # that made it
+
+    @property
+    def models(self) -> list[str]:
+        """Names of the models, or of the thermal laws, best first."""
+        return [str(name) for name in self.data["model"].values]
+
+    @property
+    def best_model(self) -> str:
+        """Name of the best reduced model: the one to replay or export."""
+        return next(name for name in self.models if name != FULL_ORDER)
+
+    @property
+    def model_of_rig(self) -> str:
+        """Name of the model whose parameters a configuration gets.
+
+        It is the full order, or the best model where the full order has no intervals: the parameters of a
+        reduced model also make up for what that model lacks.
+        """
+        if FULL_ORDER not in self.models:
+            return self.best_model
+        ends = self.data[["low", "high"]].sel(model=FULL_ORDER).to_array()
+        return FULL_ORDER if np.isfinite(ends).any() else self.best_model
+
+    def estimates(self, model: str) -> dict[str, Interval]:
+        """Estimates of a model with their intervals, by parameter, in SI units."""
+        row = self.data.sel(model=model)
+        columns = (row[name].values.tolist() for name in ("estimate", "low", "high"))
+        intervals = dict(zip(self.data["parameter"].values.tolist(), map(Interval, *columns), strict=True))
+        return {name: interval for name, interval in intervals.items() if np.isfinite(interval.value)}
+
+    def attributes(self) -> dict[str, Any]:
+        """Global attributes of the file."""
+        texts = {"notes": "\n".join(self.notes), "warnings": "\n".join(self.warnings)}
+        return {"held_out_from": self.held_out_from} | texts
+
+    def save(self, config_sha256: str, path: Path) -> None:
+        """Write the result as NetCDF, `notes` and `warnings` with a line for each."""
+        summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
+        common = attributes(self.title, summary, config_sha256, code_hash(*self.modules))
+        C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
+        write(self.data, path, self.attributes() | C | common)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClosedChambersResult(FitResult):
+    """Thermal laws fitted to closed chambers; there is no reduced model."""
+
+    chambers: str  # whose pressures were fitted: "A", "B" or "A, B"
+    T_wall: float  # K, temperature of the wall
+    P_0: float  # Pa, pressure at which k_0 is stated
+
+    title: ClassVar = "Thermal laws fitted to closed chambers"
+    modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.estimate", "pneumo.fit.closed.closed_fit")
+
+    @property
+    def model_of_rig(self) -> str:
+        """Name of the best law that gives a k_0, or of the best law."""
+        return next((law for law in self.models if "k_0" in self.estimates(law)), self.best_model)
+
+    def attributes(self) -> dict[str, Any]:
+        """Global attributes of the file."""
+        own = {"closed_chambers": self.chambers, "T_wall_K": self.T_wall, "P_0_Pa": self.P_0}
+        return super().attributes() | own
+
+
+def fit_data(
+    measurement: Measurement, estimates: Mapping[str, Estimate], parameters: Sequence[str]
+) -> xr.Dataset:
+    """Dataset of several estimates, in their order.
+
+    Estimates and intervals by (model, parameter), errors by (model, chamber), measured and replayed pressures
+    by (chamber, t) and (model, chamber, t).
+    """
+
+    def values(field: str) -> np.ndarray:
+        return np.array([[getattr(e, field).get(p, np.nan) for p in parameters] for e in estimates.values()])
+
+    def arrays(field: str) -> np.ndarray:
+        return np.array([getattr(e, field) for e in estimates.values()])
+
+    by_parameter, by_chamber, t = ("model", "parameter"), ("model", "chamber"), ("chamber", "t")
+    interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
+    rms, Pa = "root mean square error on the part", {"units": "Pa"}
+    flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
+    u, m = {"u": ("t", measurement.u)}, {"m": (t, measurement.m, flow)}
+    return xr.Dataset(
+        {
+            "estimate": (by_parameter, values("values"), {"long_name": "estimate, in parameter_unit"}),
+            "low": (by_parameter, values("low"), {"long_name": f"lower {interval}"}),
+            "high": (by_parameter, values("high"), {"long_name": f"upper {interval}"}),
+            "rms_fitted": (by_chamber, arrays("rms"), {"long_name": f"{rms} fitted"} | Pa),
+            "rms_held_out": (by_chamber, arrays("held_out"), {"long_name": f"{rms} held out"} | Pa),
+            "pressure": (("model", *t), arrays("pressure")),
+            "P": (t, measurement.P, {"long_name": "measured absolute pressure"}),
+            **(u if measurement.m is None else m),
+            "x": ("t", measurement.x),
+        },
+        coords={
+            "model": list(estimates),
+            "parameter": list(parameters),
+            "parameter_unit": ("parameter", [QUANTITIES[name].unit for name in parameters]),
+            "chamber": ["A", "B"],
+            "t": measurement.t,
+        },
+    )
