@@ -36,6 +36,7 @@ exclude_patterns = ["static", "decisions/README.md"]
 myst_enable_extensions = ["colon_fence", "dollarmath", "substitution"]
 myst_heading_anchors = 3
 myst_substitutions = {
+    "decisions": fragments.decisions(),
     "errata": fragments.errata(),
     "models": fragments.models(),
     "symbols": fragments.symbols(),
