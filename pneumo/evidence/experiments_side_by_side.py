@@ -1,4 +1,4 @@
-"""Work on every experiment of a study in threads, and its results in one dataset."""
+"""Run a function on every experiment of a study in threads, and join the results in one dataset."""
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -9,26 +9,26 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment
 from pneumo.storage.files import EXPERIMENT_LABELS
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 Labelled = TypeVar("Labelled", xr.Dataset, xr.DataArray)
 
 
 def for_each_experiment(
     experiments: Mapping[str, Experiment],
-    work: Callable[[Experiment], Found],
+    work: Callable[[Experiment], Result],
     threads: int,
     what: str | None = None,
-) -> dict[str, Found]:
-    """Return what `work` returns for each experiment, by name; the longest begin first.
+) -> dict[str, Result]:
+    """Results of `work` for each experiment, by name; the longest run first.
 
-    Prints a line that names `what` was done, if that is given, after each experiment.
+    Prints a line with `what`, if given, after each experiment.
     """
 
-    def done(experiment: Experiment) -> Found:
-        found = work(experiment)
+    def done(experiment: Experiment) -> Result:
+        result = work(experiment)
         if what:
             print(f"{experiment.name}: {what}, done", flush=True)
-        return found
+        return result
 
     longest_first = sorted(experiments.values(), key=lambda experiment: -experiment.steps)
     with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run

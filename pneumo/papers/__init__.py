@@ -1,4 +1,4 @@
-"""What each paper's claims are compared with: one package of computations for each folder of ``paper/``."""
+"""Computations that each paper's claims are compared with: one package for each folder of ``paper/``."""
 
 from pathlib import Path
 

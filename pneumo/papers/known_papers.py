@@ -1,6 +1,6 @@
 """The papers that are judged, by name, and the verdict that ``pneumo paper verdict`` shows.
 
-Imports nothing slow: what judges is imported when it is needed.
+Slow packages, which judging needs, are imported only when a paper is judged.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ PaperName = Literal["2006", "2007"]
 
 
 class KnownPaper(NamedTuple):
-    """Where a paper's definition is, and what it reads."""
+    """Module and files of a paper."""
 
     module: str  # that defines it
     results: str  # its folder in that of all results
@@ -44,9 +44,9 @@ def paper(name: PaperName) -> "Paper":
 
 
 def current_verdict(results: Path, name: PaperName = "2006", folder: Path | None = None) -> dict[str, Any]:
-    """Verdict on a paper: what ``verdict.json`` holds if up to date, else judged anew (not written).
+    """Verdict on a paper: that of ``verdict.json`` if up to date, else a new one, which is not written.
 
-    `results` is the folder of all results; `folder`, the paper's, is that in ``paper/`` where it is left out.
+    `results` is the folder of all results; `folder` is the paper's, by default that in ``paper/``.
     """
     known, folder = KNOWN[name], folder or PAPERS / name
     stored = stored_verdict(results / known.results, folder, known.module, known.reads)

@@ -1,4 +1,4 @@
-"""What models at work tell: does the replay error rank them as use does, and how little model will do."""
+"""Whether the replay error ranks models as their use does, and the simplest model that is good enough."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ COMPARED_FROM = "M2"  # M1 does not count where it is said that it hardly matter
 
 
 class Use(NamedTuple):
-    """What a model is carried for, and by which error that is judged."""
+    """A use of the models, and the error by which it is judged."""
 
     error: str  # variable of `plant_at_work`
     at: dict[str, str]  # its dimensions
@@ -40,11 +40,11 @@ USES = {
 
 
 def carried_at(cells: xr.Dataset, factor: float) -> xr.Dataset:
-    """Cells of the models that carry k_0 times a factor, and of those that carry none, by model."""
-    pairs = list(zip(cells["k_0_factor"].values, cells["model"].values, strict=True))
-    own = [k == factor or MODELS[name].wall == "none" for k, name in pairs]
-    found = cells.isel(carried=np.flatnonzero(own))
-    return found.drop_vars("k_0_factor").swap_dims(carried="model").drop_vars("carried")
+    """Cells of the models with k_0 times a factor, and of those without k_0, by model."""
+    pairs = zip(cells["k_0_factor"].values, cells["model"].values, strict=True)
+    chosen = [k == factor or MODELS[name].wall == "none" for k, name in pairs]
+    cells = cells.isel(carried=np.flatnonzero(chosen)).swap_dims(carried="model")
+    return cells.drop_vars(["k_0_factor", "carried"])
 
 
 def spearman(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -73,13 +73,13 @@ def correlations(
 
 
 def with_bounds(values: np.ndarray) -> np.ndarray:
-    """Estimate and interval from what `correlations` returns: shape (3,)."""
+    """Estimate and interval, shape (3,), from the resamplings that `correlations` returns."""
     tail = 100 * (1 - CONFIDENCE) / 2
     return np.array([values[0], *np.percentile(values[1:], [tail, 100 - tail])])
 
 
 def predicts(low: float) -> str:
-    """What the low end of a rank correlation's interval says: paper/decisions/0049."""
+    """Answer that the low end of a rank correlation's interval gives: paper/decisions/0049."""
     if low > PREDICTS:
         return "predicts use"
     return "does not" if low <= 0 else "in part"
@@ -92,15 +92,16 @@ def losses(used: np.ndarray) -> np.ndarray:
     """
     logarithms = np.log(used)
     best = logarithms[logarithms.mean(axis=1).argmin()]
-    return np.exp([student_interval(own - best) for own in logarithms])
+    return np.exp([student_interval(model - best) for model in logarithms])
 
 
 def at_work_statistics(cells: xr.Dataset) -> xr.Dataset:
-    """Correlations, losses and answers from the cells of all plants, joined along `plant`.
+    """Correlations and losses from the cells of all plants, joined along `plant`.
 
-    `correlation` of replay error and use by (use, factor, plant, bound), `mean_correlation` over the plants;
-    `loss` against the best model by (use, factor, plant, compared, bound); `cheapest`, the first model whose
-    whole interval of the loss is below `ENOUGH`; `hardly_matters`, whether that holds from M2 on.
+    `correlation` of replay error and error of use by (use, factor, plant, bound), `mean_correlation` over the
+    plants; `loss` against the best model by (use, factor, plant, compared, bound); `cheapest`, the first
+    model whose whole interval of the loss is below `ENOUGH`; `hardly_matters`, whether all from
+    `COMPARED_FROM` on are.
     """
     rng = np.random.default_rng(RESAMPLING_SEED)
     factors = sorted(set(cells["k_0_factor"].values.tolist()))
@@ -110,32 +111,31 @@ def at_work_statistics(cells: xr.Dataset) -> xr.Dataset:
     correlation, mean = np.empty((*shape, 3)), np.empty((*shape[:2], 3))
     loss, cheapest = np.empty((*shape, len(models), 3)), np.empty(shape, dtype=object)
     for j, factor in enumerate(factors):
-        own = carried_at(cells, factor)
+        at_factor = carried_at(cells, factor)
         for i, use in enumerate(USES.values()):
-            errors = own[use.error].sel(use.at).transpose("plant", "model", "seed").values
-            replays = own["replay_error"].sel(loop=use.replayed).transpose("plant", "model", "seed").values
+            errors = at_factor[use.error].sel(use.at).transpose("plant", "model", "seed").values
+            replays = at_factor["replay_error"].sel(loop=use.replayed)
+            replays = replays.transpose("plant", "model", "seed").values
             resampled = [correlations(*pair, use.paired, rng) for pair in zip(replays, errors, strict=True)]
             correlation[i, j] = [with_bounds(values) for values in resampled]
             mean[i, j] = with_bounds(np.mean(resampled, axis=0))
-            loss[i, j] = [losses(one) for one in errors]
-            cheapest[i, j] = [models[int(np.argmax(one[:, 2] < ENOUGH))] for one in loss[i, j]]
+            loss[i, j] = [losses(of_plant) for of_plant in errors]
+            cheapest[i, j] = [models[int(np.argmax(of_plant[:, 2] < ENOUGH))] for of_plant in loss[i, j]]
     matters = (loss[..., models.index(COMPARED_FROM) :, 2] < ENOUGH).all(axis=-1)
     dims = ("use", "factor", "plant")
-    one = {"units": "1"}
-    return xr.Dataset(
-        {
-            "correlation": ((*dims, "bound"), correlation, one | {"long_name": "rank correlation"}),
-            "mean_correlation": (("use", "factor", "bound"), mean, one | {"long_name": "over the plants"}),
-            "loss": (
-                (*dims, "compared", "bound"),
-                loss,
-                one | {"long_name": "error over that of the best model"},
-            ),
-            "cheapest": (dims, cheapest.astype(str), {"long_name": "first model that loses less than 10 %"}),
-            "hardly_matters": (dims, matters.astype(np.int8), {"long_name": "whether M2 to M10 all do so"}),
-        },
-        {"use": list(USES), "factor": factors, "plant": plants, "compared": models, "bound": list(BOUNDS)},
-    )
+
+    def ratio(long_name: str) -> dict[str, str]:
+        return {"units": "1", "long_name": long_name}
+
+    variables = {
+        "correlation": ((*dims, "bound"), correlation, ratio("rank correlation")),
+        "mean_correlation": (("use", "factor", "bound"), mean, ratio("over the plants")),
+        "loss": ((*dims, "compared", "bound"), loss, ratio("error over that of the best model")),
+        "cheapest": (dims, cheapest.astype(str), {"long_name": "first model that loses less than 10 %"}),
+        "hardly_matters": (dims, matters.astype(np.int8), {"long_name": "whether M2 to M10 all do so"}),
+    }
+    coords = {"use": list(USES), "factor": factors, "plant": plants, "compared": models}
+    return xr.Dataset(variables, coords | {"bound": list(BOUNDS)})
 
 
 def joined(blocks: list[xr.Dataset]) -> xr.Dataset:

@@ -1,5 +1,5 @@
 # pyright: basic
-"""Extended Kalman filter that carries a reduced model: piston and both pressures from what is measured.
+"""Extended Kalman filter with a reduced model: estimates piston motion and both pressures.
 
 States (x, v, P_A, P_B) by eq (3) and the model; one step of the midpoint rule from sample to sample.
 """
@@ -45,7 +45,7 @@ def _derivatives(
 ) -> None:
     """Write the rates of `model_rates` into dy and their derivatives by the states into A.
 
-    Those of the pressures by themselves are limited to -1/h: eq (1) has none at equal pressures.
+    A pressure's rate has no derivative by that pressure at equal pressures, eq (1): it is limited to -1/h.
     """
     c, conditions = plant.cylinder, plant.conditions
     dy[0], dy[1] = motion(y[0], y[1], acceleration(y[1], y[2], y[3], 0.0, c), c)
@@ -127,7 +127,7 @@ def correct(y: np.ndarray, C: np.ndarray, s: int, measured: float, variance: flo
 
 @inlined
 def first_covariance() -> np.ndarray:
-    """Covariance of the first estimate: at rest at a position that was read, pressures uncertain."""
+    """Covariance of the first estimate: at rest, position read, pressures uncertain."""
     C = np.zeros((STATES, STATES))
     C[0, 0], C[1, 1] = X_VARIANCE, 1e-6
     C[2, 2] = C[3, 3] = FIRST_PRESSURE**2
@@ -183,11 +183,11 @@ def estimated(
 
 
 class Observability(NamedTuple):
-    """What the linear models of an actuator say of a set of sensors."""
+    """Observability of an actuator from a set of sensors, by linear models."""
 
     rank: int  #: least rank of the scaled observability matrix; 4 is observable
-    #: Root mean square over the operating points of the standard deviation of P_A and P_B, Pa, that the
-    #: samples leave to a perfect linear model without process noise.
+    #: Standard deviation of P_A and P_B, Pa, that the samples leave to a perfect linear model without process
+    #: noise; root mean square over the operating points.
     deviation: np.ndarray
 
 
@@ -197,7 +197,6 @@ def observability(
     """Observability of (x, v, P_A, P_B) from x and no, one (P_A) or both pressures, by linear models.
 
     They are linearised at six points: x = -0.3, 0, 0.3 strokes and u = -0.1, 0.1 u_max, at P_0 and 0.05 m/s.
-    Nothing but the samples informs the estimate.
     """
     scale = np.array([plant.cylinder.stroke, 1.0, plant.conditions.P_0, plant.conditions.P_0])
     variance = np.array([X_VARIANCE, PRESSURE_VARIANCE, PRESSURE_VARIANCE])[: 1 + measured_pressures]

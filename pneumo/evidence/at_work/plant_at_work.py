@@ -1,6 +1,6 @@
-"""Models at work in an observer and in a position controller: paper/decisions/0049.
+"""Reduced models in an observer and in a position controller, on one plant: paper/decisions/0049.
 
-One call of `plant_at_work` does all for one plant; each carried model is tuned on its own runs first.
+Each model is tuned on runs of its own, then judged on others.
 """
 
 from collections.abc import Callable
@@ -39,22 +39,44 @@ BANDWIDTHS = (22.0, 33.0, 50.0, 75.0, 110.0, 165.0, 250.0)  # rad/s
 GAINS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # of P control, u_max per stroke
 ROOT_SEED = 49
 
-UNITS = {
-    "replay_error": ("Pa", "RMS error of replays, both chambers, exact transport"),
-    "estimation_error": ("Pa", "RMS error of the estimated pressures, both chambers"),
-    "estimation_error_by_chamber": ("Pa", "the same of each chamber, all seeds"),
-    "tracking_error": ("m", "RMS tracking error of the whole task"),
-    "following_error": ("m", "RMS tracking error of sine and handling"),
-    "error_by_part": ("m", "RMS tracking error of each part, all seeds"),
-    "following_at_bandwidth": ("m", "RMS error of sine and handling in the tuning runs at each bandwidth"),
-    "effort": ("V", "RMS of the limited command"),
-    "air": ("kg", "air from the supply over the task"),
-    "n": ("1", "polytropic index with the lowest replay error; 1 where the model has none"),
-    "pressure_noise": ("Pa s-0.5", "process noise of the pressures, tuned"),
-    "bandwidth": ("rad s-1", "bandwidth of the controller, tuned"),
-    "gain": ("V m-1", "gain of P control, tuned"),
-    "observability_rank": ("1", "least rank of the observability matrix; 4 is observable"),
+OBSERVED, CONTROLLED = ("loop", "sensors", "carried"), ("control_sensors", "carried")
+VARIABLES = {  # dimensions, unit, long name; the baseline's lack the dimensions of `CONTROLLED`
+    "n": (
+        ("loop", "carried"),
+        "1",
+        "polytropic index with the lowest replay error; 1 where the model has none",
+    ),
+    "replay_error": (
+        ("loop", "carried", "seed"),
+        "Pa",
+        "RMS error of replays, both chambers, exact transport",
+    ),
+    "pressure_noise": (OBSERVED, "Pa s-0.5", "process noise of the pressures, tuned"),
+    "estimation_error": (
+        (*OBSERVED, "seed"),
+        "Pa",
+        "RMS error of the estimated pressures, both chambers",
+    ),
+    "estimation_error_by_chamber": ((*OBSERVED, "chamber"), "Pa", "the same of each chamber, all seeds"),
+    "tracking_error": ((*CONTROLLED, "seed"), "m", "RMS tracking error of the whole task"),
+    "following_error": ((*CONTROLLED, "seed"), "m", "RMS tracking error of sine and handling"),
+    "effort": ((*CONTROLLED, "seed"), "V", "RMS of the limited command"),
+    "air": ((*CONTROLLED, "seed"), "kg", "air from the supply over the task"),
+    "error_by_part": ((*CONTROLLED, "part"), "m", "RMS tracking error of each part, all seeds"),
+    "following_at_bandwidth": (
+        (*CONTROLLED, "bandwidth_tried"),
+        "m",
+        "RMS error of sine and handling in the tuning runs at each bandwidth",
+    ),
+    "bandwidth": (CONTROLLED, "rad s-1", "bandwidth of the controller, tuned"),
+    "gain": (CONTROLLED, "V m-1", "gain of P control, tuned"),
+    "observability_rank": (
+        ("sensors", "carried"),
+        "1",
+        "least rank of the observability matrix; 4 is observable",
+    ),
     "observable_deviation": (
+        ("sensors", "carried", "chamber"),
         "Pa",
         "standard deviation that 0.5 s of samples leave to a perfect linear model",
     ),
@@ -62,13 +84,13 @@ UNITS = {
 
 
 class Carried(NamedTuple):
-    """A model as an observer or controller carries it."""
+    """A model that an observer or controller uses, with its k_0."""
 
     model: str
     k_0_factor: float  # 1 for models without wall heat
 
     def lane(self, n: float, gamma: float) -> Lane:
-        """Lane at an index n, with the k_0 that is carried."""
+        """Lane at an index n, with this k_0."""
         row = lane(MODELS[self.model], n, gamma)
         return row._replace(wall_scale=self.k_0_factor * row.wall_scale)
 
@@ -86,7 +108,7 @@ CARRIED = [
 
 
 class ObserverRun(NamedTuple):
-    """A run of the plant with what its sensors gave."""
+    """A run of the plant, with the readings of its sensors."""
 
     recording: Recording
     x: np.ndarray  # m, read
@@ -95,7 +117,7 @@ class ObserverRun(NamedTuple):
 
 
 def observer_run(experiment: Experiment, seed: np.random.SeedSequence) -> ObserverRun:
-    """Run an experiment with a reference, sensor noise and first estimate of their own."""
+    """Run an experiment with a reference, sensor noise and first estimate drawn from a seed."""
     rng = np.random.default_rng(seed)
     steps = round(RUN / experiment.h)
     recording = sampled_recording(experiment, int(rng.integers(1, 2**31)), steps)
@@ -134,7 +156,7 @@ def full_force(plant: Plant) -> float:
 
 
 class ControlRun(NamedTuple):
-    """Mean squares of what a controller made of a task, and the air it took."""
+    """Mean squares of tracking error and command over a task, and the air that it took."""
 
     tracking: float  # m^2
     by_part: np.ndarray  # m^2, for each of `PARTS`
@@ -145,7 +167,7 @@ class ControlRun(NamedTuple):
 def control_run(
     experiment: Experiment, seed: np.random.SeedSequence, controller: Controller, row: np.ndarray
 ) -> ControlRun:
-    """Run a task with noise and first estimate of its own; a run that fails is off by one stroke."""
+    """Run a task drawn from a seed; a run that fails has an error of one stroke."""
     e, rng = experiment, np.random.default_rng(seed)
     cylinder = e.plant.cylinder
     task = drawn_task(rng, e.plant, e.h)
@@ -154,14 +176,14 @@ def control_run(
     smooth = e.plant._replace(cylinder=cylinder._replace(coulomb=0.0))
     done = controlled(task, noise, first, controller, row, e.plant, smooth, e.h, e.most_halvings)
     if not np.isfinite([done.x, done.u]).all():
-        nothing = cylinder.stroke**2
-        return ControlRun(nothing, np.full(len(PARTS), nothing), e.plant.valve.u_max**2, np.nan)
+        square = cylinder.stroke**2
+        return ControlRun(square, np.full(len(PARTS), square), e.plant.valve.u_max**2, np.nan)
     tracking = float(((done.x - task.reference[:, 0]) ** 2).mean())
     return ControlRun(tracking, part_errors(task, done, e.h), float((done.u**2).mean()), done.air)
 
 
 def _seeds(plant: int, use: int) -> tuple[list[np.random.SeedSequence], list[np.random.SeedSequence]]:
-    """Seeds of the tuning and of the judged runs of a plant, by the use: loop, or control."""
+    """Seeds of the tuning runs and of the judged runs; `use` is the loop, or 2 for controllers."""
     every = np.random.SeedSequence([ROOT_SEED, plant, use]).spawn(TUNING_SEEDS + SEEDS)
     return every[:TUNING_SEEDS], every[TUNING_SEEDS:]
 
@@ -169,7 +191,7 @@ def _seeds(plant: int, use: int) -> tuple[list[np.random.SeedSequence], list[np.
 def _observers(
     experiment: Experiment, grid: tuple[float, ...], plant: int, loop: int
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Cells of one loop's observers by name, and the carried lanes at their n."""
+    """Results of one loop's observers by variable, and the lanes of the models at their n."""
     tuning, judged = ([observer_run(experiment, seed) for seed in seeds] for seeds in _seeds(plant, loop))
     gamma = experiment.plant.gas.gamma
     wide = [carried.lane(n, gamma) for carried in CARRIED for n in grid]
@@ -213,7 +235,7 @@ def _judged(runs: list[ControlRun]) -> dict[str, np.ndarray]:
 def _controllers(
     experiment: Experiment, plant: int, rows: np.ndarray, noise: dict[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Cells of the controllers by name, baseline with the prefix ``baseline_``."""
+    """Results of the controllers by variable, those of P control with the prefix ``baseline_``."""
     tuning, judged = _seeds(plant, 2)
     force, cylinder = CONTROL_FORCE_NOISE * full_force(experiment.plant), experiment.plant.cylinder
     scale = experiment.plant.valve.u_max / cylinder.stroke
@@ -221,8 +243,8 @@ def _controllers(
     def tried(controllers: list[Controller], row: np.ndarray) -> tuple[int, np.ndarray]:
         """Index of the controller that tracks best on the tuning seeds, and each one's following error, m."""
         runs = [[control_run(experiment, seed, c, row) for seed in tuning] for c in controllers]
-        best = np.argmin([np.mean([run.tracking for run in those]) for those in runs])
-        following = [(_judged(those)["following_error"] ** 2).mean() ** 0.5 for those in runs]
+        best = np.argmin([np.mean([run.tracking for run in tuned]) for tuned in runs])
+        following = [(_judged(tuned)["following_error"] ** 2).mean() ** 0.5 for tuned in runs]
         return int(best), np.array(following)
 
     def done(controller: Controller, row: np.ndarray) -> dict[str, np.ndarray]:
@@ -234,15 +256,14 @@ def _controllers(
         choices = [Controller(SENSORS[sensors], w, 0.0, process) for w in BANDWIDTHS]
         chosen, errors = tried(choices, row)
         tuned = {"bandwidth": np.array(choices[chosen].bandwidth), "following_at_bandwidth": errors}
-        found = done(choices[chosen], row) | tuned
-        for name, values in found.items():
+        for name, values in (done(choices[chosen], row) | tuned).items():
             cells.setdefault(name, []).append(values)
     shape = len(CONTROL_SENSORS), len(rows)
     stacked = {name: np.reshape(values, (*shape, *values[0].shape)) for name, values in cells.items()}
     baseline = [Controller(0, P_CONTROL, gain * scale, Noise(force, 0.0)) for gain in GAINS]
     best = baseline[tried(baseline, rows[0])[0]]
-    found = done(best, rows[0]) | {"gain": np.array(best.gain)}
-    return stacked | {f"baseline_{name}": values for name, values in found.items()}
+    judged_best = done(best, rows[0]) | {"gain": np.array(best.gain)}
+    return stacked | {f"baseline_{name}": values for name, values in judged_best.items()}
 
 
 def plant_at_work(
@@ -252,11 +273,10 @@ def plant_at_work(
     plant: int,
     progress: Callable[[str], None] = lambda _text: None,
 ) -> xr.Dataset:
-    """Observers and controllers of one plant, carrying each of `CARRIED`.
+    """Errors of observers and controllers on one plant, with each model of `CARRIED`.
 
     Both experiments have the same plant; their drives and references make the observers' runs. `grid` holds
-    the polytropic indices that are tried, `plant` is the number that seeds are drawn from. The variables are
-    those of `UNITS`, the baseline's with the prefix ``baseline_``.
+    the polytropic indices that are tried; seeds are drawn from the number `plant`. Returns `VARIABLES`.
     """
     loops = {"open": open_loop, "closed": closed_loop}
     parts: list[dict[str, np.ndarray]] = []
@@ -268,39 +288,12 @@ def plant_at_work(
     tuned = dict(zip(SENSORS, parts[-1]["pressure_noise"], strict=True))
     control = _controllers(closed_loop, plant, rows, tuned)
     progress("controllers: done")
-    dims = {
-        "n": ("loop", "carried"),
-        "replay_error": ("loop", "carried", "seed"),
-        "pressure_noise": ("loop", "sensors", "carried"),
-        "estimation_error": ("loop", "sensors", "carried", "seed"),
-        "estimation_error_by_chamber": ("loop", "sensors", "carried", "chamber"),
-    }
-    values: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
-        name: (dims[name], np.stack([part[name] for part in parts])) for name in dims
-    }
-    last = {
-        "error_by_part": ("part",),
-        "following_at_bandwidth": ("bandwidth_tried",),
-        "bandwidth": (),
-        "gain": (),
-    }
-    for name, array in control.items():
-        plain = name.removeprefix("baseline_")
-        first = () if plain != name else ("control_sensors", "carried")
-        values[name] = ((*first, *last.get(plain, ("seed",))), array)
-    seen = [
-        [
-            observability(c.model, n, closed_loop.plant._replace(k_0=c.k_0_factor * closed_loop.plant.k_0), k)
-            for c, n in zip(CARRIED, parts[-1]["n"], strict=True)
-        ]
-        for k in SENSORS.values()
-    ]
-    values["observability_rank"] = (
-        ("sensors", "carried"),
-        np.array([[o.rank for o in line] for line in seen]),
-    )
-    deviation = np.array([[o.deviation for o in line] for line in seen])
-    values["observable_deviation"] = (("sensors", "carried", "chamber"), deviation)
+    plant_of = [closed_loop.plant._replace(k_0=c.k_0_factor * closed_loop.plant.k_0) for c in CARRIED]
+    carried = list(zip(CARRIED, parts[-1]["n"], plant_of, strict=True))
+    seen = [[observability(c.model, n, own, k) for c, n, own in carried] for k in SENSORS.values()]
+    values = {name: np.stack([part[name] for part in parts]) for name in parts[0]} | control
+    values["observability_rank"] = np.array([[o.rank for o in row] for row in seen])
+    values["observable_deviation"] = np.array([[o.deviation for o in row] for row in seen])
     coords = {
         "loop": list(loops),
         "sensors": list(SENSORS),
@@ -314,8 +307,11 @@ def plant_at_work(
         "k_0": closed_loop.plant.k_0,
         "cylinder": closed_loop.cylinder,
     }
-    found = xr.Dataset(values, coords)
-    for name in found.data_vars:
-        unit, words = UNITS[str(name).removeprefix("baseline_")]
-        found[name].attrs = {"units": unit, "long_name": words}
-    return found
+    return xr.Dataset({name: _variable(name, array) for name, array in values.items()}, coords)
+
+
+def _variable(name: str, values: np.ndarray) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
+    """Dimensions, values and attributes of a variable, or of its baseline."""
+    plain = name.removeprefix("baseline_")
+    dims, unit, long_name = VARIABLES[plain]
+    return dims if plain == name else dims[2:], values, {"units": unit, "long_name": long_name}

@@ -1,7 +1,7 @@
 # pyright: basic
-"""Position control that carries a reduced model: feedback linearisation on the states of its observer.
+"""Position control with a reduced model: feedback linearisation on the states of its observer.
 
-The third derivative of the position is linear in ``|u|`` for either sign of the command, in every model; the
+In every model the third derivative of the position is linear in ``|u|`` for either sign of the command; the
 controller solves it for u. Baseline: P control of the position, without a model.
 """
 
@@ -25,20 +25,20 @@ DURATION = 10.0  # s
 SINE, MOVE, REST = 1.0, 0.5, 0.25  # Hz; s of a move, s after it
 SIZES, WAYPOINTS = (0.1, 0.2), 0.3  # of step and sine; of handling, from the middle; over the stroke
 PUSH, PUSHED = 0.1, (8.5, 9.5)  # force over P_s A_A; s
-P_CONTROL = 0.0  # bandwidth that stands for the baseline
+P_CONTROL = 0.0  # bandwidth that means the baseline
 
 equilibrium_of = inlined(equilibrium)
 
 
 class Task(NamedTuple):
-    """What the piston shall do, and the force that disturbs it, at every sample."""
+    """Reference of the position, and the disturbing force, at every sample."""
 
     reference: np.ndarray  #: m and its derivatives up to the third, shape (samples, 4)
     force: np.ndarray  #: N, shape (samples,)
 
 
 class Controller(NamedTuple):
-    """How the command follows from the readings."""
+    """Settings of a controller."""
 
     measured_pressures: int  #: that correct the observer: 0, 1 (P_A) or 2
     bandwidth: float  #: of the four poles, rad/s; 0: P control
@@ -47,7 +47,7 @@ class Controller(NamedTuple):
 
 
 class Controlled(NamedTuple):
-    """What came of a task."""
+    """Result of a task."""
 
     x: np.ndarray  #: m, at every sample
     u: np.ndarray  #: limited command held from every sample on, V
@@ -137,7 +137,7 @@ def controlled(
     first : numpy.ndarray
         First estimate of P_A and P_B, Pa.
     row : numpy.ndarray
-        The carried model: a row of `pneumo.physics.models.lane_array`.
+        The model: a row of `pneumo.physics.models.lane_array`.
     smooth : Plant
         The plant without Coulomb friction, whose sign at rest is noise, for the control law.
     """

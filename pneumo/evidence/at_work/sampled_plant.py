@@ -22,7 +22,7 @@ PRESSURE_VARIANCE = PRESSURE_NOISE**2 + PRESSURE_STEP**2 / 12  # Pa^2
 
 @inlined
 def rounded(value: float, step: float) -> float:
-    """Value as a sensor of finite resolution gives it."""
+    """Value rounded to the resolution of a sensor."""
     return step * np.round(value / step)
 
 
@@ -44,7 +44,7 @@ def air_from_supply(u: float, y: np.ndarray, plant: Plant) -> float:
 def held_step(
     y: np.ndarray, u: float, force: float, plant: Plant, h: float, most_halvings: int
 ) -> tuple[np.ndarray, int]:
-    """Six states one sample of h s later, and how often the step was halved; u, V, and the force, N, held."""
+    """Six states one sample of h s later, and halvings of the step; u, V, and the force, N, are held."""
     done = run(y, np.array([u, u]), force, HELD, plant, h, most_halvings)
     return done.states[1], done.halvings[0]
 
@@ -75,14 +75,14 @@ def sampled_recording(experiment: Experiment, seed: int, steps: int) -> Recordin
 
 
 class Readings(NamedTuple):
-    """What the sensors give of a run, at every sample."""
+    """Readings of the sensors at every sample of a run."""
 
     x: np.ndarray  #: m, shape (samples,)
     P: np.ndarray  #: Pa, shape (samples, chamber)
 
 
 def readings(states: np.ndarray, rng: np.random.Generator) -> Readings:
-    """Position and both pressures of a run as the sensors give them."""
+    """Sensor readings of the position and both pressures of a run."""
     P = states[:, [2, 4]] + PRESSURE_NOISE * rng.standard_normal((len(states), 2))
     P = np.clip(PRESSURE_STEP * np.round(P / PRESSURE_STEP), 0.0, PRESSURE_RANGE)
     return Readings(X_STEP * np.round(states[:, 0] / X_STEP), P)

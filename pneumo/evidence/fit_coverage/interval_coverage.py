@@ -1,7 +1,7 @@
-"""Whether the intervals of `pneumo fit` hold the truth: fits to random cylinders whose truth is known.
+"""Coverage of the intervals of `pneumo fit`, by fits to random cylinders whose parameters are known.
 
-A truth made by the fitted model shows how often 95 per cent intervals hold it; a truth made by the full-order
-system, which has no n, shows the bias of k_0 and which models predict best.
+Data made by the fitted model show how often 95 per cent intervals contain the true value; data made by the
+full-order system, which has no n, show the bias of k_0 and which models predict best.
 """
 
 import time
@@ -32,7 +32,7 @@ def true_parameters(known: SyntheticRecord) -> dict[str, float]:
 
 
 def fit_same_model(seed: int) -> xr.Dataset:
-    """Fit a case whose pressures come from the model that is fitted, one of `FITTED_MODELS` by turns."""
+    """Fit a case whose pressures come from the fitted model: `FITTED_MODELS` by turns."""
     name = FITTED_MODELS[seed % len(FITTED_MODELS)]
     known = synthetic_record(seed, name)
     begun = time.thread_time()
@@ -41,8 +41,8 @@ def fit_same_model(seed: int) -> xr.Dataset:
     fitted = estimate(MODELS[name], known.configured, record, noisy=noisy, intervals=JUDGED_PARAMETERS)
     seconds = time.thread_time() - begun
 
-    def row(of: dict[str, float]) -> tuple[str, list[float]]:
-        return "parameter", [of.get(p, np.nan) for p in JUDGED_PARAMETERS]
+    def row(values: dict[str, float]) -> tuple[str, list[float]]:
+        return "parameter", [values.get(p, np.nan) for p in JUDGED_PARAMETERS]
 
     return xr.Dataset(
         {
@@ -69,17 +69,12 @@ def fit_full_order_truth(seed: int) -> xr.Dataset:
     for model in (FULL, *MODELS.values()):
         begun = time.thread_time()
         fitted = estimate(
-            model,
-            known.configured,
-            record,
-            noisy=noisy,
-            intervals=("k_0",),
-            reference=reference,
+            model, known.configured, record, noisy=noisy, intervals=("k_0",), reference=reference
         )
         seconds = time.thread_time() - begun
         reference = fitted.pressure if model is FULL else reference
         values = [fitted.values.get(name, np.nan) for name in ("k_0", "n", "k_xu")]
-        ends = [of.get("k_0", np.nan) for of in (fitted.low, fitted.high)]
+        ends = [limits.get("k_0", np.nan) for limits in (fitted.low, fitted.high)]
         errors = rms_of(fitted.held_out), rms_of(fitted.pressure[:, first:] - exact)
         rows.append([*values, *ends, *errors, seconds])
     names = ("k_0", "n", "k_xu", "low", "high", "held_out", "held_out_error", "seconds")
@@ -97,7 +92,7 @@ def record_properties(known: SyntheticRecord) -> dict[str, float]:
 def coverage(cases: Iterable[int], progress: Callable[[str], None]) -> xr.Dataset:
     """Fit cases, by their numbers from 0; `progress` gets a line for each.
 
-    The result is by case; the fits to full-order truth are missing from `FULL_ORDER_CASES` on.
+    The result is by case; only the first `FULL_ORDER_CASES` are fitted to full-order data too.
     """
     parts: dict[int, xr.Dataset] = {}
     for number in cases:
@@ -110,7 +105,7 @@ def coverage(cases: Iterable[int], progress: Callable[[str], None]) -> xr.Datase
 
 
 def _held(low: xr.DataArray, high: xr.DataArray, truth: xr.DataArray) -> dict[str, np.ndarray]:
-    """Count intervals that hold the truth over the cases: `held`, `closed_held`, and those `closed`."""
+    """Count the intervals that contain the true value: `held`, `closed_held`, and all `closed` ones."""
     holds = (low.fillna(-np.inf) <= truth) & (truth <= high.fillna(np.inf))
     closed = low.notnull() & high.notnull()
     counts = {"held": holds, "closed_held": holds & closed, "closed": closed}
@@ -118,10 +113,10 @@ def _held(low: xr.DataArray, high: xr.DataArray, truth: xr.DataArray) -> dict[st
 
 
 def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
-    """Count the 95 per cent intervals of `coverage` that hold the truth; an open end sets no limit.
+    """Count the 95 per cent intervals of `coverage` that contain the true value; an open end sets no limit.
 
-    By parameter: `held` of `cases`, with Clopper and Pearson's interval of the share, `low` to `high`, and
-    `closed_held` of the `closed` intervals with two ends.
+    By parameter: `held` of `cases`, with Clopper and Pearson's interval of the fraction, `low` to `high`, and
+    `closed_held` of the `closed` intervals, those with two ends.
     """
     count, counts = cases.sizes["case"], _held(cases["low"], cases["high"], cases["truth"])
     ends = [fraction_interval(int(number), count) for number in counts["held"]]
@@ -130,11 +125,11 @@ def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
 
 
 def full_order_truth(cases: xr.Dataset) -> pd.DataFrame:
-    """Summarise the fits to full-order truth.
+    """Summarise the fits to full-order data.
 
-    By model: median, 10th and 90th percentile of k_0 over the truth (NaN for models without); how many of its
-    intervals hold the truth, `held`, `closed_held` and `closed` as in `intervals_that_hold`; median of the
-    error on the part held out, kPa, and of the processor's time per fit, s.
+    By model: median, 10th and 90th percentile of k_0 over its true value (NaN for models without); numbers of
+    its intervals `held`, `closed_held` and `closed` as in `intervals_that_hold`; median of the error on the
+    part held out, kPa, and of the processor's time per fit, s.
     """
     cases = cases.dropna("case", subset=["full_true_k_0"])
     ratio = (cases["full_k_0"] / cases["full_true_k_0"]).transpose("case", "model").values

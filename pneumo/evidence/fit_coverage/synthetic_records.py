@@ -1,4 +1,4 @@
-"""Random cylinders with known truth, and what sensors would report of them: records to try `pneumo fit` on.
+"""Synthetic records of random cylinders with known parameters, to try `pneumo fit` on.
 
 A digital controller with a proportional gain follows random steps. It holds its command between samples and
 logs it; position and pressures are logged with white noise and quantised.
@@ -57,10 +57,10 @@ RECORD_RANGES = Ranges(
 
 
 class SyntheticRecord(NamedTuple):
-    """A measurement with known truth."""
+    """A record whose true parameters are known."""
 
     truth: Plant  #: with the true k_0 and k_xu; its V_d is that of the full-order run
-    configured: Plant  #: what the user believes: another valve coefficient and dead volume, any k_0
+    configured: Plant  #: as the user configures it: another valve coefficient and dead volume, any k_0
     n: float  #: index of a reduced model's truth
     V_d: tuple[float, float]  #: dead volumes of chambers A and B in the reduced model's truth, m^3
     period: float  #: time between samples, s
@@ -74,7 +74,7 @@ class SyntheticRecord(NamedTuple):
 
 
 def true_and_configured_plants(rng: np.random.Generator) -> tuple[Plant, Plant]:
-    """Draw a cylinder with its valve, and what its user believes of it."""
+    """Draw a cylinder with its valve, and the plant that its user configures."""
     plant, drawn = random_plant(rng, RECORD_RANGES)
     area, half = plant.cylinder.A_A, plant.cylinder.A_A * plant.cylinder.stroke / 2
     # At full command the sonic inflow fills what the piston leaves at that speed, at 0.8 P_s.
@@ -82,9 +82,9 @@ def true_and_configured_plants(rng: np.random.Generator) -> tuple[Plant, Plant]:
     V_d = drawn["dead"] * half  # rounded as V_d of chamber B below
     true_cylinder = plant.cylinder._replace(V_d_A=V_d, V_d_B=V_d)
     truth = plant._replace(cylinder=true_cylinder, valve=plant.valve._replace(k_xu=k_xu))
-    believed = true_cylinder._replace(V_d_A=0.15 * half, V_d_B=0.15 * half)
+    configured = true_cylinder._replace(V_d_A=0.15 * half, V_d_B=0.15 * half)
     valve = truth.valve._replace(k_xu=k_xu * GUESS(rng))
-    return truth, truth._replace(cylinder=believed, valve=valve, k_0=1.0)
+    return truth, truth._replace(cylinder=configured, valve=valve, k_0=1.0)
 
 
 def controlled_run(rng: np.random.Generator, plant: Plant, period: float) -> tuple[np.ndarray, np.ndarray]:
@@ -144,5 +144,5 @@ def reduced_pressures(
     command = np.broadcast_to(np.repeat(u, steps // len(u))[:, None], at.shape)
     inputs = np.stack([command, motion(at), motion.derivative()(at)], axis=-1)
     row = lane_array([lane(MODELS[model], n, plant.gas.gamma)])
-    own = plant._replace(cylinder=plant.cylinder._replace(V_d_A=V_d[0], V_d_B=V_d[1]))
-    return pressures_on_inputs(inputs, row, own, TRUTH_STEP, 1)[0]
+    with_V_d = plant._replace(cylinder=plant.cylinder._replace(V_d_A=V_d[0], V_d_B=V_d[1]))
+    return pressures_on_inputs(inputs, row, with_V_d, TRUTH_STEP, 1)[0]

@@ -1,1 +1,1 @@
-"""Constants that the paper leaves open, identified from its tables."""
+"""Constants that the paper does not print, identified from its tables."""

@@ -1,7 +1,7 @@
-"""Open-loop amplitudes and the transport of signals, identified from Table 7 and checked against Table 9.
+"""Open-loop amplitudes and signal sampling, identified from Table 7 and checked against Table 9.
 
-An open-loop amplitude concerns its own cylinder's open-loop experiments only, so each experiment runs once
-per amplitude, and the tables of every pair of amplitudes follow by averaging.
+An amplitude affects its own cylinder's open-loop experiments only. So each experiment runs once per
+amplitude, and the tables of every pair of amplitudes follow by averaging.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,7 +31,7 @@ AS_CONFIGURED = "as configured"  # name of the study's own transport among those
 
 
 def tried_transports(experiment: Experiment) -> dict[str, Transport]:
-    """Ways in which recorded signals may have reached the replays of an experiment."""
+    """Signal samplings that the replays of an experiment may have had."""
     return {
         AS_CONFIGURED: study_transport(PUBLISHED, experiment),
         "linear": interpolated(),
@@ -69,7 +69,7 @@ def averages_of_table_9(
 
 
 class AmplitudeRuns(NamedTuple):
-    """Mean square errors that are computed."""
+    """Mean square errors of the experiments at each amplitude."""
 
     transports: tuple[str, ...]
     amplitudes: dict[str, np.ndarray]  #: of each cylinder, V, ascending
@@ -95,9 +95,9 @@ def run_at_amplitudes(
 
 def grid_of(study: Study, done: AmplitudeRuns, transport: str, a_D: float, a_E: float) -> np.ndarray:
     """Cells of all experiments at one pair of amplitudes, shape (experiment, model, n)."""
-    row, of = done.transports.index(transport), {"D": a_D, "E": a_E}
+    row, amplitude = done.transports.index(transport), {"D": a_D, "E": a_E}
     experiments = study.experiments.items()
-    keys = [(name, 0.0 if e.drive.closed_loop else of[e.cylinder]) for name, e in experiments]
+    keys = [(name, 0.0 if e.drive.closed_loop else amplitude[e.cylinder]) for name, e in experiments]
     return np.stack([done.mse[key][row] for key in keys])
 
 
@@ -118,7 +118,7 @@ def surface(study: Study, done: AmplitudeRuns, transport: str) -> tuple[np.ndarr
 
 
 def identify_amplitudes(study: Study, mapper: Mapper, progress: Callable[[str], None]) -> xr.Dataset:
-    """Estimate the open-loop amplitudes, and compare the transports by the same misfit.
+    """Estimate the open-loop amplitudes, and compare signal samplings by the same misfit.
 
     The study has all experiments of the paper at full length; `progress` gets a line after each stage.
     """
@@ -140,22 +140,22 @@ def identify_amplitudes(study: Study, mapper: Mapper, progress: Callable[[str], 
     widen = widening(deviance[lowest], len(MODELS), len(BOTH_CYLINDERS))
     deviance = (deviance - deviance[lowest]) / widen
     values, profiles = [both[name] for name in BOTH_CYLINDERS], [deviance.min(axis=1), deviance.min(axis=0)]
-    ends = [deviance_interval(np.log(one), curve) for one, curve in zip(values, profiles, strict=True)]
+    ends = [deviance_interval(np.log(a), curve) for a, curve in zip(values, profiles, strict=True)]
 
     misfits = [surface(study, fine, name) for name in names]
-    at = [np.unravel_index(np.argmin(one[0]), one[0].shape) for one in misfits]
-    at_best = [[one[1][i], one[2][i]] for one, i in zip(misfits, at, strict=True)]
-    tried = [[fine.amplitudes[n][k] for n, k in zip(BOTH_CYLINDERS, i, strict=True)] for i in at]
+    best_pairs = [np.unravel_index(np.argmin(deviances), deviances.shape) for deviances, _, _ in misfits]
+    rms = [[on_7[i], on_9[i]] for (_, on_7, on_9), i in zip(misfits, best_pairs, strict=True)]
+    tried = [[fine.amplitudes[n][k] for n, k in zip(BOTH_CYLINDERS, i, strict=True)] for i in best_pairs]
     return xr.Dataset(
         {
-            "amplitude": ("cylinder", [one[i] for one, i in zip(values, lowest, strict=True)]),
+            "amplitude": ("cylinder", [amplitudes[i] for amplitudes, i in zip(values, lowest, strict=True)]),
             "amplitude_low": ("cylinder", np.exp([end[0] for end in ends])),
             "amplitude_high": ("cylinder", np.exp([end[1] for end in ends])),
             "amplitude_value": (("cylinder", "amplitude_point"), np.stack(values)),
             "amplitude_deviance": (("cylinder", "amplitude_point"), np.stack(profiles)),
             "amplitude_widening": ((), widen),
             "amplitude_rms": ("table", [rms_7[lowest], rms_9[lowest]]),
-            "transport_rms": (("transport", "table"), at_best),
+            "transport_rms": (("transport", "table"), rms),
             "transport_amplitude": (("transport", "cylinder"), tried),
             "runs": ((), len(coarse.mse) + len(fine.mse)),
         },

@@ -1,7 +1,7 @@
 """Noise model of ln(reproduced / printed), and intervals from a profile of the deviance.
 
-The standard deviation has two parts: the rounding of the print, uniform over one unit of the last digit, and
-a discrepancy, stated beforehand, for whatever else differs between the authors' study and ours.
+The noise has two parts: rounding of the print, uniform over one unit of the last digit, and a discrepancy,
+set beforehand, for other differences between the authors' study and ours.
 """
 
 import numpy as np

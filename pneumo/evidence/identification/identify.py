@@ -1,4 +1,4 @@
-"""Constants that the paper leaves open, identified from its own tables (`pneumo paper identify`)."""
+"""Constants that the paper does not print, identified from its tables (`pneumo paper identify`)."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -22,7 +22,7 @@ from pneumo.papers.paper_2006.printed_tables import table5
 from pneumo.storage.files import attributes, write
 
 SEARCH_SEED = 0
-IDENTIFICATION_LONG_NAMES = {  # name -> (long name, unit); a parameter's own unit stands in parameter_unit
+IDENTIFICATION_LONG_NAMES = {  # name -> (long name, unit); a parameter's own unit is in parameter_unit
     "estimate": ("estimate, in parameter_unit", ""),
     "low": ("lower end of the 95 per cent interval, in parameter_unit", ""),
     "high": ("upper end of the 95 per cent interval, in parameter_unit", ""),
@@ -66,7 +66,7 @@ IDENTIFICATION_LONG_NAMES = {  # name -> (long name, unit); a parameter's own un
 
 
 def check_all_experiments(study: Study) -> None:
-    """Refuse a study without an experiment of the paper: Tables 7 and 9 average over all. `ResultError`."""
+    """Raise `ResultError` for a study that lacks an experiment: Tables 7 and 9 average over all."""
     for name in table5()["experiment"].values:
         if name not in study.experiments:
             raise ResultError(f"{name}: not in this study; Tables 7 and 9 average over all 16 experiments")
@@ -75,10 +75,10 @@ def check_all_experiments(study: Study) -> None:
 def identify(
     study: Study, cylinders: Sequence[str], seed: int, threads: int, progress: Callable[[str], None]
 ) -> xr.Dataset:
-    """Identify each cylinder's M, k_f and end stop; given both, amplitudes, transport and ends of settling.
+    """Identify M, k_f and end stop of each cylinder; with both, also amplitudes, sampling and settling stops.
 
     `seed` is that of the search's random numbers; the result does not depend on `threads`; `progress` gets a
-    line after each stage. `ResultError` if an experiment that is needed does not run.
+    line after each stage. `ResultError` if the study lacks an experiment that is needed.
     """
     data = {name: settling_cells(study.experiments, FITTED_EXPERIMENTS[name], table5()) for name in cylinders}
     both = set(cylinders) >= set(BOTH_CYLINDERS)
@@ -99,10 +99,10 @@ def _by_cylinder(cylinders: Sequence[str], parts: Sequence[xr.Dataset]) -> xr.Da
     """Put cylinders side by side; settling times stay by experiment."""
     settling = [name for name, values in parts[0].data_vars.items() if "experiment" in values.dims]
     by_cylinder = xr.concat(
-        [one.drop_vars([*settling, "experiment", "experiment_cylinder"]) for one in parts],
+        [part.drop_vars([*settling, "experiment", "experiment_cylinder"]) for part in parts],
         xr.Variable("cylinder", list(cylinders)),
     )
-    return by_cylinder.merge(xr.concat([one[settling] for one in parts], "experiment"))
+    return by_cylinder.merge(xr.concat([part[settling] for part in parts], "experiment"))
 
 
 def save_identification(dataset: xr.Dataset, study: Study, seed: int, path: Path | str) -> None:

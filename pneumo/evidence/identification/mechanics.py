@@ -24,7 +24,7 @@ from pneumo.evidence.identification.deviance import (
 from pneumo.simulation.settling import QUANTITIES, SHORTEST_WINDOW, settle, thermal_time_constant
 from pneumo.statistics.averages import rms_of
 
-# E12's pressures are not understood, and below 0.5 W/K neither are the closed-loop rows.
+# ASSUME: E12's pressures, and the closed-loop rows below 0.5 W/K, cannot be explained and are left out.
 FITTED_EXPERIMENTS = {"D": ("E09", "E10", "E13", "E14"), "E": ("E11", "E15", "E16")}
 FITTED_QUANTITIES = ("P_A", "T_A")
 IS_FITTED = np.isin(QUANTITIES, FITTED_QUANTITIES)
@@ -37,10 +37,10 @@ UNSETTLED_LOG = 3.0  # its ln(reproduced / printed)
 
 PROFILE_STEPS = np.array([0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.32])
 OFFSETS = np.concatenate([-PROFILE_STEPS[::-1], [0.0], PROFILE_STEPS])  # of a profile, ln(value / estimate)
-FOLLOWED = 3.0  # thresholds up to which a profile is followed
-IMPROVED = 0.3  # a deviance lower by this, met on a profile, is where all profiles start again
+FOLLOWED = 3.0  # a profile ends above so many thresholds
+IMPROVED = 0.3  # all profiles start again from a point whose deviance is lower by this
 REGION = 11  # values of M in the region of M and k_f
-# ln(k_f / M) in that region, over the estimate's: the valley runs along a constant ratio and is this narrow
+# ln(k_f / M) in that region, less the estimate's: the valley is narrow and has a nearly constant ratio
 RATIO_OFFSETS = np.linspace(-0.007, 0.007, 15)
 FORCES = np.array([0.5, 0.7, 1.0, 1.4, 2.0, 3.0])  # over the configured force
 NEAR = 0.02  # size of the simplex with which a search starts near an optimum
@@ -59,9 +59,9 @@ class SettlingCells(NamedTuple):
 def settling_cells(
     experiments: Mapping[str, Experiment], names: Sequence[str], table: xr.DataArray
 ) -> SettlingCells:
-    """Put the named experiments beside their rows of Table 5.
+    """Named experiments with their rows of Table 5.
 
-    `ResultError` if an experiment does not run, or Table 5 has no legible row for it.
+    `ResultError` if the study lacks an experiment, or Table 5 has no legible row for it.
     """
     for name in names:
         if name not in experiments:
@@ -77,7 +77,8 @@ def settling_cells(
 def with_mechanics(experiment: Experiment, theta: np.ndarray, force: float = 1.0) -> Experiment:
     """Return the experiment with M, k_f and stop, the exponentials of `theta`, and `force` times its push.
 
-    It runs until settled, without a leak: leak and times of the closed loop were found with M and k_f known.
+    It runs until settled, without a leak: the closed loop's leak and stops were identified later, with M and
+    k_f known.
     """
     M, k_f, stop = np.exp(theta)
     cylinder, push = experiment.plant.cylinder._replace(M=M, k_f=k_f), experiment.push
@@ -181,7 +182,7 @@ def mass_friction_region(
             )
             for ratio in ln_ratio
         ]
-        return [one.fun for one in optima], sum(one.nfev for one in optima)
+        return [optimum.fun for optimum in optima], sum(optimum.nfev for optimum in optima)
 
     rows = list(mapper(row, ln_M))
     return np.array([values for values, _ in rows]), sum(evaluations for _, evaluations in rows)
@@ -232,7 +233,7 @@ def identify_mechanics(
     progress(f"{cylinder}: region of M and k_f, {gridded} evaluations")
 
     optima = list(mapper(lambda force: nearby(lambda theta: deviance(theta, data, force), best.x), FORCES))
-    forces, pushed = np.array([one.fun for one in optima]), sum(one.nfev for one in optima)
+    forces, pushed = np.array([each.fun for each in optima]), sum(each.nfev for each in optima)
     progress(f"{cylinder}: push force, {pushed} evaluations")
 
     ratios, names = log_ratios(data, best.x), [experiment.name for experiment in data.experiments]

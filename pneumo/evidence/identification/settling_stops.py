@@ -1,4 +1,4 @@
-"""When the closed-loop settling runs were stopped, identified from Table 5: final values are read there."""
+"""Stops of the closed-loop settling runs, identified from Table 5: final values are read at the stop."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -19,7 +19,7 @@ AS_GOOD = 0.005  # stops whose misfit exceeds the lowest by no more are in the i
 
 
 class IdentifiedStop(NamedTuple):
-    """A time after release, s, with the first and the last that fit about as well."""
+    """A stop, s after release, with the first and the last that fit about as well."""
 
     stop: float
     low: float
@@ -30,7 +30,7 @@ class IdentifiedStop(NamedTuple):
 def identified_stop(experiment: Experiment, printed: np.ndarray) -> IdentifiedStop:
     """Stop at which the settling times of P_A, P_B, T_A, T_B come nearest to the printed ones, s.
 
-    Those to leave out are NaN.
+    Printed times to leave out are NaN.
     """
     earliest = float(np.nanmax(printed))
     run = settle(experiment._replace(push=experiment.push._replace(stop=LATEST * earliest)))
@@ -43,15 +43,15 @@ def identified_stop(experiment: Experiment, printed: np.ndarray) -> IdentifiedSt
 
 
 def identify_stops(experiments: Mapping[str, Experiment], mapper: Mapper) -> xr.Dataset:
-    """``settling_stop``, its interval and misfit, of every experiment whose settling run has a stop."""
+    """``settling_stop``, its interval and its misfit, of every experiment with a stop."""
     printed = table5()
     stopped = [name for name, e in experiments.items() if e.push.stop and name in printed["experiment"]]
 
-    def one(name: str) -> IdentifiedStop:
+    def stop_of(name: str) -> IdentifiedStop:
         row = printed.sel(experiment=name)
         return identified_stop(experiments[name], row.where(row["quantity"] != MISPRINTED.get(name)).values)
 
-    columns = zip(*mapper(one, stopped), strict=True)
+    columns = zip(*mapper(stop_of, stopped), strict=True)
     names = ("settling_stop", "settling_stop_low", "settling_stop_high", "settling_stop_misfit")
     variables = {name: ("stopped", list(values)) for name, values in zip(names, columns, strict=True)}
     return xr.Dataset(variables, {"stopped": stopped})

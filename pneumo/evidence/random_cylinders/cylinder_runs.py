@@ -1,6 +1,6 @@
 """Runs of random cylinders with every cell of the grid: paper/decisions/0029.
 
-A cylinder is drawn from its own number, so a longer list of cylinders begins with the same ones.
+Each cylinder is drawn from its number alone, so longer lists begin with the same cylinders.
 """
 
 from math import pi
@@ -44,7 +44,8 @@ RODS: dict[int, int] = dict(zip(CATALOGUE_BORES, (4, 4, 6, 6, 8, 10, 12, 16, 20,
 CATALOGUE_STROKES = (25, 50, 80, 100, 125, 160, 200, 250, 320, 400, 500, 630, 800, 1000)  # mm
 LONGEST_STROKES = {8: 100, 10: 100, 12: 200, 16: 200, 20: 320, 25: 500}  # mm, by bore
 
-SHARE, WAY = log_uniform(0.03, 1.0), log_uniform(0.01, 0.3)  # open loop: over u_max; per hold, over stroke
+# Open loop: amplitude over u_max; travel in the time between draws over the stroke.
+AMPLITUDE, TRAVEL = log_uniform(0.03, 1.0), log_uniform(0.01, 0.3)
 # Closed loop: deviation of the reference and error of full command, over the stroke; hold, see 0029.
 DEVIATION, FULL_AT, PATIENCE = log_uniform(0.03, 0.2), log_uniform(0.1, 1.0), log_uniform(0.5, 20.0)
 HOLD = (0.02, 5.0)  # s
@@ -92,11 +93,11 @@ def random_experiments(number: int) -> tuple[Experiment, Experiment]:
     plant, drawn = random_plant(rng, MAP_RANGES)
     plant = plant._replace(valve=Valve(drawn["speed"] / full_speed(plant), U_MAX))
     stroke, speed = plant.cylinder.stroke, full_speed(plant)
-    share, gain = SHARE(rng), U_MAX / (FULL_AT(rng) * stroke)
+    amplitude, gain = AMPLITUDE(rng), U_MAX / (FULL_AT(rng) * stroke)
     deviation = DEVIATION(rng) * stroke
     drives = Drive(False, 0.0, 0.96 * stroke / 2), Drive(True, gain, stroke / 2)
-    amplitudes = share * U_MAX, deviation
-    holds = WAY(rng) * stroke / (share * speed), PATIENCE(rng) * deviation / speed
+    amplitudes = amplitude * U_MAX, deviation
+    holds = TRAVEL(rng) * stroke / (amplitude * speed), PATIENCE(rng) * deviation / speed
     experiments: list[Experiment] = []
     for i, loop in enumerate(LOOPS):
         hold, largest = float(np.clip(holds[i], *HOLD)), U_MAX if drives[i].closed_loop else amplitudes[i]
@@ -112,7 +113,7 @@ def random_experiments(number: int) -> tuple[Experiment, Experiment]:
 
 
 def _run(experiment: Experiment) -> xr.Dataset:
-    """Run an experiment: errors of the grid by (model, n), both chambers together, and its groups."""
+    """Errors of the grid by (model, n), both chambers together, and the groups of one experiment."""
     recording = record(experiment)
     cells = replayed_grid(experiment, GRID_N, recording, EXACT_TRANSPORT, experiment.steps)
     mse = cells["mse"].mean("chamber", skipna=False).drop_vars(["experiment", "cylinder", "loop", "k_0"])

@@ -1,4 +1,4 @@
-"""Dimensionless groups of a run, known before it: ratios of times, masses of air, distances and forces."""
+"""Dimensionless groups known before a run: ratios of times, masses of air, distances and forces."""
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def known_groups(experiment: Experiment) -> dict[str, float]:
     reference = reference_series(drive, experiment.excitation, experiment.steps)
     u_max, between = plant.valve.u_max, reversal_time(reference, h)
     if drive.closed_loop:
-        # ASSUME: the error is what the reference leaves behind when it jumps: the difference of two draws.
+        # ASSUME: the error is a jump of the reference: the difference of two draws.
         error = 2**0.5 * float(np.std(reference))
         command = min(1.0, drive.k_p * error / u_max)
     else:

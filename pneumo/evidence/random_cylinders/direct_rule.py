@@ -1,7 +1,7 @@
-"""One direct rule for the choice of a model: fitted on one half of the random cylinders, judged on the other.
+"""Direct rule for the choice of a model, fitted on half of the random cylinders and judged on the others.
 
-paper/decisions/0057. Where the thermal time constant over the time between reversals is below a threshold
-one model is taken, else another.
+Below a threshold of the thermal time constant over the time between reversals it takes one model, above it
+another: paper/decisions/0057.
 """
 
 import numpy as np

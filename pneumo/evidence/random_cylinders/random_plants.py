@@ -1,4 +1,4 @@
-"""Random cylinders of catalogue sizes: drawn from stated ranges, for the map of regimes and to try fits."""
+"""Random cylinders drawn from stated ranges, for the map of regimes and for trials of the fit."""
 
 from collections.abc import Callable, Mapping
 from math import pi
@@ -24,7 +24,7 @@ class Size(NamedTuple):
 
 
 class Ranges(NamedTuple):
-    """What is drawn of a cylinder; each use states its own."""
+    """Ranges that a cylinder is drawn from; the map of regimes and the trials of the fit have their own."""
 
     size: Callable[[np.random.Generator], Size]
     #: In this order: ``P_s``, absolute supply pressure, Pa; ``speed`` at full command, m/s; ``dead`` volume
@@ -33,7 +33,7 @@ class Ranges(NamedTuple):
     draws: Mapping[str, Draw]
     strokes_per_second: float  #: limit of the speed
     reference_force: float  #: over the supply pressure on the bore's area
-    accelerating_force: float  #: over the reference force: what gives the mass the drawn acceleration
+    accelerating_force: float  #: over the reference force; it gives the mass the drawn acceleration
     P_atm: float  #: Pa
 
 

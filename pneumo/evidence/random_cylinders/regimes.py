@@ -1,6 +1,6 @@
-"""In which regime each refinement pays: models compared in pairs on random cylinders.
+"""Regimes in which each refinement pays: models compared in pairs on random cylinders.
 
-Runs of one cylinder are correlated, so every interval is over cylinders: Wilson's for a share of cylinders,
+Runs of one cylinder are correlated, so every interval is over cylinders: Wilson's for a fraction of them,
 the bootstrap's (percentiles) for anything else.
 """
 
@@ -32,12 +32,12 @@ MAP_RATIOS = {  # model above, models below
 
 
 def with_answers(cells: xr.Dataset, compared: int) -> xr.Dataset:
-    """Add what became of each run: lowest errors, the cheapest good model, and whether it counts.
+    """Add the lowest errors of each run, the cheapest good model, and whether the run counts.
 
-    To `pneumo.evidence.random_cylinders.cylinder_runs.cylinder_cells` by cylinder, of which those from
-    `compared` on are held out, are added: `lowest`, Pa^2, by (cylinder, loop, model), each at its best n;
-    `counts`, whether full-order run and M5 to M10 succeeded; `answer`, the cheapest of them within 10 % of
-    the best, "" where the run does not count; `held_out` by cylinder.
+    `cells` are from `pneumo.evidence.random_cylinders.cylinder_runs.cylinder_cells`, by cylinder; those from
+    `compared` on are held out. Added are `lowest`, Pa^2, by (cylinder, loop, model), each at its best n;
+    `counts`, whether full-order run and M5 to M10 succeeded; `answer`, the cheapest of these models within
+    10 % of the best, "" where the run does not count; `held_out` by cylinder.
     """
     lowest = cells["mse"].min("n")
     good = lowest.sel(model=list(REFINED_MODELS))
@@ -54,11 +54,11 @@ def with_answers(cells: xr.Dataset, compared: int) -> xr.Dataset:
 
 
 def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
-    """Compare models in pairs over cylinders, those held out left out.
+    """Compare models in pairs over the cylinders that are not held out.
 
-    By (loop, bound): `ratio` of scores by (pair, criterion), below 1 where the first is better; `share` of
-    cylinders by statement: the first is better (by the geometric mean over its runs), or M6 is enough (in
-    every run of it); `cylinders` that count.
+    By (loop, bound): `ratio` of scores by (pair, criterion), below 1 where the first is better; `share`, the
+    fraction of cylinders by statement: the first is better (by the geometric mean over its runs), or M6 is
+    enough (in every run); `cylinders`, the number that counts.
     """
     runs = runs.sel(cylinder=runs["held_out"] == 0)
     ratio = np.full((len(LOOPS_AND_BOTH), len(MODEL_PAIRS), len(CRITERIA), 3), np.nan)
@@ -98,7 +98,7 @@ def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     """Compare the same pairs in the lowest, middle and highest third of the runs by some groups.
 
     By (group, third): `third_from` and `third_to`; by (group, third, pair, bound): `third_ratio`, geometric
-    mean over runs, and `third_share`, of runs with a ratio below 1; intervals over cylinders.
+    mean over runs, and `third_share`, the fraction of runs with a ratio below 1; intervals over cylinders.
     """
     runs = runs.sel(cylinder=runs["held_out"] == 0)
     counts = runs["counts"].transpose("cylinder", "loop").values == 1
@@ -130,7 +130,7 @@ def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
 
 
 def map_of_ratios(runs: xr.Dataset) -> xr.Dataset:
-    """Geometric mean ratios over two groups that are known before a run, those held out left out.
+    """Geometric mean ratios by two groups that are known before a run, of cylinders not held out.
 
     By (map_ratio_of, loop, thermal_bin, exchange_bin, bound): `map_ratio`, with Student's interval; NaN where
     fewer than `FEWEST` runs fall. `thermal_edge` and `exchange_edge` are the bins' ends.

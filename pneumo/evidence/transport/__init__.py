@@ -1,1 +1,1 @@
-"""Error caused by the sampling of signals: theory, measurement, error budget."""
+"""Error caused by signal sampling: theory, measurement, error budget."""

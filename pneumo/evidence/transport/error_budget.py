@@ -1,8 +1,8 @@
-"""Error budget: how much of a cell's error comes from the model, the signal transport and the step.
+"""Error budget: the parts of a cell's error that come from the model, the signal sampling and the step.
 
 Errors are full-order minus reduced pressure over a whole run, end stops and reversals of the sign included,
 at up to `SAMPLES` instants. F_m and R_m are the full-order and the reduced pressure at 1/m of the study's
-step with exact transport, R is the study's own replay, which reads recorded signals:
+step with exact signals, R is the study's own replay, which reads sampled signals:
 
     F_1 - R  =  (F_16 - R_16)  +  (R_1 - R)  +  ((F_1 - R_1) - (F_16 - R_16))
     total    =  model          +  transport  +  discretisation
@@ -31,15 +31,15 @@ from pneumo.statistics.averages import along_levels, at_n, best_n
 from pneumo.storage.layout import CHAMBERS, described, experiment_labels, status_attributes
 
 SAMPLES = 20_000  # instants of a run, evenly spaced, at which errors are taken
-SLICE = 10.0  # s from the start, for what would take too long over a whole run
+SLICE = 10.0  # s from the start, where a whole run would take too long
 REFERENCE_SLICE = 2.0  # s from the start, for the adaptive reference
 HALVINGS = (1, 2, 4, 8, 16)  # steps within one of the study's
-SAMPLED_AT = 20  # steps within one of the study's where transports are compared: every period is a multiple
+SAMPLED_AT = 20  # steps within one of the study's where samplings are compared: each period is a multiple
 SAMPLE_PERIODS = (1e-4, 1e-3, 1e-2)  # s between samples of a recorded signal
 INTERPOLATIONS = ("hold", "linear", "cubic")
 LAMINAR = 1e-3  # 1 - P_d / P_u below which the regularised flow law is linear
 SOLVER_TOLERANCE = 1e-10  # of the adaptive reference, relative to the scale of each state
-MARGIN = 0.5  # share of the difference of two model errors that transport and step may change
+MARGIN = 0.5  # fraction of the difference of two model errors that sampling and step may change
 
 BUDGET_LONG_NAMES = {
     "total": "MSE of the study, published transport",
@@ -82,7 +82,7 @@ def full_pressure(recording: Recording, stride: int) -> np.ndarray:
 
 
 def exact_error(experiment: Experiment, lanes: np.ndarray, m: int, stride: int = 1) -> np.ndarray:
-    """Full-order minus reduced pressure at 1/m of the step, exact transport, Pa: (lane, chamber, samples).
+    """Full-order minus reduced pressure at 1/m of the step, exact signals, Pa: (lane, chamber, samples).
 
     A sample is taken every `stride` of the experiment's own steps.
     """
@@ -116,9 +116,10 @@ def sampled_inputs(recording: Recording, every: int, interpolation: str) -> np.n
 
 
 def sampled_errors(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
-    """Mean square of what sampling adds to a reduced pressure, Pa^2: (period, interpolation, lane, chamber).
+    """Mean square of the error that sampling adds to a reduced pressure, Pa^2.
 
-    Sampled and exact transport are run at the same fine step, so that nothing but transport differs.
+    By (period, interpolation, lane, chamber). Sampled and exact signals are replayed at the same fine step,
+    so that nothing but the sampling differs.
     """
     fine = refined(experiment, SAMPLED_AT)
     recording = record(fine)
@@ -173,11 +174,10 @@ def mean_square(series: np.ndarray) -> np.ndarray:
 
 
 def budget(experiment: Experiment, n: tuple[float, ...]) -> xr.Dataset:
-    """Error budget of every cell of one experiment, over its whole run or the slices named with a quantity.
+    """Error budget of every cell of one experiment: mean squares, Pa^2, by (model, n, chamber) and more.
 
-    Mean squares, Pa^2, by (model, n, chamber) and what else their dimensions say, as `BUDGET_LONG_NAMES`
-    describes them; `model_error`, `transport_error`, `discretisation_error` and `cross_term` add up to
-    `total`.
+    `BUDGET_LONG_NAMES` describes them; `model_error`, `transport_error`, `discretisation_error` and
+    `cross_term` add up to `total`.
     """
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
     stride, ends = -(-experiment.steps // SAMPLES), (HALVINGS[0], HALVINGS[-1])
@@ -216,16 +216,16 @@ def budget(experiment: Experiment, n: tuple[float, ...]) -> xr.Dataset:
 
 
 def observed_order(halving: xr.DataArray) -> xr.DataArray:
-    """Order at which halving the step changes the error: the method's own, 5, where everything is smooth."""
+    """Order of the step's error, from halving the step: 5, the method's own, where everything is smooth."""
     ratio = (halving / halving.shift(step=-1)).isel(step=slice(None, -1))
     return xr.apply_ufunc(np.log2, ratio) / 2
 
 
 def told_apart(total: xr.DataArray, model_error: xr.DataArray) -> xr.DataArray:
-    """Whether the difference between two models' MSE is mostly that of their model errors.
+    """Whether the difference between two models' MSE is mostly that of their model errors, by (model, other).
 
-    True for (model, other) where transport and step change the difference of the two MSE by less than
-    `MARGIN` of the difference of the model errors alone.
+    True where sampling and step change the difference of the two MSE by less than `MARGIN` of the difference
+    of the model errors alone.
     """
     seen, true = (mse - mse.rename(model="other") for mse in (total, model_error))
     return abs(seen - true) < MARGIN * abs(true)

@@ -1,8 +1,8 @@
 """Pressure error that sampled signals cause in a replay, by linear theory: the floor for every model.
 
-To first order in the time between samples, sampling delays signals: jumps of the command by one share of
-that time, everything continuous by another (`SHIFTS`). A delayed jump lets a wrong mass of air in, which
-stays until the flow through the valve has balanced it. `floor` is the closed formula.
+To first order, sampling delays signals by a fraction of the time between samples, which differs between jumps
+of the command and everything continuous (`SHIFTS`). A delayed jump lets a wrong mass of air in, which stays
+until the flow through the valve has balanced it. `floor` is the closed formula.
 """
 
 from math import expm1, sqrt
@@ -54,7 +54,7 @@ SHIFTS = {
 def late_rest(recording: Recording, stride: int = 1) -> np.ndarray:
     """Pressure error per second of delay of everything but jumps, Pa/s, shape (chamber, samples).
 
-    The error of a delay of the whole run is the rate of its pressure; the share of the jumps is subtracted.
+    A delay of the whole run causes the rate of its pressure; the error of the jumps is subtracted.
     """
     return pressure_rates(recording, stride) - jump_errors(recording, 1, False, 0.0, True, stride)
 
@@ -65,8 +65,8 @@ def predicted_error(
     """Full-order minus replayed pressure on sampled signals, Pa, shape (chamber, samples), without a replay.
 
     Linear theory along a full-order run, an error every `stride` steps. `period` is the time between samples,
-    s: a multiple of the run's step, and then it counts where jumps fall between samples, or less where all
-    fall on them. `sampling` is a key of `SHIFTS`; `late` is `late_rest` of the run, where known already.
+    s: a multiple of the run's step, and then jumps may fall between samples, or less, and then all fall on
+    samples. `sampling` is a key of `SHIFTS`; `late` is `late_rest` of the run, if known already.
     """
     shift = SHIFTS[sampling]
     every = max(1, round(period / recording.h))
@@ -77,7 +77,7 @@ def predicted_error(
 
 
 class Averages(NamedTuple):
-    """Averages of a run that the closed formula needs."""
+    """Averages of a run, for the closed formula."""
 
     jump: float  # V, RMS jump of the limited command from draw to draw
     opening: float  # V, mean magnitude of the limited command
@@ -119,10 +119,10 @@ def averages(recording: Recording, every: int) -> Averages:
 class Sensitivities(NamedTuple):
     """RMS pressure error per second of delay, Pa/s."""
 
-    jump: float  # of jumps of the command, all by the same time: each jump cancels most of the one before
+    jump: float  # of jumps of the command, all by the same time: each cancels most of the one before
     rest: float  # of everything else
     both: float  # of everything: the rate of pressure
-    apart: float  # of jumps of the command, each by another time: only the flow reduces their error
+    apart: float  # of jumps of the command, each by a different time: only the flow reduces their error
 
 
 def _kept(r: float) -> float:

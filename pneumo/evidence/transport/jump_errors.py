@@ -38,7 +38,7 @@ def jump_rates(
     """Error (dP, dT) that a jump from u to w causes, per second between samples.
 
     The jump falls at fraction 0 < f <= 1 between two samples, which are interpolated linearly; or else it is
-    delayed by `late` intervals. Rates are linear in the area of either restriction: one of each is enough.
+    delayed by `late` intervals. Rates are linear in the area of each restriction: one area of each is enough.
     """
     u_max = plant.valve.u_max
     P_shut, T_shut = chamber_rates(0.0, *state, plant)

@@ -1,7 +1,7 @@
-"""Floor of error that signal transport leaves: measured with replays, and predicted without them.
+"""Error floor of sampled signals: measured with replays, and predicted without them.
 
-The floor is measured on full-order runs at a fine step: where the chambers' own equations are replayed on
-sampled signals, the only error is that of the transport. All errors are RMS over the run and both chambers.
+The chambers' own equations are replayed on sampled signals of a full-order run at a fine step, so that
+sampling is the only error. All errors are RMS over the run and both chambers.
 """
 
 import numpy as np
@@ -28,7 +28,7 @@ from pneumo.storage.layout import described, experiment_labels
 # At most 120 s long, so at full length.
 FLOOR_EXPERIMENTS = ("E09", "E10", "E11", "E12", "E13", "E14", "E15", "E16")
 FLOOR_REFINEMENT = 10  # steps within one of the study's: every period is a multiple
-SWEPT = ("linear", "hold", "delay")  # transports at all periods
+SWEPT = ("linear", "hold", "delay")  # samplings at all periods
 FLOOR_PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s between samples
 DRAW_RATES = (5.0, 10.0, 20.0, 40.0, 100.0)  # draws per second, each a multiple of 1 ms apart
 VALVE_SIZES = (0.25, 0.5, 1.0, 2.0, 4.0)  # valve's area over that of the study
@@ -57,10 +57,10 @@ def with_draws(experiment: Experiment, every: int) -> Experiment:
 def floors(
     e: Experiment, recording: Recording, periods: tuple[float, ...], between: bool = False
 ) -> np.ndarray:
-    """RMS error, Pa, that reading samples of a run brings into a replay of the full order itself.
+    """RMS error, Pa, of replays of the full order itself on sampled signals.
 
-    By (period between samples, s; replayed, predicted from the run, or by the formula; reading rule). The
-    formula can let jumps of the signals fall `between` samples.
+    By (period between samples; `FLOOR_SOURCES`; `SWEPT`). `between` tells the formula that jumps of the
+    signals may fall between samples.
     """
     full = recording.states[::FLOOR_REFINEMENT, [2, 4]].T
     known, late = averages(recording, e.excitation.every), late_rest(recording, FLOOR_REFINEMENT)
@@ -78,15 +78,15 @@ def floors(
 
 
 def reduced_floor(e: Experiment, recording: Recording, period: float) -> list[float]:
-    """Floor of one reduced model by transport, Pa: its replay on exact less that on sampled signals."""
+    """Floor of one reduced model by sampling, Pa: its replay on exact less that on sampled signals."""
     lanes = lane_array([lane(MODELS[FLOOR_MODEL], FLOOR_N, e.plant.gas.gamma)])
     transports = EXACT_TRANSPORT, *(SHIFTS[name].transport(round(period / e.h)) for name in SWEPT)
-    exact, *sampled = (replay(recording, lanes, way, FLOOR_REFINEMENT).pressure[0] for way in transports)
+    exact, *sampled = (replay(recording, lanes, each, FLOOR_REFINEMENT).pressure[0] for each in transports)
     return [rms_of(exact - pressure) for pressure in sampled]
 
 
 def own_floor(e: Experiment) -> tuple[float, float]:
-    """Floor of the published transport at the experiment's own step, Pa: measured, and by linear theory."""
+    """Floor of the published sampling at the experiment's own step, Pa: measured, and by linear theory."""
     recording = record(e)
     replayed = replay_chambers(recording, study_transport(PUBLISHED, e), 1)
     predicted = predicted_error(recording, e.h, e.sampling.rule)
@@ -99,7 +99,7 @@ def measured_floor(experiment: Experiment) -> xr.Dataset:
     RMS errors, Pa: `measured`, `predicted` and `formula` by (period, transport), the same with ``between_``
     for jumps that do not fall on samples, by (rate, transport) with ``rate_`` and by (size, transport) with
     ``size_``; `reduced` by transport at the study's own period; `own_measured` and `own_predicted` of the
-    published transport.
+    published sampling.
     """
     e, short = refined(experiment, FLOOR_REFINEMENT), refined(sliced(experiment, SWEEP), FLOOR_REFINEMENT)
     recording, apart = record(e), with_draws(short, PRIME_STEPS)
@@ -115,15 +115,16 @@ def measured_floor(experiment: Experiment) -> xr.Dataset:
         "size_": ("size", np.array([at_once(with_valve(short, size)) for size in VALVE_SIZES])),
     }
     result = {
-        prefix + way: ((dimension, "transport"), values[:, i])
+        prefix + source: ((dimension, "transport"), values[:, i])
         for prefix, (dimension, values) in sweeps.items()
-        for i, way in enumerate(FLOOR_SOURCES)
+        for i, source in enumerate(FLOOR_SOURCES)
     }
     reduced = ("transport", reduced_floor(e, recording, SWEEP_PERIOD))
     coords = {"period": list(FLOOR_PERIODS), "rate": list(DRAW_RATES), "size": list(VALVE_SIZES)}
     coords |= {"transport": list(SWEPT)} | experiment_labels(experiment)
-    own = dict(zip(("own_measured", "own_predicted"), own_floor(experiment), strict=True))
-    return xr.Dataset(result | {"reduced": reduced} | own, coords)
+    own_measured, own_predicted = own_floor(experiment)
+    result |= {"reduced": reduced, "own_measured": own_measured, "own_predicted": own_predicted}
+    return xr.Dataset(result, coords)
 
 
 def with_floor_attributes(dataset: xr.Dataset) -> xr.Dataset:
@@ -144,5 +145,5 @@ def with_floor_attributes(dataset: xr.Dataset) -> xr.Dataset:
         "size": ("1", "area of the valve over that of the study"),
     }
     for prefix, case in cases.items():
-        about |= {prefix + way: ("Pa", f"{floor}, {words}; {case}") for way, words in FLOOR_SOURCES.items()}
+        about |= {prefix + name: ("Pa", f"{floor}, {words}; {case}") for name, words in FLOOR_SOURCES.items()}
     return described(dataset, about)

@@ -1,1 +1,1 @@
-"""The paper of 2006: what its claims are compared with."""
+"""The paper of 2006: definition, tables, computations and proofs for its verdict."""

@@ -1,7 +1,7 @@
-"""Sections 2 and 3: what the paper's own formulas and constants say, without any run.
+"""Sections 2 and 3: checks of the paper's own formulas and constants, without any run.
 
-Equations are tried on a fixed sample of states. Mass and energy balance are written out here once more, so
-that no equation is compared with itself.
+Equations are tried on a fixed sample of states, against mass and energy balances that are written here
+independently of `pneumo.physics`.
 """
 
 from collections.abc import Callable
@@ -62,8 +62,8 @@ def _size_of_terms(s: State) -> float:
     return GAMMA * (s.P * abs(s.dV_dt) + flows + abs(s.heat)) / s.V
 
 
-def _nearly_equal(one: float, other: float, scale: float) -> bool:
-    return abs(one - other) <= ROUNDING_OF_RATES * max(abs(one), abs(other), scale)
+def _nearly_equal(a: float, b: float, scale: float) -> bool:
+    return abs(a - b) <= ROUNDING_OF_RATES * max(abs(a), abs(b), scale)
 
 
 def _equal_rates(*rates: Callable[[State], tuple[float, float]], words: str = "20 states") -> Finding:
@@ -89,8 +89,8 @@ def branches_meet(_: StudyResults) -> Finding:
     """Whether both branches of eq (1) agree at 0.5283, to half a unit of 0.0404."""
     gas = Gas(R, GAMMA, SONIC, CRITICAL)
     sonic = choked_flow(1e-6, P_S, T_AMB, gas)
-    share = mass_flow(1e-6, P_S, (CRITICAL + 1e-9) * P_S, T_AMB, gas) / sonic
-    return Finding(holds=abs(share - 1) <= 0.00005 / SONIC, shown=f"subsonic over sonic flow {share:.5f}")
+    ratio = mass_flow(1e-6, P_S, (CRITICAL + 1e-9) * P_S, T_AMB, gas) / sonic
+    return Finding(holds=abs(ratio - 1) <= 0.00005 / SONIC, shown=f"subsonic over sonic flow {ratio:.5f}")
 
 
 def areas_as_printed(results: StudyResults) -> Finding:
@@ -188,7 +188,7 @@ def temperature_equation_as_printed(_: StudyResults) -> Finding:
 
 
 def wall_heat_rates(T: float, sign: float) -> dict[str, float]:
-    """How fast wall heat alone changes temperature, under "K/s", and M7's pressure, under "Pa/s".
+    """Rates of temperature ("K/s") and of M7's pressure ("Pa/s") by wall heat alone.
 
     T is the air's temperature, K; the `sign` of wall heat is 1 as meant, -1 as printed.
     """

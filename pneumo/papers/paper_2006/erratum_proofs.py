@@ -1,6 +1,6 @@
-"""Proofs of the paper's errata: whether the printed form fails and the meant one holds, with the numbers.
+"""Proofs of the errata of 2006: whether the printed form fails and the meant one holds, with the numbers.
 
-They use the paper's own numbers and formulas, and no result of ours. ``paper/2006/errata.yaml`` names them.
+They use the paper's own numbers and formulas only. ``paper/2006/errata.yaml`` names them.
 """
 
 import math
@@ -11,7 +11,7 @@ from pneumo.papers.paper_2006 import equation_checks as equations
 from pneumo.papers.paper_2006.equation_checks import GAMMA, P_0, P_ATM, P_S, SONIC, T_AMB, R
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import read_table, table7, table9
-from pneumo.papers.paper_2006.setup_checks import CARRYING
+from pneumo.papers.paper_2006.setup_checks import WITH_N
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Valve, chamber_flows, exact_gas, sonic_coefficient
 from pneumo.verdict.errata import Proof
@@ -43,11 +43,11 @@ def n_step() -> tuple[bool, str]:
 
 
 def number_of_runs() -> tuple[bool, str]:
-    """Seven models of section 3 carry n; 912 counts six."""
-    carrying = len(CARRYING)
-    printed, meant = 16 * (6 * 9 + 3), 16 * (carrying * 9 + len(PAPER_MODELS) - carrying)
-    words = f"{carrying} models carry n: 16 (6 x 9 + 3) = {printed}, 16 ({carrying} x 9 + 3) = {meant}"
-    return carrying == 7 and printed == 912 and meant == 1056, words
+    """Seven models of section 3 have an n; 912 counts six."""
+    with_n = len(WITH_N)
+    printed, meant = 16 * (6 * 9 + 3), 16 * (with_n * 9 + len(PAPER_MODELS) - with_n)
+    words = f"{with_n} models have an n: 16 (6 x 9 + 3) = {printed}, 16 ({with_n} x 9 + 3) = {meant}"
+    return with_n == 7 and printed == 912 and meant == 1056, words
 
 
 def eq17_sonic() -> tuple[bool, str]:
@@ -138,19 +138,19 @@ def variance_D() -> tuple[bool, str]:
 
 
 def M7_is_M8() -> tuple[bool, str]:
-    """The text's four numbers for M7 at the typical level stand in M8's row of Table 9, none in M7's."""
+    """The text's four numbers for M7 at the typical level are in M8's row of Table 9, none in M7's."""
     row, overall = table9().sel(level="typical"), table7()["mse"]
     M6, classical = float(row["mse"].sel(model="M6")), float(row["mse"].sel(model=["M1", "M2", "M3"]).min())
     quantities = row["mse"] / M6, row["mse"] / classical, row["mean_error"], row["std"]
     M7, M8 = ([round(float(q.sel(model=model)), 2) for q in quantities] for model in ("M7", "M8"))
     in_text = [0.40, 0.10, 140, 2400]
-    none_of_M7 = all(one != other for one, other in zip(M7, in_text, strict=True))
-    shares = table9()["mse"] / table9()["mse"].sel(model="M6", drop=True)
-    at_most = {model: float(shares.sel(model=model).max()) for model in ("M7", "M8", "M9", "M10")}
-    only_M7 = [model for model, share in at_most.items() if share > 0.725] == ["M7"]
+    none_of_M7 = all(number != text for number, text in zip(M7, in_text, strict=True))
+    over_M6 = table9()["mse"] / table9()["mse"].sel(model="M6", drop=True)
+    at_most = {model: float(over_M6.sel(model=model).max()) for model in ("M7", "M8", "M9", "M10")}
+    only_M7 = [model for model, ratio in at_most.items() if ratio > 0.725] == ["M7"]
     holds_63 = float(overall.sel(model="M7") / overall.sel(model="M6")) < 0.635
-    words = f"M7's row: {M7[0]:.0%} of M6, {M7[1]:.0%} of M2, {M7[2]:.0f} Pa, {M7[3]:.0f} Pa; largest share"
-    words += " of M6 at any level: " + ", ".join(f"{model} {share:.0%}" for model, share in at_most.items())
+    words = f"M7's row: {M7[0]:.0%} of M6, {M7[1]:.0%} of M2, {M7[2]:.0f} Pa, {M7[3]:.0f} Pa; at most, at any"
+    words += " level, of M6: " + ", ".join(f"{model} {ratio:.0%}" for model, ratio in at_most.items())
     return in_text == M8 and none_of_M7 and only_M7 and holds_63, words
 
 

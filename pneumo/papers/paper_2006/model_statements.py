@@ -19,7 +19,7 @@ def _mse_by_model(results: StudyResults, level: str) -> dict[str, float]:
 
 
 def _decades(mse: Mapping[str, float], above: str, below: str) -> float:
-    """How far one model's mean square error lies above another's, decades."""
+    """Logarithm of one model's mean square error over another's, decades."""
     return math.log10(mse[above] / mse[below])
 
 
@@ -34,20 +34,20 @@ def quotient(
     """Highest or lowest quotient of some models' mean square error over that of the best of others."""
     mse = {level: _mse_by_model(results, level) for level in levels}
     choose = max if pick == "highest" else min
-    shares: list[float] = []
+    ratios: list[float] = []
     words: list[str] = []
     for model in of:
-        share, level = choose((mse[at][model] / min(mse[at][name] for name in over), at) for at in levels)
-        shares.append(share)
-        words.append(f"{model} {100 * share:.1f} %" + (f" ({level})" if len(levels) > 1 else ""))
-    return Finding(choose(shares), shown=", ".join(words) if len(of) * len(levels) > 1 else "")
+        ratio, level = choose((mse[at][model] / min(mse[at][name] for name in over), at) for at in levels)
+        ratios.append(ratio)
+        words.append(f"{model} {100 * ratio:.1f} %" + (f" ({level})" if len(levels) > 1 else ""))
+    return Finding(choose(ratios), shown=", ".join(words) if len(of) * len(levels) > 1 else "")
 
 
 def smallest_gap(results: StudyResults, groups: Sequence[Sequence[str]], level: str) -> Finding:
     """Smallest gap in mean square error from the best of a group down to the worst of the next, decades."""
     mse = _mse_by_model(results, level)
-    of = mse.__getitem__
-    pairs = [(min(above, key=of), max(below, key=of)) for above, below in itertools.pairwise(groups)]
+    error = mse.__getitem__
+    pairs = [(min(above, key=error), max(below, key=error)) for above, below in itertools.pairwise(groups)]
     return Finding(min(_decades(mse, *pair) for pair in pairs), shown=_quotients(mse, pairs))
 
 
@@ -97,7 +97,7 @@ def in_order(results: StudyResults, models: Sequence[str], levels: Sequence[str]
 
 
 def same_order(results: StudyResults, levels: Sequence[str], apart: float) -> Finding:
-    """Whether models that lie more than `apart` decades apart overall keep their order at every level."""
+    """Whether models more than `apart` decades apart overall have the same order at every level."""
     overall = _mse_by_model(results, OVERALL)
     by_level = {level: _mse_by_model(results, level) for level in levels}
     distances = {

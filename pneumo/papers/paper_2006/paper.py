@@ -19,12 +19,12 @@ from pneumo.verdict.judging import Paper, Sources
 
 
 def sources(results: Path, _: Path) -> dict[str, StudyResults]:
-    """Both transports, and the printed tables; `ResultError` where no experiment is one of the paper's."""
+    """Results with each signal sampling, and the printed tables; `ResultError` for another study."""
     transports: dict[str, StudyResults] = {name: StudyResults(results, name) for name in STUDY_TRANSPORTS}
     study = transports["published"].study
     if not set(EXPERIMENTS) & set(study.experiments):
-        theirs = f"another study, {study.name}, with the experiments {', '.join(study.experiments)}"
-        raise ResultError(f"{results}: holds {theirs[:200]}; `snakemake -j2` makes the paper's")
+        other = f"another study, {study.name}, with the experiments {', '.join(study.experiments)}"
+        raise ResultError(f"{results}: holds {other[:200]}; `snakemake -j2` makes the paper's")
     return transports | {"printed": PrintedTables(results)}
 
 
@@ -36,7 +36,7 @@ def about(sources: Sources) -> dict[str, Any]:
 
 
 def alternatives(results: Path, sources: Sources) -> xr.DataArray | None:
-    """Tables under each alternative assumption, from ``assumptions.nc``."""
+    """Tables under each alternative assumption, from ``assumptions.nc``; None if not run."""
     toggled = evidence_file(results, "assumptions.nc", sources["published"].study.config_sha256)
     return read(toggled, "reproduced")["reproduced"] if toggled else None
 

@@ -3,7 +3,7 @@
 from pneumo.physics.models import MODELS, Model
 from pneumo.statistics.ranking import cost
 
-PAPER_MODELS = {f"M{i}": MODELS[f"M{i}"] for i in range(1, 11)}  # whatever else the table of models holds
+PAPER_MODELS = {f"M{i}": MODELS[f"M{i}"] for i in range(1, 11)}  # not those that are added to the table
 
 
 def table_1_row(model: Model) -> dict[str, str]:
@@ -21,6 +21,6 @@ def table_1_row(model: Model) -> dict[str, str]:
 
 
 def processes(name: str) -> int:
-    """Number of processes that a model carries: changing temperature, mixing, three steps of wall heat."""
+    """Number of processes in a model: changing temperature, mixing, and up to three steps of wall heat."""
     walls, changing_temperature, _, mixing = cost(PAPER_MODELS[name])
     return walls + changing_temperature + mixing

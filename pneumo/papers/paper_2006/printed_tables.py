@@ -1,9 +1,8 @@
 """The paper's tables and figures as arrays, from ``paper/2006/published``.
 
-Every array of a table carries two coordinates beside its values: ``printed``, the string with the printed
-digits, and ``half_unit``, half a unit in the last of those digits, so that
-``abs(reproduced - table) <= table.half_unit`` says "equal as printed". In a dataset they are called
-``mean_error_printed``, ``mean_error_half_unit`` and so on.
+Every array of a table has two more coordinates: ``printed``, the printed digits as a string, and
+``half_unit``, half a unit in the last of them; ``abs(reproduced - table) <= table.half_unit`` means equal as
+printed. In a dataset they are called ``mean_error_printed``, ``mean_error_half_unit`` and so on.
 """
 
 import itertools
@@ -42,7 +41,7 @@ def read_table(number: int, folder: Path = PAPER_FOLDER) -> list[dict[str, str]]
 def table5() -> xr.DataArray:
     """Table 5: settling times in s by (experiment, quantity), as printed.
 
-    Quantities are ``P_A``, ``P_B``, ``T_A``, ``T_B``; experiments carry ``cylinder``, ``type`` and ``k_0``.
+    Quantities are ``P_A``, ``P_B``, ``T_A``, ``T_B``; experiments have ``cylinder``, ``type`` and ``k_0``.
     """
     return _by_experiment(5, "settling_time", "settling time", "s", {"quantity": "column"})
 
@@ -55,7 +54,7 @@ def table7() -> xr.Dataset:
 def table8() -> xr.DataArray:
     """Table 8: best polytropic index by (experiment, model).
 
-    Experiments carry ``cylinder``, ``type`` and ``k_0``.
+    Experiments have ``cylinder``, ``type`` and ``k_0``.
     """
     return _by_experiment(8, "best_n", "n of the lowest mean square error", "1", {"model": "column"})
 

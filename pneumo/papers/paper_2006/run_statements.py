@@ -23,13 +23,13 @@ def swing(results: StudyResults, quantity: str, side: str) -> Finding:
 
 
 def number_of_states(results: StudyResults) -> Finding:
-    """Count position, velocity and the pressures and temperatures of the chambers."""
+    """Number of states: position, velocity, pressures and temperatures of the chambers."""
     datum = results.run("datum", next(iter(results.study.experiments)), "x", "v", "P", "T")
     return Finding(sum(datum[name].sizes.get("chamber", 1) for name in ("x", "v", "P", "T")))
 
 
 def air_is_kept(results: StudyResults) -> Finding:
-    """Whether each chamber keeps its mass of air from release on, in every open-loop settling run."""
+    """Whether the mass of air in each chamber is constant after release, in every open-loop settling run."""
     worst = 0.0
     for name, experiment in results.experiments(closed_loop=False).items():
         run = results.run("settling", name)
@@ -39,7 +39,7 @@ def air_is_kept(results: StudyResults) -> Finding:
         volume = c.V_d_A + c.A_A * (c.stroke / 2 + outward)
         mass = run["P"] * volume / (experiment.plant.gas.R * run["T"])
         worst = max(worst, float(np.abs(mass / mass.isel(t=0) - 1).max()))
-    # The integrator keeps mass to its own error, not exactly: P and T are its states, not the mass.
+    # P and T are the integrator's states, so mass is constant only within its error.
     return Finding(holds=worst <= 1e-3, shown=f"mass changes by at most {worst:.1g} of itself")
 
 
@@ -53,7 +53,7 @@ def piston_stays_off_the_ends(results: StudyResults) -> Finding:
 
 
 def number_of_experiments(results: StudyResults) -> Finding:
-    """Count the experiments behind the averages of Table 7."""
+    """Number of experiments in the averages of Table 7."""
     return Finding(int(results.statistics["experiments"].sel(level=OVERALL)))
 
 
@@ -65,7 +65,7 @@ def release_time(results: StudyResults, experiment: str) -> Finding:
 def value_after_release(
     results: StudyResults, experiment: str, quantity: str, chamber: str, after: float
 ) -> Finding:
-    """Value in a settling run so many s after the release, and its largest change up to there."""
+    """Value in a settling run `after` s from release, and its largest change until then."""
     run = results.run("settling", experiment)
     start = float(run["release_time"])
     free = run[quantity].sel(chamber=chamber, t=slice(start, start + after + float(run["t"][1]) / 2))

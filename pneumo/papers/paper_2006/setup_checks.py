@@ -9,7 +9,7 @@ from pneumo.papers.paper_2006.printed_tables import read_table, table7, table9
 from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.verdict.sources import Finding, MissingEvidence
 
-CARRYING = [name for name, model in PAPER_MODELS.items() if model.has_n]
+WITH_N = [name for name, model in PAPER_MODELS.items() if model.has_n]
 NAMES = ("mean_error", "std", "mse")
 
 
@@ -23,7 +23,7 @@ def conductances_enclose(results: StudyResults, low: float, high: float) -> Find
     """Whether the range from `low` to `high` lies between the two middle conductances of four."""
     k_0 = sorted({experiment.plant.k_0 for experiment in results.study.experiments.values()})
     if len(k_0) != 4:
-        raise MissingEvidence("this study has not the paper's four conductances")
+        raise MissingEvidence("this study does not have the paper's four conductances")
     holds = k_0[0] < k_0[1] <= low and high <= k_0[2] < k_0[3]
     return Finding(holds=holds, shown=f"{k_0[1]:g} to {k_0[2]:g} W/K")
 
@@ -34,38 +34,38 @@ def step_of_n(results: StudyResults) -> Finding:
 
 
 def number_of_n(results: StudyResults) -> Finding:
-    """Count the values of n."""
+    """Number of values of n."""
     return Finding(len(results.study.n))
 
 
 def models_with_n(_: StudyResults) -> Finding:
-    """Count the models that carry n."""
-    return Finding(len(CARRYING), shown=", ".join(CARRYING))
+    """Number of models with n."""
+    return Finding(len(WITH_N), shown=", ".join(WITH_N))
 
 
 def models_without_n(_: StudyResults) -> Finding:
-    """Count the models that carry no n."""
-    names = [name for name in PAPER_MODELS if name not in CARRYING]
+    """Number of models without n."""
+    names = [name for name in PAPER_MODELS if name not in WITH_N]
     return Finding(len(names), shown=", ".join(names))
 
 
 def number_of_runs(results: StudyResults) -> Finding:
     """Experiments times (models with n times values of n, plus models without)."""
     experiments, values = len(read_table(6)), len(results.study.n)
-    carrying, others = len(CARRYING), len(PAPER_MODELS) - len(CARRYING)
-    runs = experiments * (carrying * values + others)
-    return Finding(runs, shown=f"{experiments} ({carrying} x {values} + {others})")
+    with_n, others = len(WITH_N), len(PAPER_MODELS) - len(WITH_N)
+    runs = experiments * (with_n * values + others)
+    return Finding(runs, shown=f"{experiments} ({with_n} x {values} + {others})")
 
 
 def simplest(_: StudyResults, models: Sequence[str], claimed: str) -> Finding:
-    """Whether a model carries the fewest processes."""
+    """Whether a model has the fewest processes."""
     count = {model: processes(model) for model in models}
-    words = ", ".join(f"{model} carries {number}" for model, number in count.items())
+    words = ", ".join(f"{model} has {number}" for model, number in count.items())
     return Finding(holds=all(count[claimed] < count[m] for m in models if m != claimed), shown=words)
 
 
 def rows_within(divisor_is_N: bool) -> tuple[int, int]:
-    """Number of rows of Tables 7 and 9 that eq (16) can give, and number of all rows.
+    """Number of rows of Tables 7 and 9 that agree with eq (16), and number of all rows.
 
     mu^2 + sigma^2 = MSE + s^2/N with the sample variance s^2 of the N means, which lies between 0 and
     sigma^2; with N as divisor of the variance, mu^2 + sigma^2 = MSE.
@@ -84,7 +84,7 @@ def rows_within(divisor_is_N: bool) -> tuple[int, int]:
 
 
 def rows_fit_eq_16(_: StudyResults) -> Finding:
-    """Whether every row of Tables 7 and 9 is what eq (16) can give."""
+    """Whether every row of Tables 7 and 9 agrees with eq (16)."""
     fits, rows = rows_within(divisor_is_N=False)
     other = rows_within(divisor_is_N=True)[0]
     return Finding(holds=fits == rows, shown=f"{fits} of {rows} rows fit with N - 1, {other} with N")

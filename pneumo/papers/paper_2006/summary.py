@@ -1,7 +1,7 @@
-"""Head of the verdict: how closely the tables are met, and the two findings.
+"""Head of the verdict: agreement with the tables, and two findings.
 
-The findings are the row that the text of section 4 takes for M7's, and what exact transport of the recorded
-signals does to the ranking of the good models.
+Finding 1: the text of section 4 quotes M8's row for M7. Finding 2: with exact signals the good models rank
+differently.
 """
 
 import itertools
@@ -27,7 +27,7 @@ ORIGINS = ("printed", *STUDY_TRANSPORTS)
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
-    """Summarise the verdict: what the functions below return, by their names.
+    """Summary of the verdict: results of the functions below by name.
 
     The last three are None for a study that is not the paper's, or in which an experiment failed.
     """
@@ -40,9 +40,9 @@ def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
 
 
 def power(published: StudyResults, items: Sequence[Item]) -> list[dict[str, Any]]:
-    """How many items agree, and how many of these no longer do under each known mistake; empty if not run.
+    """Number of items that no longer agree under each known mistake; empty if not run.
 
-    From ``power.nc``: `mistake`, the number of items `lost`, and of these by kind of evidence.
+    From ``power.nc``: `mistake`, the items `lost`, `of` how many, and lost items by kind of evidence.
     """
     file = evidence_file(published.folder, "power.nc", published.study.config_sha256)
     if file is None:
@@ -60,12 +60,12 @@ def power(published: StudyResults, items: Sequence[Item]) -> list[dict[str, Any]
 
 
 def scores(items: Sequence[Item]) -> dict[str, Any]:
-    """How closely Tables 5, 7, 8 and 9 are met: number of cells, deviations, how many are exact or close."""
+    """Agreement with Tables 5, 7, 8 and 9: number of cells, deviations, cells that are exact or close."""
     cells = [item for item in items if isinstance(item["reproduced"], float)]
     result: dict[str, Any] = {}
     for table in (7, 9):
-        of_mse = [item for item in cells if (item["table"], item["column"]) == (table, "mse")]
-        logs = [math.log1p(item["deviation"]) for item in of_mse if item["deviation"] > -1]
+        errors = [item for item in cells if (item["table"], item["column"]) == (table, "mse")]
+        logs = [math.log1p(item["deviation"]) for item in errors if item["deviation"] > -1]
         if logs:
             result[f"table_{table}_mse"] = {
                 "cells": len(logs),
@@ -81,7 +81,7 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
 
 
 def wrong_row(sources: Sources) -> list[dict[str, Any]]:
-    """M7 and M8 at the typical level in Table 9 and in both transports, by quantity."""
+    """M7 and M8 at the typical level: in Table 9, and reproduced with published and exact signals."""
     rows: list[dict[str, Any]] = []
     for name, model in itertools.product(ORIGINS, ("M7", "M8")):
         level = sources[name].statistics.sel(level="typical")
@@ -95,7 +95,7 @@ def wrong_row(sources: Sources) -> list[dict[str, Any]]:
 
 
 def transport(sources: Sources) -> list[dict[str, Any]]:
-    """Mean square errors of M5 to M10 by level, and quotients of pairs, for each transport."""
+    """Mean square errors of M5 to M10 by level, and quotients of pairs, for each signal sampling."""
     rows: list[dict[str, Any]] = []
     for level, name in itertools.product(LEVELS, ORIGINS):
         mse = sources[name].statistics["mse"].sel(level=level)
@@ -110,7 +110,7 @@ def transport(sources: Sources) -> list[dict[str, Any]]:
 
 
 def by_experiment(sources: Sources) -> dict[str, Any]:
-    """M8 over M7 in every experiment, each at its own best n, for both transports, and the geometric mean."""
+    """M8 over M7 in every experiment, each at its best n, for each signal sampling; with geometric mean."""
     quotients: dict[str, Any] = {"experiments": EXPERIMENTS}
     for name in STUDY_TRANSPORTS:
         best: xr.DataArray = sources[name].cells["mse"].min("n").sel(experiment=EXPERIMENTS)

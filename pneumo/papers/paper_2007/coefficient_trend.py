@@ -1,4 +1,4 @@
-"""Coefficients over V / A_q: measured, predicted, quoted by the paper and studied in 2006."""
+"""Heat transfer coefficients over V / A_q: measured, predicted, quoted by the paper, studied in 2006."""
 
 from math import pi
 
@@ -58,8 +58,7 @@ def trend(results: Results) -> xr.Dataset:
 def quoted_coefficient() -> dict[str, float]:
     """Coefficient that the paper quotes for another cylinder, and what the catalogue predicts for it.
 
-    It is brought to P_0 and T_0 by the law of the root. W/(m^2 K); `length` is V / A_q with the piston at the
-    end, m.
+    W/(m^2 K), at P_0 and T_0 by the square-root law; `length` is V / A_q with the piston at the end, m.
     """
     det = {c["column"]: float(c["printed"]) * float(c["scale"]) for c in read_cells("quoted", PAPER_FOLDER)}
     length = _length(det["bore"], det["stroke"])

@@ -33,7 +33,7 @@ def step(results: Results, quantity: str) -> Finding:
 
 
 def error_of_method(results: Results) -> Finding:
-    """By how much the method misses the lambda_0 that was simulated, as a fraction of it."""
+    """Relative error of the method's lambda_0 against the simulated one."""
     area = results.step("A_q") / example.WALL_AREA
     of_k_0 = results.step("k_0") / (example.LAMBDA_0 * example.WALL_AREA)
     words = f"k_0 is {of_k_0 - 1:+.1%} off; the area alone {area - 1:+.1%}, the regression {of_k_0 - 1:+.1%}"
@@ -46,7 +46,7 @@ def true_temperature(_: Results, P_f: float, delta_P: float) -> Finding:
 
 
 def peak(results: Results) -> Finding:
-    """How far the pressure of the simulated example rises above its final value, as a fraction of that."""
+    """Peak pressure of the simulated example over its final pressure, less 1."""
     return Finding(float(results.example["P"][0]) / results.step("P_f") - 1)
 
 
@@ -63,8 +63,8 @@ def coefficient_falls(results: Results) -> Finding:
 
 def experiments_agree(results: Results, cylinder: str, quantity: str) -> Finding:
     """A cylinder's second experiment over its first."""
-    one, two = (results.printed[f"{cylinder}{experiment}", quantity].value for experiment in "12")
-    return Finding(two / one, shown=f"{one:g} and {two:g}")
+    first, second = (results.printed[f"{cylinder}{experiment}", quantity].value for experiment in "12")
+    return Finding(second / first, shown=f"{first:g} and {second:g}")
 
 
 def _conductivities(results: Results) -> dict[str, float]:
@@ -73,13 +73,13 @@ def _conductivities(results: Results) -> dict[str, float]:
 
 
 def walls_resist_little(results: Results, at_most: float) -> Finding:
-    """Whether each wall's own resistance is at most a share of that of the air in it."""
-    shares = {
+    """Whether the resistance of each wall is at most a fraction of that of the air in it."""
+    fractions = {
         cylinder: max(results.printed[f"{cylinder}{e}", "lambda_0"].value for e in "12") * WALL / conductivity
         for cylinder, conductivity in _conductivities(results).items()
     }
-    words = ", ".join(f"{cylinder} {share:.2%}" for cylinder, share in shares.items())
-    return Finding(holds=max(shares.values()) <= at_most, shown=words)
+    words = ", ".join(f"{cylinder} {fraction:.2%}" for cylinder, fraction in fractions.items())
+    return Finding(holds=max(fractions.values()) <= at_most, shown=words)
 
 
 def opposite_to_conductivity(results: Results) -> Finding:
@@ -134,7 +134,7 @@ def eq_29_as_printed(_: Results) -> Finding:
     return Finding(holds=abs(factor - equations.SONIC) <= 0.00005, shown=f"it is {factor:.4f}")
 
 
-COMPUTATIONS: dict[str, Computation] = {  # every public function of this module but one that they share
+COMPUTATIONS: dict[str, Computation] = {  # every public function of this module but `sonic_factor`
     name: function
     for name, function in list(vars().items())
     if getattr(function, "__module__", "") == __name__ and name not in ("_conductivities", "sonic_factor")

@@ -1,4 +1,4 @@
-"""What claims of 2007 are compared with: the simulated example, and what the printed inputs allow."""
+"""Results that the claims of 2007 are compared with: the simulated example, and ranges of printed inputs."""
 
 import itertools
 from functools import cached_property
@@ -23,7 +23,7 @@ QUANTITIES = ("m", "A_q", "V_d", "k_av", "P_av", "lambda_av", "lambda_0", "k_0",
 
 
 class Results:
-    """The simulated example in a folder of results, and the printed tables in a paper's folder."""
+    """The simulated example in a folder of results, and the printed tables in the paper's folder."""
 
     def __init__(self, folder: Path, paper: Path) -> None:
         self.folder, self.paper = folder, paper
@@ -67,7 +67,7 @@ class Results:
     def allowed(self, column: str) -> dict[str, tuple[float, float]]:
         """Lowest and highest value of each quantity of `follows` that the digits of the inputs allow.
 
-        They stand at the corners: every quantity rises or falls with each input throughout (a test tries).
+        They are at the corners: every quantity is monotonic in each input (a test tries).
         """
         corners = self.follows(column, CORNERS.T)
         return {name: (float(np.min(values)), float(np.max(values))) for name, values in corners.items()}

@@ -1,6 +1,7 @@
-"""The simulated example: a closed chamber pushed to mid-stroke, and what the seven steps make of it.
+"""The simulated example: a closed chamber pushed to mid-stroke, and the seven steps applied to it.
 
-The chamber is the full-order model's, eqs (1) and (2); `READINGS` is what the paper leaves open of it.
+The chamber is that of the full-order model, eqs (1) and (2); `READINGS` are the settings that the paper does
+not print.
 """
 
 import itertools
@@ -34,7 +35,7 @@ Area = Literal["of 2006", "with dead volume"]  # wall in the simulation: without
 
 
 class Reading(NamedTuple):
-    """One reading of what the paper leaves open."""
+    """One choice of the settings that the paper does not print."""
 
     area: Area
     final: Literal["free", "fixed"]  # final pressure of the regression: fitted, or that of the run
@@ -87,7 +88,7 @@ def estimated(t: np.ndarray, P: np.ndarray, final: str) -> tuple[Exponential, Co
 def example() -> xr.Dataset:
     """Response and regression of the reading that is taken, by `t`, and the steps of every one, by `reading`.
 
-    SI units; steps carry the names of `seven_steps`.
+    SI units; steps have the names of `seven_steps`.
     """
     rows: dict[Reading, list[float]] = {}
     for area, push in itertools.product(AREAS, PUSHES):
@@ -95,8 +96,8 @@ def example() -> xr.Dataset:
         for reading in (r for r in READINGS if (r.area, r.push) == (area, push)):
             seen = t <= reading.window + PERIOD / 2
             fit, steps = estimated(t[seen], P[seen], reading.final)
-            found = steps._asdict() | {"P_f": fit.P_f, "delta_P": fit.delta_P, "tau": fit.tau}
-            rows[reading] = [found[name] for name in STEPS]
+            numbers = steps._asdict() | {"P_f": fit.P_f, "delta_P": fit.delta_P, "tau": fit.tau}
+            rows[reading] = [numbers[name] for name in STEPS]
     columns = np.array([rows[reading] for reading in READINGS]).T
     t, P, T = response(TAKEN.area, TAKEN.push, TAKEN.window)
     fitted = P - estimated(t, P, TAKEN.final)[0].residual

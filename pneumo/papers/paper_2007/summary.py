@@ -14,26 +14,27 @@ from pneumo.verdict.published import half_unit
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
-    """What each reading of the simulated example meets of its printed numbers, and each column's room.
+    """Agreement of the simulated example's readings with its printed numbers, and room temperatures.
 
-    `readings` has, by area and final pressure, the most of `numbers` that any push and window meets, and the
-    range of tau; `taken` the reading that is taken, and by what fraction its area, k_0 and lambda_0 are off;
-    `rooms` the lowest and highest room temperature that a column's T_av allows, K; `quoted` see there.
+    `readings`: by area and final pressure, the most of `numbers` that any push and window meets, and the
+    range of tau; `taken`: the reading that is taken, and the relative errors of its area, k_0 and lambda_0;
+    `rooms`: the lowest and highest room temperature that each column's T_av allows, K.
     """
     results: Results = sources["results"]
     names = [name for name in STEPS if name not in ("T_av", "lambda_0")]  # which no reading gives
     printed = {item["id"][3:]: item for item in items if item["id"] in [f"S3.{name}" for name in names]}
     example = results.example
     met = np.zeros(example.sizes["reading"], int)
-    for name, one in printed.items():
-        off = example[name].values / one["scale"] - float(one["printed"])
-        met += np.abs(off) <= half_unit(one["printed"])
+    for name, item in printed.items():
+        off = example[name].values / item["scale"] - float(item["printed"])
+        met += np.abs(off) <= half_unit(item["printed"])
     readings: list[dict[str, Any]] = []
     for area in AREAS:
         for final in ("free", "fixed"):
-            of = ((example["area"] == area) & (example["final"] == final)).values
-            tau = [six_digits(float(end)) for end in (example["tau"][of].min(), example["tau"][of].max())]
-            readings.append({"area": area, "final": final, "met": int(met[of].max()), "tau": tau})
+            chosen = ((example["area"] == area) & (example["final"] == final)).values
+            tau = example["tau"][chosen]
+            ends = [six_digits(float(end)) for end in (tau.min(), tau.max())]
+            readings.append({"area": area, "final": final, "met": int(met[chosen].max()), "tau": ends})
     k_0 = LAMBDA_0 * WALL_AREA
     off = {"A_q": results.step("A_q") / WALL_AREA, "k_0": results.step("k_0") / k_0}
     off["lambda_0"] = results.step("lambda_0") / LAMBDA_0
