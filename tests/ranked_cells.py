@@ -3,12 +3,14 @@
 import numpy as np
 import xarray as xr
 
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import MODELS
 from pneumo.statistics.ranking import Ranking, rank_models
 from pneumo.statistics.recommendation import recommend
 
 N = [1.2, 1.3, 1.4]
-LEVEL = dict(zip(MODELS, (900, 80, 100, 3000, 20, 8, 6, 3, 2.5, 2.4), strict=True))
+PAPER_LEVEL = dict(zip(PAPER_MODELS, (900, 80, 100, 3000, 20, 8, 6, 3, 2.5, 2.4), strict=True))
+LEVEL = {name: PAPER_LEVEL.get(name, 5000.0 + i) for i, name in enumerate(MODELS)}
 
 
 def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e6, ends=(1.0, 1.0)):

@@ -1,7 +1,9 @@
-"""Adding a model is one row: M11 in a copy of the checkout goes through study, figures, pages and tables."""
+"""Adding a model is one row: with M11 in a copy of the checkout, the study and the fast tests run."""
 
 import json
 import re
+import subprocess
+import sys
 
 import pytest
 import xarray as xr
@@ -20,8 +22,8 @@ def copy(tmp_path_factory) -> Study:
     study = Study(tmp_path_factory.mktemp("added") / "pneumo", "config/smoke.yaml")
     models = study.folder / "pneumo/physics/models.py"
     lines = models.read_text(encoding="utf-8").splitlines(keepends=True)
-    place = next(i for i, line in enumerate(lines) if line.startswith(LAST_ROW))
-    models.write_text("".join([*lines[: place + 1], M11, *lines[place + 1 :]]), encoding="utf-8")
+    lines.insert(1 + next(i for i, line in enumerate(lines) if line.startswith(LAST_ROW)), M11)
+    models.write_text("".join(lines), encoding="utf-8")
     done = study.run()
     assert done.code == 0, done.output
     return study
@@ -48,3 +50,10 @@ def test_report_holds_the_added_model(copy):
     assert all(len(e["cells"]["exact"]["mse"]) == 11 for e in data["experiments"])
     verdict = (copy.results / "verdict.html").read_text(encoding="utf-8")
     assert "M11" not in verdict  # the paper says nothing of it
+
+
+def test_the_fast_tests_pass_with_the_added_model(copy):
+    command = [sys.executable, "-m", "pytest", "-n", "2", "-q", "-m", "not slow and not wheel"]
+    options = {"cwd": copy.folder, "env": copy.environment, "capture_output": True, "text": True}
+    done = subprocess.run(command, **options)
+    assert done.returncode == 0, done.stdout[-10_000:]

@@ -47,7 +47,7 @@ def test_a_contender_with_other_numbers_stops_the_bench():
 
 
 def test_count_of_operations_follows_the_needs_of_the_lanes():
-    lanes = timing.case_of("E14", 1).lanes
+    lanes = timing.case_of("E14", 1).lanes[:66]  # of the paper's models
     constant = lanes[probe.needs(lanes) == 0]
     assert probe.operations(constant).roots == 1
     assert probe.operations(constant).fused < probe.operations(lanes).fused

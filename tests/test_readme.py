@@ -9,7 +9,7 @@ from checkout import ROOT, between
 from typer.testing import CliRunner
 
 from pneumo.cli.commands import app
-from pneumo.physics.models import MODELS
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.verdict.judging import STATUSES, read_statuses
 
 PAGE = ROOT / "README.md"
@@ -46,7 +46,7 @@ def test_named_files_and_folders_links_and_pictures_exist():
 def test_the_ten_models_are_those_of_the_table():
     """Index, temperature, mixing, wall heat and what has to be known, in words."""
     rows = between(PAGE, "models: a test").splitlines()[2:]
-    for row, (name, model) in zip(rows, MODELS.items(), strict=True):
+    for row, (name, model) in zip(rows, PAPER_MODELS.items(), strict=True):
         explicit = model.wall != "none"
         indices = list(dict.fromkeys(str(i).removesuffix(".0") for i in (model.n_V, model.n_in, model.n_out)))
         words = "by the index: " if len(indices) == 1 else "by the indices: "

@@ -21,7 +21,7 @@ Files = Annotated[list[Path], typer.Argument(help="configuration, later files ov
 Config = Annotated[
     list[Path] | None, typer.Option(help="configuration, may be repeated [in a checkout: the paper's]")
 ]
-ModelName = Annotated[str, typer.Argument(help="M1 to M10")]
+ModelName = Annotated[str, typer.Argument(help="one of `pneumo models`")]
 IndexOption = Annotated[float | None, typer.Option(help="polytropic index, where the model has one")]
 OneCylinder = Annotated[
     str | None, typer.Option("--cylinder", help="name in the configuration [the only one there]")
@@ -175,7 +175,7 @@ def fit(
     cylinder: OneCylinder = None,
     config: Config = None,
     columns: Annotated[Path | None, typer.Option(help="YAML: `P_A: {column: name, unit: kPa}` ...")] = None,
-    model: Annotated[list[str] | None, typer.Option(help="M1 to M10, may be repeated [all]")] = None,
+    model: Annotated[list[str] | None, typer.Option(help="a model; may be repeated [all]")] = None,
     x_from: Annotated[Literal["mid", "end"], typer.Option(help="zero of x: mid-stroke or A's end")] = "mid",
     command: Annotated[Literal["held", "linear"], typer.Option(help="between samples")] = "held",
     part: Annotated[float, typer.Option(min=0.2, max=0.9, help="fraction that is fitted")] = 0.6,
@@ -271,7 +271,7 @@ def fit(
 
 
 def linearise(
-    model: Annotated[str, typer.Argument(help="M1 to M10, or full for the full order")],
+    model: Annotated[str, typer.Argument(help="one of `pneumo models`, or full for the full order")],
     u: Annotated[float, typer.Option("--u", help="command at the operating point, V")],
     P_A: Annotated[float, typer.Option("--P_A", help="absolute pressure of chamber A there, Pa")],
     P_B: Annotated[float, typer.Option("--P_B", help="absolute pressure of chamber B there, Pa")],
@@ -326,7 +326,7 @@ def linearise(
 
 
 def export(
-    model: Annotated[str, typer.Argument(help="M1 to M10, or full for the full order")],
+    model: Annotated[str, typer.Argument(help="one of `pneumo models`, or full for the full order")],
     to: Annotated[str, typer.Option(help="c, matlab (Octave too), casadi (Python) or fmu")],
     n: IndexOption = None,
     cylinder: OneCylinder = None,

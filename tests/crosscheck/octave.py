@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pneumo.configuration.parameters import load, read_yaml, study
-from pneumo.physics.models import MODELS
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
@@ -63,9 +63,7 @@ def by_octave(name: str, seconds: float) -> tuple[np.ndarray, dict[str, np.ndarr
         if run.returncode:
             raise ArithmeticError(f"{name}: Octave: {' '.join(run.stderr.split())}")
         columns = np.fromfile(output).reshape(-1, 46)
-    exact, published = (
-        part.reshape(-1, 2, len(MODELS)).transpose(2, 1, 0) for part in (columns[:, 6:26], columns[:, 26:])
-    )
+    exact, published = columns[:, 6:].reshape(-1, 2, 2, len(PAPER_MODELS)).transpose(1, 3, 2, 0)
     return columns[:, :6], {EXACT: exact, PUBLISHED: published}
 
 
@@ -89,7 +87,7 @@ def compared(name: str, seconds: float = SECONDS) -> dict[str, Any]:
     result["full order"] = largest(states[:, [2, 4]].T - full, full, e.h)
     for transport, theirs in pressures.items():
         cells = replay(recording, lanes, study_transport(transport, e))
-        triples = zip(MODELS, theirs, cells.pressure[index[:, 0]], strict=True)
+        triples = zip(PAPER_MODELS, theirs, cells.pressure[index[: len(PAPER_MODELS), 0]], strict=True)
         result[transport] = {model: largest(their - our, our, e.h) for model, their, our in triples}
     return result
 

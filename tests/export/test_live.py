@@ -60,13 +60,14 @@ def test_all_models_and_the_full_order_are_python_s(page, plant, visit):
     )
     method, P_0, T_0 = METHODS["DORMAND_PRINCE"], own.conditions.P_0, own.conditions.T_0
     full, models = system("full", None, own, piston=True), [system(name, N, own) for name in MODELS]
-    state, pressures, squares = [0.0, 0.0, P_0, T_0, P_0, T_0], [[P_0, P_0] for _ in models], np.zeros(20)
+    state, pressures = [0.0, 0.0, P_0, T_0, P_0, T_0], [[P_0, P_0] for _ in models]
+    squares = np.zeros(2 * len(models))
     for u in command.tolist():
         before = [u, *state[:2]]
         state = step(full, method, state, [u, 0.0], [u, 0.0], H)
         pairs = zip(models, pressures, strict=True)
         pressures = [step(model, method, P, before, [u, *state[:2]], H) for model, P in pairs]
-        squares += (np.ravel(pressures) - np.tile([state[2], state[4]], 10)) ** 2
+        squares += (np.ravel(pressures) - np.tile([state[2], state[4]], len(models))) ** 2
     assert found["good"]
     assert abs(state[0]) > 0.005  # it moved
     np.testing.assert_allclose(found["state"], state, rtol=1e-9)

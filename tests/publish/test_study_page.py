@@ -13,6 +13,7 @@ from rich.console import Console
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
+from pneumo.physics.models import MODELS
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
@@ -128,7 +129,8 @@ def test_pictures_over_n_and_of_the_traces():
     kept = cells["mse"].sel(model="M8").isel(run=[0, 2, 3])
     assert curve.get_ydata() == pytest.approx(kept.mean(("experiment", "run", "chamber")).values ** 0.5 / 1e3)
     marks = [line for line in ax.lines if len(line.get_xdata()) == 1]
-    assert len(marks) == 7 and {line.get_xdata()[0] for line in marks} == {1.3}
+    assert len(marks) == sum(model.has_n for model in MODELS.values())
+    assert {line.get_xdata()[0] for line in marks} == {1.3}
     cells = with_traces(made())
     ranking = ranked(cells, "mine")
     _, pressure, error = study_figures.first_run(cells, ranking, "X").axes

@@ -9,6 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.publish.model_looks import PAPER_LOOKS, looks_of
 from pneumo.publish.style import SOURCE_BAR, SOURCE_MARKER, new_figure, paper_style, save
 
@@ -83,7 +84,7 @@ def lab(color: str, vision: str) -> np.ndarray:
 
 @pytest.mark.parametrize("vision", VISION)
 def test_models_can_be_told_apart(vision):
-    assert list(PAPER_LOOKS) == [f"M{i}" for i in range(1, 11)]
+    assert list(PAPER_LOOKS) == list(PAPER_MODELS)
     for (one, look), (other, another) in itertools.combinations(PAPER_LOOKS.items(), 2):
         assert look.marker != another.marker
         # 12 in CIE76 is some five times the just noticeable 2.3; a pair below it must differ in dashes.

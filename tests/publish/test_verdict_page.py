@@ -196,6 +196,6 @@ def test_cell_text(printed_once):
     mse, mean, sigma = (float(re.search(rf"{name} (\S+)", first)[1]) for name in ("MSE", "mean", "sigma"))
     assert mse == pytest.approx(mean**2 + sigma**2, rel=1e-3)  # four printed digits
     wrong_n = "M8", 1.33, r"n = 1\.33: must be one of 1\.0, 1\.05"
-    for model, n, words in (wrong_n, ("M11", 1.35, "model = 'M11': must be one of M1")):
+    for model, n, words in (wrong_n, ("M99", 1.35, "model = 'M99': must be one of M1")):
         with pytest.raises(ResultError, match=words):
             cell_text(printed_once, "E07", model, n)

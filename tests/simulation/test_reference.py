@@ -202,10 +202,11 @@ def test_compiled_replay_equals_the_python_that_one_reads(transport, monkeypatch
 
 
 def test_grid_has_a_lane_for_each_model_and_n_that_matters():
-    assert LANES.shape == (7 * 9 + 3, len(Lane._fields)) and INDEX.shape == (10, 9)
-    assert sorted(set(INDEX.ravel())) == list(range(66))
-    for i, (name, model) in enumerate(MODELS.items()):
-        assert len(set(INDEX[i])) == (1 if name in ("M1", "M3", "M4") else 9)
+    with_n = sum(model.has_n for model in MODELS.values())
+    assert LANES.shape == (9 * with_n + len(MODELS) - with_n, len(Lane._fields))
+    assert INDEX.shape == (len(MODELS), 9) and sorted(set(INDEX.ravel())) == list(range(len(LANES)))
+    for i, model in enumerate(MODELS.values()):
+        assert len(set(INDEX[i])) == (9 if model.has_n else 1)
         for j, n in enumerate(STUDY.n):
             expected = lane(model, n if model.has_n else 1.0, 1.4)
             assert np.array_equal(LANES[INDEX[i, j]], lane_array([expected])[0])

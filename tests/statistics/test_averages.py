@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from invented_cells import cells_of
 from paper_study import STUDY
 
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.statistics.averages import OVERALL, best_n, statistics
 
 EPS = np.finfo(float).eps
 WITHOUT_SHRINKING = [Phase.explicit, Phase.reuse, Phase.generate]  # one seed is as simple as another
-MODELS = [f"M{i}" for i in range(1, 11)]
+MODELS = list(PAPER_MODELS)
 LEVELS = STUDY.experiments_by_level
 
 

@@ -6,13 +6,14 @@ import pytest
 
 from pneumo.papers.paper_2006 import printed_tables as published
 from pneumo.papers.paper_2006 import setup_checks
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.setup_checks import rows_within
 from pneumo.verdict import PaperError
 
 EPS = np.finfo(float).eps
 CELLS = {1: 40, 2: 8, 3: 20, 4: 8, 5: 64, 6: 16, 7: 30, 8: 96, 9: 90}
 EXPERIMENTS = [f"E{j:02d}" for j in range(1, 17)]
-MODELS = [f"M{i}" for i in range(1, 11)]
+MODELS = list(PAPER_MODELS)
 WITHOUT_N = ["M1", "M3", "M4"]
 
 

@@ -14,6 +14,7 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.evidence.identification.deviance import deviance_interval, log_noise, widening
 from pneumo.evidence.identification.mechanics import Mapper
 from pneumo.evidence.sensitivity.alternatives import OTHER_TRANSPORTS
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import table7, table9
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
@@ -44,12 +45,13 @@ def tried_transports(experiment: Experiment) -> dict[str, Transport]:
 
 
 def cell_mse(experiment: Experiment, n: tuple[float, ...], names: tuple[str, ...]) -> np.ndarray:
-    """Mean square errors, Pa^2, of both chambers together, shape (transport, model, n).
+    """Mean square errors, Pa^2, of both chambers together, shape (transport, model of the paper, n).
 
     Infinite where a replay failed.
     """
     recording = record(experiment)
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
+    index = index[np.isin(list(MODELS), list(PAPER_MODELS))]
     known = tried_transports(experiment)
     cells = [replay(recording, lanes, known[name], experiment.steps) for name in names]
     result = np.stack([replays.mse.mean(axis=1)[index] for replays in cells])
@@ -103,7 +105,7 @@ def grid_of(study: Study, done: AmplitudeRuns, transport: str, a_D: float, a_E: 
 
 def surface(study: Study, done: AmplitudeRuns, transport: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Deviance of Table 7, and rms of Tables 7 and 9, for every pair of amplitudes of D and E."""
-    seven, nine = (table["mse"].sel(model=list(MODELS)) for table in (table7(), table9()))
+    seven, nine = (table["mse"].sel(model=list(PAPER_MODELS)) for table in (table7(), table9()))
     sigma = log_noise(seven.values, seven["mse_half_unit"].values, MSE_DISCREPANCY)
     names = list(study.experiments)
     deviance, rms_7, rms_9 = np.empty((3, *(len(done.amplitudes[name]) for name in BOTH_CYLINDERS)))
@@ -137,7 +139,7 @@ def identify_amplitudes(study: Study, mapper: Mapper, progress: Callable[[str], 
     cells = coarse.mse | {key: value[:1] for key, value in fine.mse.items()}
     deviance, rms_7, rms_9 = surface(study, AmplitudeRuns((AS_CONFIGURED,), both, cells), AS_CONFIGURED)
     lowest = np.unravel_index(np.argmin(deviance), deviance.shape)
-    widen = widening(deviance[lowest], len(MODELS), len(BOTH_CYLINDERS))
+    widen = widening(deviance[lowest], len(PAPER_MODELS), len(BOTH_CYLINDERS))
     deviance = (deviance - deviance[lowest]) / widen
     values, profiles = [both[name] for name in BOTH_CYLINDERS], [deviance.min(axis=1), deviance.min(axis=0)]
     ends = [deviance_interval(np.log(a), curve) for a, curve in zip(values, profiles, strict=True)]

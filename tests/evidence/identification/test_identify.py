@@ -201,7 +201,7 @@ def test_an_end_is_found_again():
 
 def test_tables_of_the_grid_are_those_of_the_statistics():
     coords = {"experiment": list(STUDY.experiments), "model": list(MODELS), "n": list(STUDY.n)}
-    mse = np.random.default_rng(3).uniform(1, 2, (16, 10, 9))
+    mse = np.random.default_rng(3).uniform(1, 2, (16, len(MODELS), 9))
     grid = cells_of(np.repeat(mse[..., np.newaxis], 2, axis=-1), coords | {"chamber": ["A", "B"]})
     levels = STUDY.experiments_by_level
     expected = statistics(grid, levels)["mse"]

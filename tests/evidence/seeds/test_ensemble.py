@@ -14,7 +14,7 @@ from scipy import stats
 
 from pneumo.evidence.seeds import ensemble as e
 from pneumo.evidence.seeds.seed_sets import seed_sets, with_seeds
-from pneumo.physics.models import MODELS
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
@@ -70,15 +70,15 @@ def invented(mse):
     """Ensemble by (seeds, experiment) with models whose errors are given by (seeds, experiment, model)."""
     seeds, experiments, _ = mse.shape
     names = [f"E{i:02}" for i in range(experiments)]
-    coords = {"seeds": range(seeds), "transport": ["exact"], "experiment": names, "model": list(MODELS)}
+    coords = {"seeds": range(seeds), "transport": ["exact"], "experiment": names, "model": list(PAPER_MODELS)}
     cells = np.stack([mse, 2 * mse], axis=-1)[:, np.newaxis, ..., np.newaxis] * np.ones(2)
     found = cells_of(cells, coords | {"n": [1.2, 1.4], "chamber": ["A", "B"]})
     return found.assign_coords(k_0=("experiment", np.resize([0.1, 0.5, 2.5], experiments)))
 
 
 def random_errors(seeds=8, experiments=4, sigma=0.3):
-    logs = np.random.default_rng(1).normal(0, sigma, (seeds, experiments, len(MODELS)))
-    return 1e6 * np.exp(logs + 0.1 * np.arange(len(MODELS)))
+    logs = np.random.default_rng(1).normal(0, sigma, (seeds, experiments, len(PAPER_MODELS)))
+    return 1e6 * np.exp(logs + 0.1 * np.arange(len(PAPER_MODELS)))
 
 
 def test_spread_is_students_probability_and_sign_test():
@@ -103,7 +103,7 @@ def test_spread_is_students_probability_and_sign_test():
 
 
 def test_scores_by_hand():
-    errors = np.ones((1, 3, len(MODELS))) * np.arange(1, 11)
+    errors = np.ones((1, 3, len(PAPER_MODELS))) * np.arange(1, 11)
     errors[0, 2] = 1000 * np.arange(10, 0, -1)  # one violent experiment turns the order round
     mse = concatenated(invented(errors))["mse"]
     found = e.scores_by_criterion(mse, LEVELS).sel(seeds=0, transport="exact")
@@ -137,7 +137,7 @@ def test_holm_is_that_of_the_definition(values):
 def test_ratios_of_known_lognormals_and_everything_in_one_dataset():
     sigma = 0.2
     rng = np.random.default_rng(3)
-    errors = np.ones((400, 2, len(MODELS)))
+    errors = np.ones((400, 2, len(PAPER_MODELS)))
     errors[:, :, 7] = 0.5 * np.exp(rng.normal(0, sigma, 400))[:, np.newaxis]
     ratios = e.ratio_intervals(concatenated(invented(errors))["mse"].min("n"))
     found = ratios.sel(ratio="M8/M7", transport="exact", experiment="E00")
