@@ -54,6 +54,5 @@ def test_report_holds_the_added_model(copy):
 
 def test_the_fast_tests_pass_with_the_added_model(copy):
     command = [sys.executable, "-m", "pytest", "-n", "2", "-q", "-m", "not slow and not wheel"]
-    options = {"cwd": copy.folder, "env": copy.environment, "capture_output": True, "text": True}
-    done = subprocess.run(command, **options)
+    done = subprocess.run(command, capture_output=True, **copy.options)
     assert done.returncode == 0, done.stdout[-10_000:]

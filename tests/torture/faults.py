@@ -31,12 +31,12 @@ class NotRun(Exception):
 
 
 class Bench(NamedTuple):
-    """What every fault needs."""
+    """A study to disturb, its undisturbed results, and how often to try."""
 
     study: Study
     expected: dict[str, str]  # hashes of an undisturbed run
-    seconds: float  # that it took
-    size: int  # of its results
+    seconds: float  # duration of that run
+    size: int  # of its results, bytes
     rng: random.Random
     kills: int
     tries: int
@@ -45,11 +45,12 @@ class Bench(NamedTuple):
         """Seconds from the start to the disturbance."""
         return self.rng.uniform(0.0, self.seconds)
 
-    def mended(self, what: str) -> tuple[bool, str]:
-        """Run again and compare."""
+    def rerun(self, disturbance: str) -> tuple[bool, str]:
+        """Run again; return whether the bytes are the expected ones, and the outcome in words."""
         done = self.study.run()
         same = done.code == 0 and self.study.hashes() == self.expected
-        return same, what if same else f"{what}: NOT mended: {done.refusal or done.output[-300:]}"
+        reason = done.refusal or done.output[-300:]
+        return same, disturbance if same else f"{disturbance}: NOT REPAIRED: {reason}"
 
 
 Fault = Callable[[Bench], Iterator[tuple[bool, str]]]
@@ -57,12 +58,12 @@ Fault = Callable[[Bench], Iterator[tuple[bool, str]]]
 
 def interrupted(bench: Bench, number: signal.Signals, tries: int, alone: bool) -> Iterator[tuple[bool, str]]:
     """Signal the run; if asked to, every other time without its jobs, which go on writing for a while."""
-    for each in range(tries):
+    for attempt in range(tries):
         bench.study.clear()
-        with_jobs = not alone or each % 2 == 0
+        with_jobs = not alone or attempt % 2 == 0
         stopped = stop(bench.study.start(), number, with_jobs=with_jobs, after=bench.moment())
-        what = f"{number.name}{'' if with_jobs else ', its jobs left to themselves'}, resumed"
-        yield bench.mended(what if stopped else f"over before {number.name}")
+        signalled = f"{number.name}{'' if with_jobs else ', its jobs left to themselves'}, resumed"
+        yield bench.rerun(signalled if stopped else f"over before {number.name}")
 
 
 def mount(*arguments: str) -> None:
@@ -90,18 +91,18 @@ def disk_full(bench: Bench) -> Iterator[tuple[bool, str]]:
         with mounted(bench.study.results, "-t", "tmpfs", "-o", f"size={room}", "tmpfs"):
             done = bench.study.run()
             mount("-o", f"remount,size={4 * bench.size}", str(bench.study.results))
-            yield bench.mended(f"{done.refusal or 'stopped by Snakemake'}; resumed with room")
+            yield bench.rerun(f"{done.refusal or 'stopped by Snakemake'}; resumed with room")
 
 
 def read_only(bench: Bench) -> Iterator[tuple[bool, str]]:
-    """Run on results, whole in part, that cannot be written; make them writable; run again."""
+    """Run on unfinished results that cannot be written; make them writable; run again."""
     for _ in range(bench.tries):
         bench.study.clear()
         stop(bench.study.start(), signal.SIGKILL, with_jobs=True, after=bench.moment())
         with mounted(bench.study.results, "--bind", str(bench.study.results)):
             mount("-o", "remount,ro,bind", str(bench.study.results))
             done = bench.study.run()
-        yield bench.mended(f"{done.refusal or 'Snakemake had nothing to do'}; resumed")
+        yield bench.rerun(f"{done.refusal or 'Snakemake had nothing to do'}; resumed")
 
 
 def clock_back(bench: Bench) -> Iterator[tuple[bool, str]]:
@@ -116,7 +117,7 @@ def clock_back(bench: Bench) -> Iterator[tuple[bool, str]]:
             for file in folder.rglob("*"):  # faketime shifts what programs see, not what the disk says
                 date = file.stat().st_mtime + DAY
                 os.utime(file, (date, date))
-        yield bench.mended("killed a day ahead, resumed today")
+        yield bench.rerun("killed a day ahead, resumed today")
 
 
 def two_runs(bench: Bench) -> Iterator[tuple[bool, str]]:
@@ -140,13 +141,13 @@ def damage(bench: Bench, spoil: Callable[[Bench, Path], None]) -> Iterator[tuple
         spoil(bench, path)
         named = name in study.pneumo("paper", "verify").output
         if number % 2:
-            os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # nothing but its content tells
+            os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # only its content differs
             refused, by = study.pneumo("paper", "verify", "--remove").code == 0, "`pneumo paper verify`"
         else:
             refused, by = name in study.run().refusal, "the next run"
         refused = refused and named and not path.exists()
-        same, what = bench.mended(f"named and removed by {by}, made again")
-        yield same and refused, what if refused else f"{name}: NOT refused"
+        same, outcome = bench.rerun(f"named and removed by {by}, made again")
+        yield same and refused, outcome if refused else f"{name}: NOT refused"
 
 
 def flip(bench: Bench, path: Path) -> None:
@@ -191,10 +192,10 @@ def tried(name: str, bench: Bench, study: str) -> dict[str, object]:
     """Try one fault, with a line for each try."""
     same, outcomes = [], Counter()
     try:
-        for one, outcome in FAULTS[name](bench):
-            same.append(one)
+        for identical, outcome in FAULTS[name](bench):
+            same.append(identical)
             outcomes[outcome] += 1
-            print(f"{name} {len(same)}: {'same bytes' if one else 'OTHER BYTES'}: {outcome}", flush=True)
+            print(f"{name} {len(same)}: {'same' if identical else 'OTHER'} bytes: {outcome}", flush=True)
     except NotRun as reason:
         outcomes[f"not run: {reason}"] += 1
         print(f"{name}: not run: {reason}", flush=True)
@@ -203,7 +204,7 @@ def tried(name: str, bench: Bench, study: str) -> dict[str, object]:
 
 
 def main() -> int:
-    """Try the faults asked for and add what came of them to the evidence."""
+    """Try the requested faults and add the outcomes to the evidence."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--config", default="", help="configuration on top of the paper's")
     parser.add_argument("--faults", nargs="+", default=list(FAULTS), choices=FAULTS)

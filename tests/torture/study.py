@@ -13,8 +13,6 @@ from typing import Any, NamedTuple
 from tests.checkout import PNEUMO, copy_checkout
 from tests.torture.compare import compared_files
 
-TWO_JOBS = ("-j2",)
-
 
 class Done(NamedTuple):
     """How a run ended."""
@@ -32,7 +30,7 @@ class Done(NamedTuple):
 class Study:
     """A checkout's copy in a new folder and the study in it.
 
-    `config` stands on top of the paper's, `environment` on top of this process's variables.
+    `config` is merged over the paper's, `environment` over this process's variables.
     """
 
     def __init__(self, folder: Path, config: str, environment: Mapping[str, str] | None = None):
@@ -41,15 +39,15 @@ class Study:
         self.command += ["--configfile", config] if config else []
         python_path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
         self.environment = os.environ | {"PYTHONPATH": python_path} | dict(environment or {})
+        self.options: dict[str, Any] = {"cwd": self.folder, "env": self.environment, "text": True}
 
     def start(
         self, *arguments: str, before: tuple[str, ...] = (), output: int = subprocess.DEVNULL
     ) -> subprocess.Popen[str]:
         """Start a run, with two jobs unless told otherwise, in a process group of its own."""
-        options: dict[str, Any] = {"cwd": self.folder, "env": self.environment, "text": True}
-        command = [*before, *self.command, *(arguments or TWO_JOBS)]
-        options |= {"stdout": output, "stderr": subprocess.STDOUT, "start_new_session": True}
-        return subprocess.Popen(command, **options)
+        command = [*before, *self.command, *(arguments or ("-j2",))]
+        own_group: dict[str, Any] = {"stderr": subprocess.STDOUT, "start_new_session": True}
+        return subprocess.Popen(command, stdout=output, **own_group, **self.options)
 
     def run(self, *arguments: str, before: tuple[str, ...] = ()) -> Done:
         """Run to the end."""
@@ -59,8 +57,7 @@ class Study:
 
     def pneumo(self, *arguments: str) -> Done:
         """Run a command of the package on this copy."""
-        options: dict[str, Any] = {"cwd": self.folder, "env": self.environment, "text": True}
-        done = subprocess.run([*PNEUMO, *arguments], capture_output=True, **options)
+        done = subprocess.run([*PNEUMO, *arguments], capture_output=True, **self.options)
         return Done(done.returncode, done.stdout + done.stderr)
 
     def hashes(self) -> dict[str, str]:
@@ -81,7 +78,7 @@ class Study:
 
 
 def stop(run: subprocess.Popen[str], number: signal.Signals, *, with_jobs: bool, after: float) -> bool:
-    """Signal a run after some seconds, alone or with its jobs; tell whether it was still at work."""
+    """Signal a run after some seconds, alone or with its jobs; return whether it was still running."""
     try:
         run.wait(timeout=after)
         return False
