@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from pneumo.fit.fitted_parameters import CAUSES
+from pneumo.fit.record.formats import FORMATS
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from pneumo.configuration.schema import Configuration
 
 PAPER = Path("config/paper.yaml")  # in a checkout
+READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 Files = Annotated[list[Path], typer.Argument(help="configuration, later files override earlier ones")]
 Config = Annotated[
     list[Path] | None, typer.Option(help="configuration, may be repeated [in a checkout: the paper's]")
@@ -170,7 +172,7 @@ def _tell(chosen: "Study", cells: "Dataset", folder: Path) -> None:
 
 def fit(
     measurement: Annotated[
-        Path, typer.Argument(help="CSV, .lvm, .mat or NetCDF: t, u, x, P_A, P_B, optional v, T, P_s")
+        Path, typer.Argument(help=f"{READ_FORMATS}: t, u, x, P_A, P_B, optional v, T, P_s")
     ],
     cylinder: OneCylinder = None,
     config: Config = None,
@@ -212,7 +214,8 @@ def fit(
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
     from pneumo.fit.mistaken_columns import check_columns
-    from pneumo.fit.record.measurement import read_mapping, read_measurement
+    from pneumo.fit.record.columns import read_mapping
+    from pneumo.fit.record.measurement import read_measurement
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page
     from pneumo.publish.text import terminal_tables as shown

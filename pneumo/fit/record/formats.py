@@ -1,47 +1,38 @@
-"""Tables of a measurement from the files that benches write: text, LabVIEW .lvm, MATLAB .mat, NetCDF.
+"""Tables of a measurement from files: text, LabVIEW .lvm, MATLAB .mat, NetCDF. `FORMATS` has a row for each.
 
 A text file may begin with comments or any other lines; its table is the first run of numbers, with a row of
-names above it, and perhaps one of units between.
+names above it, and perhaps one of units between. Readers import their libraries themselves: the help of the
+command line lists the formats without loading any.
 """
 
 import csv
 import re
+from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
-
-import numpy as np
-import pandas as pd
-import xarray as xr
-from netCDF4 import Dataset
-from scipy.io import loadmat, whosmat
+from typing import TYPE_CHECKING, NamedTuple
 
 from pneumo.errors import InputError, printable
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 MOST_ROWS, MOST_COLUMNS = 2_000_000, 200
 LARGEST_FILE = 200_000_000  # bytes
-HEAD_LINES = 200  # within which the first sample must stand
+HEAD_LINES = 200  # within which the first sample must be
 SEPARATORS = (",", ";", "\t", " ")
 NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?")
 WITHOUT_COMMA = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")  # where commas separate columns
 PLAIN = str.maketrans({"°": "deg", "µ": "u", "μ": "u", "³": "3"})
 LVM, END_OF_HEADER = "LabVIEW Measurement", "***End_of_Header***"
-REMEDIES = {
-    ".xls": "save the sheet as CSV",
-    ".xlsx": "save the sheet as CSV",
-    ".tdms": "export it from LabVIEW as .lvm or CSV",
-    ".mdf": "export it as CSV or .mat",
-    ".mf4": "export it as CSV or .mat",
-    ".idf": "export it from ControlDesk as CSV or .mat",
-}
 NUMERIC = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)} | {"double", "single"}
 
 
 class Table(NamedTuple):
     """Columns of a file as text or numbers."""
 
-    columns: pd.DataFrame
-    units: dict[str, str]  # by name of the column, where they stand outside the name
+    columns: "pd.DataFrame"
+    units: dict[str, str]  # by name of the column, where the name does not contain them
     first_line: int = 0  # of the first sample; 0 where the file has no lines
 
 
@@ -58,37 +49,16 @@ def plain_unit(text: str) -> str:
     return text.strip().removeprefix("[").removesuffix("]").translate(PLAIN).strip()
 
 
-def read_table(path: Path, known_units: set[str]) -> Table:
-    """Read a file by its ending: .nc, .mat, and everything else as text.
-
-    A row below the names is one of units where half of it is in `known_units`. `InputError` if the file
-    cannot be read, is too large, or is in a format of which another is to be made.
-    """
-    kind = {".nc": "NetCDF", ".mat": "MATLAB", ".lvm": "LabVIEW"}.get(path.suffix.lower(), "CSV")
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: must be a file of at most {LARGEST_FILE} bytes")
-        _limit(path, path.stat().st_size, LARGEST_FILE, "bytes")
-        if remedy := REMEDIES.get(path.suffix.lower()):
-            raise InputError(f"{path}: {path.suffix} files are not read: {remedy}")
-        if kind in ("NetCDF", "MATLAB"):
-            return _netcdf(path) if kind == "NetCDF" else _matlab(path)
-        return _text(path, known_units)
-    except InputError:
-        raise
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError, LookupError, RuntimeError, TypeError, csv.Error) as error:
-        text = printable(" ".join(str(error).split()), 200)
-        raise InputError(f"{path}: not a readable {kind} file ({text})") from None
-
-
-def _limit(path: Path, number: int, most: int, what: str) -> None:
+def _limit(path: Path, number: int, most: int, things: str) -> None:
     if number > most:
-        raise InputError(f"{path}: {number} {what}: must be at most {most}")
+        raise InputError(f"{path}: {number} {things}: must be at most {most}")
 
 
-def _netcdf(path: Path) -> Table:
+def _netcdf(path: Path, _known_units: set[str]) -> Table:
+    import pandas as pd
+    import xarray as xr
+    from netCDF4 import Dataset
+
     with Dataset(path.absolute()) as file:  # before xarray, which loads coordinates as it opens
         _limit(path, len(file.variables), MOST_COLUMNS, "variables")
         for name, dimension in file.dimensions.items():
@@ -99,18 +69,22 @@ def _netcdf(path: Path) -> Table:
         return Table(pd.DataFrame({str(n): data[n].values for n in signals}), units)
 
 
-def _matlab(path: Path) -> Table:
+def _matlab(path: Path, _known_units: set[str]) -> Table:
     """Vectors of a .mat file, the longest and those of its length."""
+    import numpy as np
+    import pandas as pd
+    from scipy.io import loadmat, whosmat
+
     with path.open("rb") as file:
         if b"MATLAB 7.3" in file.read(128):
             raise InputError(
                 f"{path}: MATLAB 7.3 files are not read: save(file, '-v7') in MATLAB writes one that is"
             )
-    there = whosmat(path, appendmat=False)  # sizes, before anything is loaded
-    _limit(path, len(there), MOST_COLUMNS, "variables")
+    listed = whosmat(path, appendmat=False)  # sizes, before anything is loaded
+    _limit(path, len(listed), MOST_COLUMNS, "variables")
     sizes = {
         name: int(np.prod(shape, dtype=float))
-        for name, shape, kind in there
+        for name, shape, kind in listed
         if kind in NUMERIC and sum(n != 1 for n in shape) == 1
     }
     longest = max(sizes.values(), default=0)
@@ -123,6 +97,9 @@ def _matlab(path: Path) -> Table:
 
 
 def _text(path: Path, known_units: set[str]) -> Table:
+    import numpy as np
+    import pandas as pd
+
     with path.open("rb") as file:
         head = list(islice(file, HEAD_LINES))
     if head and head[0].startswith((b"\xff\xfe", b"\xfe\xff")):  # Excel's "Unicode text"
@@ -184,16 +161,16 @@ def _first_sample(path: Path, lines: list[str]) -> _FirstSample:
     for index, line in enumerate(lines):
         if ends and index < ends[-1]:
             continue
-        found: dict[str, int] = {}
+        widths: dict[str, int] = {}
         for separator in SEPARATORS:
             fields = [] if line.startswith(("#", "%", "//")) else _fields(line, separator)
             pattern = WITHOUT_COMMA if separator == "," else NUMBER
             numbers = sum(bool(pattern.fullmatch(field)) for field in fields)
             if numbers >= 2 and 2 * numbers >= sum(bool(field) for field in fields):
-                found[separator] = len(fields)
-        if found:
-            separator = max(found, key=lambda s: found[s])
-            return _FirstSample(index, separator, found[separator])
+                widths[separator] = len(fields)
+        if widths:
+            separator = max(widths, key=lambda s: widths[s])
+            return _FirstSample(index, separator, widths[separator])
     raise InputError(
         f"{path}: no numbers in columns within the first {HEAD_LINES} lines: export the record as CSV,"
         " with names and units in the first row"
@@ -203,12 +180,12 @@ def _first_sample(path: Path, lines: list[str]) -> _FirstSample:
 def _names(
     path: Path, above: list[str], first: _FirstSample, known: set[str]
 ) -> tuple[list[str], dict[str, str]]:
-    """Names of the columns, and their units where a row of them stands between names and numbers."""
+    """Names of the columns, and their units from a row between names and numbers, if there is one."""
     width, rows = first.width, []
     for line in above:
-        ways = (_fields(line, separator) for separator in dict.fromkeys((first.separator, *SEPARATORS[:3])))
+        splits = (_fields(line, separator) for separator in dict.fromkeys((first.separator, *SEPARATORS[:3])))
         # One more than numbers: LabVIEW has a column of comments that may be left out below.
-        rows += [fields for fields in ways if width <= len(fields) <= width + 1][:1]
+        rows += [fields for fields in splits if width <= len(fields) <= width + 1][:1]
     if not rows:
         raise InputError(
             f"{path}: no row of {width} names above the numbers: write names and units there, such as P_A_kPa"
@@ -224,7 +201,9 @@ def _names(
 
 
 def _labview(path: Path, above: list[str], table: Table) -> Table:
-    """Fill in what the header of an .lvm file says: units, and time where there is no column of it."""
+    """Table with the units of an .lvm file's header, and with time where there is no column of it."""
+    import numpy as np
+
     header: dict[str, list[str]] = {}
     for line in above:
         key, *values = line.replace(",", ".").split("\t") if "\t" in line else line.split(",")
@@ -244,3 +223,48 @@ def _labview(path: Path, above: list[str], table: Table) -> Table:
         step = float(first("Delta_X"))
         columns = columns.assign(**{time: float(first("X0") or 0) + step * np.arange(len(columns))})
     return Table(columns, units | table.units | {time: "s"}, table.first_line)
+
+
+class Format(NamedTuple):
+    """Format of a file, by the ending of its name."""
+
+    suffixes: tuple[str, ...]  # none: every other one
+    name: str
+    read: Callable[[Path, set[str]], Table] | None
+    remark: str  # for a format that is not read: what to do
+
+
+FORMATS = (
+    Format((), "CSV", _text, "separated by commas, semicolons, tabs or spaces; UTF-8, UTF-16 or Latin-1"),
+    Format((".lvm",), "LabVIEW", _text, "one header, and one X column at most"),
+    Format((".mat",), "MATLAB", _matlab, "up to version 7; a vector for each signal"),
+    Format((".nc",), "NetCDF", _netcdf, "one-dimensional variables with the attribute units"),
+    Format((".xls", ".xlsx"), "Excel", None, "save the sheet as CSV"),
+    Format((".tdms",), "TDMS", None, "export it from LabVIEW as .lvm or CSV"),
+    Format((".mdf", ".mf4"), "MDF", None, "export it as CSV or .mat"),
+    Format((".idf",), "ControlDesk", None, "export it from ControlDesk as CSV or .mat"),
+)
+
+
+def read_table(path: Path, known_units: set[str]) -> Table:
+    """Table of a file in one of the `FORMATS`.
+
+    Of text, a row below the names is one of units where half of it is in `known_units`. `InputError` if the
+    file cannot be read, is too large, or is in an unsupported format.
+    """
+    suffix = path.suffix.lower()
+    kind = next((form for form in FORMATS if suffix in form.suffixes), FORMATS[0])
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: must be a file of at most {LARGEST_FILE} bytes")
+        _limit(path, path.stat().st_size, LARGEST_FILE, "bytes")
+        if kind.read is None:
+            raise InputError(f"{path}: {suffix} files are not read: {kind.remark}")
+        return kind.read(path, known_units)
+    except InputError:
+        raise
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, ValueError, LookupError, RuntimeError, TypeError, csv.Error) as error:
+        text = printable(" ".join(str(error).split()), 200)
+        raise InputError(f"{path}: not a readable {kind.name} file ({text})") from None

@@ -1,67 +1,23 @@
-"""Reading a measurement: columns by name and unit, in SI units and uniform in time."""
+"""Reading a measurement: signals in SI units, uniform in time."""
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.errors import InputError, printable
-from pneumo.fit.record.formats import plain_unit, read_table
-from pneumo.fit.record.plausibility import (
-    GAP,
-    PRESSURE_UNITS,
-    UNEVEN,
-    Samples,
-    check_signals,
-    check_time,
-    check_velocity,
-)
+from pneumo.fit.record.columns import KNOWN_UNITS, UNITS, Column, columns_by_header
+from pneumo.fit.record.formats import read_table
+from pneumo.fit.record.plausibility import GAP, UNEVEN, Samples, check_signals, check_time, check_velocity
 
-GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
-ANR = 1.185  # kg/m^3, air at the reference atmosphere of ISO 8778
-ZERO_CELSIUS = 273.15
-_LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
-_PRESSURE = PRESSURE_UNITS | {"mbar": 1e2}
-_FLOW = {"kg/s": 1.0, "g/s": 1e-3, "kg/h": 1 / 3600, "dm3/s(ANR)": 1e-3 * ANR, "l/min(ANR)": 1e-3 / 60 * ANR}
-COLUMN_UNITS: dict[str, dict[str, float]] = {
-    "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
-    "u": {"V": 1.0, "mV": 1e-3},
-    "x": _LENGTH,
-    "v": {f"{unit}/s": scale for unit, scale in _LENGTH.items()},
-    "P_A": _PRESSURE,
-    "P_B": _PRESSURE,
-    "P_s": _PRESSURE,
-    "m_A": _FLOW,
-    "m_B": _FLOW,
-    "T": {"K": 1.0, "degC": 1.0},
-}
 REQUIRED = ("t", "x", "P_A", "P_B")
 FLOWS = ("m_A", "m_B")  # instead of u
-HEADER = re.compile(
-    r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g)?))\s*$"
-)
-TIME = ("time", "zeit", "x_value")  # names of t that instruments write
 FEWEST_ROWS = 100
-MOST_MISSING = 0.01  # share of a signal's samples that may be interpolated
+MOST_MISSING = 0.01  # fraction of a signal's samples that may be interpolated
 MISSING = ("", "nan", "na", "n/a", "null", "-", "--")
-
-
-class Column(BaseModel):
-    """Column of a file that holds a quantity, and its unit there."""
-
-    model_config = ConfigDict(extra="forbid")
-    column: Annotated[str, Field(min_length=1, max_length=200)]
-    unit: Annotated[str, Field(max_length=20)]
-
-
-Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
-MAPPING = TypeAdapter(dict[Quantity, Column])
 
 
 class Measurement(NamedTuple):
@@ -92,46 +48,8 @@ class Measurement(NamedTuple):
         return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], v=v, P_s=P_s, m=m)
 
 
-def read_mapping(path: Path) -> dict[str, Column]:
-    """Read from YAML which column is what: `P_A: {column: "pressure 1", unit: kPa}`.
-
-    `InputError` if a key is no quantity, or column or unit is missing.
-    """
-    try:
-        return {str(name): column for name, column in MAPPING.validate_python(read_yaml(path)).items()}
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        field = ".".join(str(part) for part in first["loc"] if part != "[key]")
-        expected = f"must be one of {', '.join(COLUMN_UNITS)}, each with column and unit"
-        raise InputError(f"{path}: {printable(field)}: {expected}") from None
-
-
-def _columns_by_header(names: list[str], units: Mapping[str, str]) -> dict[str, Column]:
-    """Columns by quantity, from headers such as `P_A_kPa`, `P_A [kPa]` or `P_A (bar(g))`."""
-    columns: dict[str, Column] = {}
-    spelled = [_name_and_unit(name) for name in names]
-    if all(quantity != "t" for quantity, _ in spelled):
-        spelled = [("t" if quantity.lower() in TIME else quantity, unit) for quantity, unit in spelled]
-    for name, (quantity, own) in zip(names, spelled, strict=True):
-        if quantity in columns:
-            raise InputError(f"columns {columns[quantity].column!r} and {name!r}: both are {quantity}")
-        if quantity in COLUMN_UNITS:
-            unit = units.get(name) or own
-            unit = plain_unit(unit.replace("_per_s", "/s").replace("_g", GAUGE))
-            columns[quantity] = Column(column=name, unit=unit)
-    return columns
-
-
-def _name_and_unit(name: str) -> tuple[str, str]:
-    """Quantity and unit of a header; `P_A` and `X_Value` have none."""
-    match = HEADER.match(name)
-    if match is None or name.strip() in COLUMN_UNITS or name.strip().lower() in TIME:
-        return name.strip(), ""
-    return match["name"], match["unit"] or match["suffix"]
-
-
 def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str]) -> np.ndarray:
-    """A column as finite numbers; a few missing ones are interpolated, or held if they are commands."""
+    """A column as finite numbers; a few missing ones are interpolated, of a command held."""
     numbers = np.asarray(pd.to_numeric(column, errors="coerce"), dtype=float)
     absent = column.astype(str).str.strip().str.lower().isin(MISSING).to_numpy() & (quantity != "t")
     samples.refuse(
@@ -142,13 +60,13 @@ def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str
             f"{f', and {more} more' if more else ''}"
         ),
     )
-    count, there, row = int(absent.sum()), np.flatnonzero(~absent), np.arange(len(numbers))
+    count, present, row = int(absent.sum()), np.flatnonzero(~absent), np.arange(len(numbers))
     if not count:
         return numbers
     # Missing samples in a row are refused where the time between their neighbours would be a gap.
-    run = np.concatenate([there, [len(row)]]) - np.concatenate([[-1], there])
+    run = np.concatenate([present, [len(row)]]) - np.concatenate([[-1], present])
     long = np.zeros(len(row), dtype=bool)
-    long[np.concatenate([[-1], there])[run > GAP] + 1] = True
+    long[np.concatenate([[-1], present])[run > GAP] + 1] = True
     samples.refuse(
         long,
         quantity,
@@ -158,8 +76,8 @@ def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str
         absent & (count > MOST_MISSING * len(row)),
         quantity,
         lambda *_: (
-            f"{count} of {len(row)} samples are missing: at most {100 * MOST_MISSING:g} % are"
-            " interpolated; take a record without them"
+            f"{count} of {len(row)} samples are missing: must be at most {100 * MOST_MISSING:g} %;"
+            " take a record without them"
         ),
     )
     held = quantity == "u"
@@ -167,20 +85,8 @@ def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str
         f"column {quantity}: {count} of {len(row)} samples missing, {'held' if held else 'interpolated'}"
     )
     if held:
-        return numbers[there[np.clip(np.searchsorted(there, row, side="right") - 1, 0, None)]]
-    return np.interp(row, there, numbers[there])
-
-
-def _factor_and_offset(path: Path, quantity: str, column: Column, P_atm: float) -> tuple[float, float]:
-    """Factor and offset of a column's unit to SI; one that ends with `GAUGE` counts from the atmosphere."""
-    unit, units = plain_unit(column.unit), COLUMN_UNITS[quantity]
-    gauge = unit.endswith(GAUGE) and units is _PRESSURE
-    factor = units.get(unit.removesuffix(GAUGE).strip() if gauge else unit)
-    if factor is None:
-        problem = f"unknown unit {printable(unit, 20)!r}" if unit else "no unit in the header"
-        allowed = ", ".join([*units, *(["bar(g)"] if units is _PRESSURE else [])])
-        raise InputError(f"{path}: column {printable(column.column, 30)}: {problem}; it is one of {allowed}")
-    return factor, P_atm if gauge else ZERO_CELSIUS if unit == "degC" else 0.0
+        return numbers[present[np.clip(np.searchsorted(present, row, side="right") - 1, 0, None)]]
+    return np.interp(row, present, numbers[present])
 
 
 def read_measurement(
@@ -191,27 +97,38 @@ def read_measurement(
     from_end: bool = False,
     closed: bool = False,
 ) -> Measurement:
-    """Read a measurement and check it against the cylinder, valve and supply that it is of.
+    """Measurement from a file, checked against the cylinder, valve and supply that it is of.
 
-    The file is text, LabVIEW .lvm, MATLAB .mat or NetCDF, as `read_table` takes them. `mapping` has column
-    and unit of each quantity, as the header has them where it is left out. `from_end` is whether the position
-    counts from the end where chamber A is smallest, and not from mid-stroke. Where both chambers were
-    `closed`, neither command nor flows are needed; a record whose command or flows are all zero is of closed
-    chambers too. An `InputError` says where and what is wrong, and what is expected.
+    Parameters
+    ----------
+    path
+        File in one of the `FORMATS` of `pneumo.fit.record.formats`.
+    mapping
+        Column and unit of each quantity; by default as the file's header names them.
+    from_end
+        Whether the position counts from the end where chamber A is smallest, and not from mid-stroke.
+    closed
+        Whether both chambers were closed: then neither command nor flows are needed. A record whose command
+        or flows are all zero is taken for one of closed chambers too.
+
+    Raises
+    ------
+    InputError
+        With the place in the file, what is wrong there, and what is allowed.
     """
     path = Path(path)
-    known = {unit for units in COLUMN_UNITS.values() for unit in units}
-    table, units, first_line = read_table(path, known | {f"{unit}{GAUGE}" for unit in _PRESSURE})
+    table, units, first_line = read_table(path, KNOWN_UNITS)
     names = [str(name) for name in table.columns]
-    columns = dict(mapping) if mapping else _columns_by_header(names, units)
+    columns = dict(mapping) if mapping else columns_by_header(names, units)
     measured_flow = any(quantity in columns for quantity in FLOWS)
     for quantity in REQUIRED + (() if closed else FLOWS if measured_flow else ("u",)):
         if quantity not in columns:
-            there = ", ".join(printable(name, 30) for name in names[:12])
+            present = ", ".join(printable(name, 30) for name in names[:12])
             shut = "; if the valve was shut all the time: --closed both" if quantity == "u" else ""
             raise InputError(
-                f"{path}: no column {quantity}; expected a header such as"
-                f" {quantity}_{next(iter(COLUMN_UNITS[quantity]))}, or --columns; there are {there}{shut}"
+                f"{path}: no column {quantity}: must have a header such as"
+                f" {quantity}_{next(iter(UNITS[quantity]))}, or be named with --columns; columns:"
+                f" {present}{shut}"
             )
     values: dict[str, np.ndarray] = {}
     samples = Samples(path, first_line, values)
@@ -220,7 +137,7 @@ def read_measurement(
         name = column.column
         if name not in names:
             raise InputError(f"{path}: no column {printable(name)!r}, which the mapping has for {quantity}")
-        factor, offset = _factor_and_offset(path, quantity, column, plant.conditions.P_atm)
+        factor, offset = column.factor_and_offset(path, quantity, plant.conditions.P_atm)
         values[quantity] = factor * _numbers(samples, quantity, table.loc[:, name], notes) + offset
     if from_end:
         values["x"] = values["x"] - plant.cylinder.stroke / 2

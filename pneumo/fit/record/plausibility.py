@@ -8,13 +8,13 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
+from pneumo.fit.record.columns import PRESSURE
 
 GAP = 3.0  # periods between samples that are a gap
-UNEVEN = 1e-3  # periods beside a uniform grid that are negligible
+UNEVEN = 1e-3  # deviation from a uniform grid, in periods, that is negligible
 SUPPLY = (0.4, 1.6)  # of the configured supply pressure, between which a measured one is possible
 OF_SUPPLY = 1.3  # pressure over the supply's that a sensor may show
 TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
-PRESSURE_UNITS = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757, "MPa": 1e6}
 AVERAGING = 0.02  # s, over which noise is small beside the motion of the piston
 
 
@@ -53,7 +53,7 @@ def check_time(samples: Samples) -> tuple[float, list[str]]:
     if uneven <= UNEVEN:
         return period, []
     return period, [
-        f"time is not uniform: samples stand up to {uneven:.2g} periods of {period:.4g} s beside"
+        f"time is not uniform: samples deviate by up to {uneven:.2g} periods of {period:.4g} s from"
         " a uniform grid; signals are interpolated to it"
     ]
 
@@ -73,9 +73,11 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool, closed: bool =
     hint = "; is the unit right?" if np.ptp(x) > 2.2 * half else hint
     outside = f"m is outside the stroke, {span}{hint}"
     samples.refuse(np.abs(x) > 1.05 * half, "x", lambda k, _: f"{x[k] + shift:.4g} {outside}")
-    share = float(np.mean(np.abs(values["u"]) > u_max))
-    if share:
-        notes.append(f"column u: beyond the limiter's {u_max:g} V in {100 * share:.2g} % of samples; limited")
+    beyond = float(np.mean(np.abs(values["u"]) > u_max))
+    if beyond:
+        notes.append(
+            f"column u: beyond the limiter's {u_max:g} V in {100 * beyond:.2g} % of samples; limited"
+        )
     for name in ("x", "P_A", "P_B", *(("m_A", "m_B") if "m_A" in values else ("u",))):
         if np.ptp(values[name]) == 0 and not closed:
             raise InputError(f"{path}: column {name}: {values[name][0]:.4g} in every sample: nothing to fit")
@@ -95,7 +97,7 @@ def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> 
     """Compare a pressure with what supply and atmosphere allow."""
     path, P, c = samples.path, samples.values[name], plant.conditions
     top, low = float(np.percentile(P, 99)), float(np.percentile(P, 1))
-    for unit, scale in PRESSURE_UNITS.items():
+    for unit, scale in PRESSURE.items():
         for factor in (scale, 1 / scale):
             fits = 0.5 * c.P_atm < top * factor < OF_SUPPLY * c.P_s and low * factor > 0.5 * c.P_atm
             wrong = top > TOO_LARGE * c.P_s or top < c.P_atm / TOO_LARGE

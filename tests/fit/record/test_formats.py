@@ -12,7 +12,8 @@ from scipy.io import savemat
 from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit.record import formats as record_formats
-from pneumo.fit.record.measurement import Column, read_measurement
+from pneumo.fit.record.columns import Column
+from pneumo.fit.record.measurement import read_measurement
 
 PERIOD, ROWS = 2e-3, 120  # s; the files are short
 UNITS = {"u": "V", "x": "mm", "P_A": "bar", "P_B": "bar"}
@@ -169,6 +170,8 @@ REFUSED = {
     "no vectors": ("a.mat", lambda: matlab_of({"gain": 2.0}), ["no vectors", "P_A_kPa"]),
     "damaged": ("a.mat", b"MATLAB 5.0 MAT-file".ljust(200, b"?"), ["not a readable MATLAB file"]),
     "a sheet": ("a.xlsx", b"PK", ["save the sheet as CSV"]),
+    "MDF": ("a.mf4", b"MDF", ["CSV or .mat"]),
+    "ControlDesk's own": ("a.idf", b"IDF", ["ControlDesk as CSV or .mat"]),
     "TDMS": ("a.tdms", b"TDSm", ["LabVIEW as .lvm or CSV"]),
     "binary": ("a.dat", bytes(range(256)), ["not a text file", "CSV"]),
     "empty": ("a.csv", b"", ["no numbers", "CSV"]),
@@ -187,6 +190,11 @@ def matlab_of(variables):
     return file.getvalue()
 
 
+def test_every_format_is_tested():
+    suffixes = {"." + name.rpartition(".")[2] for name, *_ in [*FILES.values(), *REFUSED.values()]}
+    assert all(not form.suffixes or suffixes & {*form.suffixes} for form in record_formats.FORMATS)
+
+
 @pytest.mark.parametrize("kind", REFUSED)
 def test_what_is_refused_is_one_line_with_the_remedy(tmp_path, kind):
     name, content, words = REFUSED[kind]
@@ -198,7 +206,7 @@ def test_what_is_refused_is_one_line_with_the_remedy(tmp_path, kind):
 
 def test_a_small_matlab_file_of_a_huge_vector_is_refused_before_it_is_loaded(tmp_path, monkeypatch):
     monkeypatch.setattr(record_formats, "MOST_ROWS", 1000)
-    monkeypatch.setattr(record_formats, "loadmat", None)
+    monkeypatch.setattr("scipy.io.loadmat", None)
     file = io.BytesIO()
     savemat(file, {"t_s": np.zeros(1_000_000)}, do_compression=True)
     assert len(file.getvalue()) < 10_000

@@ -13,7 +13,8 @@ from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record import formats as record_formats
-from pneumo.fit.record.measurement import Column, read_mapping, read_measurement
+from pneumo.fit.record.columns import Column, read_mapping
+from pneumo.fit.record.measurement import read_measurement
 
 
 @cache

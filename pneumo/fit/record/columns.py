@@ -1,0 +1,99 @@
+"""Columns of a measurement: which quantity each holds, and in which unit."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from pneumo.configuration.plain_yaml import read_yaml
+from pneumo.errors import InputError, printable
+from pneumo.fit.record.formats import plain_unit
+
+GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
+ANR = 1.185  # kg/m^3, air at the reference atmosphere of ISO 8778
+ZERO_CELSIUS = 273.15
+LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
+PRESSURE = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757, "MPa": 1e6, "mbar": 1e2}
+FLOW = {"kg/s": 1.0, "g/s": 1e-3, "kg/h": 1 / 3600, "dm3/s(ANR)": 1e-3 * ANR, "l/min(ANR)": 1e-3 / 60 * ANR}
+UNITS: dict[str, dict[str, float]] = {  # factors to SI by quantity
+    "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "u": {"V": 1.0, "mV": 1e-3},
+    "x": LENGTH,
+    "v": {f"{unit}/s": factor for unit, factor in LENGTH.items()},
+    **dict.fromkeys(("P_A", "P_B", "P_s"), PRESSURE),
+    **dict.fromkeys(("m_A", "m_B"), FLOW),
+    "T": {"K": 1.0, "degC": 1.0},
+}
+KNOWN_UNITS = {unit for units in UNITS.values() for unit in units} | {f"{unit}{GAUGE}" for unit in PRESSURE}
+HEADER = re.compile(
+    r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g)?))\s*$"
+)
+TIME = ("time", "zeit", "x_value")  # names of t that instruments write
+
+
+class Column(BaseModel):
+    """Column of a file that holds a quantity, and its unit there."""
+
+    model_config = ConfigDict(extra="forbid")
+    column: Annotated[str, Field(min_length=1, max_length=200)]
+    unit: Annotated[str, Field(max_length=20)]
+
+    def factor_and_offset(self, path: Path, quantity: str, P_atm: float) -> tuple[float, float]:
+        """Factor and offset of the unit to SI; one that ends with `GAUGE` counts from the atmosphere, Pa.
+
+        `InputError` if the quantity has no such unit.
+        """
+        unit, units = plain_unit(self.unit), UNITS[quantity]
+        gauge = unit.endswith(GAUGE) and units is PRESSURE
+        factor = units.get(unit.removesuffix(GAUGE).strip() if gauge else unit)
+        if factor is None:
+            problem = f"unknown unit {printable(unit, 20)!r}" if unit else "no unit in the header"
+            allowed = ", ".join([*units, *(["bar(g)"] if units is PRESSURE else [])])
+            raise InputError(
+                f"{path}: column {printable(self.column, 30)}: {problem}; must be one of {allowed}"
+            )
+        return factor, P_atm if gauge else ZERO_CELSIUS if unit == "degC" else 0.0
+
+
+Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
+MAPPING = TypeAdapter(dict[Quantity, Column])
+
+
+def read_mapping(path: Path) -> dict[str, Column]:
+    """Columns by quantity from YAML such as `P_A: {column: "pressure 1", unit: kPa}`.
+
+    `InputError` if a key is no quantity, or column or unit is missing.
+    """
+    try:
+        return {str(name): column for name, column in MAPPING.validate_python(read_yaml(path)).items()}
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        field = ".".join(str(part) for part in first["loc"] if part != "[key]")
+        expected = f"must be one of {', '.join(UNITS)}, each with column and unit"
+        raise InputError(f"{path}: {printable(field)}: {expected}") from None
+
+
+def columns_by_header(names: list[str], units: Mapping[str, str]) -> dict[str, Column]:
+    """Columns by quantity, from headers such as `P_A_kPa`, `P_A [kPa]` or `P_A (bar(g))`."""
+    columns: dict[str, Column] = {}
+    spelled = [_name_and_unit(name) for name in names]
+    if all(quantity != "t" for quantity, _ in spelled):
+        spelled = [("t" if quantity.lower() in TIME else quantity, unit) for quantity, unit in spelled]
+    for name, (quantity, header_unit) in zip(names, spelled, strict=True):
+        if quantity in columns:
+            raise InputError(f"columns {columns[quantity].column!r} and {name!r}: both are {quantity}")
+        if quantity in UNITS:
+            unit = units.get(name) or header_unit
+            unit = plain_unit(unit.replace("_per_s", "/s").replace("_g", GAUGE))
+            columns[quantity] = Column(column=name, unit=unit)
+    return columns
+
+
+def _name_and_unit(name: str) -> tuple[str, str]:
+    """Quantity and unit of a header; `P_A` and `X_Value` have none."""
+    match = HEADER.match(name)
+    if match is None or name.strip() in UNITS or name.strip().lower() in TIME:
+        return name.strip(), ""
+    return match["name"], match["unit"] or match["suffix"]
