@@ -40,6 +40,8 @@ myst_substitutions = {
     "errata": fragments.errata(),
     "models": fragments.models(),
     "symbols": fragments.symbols(),
+    "fitted_parameters": fragments.fitted_parameters(),
+    "record_formats": fragments.record_formats(),
     "files": fragments.files(examples / notebooks.SMALL),
     "results": notebooks.kind_of_results(),
     "commands": fragments.commands(),

@@ -11,6 +11,8 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from pneumo.cli.commands import app
+from pneumo.fit.fitted_parameters import PARAMETERS
+from pneumo.fit.record.formats import FORMATS
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
@@ -86,6 +88,30 @@ def models() -> str:
     shown |= {"lambda_0 A_q": r"$\lambda_0 A_q(x)$", "lambda A_q": r"$\lambda(P, T) A_q(x)$"}
     rows = ([shown.get(str(cell), str(cell)) for cell in model] for model in MODELS.values())
     return table([f"`{field}`" for field in Model._fields], rows)
+
+
+def fitted_parameters() -> str:
+    """The parameters of a fit, from the rows that everything uses."""
+    rows = [
+        [
+            f"`{name}`",
+            row.quantity.name,
+            f"{row.search.low:g} to {row.search.high:g} {row.search.times or row.quantity.unit}",
+            f"`--also {name}`" if row.group == "cause" else "",
+            f"`{row.key}`" if row.key else "",
+        ]
+        for name, row in PARAMETERS.items()
+    ]
+    return table(["parameter", "meaning", "searched", "fitted with", "key of `fitted.yaml`"], rows)
+
+
+def record_formats() -> str:
+    """The formats of a record: those that are read, and what to do with the others."""
+    rows = [
+        [form.name, ", ".join(form.suffixes) or "other", "read" if form.read else "not read", form.remark]
+        for form in FORMATS
+    ]
+    return table(["format", "file ending", "", ""], rows)
 
 
 def symbols() -> str:

@@ -50,11 +50,11 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     if number:
         mean_P, mean_J = P[1:].mean(axis=0), J[1:].mean(axis=0)
         d, J_d = (P[1:] - mean_P).reshape(number, -1), (J[1:] - mean_J).reshape(number, -1, count)
-        own = (d[:, None] @ J_d)[:, 0]  # of each noise
+        slope_of_each = (d[:, None] @ J_d)[:, 0]
         excess = float(np.vdot(d, d)) / number
-        excess_slope = own.mean(axis=0)
+        excess_slope = slope_of_each.mean(axis=0)
         excess_curvature = np.tensordot(J_d, J_d, axes=([0, 1], [0, 1])) / number
-        slopes = own + d @ mean_J.reshape(-1, count)
+        slopes = slope_of_each + d @ mean_J.reshape(-1, count)
         scatter = np.atleast_2d(np.cov(np.where(np.isfinite(slopes), slopes, 0.0), rowvar=False))
         pressure, jacobian = 2 * pressure - mean_P, 2 * jacobian - mean_J
     residual = problem.signals.P / problem.plant.conditions.P_s - pressure
@@ -69,8 +69,8 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
     """Fit a model: plain least squares first, then corrected for noise in the position.
 
     Plain least squares ends after `most` evaluations, or where the sum of squares or the parameters change
-    by less than `tolerance`, relative. `InputError` if the valve leaks or has a laminar share, which the
-    replay of a fit does not model.
+    by less than `tolerance`, relative. `InputError` if the valve leaks or is partly laminar, which the replay
+    of a fit does not model.
     """
     valve = problem.plant.valve
     if problem.signals.flow is None and (valve.leak or valve.laminar):
@@ -107,30 +107,30 @@ def descend(
     sum of squares that is less than `negligible`, or than `SETTLED` says, ends the search.
     """
     low, high = problem.bounds()
-    here, damping = evaluate(problem, np.clip(theta, low, high)), 1e-3
-    negligible = max(negligible, SETTLED * here.squares / here.residual.size)
+    best, damping = evaluate(problem, np.clip(theta, low, high)), 1e-3
+    negligible = max(negligible, SETTLED * best.squares / best.residual.size)
     for _ in range(most):
-        slope = here.slope
-        free = ((here.theta > low) | (slope > 0)) & ((here.theta < high) | (slope < 0))
+        slope = best.slope
+        free = ((best.theta > low) | (slope > 0)) & ((best.theta < high) | (slope < 0))
         if fixed is not None:
             free[fixed] = False
-        J = here.jacobian.reshape(-1, len(slope))[:, free]
+        J = best.jacobian.reshape(-1, len(slope))[:, free]
         scale = np.sqrt(np.maximum(np.sum(J**2, axis=0), np.finfo(float).tiny))
-        size, axes = np.linalg.eigh(here.curvature[np.ix_(free, free)] / np.outer(scale, scale))
+        size, axes = np.linalg.eigh(best.curvature[np.ix_(free, free)] / np.outer(scale, scale))
         # In a direction without positive curvature, damping alone limits the step.
         move = axes @ ((axes.T @ (slope[free] / scale)) / (np.maximum(size, 0.0) + damping)) / scale
         if float(slope[free] @ move) < negligible:
             break
-        trial = here.theta.copy()
-        trial[free] += move
-        there = evaluate(problem, np.clip(trial, low, high))
-        if there.squares < here.squares:
-            gained, here, damping = here.squares - there.squares, there, damping / 10
+        theta = best.theta.copy()
+        theta[free] += move
+        trial = evaluate(problem, np.clip(theta, low, high))
+        if trial.squares < best.squares:
+            gained, best, damping = best.squares - trial.squares, trial, damping / 10
             if gained < negligible:
                 break
         else:
             damping *= 10
-    return here
+    return best
 
 
 def fit_with_one_fixed(

@@ -29,7 +29,7 @@ UNSEEN = 1e-9  # derivative, over the largest, that is taken for zero
 SMALLEST = 1e-6  # curvature, over the largest, below which a direction is flat
 CLOSE = 0.05  # relative accuracy of the end of an interval
 LEAST = 1e-3  # deviance over what is allowed, below which the least squares' own accuracy counts
-LONGEST_STEP = 4.0  # factor between two distances tried
+LONGEST_STEP = 4.0  # largest factor between two distances tried
 ROUNDS = 6  # values tried for one end
 MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
 
@@ -54,7 +54,7 @@ def covariances(fit: Fit, model_error: float = 0.0) -> np.ndarray:
     From noise: H^-1 (S + s^2 J'J) H^-1, where H is the curvature, S the scatter of the slope under added
     noise and s^2 the variance of the residual's white part. From the residual: H^-1 J' Gamma J H^-1, where
     Gamma is its covariance. Both get a part for the model's own error, whose sum of squares is `model_error`:
-    it is no noise, so an interval holds what adds no more to the sum of squares than this error already is.
+    model error is not noise, and an interval keeps each value whose added squares stay below it.
     """
     J, inverse = fit.jacobian, inverse_curvature(fit)
     flat_J = J.reshape(-1, J.shape[2])
@@ -69,8 +69,8 @@ def covariances(fit: Fit, model_error: float = 0.0) -> np.ndarray:
     inner = np.array([fit.scatter + white * flat_J.T @ flat_J, middle])
     seen = np.sqrt(np.sum(flat_J**2, axis=0))
     # The record does not determine a parameter that changes nothing: infinite variance.
-    own = model_error / HALF_WIDTH**2 * inverse
-    return inverse @ inner @ inverse + own + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, UNKNOWN))
+    of_model = model_error / HALF_WIDTH**2 * inverse
+    return inverse @ inner @ inverse + of_model + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, UNKNOWN))
 
 
 def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
@@ -140,14 +140,15 @@ def profile_interval(problem: Problem, fit: Fit, index: int, variance: float) ->
         distance = min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE, limit)
         for _ in range(ROUNDS):
             start = None if inside.distance == 0 else inside.theta
-            there = fit_with_one_fixed(problem, fit, index, best + sign * distance, start, CLOSE * allowed)
-            deviance = max((there.squares - fit.squares) / allowed, LEAST)
+            value = best + sign * distance
+            profile = fit_with_one_fixed(problem, fit, index, value, start, CLOSE * allowed)
+            deviance = max((profile.squares - fit.squares) / allowed, LEAST)
             if deviance >= 1:
-                outside = Trial(distance, deviance, there.theta)
+                outside = Trial(distance, deviance, profile.theta)
             elif distance >= limit:
                 return np.inf
             else:
-                inside = Trial(distance, deviance, there.theta)
+                inside = Trial(distance, deviance, profile.theta)
             before, distance = distance, min(_crossing(inside, outside), limit)
             if abs(distance - before) < CLOSE * min(distance, 1.0):
                 break
@@ -157,10 +158,18 @@ def profile_interval(problem: Problem, fit: Fit, index: int, variance: float) ->
 
 
 def _crossing(inside: Trial, outside: Trial) -> float:
-    """Distance at which the deviance is 1: near the best it is a parabola, far away an exponential."""
+    """Next distance to try, not too far from those tried."""
     if np.isinf(outside.distance):
         return inside.distance * min(inside.deviance**-0.5, LONGEST_STEP)
-    if inside.distance == 0:
-        return outside.distance * max(outside.deviance**-0.5, 1 / LONGEST_STEP)
-    part = np.log(inside.deviance) / np.log(inside.deviance / outside.deviance)
-    return inside.distance + part * (outside.distance - inside.distance)
+    between = crossing(inside.distance, inside.deviance, outside.distance, outside.deviance)
+    return between if inside.distance else max(between, outside.distance / LONGEST_STEP)
+
+
+def crossing(inside: float, below: float, outside: float, above: float) -> float:
+    """Distance from the best at which a deviance is 1, from two distances and their deviances.
+
+    Near the best the deviance is a parabola, far away an exponential.
+    """
+    if inside == 0:
+        return outside * above**-0.5
+    return inside + float(np.log(below) / np.log(below / above)) * (outside - inside)

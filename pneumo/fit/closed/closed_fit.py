@@ -1,9 +1,9 @@
 """Thermal laws fitted to a measurement of closed chambers, on a piston that moves or is held.
 
-The pressures tell the gas's temperature only over that of the wall, which is measured or configured: every
-conductance scales with its inverse. The conductance has two conventions here: `k_A` is the mean one of the
-part fitted, by the law itself; `k_0_A` is that brought to P_0, T_0 and mid-stroke by eqs (7) and (8), as a
-configuration has it. The full order is the law "wall heat, area and root of PT".
+Pressures give the gas's temperature only as a ratio to the wall's, which is measured or configured: every
+conductance scales with its inverse. It has two conventions here: `k_A` is the mean one of the part fitted, by
+the law itself; `k_0_A` is the same at P_0, T_0 and mid-stroke by eqs (7) and (8), as in a configuration. The
+full order is the law "wall heat, area and root of PT".
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ from pneumo.fit.closed.thermal_time_constant import LARGEST_MOTION
 from pneumo.fit.estimate import PART, alike_notes, at_temperature, error_line, ranked
 from pneumo.fit.fit_result import ClosedChambersResult, Estimate, equally_good, fit_data
 from pneumo.fit.least_squares import Fit
-from pneumo.fit.parameter_intervals import HALF_WIDTH, WIDE, covariances, inverse_curvature
+from pneumo.fit.parameter_intervals import HALF_WIDTH, WIDE, covariances, crossing, inverse_curvature
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual, split_residuals
 from pneumo.fit.stage_signals import FEW_PAIRS, smoothing
@@ -38,7 +38,7 @@ LEAST = 1e-3  # deviance that the least squares' own accuracy may have
 NO_REPLAY = 1e6  # deviance of replays that are not stable
 FARTHEST = 1e3  # factor from the estimate, beyond which the end of an interval is open
 POSITIVE = ("k_A", "k_B", "V_d_A", "V_d_B")
-SMALLEST = 1e-3  # of a parameter, over its scale, that is told from zero
+SMALLEST = 1e-3  # of a parameter, over its scale, that differs from zero
 
 
 class Solved(NamedTuple):
@@ -119,15 +119,15 @@ def noisy_records(record: ClosedRecord, penalty: float, noise: float) -> list[Cl
     half = np.random.default_rng(0).normal(0.0, noise, (FEW_PAIRS, len(record.t)))
     noises = np.concatenate([half, -half])
     return [
-        record._replace(x=make_smoothing_spline(record.t, record.x + one, lam=penalty)(record.t))
-        for one in noises
+        record._replace(x=make_smoothing_spline(record.t, record.x + noise, lam=penalty)(record.t))
+        for noise in noises
     ]
 
 
 def _problem(
     name: str, record: ClosedRecord, plant: Plant, fitted: int, chambers: Sequence[int], moves: bool
 ) -> ClosedProblem:
-    """Least squares of a law, with parameters of the size that the plant lets expect."""
+    """Least squares of a law, with parameters scaled to typical values of this plant."""
     cylinder, law = plant.cylinder, LAWS[name]
     known = {"V_d_A": cylinder.V_d_A, "V_d_B": cylinder.V_d_B}
     V = volume(0.0, chamber_of(cylinder, 0), cylinder)
@@ -139,19 +139,19 @@ def _problem(
         *fitted_names(law, leaks=True),
         *(["first_A", "first_B"] if law.explicit_heat else []),
     )
-    names = tuple(one for one in names if not any(part in one for part in absent))
+    names = tuple(name for name in names if not any(part in name for part in absent))
     guess = {"n": 1.2, "leak": 0.01}
     every = max(1, fitted // MOST_SAMPLES)
     return ClosedProblem(record, law, names, fitted, known, scales, guess, every, tuple(chambers))
 
 
 def _solved(problem: ClosedProblem, moved: Sequence[ClosedRecord]) -> Solved:
-    """Minimise, replay the whole record, and see what is left of the part fitted."""
+    """Minimum of a law's least squares, with its pressures and the residuals of the part fitted."""
     optimum = problem.solve(most=MOST_EVALUATIONS)
     record, seen, first = problem.record, list(problem.chambers), problem.fitted
     pressure = np.full_like(record.P, np.nan)
     pressure[seen] = problem.replay(optimum.x, len(record.t))[seen]
-    noisy = [problem._replace(record=one).replay(optimum.x, first)[seen] for one in moved]
+    noisy = [problem._replace(record=other).replay(optimum.x, first)[seen] for other in moved]
     residual = (record.P - pressure)[seen, :first]
     split = split_residuals(record.P[seen, :first], residual, record.h, np.array(noisy))
     return Solved(problem, optimum, pressure, dict(zip(("AB"[side] for side in seen), split, strict=True)))
@@ -163,6 +163,7 @@ def _estimate(solved: Solved) -> Estimate:
     record = problem.record
     values, (low, high) = problem.values(optimum.x), _intervals(solved)
     factors = _conventions(solved, values)
+    # Name of the law's own parameter, and factor from it, by reported name.
     kept: dict[str, tuple[str, float]] = {name: (name, 1.0) for name in REPORTED if name in low}
     for side in "AB":
         if f"k_{side}" in low:
@@ -171,7 +172,8 @@ def _estimate(solved: Solved) -> Estimate:
         if f"start_{side}" in low and problem.law.explicit_heat:
             kept[f"T_{side}"] = f"start_{side}", record.T_wall
     found, lows, highs = (
-        {name: f * of[own] for name, (own, f) in kept.items()} for of in (values, low, high)
+        {name: factor * numbers[own] for name, (own, factor) in kept.items()}
+        for numbers in (values, low, high)
     )
     _put_common_conductance(found, lows, highs)
     squares = (record.P - solved.pressure) ** 2
@@ -220,12 +222,12 @@ def _put_common_conductance(values: dict[str, float], low: dict[str, float], hig
 def _intervals(solved: Solved) -> tuple[dict[str, float], dict[str, float]]:
     """Ends of the interval of each parameter, in SI units; NaN where open.
 
-    Where noise does not explain what the law leaves, that stands for the law's own error.
+    Residuals that noise does not explain are taken for the law's own error.
     """
     problem, optimum = solved.problem, solved.optimum
     theta, J, squares = optimum.x, optimum.jac, 2 * float(optimum.cost)
     residual, jacobian = (of.reshape(len(problem.chambers), -1, *of.shape[1:]) for of in (optimum.fun, J))
-    if len(residual) == 1:  # a second chamber with the same noise that tells nothing
+    if len(residual) == 1:  # as with a second chamber, of the same noise, that depends on no parameter
         residual, jacobian = np.concatenate([residual] * 2), np.concatenate([jacobian, 0 * jacobian])
     fit = Fit(theta, residual, jacobian, squares, -J.T @ optimum.fun, J.T @ J, np.zeros(2 * theta.shape))
     far = any(residual.far_from_noise for residual in solved.residuals.values())
@@ -261,8 +263,8 @@ def _end(
 
     def deviance(distance: float) -> float:
         fixed = {name: max(best, SMALLEST) * float(np.exp(sign * distance))}
-        there = problem.solve(optimum.x, most=STEPS, **fixed)
-        return max(2 * float(there.cost - optimum.cost) / allowed, LEAST)
+        profile = problem.solve(optimum.x, most=STEPS, **fixed)
+        return max(2 * float(profile.cost - optimum.cost) / allowed, LEAST)
 
     nearer, below, farther = 0.0, LEAST, FIRST_STEP
     while (above := deviance(farther)) < 1:
@@ -271,11 +273,10 @@ def _end(
         nearer, below, farther = farther, above, 2 * farther
     if above > NO_REPLAY:  # steps as long as the sampling period are too long: the record cannot tell
         return np.nan
-    for _ in range(ROUNDS):  # near the best the deviance is a parabola, far away an exponential
-        part = np.log(below) / np.log(below / above)
-        middle = nearer + float(part) * (farther - nearer) if nearer else farther * above**-0.5
-        if (there := deviance(middle)) < 1:
-            nearer, below = middle, there
+    for _ in range(ROUNDS):
+        middle = crossing(nearer, below, farther, above)
+        if (tried := deviance(middle)) < 1:
+            nearer, below = middle, tried
         else:
-            farther, above = middle, there
+            farther, above = middle, tried
     return max(best, SMALLEST) * float(np.exp(sign * (farther if above < 1 / below else nearer)))

@@ -1,4 +1,4 @@
-"""Closed chambers: what a record must show before it is fitted, and when not to believe the fit."""
+"""Closed chambers: checks of a record before it is fitted, and warnings of the fit."""
 
 from collections.abc import Mapping
 
@@ -25,9 +25,9 @@ from pneumo.fit.stage_signals import smoothing
 from pneumo.physics.cylinder import chamber_of
 
 BLOCKS = 20  # of a record, whose mean pressures are compared
-VISIBLE = 10.0  # range of the means over their noise, from which on a pressure tells anything
+VISIBLE = 10.0  # range of the means over their noise, above which a pressure changes
 OPEN = 0.1  # spread of ln P over that of ln V, below which a chamber is not closed
-MOVED = 0.02  # spread of ln V from which on that is seen
+MOVED = 0.02  # spread of ln V above which that shows
 REVERSED = 0.5  # correlation of ln P and ln V, beyond which one of them has the wrong sign
 DETERMINED = ("k_0_A", "k_0_B", "V_d_A", "V_d_B")  # with an interval that is not wide
 REMEDY = "move the piston fast through much of its stroke, or compress fast and hold, with the valve shut"
@@ -36,22 +36,22 @@ REMEDY = "move the piston fast through much of its stroke, or compress fast and 
 def check_closed(
     record: ClosedRecord, plant: Plant, measurement: Measurement, check: bool
 ) -> tuple[list[int], list[str]]:
-    """Chambers whose pressures tell something, and notes on the others.
+    """Sides, 0 or 1, of the chambers that can be fitted, and notes on the others.
 
-    `InputError` if there is none, or if chambers look swapped and this is to be checked.
+    `InputError` if there is none, or, with `check`, if chambers look swapped.
     """
     chambers, notes, reasons = [0, 1], [], []
     if np.any(measurement.u != 0) or (measurement.m is not None and np.any(measurement.m != 0)):
         notes.append(
-            "command and flows are not zero; they are not used, since the chambers were said to be closed"
+            "command or flows are not zero; they are not used, since --closed says that no gas flows"
         )
     for side, (P, length) in enumerate(zip(record.P, record.uncovered, strict=True)):
-        own = chamber_of(plant.cylinder, side)
-        log_P, log_V = np.log(P), np.log(own.V_d + own.area * length)
+        chamber = chamber_of(plant.cylinder, side)
+        log_P, log_V = np.log(P), np.log(chamber.V_d + chamber.area * length)
         means = np.array([block.mean() for block in np.array_split(P, BLOCKS)])
         noise = smoothing(P, record.h)[1] / np.sqrt(len(P) / BLOCKS) if np.ptp(P) > 0 else 0.0
         if np.ptp(means) <= VISIBLE * noise:
-            reasons.append(f"P_{'AB'[side]} stands still")
+            reasons.append(f"P_{'AB'[side]} does not change beyond its noise")
         elif np.std(log_V) > MOVED and np.std(log_P) < OPEN * np.std(log_V):
             reasons.append(f"P_{'AB'[side]} hardly follows the piston: the chamber is open")
         elif check and np.std(log_V) > MOVED and np.corrcoef(log_P, log_V)[0, 1] > REVERSED:
@@ -62,9 +62,9 @@ def check_closed(
         else:
             continue
         chambers.remove(side)
-        notes.append(f"{reasons[-1]}: left out, but what leaks past the piston goes there")
+        notes.append(f"{reasons[-1]}: not fitted, but leakage past the piston flows there")
     if not chambers:
-        raise InputError(f"{record.name}: {', '.join(reasons)}: nothing to see; {REMEDY}")
+        raise InputError(f"{record.name}: {', '.join(reasons)}: nothing to fit; {REMEDY}")
     return chambers, notes
 
 

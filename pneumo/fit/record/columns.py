@@ -15,7 +15,7 @@ GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
 ANR = 1.185  # kg/m^3, air at the reference atmosphere of ISO 8778
 ZERO_CELSIUS = 273.15
 LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
-PRESSURE = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757, "MPa": 1e6, "mbar": 1e2}
+PRESSURE = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168361, "MPa": 1e6, "mbar": 1e2}
 FLOW = {"kg/s": 1.0, "g/s": 1e-3, "kg/h": 1 / 3600, "dm3/s(ANR)": 1e-3 * ANR, "l/min(ANR)": 1e-3 / 60 * ANR}
 UNITS: dict[str, dict[str, float]] = {  # factors to SI by quantity
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},

@@ -137,7 +137,7 @@ def test_nothing_to_see_and_swapped_chambers_are_one_line(record, plant):
     for P in (np.full_like(noise, 4e5), noise):
         for x in (np.zeros_like(record.x), record.x):
             with pytest.raises(
-                InputError, match=r"P_A .*P_B .*nothing to see; move the piston fast"
+                InputError, match=r"P_A .*P_B .*nothing to fit; move the piston fast"
             ) as caught:
                 fit_closed(record._replace(P=P, x=x), plant)
             assert "\n" not in str(caught.value)

@@ -6,6 +6,7 @@ from functools import cache
 import netCDF4
 import numpy as np
 import pandas as pd
+import pint
 import pytest
 import xarray as xr
 
@@ -13,8 +14,11 @@ from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record import formats as record_formats
-from pneumo.fit.record.columns import Column, read_mapping
+from pneumo.fit.record.columns import ANR, UNITS, ZERO_CELSIUS, Column, read_mapping
 from pneumo.fit.record.measurement import read_measurement
+
+PINT = pint.UnitRegistry()
+SI = {"t": "s", "u": "V", "x": "m", "v": "m/s", "T": "K"} | dict.fromkeys(("m_A", "m_B"), "kg/s")
 
 
 @cache
@@ -82,6 +86,17 @@ def test_mapping_its_file_and_netcdf_give_the_same_measurement(tmp_path):
     file.write_text("P_C: {column: pressure 1, unit: kPa}\n")
     with pytest.raises(InputError, match="P_C"):
         read_mapping(file)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit", "factor"), [(q, *row) for q, units in UNITS.items() for row in units.items()]
+)
+def test_every_factor_is_that_of_pint(quantity, unit, factor):
+    plain = unit.replace("dm3", "dm**3").replace("degC", "delta_degC").removesuffix("(ANR)")
+    one = PINT.Quantity(1.0, plain) * (PINT.Quantity(ANR, "kg/m**3") if "ANR" in unit else 1.0)
+    # Pint multiplies prefixes in another order: two roundings.
+    assert factor == pytest.approx(one.to(SI.get(quantity, "Pa")).magnitude, rel=2 * np.finfo(float).eps)
+    assert PINT.Quantity(0.0, "degC").to("K").magnitude == ZERO_CELSIUS
 
 
 def supply():
