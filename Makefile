@@ -15,7 +15,7 @@ SOAK_MINUTES ?= 30
 activate := . .venv/bin/activate
 unexport PYTHONDONTWRITEBYTECODE # else every job would compile all that it imports
 
-.PHONY: help reproduce test test-all soak coverage docs lint bench fit-bench crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -54,6 +54,15 @@ coverage: .venv/.dev  ## measure which lines of pneumo/ the tests reach; fails b
 	NUMBA_DISABLE_JIT=1 coverage run -m pytest -m uncompiled
 	coverage combine --quiet
 	coverage report
+
+# README's generated blocks: `cog -r` writes them, `cog --check` compares.
+cog = cog --verbosity=0 -I docs -p "import readme_blocks"
+
+numbers: .venv/.dev  ## write the numbers of pages and README from results/ and paper/evidence/
+	@echo "== numbers: docs/numbers.yaml, docs/static, README.md"
+	$(activate)
+	PYTHONPATH=. python docs/page_numbers.py
+	$(cog) -r README.md
 
 docs: .venv/.dev  ## build the documentation into site/; a warning is an error
 	@echo "== docs: sphinx-build docs site"
@@ -106,12 +115,13 @@ slurm-test: .venv/.dev  ## run smoke study and fleet, disturbed, on a Slurm of o
 	python -m tests.torture.slurm --cylinders 200 --evidence results/evidence/slurm.json
 
 lint: .venv/.dev  ## check style, types, import contracts and the workflow
-	@echo "== lint: ruff, basedpyright, import-linter, snakefmt, snakemake --lint"
+	@echo "== lint: ruff, basedpyright, import-linter, cog, snakefmt, snakemake --lint"
 	$(activate)
 	ruff check
 	ruff format --check
 	basedpyright
 	lint-imports --no-logo
+	$(cog) --check --check-fail-msg="run: make numbers" README.md
 	snakefmt --check Snakefile workflow
 	# Of snakemake --lint all is heeded but "an environment per rule": see paper/decisions/0003.
 	snakemake --dry-run --quiet all > /dev/null

@@ -1,30 +1,17 @@
-"""Numbers and figure of at-work.md from results/: `python docs/at_work.py` writes them anew."""
-
-import shutil
-from pathlib import Path
+"""Numbers and tables of at-work.md."""
 
 import numpy as np
 import xarray as xr
-from fragments import filled, table
+from fragments import table
 
 from pneumo.evidence.at_work.at_work_statistics import ENOUGH, USES, carried_at, predicts
 from pneumo.statistics.intervals import Interval, student_interval
-from pneumo.storage.kept_evidence import evidence_file
 
-PAGE = Path(__file__).with_name("at-work.md")
-RESULTS = Path(__file__).parents[1] / "results"
 SENSORS = {"none": "no pressure", "one": "P_A", "both": "both pressures"}
 CONTROL = ("none", "both")
 FIXED = 33.0  # rad/s, the slower bandwidth that the page shows beside the tuned one
 BEST, WITH_WALL, WITHOUT_WALL = "M8", ("M7", "M8", "M10"), ["M1", "M2", "M5", "M6"]
 OBSERVERS, CONTROLLERS = ([use for use in USES if use.startswith(kind)] for kind in ("obs", "con"))
-
-
-def stored() -> xr.Dataset:
-    """Models at work: of results/, else as kept with the source."""
-    file = evidence_file(RESULTS, "at_work.nc")
-    assert file is not None
-    return xr.load_dataset(file)
 
 
 def over_plants(errors: xr.DataArray, scale: float) -> Interval:
@@ -161,13 +148,3 @@ def loss_by_wrong_k_0(found: xr.Dataset) -> float:
     right = errors.sel(carried=BEST)
     wrong = errors.sel(carried=[f"{BEST}, 0.5 k_0", f"{BEST}, 2 k_0"])
     return float(np.exp((wrong - right).max()))
-
-
-def refreshed(text: str, found: xr.Dataset) -> str:
-    """The page with everything between markers made anew; `KeyError` if a marker's name is unknown."""
-    return filled(text, {"table": tables(found), "result": numbers(found)})
-
-
-if __name__ == "__main__":
-    PAGE.write_text(refreshed(PAGE.read_text(encoding="utf-8"), stored()), encoding="utf-8")
-    shutil.copyfile(RESULTS / "figures" / "at_work.svg", PAGE.parent / "static" / "at_work.svg")

@@ -37,6 +37,7 @@ myst_enable_extensions = ["colon_fence", "dollarmath", "substitution"]
 myst_heading_anchors = 3
 myst_substitutions = {
     "decisions": fragments.decisions(),
+    **fragments.stored_numbers(),
     "errata": fragments.errata(),
     "models": fragments.models(),
     "symbols": fragments.symbols(),

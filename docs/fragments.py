@@ -1,11 +1,12 @@
-"""Parts of pages that are made when the site is built: errata, models, files of results, commands."""
+"""Parts of pages: numbers and tables of results, errata, models, files of results, commands."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
+import yaml
 from typer.cli import get_docs_for_click
 from typer.core import TyperGroup
 from typer.main import get_command
@@ -18,6 +19,8 @@ from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.verdict.errata import Erratum, read_errata
 
+ROOT = Path(__file__).parents[1]
+NUMBERS = Path(__file__).with_name("numbers.yaml")
 KINDS = {  # file of results -> what its kind is called
     "datum/E06.nc": "datum/E01.nc ...",
     "settling/E06.nc": "settling/E01.nc ...",
@@ -39,16 +42,9 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def filled(text: str, made: Mapping[str, Mapping[str, str]]) -> str:
-    """A page with what stands between markers made anew; `KeyError` if a marker's name is unknown."""
-
-    def fill(match: re.Match[str]) -> str:
-        kind, name = match["kind"], match["name"]
-        frame = "\n" if kind == "table" else ""
-        return f"<!-- {kind}: {name} -->{frame}{made[kind][name]}{frame}<!-- /{kind} -->"
-
-    marker = r"<!-- (?P<kind>table|result): (?P<name>[^>]*?) -->.*?<!-- /(?P=kind) -->"
-    return re.sub(marker, fill, text, flags=re.DOTALL)
+def stored_numbers() -> dict[str, dict[str, Any]]:
+    """Numbers and tables of results by page and name, from docs/numbers.yaml, which `make numbers` writes."""
+    return yaml.safe_load(NUMBERS.read_text(encoding="utf-8"))
 
 
 def decisions() -> str:

@@ -1,6 +1,5 @@
 """A copy of this checkout in another folder, for tests, faults and the bench."""
 
-import re
 import shutil
 import subprocess
 import sys
@@ -41,15 +40,6 @@ def copy_checkout(folder: Path) -> Path:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
     return folder
-
-
-def between(page: Path, marker: str) -> str:
-    """Text of a page between the comment that begins with a marker and the closing one."""
-    closing = f"<!-- /{marker.split(':')[0]} -->"
-    pattern = rf"<!-- {re.escape(marker)}[^>]*-->(.*?){closing}"
-    found = re.search(pattern, page.read_text(encoding="utf-8"), re.DOTALL)
-    assert found, f"{page.name} has no {marker}"
-    return found.group(1).strip()
 
 
 def edit(file: Path, old: str, new: str) -> str:

@@ -24,6 +24,7 @@ from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.valve import mass_flow
 from pneumo.selection.cylinder_template import write_template
 from pneumo.selection.plants import configured_plant
+from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.errata import read_errata
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"
@@ -158,26 +159,40 @@ def test_an_exported_model_in_mujoco_follows_the_full_order(tmp_path, monkeypatc
     assert rms["M8"] < 0.02 * size < 0.1 * size < rms["MuJoCo's cylinder"]
 
 
-@pytest.mark.parametrize("page", [ROOT / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda page: page.stem)
-def test_no_line_begins_with_a_number_s_marker(page):
-    # A comment at a line's start ends the paragraph, and what was bold with it.
-    marked = re.compile(r"\s*<!-- [^>]*-->.*<!-- /")
-    assert [line for line in page.read_text(encoding="utf-8").splitlines() if marked.match(line)] == []
+def test_numbers_are_those_of_the_kept_evidence():
+    from fragments import stored_numbers
+    from page_numbers import from_kept_files
+
+    stored = stored_numbers()
+    for page, numbers in from_kept_files().items():
+        assert stored[page] == numbers, f"{page}: `make numbers` writes docs/numbers.yaml"
 
 
-def test_numbers_of_measurements_are_what_the_rule_made():
-    from measured import PAGE, refreshed, stored
+@pytest.mark.results
+def test_numbers_are_those_of_the_study(results):
+    from fragments import stored_numbers
+    from page_numbers import from_the_study
 
-    text = PAGE.read_text(encoding="utf-8")
-    assert text.count("<!-- result:") >= 5
-    assert text.count("<!-- table:") == 2
-    assert refreshed(text, stored()) == text
+    stored = stored_numbers()
+    for page, numbers in from_the_study(results).items():
+        assert stored[page] == numbers, f"{page}: `make numbers` writes docs/numbers.yaml"
+
+
+def test_every_number_is_on_a_page_and_only_sphinx_fills_pages_in():
+    """Each name on a page is made; no page has a marker of its own kind."""
+    from fragments import stored_numbers
+
+    made = {(page, name) for page, numbers in stored_numbers().items() for name in numbers}
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    named = set(re.findall(r"\{\{ (\w+)\.(\w+) \}\}", text))
+    assert {name for name in named if name[0] != "errata"} <= made
+    assert "<!--" not in text
 
 
 def test_sentences_of_measurements_hold():
-    from measured import SIMPLE, WALL, stored
+    from measurements import SIMPLE, WALL
 
-    held = stored()["held_out_rms"]
+    held = xr.load_dataset(KEPT / "measurements.nc")["held_out_rms"]
     none = (held.sel(leakage="none") ** 2).mean("chamber") ** 0.5
     assert (
         none.sel(law=SIMPLE).min("law") > none.sel(law=WALL).max("law")
@@ -191,19 +206,10 @@ def test_sentences_of_measurements_hold():
     assert (simple > none.sel(law=SIMPLE)).all()
 
 
-def test_numbers_of_at_work_are_what_the_rule_made():
-    from at_work import PAGE, refreshed, stored
-
-    text = PAGE.read_text(encoding="utf-8")
-    assert text.count("<!-- result:") >= 10
-    assert text.count("<!-- table:") == 6
-    assert refreshed(text, stored()) == text
-
-
 def test_sentences_of_at_work_hold():
-    from at_work import CONTROLLERS, OBSERVERS, WITHOUT_WALL, stored
+    from at_work import CONTROLLERS, OBSERVERS, WITHOUT_WALL
 
-    found = stored()
+    found = xr.load_dataset(KEPT / "at_work.nc")
     right = found.sel(factor=1.0)
     assert found.sizes["plant"] == 7
     # M8 and M10 are nearest the best on average, and replays rank observers.
@@ -240,35 +246,17 @@ def test_sentences_of_at_work_hold():
     assert correlation.sel(use="controller, following, none", bound="high") < 0
 
 
-def cylinders(results: Path) -> Path:
-    path = results / "cylinders.nc"
-    if not path.exists():
-        pytest.skip("no results/cylinders.nc: `snakemake cylinders` makes it")
-    return path
-
-
-@pytest.mark.results
-def test_numbers_of_which_model_are_the_results(results):
-    from advice import PAGE, refreshed
-
-    text = PAGE.read_text(encoding="utf-8")
-    assert text.count("<!-- result:") >= 15
-    assert text.count("<!-- table:") == 5
-    assert refreshed(text, results) == text
-
-
-@pytest.mark.results
-def test_sentences_about_random_cylinders_hold(results):
-    with xr.open_dataset(cylinders(results)) as runs:
-        ratio = runs["third_ratio"].sel(group="exchange", pair="M8/M7")
-        assert ratio.sel(third="highest", bound="high") < 0.67
-        others = ratio.sel(third=["lowest", "middle"])
-        assert ((others > 0.9) & (others < 1.15)).all()
+def test_sentences_about_random_cylinders_hold():
+    runs = xr.load_dataset(KEPT / "cylinders.nc")
+    ratio = runs["third_ratio"].sel(group="exchange", pair="M8/M7")
+    assert ratio.sel(third="highest", bound="high") < 0.67
+    others = ratio.sel(third=["lowest", "middle"])
+    assert ((others > 0.9) & (others < 1.15)).all()
 
 
 @pytest.mark.results
 def test_sentences_of_which_model_hold(results):
-    from advice import by_experiment, over_levels
+    from which_model import by_experiment, over_levels
 
     both = over_levels(results)["mse"]
     exact = both.sel(transport="exact")

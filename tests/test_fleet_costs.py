@@ -56,16 +56,6 @@ def test_what_is_measured_is_filled_and_what_the_law_says_is_open(found):
     ]
 
 
-def test_the_page_has_what_was_measured(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "docs")
-    from fleet_costs import PAGE, refreshed, stored
-
-    text = PAGE.read_text(encoding="utf-8")
-    assert text.count("<!-- table:") == 2
-    assert text.count("<!-- result:") >= 15
-    assert refreshed(text, stored("fleet"), stored("slurm")) == text
-
-
 def test_the_sentences_about_slurm_hold():
     record = json.loads(SLURM.read_text(encoding="utf-8"))
     jobs, blocks = record["slurm"]["jobs"], record["cylinders"] // record["per_job"]

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import xarray as xr
-from checkout import ROOT, between
 
 from pneumo.evidence.fit_coverage.interval_coverage import (
     FITTED_MODELS,
@@ -16,8 +15,6 @@ from pneumo.evidence.fit_coverage.interval_coverage import (
     true_parameters,
 )
 from pneumo.evidence.fit_coverage.synthetic_records import sensed, synthetic_record
-from pneumo.storage.files import read
-from pneumo.storage.kept_evidence import KEPT
 
 
 def test_sensors_are_noisy_and_quantised_and_cases_as_drawn():
@@ -67,8 +64,3 @@ def test_intervals_held_are_counted_and_open_ends_set_no_limit():
     text = coverage_tables(found)
     assert "| n | 3 of 4 |" in text and "| M6 |  |  |  | 1.0 |" in text
     assert "| M7 | 1.50 (" in text and "| 3 of 4 | 0 of 0 |" in text
-
-
-def test_the_page_shows_the_coverage_that_was_found():
-    cases = read(KEPT / "fit_coverage.nc")
-    assert between(ROOT / "docs/fit.md", "coverage:") == coverage_tables(cases).strip()

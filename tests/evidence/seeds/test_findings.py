@@ -1,11 +1,9 @@
 """Statements about models over seed sets: judged as the verdict does, with intervals, and shown."""
 
-import json
-
 import numpy as np
 import pytest
 from brief import in_brief
-from checkout import ROOT, between
+from checkout import ROOT
 from invented_cells import cells_of
 from paper_study import STUDY
 from rich.console import Console
@@ -23,7 +21,6 @@ from pneumo.publish.figures.ensemble_figure import ensemble_figure
 from pneumo.publish.style import save
 from pneumo.publish.text.markdown_tables import findings_table
 from pneumo.publish.text.terminal_tables import probability_table, ratio_table
-from pneumo.storage.files import read_json
 from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.claims import read_claims
 from pneumo.verdict.judging import Judge
@@ -221,9 +218,3 @@ def test_own_seeds_give_what_the_verdict_says(evidence_file, results, transport)
                 assert a.value is None
             else:
                 assert a.value == pytest.approx(b.value, abs=0.25 * claim.seed_deviation), claim.id
-
-
-@pytest.mark.results
-def test_readme_shows_what_was_found(evidence_file):
-    file = evidence_file("findings.json", "ensemble")
-    assert between(ROOT / "README.md", "findings:") == findings_table(json.loads(read_json(file))).strip()

@@ -1,27 +1,16 @@
-"""Numbers and figure of measurements.md from results/: `python docs/measured.py` writes them anew."""
+"""Numbers and tables of measurements.md."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from fragments import filled, table
+from fragments import table
 
 from pneumo.fit.closed.thermal_laws import PART, read_closed_record
-from pneumo.storage.kept_evidence import evidence_file
 
-PAGE = Path(__file__).with_name("measurements.md")
 DATA = Path(__file__).parents[1] / "data" / "mbari"
-RESULTS = Path(__file__).parents[1] / "results"
 SIMPLE = ["isothermal", "adiabatic", "free n"]
 WALL = ["wall heat, constant", "wall heat, root of PT"]
-
-
-def stored() -> xr.Dataset:
-    """What the laws predicted: of results/, else as kept with the source."""
-    file = evidence_file(RESULTS, "measurements.nc")
-    assert file is not None
-    return xr.load_dataset(file)
 
 
 def speeds(record: Path) -> tuple[float, float]:
@@ -87,13 +76,3 @@ def numbers(found: xr.Dataset) -> dict[str, str]:
         "friction speed": "{:.2f} and {:.2f}".format(*speeds(DATA / "friction.nc")),
         "n": span(found["value"].sel(law="free n", leakage="none", parameter="n"), 2),
     }
-
-
-def refreshed(text: str, found: xr.Dataset) -> str:
-    """The page with everything between markers made anew; `KeyError` if a marker's name is unknown."""
-    return filled(text, {"table": tables(found), "result": numbers(found)})
-
-
-if __name__ == "__main__":
-    PAGE.write_text(refreshed(PAGE.read_text(encoding="utf-8"), stored()), encoding="utf-8")
-    shutil.copyfile(RESULTS / "figures" / "measurements.svg", PAGE.parent / "static" / "measurements.svg")

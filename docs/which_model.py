@@ -1,7 +1,5 @@
-"""Numbers of which-model.md from results/: `python docs/advice.py` writes them anew, a test compares."""
+"""Numbers and tables of which-model.md."""
 
-import re
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +9,7 @@ from fragments import table
 import pneumo
 from pneumo.physics.models import MODELS
 from pneumo.statistics.averages import at_n, best_n, concatenated
-from pneumo.storage.kept_evidence import evidence_file
 
-PAGE = Path(__file__).with_name("which-model.md")
-RESULTS = Path(__file__).parents[1] / "results"
 TRANSPORTS = ("published", "exact")
 LEVELS = ("adiabatic", "typical", "isothermal")
 GOOD = ["M5", "M6", "M7", "M8", "M9", "M10"]
@@ -28,9 +23,6 @@ STEPS = {
     "conductance that follows P and T as well": ("M10", "M9"),
 }
 PAIRS = (("M6", "M5"), ("M6", "M7"), ("M8", "M7"), ("M10", "M8"))
-OF_CYLINDERS = {"exchange", "cylinders", "failed", "much air", "M8/M7 much air"}
-OF_CYLINDERS |= {"M6 enough open", "M6 enough closed", "runs", "compared"}
-OF_CYLINDERS |= {f"rule {name}" for name in ("threshold", "below", "above", "error", "always M8", "quotient")}
 HEAD = [f"{level}, {transport}" for level in LEVELS for transport in TRANSPORTS]
 
 
@@ -81,7 +73,8 @@ def tables(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
     head = ["experiment", "cylinder", "loop", "k_0 (W/K)", *("/".join(pair) for pair in PAIRS), "lowest MSE"]
     return {
         "levels": table(
-            ["model", *HEAD], [[model, *(one(model, *cell) for cell in cells)] for model in MODELS]
+            ["model", *HEAD],
+            [[model, *(one(model, *cell) for cell in cells)] for model in levels["model"].values],
         ),
         "steps": table(["refinement", "quotient", *HEAD], steps),
         "experiments": table(head, experiments),
@@ -101,6 +94,10 @@ def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
             found[f"{key} geometric"] = f"{np.exp(np.log(quotient).mean()).item():.2f}"
     classical = levels["mse"].sel(model=["M1", "M2", "M3", "M4"]).min("model") / levels["mse"].sel(model="M5")
     found["classical over M5"] = f"{classical.min().item():.1f}"
+    by_level = levels["mse"].sel(transport="exact")
+    for level in LEVELS:
+        quotient = by_level.sel(model="M8", level=level) / by_level.sel(model="M7", level=level)
+        found[f"M8/M7 {level}"] = f"{quotient.item():.2f}"
     exact = mse.sel(model="M8", transport="exact")
     found["largest"] = str(exact.idxmax("experiment").item())
     found["its share"] = f"{100 * (exact.max() / exact.sum()).item():.0f}"
@@ -167,37 +164,3 @@ def cylinder_numbers(runs: xr.Dataset) -> dict[str, str]:
         "M8/M7 much air": with_interval(much["third_ratio"].sel(pair="M8/M7")),
         **{f"M6 enough {loop}": share_with_interval(enough.sel(loop_of=loop)) for loop in ("open", "closed")},
     }
-
-
-def refreshed(text: str, results: Path) -> str:
-    """The page with everything between markers made anew.
-
-    What random cylinders say stays as it is where there are no runs of them.
-
-    Raises
-    ------
-    KeyError
-        If a marker has a name for which there is nothing.
-    """
-    levels, mse = over_levels(results), by_experiment(results)
-    made = {"table": tables(levels, mse), "result": numbers(levels, mse)}
-    file = evidence_file(results, "cylinders.nc")
-    if file is not None:
-        with xr.open_dataset(file) as runs:
-            made["table"] |= cylinder_tables(runs)
-            made["result"] |= cylinder_numbers(runs)
-
-    def fill(match: re.Match[str]) -> str:
-        kind, name = match["kind"], match["name"]
-        if file is None and name in OF_CYLINDERS:
-            return match[0]
-        frame = "\n" if kind == "table" else ""
-        return f"<!-- {kind}: {name} -->{frame}{made[kind][name]}{frame}<!-- /{kind} -->"
-
-    marker = r"<!-- (?P<kind>table|result): (?P<name>[^>]*?) -->.*?<!-- /(?P=kind) -->"
-    return re.sub(marker, fill, text, flags=re.DOTALL)
-
-
-if __name__ == "__main__":
-    PAGE.write_text(refreshed(PAGE.read_text(encoding="utf-8"), RESULTS), encoding="utf-8")
-    shutil.copyfile(RESULTS / "figures" / "regimes.svg", PAGE.parent / "static" / "regimes.svg")

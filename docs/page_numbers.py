@@ -1,0 +1,105 @@
+"""Numbers of results on pages and in README: `make numbers` writes docs/numbers.yaml.
+
+A page names a number where it belongs, as `{{ at_work.plants }}`. readme_blocks.py has the blocks of README.
+"""
+
+import json
+import re
+import shutil
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import at_work
+import cluster
+import measurements
+import which_model
+import xarray as xr
+import yaml
+from fragments import NUMBERS, ROOT, stored_numbers
+
+from benchmarks.fleet_law import law_figure
+from pneumo.catalogue import coefficient_times_length, measured_conductances
+from pneumo.evidence.fit_coverage.interval_coverage import coverage_tables
+from pneumo.publish.style import save
+from pneumo.storage.kept_evidence import KEPT
+
+RESULTS = ROOT / "results"
+STATIC = Path(__file__).with_name("static")
+FIGURES = ("at_work", "measurements", "regimes")  # copies of results/figures/
+
+Numbers = dict[str, dict[str, Any]]  # by page or source, then by name
+
+
+class _Blocks(yaml.SafeDumper):
+    """Writes a text of several lines, such as a table, as a block."""
+
+
+_Blocks.add_representer(
+    str,
+    lambda dumper, text: dumper.represent_scalar(
+        "tag:yaml.org,2002:str", text, style="|" if "\n" in text else None
+    ),
+)
+
+
+def named(numbers: dict[str, str], tables: dict[str, str]) -> dict[str, str]:
+    """Join numbers and tables, with names that a page can write: `M5/M8 none` is M5_over_M8_none."""
+    both = numbers | {f"table {name}": text for name, text in tables.items()}
+    return {re.sub(r"\W+", "_", name.replace("/", " over ")): text for name, text in both.items()}
+
+
+def from_kept_files() -> Numbers:
+    """Numbers from files that are in the repository: paper/evidence, docs/static, the catalogue."""
+    at_work_runs, measured, cylinders = (
+        xr.load_dataset(KEPT / f"{name}.nc") for name in ("at_work", "measurements", "cylinders")
+    )
+    fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
+    k_0 = [measured.k_0 for measured in measured_conductances()]
+    return {
+        "at_work": named(at_work.numbers(at_work_runs), at_work.tables(at_work_runs)),
+        "catalogue": {
+            "factor": f"{coefficient_times_length()[1]:.1f}",
+            "k_0": f"{min(k_0):g} to {max(k_0):g}",
+        },
+        "cluster": named(cluster.numbers(fleet, slurm), cluster.tables(fleet, slurm)),
+        "cylinders": named(which_model.cylinder_numbers(cylinders), which_model.cylinder_tables(cylinders)),
+        "fit": {"coverage": coverage_tables(xr.load_dataset(KEPT / "fit_coverage.nc")).strip()},
+        "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
+    }
+
+
+def from_the_study(results: Path) -> Numbers:
+    """Numbers from results/, the whole study of the paper."""
+    levels, mse = which_model.over_levels(results), which_model.by_experiment(results)
+    verdict = json.loads((results / "verdict.json").read_text(encoding="utf-8"))
+    return {
+        "table_7": {"table": (results / "table7.md").read_text(encoding="utf-8").strip()},
+        "verdict": {kind: verdict[kind] for kind in ("counts", "counts_by_basis", "headline")},
+        "which_model": named(which_model.numbers(levels, mse), which_model.tables(levels, mse)),
+    }
+
+
+def write(parts: Iterable[Numbers]) -> None:
+    """Write docs/numbers.yaml; parts that are missing stay as they are."""
+    numbers = stored_numbers() if NUMBERS.exists() else {}
+    for part in parts:
+        numbers |= part
+    head = "# Made by `make numbers` from results/ and paper/evidence/; not edited by hand.\n"
+    text = yaml.dump(numbers, Dumper=_Blocks, allow_unicode=True, sort_keys=False, width=10_000)
+    NUMBERS.write_text(head + text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    if (RESULTS / "evidence/slurm.json").exists():
+        shutil.copyfile(RESULTS / "evidence/slurm.json", STATIC / "slurm.json")
+    whole = (RESULTS / "verdict.json").exists()
+    write([from_kept_files(), *([from_the_study(RESULTS)] if whole else [])])
+    for name in FIGURES:
+        if (RESULTS / f"figures/{name}.svg").exists():
+            shutil.copyfile(RESULTS / f"figures/{name}.svg", STATIC / f"{name}.svg")
+    with tempfile.TemporaryDirectory() as scratch:
+        shutil.copyfile(
+            save(law_figure(cluster.stored("fleet")), Path(scratch, "fleet"))[0], STATIC / "fleet.svg"
+        )

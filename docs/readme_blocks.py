@@ -1,0 +1,85 @@
+"""Generated blocks of README.md: `make numbers` writes them, `make lint` checks that they are current."""
+
+import json
+
+from fragments import ROOT, stored_numbers, table
+
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
+from pneumo.physics.models import Model
+from pneumo.publish.text.markdown_tables import findings_table
+from pneumo.storage.kept_evidence import KEPT
+from pneumo.verdict.judging import STATUSES, read_statuses
+
+NUMBERS = stored_numbers()
+MEANINGS = {
+    "exact": "equal at the printed digits, or within two sigma of reading a figure",
+    "close": "inside a tolerance class written down beforehand, narrowed since",
+    "explained": "differs, and one named misprint accounts for it",
+    "contradicted": "false: the paper's own tables or formulas refute it as well",
+    "missed": "differs, unexplained",
+}
+
+
+def _model_row(model: Model) -> list[str]:
+    explicit = model.wall != "none"
+    indices = list(dict.fromkeys(str(i).removesuffix(".0") for i in (model.n_V, model.n_in, model.n_out)))
+    known = ["n"] * model.has_n + (["k_0" if model.wall == "k_0" else "lambda_0"] if explicit else [])
+    return [
+        model.name,
+        {"constant": "constant", "polytropic": "follows the pressure"}[model.temperature],
+        "its own temperature" if model.mixing else "the chamber's temperature",
+        model.wall if explicit else f"by the {'indices' if indices[1:] else 'index'}: {', '.join(indices)}",
+        ", ".join(known),
+    ]
+
+
+def answer() -> str:
+    """Table of the models, and which one to take."""
+    head = ["model", "temperature of the air", "air enters at", "heat through the wall", "parameters"]
+    ratio = NUMBERS["which_model"]
+    little, typical = ratio["M8_over_M7_adiabatic"], ratio["M8_over_M7_typical"]
+    return f"""\
+{table(head, map(_model_row, PAPER_MODELS.values()))}
+
+**The answer.** Let the temperature follow the pressure: it costs one power a step. If you know the wall's
+conductance k_0, take M8: its mean square error is {little} times M7's where little heat passes the wall, and
+{typical} times where a typical amount does. If you do not, take M6."""
+
+
+def table_7() -> str:
+    """Table 7 as printed and as reproduced."""
+    return NUMBERS["table_7"]["table"]
+
+
+def _counted(counts: dict[str, int]) -> str:
+    return ", ".join(f"{counts[status]} {status}" for status in STATUSES)
+
+
+def verdict() -> str:
+    """Counts of both verdicts, by status and kind of evidence."""
+    verdict = NUMBERS["verdict"]
+    by_basis, facts = verdict["counts_by_basis"], verdict["headline"]
+    rows = [
+        [status, verdict["counts"][status], *(counts[status] for counts in by_basis.values()), meaning]
+        for status, meaning in MEANINGS.items()
+    ]
+    statuses = list(read_statuses(ROOT / "paper/2007").values())
+    second = {status: statuses.count(status) for status in STATUSES}
+    return f"""\
+{verdict["counts"]["items"]} items, by status and kind of evidence
+(`paper/decisions/0038-kinds-of-evidence.md`):
+
+{table(["status", "items", *by_basis, "meaning"], [map(str, row) for row in rows])}
+
+With items that state the same fact counted once, nothing was fitted to {facts["measured"]["items"]} facts:
+{_counted(facts["measured"])}.
+Constants and rules that the paper leaves open were chosen with {facts["fitted"]["items"]} others in view:
+{_counted(facts["fitted"])}.
+
+The same program judges the authors' [paper of 2007](https://doi.org/10.1243/09596518JSCE188), which measured
+k_0 of three catalogue cylinders: {len(statuses)} items, {_counted(second)}."""
+
+
+def findings() -> str:
+    """Statements of 2006 about models, judged over a hundred sets of seeds."""
+    return findings_table(json.loads((KEPT / "findings.json").read_text(encoding="utf-8"))).strip()
