@@ -40,8 +40,8 @@ def widest() -> str:
 def contest() -> dict[str, Any]:
     """Compare all contenders that are installed, and see how the kernel's cost grows."""
     stay_on_one_core()
-    there = {name: contender for name, contender in CONTENDERS.items() if installed(contender)}
-    return {**compare(there, REPEATS), "growth": growth(5)}
+    present = {name: contender for name, contender in CONTENDERS.items() if installed(contender)}
+    return {**compare(present, REPEATS), "growth": growth(5)}
 
 
 def with_avx2() -> dict[str, Any]:
@@ -63,7 +63,7 @@ def main() -> None:
         sets["AVX2"] = with_avx2()
     print("bench: the study, three times", flush=True)
     found |= run_study()
-    found["instruction_sets"] = {name: {key: one[key] for key in names} for name, one in sets.items()}
+    found["instruction_sets"] = {name: {key: row[key] for key in names} for name, row in sets.items()}
     found["cpu"] = cpu()
     results = ROOT / "results"
     (results / "bench.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")

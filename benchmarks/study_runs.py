@@ -53,10 +53,9 @@ def snakemake(folder: Path, cache: Path, *arguments: str) -> dict[str, Any]:
 
 
 def work_of_jobs(folder: Path) -> dict[str, float]:
-    """Time of each job's work, s, without its start, as its log says; a shell command's says nothing."""
+    """Working time of each job without its start, s, from its log; shell commands log none."""
     logs = (log.read_text() for log in (folder / "results/logs").glob("*.log"))
-    told = (line for log in logs for line in re.findall(r"^(\w+): ([\d.]+) s$", log))
-    return {rule: float(seconds) for rule, seconds in told}
+    return {rule: float(s) for log in logs for rule, s in re.findall(r"^(\w+): ([\d.]+) s$", log)}
 
 
 def run_study(*arguments: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What a command used: ``python benchmarks/used.py COMMAND ...`` prints JSON.
+"""Time and memory of a command: ``python benchmarks/used.py COMMAND ...`` prints JSON.
 
 A process of its own: Linux counts the memory of the process that starts a command as the command's.
 """

@@ -1,4 +1,4 @@
-"""What tests of several modules share: each made once, for tests of one xdist group by one process only."""
+"""Fixtures for tests of several modules; each is made once per process."""
 
 import copy
 import gc
@@ -9,7 +9,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-# What fixtures need they import themselves: pytest-xdist's first process runs none, and all wait for it.
+# Fixtures import what they need: pytest-xdist's first process runs no fixture, and the others wait for it.
 
 # The same examples in every run; `pytest --hypothesis-profile=random` searches for new ones. No test fails
 # for the time that it takes on a busy machine.
@@ -22,7 +22,7 @@ RESULTS = Path(__file__).parents[1] / "results"
 
 
 def study_is_complete() -> bool:
-    """Whether results/ holds the paper's study, not nothing and not the smoke runs."""
+    """Whether results/ holds the paper's study; the smoke study does not count."""
     if not all((RESULTS / name).exists() for name in ("exact/statistics.nc", "settling.nc", "table7.md")):
         return False
     import xarray as xr
@@ -40,7 +40,7 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    gc.freeze()  # what the modules hold is not looked through for garbage again: a twelfth of the time
+    gc.freeze()  # garbage collection skips the modules' objects: saves a twelfth of the time
 
 
 @pytest.fixture(scope="session")
@@ -91,7 +91,7 @@ def visit(chromium):
 
 @pytest.fixture
 def inside(tmp_path, monkeypatch, capsys):
-    """Run a command in this process and an empty folder; give exit code, output and error."""
+    """Run a command in this process and an empty folder; return exit code, output and error."""
     from pneumo.cli.commands import main
 
     monkeypatch.chdir(tmp_path)
@@ -124,12 +124,12 @@ def random_states():
 
 @pytest.fixture(scope="session")
 def printed_once(tmp_path_factory) -> Path:
-    """The printed study, not to be spoilt: for tests of group "printed"."""
-    from printed_study import write_printed_study  # here: what is broken there stops its own tests only
+    """The printed study, for tests of group "printed", which must not change it."""
+    from printed_study import write_printed_study
 
     from pneumo.papers.paper_2006.erratum_proofs import PROOFS
 
-    PROOFS.update({name: cache(proof) for name, proof in PROOFS.items()})  # what is printed does not change
+    PROOFS.update({name: cache(proof) for name, proof in PROOFS.items()})  # printed values do not change
     return write_printed_study(tmp_path_factory.mktemp("printed") / "results")
 
 
@@ -143,7 +143,7 @@ def _judged_once(printed_once) -> dict:
 
 @pytest.fixture(scope="module")
 def judged_once(_judged_once) -> dict:
-    """The printed study's verdict, a copy for each module."""
+    """Verdict on the printed study, a copy for each module."""
     return copy.deepcopy(_judged_once)
 
 
@@ -151,7 +151,7 @@ def judged_once(_judged_once) -> dict:
 def judged_smoke_study(tmp_path_factory):
     """The smoke study up to its verdict and report, run with -j2 in a path with a space in it.
 
-    For tests of group "workflow", which leave its results as they were.
+    For tests of group "workflow", which restore its results.
     """
     from tests.torture.study import Study  # not where tests run in a copy of some folders only
 

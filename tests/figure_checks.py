@@ -1,4 +1,4 @@
-"""What tests of several figures look at: files with something in them, nothing cut off at the edges."""
+"""Checks of figures: files are not empty, nothing is cut off at the edges."""
 
 from pathlib import Path
 

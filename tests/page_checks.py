@@ -1,4 +1,4 @@
-"""What tests of several pages look at: structure, contrast, and Chromium where there is one."""
+"""Checks of pages: structure, contrast, accessibility, requests."""
 
 from html.parser import HTMLParser
 from importlib.util import find_spec
@@ -11,7 +11,7 @@ in_chromium = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium: `apt-get install chromium` brings one"
 )
 
-# Two frames drawn: what a change of the page brings about has happened.
+# Two frames drawn: the page has reacted to a change.
 FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done))))"
 CONTRAST = """
 (() => {
@@ -40,7 +40,7 @@ CONTRAST = """
 })()
 """
 
-# Elements that scroll sideways and are no stop of the keyboard, and the right edge of what is said of tables.
+# Elements that scroll sideways and cannot be focused, and the right edge of the captions.
 UNREACHED = """[...document.querySelectorAll('*')].filter((e) => e.scrollWidth > e.clientWidth + 1
   && e.tabIndex < 0 && getComputedStyle(e).overflowX === 'auto').length"""
 RIGHT_EDGE = """Math.max(...[...document.querySelectorAll('caption span, figcaption')]
@@ -48,7 +48,7 @@ RIGHT_EDGE = """Math.max(...[...document.querySelectorAll('caption span, figcapt
 
 
 def assert_quiet(browser, file) -> None:
-    """Check that a page just loaded asked for nothing but itself and complained of nothing."""
+    """Check that a page requested nothing but itself and that its console is empty."""
     requested = [url.split("#")[0] for url in browser.requests if not url.startswith("data:")]
     assert requested == [file.as_uri()]
     assert browser.console == []
@@ -62,7 +62,7 @@ def assert_readable(browser, least: int) -> None:
 
 
 def assert_accessible(visit, file, before: str = "0") -> None:
-    """Check a page with axe on a phone and on a desk, after a script; contrast is `assert_readable`'s."""
+    """Check a page with axe at two widths, after a script; `assert_readable` checks contrast."""
     package = find_spec("axe_core_python")
     if package is None or package.origin is None:
         pytest.skip("axe-core-python is not installed")
@@ -102,7 +102,7 @@ def stands_alone(page: str) -> "Structure":
 
 
 class Structure(HTMLParser):
-    """Identifiers, links and what would be loaded."""
+    """Identifiers, links and addresses to load of a page."""
 
     def __init__(self, text: str):
         super().__init__()

@@ -31,7 +31,7 @@ OCTAVE = shutil.which("octave-cli")
 
 
 def numbers(config: dict[str, Any], name: str, seconds: float) -> dict[str, float]:
-    """What Octave is told of an experiment, in the configuration's own units."""
+    """Numbers of an experiment that Octave reads, in the configuration's units."""
     experiment = config["experiments"][name]
     cylinder = dict(config["cylinders"][experiment["cylinder"]])
     opened, closed = cylinder.pop("open_loop"), cylinder.pop("closed_loop")

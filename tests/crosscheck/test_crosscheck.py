@@ -29,9 +29,9 @@ def test_a_difference_is_found_and_dated():
     assert largest(theirs - ours, ours, 1e-3) == {"largest_relative_difference": 0.25, "t_s": 0.003}
 
 
-def test_octave_is_told_numbers_of_the_configuration_only():
+def test_octave_reads_numbers_of_the_configuration_only():
     config = read_yaml(CONFIG)
-    told = {name: numbers(config, name, 1.0) for name in EXPERIMENTS}
-    assert (told["E13"]["closed_loop"], told["E14"]["closed_loop"]) == (0, 1)
-    assert told["E13"]["amplitude"] == config["cylinders"]["D"]["open_loop"]["amplitude_V"]
-    assert all(np.isfinite(float(value)) for of_one in told.values() for value in of_one.values())
+    given = {name: numbers(config, name, 1.0) for name in EXPERIMENTS}
+    assert (given["E13"]["closed_loop"], given["E14"]["closed_loop"]) == (0, 1)
+    assert given["E13"]["amplitude"] == config["cylinders"]["D"]["open_loop"]["amplitude_V"]
+    assert all(np.isfinite(float(value)) for row in given.values() for value in row.values())

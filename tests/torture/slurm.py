@@ -16,7 +16,7 @@ from typing import Any
 
 from pneumo.storage.files import write_text
 from tests.fleet import SHORT, SHORT_S, write_fleet
-from tests.torture.slurm_disturbances import DISTURBANCES, RETRIED, Disturbance, jobs, told
+from tests.torture.slurm_disturbances import DISTURBANCES, RETRIED, Disturbance, jobs, output_of
 from tests.torture.slurm_node import cluster, why_not
 from tests.torture.study import Study
 
@@ -78,7 +78,7 @@ def main() -> None:
         print(f"local run: {local_s} s", flush=True)
         with cluster(Path(scratch)):
             found = on_slurm(remote, Path(scratch, "log"), DISTURBANCES if options.cylinders else {})
-            versions = {"slurm": told("sbatch", "--version").split()[-1]}
+            versions = {"slurm": output_of("sbatch", "--version").split()[-1]}
         versions |= {name: version(name) for name in ("snakemake", "snakemake-executor-plugin-slurm")}
         expected, hashes = local.hashes(), remote.hashes()
     same = sum(hashes.get(name) == digest for name, digest in expected.items())

@@ -44,7 +44,7 @@ class Study:
     def start(
         self, *arguments: str, before: tuple[str, ...] = (), output: int = subprocess.DEVNULL
     ) -> subprocess.Popen[str]:
-        """Start a run, with two jobs unless told otherwise, in a process group of its own."""
+        """Start a run in a process group of its own; two jobs by default."""
         command = [*before, *self.command, *(arguments or ("-j2",))]
         own_group: dict[str, Any] = {"stderr": subprocess.STDOUT, "start_new_session": True}
         return subprocess.Popen(command, stdout=output, **own_group, **self.options)
