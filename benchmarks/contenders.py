@@ -15,6 +15,7 @@ from numba.np.numpy_support import carray
 from scipy.integrate import solve_ivp
 
 from pneumo.configuration.experiment import Experiment
+from pneumo.configuration.sampling import INTERPOLATED, Sampling
 from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import choked_flow, limited
@@ -22,9 +23,7 @@ from pneumo.simulation.full_order import Recording
 from pneumo.simulation.reference import lane_of, lane_rate
 from pneumo.simulation.replay import Replayed, replay, replay_by_reference
 from pneumo.simulation.runge_kutta import STAGES, A, B, C
-from pneumo.simulation.signals import Transport, interpolated, line_between
-
-LINEAR = interpolated()
+from pneumo.simulation.signals import line_between
 
 
 class Case(NamedTuple):
@@ -76,13 +75,13 @@ def mse(case: Case, P: np.ndarray) -> np.ndarray:
 # Ours
 
 
-def our_run(kernel: Callable[..., Replayed], case: Case, transport: Transport = LINEAR) -> Run:
+def our_run(kernel: Callable[..., Replayed], case: Case, sampling: Sampling = INTERPOLATED) -> Run:
     """Prepare one of our two kernels."""
     e = case.experiment
     stride = min(e.pressure_stride, e.steps)
 
     def run() -> Outcome:
-        replayed = kernel(case.recording, case.lanes, transport, stride)
+        replayed = kernel(case.recording, case.lanes, sampling, stride)
         return Outcome(replayed.mse, STAGES * e.steps)
 
     return run

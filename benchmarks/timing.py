@@ -16,10 +16,10 @@ from benchmarks.contenders import CONTENDERS, Case, Contender, Run, our_run, sca
 from benchmarks.probe import bound, operations, probe, timed
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import EXACT_TRANSPORT
 
 ROOT = Path(__file__).parents[1]
 EXPERIMENT = "E14"
@@ -90,7 +90,7 @@ def compare(contenders: dict[str, Contender], repeats: int) -> dict[str, Any]:
         checks[name] = {"mse_relative": found, "tolerance": contender.tolerance, "reason": contender.reason}
         runs[name] = run, evaluations(case, run().calls)
         if name == "kernel":
-            runs["kernel_exact"] = our_run(replay, case, EXACT_TRANSPORT), runs[name][1]
+            runs["kernel_exact"] = our_run(replay, case, EXACT_SAMPLING), runs[name][1]
             runs["kernel_exact"][0]()  # compiles
     rows, probes = {name: [] for name in runs}, []
     for _ in range(repeats):

@@ -8,6 +8,7 @@ import pytest
 from paper_study import STUDY
 from printed_study import save
 
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.papers.paper_2006.printed_tables import table7
 from pneumo.physics.models import MODELS
@@ -20,7 +21,6 @@ from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, r
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.simulation.settling import settle
-from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.averages import statistics
 from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import open_grid, read
@@ -95,7 +95,7 @@ def test_a_settling_run_that_fails_has_no_settling_times(name):
 
 def replays_of(experiment, recording):
     lanes, index = grid_lanes(STUDY.n, 1.4)
-    cells = replay(recording, lanes, EXACT_TRANSPORT, experiment.pressure_stride)
+    cells = replay(recording, lanes, EXACT_SAMPLING, experiment.pressure_stride)
     return replay_dataset(experiment, STUDY.n, index, cells)
 
 

@@ -206,6 +206,7 @@ def fit(
 
     from pneumo.catalogue import default_conductance
     from pneumo.configuration.parameters import sonic_conductance, study
+    from pneumo.configuration.sampling import HELD, INTERPOLATED
     from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
     from pneumo.fit.closed.closed_fit import fit_closed
@@ -239,7 +240,7 @@ def fit(
         say(f"note: {note}")
     if closed is not None and closed != "both":
         return typer.echo(shown.transient_text(transient(measured, plant, closed, closed_from)))
-    held = command == "held"
+    rule = HELD if command == "held" else INTERPOLATED
     if measured.closed:
         for option in [name for name, given in (("model", model), ("also", also)) if given]:
             raise InputError(f"--{option}: closed chambers are fitted with thermal laws; leave it out")
@@ -248,9 +249,9 @@ def fit(
             say(f"note: {note}")
     else:
         if not trust:
-            check_columns(measured, plant, held=held)
+            check_columns(measured, plant, command=rule)
         causes = tuple(dict.fromkeys(also or ()))
-        fitted = fit_measurement(measured, plant, names, held=held, part=part, also=causes, progress=say)
+        fitted = fit_measurement(measured, plant, names, command=rule, part=part, also=causes, progress=say)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.valve import Conditions, Gas, Valve
 
@@ -62,15 +63,6 @@ class Push(NamedTuple):
     stop: float | None = None  # time after release at which final values are read, s; None: once settled
 
 
-class Sampling(NamedTuple):
-    """How the replays of the published transport read the samples of a run, Fig. 6."""
-
-    # hold: all stages read sample k; hold_next: that at the step's end reads sample k + 1; linear:
-    # interpolated.
-    rule: str = "linear"
-    lag: float = 0.0  # by which the signals are late, s
-
-
 class Experiment(NamedTuple):
     """One of the paper's E1 ... E16, or a user's."""
 
@@ -80,7 +72,7 @@ class Experiment(NamedTuple):
     drive: Drive
     excitation: Excitation
     push: Push
-    sampling: Sampling
+    sampling: Sampling  # of the published replays
     h: float  # step, s
     steps: int  # of the full-order run
     pressure_stride: int  # steps between stored pressures of the replays

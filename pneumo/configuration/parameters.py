@@ -14,8 +14,9 @@ from pydantic import ValidationError
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.cylinder_table import CylinderTable, read_table, with_table
-from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Sampling, Study
+from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Study
 from pneumo.configuration.plain_yaml import read_yaml
+from pneumo.configuration.sampling import SAMPLINGS
 from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection, GasSection
 from pneumo.configuration.schema_messages import Written, error_line
 from pneumo.configuration.signal_file import read_column
@@ -247,7 +248,7 @@ def _experiment(c: Configuration, name: str) -> Experiment:
         _drive(s, e.loop),
         _excitation(c, name, s),
         _push(c, name, plant),
-        Sampling(loop.replays_read, loop.lag_s),
+        SAMPLINGS[loop.replays_read]._replace(delay=(loop.lag_s / c.step_s,) * 3),
         c.step_s,
         max(1, round(duration / c.step_s)),
         e.pressure_stride,

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
+from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
 from pneumo.fit.fit_problem import (
     FULL,
@@ -112,7 +113,7 @@ def fit_measurement(
     plant: Plant,
     models: Sequence[str],
     *,
-    held: bool = True,
+    command: Sampling = HELD,
     part: float = PART,
     also: tuple[str, ...] = (),
     progress: Callable[[str], None] = lambda _text: None,
@@ -121,8 +122,8 @@ def fit_measurement(
 
     Parameters
     ----------
-    held
-        Whether the command was held between samples; else it is interpolated.
+    command
+        Signal sampling of the command: `HELD` or `INTERPOLATED`.
     part
         Fraction of the record that is fitted.
     also
@@ -139,7 +140,7 @@ def fit_measurement(
     m, plant = measurement, at_temperature(plant, measurement.T)
     full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
     _check_also(also, measurement, full)
-    record = stage_signals(m.period, m.u, m.x, m.P, plant, held=held, P_s=m.P_s, m=m.m)
+    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
     split = split_of(record, part)
     first = record.part(0, split)
     noisy = with_added_noise(first)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
+from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
 from pneumo.fit.fit_problem import Problem
 from pneumo.fit.least_squares import fit
@@ -35,21 +36,21 @@ def corrected(m: Measurement, P_atm: float) -> dict[str, Measurement]:
     return result | {gauge: m._replace(P=m.P + P_atm)}
 
 
-def quick_fit_error(measurement: Measurement, plant: Plant, held: bool) -> float:
+def quick_fit_error(measurement: Measurement, plant: Plant, command: Sampling) -> float:
     """Root mean square error of a quick fit of valve coefficient and dead volumes, Pa."""
     last = min(len(measurement.u), round(SECONDS / measurement.period) + 1)
     u, x, P = measurement.u[:last], measurement.x[:last], measurement.P[:, :last]
     m, P_s = (None if s is None else s[..., :last] for s in (measurement.m, measurement.P_s))
-    record = stage_signals(measurement.period, u, x, P, plant, held=held, P_s=P_s, m=m)
+    record = stage_signals(measurement.period, u, x, P, plant, command=command, P_s=P_s, m=m)
     quick = fit(Problem(MODELS[MODEL], plant, record, {"n": INDEX}), tolerance=1e-3, most=8)
     return plant.conditions.P_s * float(np.sqrt(np.mean(quick.residual**2)))
 
 
-def check_columns(measurement: Measurement, plant: Plant, *, held: bool = True) -> None:
+def check_columns(measurement: Measurement, plant: Plant, *, command: Sampling = HELD) -> None:
     """Refuse a measurement that a model follows far better with its columns corrected: `InputError`."""
-    as_given = quick_fit_error(measurement, plant, held)
+    as_given = quick_fit_error(measurement, plant, command)
     candidates = corrected(measurement, plant.conditions.P_atm).items()
-    error, best = min((quick_fit_error(right, plant, held), text) for text, right in candidates)
+    error, best = min((quick_fit_error(right, plant, command), text) for text, right in candidates)
     if error < BETTER * as_given:
         raise InputError(
             f"{measurement.name}: {best}: a quick fit of {MODEL} is off by"

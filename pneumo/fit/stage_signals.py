@@ -15,6 +15,7 @@ from scipy.fft import dct
 from scipy.interpolate import make_smoothing_spline
 
 from pneumo.configuration.experiment import Plant
+from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.physics.cylinder import chamber_of, volume
 from pneumo.physics.valve import choked_flow
 from pneumo.simulation.fitted_pressures import KUTTA
@@ -106,7 +107,7 @@ def stage_signals(
     P: np.ndarray,
     plant: Plant,
     *,
-    held: bool = True,
+    command: Sampling = HELD,
     P_s: np.ndarray | None = None,
     m: np.ndarray | None = None,
 ) -> StageSignals:
@@ -114,15 +115,15 @@ def stage_signals(
 
     They are the command before the `plant`'s limiter, V, and the position, m, shape (samples,); pressures,
     Pa, and, where they were measured, mass flows into the chambers, kg/s, shape (chamber, samples), and the
-    supply pressure, Pa, shape (samples,). The command is `held` until the next sample (zero-order hold, as a
-    digital controller does) or else interpolated linearly, as flows and supply always are.
+    supply pressure, Pa, shape (samples,). The `command` is `HELD` until the next sample, as by a digital
+    controller, or `INTERPOLATED`, as flows and supply always are.
     """
     longest, u_max = LONGEST_STEP if m is not None else longest_step(plant, u, x), plant.valve.u_max
     t, within = period * np.arange(len(u)), int(np.ceil(period / longest * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)
     at = stage_times(steps, h)
     held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
-    limited = np.clip(held_u if held else np.interp(at, t, u), -u_max, u_max)
+    limited = np.clip(held_u if command.held else np.interp(at, t, u), -u_max, u_max)
     penalty, noise = smoothing(x, period)
     spline = make_smoothing_spline(t, x, lam=penalty)
     motion = np.stack([spline(at), spline.derivative()(at)], axis=-1)

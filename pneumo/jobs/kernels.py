@@ -6,7 +6,7 @@ from pneumo.configuration.experiment import Study
 from pneumo.simulation.full_order import Recording, equilibrium
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import study_transport
+from pneumo.simulation.signals import study_sampling
 from pneumo.storage.layout import datum_dataset, recording_from
 
 
@@ -17,4 +17,4 @@ def compile_replays(study: Study) -> None:
     run = Recording(states, still, still, e.drive, e.plant, e.h, np.zeros(1, np.int8), e.most_halvings)
     stored = recording_from(datum_dataset(e, run), e)  # arrays of a file's layout, which is part of the type
     lanes, _ = grid_lanes(study.n, e.plant.gas.gamma)
-    replay(stored, lanes, study_transport("exact", e))
+    replay(stored, lanes, study_sampling("exact", e))

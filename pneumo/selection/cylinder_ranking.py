@@ -13,13 +13,13 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.known_within import K_0_FACTOR
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import InputError
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import record
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
-from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.ranking import Ranking, rank_models
 from pneumo.statistics.recommendation import recommend
 from pneumo.storage.files import attributes, write
@@ -82,7 +82,7 @@ def mse_at_other_k_0(
     recording = record(experiment._replace(plant=experiment.plant._replace(k_0=ratio * experiment.plant.k_0)))
     right = [lane(model, value, gamma) for model in MODELS.values() for value in n]
     wrong = [row._replace(wall_scale=row.wall_scale / ratio) for row in right]
-    cells = replay(recording, lane_array([*wrong, *right]), EXACT_TRANSPORT, experiment.steps)
+    cells = replay(recording, lane_array([*wrong, *right]), EXACT_SAMPLING, experiment.steps)
     mse = np.where(cells.status != 0, np.nan, cells.mse).reshape(2, len(MODELS), len(n), 2)
     return mse[0], mse[1]
 
@@ -98,7 +98,7 @@ def one_run(
     """
     recording = record(experiment)
     stride = experiment.pressure_stride if traced else experiment.steps
-    cells = replayed_grid(experiment, n, recording, EXACT_TRANSPORT, stride)
+    cells = replayed_grid(experiment, n, recording, EXACT_SAMPLING, stride)
     pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
     ends = [mse_at_other_k_0(experiment, n, ratio) for ratio in (1 / k_0_factor, k_0_factor)]
     wrong, right = (np.stack(arrays) for arrays in zip(*ends, strict=True))

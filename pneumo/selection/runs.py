@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
+from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.equations.chamber_rate import lane_for
 from pneumo.errors import InputError
 from pneumo.physics.models import Model, lane_array
@@ -13,7 +14,6 @@ from pneumo.selection.plants import check_positive
 from pneumo.simulation.full_order import STATE, Recording, command_series, equilibrium, run
 from pneumo.simulation.replay import STATUS
 from pneumo.simulation.replay import replay as replay_lanes
-from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated
 
 OPEN_LOOP = Drive(False, 0.0, np.inf)
 
@@ -153,7 +153,7 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
         If there is no such model, or n is missing or out of range.
     """
     lanes = lane_array([lane_for(model, n, run.recording.plant)])
-    replayed = replay_lanes(run.recording, lanes, EXACT_TRANSPORT if run.simulated else interpolated())
+    replayed = replay_lanes(run.recording, lanes, EXACT_SAMPLING if run.simulated else INTERPOLATED)
     P_A, P_B = replayed.pressure[0]
     status = tuple(STATUS[int(code)] for code in replayed.status[0])
     return Prediction(run.t, P_A, P_B, replayed.mean_error[0], replayed.mse[0], status)

@@ -1,15 +1,16 @@
 # pyright: basic
-"""Replay of the full-order equations of the chambers: only the transport of the signals makes it err."""
+"""Replay of the full-order equations of the chambers: it errs only where the signals are sampled."""
 
 from typing import Any
 
 import numpy as np
 
+from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import chamber_of
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import Recording, chamber_rates
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince
-from pneumo.simulation.signals import Reading, Transport, stage_inputs
+from pneumo.simulation.signals import stage_inputs
 
 
 @inlined
@@ -23,7 +24,7 @@ _chamber_step = dormand_prince(_state_rates)
 
 
 @kernel
-def _replay_chambers(recording: Recording, reading: Reading, stride: int) -> np.ndarray:
+def _replay_chambers(recording: Recording, sampling: Sampling, stride: int) -> np.ndarray:
     steps, plant = len(recording.states) - 1, recording.plant
     pressure = np.empty((2, steps // stride + 1))
     inputs, y, Y, K = (
@@ -37,7 +38,7 @@ def _replay_chambers(recording: Recording, reading: Reading, stride: int) -> np.
         state[side] = recording.states[0, 2 + 2 * side : 4 + 2 * side]
     pressure[:, 0] = state[:, 0]
     for k in range(steps):
-        stage_inputs(recording, reading, k, 0, 1, y, Y, K, inputs)
+        stage_inputs(recording, sampling, k, 0, 1, y, Y, K, inputs)
         for side in range(2):
             context = (inputs, 1.0 - 2.0 * side, chamber_of(plant.cylinder, side), plant)
             _chamber_step(state[side], context, recording.h, Y_chamber, K_chamber, state[side])
@@ -46,9 +47,9 @@ def _replay_chambers(recording: Recording, reading: Reading, stride: int) -> np.
     return pressure
 
 
-def replay_chambers(recording: Recording, transport: Transport, stride: int = 1) -> np.ndarray:
+def replay_chambers(recording: Recording, sampling: Sampling, stride: int = 1) -> np.ndarray:
     """Pressures of the full-order chambers on recorded signals, Pa, shape (chamber, stored steps).
 
     `stride` is the number of steps between stored pressures.
     """
-    return _replay_chambers(recording, transport.reading, stride)
+    return _replay_chambers(recording, sampling, stride)

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
+from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince, embedded_error
-from pneumo.simulation.signals import Reading, replay_tolerance, stage_inputs
+from pneumo.simulation.signals import replay_tolerance, stage_inputs
 
 
 @inlined
@@ -100,7 +101,7 @@ def lane_step(
 
 @kernel
 def replay_lanes(
-    recording: Recording, lanes: np.ndarray, reading: Reading, stride: int
+    recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Replay every lane in both chambers on one recording.
 
@@ -118,14 +119,14 @@ def replay_lanes(
     moments = np.zeros((count, 2, 2))
     failure = np.full((count, 2), -1)
     P, P_before, error = np.full((count, 2, 1), plant.conditions.P_0), np.empty(1), np.empty(1)
-    most, largest, tolerance = recording.most_halvings, 0.0, replay_tolerance(reading)
+    most, largest, tolerance = recording.most_halvings, 0.0, replay_tolerance(sampling)
     pressure[:, :, 0] = plant.conditions.P_0
     y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
     # Of every part of a step, however often it is halved: parts 1, then 2 and 3, then 4 to 7, ...
     inputs = np.empty((2 << most, STAGES + 1, 3))
     Y_lane, K_lane = np.empty((STAGES, 1)), np.empty((STAGES + 1, 1))
     for k in range(steps):
-        first = recording.halvings[k] if reading.exact else 0
+        first = recording.halvings[k] if sampling.exact else 0
         known = first - 1  # halvings for which the inputs are known
         for side in range(2):
             sign = 1.0 - 2.0 * side
@@ -141,7 +142,7 @@ def replay_lanes(
                     for part in range(parts):
                         now = inputs[parts + part]
                         if halvings > known:
-                            stage_inputs(recording, reading, k, part, parts, y, Y, K, now)
+                            stage_inputs(recording, sampling, k, part, parts, y, Y, K, now)
                         context = (now, sign, chamber, plant, lane)
                         found = lane_step(own, context, recording.h / parts, most > 0, Y_lane, K_lane, error)
                         largest = max(largest, found)

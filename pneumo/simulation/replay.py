@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pneumo.configuration.sampling import Sampling
 from pneumo.simulation.full_order import RAN, Recording, failure
 from pneumo.simulation.reference import replay_lanes
-from pneumo.simulation.signals import Transport
 from pneumo.simulation.vectorised import ROW, followed, needs, replay_block
 
 OK, LEFT_RANGE, NO_RUN = 0, 1, 2
@@ -24,7 +24,7 @@ class Replayed(NamedTuple):
     pressure: np.ndarray  # reduced pressure, Pa, shape (lane, chamber, stored steps)
 
 
-def replay(recording: Recording, lanes: np.ndarray, transport: Transport, stride: int = 1) -> Replayed:
+def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1) -> Replayed:
     """Replay lanes in both chambers on a run.
 
     The vectorised kernel replays what it can follow, the reference the rest: an unusual wall law or valve,
@@ -38,10 +38,10 @@ def replay(recording: Recording, lanes: np.ndarray, transport: Transport, stride
         return _no_replay(recording, lanes, step, stride)
     different, place = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1
     place = place.ravel()  # NumPy 2.0 gives it another axis
-    return Replayed(*(values[place] for values in _replay_lanes(recording, different, transport, stride)))
+    return Replayed(*(values[place] for values in _replay_lanes(recording, different, sampling, stride)))
 
 
-def _replay_lanes(recording: Recording, lanes: np.ndarray, transport: Transport, stride: int) -> Replayed:
+def _replay_lanes(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int) -> Replayed:
     """Replay lanes by the vectorised kernel and, where it cannot follow, by the reference."""
     shape, samples = (len(lanes), 2), len(recording.states)
     result = Replayed(
@@ -57,24 +57,24 @@ def _replay_lanes(recording: Recording, lanes: np.ndarray, transport: Transport,
     for first in range(0, len(fast), ROW):
         block = fast[first : first + ROW]
         result.mean_error[block], result.mse[block], result.pressure[block] = replay_block(
-            recording, lanes[block], transport.reading, stride
+            recording, lanes[block], sampling, stride
         )
     with np.errstate(over="ignore"):  # of a lane that failed
         result.variance[:] = result.mse - result.mean_error**2
     rest = ~able
     rest[fast] = ~np.isfinite(result.mse[fast]).all(axis=1)
     if rest.any():
-        by_reference = replay_by_reference(recording, lanes[rest], transport, stride)
+        by_reference = replay_by_reference(recording, lanes[rest], sampling, stride)
         for own, other in zip(result, by_reference, strict=True):
             own[rest] = other
     return result
 
 
 def replay_by_reference(
-    recording: Recording, lanes: np.ndarray, transport: Transport, stride: int = 1
+    recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1
 ) -> Replayed:
     """Replay lanes with the readable kernel; parameters are those of `replay`."""
-    moments, failed_at, pressure = replay_lanes(recording, lanes, transport.reading, stride)
+    moments, failed_at, pressure = replay_lanes(recording, lanes, sampling, stride)
     samples = len(recording.states)  # the error at t = 0 is zero by construction and counts
     mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
     status = np.where(failed_at >= 0, LEFT_RANGE, OK).astype(np.int8)

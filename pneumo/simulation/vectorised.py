@@ -16,6 +16,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
+from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
 from pneumo.physics.models import Lane
 from pneumo.simulation.compiled import inlined, kernel
@@ -29,7 +30,7 @@ from pneumo.simulation.polynomials import (
     polynomial,
 )
 from pneumo.simulation.runge_kutta import STAGES, A, B, E
-from pneumo.simulation.signals import Reading, replay_tolerance, stage_inputs
+from pneumo.simulation.signals import replay_tolerance, stage_inputs
 
 WIDTH = 8  # lanes are padded to a multiple of this; a vector register holds 2, 4 or 8
 ROW = 136  # lanes at once; 17 cache lines, an odd number, so that rows do not compete for places in the cache
@@ -216,7 +217,7 @@ def _replay(
     recording: Recording,
     W: np.ndarray,
     starts: tuple[np.uint64, ...],
-    reading: Reading,
+    sampling: Sampling,
     stride: int,
     psi: tuple[float, ...],
     pressure: np.ndarray,
@@ -225,14 +226,14 @@ def _replay(
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), GROUP * starts[3]
     y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
     inputs, most, coarse = np.empty((STAGES + 1, 3)), recording.most_halvings, False
-    tolerance = replay_tolerance(reading)
+    tolerance = replay_tolerance(sampling)
     for k in range(len(recording.states) - 1):
         if most > 0:
             for b in (np.uint64(0), SIDE_B):
                 for i in range(count):
                     W[BEFORE + b + i] = W[P_A + b + i]
                     W[COARSE + b + i] = 1.0 if W[P_A + b + i] > 0 else 0.0
-        first = recording.halvings[k] if reading.exact else 0
+        first = recording.halvings[k] if sampling.exact else 0
         for halvings in range(first, most + 1):
             parts = 1 << halvings
             if most > 0:
@@ -241,7 +242,7 @@ def _replay(
                         W[P_A + b + i] = W[BEFORE + b + i]
                         W[LARGEST + b + i] = 0.0
             for part in range(parts):
-                stage_inputs(recording, reading, k, part, parts, y, Y, K, inputs)
+                stage_inputs(recording, sampling, k, part, parts, y, Y, K, inputs)
                 advance(W, inputs, starts, plant, h / parts, psi, s_sonic)
                 if most > 0:
                     estimate_errors(W, inputs, starts, plant, h / parts, psi, s_sonic)
@@ -321,7 +322,7 @@ def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.ui
 
 
 def replay_block(
-    recording: Recording, lanes: np.ndarray, reading: Reading, stride: int
+    recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Replay up to `ROW` lanes, sorted by `needs`, in both chambers on one recording.
 
@@ -338,7 +339,7 @@ def replay_block(
     W, starts = work_array(lanes, recording.plant)
     shape = ((samples - 1) // stride + 1, 2, WIDTH * int(starts[3]))
     pressure = np.full(shape, recording.plant.conditions.P_0)
-    _replay(recording, W, starts, reading, stride, psi, pressure)
+    _replay(recording, W, starts, sampling, stride, psi, pressure)
     rows = W.reshape(-1, ROW)[:, :count]
     mean_error = rows[[int(SUM_A) // ROW, int(SUM_B) // ROW]].T / samples
     mse = rows[[int(SQUARES_A) // ROW, int(SQUARES_B) // ROW]].T / samples

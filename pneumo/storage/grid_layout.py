@@ -11,7 +11,7 @@ from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import STATUS, Replayed, replay
-from pneumo.simulation.signals import PUBLISHED, Transport, study_transport
+from pneumo.simulation.signals import study_sampling
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
 
@@ -23,11 +23,11 @@ def same_at_every_n() -> str:
 
 
 def replayed_grid(
-    experiment: Experiment, n: tuple[float, ...], recording: Recording, transport: Transport, stride: int
+    experiment: Experiment, n: tuple[float, ...], recording: Recording, sampling: Sampling, stride: int
 ) -> xr.Dataset:
     """Replay every grid cell of one experiment, pressures at every `stride` steps."""
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
-    return replay_dataset(experiment, n, index, replay(recording, lanes, transport, stride))
+    return replay_dataset(experiment, n, index, replay(recording, lanes, sampling, stride))
 
 
 def replay_dataset(
@@ -64,7 +64,8 @@ def write_replays(
     e = study.experiments[name]
     lanes, index = grid_lanes(study.n, e.plant.gas.gamma)
     for transport, output in outputs.items():
-        cells = replay(recording, lanes, study_transport(transport, e), e.pressure_stride)
+        sampling = study_sampling(transport, e)
+        cells = replay(recording, lanes, sampling, e.pressure_stride)
         about = attributes(
             f"Reduced models replayed on {name}, {transport} transport",
             "Error of every model at every n against the full-order run, and the pressures",
@@ -73,6 +74,6 @@ def write_replays(
             e,
             comment=same_at_every_n(),
             transport=transport,
-            samples=" ".join(map(str, e.sampling)) if transport == PUBLISHED else "none: every stage",
+            samples="none: every stage" if sampling.exact else f"{sampling.rule} {sampling.delay[0] * e.h}",
         )
         write(replay_dataset(e, study.n, index, cells), output, about)

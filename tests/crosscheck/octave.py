@@ -18,7 +18,7 @@ from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import EXACT, PUBLISHED, study_transport
+from pneumo.simulation.signals import EXACT, PUBLISHED, study_sampling
 from pneumo.storage.files import write_text
 
 HERE = Path(__file__).parent
@@ -86,7 +86,7 @@ def compared(name: str, seconds: float = SECONDS) -> dict[str, Any]:
     full = recording.states[:, [2, 4]].T
     result["full order"] = largest(states[:, [2, 4]].T - full, full, e.h)
     for transport, theirs in pressures.items():
-        cells = replay(recording, lanes, study_transport(transport, e))
+        cells = replay(recording, lanes, study_sampling(transport, e))
         triples = zip(PAPER_MODELS, theirs, cells.pressure[index[: len(PAPER_MODELS), 0]], strict=True)
         result[transport] = {model: largest(their - our, our, e.h) for model, their, our in triples}
     return result

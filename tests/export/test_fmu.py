@@ -13,11 +13,11 @@ from exported_c import C_COMPILER, STRICT
 from scipy.integrate import solve_ivp
 
 from pneumo import recorded, simulate
+from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.export import exported
 from pneumo.export.fmu import UNITS
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.replay import replay_by_reference
-from pneumo.simulation.signals import held, interpolated
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
 validation, fmi2 = (pytest.importorskip(f"fmpy.{name}") for name in ("validation", "fmi2"))
@@ -129,12 +129,12 @@ def simulated(path, run, kind, **options):
 def test_held_inputs_of_co_simulation_are_a_replay_with_held_samples(fmi, run, plant, fmus):
     found = simulated(fmus("M8", fmi), run, "CoSimulation")
     # fmpy repeats times, so that inputs and step ends differ by roundings of t, slopes times 1e-16 s.
-    np.testing.assert_allclose(found, replayed(run, plant, "M8", held()), rtol=1e-10)
+    np.testing.assert_allclose(found, replayed(run, plant, "M8", HELD), rtol=1e-10)
 
 
 def test_slopes_of_inputs_make_a_replay_with_interpolated_samples(run, plant, fmus, tmp_path):
     """In calls of our own: fmpy takes the slope of a table before each sample, not that after it."""
-    linear = replayed(run, plant, "M8", interpolated())
+    linear = replayed(run, plant, "M8", INTERPOLATED)
     slave, inputs, outputs = opened(fmi2.FMU2Slave, fmus("M8", 2), tmp_path)
     table, found = np.column_stack([run.u, run.x, run.v]), [slave.getReal(outputs)]
     for k, slopes in enumerate(np.diff(table, axis=0) / H):
@@ -188,7 +188,7 @@ def test_model_exchange_is_a_replay_with_interpolated_samples(run, plant, fmus, 
         y = solve_ivp(derivatives, (k * H, (k + 1) * H), y, rtol=1e-10, atol=1e-4).y[:, -1]
     fmu.freeInstance()
     # Dormand and Prince's own error at 1 ms, seen against another solver; 1e-6 is 0.6 Pa.
-    np.testing.assert_allclose(y, replayed(run, plant, "M8", interpolated())[:, steps], rtol=1e-6)
+    np.testing.assert_allclose(y, replayed(run, plant, "M8", INTERPOLATED)[:, steps], rtol=1e-6)
 
 
 def test_both_versions_of_fmi_give_the_same_numbers(run, fmus):

@@ -10,6 +10,7 @@ from plain_rates import EVERY, OWN
 
 from pneumo import MODELS, recorded, simulate
 from pneumo.configuration.experiment import Drive
+from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.equations.equation_list import constants
 from pneumo.equations.system import METHODS, rates, step, system
 from pneumo.export import exported
@@ -20,7 +21,6 @@ from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import full_order_rates, full_order_step
 from pneumo.simulation.replay import replay_by_reference
 from pneumo.simulation.runge_kutta import STAGES
-from pneumo.simulation.signals import interpolated
 
 N, H = 1.35, 1e-3
 BRIEF = [MODELS["M1"], MODELS["M8"], OWN, "full"]
@@ -78,11 +78,11 @@ def test_steps_of_the_chambers_are_those_of_a_replay(model, run, plant, tmp_path
     measured = recorded(plant, H, u=run.u, x=run.x, v=run.v, P_A=run.P_A, P_B=run.P_B).recording
     if model == "full":
         states = run.recording.states
-        expected = replay_chambers(measured._replace(states=states, u=run.u), interpolated())
+        expected = replay_chambers(measured._replace(states=states, u=run.u), INTERPOLATED)
     else:
         measured = measured._replace(most_halvings=0)  # in steps of 1 ms, as C has them
         lanes = lane_array([lane(model, N, plant.gas.gamma)])
-        expected = replay_by_reference(measured, lanes, interpolated()).pressure[0]
+        expected = replay_by_reference(measured, lanes, INTERPOLATED).pressure[0]
     compiled = CompiledModel(model, N, plant, tmp_path)
     P_0, T_0 = plant.conditions.P_0, plant.conditions.T_0
     state = [P_0, T_0, P_0, T_0] if model == "full" else [P_0, P_0]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.fit.stage_signals import stage_signals, with_added_noise
 
 PERIOD = 2e-3
@@ -28,7 +29,7 @@ def test_stages_have_the_limited_command_or_a_linear_one_and_a_motion_with_its_d
     assert np.std(found.motion[:, 0, 1] - 0.4 * np.cos(8 * at)) < 0.02
     _, u, x, _ = record
     wide = plant._replace(valve=plant.valve._replace(u_max=20.0))
-    found = stage_signals(PERIOD, u, x, np.zeros((2, 400)), wide, held=False)
+    found = stage_signals(PERIOD, u, x, np.zeros((2, 400)), wide, command=INTERPOLATED)
     np.testing.assert_allclose(found.u[1::2, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)
 
 

@@ -8,7 +8,7 @@ from pneumo.simulation import vectorised
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import PUBLISHED, study_transport
+from pneumo.simulation.signals import PUBLISHED, study_sampling
 from pneumo.storage.files import read, write
 from pneumo.storage.layout import datum_dataset, recording_from
 
@@ -22,7 +22,7 @@ def test_replays_of_stored_runs_find_their_kernel_compiled(tmp_path, monkeypatch
     write(datum_dataset(e, record(e)), tmp_path / "E12.nc", {})
     lanes, _ = grid_lanes(STUDY.n, e.plant.gas.gamma)
     replay(
-        recording_from(read(tmp_path / "E12.nc"), e), lanes, study_transport(PUBLISHED, e), e.pressure_stride
+        recording_from(read(tmp_path / "E12.nc"), e), lanes, study_sampling(PUBLISHED, e), e.pressure_stride
     )
     assert len(called) > len(compiled) > 0
     assert all(types in compiled for types in called)

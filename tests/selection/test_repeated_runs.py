@@ -6,6 +6,7 @@ import xarray as xr
 from paper_study import STUDY, lasting
 from workflow_scripts import script
 
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.study_json import to_json
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.selection.cylinder_ranking import (
@@ -18,7 +19,6 @@ from pneumo.selection.cylinder_ranking import (
 )
 from pneumo.simulation.full_order import DIVERGED, record
 from pneumo.simulation.replay import NO_RUN, replay
-from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.storage.files import write_json
 
 pytestmark = pytest.mark.xdist_group("repeated runs")  # its fixtures take seconds
@@ -95,7 +95,7 @@ def test_a_wrong_k_0_is_the_cylinders():
     mistaken = knowing.copy()
     mistaken[:, Lane._fields.index("wall_scale")] /= 4
     for found, lanes in ((wrong, mistaken), (right, knowing)):
-        expected = replay(recording, lanes, EXACT_TRANSPORT, e.steps).mse
+        expected = replay(recording, lanes, EXACT_SAMPLING, e.steps).mse
         np.testing.assert_array_equal(found, expected.reshape(found.shape))
     walled = np.isin(list(MODELS), WITH_WALL)
     assert np.array_equal(wrong[~walled], right[~walled])

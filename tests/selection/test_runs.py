@@ -12,11 +12,11 @@ import pneumo
 from pneumo import Cylinder, Model, recorded, replay, simulate
 from pneumo import testing as some
 from pneumo.configuration.experiment import MOST_HALVINGS
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation import full_order as datum
 from pneumo.simulation.replay import replay as replay_lanes
-from pneumo.simulation.signals import EXACT_TRANSPORT
 
 CYLINDER = Cylinder(
     0.02, 0.1, 3.14e-4, 3.0e-4, 1.6e-6, 1.7e-6, 2, 100, -0.05, 0.05
@@ -51,7 +51,7 @@ def test_simulate_is_the_full_order_system_and_position_follows_its_reference(mi
 
 def test_replay_is_the_grids_and_measured_signals_are_interpolated(mine, run):
     row = lane_array([lane(MODELS["M8"], 1.35, 1.4)])
-    expected = replay_lanes(run.recording, row, EXACT_TRANSPORT)
+    expected = replay_lanes(run.recording, row, EXACT_SAMPLING)
     found = replay("M8", 1.35, run)
     assert np.array_equal(found.P_A, expected.pressure[0, 0])
     assert np.array_equal(found.P_B, expected.pressure[0, 1])

@@ -1,4 +1,6 @@
-"""Replays: the exact transport against a co-simulated run, samples against NumPy's, failed cells."""
+"""Replays: the exact sampling against a co-simulated run, samples against NumPy's, failed cells."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 
-from pneumo.configuration.experiment import Sampling
+from pneumo.configuration.parameters import merged, read_yaml, study, validated
+from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
 from pneumo.physics.models import MODELS, Lane, lane, lane_array, model_dP_dt, temperature
 from pneumo.simulation import replay as replay_module
 from pneumo.simulation.full_order import equilibrium, record
@@ -16,24 +19,16 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.reference import replay_lanes
 from pneumo.simulation.replay import LEFT_RANGE, NO_RUN, OK, STATUS, replay, replay_by_reference
 from pneumo.simulation.runge_kutta import C
-from pneumo.simulation.signals import (
-    EXACT,
-    EXACT_TRANSPORT,
-    PUBLISHED,
-    held,
-    held_to_next,
-    interpolated,
-    study_transport,
-)
+from pneumo.simulation.signals import EXACT, PUBLISHED, study_sampling
 from pneumo.storage.grid_layout import replay_dataset
 
 LANES, INDEX = grid_lanes(STUDY.n, 1.4)
 EPS = np.finfo(float).eps
-both_transports = pytest.mark.parametrize("transport", [interpolated(), EXACT_TRANSPORT])
+both_samplings = pytest.mark.parametrize("sampling", [INTERPOLATED, EXACT_SAMPLING])
 
 
-def replayed(recording, transport=EXACT_TRANSPORT, lanes=LANES, stride=1):
-    return replay_by_reference(recording, lanes, transport, stride)
+def replayed(recording, sampling=EXACT_SAMPLING, lanes=LANES, stride=1):
+    return replay_by_reference(recording, lanes, sampling, stride)
 
 
 def lane_rates(u, x, v, P, e):
@@ -63,7 +58,7 @@ def cosimulated(e, reference):
     return z[:, :6], z[:, 6:].reshape(e.steps + 1, -1, 2)
 
 
-def assert_read(e, transport, read):
+def assert_read(e, sampling, read):
     """Compare a replay with all lanes integrated on samples, which `read` gives by step and stage."""
     recording = record(e)
     u, x, v = (read(values) for values in (recording.u, recording.states[:, 0], recording.states[:, 1]))
@@ -73,7 +68,7 @@ def assert_read(e, transport, read):
         return lane_rates(u[k, i], x[k, i], v[k, i], P.reshape(-1, 2), e).ravel()
 
     P = integrated(rate, np.full(2 * len(LANES), e.plant.conditions.P_0), e.steps, e.h)
-    pressures, cells = P.reshape(e.steps + 1, -1, 2), replayed(recording, transport)
+    pressures, cells = P.reshape(e.steps + 1, -1, 2), replayed(recording, sampling)
     np.testing.assert_allclose(cells.mse, (errors(recording, pressures) ** 2).mean(axis=0), rtol=1e-6)
     np.testing.assert_allclose(cells.pressure, np.moveaxis(pressures, 0, -1), rtol=1e-9)
 
@@ -98,8 +93,8 @@ def test_exact_transport_equals_a_cosimulated_run(name):
     assert (cells.status == OK).all()
     np.testing.assert_allclose(cells.mse, mse, rtol=1e-6)
     np.testing.assert_allclose(cells.pressure, np.moveaxis(pressures, 0, -1), rtol=1e-9)  # of P: 6e-4 Pa
-    # It is transport that is tested: the other one is far away where the command moves.
-    other = replayed(recording, interpolated())
+    # It is sampling that is tested: the other one is far away where the command moves.
+    other = replayed(recording, INTERPOLATED)
     assert (abs(other.mse / cells.mse - 1) > 1e-3).mean() > 0.9
 
 
@@ -112,49 +107,52 @@ def test_interpolated_samples_are_numpys(name, late, every):
     e = lasting(name, 0.5)
     k = np.arange(e.steps + 1)
     at = k[:-1, np.newaxis] + C - late * every
-    assert_read(e, interpolated(late, every=every), lambda series: np.interp(at, k[::every], series[::every]))
+    sampling = Sampling(delay=(late,) * 3, every=every)
+    assert_read(e, sampling, lambda series: np.interp(at, k[::every], series[::every]))
 
 
 @pytest.mark.parametrize(("late", "every"), [(0, 1), (1, 1), (0, 5), (2, 3)])
 def test_held_samples_are_those_of_the_steps_start(late, every):
     e = lasting("E06", 0.3)
     at = np.maximum(np.arange(e.steps) // every - late, 0) * every
-    assert_read(e, held(late, every=every), lambda series: np.repeat(series[at, np.newaxis], 6, axis=1))
+    sampling = Sampling(held=True, delay=(float(late),) * 3, every=every)
+    assert_read(e, sampling, lambda series: np.repeat(series[at, np.newaxis], 6, axis=1))
 
 
 def test_a_stage_at_the_steps_end_reads_the_next_sample_and_a_signal_can_be_late_alone():
     e = lasting("E06", 0.3)
     at = np.arange(e.steps)[:, np.newaxis] + (C == 1)
-    assert_read(e, held_to_next(), lambda series: series[at])
+    assert_read(e, HELD_TO_NEXT, lambda series: series[at])
     recording = record(lasting("E06", 0.2))
-    prompt, u_late = (replayed(recording, interpolated(late)).mse for late in ([0, 0, 0], [1, 0, 0]))
-    assert np.array_equal(prompt, replayed(recording, interpolated()).mse)
+    prompt = replayed(recording, INTERPOLATED).mse
+    u_late = replayed(recording, Sampling(delay=(1.0, 0.0, 0.0))).mse
     assert not np.allclose(u_late, prompt, rtol=1e-3)
 
 
 @pytest.mark.parametrize(
-    ("sampling", "expected"),
+    ("loop", "expected"),
     [
-        (Sampling("linear", 0.15e-3), interpolated(0.15)),
-        (Sampling("hold"), held()),
-        (Sampling("hold_next"), held_to_next()),
+        ({"replays_read": "linear", "lag_s": 0.15e-3}, Sampling(delay=(0.15e-3 / 1e-3,) * 3)),
+        ({"replays_read": "hold"}, HELD),
+        ({"replays_read": "hold_next"}, HELD_TO_NEXT),
     ],
 )
-def test_transports_of_the_study(sampling, expected):
-    e = STUDY.experiments["E06"]._replace(sampling=sampling)
-    published = study_transport(PUBLISHED, e)
-    assert published.name == "published"
-    assert repr(published.reading) == repr(expected.reading)
-    assert study_transport(EXACT, e) is EXACT_TRANSPORT
+def test_samplings_of_the_study(loop, expected):
+    cylinders = {"D": {"open_loop": loop, "closed_loop": loop}}
+    paper = Path(__file__).parents[2] / "config/paper.yaml"
+    content = merged(read_yaml(paper), {"cylinders": cylinders})
+    e = study(validated(content, ())).experiments["E06"]
+    assert study_sampling(PUBLISHED, e) == expected and expected.rule == loop["replays_read"]
+    assert study_sampling(EXACT, e) is EXACT_SAMPLING and EXACT_SAMPLING.rule == EXACT
     with pytest.raises(KeyError):
-        study_transport("linear", e)
+        study_sampling("linear", e)
 
 
-@both_transports
-def test_statistics_are_those_of_every_step(transport):
+@both_samplings
+def test_statistics_are_those_of_every_step(sampling):
     # Sums of 801 terms: 801 EPS of their size at most.
     recording = record(lasting("E08", 0.8))
-    cells = replayed(recording, transport)
+    cells = replayed(recording, sampling)
     error = errors(recording, np.moveaxis(cells.pressure, -1, 0))
     np.testing.assert_allclose(cells.mse, (error**2).mean(axis=0), rtol=801 * EPS)
     size = abs(error).mean(axis=0).max()
@@ -175,28 +173,28 @@ def test_stride_thins_what_is_stored_and_not_what_is_averaged(stride):
         assert np.array_equal(getattr(thinned, name), getattr(every, name))
 
 
-@both_transports
-def test_lanes_are_independent_and_a_mirrored_recording_swaps_the_chambers(transport):
+@both_samplings
+def test_lanes_are_independent_and_a_mirrored_recording_swaps_the_chambers(sampling):
     recording = record(lasting("E06", 0.5))
-    together = replayed(recording, transport)
+    together = replayed(recording, sampling)
     for i in (0, 5, 30, 65):
-        alone = replayed(recording, transport, LANES[i : i + 1])
+        alone = replayed(recording, sampling, LANES[i : i + 1])
         assert np.array_equal(alone.pressure[0], together.pressure[i])
     states = recording.states[:, [0, 1, 4, 5, 2, 3]] * [-1, -1, 1, 1, 1, 1]
     other = recording._replace(states=states, reference=-recording.reference, u=-recording.u)
-    mirrored = replayed(other, transport)
+    mirrored = replayed(other, sampling)
     for name in ("pressure", "mse"):  # IEEE arithmetic is symmetric in sign: equality
         assert np.array_equal(getattr(together, name), getattr(mirrored, name)[:, ::-1])
 
 
-@both_transports
-def test_compiled_replay_equals_the_python_that_one_reads(transport, monkeypatch):
+@both_samplings
+def test_compiled_replay_equals_the_python_that_one_reads(sampling, monkeypatch):
     # 40 steps; powers may differ by an ulp between libraries, which adds up to 1e-13 at most.
     recording = record(lasting("E14", 0.04))
     some_lanes = LANES[INDEX[[0, 3, 4, 7, 9], 5]]
-    compiled = replayed(recording, transport, some_lanes)
+    compiled = replayed(recording, sampling, some_lanes)
     monkeypatch.setattr(replay_module, "replay_lanes", getattr(replay_lanes, "py_func", replay_lanes))
-    plain = replayed(recording, transport, some_lanes)
+    plain = replayed(recording, sampling, some_lanes)
     np.testing.assert_allclose(compiled.pressure, plain.pressure, rtol=1e-13)
     np.testing.assert_allclose(compiled.mse, plain.mse, rtol=1e-8)  # of errors of some 100 Pa
 
@@ -236,7 +234,7 @@ def test_a_cell_is_either_sound_or_failed(exponent, name, steps):
     # Wall heat far beyond what a step of 1 ms can follow: the pressure runs off, down or up.
     recording = record(lasting(name, 0.001 * steps))
     absurd = recording._replace(plant=recording.plant._replace(k_0=10**exponent))
-    replays = replayed(absurd, interpolated())
+    replays = replayed(absurd, INTERPOLATED)
     failed = replays.status != OK
     for values in (replays.mean_error, replays.variance, replays.mse):
         assert np.array_equal(np.isfinite(values), ~failed)
@@ -252,8 +250,8 @@ def test_a_cell_is_either_sound_or_failed(exponent, name, steps):
 def test_failed_cells_leave_the_others_alone_and_say_when():
     e = lasting("E14", 0.2)
     recording = record(e)
-    sound = replayed(recording, interpolated())
-    replays = replayed(recording._replace(plant=e.plant._replace(k_0=1e7)), interpolated())
+    sound = replayed(recording, INTERPOLATED)
+    replays = replayed(recording._replace(plant=e.plant._replace(k_0=1e7)), INTERPOLATED)
     walled = np.array([model.wall != "none" for model in MODELS.values()])
     no_wall = INDEX[~walled]
     assert np.array_equal(replays.mse[no_wall], sound.mse[no_wall])
@@ -275,11 +273,11 @@ def test_a_failed_run_has_no_replay_and_a_measured_one_may_lack_signals():
     recording = record(lasting("E14", 0.05))
     states = recording.states.copy()
     states[20:] = np.nan
-    failed = replay(recording._replace(states=states), LANES, EXACT_TRANSPORT)
+    failed = replay(recording._replace(states=states), LANES, EXACT_SAMPLING)
     assert (failed.status == NO_RUN).all() and (failed.failure_step == 20).all()
     assert np.isnan(failed.mse).all()
     measured = recording.states.copy()
     measured[:, 2:] = np.nan  # neither pressures nor temperatures
-    cells = replay(recording._replace(states=measured), LANES, interpolated())
+    cells = replay(recording._replace(states=measured), LANES, INTERPOLATED)
     assert (cells.status == OK).all() and np.isnan(cells.mse).all()
-    np.testing.assert_allclose(cells.pressure, replay(recording, LANES, interpolated()).pressure, rtol=1e-9)
+    np.testing.assert_allclose(cells.pressure, replay(recording, LANES, INTERPOLATED).pressure, rtol=1e-9)

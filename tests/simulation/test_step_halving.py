@@ -6,11 +6,12 @@ from paper_study import STUDY, lasting
 from scipy.integrate import RK45
 
 from pneumo.configuration.experiment import MOST_HALVINGS
+from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
 from pneumo.simulation.full_order import RAN, failure, record, run
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay, replay_by_reference
 from pneumo.simulation.runge_kutta import STAGES, C
-from pneumo.simulation.signals import EXACT_TRANSPORT, held, held_to_next, interpolated, stage_inputs
+from pneumo.simulation.signals import stage_inputs
 from pneumo.simulation.tableau import EMBEDDED_DIFFERENCE
 from pneumo.storage.layout import datum_dataset, recording_from
 
@@ -55,44 +56,44 @@ def test_a_run_that_fails_survives_by_halving_near_a_finer_one_with_scipys_estim
     np.testing.assert_allclose(EMBEDDED_DIFFERENCE, -RK45.E, rtol=1e-15)
 
 
-@pytest.mark.parametrize("transport", [interpolated(), held(), held_to_next(), EXACT_TRANSPORT])
+@pytest.mark.parametrize("sampling", [INTERPOLATED, HELD, HELD_TO_NEXT, EXACT_SAMPLING])
 @pytest.mark.parametrize("name", ["E06", "E12"])
-def test_both_kernels_halve_alike(name, transport):
+def test_both_kernels_halve_alike(name, sampling):
     r = record(coarse(name, 10))
-    ours, theirs = replay(r, LANES, transport), replay_by_reference(r, LANES, transport)
+    ours, theirs = replay(r, LANES, sampling), replay_by_reference(r, LANES, sampling)
     assert (theirs.status == OK).all() and np.array_equal(ours.status, theirs.status)
     # The same steps on the same inputs, added in another order: 1e-13 a step where nothing amplifies it.
     np.testing.assert_allclose(ours.pressure, theirs.pressure, rtol=1e-8)
-    plain = replay(r._replace(most_halvings=0, halvings=0 * r.halvings), LANES, transport)
+    plain = replay(r._replace(most_halvings=0, halvings=0 * r.halvings), LANES, sampling)
     assert not np.allclose(plain.pressure, ours.pressure, rtol=1e-5)
 
 
 def test_lanes_do_not_depend_on_their_neighbours_and_exact_ones_follow_the_runs_parts():
     r = record(coarse("E12", 10))
-    together = replay(r, LANES, interpolated()).pressure
-    alone = np.concatenate([replay(r, row[np.newaxis], interpolated()).pressure for row in LANES[::7]])
+    together = replay(r, LANES, INTERPOLATED).pressure
+    alone = np.concatenate([replay(r, row[np.newaxis], INTERPOLATED).pressure for row in LANES[::7]])
     assert np.array_equal(alone, together[::7])
     e = coarse("E06", 10)
     r, exact = record(e), record(fine(e, 80))
-    ours = replay(r, LANES, EXACT_TRANSPORT).pressure
-    theirs = replay(exact, LANES, EXACT_TRANSPORT, 80).pressure
+    ours = replay(r, LANES, EXACT_SAMPLING).pressure
+    theirs = replay(exact, LANES, EXACT_SAMPLING, 80).pressure
     assert np.abs(ours - theirs).max() < 2e-2 * e.plant.conditions.P_0
 
 
 @pytest.mark.parametrize(
-    ("transport", "read"),
+    ("sampling", "read"),
     [
-        (interpolated(), lambda u, k, at: u[k] + at * (u[k + 1] - u[k])),
-        (held(), lambda u, k, at: np.full_like(at, u[k])),
-        (held_to_next(), lambda u, k, at: np.where(at == 1, u[k + 1], u[k])),
+        (INTERPOLATED, lambda u, k, at: u[k] + at * (u[k + 1] - u[k])),
+        (HELD, lambda u, k, at: np.full_like(at, u[k])),
+        (HELD_TO_NEXT, lambda u, k, at: np.where(at == 1, u[k + 1], u[k])),
     ],
 )
-def test_parts_of_a_step_read_by_the_same_rule(transport, read):
+def test_parts_of_a_step_read_by_the_same_rule(sampling, read):
     r, inputs = record(lasting("E06", 0.2)), np.empty((STAGES + 1, 3))
     work = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
     for k in (0, 57, 199):
         for part in range(4):
-            stage_inputs(r, transport.reading, k, part, 4, *work, inputs)
+            stage_inputs(r, sampling.reading, k, part, 4, *work, inputs)
             at = (part + np.append(C, 1.0)) / 4
             np.testing.assert_allclose(inputs[:, 1], read(r.states[:, 0], k, at), rtol=1e-12)
             u = np.clip(read(r.u, k, at), -10, 10)
@@ -105,12 +106,12 @@ def test_a_step_whose_end_reads_the_next_sample_is_halved_only_where_it_fails(re
     r = record(coarse("E02", 2))
     assert r.halvings.any()
     plain = r._replace(most_halvings=0)
-    ours, theirs = replayed(r, LANES, held_to_next()), replayed(plain, LANES, held_to_next())
+    ours, theirs = replayed(r, LANES, HELD_TO_NEXT), replayed(plain, LANES, HELD_TO_NEXT)
     assert (theirs.status == OK).all() and np.array_equal(ours.mse, theirs.mse)
     r = record(coarse("E06", 10))
     plain = r._replace(most_halvings=0)
-    assert (replayed(plain, LANES, held_to_next()).status != OK).any()
-    assert (replayed(r, LANES, held_to_next()).status == OK).all()
+    assert (replayed(plain, LANES, HELD_TO_NEXT).status != OK).any()
+    assert (replayed(r, LANES, HELD_TO_NEXT).status == OK).all()
 
 
 def test_halvings_are_stored():

@@ -8,11 +8,11 @@ import pytest
 from paper_study import lasting
 
 from benchmarks.probe import LOOPS, Operations
+from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.simulation import vectorised as fast
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import interpolated
 
 E14 = lasting("E14", 0.02)
 PACKED = re.compile(r"^\s+v(\w+?)\d*pd\s.*[yz]mm", re.MULTILINE)  # on registers of four or eight doubles
@@ -31,7 +31,7 @@ def loops() -> set[Operations]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fast, "_replay", compiled)
         lanes, _ = grid_lanes((1.0, 1.2), E14.plant.gas.gamma)
-        replay(record(E14), lanes, interpolated())
+        replay(record(E14), lanes, INTERPOLATED)
     (text,) = compiled.inspect_asm().values()
     found = set()
     for label, block in re.findall(r"^(\.LBB\w+):\n(.*?)(?=^\.LBB|\Z)", text, re.MULTILINE | re.DOTALL):

@@ -13,6 +13,7 @@ from paper_study import STUDY, lasting
 
 from pneumo import testing as some
 from pneumo.configuration.experiment import Drive, Plant
+from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
 from pneumo.physics.cylinder import Cylinder, chamber_of, heat_area, volume
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.physics.valve import Conditions, Gas, Valve, choked_flow, exact_gas
@@ -23,11 +24,10 @@ from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.reference import lane_rate
 from pneumo.simulation.replay import LEFT_RANGE, OK, replay, replay_by_reference
-from pneumo.simulation.signals import EXACT_TRANSPORT, held, held_to_next, interpolated
 
 LANES, _ = grid_lanes(STUDY.n, 1.4)
-LINEAR = interpolated()
-TRANSPORTS = [LINEAR, EXACT_TRANSPORT, held(), held_to_next(), held(1, every=3)]
+LINEAR = INTERPOLATED
+SAMPLINGS = [LINEAR, EXACT_SAMPLING, HELD, HELD_TO_NEXT, Sampling(held=True, delay=(1.0, 1.0, 1.0), every=3)]
 EPS = np.finfo(float).eps
 COUNT = len(LANES)
 DIFFERENT = len(np.unique(LANES, axis=0))
@@ -40,13 +40,13 @@ def recorded():
     return record(E14)
 
 
-def both(recording=None, lanes=LANES, transport=EXACT_TRANSPORT, stride=1):
+def both(recording=None, lanes=LANES, sampling=EXACT_SAMPLING, stride=1):
     """The same replays by the entry, which takes the fast kernel where it can, and by the reference."""
-    arguments = recording or recorded(), lanes, transport, stride
+    arguments = recording or recorded(), lanes, sampling, stride
     return replay(*arguments), replay_by_reference(*arguments)
 
 
-def handed_over(monkeypatch, recording=None, lanes=LANES, transport=EXACT_TRANSPORT, stride=1):
+def handed_over(monkeypatch, recording=None, lanes=LANES, sampling=EXACT_SAMPLING, stride=1):
     """Result of the fast replay, that of the reference, and the lanes that were left to the reference."""
     recording, handed = recording or recorded(), []
 
@@ -56,8 +56,8 @@ def handed_over(monkeypatch, recording=None, lanes=LANES, transport=EXACT_TRANSP
 
     with monkeypatch.context() as patch:
         patch.setattr(replay_module, "replay_by_reference", spy)
-        ours = replay(recording, lanes, transport, stride)
-    return ours, replay_by_reference(recording, lanes, transport, stride), handed
+        ours = replay(recording, lanes, sampling, stride)
+    return ours, replay_by_reference(recording, lanes, sampling, stride), handed
 
 
 def assert_same(ours, theirs, rtol=1e-9):
@@ -203,17 +203,17 @@ def test_equal_pressures_give_no_flow():
 
 
 @pytest.mark.parametrize("seconds", in_brief([6.0, 60.0], [6.0]))
-@pytest.mark.parametrize("transport", in_brief(TRANSPORTS, TRANSPORTS[:2]))
-def test_the_kernel_follows_all_lanes_of_the_whole_of_e14(monkeypatch, transport, seconds):
-    ours, theirs, handed = handed_over(monkeypatch, record(lasting("E14", seconds)), LANES, transport, 1000)
+@pytest.mark.parametrize("sampling", in_brief(SAMPLINGS, SAMPLINGS[:2]))
+def test_the_kernel_follows_all_lanes_of_the_whole_of_e14(monkeypatch, sampling, seconds):
+    ours, theirs, handed = handed_over(monkeypatch, record(lasting("E14", seconds)), LANES, sampling, 1000)
     assert (theirs.status == OK).all() and not handed
     assert_same(ours, theirs, rtol=1e-10)  # mean squares of 60 000 errors, added with a rounding each
 
 
-@pytest.mark.parametrize("transport", TRANSPORTS[:2])
+@pytest.mark.parametrize("sampling", SAMPLINGS[:2])
 @pytest.mark.parametrize("name", ["E01", "E06", "E07", "E12", "E16"])
-def test_other_experiments(name, transport):
-    assert_same(*both(record(lasting(name, 0.4)), transport=transport))
+def test_other_experiments(name, sampling):
+    assert_same(*both(record(lasting(name, 0.4)), sampling=sampling))
 
 
 @settings(max_examples=40)
@@ -228,8 +228,8 @@ def test_any_plant_and_any_signals(plant, seed, exact, late, most):
     reference, u = random.normal(0, half, steps + 1), random.normal(0, 8, steps + 1)
     drive, halvings = Drive(True, 10 / half, half), random.integers(0, most + 1, steps, np.int8)
     recording = Recording(np.column_stack([x, v, air]), reference, u, drive, plant, 1e-3, halvings, most)
-    transport = EXACT_TRANSPORT if exact else interpolated(late)
-    assert_same(*both(recording, all_lanes(plant.gas.gamma), transport))
+    sampling = EXACT_SAMPLING if exact else Sampling(delay=late)
+    assert_same(*both(recording, all_lanes(plant.gas.gamma), sampling))
 
 
 @pytest.mark.parametrize("stride", [1, 7, 400, 401])
@@ -282,7 +282,7 @@ def test_more_lanes_than_the_work_array_holds_and_a_signal_that_is_not_a_number(
         assert ours.tobytes() == np.concatenate(theirs).tobytes()
     u = recorded().u.copy()
     u[100] = np.nan
-    assert_same(*both(recorded()._replace(u=u), transport=LINEAR))
+    assert_same(*both(recorded()._replace(u=u), sampling=LINEAR))
 
 
 def test_lanes_that_the_kernel_cannot_follow_are_run_by_the_reference(monkeypatch):
@@ -305,7 +305,7 @@ def test_lanes_that_fail_are_reported_as_the_reference_does(monkeypatch, steps, 
     states = recorded().states[: steps + 1].copy()
     states[first:, 1] = v
     torn = Recording(states, recorded().reference[: steps + 1], recorded().u[: steps + 1], *recorded()[3:])
-    ours, theirs, handed = handed_over(monkeypatch, torn, transport=LINEAR)
+    ours, theirs, handed = handed_over(monkeypatch, torn, sampling=LINEAR)
     assert (theirs.status == LEFT_RANGE).any(axis=1).all()
     assert len(handed) == DIFFERENT
     assert_same(ours, theirs)
@@ -323,4 +323,4 @@ def test_plants_that_the_kernel_leaves_to_the_reference(monkeypatch, plant):
     ours, theirs, handed = handed_over(monkeypatch, recorded()._replace(plant=plant))
     assert len(handed) == DIFFERENT
     np.testing.assert_array_equal(ours.pressure, theirs.pressure)
-    assert not np.allclose(ours.mse, replay(recorded(), LANES, EXACT_TRANSPORT).mse, rtol=1e-3)
+    assert not np.allclose(ours.mse, replay(recorded(), LANES, EXACT_SAMPLING).mse, rtol=1e-3)

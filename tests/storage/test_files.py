@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 
 import pneumo
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
 from pneumo.physics.models import MODELS
@@ -25,7 +26,6 @@ from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import settle
-from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.statistics.averages import statistics
 from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import attributes, damaged, open_grid, read, read_json, write, write_json
@@ -46,7 +46,7 @@ def results(tmp_path_factory):
     lanes, index = grid_lanes(STUDY.n, 1.4)
     for name, e in experiments.items():
         recording = record(e)
-        cells = replay(recording, lanes, EXACT_TRANSPORT, e.pressure_stride)
+        cells = replay(recording, lanes, EXACT_SAMPLING, e.pressure_stride)
         datasets = {"settling": settled[name], "datum": datum_dataset(e, recording)}
         datasets["exact/replay"] = replay_dataset(e, STUDY.n, index, cells)
         for kind, dataset in datasets.items():

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Plant
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.evidence.at_work.observers import FIRST_PRESSURE, Noise, estimated, observability
 from pneumo.evidence.at_work.position_control import (
     P_CONTROL,
@@ -24,7 +25,6 @@ from pneumo.evidence.at_work.sampled_plant import PRESSURE_NOISE, readings, samp
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.storage.layout import CHAMBERS
 
 CARRIED_MODELS = ("M1", "M2", "M5", "M6", "M7", "M8", "M10")
@@ -128,7 +128,7 @@ def observer_run(experiment: Experiment, seed: np.random.SeedSequence) -> Observ
 
 def replay_errors(run: ObserverRun, lanes: list[Lane]) -> np.ndarray:
     """Mean square error of replays, Pa^2, both chambers together; NaN where one fails: shape (lane,)."""
-    cells = replay(run.recording, lane_array(lanes), EXACT_TRANSPORT, len(run.x) - 1)
+    cells = replay(run.recording, lane_array(lanes), EXACT_SAMPLING, len(run.x) - 1)
     return cells.mse.mean(axis=1)
 
 

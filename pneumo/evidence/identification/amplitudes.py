@@ -11,16 +11,17 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.sampling import HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
 from pneumo.evidence.identification.deviance import deviance_interval, log_noise, widening
 from pneumo.evidence.identification.mechanics import Mapper
-from pneumo.evidence.sensitivity.alternatives import OTHER_TRANSPORTS
+from pneumo.evidence.sensitivity.alternatives import OTHER_SAMPLINGS
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import table7, table9
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import PUBLISHED, Transport, held, held_to_next, interpolated, study_transport
+from pneumo.simulation.signals import PUBLISHED, study_sampling
 from pneumo.statistics.averages import rms_of
 
 COARSE = np.geomspace(0.05, 10.0, 13)  # V
@@ -31,16 +32,16 @@ BOTH_CYLINDERS = ("D", "E")
 AS_CONFIGURED = "as configured"  # name of the study's own transport among those tried
 
 
-def tried_transports(experiment: Experiment) -> dict[str, Transport]:
+def tried_samplings(experiment: Experiment) -> dict[str, Sampling]:
     """Signal samplings that the replays of an experiment may have had."""
     return {
-        AS_CONFIGURED: study_transport(PUBLISHED, experiment),
-        "linear": interpolated(),
-        "linear, 0.13 ms late": interpolated(TRIED_LAG / experiment.h),
-        "linear, u a sample late": OTHER_TRANSPORTS["command_late"],
-        "hold": held(),
-        "hold, end of step next": held_to_next(),
-        "exact": OTHER_TRANSPORTS["exact_transport"],
+        AS_CONFIGURED: study_sampling(PUBLISHED, experiment),
+        "linear": INTERPOLATED,
+        "linear, 0.13 ms late": INTERPOLATED._replace(delay=(TRIED_LAG / experiment.h,) * 3),
+        "linear, u a sample late": OTHER_SAMPLINGS["command_late"],
+        "hold": HELD,
+        "hold, end of step next": HELD_TO_NEXT,
+        "exact": OTHER_SAMPLINGS["exact_transport"],
     }
 
 
@@ -52,7 +53,7 @@ def cell_mse(experiment: Experiment, n: tuple[float, ...], names: tuple[str, ...
     recording = record(experiment)
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
     index = index[np.isin(list(MODELS), list(PAPER_MODELS))]
-    known = tried_transports(experiment)
+    known = tried_samplings(experiment)
     cells = [replay(recording, lanes, known[name], experiment.steps) for name in names]
     result = np.stack([replays.mse.mean(axis=1)[index] for replays in cells])
     return np.where(np.isfinite(result), result, np.inf)
@@ -130,7 +131,7 @@ def identify_amplitudes(study: Study, mapper: Mapper, progress: Callable[[str], 
     centre = {cylinder: COARSE[i] for cylinder, i in zip(BOTH_CYLINDERS, inner, strict=True)}
     progress("amplitudes, wide bounds: " + ", ".join(f"{name} {a:.3g} V" for name, a in centre.items()))
 
-    names = tuple(tried_transports(next(iter(study.experiments.values()))))
+    names = tuple(tried_samplings(next(iter(study.experiments.values()))))
     around = {name: a * REFINED_FACTORS for name, a in centre.items()}
     fine = run_at_amplitudes(study, around, names, mapper)
     progress(f"amplitudes, refined, and {len(names)} transports")

@@ -17,6 +17,7 @@ from pneumo.configuration.experiment import (
     Push,
     Sampling,
 )
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS, full_speed, known_groups
 from pneumo.evidence.random_cylinders.random_plants import (
     U_MAX,
@@ -30,7 +31,6 @@ from pneumo.physics.cylinder import heat_area
 from pneumo.physics.valve import Valve
 from pneumo.simulation.full_order import record
 from pneumo.simulation.settling import thermal_time_constant
-from pneumo.simulation.signals import EXACT_TRANSPORT
 from pneumo.storage.grid_layout import replayed_grid
 from pneumo.storage.layout import run_outcome
 
@@ -115,7 +115,7 @@ def random_experiments(number: int) -> tuple[Experiment, Experiment]:
 def _run(experiment: Experiment) -> xr.Dataset:
     """Errors of the grid by (model, n), both chambers together, and the groups of one experiment."""
     recording = record(experiment)
-    cells = replayed_grid(experiment, GRID_N, recording, EXACT_TRANSPORT, experiment.steps)
+    cells = replayed_grid(experiment, GRID_N, recording, EXACT_SAMPLING, experiment.steps)
     mse = cells["mse"].mean("chamber", skipna=False).drop_vars(["experiment", "cylinder", "loop", "k_0"])
     groups = {
         name: ((), value, {"units": "1", "long_name": KNOWN_GROUPS[name]})

@@ -15,7 +15,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Study
 from pneumo.papers.paper_2006.computations import finding_for
 from pneumo.papers.paper_2006.results import ComputedResults, PrintedTables, StudyResults
-from pneumo.simulation.signals import EXACT, PUBLISHED, STUDY_TRANSPORTS
+from pneumo.simulation.signals import EXACT, PUBLISHED, STUDY_SAMPLINGS
 from pneumo.statistics.intervals import fraction_interval, student_interval
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, Claims, ToleranceClass
 from pneumo.verdict.comparison import as_printed, compare, where_true
@@ -29,7 +29,7 @@ def over_seeds(study: Study, ensemble: xr.Dataset) -> dict[str, list[StudyResult
             ComputedResults(study, transport, ensemble.sel(seeds=seeds, transport=transport).drop_attrs())
             for seeds in ensemble["seeds"].values
         ]
-        for transport in STUDY_TRANSPORTS
+        for transport in STUDY_SAMPLINGS
     }
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.simulation.full_order import record
-from pneumo.simulation.signals import STUDY_TRANSPORTS, study_transport
+from pneumo.simulation.signals import STUDY_SAMPLINGS, study_sampling
 from pneumo.statistics.averages import concatenated
 from pneumo.storage.files import read
 from pneumo.storage.grid_layout import replayed_grid
@@ -34,11 +34,11 @@ def _errors(study: Study, experiment: Experiment) -> xr.Dataset:
     """Every cell's error by (transport, model, n, chamber)."""
     recording = record(experiment)
     parts: list[xr.Dataset] = []
-    for transport in STUDY_TRANSPORTS:
-        signals = study_transport(transport, experiment)
+    for transport in STUDY_SAMPLINGS:
+        signals = study_sampling(transport, experiment)
         cells = replayed_grid(experiment, study.n, recording, signals, experiment.steps)
         parts.append(cells[list(ERRORS)])
-    return xr.concat(parts, xr.Variable("transport", list(STUDY_TRANSPORTS)))
+    return xr.concat(parts, xr.Variable("transport", list(STUDY_SAMPLINGS)))
 
 
 def with_seeds(study: Study, seeds: Mapping[str, int], threads: int) -> xr.Dataset:

@@ -12,13 +12,14 @@ import numpy as np
 
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.configuration.parameters import merged, study, validated
+from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED, Sampling
 from pneumo.errors import ConfigurationError
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.simulation.excitation import reference_series
 from pneumo.simulation.full_order import STATE, Recording, record, recorded
 from pneumo.simulation.settling import QUANTITIES, Settling, settling_time
-from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, Transport, interpolated, study_transport
+from pneumo.simulation.signals import PUBLISHED, study_sampling
 from pneumo.verdict import PaperError
 from pneumo.verdict.assumptions import AS_TAKEN, read_assumptions
 
@@ -37,13 +38,13 @@ class Alternative(NamedTuple):
     record: Callable[[Experiment], Recording] = record  #: makes the full-order run of an experiment
     #: Reads the four settling times, s, off a settling run with a step, s.
     times: Callable[[Settling, float], np.ndarray] = lambda settling, _: settling.times
-    other_transport: Transport | None = None  #: signal sampling, if not the study's published one
+    other_sampling: Sampling | None = None  #: signal sampling, if not the study's published one
     sign: float = 1.0  #: of the error
     ddof: int = 1  #: of the variance of means in eq (16)
 
-    def transport(self, experiment: Experiment) -> Transport:
+    def sampling(self, experiment: Experiment) -> Sampling:
         """Return the signal sampling of the replays of an experiment."""
-        return self.other_transport or study_transport(PUBLISHED, experiment)
+        return self.other_sampling or study_sampling(PUBLISHED, experiment)
 
     def run_key(self, name: str) -> tuple[Any, ...]:
         """Return all that the full-order run of an experiment depends on."""
@@ -113,9 +114,9 @@ def largest_excursions(settling: Settling, h: float) -> np.ndarray:
 
 
 # Other ways in which a replay's stages may have read u, x and v.
-OTHER_TRANSPORTS = {
-    "exact_transport": EXACT_TRANSPORT,
-    "command_late": interpolated(np.array([1.0, 0.0, 0.0]), name="command_late"),
+OTHER_SAMPLINGS = {
+    "exact_transport": EXACT_SAMPLING,
+    "command_late": INTERPOLATED._replace(delay=(1.0, 0.0, 0.0)),
 }
 IN_WORDS: dict[str, Callable[[Alternative], Alternative]] = {
     "rod.rod_40_percent": lambda taken: taken.with_plants(
@@ -126,8 +127,8 @@ IN_WORDS: dict[str, Callable[[Alternative], Alternative]] = {
     "valve_leak.leak_in_runs_alone": lambda taken: taken._replace(record=leaking),
     "generator.first_draw_skipped": lambda taken: taken._replace(record=first_draw_skipped),
     **{
-        f"transport.{name}": lambda taken, transport=transport: taken._replace(other_transport=transport)
-        for name, transport in OTHER_TRANSPORTS.items()
+        f"transport.{name}": lambda taken, sampling=sampling: taken._replace(other_sampling=sampling)
+        for name, sampling in OTHER_SAMPLINGS.items()
     },
     "error_sign.reduced_minus_full": lambda taken: taken._replace(sign=-1.0),
     "variance_of_means.population": lambda taken: taken._replace(ddof=0),

@@ -15,14 +15,14 @@ from pneumo.evidence.transport.error_budget import sliced
 from pneumo.physics.models import MODELS
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay
-from pneumo.simulation.signals import STUDY_TRANSPORTS, study_transport
+from pneumo.simulation.signals import STUDY_SAMPLINGS, study_sampling
 from pneumo.statistics.averages import OVERALL, along_levels
 from pneumo.statistics.model_pairs import REFINED_MODELS, REFINEMENT_PAIRS, pair_ratios
 from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.assumptions import AS_TAKEN
 
 CUT_TO = 60.0  # s
-BOTH_TRANSPORTS = STUDY_TRANSPORTS[::-1]
+BOTH_TRANSPORTS = STUDY_SAMPLINGS[::-1]
 AVERAGES = ("mean", "geometric mean")  # over experiments
 
 
@@ -34,7 +34,7 @@ def refined_errors(experiment: Experiment, alternative: Alternative) -> np.ndarr
     recording = alternative.record(e)
     errors: list[np.ndarray] = []
     for name in BOTH_TRANSPORTS:
-        cells = replay(recording, lanes[rows], study_transport(name, e), e.steps)
+        cells = replay(recording, lanes[rows], study_sampling(name, e), e.steps)
         mse = np.where(cells.status == OK, cells.mse, np.nan).mean(axis=1)
         errors.append(mse.reshape(len(REFINED_MODELS), len(n)))
     return np.array(errors)

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
+from pneumo.configuration.sampling import Sampling
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.evidence.seeds.seed_sets import ERRORS
 from pneumo.evidence.sensitivity.alternatives import Alternative, equal_runs
@@ -14,6 +15,7 @@ from pneumo.papers.paper_2006.computations import finding_for
 from pneumo.papers.paper_2006.results import ComputedResults, StudyResults
 from pneumo.simulation.full_order import RAN
 from pneumo.simulation.settling import QUANTITIES, Settling, settle
+from pneumo.simulation.signals import PUBLISHED
 from pneumo.storage.grid_layout import replayed_grid
 from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.claims import Claim
@@ -39,17 +41,16 @@ def toggled_runs(experiment: Experiment, alternatives: Mapping[str, Alternative]
     for group in groups:
         first = alternatives[group[0]]
         recording = first.record(first.study.experiments[name])
-        by_transport: dict[tuple[Any, ...], xr.Dataset] = {}
+        by_sampling: dict[Sampling, xr.Dataset] = {}
         for member in group:
             alternative = alternatives[member]
             e = alternative.study.experiments[name]
-            transport = alternative.transport(e)
-            key = transport.name, e.sampling
-            if key not in by_transport:
-                grid = replayed_grid(e, alternative.study.n, recording, transport, e.steps)
-                by_transport[key] = grid[list(ERRORS)]
-            cells[member] = by_transport[key]
-        replays += len(by_transport)
+            sampling = alternative.sampling(e)
+            if sampling not in by_sampling:
+                grid = replayed_grid(e, alternative.study.n, recording, sampling, e.steps)
+                by_sampling[sampling] = grid[list(ERRORS)]
+            cells[member] = by_sampling[sampling]
+        replays += len(by_sampling)
 
     settled: dict[Any, Settling] = {}
     times: dict[str, xr.DataArray] = {}
@@ -72,9 +73,8 @@ def toggled_results(alternative: Alternative, runs: Mapping[str, ToggledRun]) ->
     study = alternative.study
     cells = side_by_side({name: run.cells for name, run in runs.items()})
     cells["mean_error"] = alternative.sign * cells["mean_error"]
-    transport = alternative.transport(next(iter(study.experiments.values()))).name
     times = side_by_side({name: run.times for name, run in runs.items()})
-    return ComputedResults(study, transport, cells, times, ddof=alternative.ddof)
+    return ComputedResults(study, PUBLISHED, cells, times, ddof=alternative.ddof)
 
 
 def reproduced(claim: Claim, results: StudyResults) -> float:

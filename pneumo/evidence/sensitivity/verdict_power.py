@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Plant, Study
+from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.evidence.seeds.seed_sets import ERRORS, seed_sets
 from pneumo.evidence.sensitivity.alternatives import Alternative, reconfigured
@@ -19,7 +20,7 @@ from pneumo.papers.paper_2006.computations import finding_for
 from pneumo.papers.paper_2006.results import ComputedResults, StudyResults
 from pneumo.simulation.full_order import record
 from pneumo.simulation.settling import settle
-from pneumo.simulation.signals import PUBLISHED, interpolated
+from pneumo.simulation.signals import PUBLISHED
 from pneumo.storage.files import open_grid
 from pneumo.storage.grid_layout import replayed_grid
 from pneumo.storage.layout import datum_dataset, settling_dataset
@@ -81,7 +82,7 @@ MISTAKES: dict[str, Rerun | Callable[[xr.Dataset], xr.Dataset]] = {
     "gamma = 1.35": Rerun(lambda _, config: reconfigured(config, {"gas.gamma": 1.35}, "power")),
     "one settling time in place of ten": _experiments(lambda e: e._replace(steps=e.steps // 10)),
     "no leak": _experiments(lambda e: e._replace(push=e.push._replace(leak=0.0))),
-    "linear for held": Rerun(lambda taken, _: taken._replace(other_transport=interpolated(np.zeros(3)))),
+    "linear for held": Rerun(lambda taken, _: taken._replace(other_sampling=INTERPOLATED)),
     "M7 and M8 exchanged": _models(M7="M8", M8="M7"),
     "M8 and M9 exchanged": _models(M8="M9", M9="M8"),
     "M9 is M8": _models(M9="M8"),
@@ -102,7 +103,7 @@ def rerun_results(folder: Path, alternative: Alternative, threads: int) -> Compu
         recording = record(e)
         runs["datum", e.name] = datum_dataset(e, recording)
         runs["settling", e.name] = settling_dataset(e, settle(e))
-        return replayed_grid(e, study.n, recording, alternative.transport(e), e.steps)[list(ERRORS)]
+        return replayed_grid(e, study.n, recording, alternative.sampling(e), e.steps)[list(ERRORS)]
 
     cells = side_by_side(for_each_experiment(study.experiments, work, threads))
     settled = side_by_side({name: runs["settling", name]["settling_time"] for name in study.experiments})

@@ -18,6 +18,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
 from pneumo.configuration.experiment import Experiment
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import RunError
 from pneumo.physics.models import MODELS
 from pneumo.simulation.excitation import reference_series
@@ -26,7 +27,7 @@ from pneumo.simulation.given_inputs import joint_rates, pressures_on_inputs
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.runge_kutta import C
-from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, STUDY_TRANSPORTS, study_transport
+from pneumo.simulation.signals import PUBLISHED, STUDY_SAMPLINGS, study_sampling
 from pneumo.statistics.averages import along_levels, at_n, best_n
 from pneumo.storage.layout import CHAMBERS, described, experiment_labels, status_attributes
 
@@ -87,12 +88,12 @@ def exact_error(experiment: Experiment, lanes: np.ndarray, m: int, stride: int =
     A sample is taken every `stride` of the experiment's own steps.
     """
     recording, every = record(refined(experiment, m)), m * stride
-    return full_pressure(recording, every) - replay(recording, lanes, EXACT_TRANSPORT, every).pressure
+    return full_pressure(recording, every) - replay(recording, lanes, EXACT_SAMPLING, every).pressure
 
 
 def published_error(experiment: Experiment, lanes: np.ndarray, stride: int = 1) -> np.ndarray:
     """Full-order minus reduced pressure of the study itself, Pa: (lane, chamber, samples)."""
-    recording, transport = record(experiment), study_transport(PUBLISHED, experiment)
+    recording, transport = record(experiment), study_sampling(PUBLISHED, experiment)
     return full_pressure(recording, stride) - replay(recording, lanes, transport, stride).pressure
 
 
@@ -123,7 +124,7 @@ def sampled_errors(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
     """
     fine = refined(experiment, SAMPLED_AT)
     recording = record(fine)
-    exact = replay(recording, lanes, EXACT_TRANSPORT, SAMPLED_AT).pressure
+    exact = replay(recording, lanes, EXACT_SAMPLING, SAMPLED_AT).pressure
     result = np.empty((len(SAMPLE_PERIODS), len(INTERPOLATIONS), *exact.shape[:2]))
     for i, period in enumerate(SAMPLE_PERIODS):
         for j, interpolation in enumerate(INTERPOLATIONS):
@@ -239,7 +240,7 @@ def budget_by_level(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> x
     with `level_told_apart` by (study, level, model, other).
     """
     joined = cells.mean("chamber", skipna=False)
-    study = xr.Variable("study", list(STUDY_TRANSPORTS))
+    study = xr.Variable("study", list(STUDY_SAMPLINGS))
 
     def apart(part: xr.Dataset) -> xr.DataArray:
         totals = (part["total"], part["total_exact"])

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
+from pneumo.configuration.sampling import HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
 from pneumo.errors import InputError
 from pneumo.evidence.transport.jump_errors import jump_errors, mean_of_ramp, pressure_rates
 from pneumo.physics.cylinder import chamber_of, volume
@@ -19,7 +20,6 @@ from pneumo.selection.plants import check_positive
 from pneumo.selection.runs import Run
 from pneumo.simulation.full_order import Recording, command_series
 from pneumo.simulation.runge_kutta import B
-from pneumo.simulation.signals import Transport, held, held_to_next, interpolated
 
 ROUNDING = 1e-6  # relative distance of a ratio of times from a whole number that is rounding
 UNIFORM = 1 / 12  # variance of where a jump falls between two samples, if it may fall anywhere
@@ -28,26 +28,17 @@ UNIFORM = 1 / 12  # variance of where a jump falls between two samples, if it ma
 class Shift(NamedTuple):
     """Delay of signals by sampling, to first order, in times between samples."""
 
-    held: bool  # samples are held, not interpolated linearly
-    late: float  # samples by which the held one is older than the last, on average over the stages
+    sampling: Sampling
     jump: float  # delay of a jump that falls on a sample, which has the new value already
     rest: float  # delay of everything continuous: position, velocity, a command that follows them
-
-    def transport(self, every: int) -> Transport:
-        """Transport of a replay whose samples are `every` steps apart (`hold_next`: one step)."""
-        if self.late < 0:
-            return held_to_next()
-        kind = held if self.held else interpolated
-        return kind(self.late, every=every)
 
 
 NEXT = float(B[-1])  # weight of the stage at a step's end
 SHIFTS = {
-    "linear": Shift(False, 0, -0.5, 0.0),  # the line begins to rise one sample before the jump
-    "hold": Shift(True, 0, 0.0, 0.5),
-    "delay": Shift(True, 1, 1.0, 1.5),  # the sample before the last, held
-    # Held, but the stage at the step's end reads the next sample: for samples at every step.
-    "hold_next": Shift(True, -NEXT, -NEXT, 0.5 - NEXT),
+    "linear": Shift(INTERPOLATED, jump=-0.5, rest=0.0),  # the line rises from one sample before the jump on
+    "hold": Shift(HELD, jump=0.0, rest=0.5),
+    "delay": Shift(HELD._replace(delay=(1.0, 1.0, 1.0)), jump=1.0, rest=1.5),
+    "hold_next": Shift(HELD_TO_NEXT, jump=-NEXT, rest=0.5 - NEXT),  # for samples at every step
 }
 
 
@@ -70,7 +61,7 @@ def predicted_error(
     """
     shift = SHIFTS[sampling]
     every = max(1, round(period / recording.h))
-    error = jump_errors(recording, every, not shift.held, shift.late, False, stride)
+    error = jump_errors(recording, every, not shift.sampling.held, shift.jump, False, stride)
     if shift.rest:
         error += shift.rest * (late_rest(recording, stride) if late is None else late)
     return period * error
@@ -173,7 +164,7 @@ def floor(
     Samples are `period` seconds apart; `sampling` is a key of `SHIFTS`, `early` is from `Averages`, and
     `between` is whether jumps fall anywhere between samples, not on them.
     """
-    _, _, jump, rest = SHIFTS[sampling]
+    _, jump, rest = SHIFTS[sampling]
     if sampling == "linear":
         jump = -early
     if between:
@@ -219,7 +210,7 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
     ratio = max(period / h, h / period)
     if abs(ratio - round(ratio)) > ROUNDING * ratio:
         raise InputError(f"period = {period:g} s: must be a multiple or a whole fraction of h = {h:g} s")
-    if SHIFTS[transport].late < 0 and round(ratio) != 1:
+    if SHIFTS[transport].sampling.next_at_end and round(ratio) != 1:
         raise InputError(f"period = {period:g} s: must be h = {h:g} s for transport = {transport!r}")
     error = predicted_error(run.recording, period, transport)
     A, B = np.sqrt(np.mean(error**2, axis=1)).tolist()

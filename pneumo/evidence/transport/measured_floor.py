@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
+from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.evidence.transport.error_budget import refined, sliced
 from pneumo.evidence.transport.floor_theory import (
     SHIFTS,
@@ -21,7 +22,7 @@ from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import EXACT_TRANSPORT, PUBLISHED, study_transport
+from pneumo.simulation.signals import PUBLISHED, study_sampling
 from pneumo.statistics.averages import rms_of
 from pneumo.storage.layout import described, experiment_labels
 
@@ -69,7 +70,8 @@ def floors(
     for i, period in enumerate(periods):
         every = round(period / e.h)
         for j, name in enumerate(SWEPT):
-            replayed = replay_chambers(recording, SHIFTS[name].transport(every), FLOOR_REFINEMENT)
+            sampling = SHIFTS[name].sampling._replace(every=every)
+            replayed = replay_chambers(recording, sampling, FLOOR_REFINEMENT)
             predicted = predicted_error(recording, period, name, FLOOR_REFINEMENT, late)
             scattered = between and every > 1  # if every step is a sample, all jumps fall on them
             formula = floor(delays, period, name, early=known.early, between=scattered)
@@ -80,15 +82,18 @@ def floors(
 def reduced_floor(e: Experiment, recording: Recording, period: float) -> list[float]:
     """Floor of one reduced model by sampling, Pa: its replay on exact less that on sampled signals."""
     lanes = lane_array([lane(MODELS[FLOOR_MODEL], FLOOR_N, e.plant.gas.gamma)])
-    transports = EXACT_TRANSPORT, *(SHIFTS[name].transport(round(period / e.h)) for name in SWEPT)
-    exact, *sampled = (replay(recording, lanes, each, FLOOR_REFINEMENT).pressure[0] for each in transports)
-    return [rms_of(exact - pressure) for pressure in sampled]
+    sampled = (SHIFTS[name].sampling._replace(every=round(period / e.h)) for name in SWEPT)
+    exact, *others = (
+        replay(recording, lanes, sampling, FLOOR_REFINEMENT).pressure[0]
+        for sampling in (EXACT_SAMPLING, *sampled)
+    )
+    return [rms_of(exact - pressure) for pressure in others]
 
 
 def own_floor(e: Experiment) -> tuple[float, float]:
     """Floor of the published sampling at the experiment's own step, Pa: measured, and by linear theory."""
     recording = record(e)
-    replayed = replay_chambers(recording, study_transport(PUBLISHED, e), 1)
+    replayed = replay_chambers(recording, study_sampling(PUBLISHED, e), 1)
     predicted = predicted_error(recording, e.h, e.sampling.rule)
     return rms_of(recording.states[:, [2, 4]].T - replayed), rms_of(predicted)
 

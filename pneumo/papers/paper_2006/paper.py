@@ -12,7 +12,7 @@ from pneumo.papers.paper_2006.erratum_proofs import PROOFS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.papers.paper_2006.results import PrintedTables, StudyResults
 from pneumo.papers.paper_2006.summary import EXPERIMENTS, highlights
-from pneumo.simulation.signals import STUDY_TRANSPORTS
+from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import evidence_file
 from pneumo.verdict.judging import Paper, Sources
@@ -20,7 +20,7 @@ from pneumo.verdict.judging import Paper, Sources
 
 def sources(results: Path, _: Path) -> dict[str, StudyResults]:
     """Results with each signal sampling, and the printed tables; `ResultError` for another study."""
-    transports: dict[str, StudyResults] = {name: StudyResults(results, name) for name in STUDY_TRANSPORTS}
+    transports: dict[str, StudyResults] = {name: StudyResults(results, name) for name in STUDY_SAMPLINGS}
     study = transports["published"].study
     if not set(EXPERIMENTS) & set(study.experiments):
         other = f"another study, {study.name}, with the experiments {', '.join(study.experiments)}"

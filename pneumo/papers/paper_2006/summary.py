@@ -14,7 +14,7 @@ import xarray as xr
 
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.results import StudyResults
-from pneumo.simulation.signals import STUDY_TRANSPORTS
+from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINEMENT_PAIRS
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import evidence_file
@@ -23,7 +23,7 @@ from pneumo.verdict.judging import Item, Sources, six_digits
 
 EXPERIMENTS = [f"E{number:02d}" for number in range(1, 17)]
 LEVELS = ("adiabatic", "typical", "isothermal")
-ORIGINS = ("printed", *STUDY_TRANSPORTS)
+ORIGINS = ("printed", *STUDY_SAMPLINGS)
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
@@ -112,7 +112,7 @@ def transport(sources: Sources) -> list[dict[str, Any]]:
 def by_experiment(sources: Sources) -> dict[str, Any]:
     """M8 over M7 in every experiment, each at its best n, for each signal sampling; with geometric mean."""
     quotients: dict[str, Any] = {"experiments": EXPERIMENTS}
-    for name in STUDY_TRANSPORTS:
+    for name in STUDY_SAMPLINGS:
         best: xr.DataArray = sources[name].cells["mse"].min("n").sel(experiment=EXPERIMENTS)
         ratio = (best.sel(model="M8") / best.sel(model="M7")).values.tolist()
         quotients[name] = list(map(six_digits, ratio))

@@ -20,7 +20,7 @@ from pneumo.evidence.sensitivity.alternatives import INLET
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text, with_interval
-from pneumo.simulation.signals import EXACT, STUDY_TRANSPORTS
+from pneumo.simulation.signals import EXACT, STUDY_SAMPLINGS
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.model_pairs import REFINEMENT_PAIRS
 from pneumo.statistics.recommendation import MATERIAL
@@ -133,7 +133,7 @@ def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
             | {name: f"{quotient:.2f}" for name, quotient in row["quotients"].items()}
             for row in transport
         ],
-        "by_experiment": {name: _span(highlights["by_experiment"][name]) for name in STUDY_TRANSPORTS},
+        "by_experiment": {name: _span(highlights["by_experiment"][name]) for name in STUDY_SAMPLINGS},
     }
 
 
@@ -169,7 +169,7 @@ def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
             f"{transport} {averaged}": with_interval(
                 [at[f"ratio_{end}"].sel(transport=transport, averaged=averaged).item() for end in ENDS], 2
             )
-            for transport in STUDY_TRANSPORTS
+            for transport in STUDY_SAMPLINGS
             for averaged in ("mean", "geometric")
         }
 
@@ -183,9 +183,9 @@ def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
             for pair in REFINEMENT_PAIRS
             for level in (*LEVELS, "overall")
         ],
-        "resolvable": {name: percent_text(least.sel(transport=name).item() - 1) for name in STUDY_TRANSPORTS},
+        "resolvable": {name: percent_text(least.sel(transport=name).item() - 1) for name in STUDY_SAMPLINGS},
         "extremes": {
-            pair: {name: _span(extremes.sel(ratio=pair, transport=name)) for name in STUDY_TRANSPORTS}
+            pair: {name: _span(extremes.sel(ratio=pair, transport=name)) for name in STUDY_SAMPLINGS}
             for pair in (*REFINEMENT_PAIRS, "M6/M7")
         },
     }

@@ -219,7 +219,7 @@ def test_u_a_sample_late_is_a_shifted_u_and_amplitudes_stay_within_their_bounds(
     e = short("E06")
     recording, lanes = record(e), grid_lanes((1.2,), 1.4)[0]
     shifted = recording._replace(u=np.concatenate([recording.u[:1], recording.u[:-1]]))
-    tried = amplitudes.tried_transports(e)
+    tried = amplitudes.tried_samplings(e)
     late = replay(recording, lanes, tried["linear, u a sample late"]).pressure
     np.testing.assert_allclose(late, replay(shifted, lanes, tried["linear"]).pressure, rtol=1e-9)
     low, high = amplitudes.COARSE[[0, -1]]
@@ -228,10 +228,10 @@ def test_u_a_sample_late_is_a_shifted_u_and_amplitudes_stay_within_their_bounds(
     assert amplitudes.COARSE[-2] * amplitudes.REFINED_FACTORS[-1] < high
 
 
-def test_both_kernels_read_the_tried_transports_alike():
+def test_both_kernels_read_the_tried_samplings_alike():
     e = short("E14")
     lanes, index = grid_lanes(STUDY.n, 1.4)
-    tried = amplitudes.tried_transports(e)
+    tried = amplitudes.tried_samplings(e)
     fast = amplitudes.cell_mse(e, STUDY.n, tuple(tried))
     for row, transport in zip(fast, tried.values(), strict=True):
         slow = replay_by_reference(record(e), lanes, transport)
@@ -305,7 +305,7 @@ def test_mechanics_stand_side_by_side_and_amplitudes_have_the_lowest_deviance(ha
     for cylinder in ("D", "E"):
         lowest = value.sel(cylinder=cylinder)[int(np.argmin(deviance.sel(cylinder=cylinder).values))]
         assert hasty["amplitude"].sel(cylinder=cylinder) == lowest
-    assert hasty["transport"].values.tolist() == list(amplitudes.tried_transports(STUDY.experiments["E01"]))
+    assert hasty["transport"].values.tolist() == list(amplitudes.tried_samplings(STUDY.experiments["E01"]))
     assert hasty["runs"] == 2 * 8 + 8 * 3 + 8 * 5
 
 

@@ -18,7 +18,7 @@ from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import study_transport
+from pneumo.simulation.signals import study_sampling
 from pneumo.statistics.averages import concatenated
 from pneumo.statistics.model_pairs import CRITERIA
 
@@ -49,7 +49,7 @@ def test_the_papers_seeds_give_the_studys_cells_whatever_the_threads():
     lanes, index = grid_lanes(STUDY.n, 1.4)
     for name, e_ in small.experiments.items():
         for transport in ("published", "exact"):
-            cells = replay(record(e_), lanes, study_transport(transport, e_))
+            cells = replay(record(e_), lanes, study_sampling(transport, e_))
             found = one["mse"].sel(experiment=name, transport=transport)
             np.testing.assert_array_equal(found, cells.mse[index])
 

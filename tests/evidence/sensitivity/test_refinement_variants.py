@@ -15,7 +15,7 @@ from pneumo.publish.figures.alternatives_figures import LEVEL_MARKS, clear_name,
 from pneumo.publish.text.markdown_tables import variants_table
 from pneumo.simulation.full_order import record
 from pneumo.simulation.replay import replay_by_reference
-from pneumo.simulation.signals import study_transport
+from pneumo.simulation.signals import study_sampling
 from pneumo.statistics.model_pairs import REFINED_MODELS, REFINEMENT_PAIRS
 from pneumo.storage.files import read
 from pneumo.verdict.assumptions import AS_TAKEN
@@ -72,7 +72,7 @@ def test_errors_are_those_of_plain_replays(found, dataset, transport):
     study = found[AS_TAKEN].study
     e = study.experiments["E12"]
     lanes = lane_array([lane(MODELS["M8"], 1.35, 1.4), lane(MODELS["M5"], 1.2, 1.4)])
-    reading = study_transport(transport, e)
+    reading = study_sampling(transport, e)
     plain = replay_by_reference(record(e), lanes, reading).mse.mean(axis=1)
     cells = dataset["mse"].sel(experiment="E12", alternative=AS_TAKEN, transport=transport)
     found_here = [cells.sel(model="M8", n=1.35).item(), cells.sel(model="M5", n=1.2).item()]

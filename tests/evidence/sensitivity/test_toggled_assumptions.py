@@ -36,7 +36,7 @@ from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import Settling, settle
-from pneumo.simulation.signals import study_transport
+from pneumo.simulation.signals import study_sampling
 from pneumo.statistics.averages import statistics
 from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import open_grid, read, write, write_json
@@ -99,7 +99,7 @@ def test_baseline_is_what_the_verdict_finds(tiny, tmp_path):
     write_json(to_json(two), tmp_path / "parameters.json")
     for name, e in two.experiments.items():
         lanes, index = grid_lanes(two.n, e.plant.gas.gamma)
-        cells = replay(record(e), lanes, study_transport("published", e))
+        cells = replay(record(e), lanes, study_sampling("published", e))
         write(replay_dataset(e, two.n, index, cells), tmp_path / f"published/replay/{name}.nc", {})
     found = statistics(open_grid(tmp_path / "published"), two.experiments_by_level)
     write(found, tmp_path / "published/statistics.nc", {})

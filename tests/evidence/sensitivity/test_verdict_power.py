@@ -73,7 +73,7 @@ def test_mistakes_in_what_is_run():
     assert changed("one settling time in place of ten")[1].steps == taken.steps // 10
     assert taken.push.leak > 0 == changed("no leak")[1].push.leak
     alternative, mistaken, taken = changed("linear for held")
-    assert alternative.transport(taken).name == "linear" != Alternative(STUDY).transport(taken).name
+    assert alternative.sampling(taken).rule == "linear" != Alternative(STUDY).sampling(taken).rule
 
 
 def test_a_rerun_has_runs_cells_and_settling_times_of_its_own():

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 
+from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.errors import RunError
 from pneumo.evidence.transport import error_budget as b
 from pneumo.physics.models import MODELS
@@ -20,7 +21,7 @@ from pneumo.simulation.full_order import record
 from pneumo.simulation.given_inputs import pressures_on_inputs
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay, replay_by_reference
-from pneumo.simulation.signals import EXACT_TRANSPORT, interpolated, study_transport
+from pneumo.simulation.signals import study_sampling
 from pneumo.storage.files import EXPERIMENT_LABELS
 
 pytestmark = pytest.mark.xdist_group("error budget")  # its fixtures take seconds
@@ -57,7 +58,7 @@ def test_parts_add_up_to_the_study_own_error(cells):
 @pytest.mark.parametrize(("name", "transport"), [("total", "published"), ("total_exact", "exact")])
 def test_totals_are_those_of_the_study(cells, name, transport):
     e = lasting("E12", 0.12)
-    study = replay(record(e), LANES, study_transport(transport, e))
+    study = replay(record(e), LANES, study_sampling(transport, e))
     np.testing.assert_allclose(cells[name].sel(experiment="E12"), study.mse[INDEX], rtol=1e-12)
 
 
@@ -102,7 +103,7 @@ def test_sampling_vanishes_with_its_period_and_interpolation_is_that_of_the_repl
     recording = record(e)
     inputs = b.sampled_inputs(recording, 1, "linear")
     ours = pressures_on_inputs(inputs, LANES, e.plant, e.h, 1)
-    np.testing.assert_allclose(ours, replay(recording, LANES, interpolated()).pressure, rtol=1e-10)
+    np.testing.assert_allclose(ours, replay(recording, LANES, INTERPOLATED).pressure, rtol=1e-10)
 
 
 @pytest.mark.uncompiled
@@ -157,10 +158,10 @@ def test_regularised_flow_is_linear_without_a_jump_and_given_inputs_refuse_it():
 def test_the_fast_replay_knows_the_regularised_law():
     e = b.regularised(lasting("E06", 0.2), laminar=0.1)
     recording = record(e)
-    fast, slow = (kernel(recording, LANES, EXACT_TRANSPORT) for kernel in (replay, replay_by_reference))
+    fast, slow = (kernel(recording, LANES, EXACT_SAMPLING) for kernel in (replay, replay_by_reference))
     np.testing.assert_allclose(fast.pressure, slow.pressure, rtol=1e-12)
     printed = e.plant._replace(valve=e.plant.valve._replace(laminar=0.0))
-    other = replay(recording._replace(plant=printed), LANES, EXACT_TRANSPORT)
+    other = replay(recording._replace(plant=printed), LANES, EXACT_SAMPLING)
     assert abs(other.pressure - fast.pressure).max() > 10  # Pa
 
 

@@ -96,7 +96,7 @@ def test_theory_meets_replays_and_better_the_finer_the_samples(name, transport):
 
     def deviation(period):
         every = round(period / e.h)
-        replayed = replay_chambers(recording, theory.SHIFTS[transport].transport(every))
+        replayed = replay_chambers(recording, theory.SHIFTS[transport].sampling._replace(every=every))
         error = recording.states[:, [2, 4]].T - replayed
         predicted = theory.predicted_error(recording, period, transport)
         return rms(predicted) / rms(error) - 1

@@ -6,6 +6,7 @@ from brief import in_brief
 from figure_checks import saved_whole
 from paper_study import STUDY, lasting
 
+from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, INTERPOLATED
 from pneumo.evidence.experiments_side_by_side import side_by_side
 from pneumo.evidence.transport import measured_floor as f
 from pneumo.evidence.transport.error_budget import refined, sampled_inputs
@@ -16,7 +17,6 @@ from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import record
 from pneumo.simulation.given_inputs import pressures_on_inputs
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import EXACT_TRANSPORT, held, interpolated
 from pneumo.storage.files import read
 
 pytestmark = pytest.mark.xdist_group("floor")  # its fixtures take seconds
@@ -28,17 +28,18 @@ LANES = lane_array([lane(MODELS["M8"], 1.35, 1.4)])
 def test_exact_signals_give_the_run_itself():
     recording = record(refined(lasting("E10", 0.3), 20))
     # The same operations in another order: roundings of 1e-16, more where pressures are nearly equal.
-    chambers = replay_chambers(recording, EXACT_TRANSPORT)
+    chambers = replay_chambers(recording, EXACT_SAMPLING)
     np.testing.assert_allclose(chambers.T, recording.states[:, [2, 4]], rtol=1e-9)
 
 
-@pytest.mark.parametrize("transport", [interpolated(every=40), held(every=40)], ids=lambda way: way.name)
-def test_sampling_is_the_error_budgets(transport):
+@pytest.mark.parametrize("sampling", [INTERPOLATED, HELD], ids=lambda sampling: sampling.rule)
+def test_sampling_is_the_error_budgets(sampling):
     e = refined(lasting("E10", 0.3), 20)
     recording = record(e)
-    inputs = sampled_inputs(recording, 40, transport.name)
+    inputs = sampled_inputs(recording, 40, sampling.rule)
     on_inputs = pressures_on_inputs(inputs, LANES, e.plant, e.h, 20)
-    np.testing.assert_allclose(replay(recording, LANES, transport, 20).pressure, on_inputs, rtol=1e-8)
+    replayed = replay(recording, LANES, sampling._replace(every=40), 20)
+    np.testing.assert_allclose(replayed.pressure, on_inputs, rtol=1e-8)
 
 
 @pytest.mark.parametrize("name", in_brief(["E13", "E14", "E15", "E16"], ["E15", "E16"]))
@@ -79,7 +80,7 @@ def test_sweeps_meet_where_they_are_the_same(dataset):
         np.testing.assert_allclose(dataset[f"size_{way}"].sel(size=1.0), once, rtol=1e-12)
     e = refined(lasting("E09", 0.2), f.FLOOR_REFINEMENT)
     recording = record(e)
-    transports = EXACT_TRANSPORT, SHIFTS["delay"].transport(f.FLOOR_REFINEMENT)
+    transports = EXACT_SAMPLING, SHIFTS["delay"].sampling._replace(every=f.FLOOR_REFINEMENT)
     exact, late = (replay(recording, LANES, way, f.FLOOR_REFINEMENT).pressure for way in transports)
     direct = np.sqrt(np.mean((exact - late) ** 2))
     assert dataset["reduced"].sel(experiment="E09", transport="delay").item() == pytest.approx(direct)

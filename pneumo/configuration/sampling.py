@@ -1,0 +1,34 @@
+"""How a replay reads the signals of a run: exact, interpolated or held."""
+
+from typing import Literal, NamedTuple
+
+
+class Sampling(NamedTuple):
+    """How a replay reads the signals u, x and v of a run, Fig. 6; by default, interpolated at every step.
+
+    Compiled code takes it as it is.
+    """
+
+    exact: bool = False  #: each stage has the signals of the full-order run at its own time; no samples
+    held: bool = False  #: all stages of a step read one sample (zero-order hold); else linear interpolation
+    next_at_end: bool = False  #: held, but a stage at the step's end reads the next sample
+    delay: tuple[float, float, float] = (
+        0.0,
+        0.0,
+        0.0,
+    )  #: of u, x, v in samples; whole if held
+    every: int = 1  #: steps between samples
+
+    @property
+    def rule(self) -> Literal["exact", "linear", "hold", "hold_next"]:
+        """Name in `SAMPLINGS`, whatever the delay and the time between samples."""
+        if self.exact:
+            return "exact"
+        return "linear" if not self.held else "hold_next" if self.next_at_end else "hold"
+
+
+EXACT_SAMPLING = Sampling(exact=True)
+INTERPOLATED = Sampling()
+HELD = Sampling(held=True)
+HELD_TO_NEXT = Sampling(held=True, next_at_end=True)
+SAMPLINGS = {s.rule: s for s in (EXACT_SAMPLING, INTERPOLATED, HELD, HELD_TO_NEXT)}
