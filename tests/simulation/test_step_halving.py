@@ -93,7 +93,7 @@ def test_parts_of_a_step_read_by_the_same_rule(sampling, read):
     work = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
     for k in (0, 57, 199):
         for part in range(4):
-            stage_inputs(r, sampling.reading, k, part, 4, *work, inputs)
+            stage_inputs(r, sampling, k, part, 4, *work, inputs)
             at = (part + np.append(C, 1.0)) / 4
             np.testing.assert_allclose(inputs[:, 1], read(r.states[:, 0], k, at), rtol=1e-12)
             u = np.clip(read(r.u, k, at), -10, 10)

@@ -228,7 +228,7 @@ def test_any_plant_and_any_signals(plant, seed, exact, late, most):
     reference, u = random.normal(0, half, steps + 1), random.normal(0, 8, steps + 1)
     drive, halvings = Drive(True, 10 / half, half), random.integers(0, most + 1, steps, np.int8)
     recording = Recording(np.column_stack([x, v, air]), reference, u, drive, plant, 1e-3, halvings, most)
-    sampling = EXACT_SAMPLING if exact else Sampling(delay=late)
+    sampling = EXACT_SAMPLING if exact else Sampling(delay=(late,) * 3)
     assert_same(*both(recording, all_lanes(plant.gas.gamma), sampling))
 
 
