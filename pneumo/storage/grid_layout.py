@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.sampling import Sampling
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.grid import grid_lanes
