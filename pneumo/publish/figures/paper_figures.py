@@ -37,7 +37,7 @@ def fig07(settling: xr.Dataset, printed: Mapping[str, np.ndarray]) -> Figure:
     """Fig. 7: how a settling time is read off, for one file of ``results/settling``; the paper shows E14.
 
     Force, position, and pressure and temperature of both chambers against time; behind them the curves that
-    were read off the paper's figure, `pneumo.verdict.published.traces_of_fig_7`, if any.
+    were read off the paper's figure, `pneumo.papers.paper_2006.printed_tables.traces_of_fig_7`, if any.
     """
     release = settling["release_time"].item()
     if settling["status"]:
