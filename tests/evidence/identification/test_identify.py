@@ -29,6 +29,7 @@ from pneumo.evidence.identification.identify import (
     identify,
     save_identification,
 )
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, table5, table9
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.identification_figure import identification_figure
@@ -235,7 +236,7 @@ def test_both_kernels_read_the_tried_samplings_alike():
     fast = amplitudes.cell_mse(e, STUDY.n, tuple(tried))
     for row, transport in zip(fast, tried.values(), strict=True):
         slow = replay_by_reference(record(e), lanes, transport)
-        np.testing.assert_allclose(row, slow.mse.mean(axis=1)[index], rtol=1e-9)
+        np.testing.assert_allclose(row, slow.mse.mean(axis=1)[index[: len(PAPER_MODELS)]], rtol=1e-9)
 
 
 # All of it, with hardly any effort: searches stay where they start, runs last 60 steps
