@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from pneumo.cli.commands import app
-from pneumo.fit.fitted_parameters import PARAMETERS
+from pneumo.fit.fitted_parameters import PARAMETERS, Parameter
 from pneumo.fit.record.formats import FORMATS
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS, Model
@@ -92,13 +92,19 @@ def fitted_parameters() -> str:
         [
             f"`{name}`",
             row.quantity.name,
-            f"{row.search.low:g} to {row.search.high:g} {row.search.times or row.quantity.unit}",
+            _searched(row),
             f"`--also {name}`" if row.group == "cause" else "",
             f"`{row.key}`" if row.key else "",
         ]
         for name, row in PARAMETERS.items()
     ]
     return table(["parameter", "meaning", "searched", "fitted with", "key of `fitted.yaml`"], rows)
+
+
+def _searched(row: Parameter) -> str:
+    """Bounds of the search."""
+    of = f"times `{row.search.times}`" if row.search.times else row.quantity.unit
+    return f"{row.search.low:g} to {row.search.high:g} {of}".removesuffix(" 1")
 
 
 def record_formats() -> str:

@@ -12,12 +12,12 @@ from pneumo.fit.stage_signals import stage_signals
 from pneumo.physics.models import MODELS
 
 SECONDS = 4.0  # of the record are enough to see a mistake
-BETTER = 0.5  # rms error with a column corrected over that as given, below which a mistake is likelier
+BETTER = 0.5  # rms error with a corrected column over that as given, below which a mistake is likely
 MODEL, INDEX = "M6", 1.2  # needs no k_0
 
 
 def corrected(m: Measurement, P_atm: float) -> dict[str, Measurement]:
-    """Measurement without each mistake that it may contain, by the text for the user."""
+    """Measurements corrected for one mistake each, by the message that names it."""
     sign = "seems to have the wrong sign:"
     result = {
         "columns P_A and P_B look swapped (or u and x both have the wrong sign)": m._replace(P=m.P[::-1]),
@@ -30,8 +30,8 @@ def corrected(m: Measurement, P_atm: float) -> dict[str, Measurement]:
         result[f"{flows} seem to have the wrong sign: positive flows into the chamber"] = m._replace(m=-m.m)
         result[f"{flows} look swapped"] = m._replace(m=m.m[::-1])
     gauge = (
-        "columns P_A and P_B seem to be gauge pressures (a gauge's unit is written bar(g) or kPa(g)),"
-        " or P_s_Pa an atmosphere too high"
+        "columns P_A and P_B seem to be gauge pressures (write their unit as bar(g) or kPa(g)),"
+        " or P_s_Pa is an atmosphere too high"
     )
     return result | {gauge: m._replace(P=m.P + P_atm)}
 
@@ -47,13 +47,12 @@ def quick_fit_error(measurement: Measurement, plant: Plant, command: Sampling) -
 
 
 def check_columns(measurement: Measurement, plant: Plant, *, command: Sampling = HELD) -> None:
-    """Refuse a measurement that a model follows far better with its columns corrected: `InputError`."""
+    """Raise an `InputError` if a model follows a measurement far better with a column corrected."""
     as_given = quick_fit_error(measurement, plant, command)
     candidates = corrected(measurement, plant.conditions.P_atm).items()
     error, best = min((quick_fit_error(right, plant, command), text) for text, right in candidates)
     if error < BETTER * as_given:
         raise InputError(
-            f"{measurement.name}: {best}: a quick fit of {MODEL} is off by"
-            f" {error / 1e3:.3g} kPa then, and by {as_given / 1e3:.3g} kPa as it is;"
-            " --trust skips this check"
+            f"{measurement.name}: {best}: a quick fit of {MODEL} is then off by {error / 1e3:.3g} kPa rms,"
+            f" and by {as_given / 1e3:.3g} kPa as the columns are; --trust skips this check"
         )

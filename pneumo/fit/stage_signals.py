@@ -4,8 +4,8 @@ Position and velocity come from one smoothing spline, so that noise in the veloc
 in the position. Generalised cross-validation chooses the smoothing (Craven and Wahba 1979), computed in
 the cosine spectrum (Garcia 2010), where it is cheap.
 
-What is left of the noise biases a replay. `with_added_noise` adds as much noise again: the shift that this
-causes estimates the bias already there, and `pneumo.fit.least_squares` subtracts it.
+The noise that remains biases a replay. `with_added_noise` adds as much again: the shift that this causes
+estimates the bias already there, and `pneumo.fit.least_squares` subtracts it.
 """
 
 from typing import NamedTuple
@@ -52,16 +52,16 @@ class StageSignals(NamedTuple):
         """Signals from one sample to another, both included."""
         steps = slice(first * self.stride, last * self.stride)
         flow, P_s = (signal if signal is None else signal[steps] for signal in (self.flow, self.P_s))
-        at = {"u": self.u[steps], "motion": self.motion[steps], "P_s": P_s, "flow": flow}
-        return self._replace(P=self.P[:, first : last + 1], **at)
+        P = self.P[:, first : last + 1]
+        return self._replace(u=self.u[steps], motion=self.motion[steps], P=P, P_s=P_s, flow=flow)
 
 
 def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
-    """Choose the smoothing of a signal, samples `period` seconds apart, by generalised cross-validation.
+    """Smoothing penalty and noise of a signal with samples every `period` seconds, by cross-validation.
 
-    Returns the penalty, s^3: the weight of the integrated squared second derivative against the sum of
-    squared residuals; and the estimated standard deviation of white noise in the signal, in units of x.
-    Jumps and impacts hide the noise, and then nothing is smoothed: its deviation is that of most parts.
+    The penalty, s^3, is the weight of the integrated squared second derivative against the sum of squared
+    residuals; the noise, in units of x, is the estimated standard deviation of white noise in the signal.
+    Jumps and impacts hide the noise: then nothing is smoothed, and the noise is the median of short pieces.
     """
     weight, variance = _cross_validated(x[None])
     if weight == SMOOTHING[0] and len(x) >= 2 * PIECE:
@@ -113,10 +113,15 @@ def stage_signals(
 ) -> StageSignals:
     """Signals at the stages of a replay, from samples `period` seconds apart.
 
-    They are the command before the `plant`'s limiter, V, and the position, m, shape (samples,); pressures,
-    Pa, and, where they were measured, mass flows into the chambers, kg/s, shape (chamber, samples), and the
-    supply pressure, Pa, shape (samples,). The `command` is `HELD` until the next sample, as by a digital
-    controller, or `INTERPOLATED`, as flows and supply always are.
+    Parameters
+    ----------
+    u, x, P_s : numpy.ndarray, shape (samples,)
+        Command before the `plant`'s limiter, V; position, m; supply pressure, Pa, where it was measured.
+    P, m : numpy.ndarray, shape (chamber, samples)
+        Pressures, Pa; mass flows into the chambers, kg/s, where they were measured.
+    command
+        `HELD` until the next sample, as by a digital controller, or `INTERPOLATED`, as flows and supply
+        always are.
     """
     longest, u_max = LONGEST_STEP if m is not None else longest_step(plant, u, x), plant.valve.u_max
     t, within = period * np.arange(len(u)), int(np.ceil(period / longest * (1 - 1e-9)))

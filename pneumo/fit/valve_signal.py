@@ -1,9 +1,9 @@
-"""What a valve makes of its command: dead time, first-order lag and null offset."""
+"""Opening of a valve that follows its command with dead time, first-order lag and null offset."""
 
 import numpy as np
 from scipy.signal import lfilter
 
-INSTANT = 1e-9  # s, a lag that counts as none
+INSTANT = 1e-9  # s, in place of a lag of zero
 
 
 def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null: float) -> np.ndarray:
@@ -28,5 +28,5 @@ def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null:
 
 def behind_valve(u: np.ndarray, h: float, valve: dict[str, float]) -> np.ndarray:
     """`valve_signal` of a command at every stage, V, shape (steps, stages)."""
-    at = {name: valve[name] for name in ("dead_time", "lag", "null")}
-    return np.broadcast_to(valve_signal(u.mean(axis=1), h, **at)[:, None], u.shape)
+    dynamics = {name: valve[name] for name in ("dead_time", "lag", "null")}
+    return np.broadcast_to(valve_signal(u.mean(axis=1), h, **dynamics)[:, None], u.shape)

@@ -1,4 +1,4 @@
-"""Thermal laws judged on records of two closed chambers with a moving piston; no flow but leakage.
+"""Thermal laws compared on records of two closed chambers with a moving piston; no flow but leakage.
 
 Each chamber holds its gas; the balances of energy and mass, eqs (4) and (5), hold with one of `LAWS`. The
 first part of a record is fitted, the rest is predicted in one run from the record's first sample.
@@ -28,7 +28,7 @@ STILL = 0.05  # relative change of pressure below which a record has nothing to 
 
 
 class Law(NamedTuple):
-    """What happens to the gas: an index n, fitted where NaN, or gamma (None), perhaps with wall heat."""
+    """Law of the gas's temperature: an index n, fitted where NaN, or gamma (None), perhaps with wall heat."""
 
     n: float | None = None
     explicit_heat: bool = False
@@ -218,7 +218,7 @@ class ClosedProblem(NamedTuple):
     def solve(
         self, start: np.ndarray | None = None, most: int | None = None, **fixed: float
     ) -> OptimizeResult:
-        """Minimise the sum of squares from `start`, within `most` steps; a parameter in `fixed` is."""
+        """Minimum of the sum of squares from `start`, within `most` steps; the `fixed` stay."""
         first = np.array([self.guess.get(name, 1.0) for name in self.names]) if start is None else start
         free = np.array([name not in fixed for name in self.names])
         whole = np.array([fixed.get(name, value) for name, value in zip(self.names, first, strict=True)])
@@ -234,7 +234,7 @@ class ClosedProblem(NamedTuple):
 
 
 def fitted_names(law: Law, leaks: bool) -> tuple[str, ...]:
-    """Names of what is fitted with a law: dead volumes, start, and what the law leaves open."""
+    """Names of the parameters fitted with a law: dead volumes, start, and those of the law itself."""
     names = ["V_d_A", "V_d_B", "start_A", "start_B"]
     names += ["k_A", "k_B"] if law.explicit_heat else []
     names += ["n"] if law.n is not None and np.isnan(law.n) else []
@@ -242,7 +242,7 @@ def fitted_names(law: Law, leaks: bool) -> tuple[str, ...]:
 
 
 def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> ClosedFit:
-    """Fit dead volumes, start, and what the law leaves open, to the first `PART` of a record."""
+    """Law with its `fitted_names`, fitted to the first `PART` of a record."""
     problem = ClosedProblem(record, law, fitted_names(law, leaks), int(PART * len(record.t)))
     return closed_fit(problem, problem.solve().x)
 

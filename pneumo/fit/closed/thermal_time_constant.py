@@ -30,7 +30,7 @@ Value = Any  # a float, or an array of them
 
 FEWEST_SAMPLES = 50
 SMALLEST_CHANGE = 3.0  # of the pressure over the noise in it
-LONGEST_TAU = 3.0  # time constant over the record's length, beyond which the final pressure is not seen
+LONGEST_TAU = 3.0  # time constant over the record's length, above which it does not show the final pressure
 LARGEST_MOTION = 0.02  # of the stroke, of a piston that is held
 SETTLED = 0.01  # of the change of pressure, at the end of the settling time
 
@@ -146,10 +146,10 @@ def seven_steps(
 
 
 def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 0.0) -> Transient:
-    """Thermal time constant of chamber A or B, closed from the time `begin` on, s, and its conductance.
+    """Thermal time constant and conductance of chamber A or B, closed from the time `begin` on, s.
 
-    Volume and area are the plant's, so that nothing need be known of the time before.
-    `InputError` if the piston moves, or pressure changes too little or does not settle within the record.
+    Volume and area are the plant's: the time before may be unknown. `InputError` if the piston moves, or if
+    the pressure changes too little or does not settle within the record.
     """
     first = int(np.searchsorted(measurement.t, begin))
     t, x, P = measurement.t[first:] - begin, measurement.x[first:], measurement.P["AB".index(side), first:]

@@ -13,7 +13,7 @@ from pneumo.fit.record.columns import PRESSURE
 GAP = 3.0  # periods between samples that are a gap
 UNEVEN = 1e-3  # deviation from a uniform grid, in periods, that is negligible
 SUPPLY = (0.4, 1.6)  # of the configured supply pressure, between which a measured one is possible
-OF_SUPPLY = 1.3  # pressure over the supply's that a sensor may show
+OF_SUPPLY = 1.3  # measured pressure over the supply's that is possible
 TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
 AVERAGING = 0.02  # s, over which noise is small beside the motion of the piston
 
@@ -94,7 +94,7 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool, closed: bool =
 
 
 def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> list[str]:
-    """Compare a pressure with what supply and atmosphere allow."""
+    """Notes on a pressure; `InputError` if supply and atmosphere do not allow it."""
     path, P, c = samples.path, samples.values[name], plant.conditions
     top, low = float(np.percentile(P, 99)), float(np.percentile(P, 1))
     for unit, scale in PRESSURE.items():
