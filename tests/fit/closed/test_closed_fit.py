@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from closed_truth import Truth, measured, pressures
 
 from pneumo.configuration.parameters import load, study
@@ -156,5 +157,10 @@ def test_the_configuration_gets_k_0_and_dead_volumes_and_the_page_stands_alone(f
         assert (cylinder.V_d_A, cylinder.V_d_B) == pytest.approx(V_d, rel=1e-5)
     text = file.read_text(encoding="utf-8")
     assert "leakage past the piston" in text and "reduced model" not in text
+    found.save("0" * 64, tmp_path / "fit.nc")
+    with xr.open_dataset(tmp_path / "fit.nc") as saved:
+        assert saved.attrs["closed_chambers"] == "A, B" and saved.attrs["T_wall_K"] == found.T_wall
+        for name, texts in (("notes", found.notes), ("warnings", found.warnings)):
+            assert saved.attrs[name] == "\n".join(texts)
     page = fit_page(found, "closed.csv")
     assert "position alone" in page and "every k scales" in page and "decisions/0022" not in page
