@@ -40,7 +40,7 @@ Columns = dict[str, np.ndarray]
 
 
 class Disturbance(NamedTuple):
-    """What is unlike an ideal bench: in the rig, in what its user believes of it, or in the file."""
+    """Difference from an ideal bench: in the rig, in its configuration, or in the file."""
 
     text: str
     rig: Callable[[Rig], Rig] = lambda rig: rig
@@ -84,7 +84,7 @@ DISTURBANCES = {
 
 
 class Outcome(NamedTuple):
-    """What the fit said of one case."""
+    """Result of the fit of one case."""
 
     disturbance: str
     seed: int
@@ -109,7 +109,7 @@ class Outcome(NamedTuple):
 
     @property
     def warned(self) -> bool:
-        """Whether the user was told not to believe it."""
+        """Whether the record was refused, or the fit warned of."""
         return bool(self.refused or self.warnings)
 
 
@@ -126,7 +126,7 @@ def believed_plant(rig: Rig, folder: Path) -> Plant:
 
 
 def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None = None) -> Outcome:
-    """Make a record, fit it as `pneumo fit` does, and put what was found beside the truth."""
+    """Outcome of a record that is made and then fitted as `pneumo fit` does."""
     d, rng = DISTURBANCES[disturbance], np.random.default_rng(seed)
     rig = d.rig(drawn_rig(rng) if rig is None else rig)
     guess = rig._replace(C=rig.C * rng.uniform(0.85, 1.15))
@@ -249,7 +249,7 @@ def main() -> None:
         outcomes.append(one)
         verdict = "refused" if one.refused else f"wrong {one.wrong}, {len(one.warnings)} warnings"
         print(f"{one.disturbance} {one.seed}: {verdict} ({one.seconds:.1f} s)", flush=True)
-        write(outcomes, chosen.models, chosen.output)  # what is finished is kept
+        write(outcomes, chosen.models, chosen.output)  # keep finished cases
 
     for name in chosen.only or DISTURBANCES:
         for number in range(chosen.undisturbed if name == "none" else chosen.count):

@@ -103,9 +103,9 @@ def ranked(estimates: dict[str, Estimate]) -> dict[str, Estimate]:
     return dict(sorted(estimates.items(), key=lambda item: rms_of_chambers(item[1].held_out)))
 
 
-def error_line(name: str, found: Estimate) -> str:
+def error_line(name: str, estimate: Estimate) -> str:
     """Line for the terminal when a model has been fitted."""
-    return f"{name}: rms {rms_of_chambers(found.held_out) / 1e3:.3g} kPa on the part held out"
+    return f"{name}: rms {rms_of_chambers(estimate.held_out) / 1e3:.3g} kPa on the part held out"
 
 
 def fit_measurement(
@@ -150,9 +150,9 @@ def fit_measurement(
     options: dict[str, Any] = {"intervals": reported, "part": part}
 
     def add(model: Model, plant: Plant, signals: StageSignals, motions: np.ndarray) -> None:
-        found = estimate(model, plant, signals, noisy=motions, **options)
-        estimates[model.name] = found._replace(pressure=found.pressure + off)
-        progress(error_line(model.name, found))
+        result = estimate(model, plant, signals, noisy=motions, **options)
+        estimates[model.name] = result._replace(pressure=result.pressure + off)
+        progress(error_line(model.name, result))
 
     corrected, opened = plant, record
     if full:

@@ -108,13 +108,13 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
     motions = signals.motion[None] if motions is None else motions
     lanes = lane_array([_lane(problem, value) for value in values])
     V_d, start = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("V_d", "start"))
-    rest = signals.h, signals.stride
+    steps = signals.h, signals.stride
     if signals.flow is not None:
-        own = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), *rest, start
-        return np.array([pressures_on_flows(motion, *own) for motion in motions])
+        inputs = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), *steps, start
+        return np.array([pressures_on_flows(motion, *inputs) for motion in motions])
     if problem.model.name != FULL_ORDER:
         plant = problem.plant._replace(k_0=1.0)
-        return pressures_of_sets(signals.u, motions, lanes, V_d, plant, *rest, start, P_s=signals.P_s)
+        return pressures_of_sets(signals.u, motions, lanes, V_d, plant, *steps, start, P_s=signals.P_s)
     start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
     result = np.empty((len(motions), len(values), *signals.P.shape))
     alike: dict[tuple[float, ...], list[int]] = {}
@@ -122,12 +122,10 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
         alike.setdefault(tuple(value.get(name, np.nan) for name in SHARED), []).append(i)
     for rows in alike.values():
         value = values[rows[0]]
-        plant, u = (
-            with_causes(problem.plant, value)._replace(k_0=1.0),
-            behind_valve(signals.u, signals.h, value),
-        )
-        own = lanes[rows], V_d[rows], plant, *rest, start[rows], start_T[rows], signals.P_s
-        result[:, rows] = pressures_of_sets(u, motions, *own)
+        plant = with_causes(problem.plant, value)._replace(k_0=1.0)
+        sets = lanes[rows], V_d[rows], plant, *steps, start[rows], start_T[rows], signals.P_s
+        u = behind_valve(signals.u, signals.h, value)
+        result[:, rows] = pressures_of_sets(u, motions, *sets)
     return result + np.array([offsets(value) for value in values])
 
 

@@ -53,12 +53,12 @@ def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
     known = problem.also if problem.signals.P_s is None else (*problem.also, "P_s")
     for cause in (name for name in CAUSES if name not in known):
         trial = problem._replace(noisy=None, also=(*problem.also, cause))
-        found = fit(trial, tolerance=1e-3, most=STEPS)
-        after = problem.plant.conditions.P_s * float(np.sqrt(np.mean(found.residual**2)))
+        fitted = fit(trial, tolerance=1e-3, most=STEPS)
+        after = problem.plant.conditions.P_s * float(np.sqrt(np.mean(fitted.residual**2)))
         if after < best:
             configured = si_value(cause, trial.guess()[trial.names.index(cause)])
             factor = QUANTITIES[cause].factor
-            numbers = factor * trial.values(found.theta)[cause], factor * configured
+            numbers = factor * trial.values(fitted.theta)[cause], factor * configured
             best, explanation = after, PARAMETERS[cause].explanation.format(*numbers)
             change = f"would reduce the error from {before / 1e3:.3g} to {after / 1e3:.3g} kPa rms"
             warning = [f"{explanation} {change} (--also {cause} fits it)"]

@@ -271,7 +271,7 @@ def _end(
         if farther > np.log(FARTHEST):
             return np.nan
         nearer, below, farther = farther, above, 2 * farther
-    if above > NO_REPLAY:  # steps as long as the sampling period are too long: the record cannot tell
+    if above > NO_REPLAY:  # steps as long as the sampling period are too long: no end is known
         return np.nan
     for _ in range(ROUNDS):
         middle = crossing(nearer, below, farther, above)

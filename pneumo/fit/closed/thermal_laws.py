@@ -206,8 +206,8 @@ class ClosedProblem(NamedTuple):
         first = r.P[:, 0] * np.array([v.get("first_A", 1.0), v.get("first_B", 1.0)])
         P, T = (first, start) if law.explicit_heat else (first * start, np.ones(2))
         n, gas = v.get("n", r.gamma if law.n is None else law.n), (r.R, r.gamma, r.T_wall, r.PT_0)
-        own = r.P[:, :samples], (0 in self.chambers, 1 in self.chambers), V, area_ratio, r.h
-        return closed_chambers(P, *own, T, n, k, law.e_A, law.e_PT, v.get("leak", 0.0), *gas)
+        inputs = r.P[:, :samples], (0 in self.chambers, 1 in self.chambers), V, area_ratio, r.h
+        return closed_chambers(P, *inputs, T, n, k, law.e_A, law.e_PT, v.get("leak", 0.0), *gas)
 
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Replayed minus measured pressure, over 1 MPa, of the thinned samples of each chamber in turn."""
