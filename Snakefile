@@ -1,6 +1,6 @@
 # The paper's study from configuration to figures: `snakemake -j2`.
 # Another study on top of it: `snakemake -j2 --configfile config/smoke.yaml`.
-# Cylinders of one's own, from `pneumo init`, or a table of them: `snakemake -j2 --configfile my.yaml`.
+# Your own cylinders, from `pneumo init`, or a table of them: `snakemake -j2 --configfile my.yaml`.
 import shlex
 import sys
 from functools import cache
@@ -9,8 +9,8 @@ from snakemake.utils import min_version
 
 from pneumo.configuration.parameters import validated
 from pneumo.hashing import code_hash
-from pneumo.jobs.checked_study import checked_study, k_0_factors, own_cylinders
-from pneumo.jobs.fleet_plan import checked_fleet, need
+from pneumo.jobs.checked_study import checked_study, k_0_factors, user_cylinders
+from pneumo.jobs.fleet_plan import checked_fleet, resources
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made
 from pneumo.jobs.run_lock import take_run_lock
 
@@ -41,7 +41,7 @@ if FLEET:
 else:
     STUDY = checked_study(config, SETTINGS.configfiles, SETTINGS.config)
     TRANSPORTS = ["published", "exact"]
-    OWN_CYLINDERS = own_cylinders(STUDY)  # of a study that is not the paper's
+    USER_CYLINDERS = user_cylinders(STUDY)  # of a study that is not the paper's
     K_0_FACTORS = k_0_factors(config)  # within which k_0 is known, by cylinder
 
     include: "workflow/rules/study.smk"
@@ -50,4 +50,4 @@ else:
 rule all:
     default_target: True
     input:
-        rules.fleet.input if FLEET else rules.own.input if OWN_CYLINDERS else rules.paper.input,
+        rules.fleet.input if FLEET else rules.cylinder_ranking.input if USER_CYLINDERS else rules.paper.input,

@@ -1,4 +1,4 @@
-"""Errors that a user can mend, and how they show what a user wrote.
+"""Errors that a user can correct, and the form of a user's text in them.
 
 The command line and the jobs of the workflow turn each into one line on standard error and exit code 2.
 """
@@ -11,27 +11,27 @@ _REPR.maxlevel, _REPR.maxlist, _REPR.maxdict, _REPR.maxstring, _REPR.maxother = 
 
 
 class PneumoError(Exception):
-    """Something that the user can mend; its text is one line."""
+    """Error that the user can correct; its text is one line."""
 
 
 class ConfigurationError(PneumoError, ValueError):
-    """A configuration that cannot be used."""
+    """Invalid configuration."""
 
 
 class InputError(PneumoError, ValueError):
-    """Something asked for that cannot be done: a bad argument, a bad measurement, a file in the way."""
+    """Invalid argument or record, or an output file that is not writable or already exists."""
 
 
 class RunError(PneumoError, ArithmeticError):
-    """A simulation that its experiment does not allow, or that does not come to its end."""
+    """Simulation that its experiment does not allow, or that failed."""
 
 
 class ResultError(PneumoError, ValueError):
-    """A results file that cannot be used."""
+    """Results file that is missing, damaged or from another study."""
 
 
 class DamagedError(ResultError):
-    """A results file, `path`, whose content is not what was once written under its name."""
+    """Results file, `path`, whose content has changed since it was written."""
 
     def __init__(self, path: Path, reason: str) -> None:
         super().__init__(f"{path}: {reason}")
@@ -39,13 +39,13 @@ class DamagedError(ResultError):
 
 
 def printable(text: str, longest: int = 80) -> str:
-    """Return a text on one line, without control characters, cut where it is long."""
+    """Return a text as one line without control characters, shortened in the middle to `longest`."""
     text = text if len(text) <= longest else f"{text[: longest - 20]}...{text[-17:]}"
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def shown(value: object) -> str:
-    """Return the representation of a value as far as an error message needs it."""
+    """Return the representation of a value, shortened for an error message."""
     try:
         return printable(_REPR.repr(value), 200)
     except ValueError:  # Python writes no integers of more than 4300 digits

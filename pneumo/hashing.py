@@ -1,4 +1,4 @@
-"""SHA-256 of sources: which code made a result, and when compiled code or results are stale."""
+"""SHA-256 of sources, to detect which code made a result and whether compiled code or results are stale."""
 
 import ast
 import hashlib
@@ -7,11 +7,11 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent
-STATEMENTS = ast.stmt | ast.excepthandler | ast.match_case  # where an import may stand; expressions have none
+STATEMENTS = ast.stmt | ast.excepthandler | ast.match_case  # that may contain an import; expressions cannot
 
 
 def _source(module: str) -> Path | None:
-    """File of a pneumo module or package, or None if there is no such module."""
+    """File of a pneumo module or package; None if there is no such module."""
     path = ROOT.parent.joinpath(*module.split("."))
     candidates = (path.with_suffix(".py"), path / "__init__.py")
     return next((file for file in candidates if file.exists()), None)
@@ -24,7 +24,7 @@ def imports_of(file: Path) -> set[str]:
 
 @cache
 def _imported(text: str) -> frozenset[str]:
-    """Names under pneumo that a source imports: modules, and what is imported from them."""
+    """Dotted names in pneumo that a source imports: modules, and names from them."""
     names: set[str] = set()
     nodes: list[ast.AST] = [ast.parse(text)]
     while nodes:
@@ -38,7 +38,7 @@ def _imported(text: str) -> frozenset[str]:
 
 
 def modules_behind(*modules: str) -> list[str]:
-    """Return the given modules of pneumo and all that they import, directly or not, sorted."""
+    """Return the given modules of pneumo and all modules that they import, directly or not, sorted."""
     behind: set[str] = set()
     queue = list(modules)
     while queue:
@@ -53,12 +53,12 @@ def modules_behind(*modules: str) -> list[str]:
 
 
 def code_hash(*modules: str) -> str:
-    """Return the SHA-256 of the named pneumo modules and of every pneumo module behind them."""
+    """Return the SHA-256 of the named pneumo modules and of all pneumo modules that they import."""
     return _digest(modules, lambda text: text)
 
 
 def compiled_hash(*modules: str) -> str:
-    """Return the same hash of what a compiler sees: comments, docstrings and layout do not count."""
+    """Return the same hash without comments, docstrings and layout, which do not change compiled code."""
     return _digest(modules, _meaning)
 
 
@@ -84,7 +84,7 @@ def _tree(text: str) -> ast.Module:
 
 @cache
 def _meaning(text: str) -> str:
-    """What a compiler sees of a source."""
+    """Syntax tree of a source as text, without docstrings."""
     return ast.dump(_tree(text))
 
 

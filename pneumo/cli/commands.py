@@ -1,4 +1,4 @@
-"""Command line: ``pneumo ...`` for engineers, ``pneumo paper ...`` for the reproduction; how errors end."""
+"""Command line: ``pneumo ...`` for a cylinder, ``pneumo paper ...`` for the reproduction; how errors end."""
 
 import os
 import sys
@@ -8,16 +8,18 @@ from typing import Annotated
 
 import typer
 
-from pneumo.cli.engineer_commands import check, export, fit, init, linearise, models, study
+from pneumo.cli.cylinder_commands import check, init, study
+from pneumo.cli.fit_commands import fit
+from pneumo.cli.model_commands import export, linearise, models
 from pneumo.cli.paper_commands import assumptions, ensemble, explain, identify, verdict, verify
 
 app = typer.Typer(
     help="Reduced-order thermodynamic models of servo-pneumatic chambers. Begin with"
-    " `pneumo init`; in a checkout, `snakemake -j2` runs the study of the paper.",
+    " `pneumo init`. In a checkout, `snakemake -j2` reproduces the paper.",
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-paper = typer.Typer(help="The reproduction of the paper: its verdict and evidence.")
+paper = typer.Typer(help="Reproduction of the paper: verdict and evidence.")
 app.add_typer(paper, name="paper")
 
 for command in (init, check, study, fit, linearise, export, models):
@@ -28,12 +30,14 @@ for command in (verdict, explain, assumptions, identify, ensemble, verify):
 
 @paper.callback()
 def in_checkout() -> None:
-    """Refuse the commands of the reproduction where its tables and claims are not: in an installed wheel."""
+    """Refuse the commands of the reproduction in an installed wheel, which lacks the paper's tables."""
     from pneumo.errors import InputError
     from pneumo.papers import PAPERS
 
     if not PAPERS.is_dir():
-        raise InputError("`pneumo paper` needs a checkout of the project: clone it, `make reproduce` there")
+        raise InputError(
+            "`pneumo paper` needs a checkout of the project: clone it and run `make reproduce` there"
+        )
 
 
 def _print_version(wanted: bool) -> None:
@@ -50,35 +54,35 @@ def options(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="print the version")
     ] = False,
 ) -> None:
-    """Take the options of `pneumo` itself."""
+    """Handle the options of `pneumo` itself."""
 
 
 def main() -> None:
-    """Run the command line; an error that the user can mend is one line and exit code 2."""
+    """Run the command line; an error that the user can correct is one line and exit code 2."""
     from pneumo.errors import PneumoError, printable
 
     if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # whatever the locale can write
+        sys.stdout.reconfigure(errors="backslashreplace")  # for locales other than UTF-8
     try:
         code = app(prog_name="pneumo", standalone_mode=False)
         print(end="", flush=True)
         sys.exit(code)
     except PneumoError as error:
         message = str(error)
-    except (OSError, SystemExit) as end:  # full, not to be written, or a pipe that nobody reads
+    except (OSError, SystemExit) as end:  # disk full, not writable, or a closed pipe
         # typer and rich turn a broken pipe into a SystemExit, with the OSError as its context.
         error = end.__context__ if isinstance(end, SystemExit) else end
         if not isinstance(error, OSError):
             raise
         message = f"{error.filename or 'output'}: {error.strerror}"
-        with suppress(OSError, ValueError):  # else Python would try to write the rest when it ends
+        with suppress(OSError, ValueError):  # else Python tries to write the rest at exit
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
         describe = getattr(error, "format_message", None)
-        if describe is None:  # not one of typer's errors of usage
+        if describe is None:  # not an error of usage from typer
             raise
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "pneumo"
-        message = f"{describe().rstrip('.')}; `{command} --help` says more"
+        message = f"{describe().rstrip('.')}; see `{command} --help`"
     print(f"pneumo: {printable(' '.join(message.split()), 1000)}", file=sys.stderr)
     sys.exit(2)

@@ -1,6 +1,6 @@
-"""Commands of ``pneumo paper``, for the reproduction: one thin function each.
+"""``pneumo paper``: verdict and evidence of the reproduction.
 
-Imports stand in the functions: help and errors of usage need none of them.
+Modules are imported inside the functions, so that help and errors of usage are fast.
 """
 
 from collections.abc import Mapping
@@ -35,12 +35,12 @@ def verdict(
     results: Results = RESULTS,
     paper: OfPaper = "2006",
     record: Annotated[
-        bool, typer.Option("--record", help="accept the statuses: write the paper's statuses.csv anew")
+        bool, typer.Option("--record", help="accept the new statuses: overwrite the paper's statuses.csv")
     ] = False,
 ) -> None:
-    """Judge every claim; print what is missed or contradicted.
+    """Judge every claim; print those missed or contradicted.
 
-    Counts follow, by kind of evidence, first of facts (some are told in several items), then of items.
+    Then print counts by kind of evidence: of facts (items that state the same fact count once), of items.
     """
     from pneumo.papers.known_papers import current_verdict
 
@@ -66,12 +66,12 @@ def verdict(
 def explain(
     what: Annotated[
         list[str],
-        typer.Argument(help="an item of the verdict (T7.M8.mse), or a cell of the grid (E07 M8 1.35)"),
+        typer.Argument(help="item of the verdict (T7.M8.mse) or cell of the grid (E07 M8 1.35)"),
     ],
     paper: OfPaper = "2006",
     results: Results = RESULTS,
 ) -> None:
-    """Explain an item of the verdict, or print a cell of the grid."""
+    """Explain an item of the verdict or a cell of the grid."""
     from pneumo.errors import ResultError
     from pneumo.papers import known_papers
     from pneumo.publish.text.explain import cell_text, item_text
@@ -89,15 +89,15 @@ def explain(
     judge = Judge(results / known_papers.KNOWN[paper].results, judged)
     if what[0] not in judge.claims.items:
         near = [name for name in judge.claims.items if name.startswith(what[0].split(".")[0] + ".")]
-        there = ", ".join(near[:6] or list(judge.claims.items)[::60])
-        raise ResultError(f"{what[0][:50]}: no such item; there are {there} ...")
+        known = ", ".join(near[:6] or list(judge.claims.items)[::60])
+        raise ResultError(f"{what[0][:50]}: no such item; there are {known} ...")
     errata = {name: erratum.model_dump() for name, erratum in judge.errata.items()}
     item = judge.judge(judge.claims.items[what[0]])
     return typer.echo(item_text(item, errata, read_statuses(judged.folder).get(what[0])))
 
 
 def assumptions(results: Results = RESULTS) -> None:
-    """Print what other assumptions do to Tables 5, 7, 8 and 9."""
+    """Print how other assumptions change Tables 5, 7, 8 and 9."""
     from pneumo.evidence.sensitivity.toggle_effects import toggle_effects
     from pneumo.papers import PAPERS
     from pneumo.publish.text.markdown_tables import assumptions_table
@@ -111,17 +111,18 @@ def assumptions(results: Results = RESULTS) -> None:
 def identify(
     files: Annotated[list[Path] | None, typer.Argument(help="configuration [config/paper.yaml]")] = None,
     cylinder: Annotated[
-        Literal["D", "E", "both"], typer.Option(help="amplitudes and transport need both")
+        Literal["D", "E", "both"],
+        typer.Option(help="which cylinder; amplitudes and signal sampling need both"),
     ] = "both",
-    seed: Annotated[int, typer.Option(min=0, help="of the search's random numbers")] = 0,
-    threads: Annotated[int, typer.Option(min=1, help="the result does not depend on it")] = 2,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the search")] = 0,
+    threads: Annotated[int, typer.Option(min=1, help="parallel runs; the result does not depend on it")] = 2,
     output: Annotated[Path, typer.Option("--output", "-o", help="NetCDF file to write")] = Path(
         "results/identification.nc"
     ),
 ) -> None:
-    """Find mass, friction, stop and amplitudes from the tables.
+    """Estimate what the paper does not print from its tables.
 
-    And how replays read samples. Searches from wide bounds, without a starting value.
+    Mass, friction, end stop, amplitudes and how replays read samples, searched within wide bounds.
     """
     import time
 
@@ -149,13 +150,15 @@ def identify(
 
 
 def ensemble(
-    transport: Annotated[Literal["published", "exact"], typer.Option(help="of the table of pairs")] = "exact",
-    level: Annotated[str, typer.Option(help="of the table of pairs")] = "overall",
+    transport: Annotated[
+        Literal["published", "exact"], typer.Option(help="signal sampling in the table of pairs")
+    ] = "exact",
+    level: Annotated[str, typer.Option(help="heat-transfer level in the table of pairs")] = "overall",
     results: Results = RESULTS,
 ) -> None:
-    """Print what other seeds give, and which statements stand.
+    """Print results of other seeds, and which statements hold.
 
-    Ratios of errors, and how often models beat each other, with intervals.
+    Ratios of errors and how often one model beats another, with intervals.
     """
     import json
 
@@ -179,10 +182,10 @@ def ensemble(
 def verify(
     results: Annotated[Path, typer.Argument(help="folder of results")] = RESULTS,
     remove: Annotated[
-        bool, typer.Option("--remove", help="remove damaged files, so that the next run makes them again")
+        bool, typer.Option("--remove", help="remove damaged files; the next run makes them again")
     ] = False,
 ) -> None:
-    """Check the SHA-256 at the end of every NetCDF and JSON file."""
+    """Check the SHA-256 of every NetCDF and JSON file."""
     from pneumo.errors import ResultError
     from pneumo.storage.files import damaged, sealed_files
 
@@ -194,6 +197,6 @@ def verify(
         if remove:
             error.path.unlink()
     if errors and not remove:
-        mended = "`pneumo paper verify --remove`, then `snakemake -j2`, makes them again"
-        raise ResultError(f"{len(errors)} damaged; {mended}")
-    typer.echo(f"{results}: {len(files) - len(errors)} files as they were written")
+        remedy = "run `pneumo paper verify --remove`, then `snakemake -j2`"
+        raise ResultError(f"{results}: {len(errors)} damaged files; {remedy}")
+    typer.echo(f"{results}: {len(files) - len(errors)} files unchanged since they were written")

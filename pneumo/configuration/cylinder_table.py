@@ -1,6 +1,6 @@
-"""Tables of cylinders: a CSV or Parquet file in the place of the section ``cylinders``, one row a cylinder.
+"""Tables of cylinders: a CSV or Parquet file instead of the section ``cylinders``, one row per cylinder.
 
-Its columns are keys of the schema, those of inner sections with a point (``valve.b``), and ``name``. Every
+Its columns are ``name`` and keys of the schema, those of inner sections with a point (``valve.b``). Every
 experiment of the configuration runs on every row.
 """
 
@@ -20,7 +20,7 @@ OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys tha
 
 
 def _columns(node: Mapping[str, Any], path: str = "") -> list[str]:
-    """Keys of a section of the schema, those of inner sections with their path."""
+    """Keys of a section of the schema, with the path of inner sections."""
     keys: list[str] = []
     for key, field in node["properties"].items():
         inner = resolved(field)
@@ -32,12 +32,12 @@ COLUMNS = ("name", *_columns(SCHEMA["$defs"]["CylinderSection"]), *OF_EXPERIMENT
 
 
 class CylinderTable(NamedTuple):
-    """The rows of a table, as sections of a configuration."""
+    """Rows of a table, as sections of a configuration."""
 
-    file: str  # as messages name it
+    file: str  # name in messages
     cylinders: dict[str, dict[str, Any]]  # sections by name
     of_experiments: dict[str, dict[str, Any]]  # `OF_EXPERIMENTS` that a row sets, by name
-    rows: dict[str, int]  # by name, counted as a spreadsheet does: the columns' names are row 1
+    rows: dict[str, int]  # number by name, as in a spreadsheet: row 1 has the columns' names
 
     @property
     def source(self) -> tuple[str, dict[str, Any]]:
@@ -46,7 +46,7 @@ class CylinderTable(NamedTuple):
         return self.file, {"cylinders": sections}
 
     def written(self, path: tuple[Any, ...], experiments: Iterable[str]) -> tuple[tuple[Any, ...], str]:
-        """Return where a field of the expanded configuration is written: path in its source, and words.
+        """Return where a field of the expanded configuration is written: path in its source, and as text.
 
         `experiments` are those of the configuration, before `with_table`.
         """
@@ -69,7 +69,7 @@ def experiment_name(cylinder: str, experiment: str) -> str:
 def with_table(
     content: Mapping[str, Any], table: CylinderTable, names: Iterable[str] | None = None
 ) -> dict[str, Any]:
-    """Return a configuration with the named cylinders of a table, else all, and every experiment on each.
+    """Return a configuration with the named cylinders of a table, or all, and every experiment on each.
 
     `ConfigurationError` if an experiment names a cylinder, or two would have one name.
     """
@@ -81,7 +81,7 @@ def with_table(
     experiments: dict[str, Any] = {}
     for name, template in templates.items():
         if "cylinder" in template:
-            problem = "has no use with a table of cylinders: every experiment runs on every row"
+            problem = "not allowed with a table of cylinders, where every experiment runs on every row"
             field = f"experiments.{printable(name)}.cylinder = {shown(template['cylinder'])}"
             raise ConfigurationError(f"{field}: {problem}")
         for cylinder in cylinders:
@@ -97,11 +97,10 @@ def with_table(
 
 
 def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
-    """Read a table of cylinders; `value` is what the configuration `named_in` calls it.
+    """Read a table of cylinders, which the configuration `named_in` names as `value`.
 
-    Of CSV: commas, semicolons or tabs between columns, points in numbers. The values of a file named
-    ``*.parquet`` are taken as if they were written as text. A cell that is empty or null leaves its key out,
-    a row without any is skipped.
+    CSV has commas, semicolons or tabs between columns and points in numbers. Values of a file named
+    ``*.parquet`` are converted to text. An empty or null cell leaves its key out; an empty row is skipped.
 
     Raises
     ------
@@ -175,7 +174,7 @@ def _check_head(where: str, head: Sequence[str]) -> None:
 
 
 def _value(text: str) -> int | float | str:
-    """Number that a cell holds, or its text."""
+    """Number in a cell, else its text."""
     for kind in (int, float):
         with suppress(ValueError):
             return kind(text)
@@ -183,7 +182,7 @@ def _value(text: str) -> int | float | str:
 
 
 def _add_row(table: CylinderTable, head: Sequence[str], number: int, cells: Sequence[str]) -> None:
-    """Put one row into a table."""
+    """Add one row to a table."""
     place = f"{table.file}: row {number}"
     if any(cells[len(head) :]):
         raise ConfigurationError(f"{place}: has {len(cells)} cells for {len(head)} columns")

@@ -1,4 +1,4 @@
-"""What one experiment is: the plant, its drive and how long it runs, all in SI units."""
+"""One experiment (plant, drive, signal, length) and a study of several, in SI units."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -16,7 +16,7 @@ class Plant(NamedTuple):
     gas: Gas  #: in valve and chambers
     valve: Valve  #: one for both chambers
     conditions: Conditions  #: supply, surroundings and equilibrium
-    cylinder: Cylinder  #: with what it moves
+    cylinder: Cylinder  #: with its load
     k_0: float  #: thermal conductance of each chamber's wall at equilibrium, W/K
 
 

@@ -1,6 +1,6 @@
 """Configuration: read, validated and converted to SI units once; nothing downstream reads it again.
 
-The only errors are `ConfigurationError`s of one line.
+Every error is a `ConfigurationError` of one line.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ from pneumo.physics.valve import Conditions, Gas, Valve, critical_ratio, sonic_c
 
 
 def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, Any]:
-    """Return base with the override's keys put in, section by section."""
+    """Return `base` with the keys of `override`, section by section."""
     result = dict(base)
     for key, value in override.items():
         inner = result.get(key)
@@ -41,8 +41,8 @@ def validated(
 ) -> Configuration:
     """Validate a merged configuration.
 
-    Its sources, each name and content, later ones overriding earlier ones, are for the error message only;
-    so is what tells where a field is written, if not under its path.
+    For the error message only: `sources`, the name and content of each, later ones overriding earlier ones;
+    `written`, which returns where a field is written, if not under its path.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def validated(
     try:
         return Configuration.model_validate(content)
     except ValidationError as error:
-        # A misspelt key is a missing one too: the line is about what was written.
+        # A misspelt key is also a missing key: report the misspelt one.
         order = {"extra_forbidden": 0, "missing": 2}
         first = min(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
         raise ConfigurationError(" ".join(error_line(first, sources, *written).split())) from None
@@ -64,14 +64,14 @@ def load(*files: Path | str) -> Configuration:
 
 
 class Sources(NamedTuple):
-    """Configuration files, merged, and the table of cylinders that they may name."""
+    """Merged configuration files, and the table of cylinders if they name one."""
 
     content: dict[str, Any]  # merged; `cylinders` is the path of the table if there is one
     parts: list[tuple[str, Mapping[str, Any]]]  # name and content of each source, for error messages
     table: CylinderTable | None
 
     def validated(self) -> Configuration:
-        """Validate all of it, each row of the table a cylinder with every experiment."""
+        """Validate the configuration, with every experiment on each row of the table."""
         if self.table is None:
             return validated(self.content, self.parts)
         table, experiments = self.table, self.content.get("experiments") or ()
@@ -80,9 +80,9 @@ class Sources(NamedTuple):
 
 
 def read_sources(*files: Path | str, options: Mapping[str, Any] | None = None) -> Sources:
-    """Read configuration files, later ones overriding earlier ones, then `options`, and the table they name.
+    """Read configuration files and the table they name; later files override earlier ones, `options` all.
 
-    The path of a table starts at the configuration that names it, else at the working directory.
+    The path of a table is relative to the configuration that names it, in `options` to the current folder.
     """
     parts: list[tuple[str, Mapping[str, Any]]] = []
     parts += [(printable(str(file), 300), read_yaml(Path(file))) for file in files]
@@ -104,7 +104,7 @@ def study(configuration: Configuration) -> Study:
     c = configuration
     chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
     experiments = {name: _experiment(c, name) for name in chosen}
-    # What a file holds counts, not its name alone; how the work is cut does not.
+    # The hash includes the content of signal files, and excludes how the work is split into jobs.
     content = (
         c.model_dump(exclude={"run": {"block_size"}}),
         [e.excitation.levels for e in experiments.values()],
@@ -117,7 +117,7 @@ def study(configuration: Configuration) -> Study:
 STANDARD_GRAVITY = 9.80665  # m/s^2
 ISO_6358_T, ISO_6358_RHO = 293.15, 1.185  # K, kg/m^3: the reference atmosphere of a sonic conductance
 SBAR = 1e-8  # 1 dm^3/(s bar) in m^3/(s Pa)
-DEAD_SHARE = 0.1  # of the volume of half the stroke, as in Table 2
+DEAD_FRACTION = 0.1  # of the volume of half the stroke, as in Table 2
 
 
 def _gas(section: GasSection, cylinder: CylinderSection) -> Gas:
@@ -130,15 +130,12 @@ def _gas(section: GasSection, cylinder: CylinderSection) -> Gas:
 
 
 def _area_per_conductance(gas: Gas) -> float:
-    """Area, m^2, through which the sonic branch of eq (1) carries what 1 dm^3/(s bar) does.
-
-    Choked, that is C rho_ref P_u sqrt(T_ref/T_u) by ISO 6358.
-    """
+    """Area, m^2, whose choked flow by eq (1) is that of C = 1 dm^3/(s bar): C rho_ref P_u sqrt(T_ref/T_u)."""
     return SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / gas.sonic_coefficient
 
 
 def sonic_conductance(valve: Valve, gas: Gas) -> float:
-    """Sonic conductance C of a valve fully open, dm^3/(s bar)."""
+    """Sonic conductance C of a fully open valve, dm^3/(s bar)."""
     return valve.k_xu * valve.u_max / _area_per_conductance(gas)
 
 
@@ -156,7 +153,7 @@ def _cylinder(s: CylinderSection, P_atm: float) -> Cylinder:
     bore, stroke, rod = s.bore_mm * 1e-3, s.stroke_mm * 1e-3, s.rod_mm * 1e-3
     area = pi * bore**2 / 4  # ASSUME: the paper's cylinders have no rod (Table 2's V_d and A_q say so)
     rod_area = pi * rod**2 / 4
-    V_d_A = DEAD_SHARE * area * stroke / 2 if s.dead_volume_m3 is None else s.dead_volume_m3
+    V_d_A = DEAD_FRACTION * area * stroke / 2 if s.dead_volume_m3 is None else s.dead_volume_m3
     V_d_B = V_d_A if s.dead_volume_B_m3 is None else s.dead_volume_B_m3
     weight = s.mass_kg * STANDARD_GRAVITY * sin(radians(s.incline_deg))
     return Cylinder(

@@ -1,7 +1,7 @@
 """Configuration files: plain YAML of a reasonable size.
 
-Tags, anchors, aliases, merges, keys given twice and keys that are not text are refused: a configuration
-needs none of them, and they can create objects, fill the memory or hide a value.
+Refused are tags, anchors, aliases, merges, repeated keys and keys that are not text: a configuration needs
+none of them, and they can create objects, fill the memory or hide a value.
 """
 
 from collections.abc import Hashable
@@ -24,12 +24,14 @@ class _PlainLoader(yaml.SafeLoader):
         tag = getattr(event, "tag", None)
         refused = f"tag {tag}" if tag else "anchor or alias" if getattr(event, "anchor", None) else None
         if refused:
-            raise ComposerError(None, None, f"no place for the {refused}", event.start_mark)
+            raise ComposerError(
+                None, None, f"a configuration must not contain the {refused}", event.start_mark
+            )
         return super().compose_node(parent, index)
 
     def construct_scalar(self, node: Any) -> Any:
         value = super().construct_scalar(node)
-        value.encode()  # a lone surrogate, of an escape such as "\\ud800", is no text: ValueError
+        value.encode()  # a lone surrogate, of an escape such as "\\ud800", is not text: ValueError
         return value
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
@@ -38,7 +40,7 @@ class _PlainLoader(yaml.SafeLoader):
             name = key.value if key.tag == "tag:yaml.org,2002:str" else None
             if name is None or name in names:
                 text = shown(key.value) if isinstance(key, yaml.ScalarNode) else "that is a section"
-                problem = f"key {text} is {'not text' if name is None else 'there twice'}"
+                problem = f"key {text} is {'not text' if name is None else 'given twice'}"
                 raise ConstructorError(None, None, problem, key.start_mark)
             names.add(name)
         return super().construct_mapping(node, deep)
@@ -55,9 +57,9 @@ def read_yaml(file: Path) -> dict[str, Any]:
     name = printable(str(file), 300)
     text = read_text(file, LARGEST_CONFIGURATION, name)
     try:
-        result = yaml.load(text, _PlainLoader)  # noqa: S506 - a SafeLoader that takes less
+        result = yaml.load(text, _PlainLoader)  # noqa: S506 - a stricter SafeLoader
     except RecursionError:
-        raise ConfigurationError(f"{name}: nested too deeply; sections go four deep") from None
+        raise ConfigurationError(f"{name}: nested too deeply; sections have at most four levels") from None
     except (yaml.YAMLError, ValueError) as error:
         problem = printable(" ".join(str(error).split()), 300)
         raise ConfigurationError(f"{name}: not valid YAML: {problem}") from None

@@ -1,6 +1,6 @@
-"""What a configuration may hold: every section and key with its range, as pydantic models.
+"""Schema of the configuration: every section and key with its range, as pydantic models.
 
-Units stand in the keys (bore_mm); `pneumo.configuration.parameters` converts to SI.
+Keys name their unit (bore_mm); `pneumo.configuration.parameters` converts to SI.
 """
 
 import itertools
@@ -15,7 +15,7 @@ from pneumo.errors import printable
 
 
 def _number(value: Any) -> Any:
-    """Refuse what pydantic would quietly turn into a number."""
+    """Refuse booleans, which pydantic would turn into numbers."""
     if isinstance(value, bool):
         raise ValueError("must be a number")
     return value
@@ -32,23 +32,23 @@ Count = Annotated[int, BeforeValidator(_number)]
 
 
 def _listed(names: Iterable[Any]) -> str:
-    """Names after one another, as many as a line can take."""
+    """Names in one line, at most twenty."""
     first = [printable(str(name)) for name in itertools.islice(names, 21)]
     return ", ".join([*first[:20], "..."] if len(first) > 20 else first)
 
 
 def _conflict(value: Any, condition: str, *fields: tuple[str, ...]) -> PydanticCustomError:
-    """Error of a value that disagrees with others; fields are paths, the first that of the value."""
+    """Error of a value that conflicts with others; `fields` are paths, the first that of the value."""
     context = {"value": value, "condition": condition, "fields": fields}
     return PydanticCustomError("conflict", "{condition}", context)
 
 
 def _missing(field: str, alternative: str, *others: str) -> PydanticCustomError:
-    """Error of a key that is not there, nor is one of the others in its place."""
+    """Error of a key that is missing, as are the others that may replace it."""
     return _conflict(None, alternative, (field,), *((other,) for other in others))
 
 
-LONGEST = 20_000_000  # steps of a run; their states fill 1 GB
+LONGEST = 20_000_000  # steps of a run: 1 GB of states
 
 
 class _Section(BaseModel):
@@ -88,18 +88,18 @@ class SupplySection(_Section):
 
 
 class LoopSection(_Section):
-    """How the replays of the published transport read the signals recorded in a loop."""
+    """How the replays of the paper read the signals of a loop: by samples."""
 
     replays_read: Literal["linear", "hold", "hold_next"] = Field(
         "linear",
-        description="samples interpolated; held for a step; held, and the stage at its end reads the next",
+        description="samples are interpolated; held for a step; held, the step's last stage reads the next",
     )
-    lag_s: Number = Field(0.0, ge=0, le=1, description="delay of the signals, where they are interpolated")
+    lag_s: Number = Field(0.0, ge=0, le=1, description="delay of interpolated signals")
 
     @model_validator(mode="after")
     def _lag_beside_interpolation(self) -> Self:
         if self.lag_s and self.replays_read != "linear":
-            condition = f"has no use with replays_read: {self.replays_read}"
+            condition = f"must be 0 with replays_read: {self.replays_read}"
             raise _conflict(self.lag_s, condition, ("lag_s",), ("replays_read",))
         return self
 
@@ -112,7 +112,8 @@ class OpenLoopSection(LoopSection):
         gt=0, le=1, description="fraction of the half-stroke at which the sign is reversed"
     )
     reversal: Literal["forced", "toggled"] = Field(
-        "forced", description="inward while the piston is beyond; or the sequence keeps its reversed sign"
+        "forced",
+        description="forced: inward while the piston is beyond; toggled: it keeps its reversed sign",
     )
     reversal_tested: Literal["each stage", "each step"] = Field(
         "each stage", description="when the position is compared with that fraction"
@@ -123,10 +124,10 @@ class ClosedLoopSection(LoopSection):
     """Random position reference and proportional controller of the closed-loop runs."""
 
     variance_m2: Annotated[Number, Field(gt=0, le=10)] | None = Field(
-        None, description="variance of the position reference; or instead"
+        None, description="variance of the position reference; or give amplitude_mm"
     )
     amplitude_mm: Annotated[Number, Field(gt=0, le=5000)] | None = Field(
-        None, description="its standard deviation, or the amplitude of a sweep or of steps"
+        None, description="standard deviation of the position reference, or amplitude of a sweep or of steps"
     )
     k_p_V_per_m: Number = Field(gt=0, le=1e6, description="proportional gain")
 
@@ -135,7 +136,7 @@ class ClosedLoopSection(LoopSection):
         if self.variance_m2 is None and self.amplitude_mm is None:
             raise _missing("amplitude_mm", "or give variance_m2", "variance_m2")
         if self.variance_m2 is not None and self.amplitude_mm is not None:
-            condition = "stands beside variance_m2: give one of the two"
+            condition = "conflicts with variance_m2; give only one"
             raise _conflict(self.amplitude_mm, condition, ("amplitude_mm",), ("variance_m2",))
         return self
 
@@ -146,7 +147,7 @@ class SettlingSection(_Section):
     force_N: Number = Field(lt=0, ge=-1e6, description="external force (negative: towards the stop)")
     stop_mm: Number = Field(lt=0, ge=-5000, description="position of the end stop, inside the half-stroke")
     closed_loop_leak: Number = Field(
-        0.0, ge=0, le=0.1, description="leak of the valve in closed loop, as a share of its full opening"
+        0.0, ge=0, le=0.1, description="leak of the valve in closed loop, as a fraction of its full opening"
     )
 
 
@@ -156,13 +157,11 @@ class ValveSection(_Section):
     C_dm3_per_sbar: Number = Field(
         gt=0, le=1000, description="sonic conductance C from supply to chamber at u_max_V"
     )
-    b: Number = Field(gt=0, lt=1, description="critical pressure ratio; 0.3 where none is given")
+    b: Number = Field(gt=0, lt=1, description="critical pressure ratio; take 0.3 if the catalogue has none")
     exhaust_ratio: Number = Field(
         1.0, gt=0, le=10, description="C from chamber to exhaust over C from supply to chamber"
     )
-    leak_dm3_per_sbar: Number = Field(
-        0.0, ge=0, le=100, description="sonic conductance that stays open in each closed path"
-    )
+    leak_dm3_per_sbar: Number = Field(0.0, ge=0, le=100, description="sonic conductance of each closed path")
 
 
 class CylinderSection(_Section):
@@ -170,15 +169,17 @@ class CylinderSection(_Section):
 
     bore_mm: Number = Field(gt=0, le=1000, description="diameter phi")
     stroke_mm: Number = Field(gt=0, le=10000, description="stroke l")
-    rod_mm: Number = Field(0.0, ge=0, le=1000, description="diameter of a single rod, in chamber B; 0: none")
+    rod_mm: Number = Field(
+        0.0, ge=0, le=1000, description="diameter of a single rod, in chamber B; 0: no rod"
+    )
     dead_volume_m3: Annotated[Number, Field(gt=0, le=1)] | None = Field(
         None, description="dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out"
     )
-    # Left out of hashes where it is not given: they are those of configurations from before it.
+    # Left out of the hash if not given: older configurations keep their hash.
     dead_volume_B_m3: Annotated[Number, Field(gt=0, le=1)] | None = Field(
         None,
         exclude_if=lambda value: value is None,
-        description="dead volume of chamber B where it is not that of A",
+        description="dead volume of chamber B, if it differs from that of A",
     )
     mass_kg: Number = Field(gt=0, le=1e5, description="moving mass M with load")
     friction_Ns_per_m: Number = Field(ge=0, le=1e6, description="viscous friction coefficient k_f")
@@ -190,22 +191,21 @@ class CylinderSection(_Section):
         0.0, ge=-1e6, le=1e6, description="constant force, positive where it enlarges chamber A"
     )
     k_x_k_u_m2_per_V: Annotated[Number, Field(gt=0, le=1e-2)] | None = Field(
-        None, description="valve area per volt, with the flow of eq (1); or instead"
+        None, description="valve area per volt, with the flow of eq (1); or give the section valve"
     )
     valve: ValveSection | None = Field(None, description="a valve by its catalogue")
     u_max_V: Number = Field(gt=0, le=1000, description="limit of the command")
     k_0_factor: Annotated[Number, Field(ge=1, le=100)] | None = Field(
         None,
         exclude_if=lambda value: value is None,
-        description="pneumo study: factor within which k_0 of its experiments is known; 2 if left out, or"
-        " that of the catalogue where they take k_0 from there",
+        description="pneumo study: factor within which k_0 is known; default 2, or that of the catalogue",
     )
     seed: Count = Field(ge=0, lt=2**32, description="seed of the Random Number block")
     sample_time_s: Number = Field(gt=0, le=1000, description="time between draws")
     open_loop: OpenLoopSection | None = Field(None, description="for experiments in open loop")
     closed_loop: ClosedLoopSection | None = Field(None, description="for experiments in closed loop")
     settling: SettlingSection | None = Field(
-        None, description="for settling runs, which only the paper's study asks for"
+        None, description="for settling runs, which only the paper's study makes"
     )
 
     @model_validator(mode="after")
@@ -213,7 +213,7 @@ class CylinderSection(_Section):
         if self.k_x_k_u_m2_per_V is None and self.valve is None:
             raise _missing("k_x_k_u_m2_per_V", "or give the section valve", "valve")
         if self.k_x_k_u_m2_per_V is not None and self.valve is not None:
-            condition = "stands beside the section valve: give one of the two"
+            condition = "conflicts with the section valve; give only one"
             raise _conflict(self.k_x_k_u_m2_per_V, condition, ("k_x_k_u_m2_per_V",), ("valve",))
         if self.rod_mm >= self.bore_mm:
             condition = f"must be below bore_mm = {self.bore_mm:g}"
@@ -225,9 +225,9 @@ class CylinderSection(_Section):
 
 
 class SignalSection(_Section):
-    """What excites an experiment where it is not the loop's own: prbs in open loop, gaussian in closed loop.
+    """Signal of an experiment, if not the default: prbs in open loop, gaussian in closed loop.
 
-    The amplitude is that of the loop's section, in V or in mm.
+    Its amplitude is that of the loop's section, in V or in mm.
     """
 
     kind: Literal["prbs", "gaussian", "sweep", "steps", "csv"] = Field(
@@ -258,7 +258,7 @@ class SignalSection(_Section):
             if key in wanted and value is None:
                 raise _missing(key, f"for kind: {self.kind}")
             if key not in wanted and value is not None:
-                raise _conflict(value, f"has no use with kind: {self.kind}", (key,), ("kind",))
+                raise _conflict(value, f"not allowed with kind: {self.kind}", (key,), ("kind",))
         return self
 
 
@@ -266,21 +266,22 @@ class ExperimentSection(_Section):
     """One experiment: which cylinder, which loop, how much wall heat, how long."""
 
     cylinder: str = Field(
-        description="name of one of the cylinders; none where they are a table: each runs on every row"
+        description="name of one of the cylinders; not with a table: each experiment runs on every row"
     )
     loop: Literal["open", "closed"] = Field(description="open loop, or proportional position control")
-    signal: SignalSection | None = Field(None, description="what excites it, if not the loop's own")
+    signal: SignalSection | None = Field(None, description="signal, if not the loop's default")
     k_0_W_per_K: Literal["catalogue"] | Conductance | None = Field(
         None,
-        description="thermal conductance of a chamber's wall at equilibrium, or catalogue where it is"
-        " unknown: what measured cylinders say of this size; or instead",
+        description="thermal conductance of a chamber's wall at equilibrium; catalogue: estimated from"
+        " measured cylinders; or give lambda_0_W_per_m2K",
     )
     lambda_0_W_per_m2K: Annotated[Number, Field(ge=0, le=1e5)] | None = Field(
-        None, description="heat transfer coefficient there: k_0 over the heat transfer area in mid-stroke"
+        None,
+        description="heat transfer coefficient at equilibrium: k_0 over the heat transfer area in mid-stroke",
     )
     duration_s: Seconds = Field(description="length of the full-order run")
     settling_stop_s: Seconds | None = Field(
-        None, description="settling run: time after release at which it ends; if left out, once settled"
+        None, description="settling run: time after release at which it ends; default: once settled"
     )
     pressure_stride: Count = Field(
         10, ge=1, le=10**6, description="steps between stored pressures of replays"
@@ -291,23 +292,25 @@ class ExperimentSection(_Section):
         if self.k_0_W_per_K is None and self.lambda_0_W_per_m2K is None:
             raise _missing("k_0_W_per_K", "or give lambda_0_W_per_m2K", "lambda_0_W_per_m2K")
         if self.k_0_W_per_K is not None and self.lambda_0_W_per_m2K is not None:
-            condition = "stands beside k_0_W_per_K: give one of the two"
+            condition = "conflicts with k_0_W_per_K; give only one"
             raise _conflict(self.lambda_0_W_per_m2K, condition, ("lambda_0_W_per_m2K",), ("k_0_W_per_K",))
         return self
 
 
 class RunSection(_Section):
-    """Which experiments run, for how long at most, how often, and how many cylinders of a table to a job."""
+    """Which experiments run, how long at most, how often, and how many cylinders of a table in one job."""
 
     experiments: Literal["all"] | Annotated[list[str], Field(min_length=1)] = Field(
-        default="all", description="names of experiments, or all"
+        default="all", description="names of the experiments to run, or all"
     )
-    duration_limit_s: Seconds | None = Field(default=None, description="longest full-order run")
+    duration_limit_s: Seconds | None = Field(
+        default=None, description="full-order runs are cut to this length"
+    )
     seeds: Count = Field(
         default=5, ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed"
     )
     block_size: Count = Field(
-        default=50, ge=1, le=10**6, description="of a table: cylinders in one job of the workflow"
+        default=50, ge=1, le=10**6, description="table of cylinders: cylinders in one job of the workflow"
     )
 
 
@@ -318,7 +321,8 @@ class Configuration(_Section):
     gas: GasSection
     supply: SupplySection
     cylinders: dict[Name, CylinderSection] = Field(
-        min_length=1, description="cylinders by name; or the path of a table, CSV or Parquet, from this file"
+        min_length=1,
+        description="cylinders by name; or the path of a table, CSV or Parquet, relative to this file",
     )
     experiments: dict[Name, ExperimentSection] = Field(min_length=1, description="experiments by name")
     levels: dict[Name, list[Conductance]] = Field(
@@ -329,10 +333,16 @@ class Configuration(_Section):
     )
     step_s: Number = Field(ge=1e-7, le=1, description="integration step")
     most_halvings: Count = Field(
-        MOST_HALVINGS, ge=0, le=MOST_HALVINGS, description="of a step that fails or is not accurate"
+        MOST_HALVINGS,
+        ge=0,
+        le=MOST_HALVINGS,
+        description="how often a step that fails or is not accurate is halved",
     )
     stationary_tolerance: Number = Field(
-        0.002, gt=0, lt=1, description="relative change over one thermal time constant that counts as none"
+        0.002,
+        gt=0,
+        lt=1,
+        description="relative change over one thermal time constant below which a run is at rest",
     )
     run: RunSection = RunSection()
 
@@ -356,7 +366,7 @@ class Configuration(_Section):
     @model_validator(mode="after")
     def _grid_and_runs_can_be_made(self) -> Self:
         if "overall" in self.levels:
-            condition = "is the name of Table 7's average; take another"
+            condition = "reserved for Table 7's average; choose another name"
             raise _conflict("overall", condition, ("levels", "overall"))
         for before, after in itertools.pairwise(self.n):
             if not before < after:

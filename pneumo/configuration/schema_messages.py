@@ -1,4 +1,4 @@
-"""What a field may hold, in words, and the one-line message for a configuration that is wrong."""
+"""The allowed values of a field in words, and the one-line message for a wrong configuration."""
 
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
@@ -26,12 +26,12 @@ def resolved(node: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def named_sections(node: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the schema of a mapping's values where its keys are names that the user gives, else None."""
+    """Return the schema of a mapping's values if the user chooses its keys, else None."""
     return next(iter(node.get("patternProperties", {}).values()), node.get("additionalProperties") or None)
 
 
 def allowed(node: Mapping[str, Any]) -> str:
-    """Return in words what a field may hold, from its schema."""
+    """Return the allowed values of a field in words, from its schema."""
     node = resolved(node)
     if "anyOf" in node:
         return " or ".join(allowed(option) for option in node["anyOf"] if option.get("type") != "null")
@@ -48,7 +48,7 @@ def allowed(node: Mapping[str, Any]) -> str:
 
 
 def _schema_at(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Mapping[str, Any]]:
-    """Return path and schema of the field at an error's location; of the section for an unknown key."""
+    """Return path and schema of the field at an error's location; for an unknown key those of its section."""
     node: Mapping[str, Any] = SCHEMA
     path: list[Any] = []
     for key in location:
@@ -75,7 +75,7 @@ def _sets(content: Mapping[str, Any], path: tuple[Any, ...]) -> bool:
 
 
 def dotted(path: tuple[Any, ...]) -> str:
-    """Return the path of a field as messages have it."""
+    """Return the path of a field as text for a message."""
     return ".".join(printable(key) if isinstance(key, str) else shown(key) for key in path)
 
 
@@ -106,7 +106,7 @@ def error_line(
     elif error["type"] in ("extra_forbidden", "invalid_key"):
         known = node["properties"]
         near = get_close_matches(str(error["loc"][-1]), known, 1)
-        text = f"unknown key{''.join(f', perhaps {key}' for key in near)}; known here: {', '.join(known)}"
+        text = f"unknown key{''.join(f', perhaps {key}' for key in near)}; known keys: {', '.join(known)}"
     elif error["loc"][-1:] == ("[key]",):
         _, parent = _schema_at(error["loc"][:-2])
         words = [PATTERNS[pattern] for pattern in parent.get("patternProperties", ())]

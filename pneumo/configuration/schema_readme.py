@@ -11,11 +11,11 @@ HEAD = """\
 # Configuration
 
 `paper.yaml` is the paper's study; `smoke.yaml` is an override, used on top of it. Any file may override any
-key: `snakemake -j2 --configfile mine.yaml`. Units stand in the keys and nowhere else; inside the program
-everything is SI. A key that is not listed here, a wrong unit suffix or a value outside its range is refused
-in one line before anything runs.
+key: `snakemake -j2 --configfile mine.yaml`. Keys name their unit; inside the program everything is in SI
+units. A key that is not listed here, a wrong unit suffix or a value outside its range is refused with a
+one-line message before anything runs.
 
-Made from the schema by `python -m pneumo.configuration.schema_readme`; don't edit.
+Written by `python -m pneumo.configuration.schema_readme`; do not edit.
 """
 
 UNITS = {
@@ -28,7 +28,7 @@ _SUFFIX = re.compile(rf"_(?:({_UNIT})_per_({_UNIT})|(?<!_per_P_)({_UNIT}))$")  #
 
 
 def unit(key: str) -> str:
-    """Return the unit that a key's suffix names, or nothing."""
+    """Return the unit named by a key's suffix, or an empty string."""
     suffix = _SUFFIX.search(key)
     if suffix is None:
         return ""
@@ -41,7 +41,7 @@ def unit(key: str) -> str:
 def _sections(
     path: str, node: Mapping[str, Any]
 ) -> Iterator[tuple[str, Mapping[str, Any], list[tuple[str, Any]]]]:
-    """Every section of the schema as (path, section, its fields), outermost first."""
+    """Yield every section of the schema as (path, section, its fields), outermost first."""
     fields = list(node["properties"].items())
     yield path, node, fields
     for key, field in fields:

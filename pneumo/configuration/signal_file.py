@@ -1,4 +1,4 @@
-"""Signals of the user: one column of a CSV file."""
+"""Signals from a user's file: one column of a CSV file."""
 
 from math import isfinite
 from pathlib import Path
@@ -20,7 +20,7 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
     Raises
     ------
     ConfigurationError
-        With one line, if the file cannot be read, has no such column, or holds anything but finite numbers.
+        With one line, if the file cannot be read, lacks the column, or a value in it is not a finite number.
     """
 
     def refuse(key: str, value: str, problem: str) -> ConfigurationError:
@@ -30,7 +30,7 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
     rows = csv_rows(read_text(file.absolute(), LARGEST_SIGNAL_FILE, named))
     names = [name.strip() for name in next(rows, [])]
     if len(names) > MOST_COLUMNS:
-        raise refuse("file", str(file), f"{len(names)} columns: must be at most {MOST_COLUMNS}")
+        raise refuse("file", str(file), f"has {len(names)} columns; must have at most {MOST_COLUMNS}")
     if column not in names:
         raise refuse("column", column, f"{file} has the columns {', '.join(names) or '(none)'}")
     place, values = names.index(column), []
@@ -42,11 +42,11 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
             if not isfinite(value):
                 raise ValueError
         except (ValueError, IndexError):
-            problem = f"{file}, line {rows.line_num}: no finite number in that column"
+            problem = f"{file}, line {rows.line_num}: must be a finite number in that column"
             raise refuse("column", column, problem) from None
         values.append(value)
         if len(values) > MOST_ROWS:
-            raise refuse("file", str(file), f"more than {MOST_ROWS} rows: must be at most that")
+            raise refuse("file", str(file), f"must have at most {MOST_ROWS} rows")
     if not values:
         raise refuse("file", str(file), "has no rows below the names of its columns")
     return tuple(values)

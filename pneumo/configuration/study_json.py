@@ -1,4 +1,4 @@
-"""A study as JSON: the file that every job of the workflow reads. Imports little, so that jobs start fast."""
+"""A study as JSON, the file that every job of the workflow reads; few imports, so that jobs start fast."""
 
 import json
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from pneumo.configuration.experiment import Study
 
 
 def plain(value: Any) -> Any:
-    """Return a value with named tuples as mappings, so that JSON has the field names."""
+    """Return a value with named tuples as mappings, for JSON with field names."""
     if hasattr(value, "_asdict"):
         return {key: plain(inner) for key, inner in value._asdict().items()}
     if isinstance(value, Mapping):
@@ -17,7 +17,7 @@ def plain(value: Any) -> Any:
 
 
 def _built(kind: Any, value: Any) -> Any:
-    """Return a value of an annotated type from what `plain` made of it."""
+    """Return a value of an annotated type from the result of `plain`."""
     if hasattr(kind, "_fields"):
         hints = get_type_hints(kind)
         return kind(**{field: _built(hints[field], value[field]) for field in kind._fields})

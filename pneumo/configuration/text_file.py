@@ -1,4 +1,4 @@
-"""Text files that a user names: read up to a size, and split into fields where they are tables."""
+"""Text files that a user names: read up to a size; CSV files split into fields."""
 
 import csv
 from pathlib import Path
@@ -6,13 +6,13 @@ from typing import Any
 
 from pneumo.errors import ConfigurationError, printable
 
-csv.field_size_limit(100_000_000)  # no file that is read here may be larger
+csv.field_size_limit(100_000_000)  # the largest file read here
 
 
 def read_text(file: Path, largest: int, named: str) -> str:
     """Return the text of a file; `ConfigurationError` if it cannot be read or has over `largest` bytes.
 
-    The file may be a device, so its size is not asked for. `named` is how the error message names it.
+    The file may be a device, whose size is unknown. `named` is its name in the error message.
     """
     try:
         with file.open("rb") as stream:

@@ -17,8 +17,8 @@ BASE = Path("config/paper.yaml")
 def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any]) -> Study:
     """Return the study of a merged Snakemake configuration.
 
-    Ends the process with exit code 2 and one line on standard error, which names the source among the `files`
-    and ``--config`` `options` of the command line, if a value cannot be used.
+    If a value is invalid, ends the process with exit code 2 and one line on standard error, which names its
+    source among the `files` and ``--config`` `options` of the command line.
     """
     try:
         sources = [(os.path.relpath(file), read_yaml(file)) for file in (BASE, *files)]
@@ -29,12 +29,12 @@ def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Map
 
 
 def k_0_factors(config: Mapping[str, Any]) -> dict[str, float]:
-    """Return the factor within which k_0 is known, by cylinder, of a configuration that is checked."""
+    """Return the factor within which k_0 is known, by cylinder, from a checked configuration."""
     return known_within(validated(config, []))
 
 
-def own_cylinders(study: Study) -> list[str]:
-    """Return the cylinders of a study that has an experiment which is not the paper's; else none."""
+def user_cylinders(study: Study) -> list[str]:
+    """Return the cylinders of a study that has other experiments than the paper's, else an empty list."""
     if set(study.experiments) <= set(read_yaml(BASE)["experiments"]):
         return []
     return list(dict.fromkeys(e.cylinder for e in study.experiments.values()))

@@ -1,4 +1,4 @@
-"""What the Snakefile plans for a table of cylinders: its blocks, checked before any job starts."""
+"""Plan for a table of cylinders: its blocks, checked before any job starts, and the resources of each."""
 
 import os
 import sys
@@ -12,11 +12,11 @@ from pneumo.configuration.parameters import Sources, read_sources, study, valida
 from pneumo.configuration.schema import Configuration, RunSection
 from pneumo.errors import ConfigurationError
 
-# Of one core, for each n of the grid: all models, at three k_0; benchmarks/fleet.py measures it.
+# Of one core, per step and n of the grid: all models at three k_0; measured by benchmarks/fleet.py.
 SECONDS_PER_STEP = 5e-6
-LEAKING = 20.0  # times as long where closed paths of the valve leak
-MARGIN, START = 3.0, 300.0  # over what is expected; s, to import and to compile
-BYTES_PER_STEP, MEMORY = 500, 1000  # of the longest run, for each thread; MB, of the process
+LEAKING = 20.0  # times longer if closed paths of the valve leak
+MARGIN, START = 3.0, 300.0  # factor on the expected time; s, to import and compile
+BYTES_PER_STEP, MEMORY = 500, 1000  # of the longest run, per thread; MB, of the process
 
 
 class Fleet(NamedTuple):
@@ -36,23 +36,23 @@ class Fleet(NamedTuple):
         return [signal["file"] for signal in signals if "file" in signal]
 
 
-class Need(NamedTuple):
-    """What a job will need at most."""
+class Resources(NamedTuple):
+    """Resources of a job, with a margin."""
 
     seconds: float  # of one core
     bytes_per_thread: float
 
     def runtime(self, threads: int, attempt: int) -> int:
-        """Minutes that the job may take, more after each attempt that did not suffice."""
+        """Time limit of the job, min, longer after each failed attempt."""
         return ceil(attempt * (START + MARGIN * self.seconds / threads) / 60)
 
     def mem_mb(self, threads: int, attempt: int) -> int:
-        """Memory that the job may take, MB, more after each attempt."""
+        """Memory limit of the job, MB, larger after each failed attempt."""
         return ceil(attempt * (MEMORY + threads * self.bytes_per_thread / 1e6))
 
 
-def need(configuration: Configuration) -> Need:
-    """Return what the runs of a configuration need, from their simulated time."""
+def resources(configuration: Configuration) -> Resources:
+    """Return the resources that the runs of a configuration need, from their simulated time."""
     run, seconds, longest = configuration.run, 0.0, 0.0
     chosen = configuration.experiments if run.experiments == "all" else run.experiments
     for e in (configuration.experiments[name] for name in chosen):
@@ -61,7 +61,7 @@ def need(configuration: Configuration) -> Need:
         slow = LEAKING if valve and valve.leak_dm3_per_sbar else 1.0
         seconds += SECONDS_PER_STEP * slow * steps * run.seeds * len(configuration.n)
         longest = max(longest, steps)
-    return Need(seconds, BYTES_PER_STEP * longest)
+    return Resources(seconds, BYTES_PER_STEP * longest)
 
 
 def checked_fleet(
@@ -70,8 +70,8 @@ def checked_fleet(
     """Return the fleet of Snakemake's configuration, or None if its cylinders are not in a table.
 
     The configuration is that of the `files` and ``--config`` `options` of the command line, without the
-    paper's. Where `check`, every row is validated; the jobs of a run need not do so again. Ends the process
-    with exit code 2 and one line on standard error if a value cannot be used.
+    paper's. With `check` every row is validated, which the jobs of a run need not repeat. If a value is
+    invalid, ends the process with exit code 2 and one line on standard error.
     """
     if not isinstance(config["cylinders"], str):
         return None

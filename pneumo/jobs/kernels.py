@@ -1,4 +1,4 @@
-"""Kernels compiled while a core would idle; on disk, where the job that needs them finds them."""
+"""Kernels compiled ahead, while a core is idle, and cached on disk for the job that needs them."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from pneumo.storage.layout import datum_dataset, recording_from
 
 
 def compile_replays(study: Study) -> None:
-    """Compile the replays of a study, or load them, by a replay of one step at rest."""
+    """Compile the replay kernels of a study, or load them from the cache, by a replay of one step at rest."""
     e = next(iter(study.experiments.values()))._replace(steps=1)
     states, still = np.tile(equilibrium(e.plant), (2, 1)), np.zeros(2)
     run = Recording(states, still, still, e.drive, e.plant, e.h, np.zeros(1, np.int8), e.most_halvings)

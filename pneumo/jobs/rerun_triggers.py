@@ -1,4 +1,4 @@
-"""What makes Snakemake run a rule again beside its inputs: imported code, and evidence found in results."""
+"""Reasons for Snakemake to rerun a rule besides its inputs: imported code, and evidence in results."""
 
 import hashlib
 import os
@@ -12,18 +12,18 @@ from pneumo.storage.kept_evidence import evidence_file
 
 
 def code_behind(script: str, *modules: str) -> Callable[[object], str]:
-    """Return what gives a rule the SHA-256 of every pneumo module that a script imports, directly or not.
+    """Return a function for a rule: the SHA-256 of all pneumo modules that a script imports, directly or not.
 
     Snakemake sees edits of a script but not of what it imports; with the hash as a parameter it runs the rule
     again. `modules` are those that the script imports by name at run time. Snakemake calls the function with
-    the wildcards of each job that it plans: half of the rules are never asked.
+    the wildcards of each job that it plans; half of the rules are never planned.
     """
 
     @cache
     def of_script() -> str:
         return code_hash(*imports_of(Path("workflow/scripts", script)), *modules)
 
-    return lambda wildcards: of_script()  # noqa: ARG005 - its name is what Snakemake looks at
+    return lambda wildcards: of_script()  # noqa: ARG005 - Snakemake looks at its name
 
 
 def evidence_for(study: Study, name: str) -> list[str]:

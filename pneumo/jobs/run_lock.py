@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
-# A run holds RUN_LOCK alone and writes its name into it; its jobs hold JOBS_LOCK together. The kernel
-# releases both when a process ends, however it ends.
+# A run locks RUN_LOCK and writes its name into it; its jobs share the lock JOBS_LOCK. The system releases
+# both when a process ends, even when it is killed.
 RUN_LOCK, JOBS_LOCK = Path(".snakemake/pneumo.run"), Path(".snakemake/pneumo.jobs")
 RUN = "PNEUMO_RUN"  # name of the run in the environment of its jobs
 RESULTS = Path("results")
@@ -29,7 +29,7 @@ def take_run_lock() -> None:
         if not os.access(RESULTS, os.W_OK):
             raise PermissionError(errno.EACCES, "not writable", RESULTS)
         RUN_LOCK.parent.mkdir(exist_ok=True)
-        lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a number: nothing closes it before the end
+        lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a descriptor: stays open until the process ends
         JOBS_LOCK.open("a").close()
     except OSError as error:
         why = "cannot be written; each user needs a checkout of their own, on a writable disk"

@@ -1,4 +1,4 @@
-"""What every workflow script does around its work."""
+"""Around the work of every workflow script: arguments, lock, log and errors."""
 
 import errno
 import gc
@@ -16,19 +16,20 @@ from typing import Any
 from pneumo.errors import DamagedError, PneumoError
 from pneumo.jobs.run_lock import job_lock
 
-GARBAGE = 100_000  # objects made between two collections; at Python's 700 they take a seventh of compiling
-DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)  # full, or not to be written
+GARBAGE = (
+    100_000  # objects made between two collections; with Python's 700 they take a seventh of compile time
+)
+DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)  # full or not writable
 
 
 def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
-    """Call a workflow script's main function with what its rule gives, if Snakemake runs the script.
+    """Call a workflow script's main function with the values of its rule, if Snakemake runs the script.
 
-    Writes to the job's log how long the work took, or what stopped it. An error that the user can mend is
-    also one line on standard error, and the exit code is 2. A damaged file that the job was to read is
-    removed, so that the next run makes it again. Ctrl-C ends the process at once, as a kill does. `script`
-    is the script's ``globals()``, into which Snakemake puts its job; each parameter of `main` takes what the
-    rule has under its name: a path or a list of paths of the input or output, a value of params or
-    wildcards, or ``threads``.
+    `script` is the script's ``globals()``, where Snakemake puts its job. Each parameter of `main` gets the
+    rule's value of that name: a path or list of paths (input, output), a value (params, wildcards) or
+    ``threads``. The job's log gets the time taken or the error. An error that the user can correct is also
+    one line on standard error, with exit code 2. A damaged input file is removed, and the next run makes it
+    again. Ctrl-C ends the process at once, like a kill.
     """
     job = script.get("snakemake")
     if job is None:
@@ -37,27 +38,27 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
     gc.set_threshold(GARBAGE)
     start = time.perf_counter()
     if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # whatever the locale can write
+        sys.stdout.reconfigure(errors="backslashreplace")  # for locales other than UTF-8
     try:
         with job_lock():
             main(**arguments(main, job))
         _log(job, f"{job.rule}: {time.perf_counter() - start:.2f} s\n")
     except BaseException as error:
-        mendable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in DISK
+        correctable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in DISK
         text = " ".join(str(error).split())
         if isinstance(error, DamagedError):
             error.path.unlink(missing_ok=True)
             text += "; removed, the next run makes it again"
         with suppress(OSError):  # the disk may be full
-            _log(job, f"{text}\n" if mendable else traceback.format_exc())
-        if not mendable:
+            _log(job, f"{text}\n" if correctable else traceback.format_exc())
+        if not correctable:
             raise
         print(f"pneumo: {text}", file=sys.stderr)
         sys.exit(2)
 
 
 def _log(job: Any, text: str) -> None:
-    """Write a job's log; what is no Unicode, such as bytes of a path, is escaped."""
+    """Write a job's log; bytes of a path that are not Unicode are escaped."""
     Path(job.log[0]).write_text(text, encoding="utf-8", errors="backslashreplace")
 
 

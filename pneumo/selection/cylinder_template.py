@@ -1,4 +1,4 @@
-"""A configuration to begin with: `pneumo init`, with a section or a table of cylinders."""
+"""The configuration that `pneumo init` writes, with a section or a table of cylinders."""
 
 import csv
 import io
@@ -12,13 +12,13 @@ from pneumo.errors import InputError
 from pneumo.storage.files import write_text
 
 TEMPLATE = Path(__file__).parent / "templates" / "cylinder.yaml"
-STROKES = {"first": 160, "second": 80}  # mm: what differs between the rows of the table to begin with
+STROKES = {"first": 160, "second": 80}  # mm, of the rows of the template table
 
 
 def write_template(file: Path, source: Path = TEMPLATE) -> None:
-    """Write a commented configuration, or another one to begin with, as it is.
+    """Write a copy of the commented configuration, or of another one.
 
-    `InputError` if the file is there already, or cannot be written.
+    `InputError` if the file already exists or cannot be written.
     """
     _write_new({file: source.read_text(encoding="utf-8-sig")})
 
@@ -26,7 +26,7 @@ def write_template(file: Path, source: Path = TEMPLATE) -> None:
 def write_table_template(file: Path) -> Path:
     """Write a configuration and, beside it, a table of two cylinders; return the table's path.
 
-    `InputError` if one of the files is there already, or cannot be written.
+    `InputError` if one of the files already exists or cannot be written.
     """
     table = file.with_suffix(".csv")
     text = TEMPLATE.read_text(encoding="utf-8")
@@ -44,7 +44,7 @@ def write_table_template(file: Path) -> Path:
 
 
 def _leaves(section: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """Columns of a table for the keys of a section, with their values."""
+    """Yield the columns of a table for the keys of a section, with their values."""
     for key, value in section.items():
         if isinstance(value, Mapping):
             yield from _leaves(value, f"{path}{key}.")
@@ -53,10 +53,10 @@ def _leaves(section: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, A
 
 
 def _write_new(texts: Mapping[Path, str]) -> None:
-    """Write files, none of which is there yet."""
+    """Write files; `InputError` if one of them already exists."""
     for file in texts:
         if file.exists() or file.is_symlink():
-            raise InputError(f"{file}: is there already, so left alone; name another file")
+            raise InputError(f"{file}: already exists; not overwritten, name another file")
     for file, text in texts.items():
         try:
             write_text(text, file)

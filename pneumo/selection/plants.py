@@ -72,62 +72,56 @@ def plant(
     return Plant(gas, Valve(float(k_xu), float(u_max)), conditions, c, float(k_0))
 
 
-def catalogue_notes(study: Study) -> list[str]:
-    """Sentences on the cylinders whose k_0 is the catalogue's default: which it is, and within what."""
-    notes: list[str] = []
-    plants = {e.cylinder: e.plant for e in study.experiments.values()}
-    for name, found in plants.items():
-        default = default_conductance(found.cylinder)
-        if found.k_0 == default.k_0:
-            ends = f"95 % of such cylinders {default.k_0_low:.2g} to {default.k_0_high:.2g} W/K"
-            notes.append(
-                f"{name}: k_0 = {default.k_0:.2g} W/K of the catalogue ({ends}); measure it: docs/fit.md"
-            )
-    return notes
+def study_notes(study: Study) -> list[str]:
+    """Sentences that reveal a wrong unit, and those on a default k_0.
 
-
-def size_notes(study: Study) -> list[str]:
-    """Sentences that show a wrong unit: force and speed of each cylinder, signals beyond their limits."""
-    notes: list[str] = []
+    Size, force and speed of each cylinder; signals beyond their limits; each k_0 from the catalogue with its
+    interval.
+    """
+    notes, defaults = [], []
     for name, p in {e.cylinder: e.plant for e in study.experiments.values()}.items():
-        c, s = p.cylinder, p.conditions
+        c, s, default = p.cylinder, p.conditions, default_conductance(p.cylinder)
         size = f"{1e3 * c.bore:g} x {1e3 * c.stroke:g} mm, {c.M:g} kg, supply {s.P_s / 1e5:.4g} bar absolute"
         force = c.A_A * (s.P_s - s.P_atm)
         flow = mass_flow(p.valve.k_xu * p.valve.u_max, s.P_s, s.P_0, s.T_in, p.gas)
         speed = flow * p.gas.R * s.T_0 / (s.P_0 * c.A_A)  # of a chamber at rest pressure that takes it all
-        notes.append(f"{name}: {size}: at most {force:.3g} N and, by its valve, some {speed:.3g} m/s")
+        notes.append(f"{name}: {size}: at most {force:.3g} N and, with its valve, about {speed:.3g} m/s")
+        if p.k_0 == default.k_0:
+            interval = f"95 % of such cylinders: {default.k_0_low:.2g} to {default.k_0_high:.2g} W/K"
+            remedy = "measure it: docs/fit.md"
+            defaults.append(f"{name}: k_0 = {default.k_0:.2g} W/K from the catalogue ({interval}); {remedy}")
     for e in study.experiments.values():
         largest = e.excitation.amplitude * max(map(abs, e.excitation.levels), default=1.0)
-        limit, unit, what = e.plant.valve.u_max, "V", "the command's limit"
+        limit, unit, meaning = e.plant.valve.u_max, "V", "the command's limit"
         if e.drive.closed_loop:
-            limit, unit, what = e.plant.cylinder.stroke / 2, "m", "half the stroke"
+            limit, unit, meaning = e.plant.cylinder.stroke / 2, "m", "half the stroke"
         if largest > limit:
-            notes.append(f"{e.name}: its signal of {largest:g} {unit} is beyond {what}, {limit:g} {unit}")
-    return notes
+            notes.append(f"{e.name}: its signal of {largest:g} {unit} exceeds {meaning}, {limit:g} {unit}")
+    return [*notes, *defaults]
 
 
 def configured_plant(study: Study, cylinder: str | None = None, k_0: float | None = None) -> Plant:
-    """Plant of a configured cylinder, with the conductance k_0 of each chamber's wall, W/K.
+    """Plant of a configured cylinder with the conductance k_0 of each chamber's wall, W/K.
 
-    Either may be left out where there is just one.
+    The cylinder may be omitted in a study of one, k_0 if all experiments of the cylinder have the same.
 
     Raises
     ------
     InputError
-        If no experiment of the study has the cylinder, k_0 is negative, or there is more than one to choose.
+        If the cylinder is unknown, k_0 is negative, or one that was omitted is not unique.
     """
     plants = {e.cylinder: e.plant for e in study.experiments.values()}
     if cylinder is None and len(plants) == 1:
         (cylinder,) = plants
     if cylinder is None:
-        raise InputError(f"cylinder: name one with --cylinder; there are {', '.join(plants)}")
+        raise InputError(f"--cylinder: missing; there are {', '.join(plants)}")
     if cylinder not in plants:
         raise InputError(f"cylinder {cylinder!r}: no such cylinder; there are {', '.join(plants)}")
     if k_0 is None:
-        there = sorted({e.plant.k_0 for e in study.experiments.values() if e.cylinder == cylinder})
-        if len(there) > 1:
-            values = ", ".join(f"{value:g}" for value in there)
-            raise InputError(f"k_0: choose one with --k0; cylinder {cylinder} has {values} W/K")
-        k_0 = there[0]
+        configured = sorted({e.plant.k_0 for e in study.experiments.values() if e.cylinder == cylinder})
+        if len(configured) > 1:
+            values = ", ".join(f"{value:g}" for value in configured)
+            raise InputError(f"--k0: missing; cylinder {cylinder} has {values} W/K")
+        k_0 = configured[0]
     _check_conductance(k_0)
     return plants[cylinder]._replace(k_0=k_0)

@@ -42,8 +42,10 @@ def test_commands_that_compute_nothing_load_no_numba(arguments):
 def test_check_says_what_the_catalogues_conductance_is_worth(inside):
     inside("init", "mine.yaml")
     code, out, _ = inside("check", "mine.yaml")
-    assert code == 0 and "mine: k_0 = 0.27 W/K of the catalogue (95 % of such cylinders 0.099 to 0.73" in out
-    assert "of the catalogue" not in inside("check", ROOT / "config/paper.yaml")[1]
+    assert (
+        code == 0 and "mine: k_0 = 0.27 W/K from the catalogue (95 % of such cylinders: 0.099 to 0.73" in out
+    )
+    assert "from the catalogue" not in inside("check", ROOT / "config/paper.yaml")[1]
 
 
 def test_check_shows_wrong_units(inside, tmp_path):
@@ -51,14 +53,14 @@ def test_check_shows_wrong_units(inside, tmp_path):
     out = inside("check", "mine.yaml")[1]
     force = np.pi / 4 * 0.025**2 * (7e5 - 101325)
     assert (
-        f"mine: 25 x 160 mm, 3 kg, supply 7 bar absolute: at most {force:.3g} N and, by its valve, some "
+        f"mine: 25 x 160 mm, 3 kg, supply 7 bar absolute: at most {force:.3g} N and, with its valve, about "
         in out
     )
-    assert "beyond" not in out
+    assert "exceeds" not in out
     slips = {
-        "closed_loop: {amplitude_mm: 1500}": "closed: its signal of 1.5 m is beyond half the stroke, 0.08 m"
+        "closed_loop: {amplitude_mm: 1500}": "closed: its signal of 1.5 m exceeds half the stroke, 0.08 m"
     }
-    slips["open_loop: {amplitude_V: 24}"] = "open: its signal of 24 V is beyond the command's limit, 10 V"
+    slips["open_loop: {amplitude_V: 24}"] = "open: its signal of 24 V exceeds the command's limit, 10 V"
     for slip, words in slips.items():
         (tmp_path / "slip.yaml").write_text(f"cylinders: {{mine: {{{slip}}}}}")
         assert words in inside("check", "mine.yaml", "slip.yaml")[1]
@@ -96,7 +98,7 @@ def test_shell_completion_knows_the_commands():
     ("arguments", "words"),
     [
         *((["chek"], ["No such command"]), ([], ["Missing command"]), (["check"], ["Missing argument"])),
-        (["paper", "explain"], ["Missing argument 'what'; `pneumo paper explain --help` says more"]),
+        (["paper", "explain"], ["Missing argument 'what'; see `pneumo paper explain --help`"]),
         (["check", "none.yaml"], ["none.yaml", "cannot be read"]),
         (["check", str(ROOT / "README.md")], ["README.md", "YAML"]),
         (["check", str(ROOT / "config/smoke.yaml")], ["config/smoke.yaml", "gas: missing"]),
@@ -117,7 +119,7 @@ def test_verify_names_damaged_files_and_removes_them_on_demand(inside, tmp_path)
     folder = tmp_path / "results"
     folder.mkdir()
     write_json('{\n "name": "test"\n}\n', folder / "parameters.json")
-    assert inside("paper", "verify") == (0, "results: 1 files as they were written\n", "")
+    assert inside("paper", "verify") == (0, "results: 1 files unchanged since they were written\n", "")
     (folder / "settling.nc").write_text("foreign")
     code, out, err = inside("paper", "verify")
     assert code == 2 and "results/settling.nc: does not end" in out
@@ -143,7 +145,7 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
     assert code == 0 and f"{linear.A[0, 0]:.6g}" in out and "u (V)" in out
     in_bar = ["--u", 1, "--P_A", 5, "--P_B", 6e5]
     code, _, err = inside("linearise", "M8", "--n", 1.3, *in_bar, *given)
-    assert (code, err) == (0, "note: P_A = 5 Pa, not from 101325 (atmosphere) to 700000 (supply)\n")
+    assert (code, err) == (0, "note: P_A = 5 Pa, outside 101325 (atmosphere) to 700000 (supply)\n")
 
 
 @pytest.mark.parametrize(
@@ -151,9 +153,9 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
 )
 def test_a_choice_between_cylinders_or_conductances_is_left_to_the_user(command, inside):
     command = [*command, "--config", ROOT / "config/paper.yaml"]
-    assert_one_line(inside(*command), "name one with --cylinder; there are D, E")
+    assert_one_line(inside(*command), "--cylinder: missing; there are D, E")
     assert_one_line(inside(*command, "--cylinder", "F"), "no such cylinder; there are D, E")
-    assert_one_line(inside(*command, "--cylinder", "D"), "choose one with --k0; cylinder D has 0.02, 0.1")
+    assert_one_line(inside(*command, "--cylinder", "D"), "--k0: missing; cylinder D has 0.02, 0.1")
     assert inside(*command, "--cylinder", "D", "--k0", 0.1)[0] == 0
 
 
@@ -194,7 +196,7 @@ WRONG = {
     "absent file": (["study", "none.yaml"], "none.yaml: cannot be read"),
     "a folder": (["study", "."], ".: cannot be read"),
     "no number": (["study", "cylinder.yaml", "--seeds", "many"], "--seeds"),
-    "from, no cylinder": (["study", "--from", "results"], "--from RESULTS takes one --cylinder NAME"),
+    "from, no cylinder": (["study", "--from", "results"], "--from RESULTS needs one --cylinder NAME"),
     "from and files": (["study", "cylinder.yaml", "--from", "results", "--cylinder", "a"], "no files"),
     "from nowhere": (["study", "--from", "results", "--cylinder", "a"], "results/fleet.nc: no such file"),
     "too few seeds": (["study", "cylinder.yaml", "--seeds", "0"], "--seeds"),
@@ -204,14 +206,20 @@ WRONG = {
     "unknown experiment": (["study", "cylinder.yaml", "--experiment", "E01"], "there are closed, open"),
     "output is a file": (["study", "cylinder.yaml", "-o", "cylinder.yaml"], "is a file"),
     "foreign page": (["study", "cylinder.yaml", "-o", "foreign"], "study.html: not written by"),
-    "init twice": (["init", "cylinder.yaml"], "is there already"),
-    "init into a folder": (["init", "foreign"], "is there already"),
-    "init from and table": (["init", "a.yaml", "--from", "cylinder.yaml", "--table"], "no use with --from"),
+    "init twice": (["init", "cylinder.yaml"], "already exists; not overwritten"),
+    "init into a folder": (["init", "foreign"], "already exists; not overwritten"),
+    "init from and table": (
+        ["init", "a.yaml", "--from", "cylinder.yaml", "--table"],
+        "--table cannot be combined with --from",
+    ),
     "init too much": (["init", "a.yaml", "b.yaml"], "unexpected extra argument"),
     # Text is that of a second file; more of these: tests/configuration.
     "wrong unit": ("cylinders: {mine: {stroke_cm: 16}}", "cylinders.mine.stroke_cm = 16: unknown key"),
     "gauge pressure": ("supply: {P_s_Pa: 6}", "supply.P_s_Pa = 6.0: must exceed P_atm_Pa"),
-    "two valves": ("cylinders: {mine: {k_x_k_u_m2_per_V: 1.0e-7}}", "give one of the two"),
+    "two valves": (
+        "cylinders: {mine: {k_x_k_u_m2_per_V: 1.0e-7}}",
+        "conflicts with the section valve; give only one",
+    ),
     "not YAML": ("cylinders: [", "not valid YAML"),
 }
 

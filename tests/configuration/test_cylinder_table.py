@@ -121,7 +121,7 @@ def test_mistakes_of_the_configuration_are_named_where_they_are_written(fleet):
     for change, words in (
         ({"duration_s": -1}, "fleet.yaml: experiments.slow.duration_s = -1: must be"),
         ({"loop": "closed"}, "fleet.yaml: experiments.slow.loop = 'closed': needs the section"),
-        ({"cylinder": "a"}, "experiments.slow.cylinder = 'a': has no use with a table of cylinders"),
+        ({"cylinder": "a"}, "experiments.slow.cylinder = 'a': not allowed with a table of cylinders"),
     ):
         assert words in refusal(fleet(f"a,{ROW}", experiments={"slow": SLOW | change}))
     assert "no such experiment" in refusal(fleet(f"a,{ROW}", run={"experiments": ["fast"]}))
@@ -152,9 +152,9 @@ def test_the_table_to_begin_with_holds_what_the_section_holds(tmp_path):
     first = plain.experiments["open"]
     assert found.experiments["first-open"] == first._replace(name="first-open", cylinder="first")
     assert found.experiments["second-closed"].plant.cylinder.stroke == 0.08
-    with pytest.raises(InputError, match=r"fleet\.yaml: is there already"):
+    with pytest.raises(InputError, match=r"fleet\.yaml: already exists"):
         write_table_template(tmp_path / "fleet.yaml")
     (tmp_path / "fleet.yaml").unlink()
-    with pytest.raises(InputError, match=r"fleet\.csv: is there already"):
+    with pytest.raises(InputError, match=r"fleet\.csv: already exists"):
         write_table_template(tmp_path / "fleet.yaml")
     assert not (tmp_path / "fleet.yaml").exists()

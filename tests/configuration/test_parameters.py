@@ -189,18 +189,18 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
     ("experiment", "changes", "line"),
     [
         ({}, {"rod_mm": 25.0}, "own.rod_mm = 25.0: must be below bore_mm = 25 and be"),
-        ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: stands beside the section valve"),
+        ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with the section valve"),
         ({}, {"valve": None}, "k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;"),
         ({}, {"valve": {"b": 0.3}}, "own.valve.C_dm3_per_sbar: missing"),
         ({}, {"valve": {"C_dm3_per_sbar": 1, "b": 1}}, "own.valve.b = 1: must be a number greater than 0"),
         ({}, {"open_loop": None}, "experiments.X.loop = 'open': needs the section cylinders.own.open_loop"),
         ({}, {"closed_loop": {"k_p_V_per_m": 1}}, "own.closed_loop.amplitude_mm: missing; must be a number"),
-        ({}, {"closed_loop": TWICE}, "own.closed_loop.amplitude_mm = 10.0: stands beside variance_m2"),
+        ({}, {"closed_loop": TWICE}, "own.closed_loop.amplitude_mm = 10.0: conflicts with variance_m2"),
         ({"k_0_W_per_K": None}, {}, "X.k_0_W_per_K: missing; must be catalogue or a number"),
-        ({"lambda_0_W_per_m2K": 40.0}, {}, "X.lambda_0_W_per_m2K = 40.0: stands beside k_0_W_per_K"),
+        ({"lambda_0_W_per_m2K": 40.0}, {}, "X.lambda_0_W_per_m2K = 40.0: conflicts with k_0_W_per_K"),
         ({"signal": {"kind": "noise"}}, {}, "X.signal.kind = 'noise': must be prbs or gaussian or sweep"),
         ({"signal": {"kind": "sweep", "from_Hz": 1}}, {}, "X.signal.to_Hz: missing; must be a number"),
-        ({"signal": {"kind": "prbs", "hold_s": 1}}, {}, "X.signal.hold_s = 1.0: has no use with kind: prbs"),
+        ({"signal": {"kind": "prbs", "hold_s": 1}}, {}, "X.signal.hold_s = 1.0: not allowed with kind: prbs"),
         ({"signal": ABSENT}, {}, "experiments.X.signal.file = 'nowhere.csv': cannot be read"),
     ],
 )
@@ -298,7 +298,7 @@ def test_bad_value(path, value, line):
     ],
 )
 def test_unknown_key(path, place, known):
-    head, _, listed = complaint(path, 2).partition("; known here: ")
+    head, _, listed = complaint(path, 2).partition("; known keys: ")
     assert head.startswith(f"mine.yaml: {place} = ") and set(known) <= set(listed.split(", "))
 
 

@@ -35,12 +35,12 @@ def test_numbers_come_back_exactly(tmp_path_factory, values):
         (b"", "has the columns (none)"),
         (b"t,v\n0,1\n", "here.column = 'u': "),
         (b"t,u\n", "has no rows"),
-        (b"t,u\n0,1\n1,x\n", "line 3: no finite number"),
-        (b"t,u\n0,nan\n", "line 2: no finite number"),
-        (b"t,u\n0\n", "line 2: no finite number"),
-        (b"t;u\n0;1,5\n", "line 2: no finite number"),
-        (b"u" + 199_999 * b",u" + b"\n0\n", "200000 columns: must be at most 1000"),
-        (b'u\n"' + 200_000 * b"1" + b'"\n', "line 2: no finite number"),
+        (b"t,u\n0,1\n1,x\n", "line 3: must be a finite number"),
+        (b"t,u\n0,nan\n", "line 2: must be a finite number"),
+        (b"t,u\n0\n", "line 2: must be a finite number"),
+        (b"t;u\n0;1,5\n", "line 2: must be a finite number"),
+        (b"u" + 199_999 * b",u" + b"\n0\n", "has 200000 columns; must have at most 1000"),
+        (b'u\n"' + 200_000 * b"1" + b'"\n', "line 2: must be a finite number"),
     ],
 )
 def test_bad_files(tmp_path, content, line):
@@ -58,7 +58,7 @@ def test_limits_of_size(tmp_path, monkeypatch):
     monkeypatch.setattr(signal_file, "MOST_ROWS", 3)
     assert len(read_column(file, "u", "here")) == 3
     monkeypatch.setattr(signal_file, "MOST_ROWS", 2)
-    with pytest.raises(ConfigurationError, match="more than 2 rows"):
+    with pytest.raises(ConfigurationError, match="must have at most 2 rows"):
         read_column(file, "u", "here")
     monkeypatch.setattr(signal_file, "LARGEST_SIGNAL_FILE", 7)
     with pytest.raises(ConfigurationError, match="must have at most 7 bytes"):

@@ -6,7 +6,7 @@ import pytest
 
 from pneumo.configuration.parameters import load, read_yaml, study, validated
 from pneumo.jobs import fleet_plan
-from pneumo.jobs.fleet_plan import checked_fleet, need
+from pneumo.jobs.fleet_plan import checked_fleet, resources
 from pneumo.selection.cylinder_template import TEMPLATE, write_table_template
 
 CONFIG = {"cylinders": "fleet.csv"}  # what Snakemake has read
@@ -65,7 +65,7 @@ def test_a_signal_that_cannot_be_read_is_refused_before_the_jobs(fleet_of, capsy
 
 def test_what_a_job_may_need_follows_the_simulated_seconds(fleet_of):
     def of(count, **changes):
-        return need(validated(fleet_of(count, changes).content("000000"), []))
+        return resources(validated(fleet_of(count, changes).content("000000"), []))
 
     one, two = of(1), of(2)
     steps = 2 * 20_000 * 5  # experiments, steps of each, seeds
@@ -76,6 +76,6 @@ def test_what_a_job_may_need_follows_the_simulated_seconds(fleet_of):
     assert of(1, step_s=0.0005).bytes_per_thread == pytest.approx(2 * one.bytes_per_thread)
     leaking = read_yaml(TEMPLATE)
     leaking["cylinders"]["mine"]["valve"]["leak_dm3_per_sbar"] = 0.1
-    assert need(validated(leaking, [])).seconds == pytest.approx(fleet_plan.LEAKING * one.seconds)
+    assert resources(validated(leaking, [])).seconds == pytest.approx(fleet_plan.LEAKING * one.seconds)
     assert two.runtime(threads=1, attempt=1) < two.runtime(threads=1, attempt=2)
     assert two.mem_mb(threads=1, attempt=1) < two.mem_mb(threads=4, attempt=1) < two.mem_mb(4, 2)

@@ -50,7 +50,7 @@ def test_template_is_a_25_by_160_cylinder_with_a_catalogue_valve_and_init_writes
     write_template(file)
     assert file.read_bytes() == TEMPLATE.read_bytes()
     file.write_text("mine")
-    with pytest.raises(InputError, match=r"my\.yaml: is there already"):
+    with pytest.raises(InputError, match=r"my\.yaml: already exists"):
         write_template(file)
     assert file.read_text() == "mine"
     with pytest.raises(InputError, match="cannot be written"):

@@ -1,4 +1,4 @@
-# A table of cylinders: blocks of them, each a job, then one index. Nothing else of the workflow is planned.
+# A table of cylinders: blocks of them, one job each, then one index. Nothing else is planned.
 
 
 def block_content(wildcards):
@@ -7,8 +7,8 @@ def block_content(wildcards):
 
 
 @cache
-def need_of(block):
-    return need(validated(FLEET.content(block), []))
+def resources_of(block):
+    return resources(validated(FLEET.content(block), []))
 
 
 rule fleet_block:
@@ -20,8 +20,8 @@ rule fleet_block:
         block=r"\d+",
     threads: all_cores
     resources:
-        runtime=lambda wildcards, threads, attempt: need_of(wildcards.block).runtime(threads, attempt),
-        mem_mb=lambda wildcards, threads, attempt: need_of(wildcards.block).mem_mb(threads, attempt),
+        runtime=lambda wildcards, threads, attempt: resources_of(wildcards.block).runtime(threads, attempt),
+        mem_mb=lambda wildcards, threads, attempt: resources_of(wildcards.block).mem_mb(threads, attempt),
     params:
         content=block_content,
         signals=fingerprints(FLEET.signal_files()),

@@ -4,9 +4,7 @@
 rule live:
     input:
         parameters=rules.parameters.output[0],
-        templates=expand(
-            "pneumo/export/templates/{name}.j2", name=["model.c", "model.h", "test.c", "live.c"]
-        ),
+        templates=expand("pneumo/export/templates/{name}.j2", name=["model.c", "model.h", "test.c", "live.c"]),
         sources=[f"docs/live/live.{suffix}" for suffix in ("html", "css", "js")],
     output:
         page="results/live.html",

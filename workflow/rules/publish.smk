@@ -66,7 +66,7 @@ rule report:
         datum=rules.datum.output,
         cells=rules.replay.output,
         statistics=rules.statistics.output,
-        verdict=[] if OWN_CYLINDERS else [rules.verdict.output.judged],
+        verdict=[] if USER_CYLINDERS else [rules.verdict.output.judged],
         templates=expand("pneumo/publish/pages/templates/{name}", name=REPORT_TEMPLATES),
     output:
         page=report("results/report.html", caption="../captions/report.rst", category="Pages"),
@@ -74,7 +74,7 @@ rule report:
         "results/logs/report.log",
     params:
         # What is there is shown. As inputs, these would bring the whole ensemble and all evidence with them.
-        findings={} if OWN_CYLINDERS else fingerprints(evidence_for(STUDY, "findings.json")),
+        findings={} if USER_CYLINDERS else fingerprints(evidence_for(STUDY, "findings.json")),
         code_now=code_behind("findings.py"),
         manuscript=exists("results/paper.pdf"),
         code=code_behind("report.py"),

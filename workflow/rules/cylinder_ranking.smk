@@ -1,7 +1,7 @@
-# Cylinders of one's own: the grid over seeds for each, and one page for all; what `pneumo study` makes.
+# Cylinders of a user: the grid over seeds for each, and one page for all, as `pneumo study` makes them.
 
 
-rule own_cells:
+rule ranking_cells:
     input:
         parameters=rules.parameters.output[0],
     output:
@@ -12,17 +12,17 @@ rule own_cells:
         cylinder=r"[A-Za-z][\w-]*",
     params:
         k_0_factor=lookup("{cylinder}", within=K_0_FACTORS),
-        code=code_behind("own_cells.py"),
+        code=code_behind("ranking_cells.py"),
     message:
         "Full-order runs and replays over seeds, cylinder {wildcards.cylinder}"
     script:
-        "../scripts/own_cells.py"
+        "../scripts/ranking_cells.py"
 
 
-rule own_page:
+rule ranking_page:
     input:
         parameters=rules.parameters.output[0],
-        cells=expand(rules.own_cells.output[0], cylinder=OWN_CYLINDERS),
+        cells=expand(rules.ranking_cells.output[0], cylinder=USER_CYLINDERS),
         templates=[
             "pneumo/publish/pages/templates/page.html.j2",
             "pneumo/publish/pages/templates/macros.html.j2",
@@ -33,20 +33,20 @@ rule own_page:
     output:
         page="results/study.html",
     log:
-        "results/logs/own_page.log",
+        "results/logs/ranking_page.log",
     params:
-        code=code_behind("own_page.py"),
+        code=code_behind("ranking_page.py"),
     message:
         "Ranking of the models on each cylinder"
     script:
-        "../scripts/own_page.py"
+        "../scripts/ranking_page.py"
 
 
-rule own:
+rule cylinder_ranking:
     input:
         rules.parameters.output,
         rules.datum.output,
         rules.replay.output,
         rules.statistics.output,
-        rules.own_page.output,
+        rules.ranking_page.output,
         rules.report.output,

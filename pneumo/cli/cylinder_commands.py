@@ -1,0 +1,144 @@
+"""``pneumo init``, ``check`` and ``study``: from a configuration to the ranking of models for a cylinder.
+
+Modules are imported inside the functions, so that help and errors of usage are fast.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pneumo.cli.options import configured_study, read_configuration
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from pneumo.configuration.experiment import Study
+
+
+def init(
+    file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml"),
+    table: Annotated[
+        bool, typer.Option("--table", help="put the cylinders in a table: a CSV file of the same name")
+    ] = False,
+    source: Annotated[
+        Path | None, typer.Option("--from", help="copy this configuration, such as fitted.yaml of a fit")
+    ] = None,
+) -> None:
+    """Write a commented configuration of a cylinder, to edit."""
+    from pneumo.errors import InputError
+    from pneumo.selection.cylinder_template import TEMPLATE, write_table_template, write_template
+
+    if table and source:
+        raise InputError("--table cannot be combined with --from")
+    if table:
+        rows = write_table_template(file)
+        return typer.echo(
+            f"{file}, {rows}: written; edit them, then, in a checkout: snakemake -j2 --configfile {file}"
+        )
+    if source:
+        configured_study([source])
+    write_template(file, source or TEMPLATE)
+    return typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
+
+
+def check(
+    files: Annotated[list[Path], typer.Argument(help="configuration; later files override earlier ones")],
+) -> None:
+    """Check a configuration and list its experiments."""
+    from pneumo.selection.plants import study_notes
+
+    study = configured_study(files)
+    for name, e in study.experiments.items():
+        time = f"{e.duration:g} s, step {e.h * 1e3:g} ms"
+        typer.echo(f"{name}  cylinder {e.cylinder}  {e.loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
+    for note in study_notes(study):
+        typer.echo(note)
+    typer.echo(f"{study.name}: {len(study.experiments)} experiments, n = {', '.join(map(str, study.n))}")
+
+
+def study(
+    files: Annotated[
+        list[Path] | None, typer.Argument(help="configuration; later files override earlier ones")
+    ] = None,
+    cylinder: Annotated[
+        list[str] | None, typer.Option(help="only this cylinder; may be repeated [all]")
+    ] = None,
+    experiment: Annotated[
+        list[str] | None, typer.Option(help="only this experiment; may be repeated [all]")
+    ] = None,
+    seeds: Annotated[
+        int | None,
+        typer.Option(min=1, max=1000, help="runs of each experiment, each with its own seed [run.seeds]"),
+    ] = None,
+    threads: Annotated[int, typer.Option(min=1, help="parallel runs; the result does not depend on it")] = 2,
+    stored: Annotated[
+        Path | None,
+        typer.Option(
+            "--from", help="folder of a fleet's results: write the page of one --cylinder from them"
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="folder for study.html and study.nc [study-NAME]")
+    ] = None,
+) -> None:
+    """Rank all models on your cylinder and recommend one."""
+    from pneumo.errors import InputError
+    from pneumo.publish.pages.study_page import check_folder
+
+    if stored is not None:
+        if not cylinder or len(cylinder) > 1 or files or experiment or seeds:
+            raise InputError("--from RESULTS needs one --cylinder NAME and no files, --experiment or --seeds")
+        from pneumo.selection.fleet import stored_cylinder
+
+        folder = output or Path(f"study-{cylinder[0]}")
+        check_folder(folder)
+        return _report(*stored_cylinder(stored, cylinder[0]), folder)
+    if not files:
+        raise InputError("Missing argument 'files': a configuration; `pneumo init` writes one")
+    configuration = read_configuration(files)  # before what takes a second to import
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from pneumo.configuration.known_within import known_within
+    from pneumo.configuration.parameters import study as in_SI
+    from pneumo.selection.cylinder_ranking import run_study, selected, simulated_time
+
+    configured = in_SI(configuration)
+    configured = configured._replace(seeds=seeds or configured.seeds)
+    chosen = selected(configured, cylinder or (), experiment or ())
+    folder = output or Path(f"study-{chosen.name}")
+    check_folder(folder)
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("full-order runs and replays", total=simulated_time(chosen))
+        factors = known_within(configuration)
+        cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), factors)
+    return _report(chosen, cells, folder)
+
+
+def _report(chosen: "Study", cells: "Dataset", folder: Path) -> None:
+    """Print the rankings of a study, and write its page and cells."""
+    from rich.console import Console
+
+    from pneumo.errors import InputError
+    from pneumo.publish.pages.study_page import save_study
+    from pneumo.publish.text.terminal_tables import study_tables
+    from pneumo.selection.cylinder_ranking import rankings
+    from pneumo.selection.plants import study_notes
+
+    console, ranked = Console(), rankings(cells)
+    for note in study_notes(chosen):
+        console.print(note, markup=False)
+    for ranking in ranked:
+        for table in study_tables(ranking):
+            console.print(table)
+        for reason in ranking.left_out:
+            console.print(f"Left out: {reason}.", markup=False)
+        console.print(f"Recommended: {ranking.recommended or 'none'}. {ranking.reason}.", markup=False)
+        for advice in ranking.advice:
+            console.print(f"- {advice}", markup=False)
+    page, stored = save_study(chosen, cells, ranked, folder)
+    console.print(f"{page}, {stored}: written", markup=False, soft_wrap=True)
+    for ranking in ranked:
+        if not ranking.recommended:
+            raise InputError(f"{ranking.cylinder}: {ranking.reason}; see {page}")

@@ -1,0 +1,139 @@
+"""``pneumo fit``: models fitted to a measured record.
+
+Modules are imported inside the function, so that help and errors of usage are fast.
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from pneumo.cli.options import Config, Cylinder, read_configuration
+from pneumo.fit.fitted_parameters import CAUSES
+from pneumo.fit.record.formats import FORMATS
+
+READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
+
+
+def fit(
+    measurement: Annotated[
+        Path,
+        typer.Argument(help=f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}"),
+    ],
+    cylinder: Cylinder = None,
+    config: Config = None,
+    columns: Annotated[
+        Path | None,
+        typer.Option(
+            help="YAML file with the columns' names and units: `P_A: {column: name, unit: kPa}` ..."
+        ),
+    ] = None,
+    model: Annotated[
+        list[str] | None, typer.Option(help="one of `pneumo models`; may be repeated [all]")
+    ] = None,
+    x_from: Annotated[
+        Literal["mid", "end"], typer.Option(help="where x is zero: in mid-stroke or at chamber A's end")
+    ] = "mid",
+    command: Annotated[
+        Literal["held", "linear"], typer.Option(help="command between two samples: held or linear")
+    ] = "held",
+    part: Annotated[
+        float, typer.Option(min=0.2, max=0.9, help="fraction of the record to fit; the rest is held out")
+    ] = 0.6,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="skip the check for swapped or wrong columns")
+    ] = False,
+    also: Annotated[
+        list[str] | None,
+        typer.Option(help=f"possible cause of a poor fit, fitted too: {', '.join(CAUSES)}; may be repeated"),
+    ] = None,
+    closed: Annotated[
+        Literal["A", "B", "both"] | None,
+        typer.Option(
+            help="both: fit thermal laws to closed chambers; A or B: k_0 from one chamber's transient alone"
+        ),
+    ] = None,
+    closed_from: Annotated[
+        float, typer.Option(min=0.0, help="time from which the chambers are closed, s")
+    ] = 0.0,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="folder for fit.html, fit.nc, fitted.yaml")
+    ] = None,
+) -> None:
+    """Fit models to a measured record: k_0, n, valve, dead volumes.
+
+    The models are ranked on the part of the record that is held out. Closed chambers (u, or m_A and m_B,
+    zero, or `--closed both`) are fitted with thermal laws instead: k_0, n, leakage.
+    """
+    from dataclasses import replace
+
+    from rich.console import Console
+
+    from pneumo.catalogue import default_conductance
+    from pneumo.configuration.parameters import sonic_conductance, study
+    from pneumo.configuration.sampling import HELD, INTERPOLATED
+    from pneumo.equations.chamber_rate import model_row
+    from pneumo.errors import InputError
+    from pneumo.fit.closed.closed_fit import fit_closed
+    from pneumo.fit.closed.thermal_time_constant import transient
+    from pneumo.fit.estimate import fit_measurement
+    from pneumo.fit.fit_result import ClosedChambersResult
+    from pneumo.fit.fitted_yaml import fitted_configuration
+    from pneumo.fit.mistaken_columns import check_columns
+    from pneumo.fit.record.columns import read_mapping
+    from pneumo.fit.record.measurement import read_measurement
+    from pneumo.physics.models import MODELS
+    from pneumo.publish.pages.fit_page import fit_page
+    from pneumo.publish.text import terminal_tables as shown
+    from pneumo.selection.plants import configured_plant
+    from pneumo.storage.files import check_output, write_text
+
+    def say(text: str) -> None:
+        typer.echo(text, err=True)
+
+    if output is not None:
+        check_output(output)
+    configuration = read_configuration(config)
+    configured = study(configuration)
+    plant = configured_plant(configured, cylinder, 1.0)
+    names = [model_row(name).name for name in model or MODELS]
+    mapping = read_mapping(columns) if columns else None
+    measured = read_measurement(
+        measurement, plant, mapping, from_end=x_from == "end", closed=closed is not None
+    )
+    for note in measured.notes:
+        say(f"note: {note}")
+    if closed is not None and closed != "both":
+        return typer.echo(shown.transient_text(transient(measured, plant, closed, closed_from)))
+    rule = HELD if command == "held" else INTERPOLATED
+    if measured.closed:
+        for option in [name for name, given in (("model", model), ("also", also)) if given]:
+            raise InputError(f"--{option}: closed chambers are fitted with thermal laws; leave it out")
+        fitted = fit_closed(measured.since(closed_from), plant, part=part, check=not trust, progress=say)
+        for note in fitted.notes[len(measured.notes) :]:
+            say(f"note: {note}")
+    else:
+        if not trust:
+            check_columns(measured, plant, command=rule)
+        causes = tuple(dict.fromkeys(also or ()))
+        fitted = fit_measurement(measured, plant, names, command=rule, part=part, also=causes, progress=say)
+    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
+    if configuration.cylinders[named].valve:
+        C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
+        fitted = replace(fitted, C_per_k_xu=C_per_k_xu)
+    for table in shown.fit_tables(fitted):
+        Console().print(table)
+    if isinstance(fitted, ClosedChambersResult):
+        typer.echo(shown.wall_text(fitted))
+    for text in filter(None, [shown.valve_text(fitted), *(f"warning: {text}" for text in fitted.warnings)]):
+        typer.echo(text)
+    start = default_conductance(plant.cylinder)
+    ends = f"95 % of such cylinders {start.k_0_low:.2g} to {start.k_0_high:.2g}"
+    typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})")
+    if output is not None:
+        fitted.save(configured.config_sha256, output / "fit.nc")
+        write_text(fit_page(fitted, measurement.name), output / "fit.html")
+        text = fitted_configuration(configuration, named, plant, fitted, measurement.name, T=measured.T)
+        write_text(text, output / "fitted.yaml")
+        typer.echo(f"{output / 'fit.html'}, {output / 'fit.nc'} and {output / 'fitted.yaml'}: written")
+    return None

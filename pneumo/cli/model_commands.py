@@ -1,0 +1,135 @@
+"""``pneumo linearise``, ``export`` and ``models``: linear models, source code, and the table of models.
+
+Modules are imported inside the functions, so that help and errors of usage are fast.
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from pneumo.cli.options import MODEL, Conductance, Config, Cylinder, Index, configured_study
+
+
+def linearise(
+    model: Annotated[str, MODEL],
+    u: Annotated[float, typer.Option("--u", help="command at the operating point, V")],
+    P_A: Annotated[float, typer.Option("--P_A", help="absolute pressure of chamber A, Pa")],
+    P_B: Annotated[float, typer.Option("--P_B", help="absolute pressure of chamber B, Pa")],
+    x: Annotated[float, typer.Option("--x", help="position from mid-stroke, m")] = 0.0,
+    v: Annotated[float, typer.Option("--v", help="velocity, m/s")] = 0.0,
+    T_A: Annotated[
+        float | None, typer.Option("--T_A", help="full: temperature of chamber A, K [T_0]")
+    ] = None,
+    T_B: Annotated[
+        float | None, typer.Option("--T_B", help="full: temperature of chamber B, K [T_0]")
+    ] = None,
+    states: Annotated[
+        Literal["chambers", "actuator"],
+        typer.Option(help="chambers: x and v are inputs; actuator: they are states"),
+    ] = "chambers",
+    n: Index = None,
+    cylinder: Cylinder = None,
+    k0: Conductance = None,
+    config: Config = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print A and B as JSON")] = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            help="draw natural frequency and damping over stroke and pressure into this file (no suffix)"
+        ),
+    ] = None,
+) -> None:
+    """Print a linear model of chambers or actuator at a point."""
+    import json
+
+    from pneumo.equations.system import quantity, rate_unit, system
+    from pneumo.linear.linear_analysis import natural_modes, operating_range
+    from pneumo.linear.linear_model import linearise as linear_model
+    from pneumo.selection.plants import configured_plant
+
+    plant = configured_plant(configured_study(config), cylinder, k0)
+    names = system(model, n, plant, piston=states == "actuator")
+    least, most = plant.conditions.P_atm, plant.conditions.P_s
+    for name, P in (("P_A", P_A), ("P_B", P_B)):
+        if P > 0 and not least <= P <= most:
+            typer.echo(
+                f"note: {name} = {P:g} Pa, outside {least:g} (atmosphere) to {most:g} (supply)", err=True
+            )
+    linear = linear_model(model, n, plant, u=u, P_A=P_A, P_B=P_B, x=x, v=v, T_A=T_A, T_B=T_B, states=states)
+    A, B = ([[float(rate) for rate in row] for row in matrix] for matrix in (linear.A, linear.B))
+    if plot is not None:
+        from pneumo.publish.figures.modes_figure import modes_figure
+        from pneumo.publish.style import save
+
+        save(modes_figure(natural_modes(model, n, plant, *operating_range(plant))), plot)
+    if as_json:
+        return typer.echo(json.dumps({"states": names.states, "inputs": names.inputs, "A": A, "B": B}))
+    heads = [f"{name} ({quantity(name)[0]})" for name in (*names.states, *names.inputs)]
+    typer.echo(" " * 18 + "  ".join(f"{head:>14}" for head in heads))
+    for state, by_state, by_input in zip(names.states, A, B, strict=True):
+        head = f"d{state}/dt ({rate_unit(state)})"
+        typer.echo(f"{head:18}" + "  ".join(f"{rate:14.6g}" for rate in by_state + by_input))
+    return None
+
+
+def export(
+    model: Annotated[str, MODEL],
+    to: Annotated[str, typer.Option(help="c, matlab (and Octave), casadi (Python) or fmu")],
+    n: Index = None,
+    cylinder: Cylinder = None,
+    k0: Conductance = None,
+    config: Config = None,
+    precision: Annotated[str, typer.Option(help="double, or float (C only)")] = "double",
+    valve: Annotated[
+        bool,
+        typer.Option("--valve/--no-valve", help="with the valve's flow; without it mass flows are inputs"),
+    ] = True,
+    piston: Annotated[
+        bool,
+        typer.Option(
+            "--piston/--no-piston", help="with the equation of motion; without it x and v are inputs"
+        ),
+    ] = False,
+    fmi: Annotated[Literal["2", "3"], typer.Option(help="version of the FMU")] = "2",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="file to write [a single file: standard output]")
+    ] = None,
+) -> None:
+    """Write a model as C, MATLAB or CasADi source, or as an FMU."""
+    from pneumo.errors import InputError
+    from pneumo.export import exported, write_files
+    from pneumo.selection.plants import configured_plant
+
+    suffix = {"c": ".c", "fmu": ".fmu"}.get(to)
+    if suffix and (output is None or output.suffix != suffix):
+        raise InputError(f"--to {to}: needs --output FILE{suffix}")
+    files = exported(
+        model,
+        n,
+        configured_plant(configured_study(config), cylinder, k0),
+        to,
+        stem=output.stem if output else None,
+        precision=precision,
+        valve=valve,
+        piston=piston,
+        fmi=3 if fmi == "3" else 2,
+    )
+    if output is None:
+        return typer.echo("".join(text.decode() for text in files.values()), nl=False)
+    first, *rest = files
+    names = {first: output.name} | {name: name for name in rest}
+    return write_files({names[name]: content for name, content in files.items()}, output.parent)
+
+
+def models() -> None:
+    """Print the table of models: their exponents, laws and wall heat."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from pneumo.physics.models import MODELS, Model
+
+    table = Table(*(field.replace("_", " ") if field != "n_V" else "n V" for field in Model._fields))
+    for model in MODELS.values():
+        table.add_row(*(str(cell) for cell in model))
+    Console().print(table)

@@ -1,0 +1,46 @@
+"""Arguments and options that several commands of ``pneumo`` take, and the configuration that they name."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from pneumo.configuration.experiment import Study
+    from pneumo.configuration.schema import Configuration
+
+PAPER = Path("config/paper.yaml")  # in a checkout
+MODEL = typer.Argument(help="one of `pneumo models`, or full for the full-order model")
+Config = Annotated[
+    list[Path] | None,
+    typer.Option(
+        help="configuration; may be repeated, later files override earlier ones [in a checkout: the paper's]"
+    ),
+]
+Index = Annotated[float | None, typer.Option("--n", help="polytropic index n, for models that have one")]
+Cylinder = Annotated[
+    str | None, typer.Option("--cylinder", help="name in the configuration [the only cylinder there]")
+]
+Conductance = Annotated[
+    float | None,
+    typer.Option(
+        "--k0", help="thermal conductance of each chamber's wall, W/K [the cylinder's, if it has only one]"
+    ),
+]
+
+
+def read_configuration(files: list[Path] | None) -> "Configuration":
+    """Return the merged configuration of files, by default the paper's; `InputError` if there is none."""
+    from pneumo.configuration.parameters import load
+    from pneumo.errors import InputError
+
+    if not files and not PAPER.exists():
+        raise InputError("--config: missing; name a configuration, `pneumo init` writes one")
+    return load(*(files or [PAPER]))
+
+
+def configured_study(files: list[Path] | None) -> "Study":
+    """Return the study of `read_configuration` in SI units."""
+    from pneumo.configuration.parameters import study
+
+    return study(read_configuration(files))
