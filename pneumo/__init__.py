@@ -32,23 +32,18 @@ if TYPE_CHECKING:
 
     __version__: str
 else:
-    _NAMES = {
-        "catalogue": ["default_conductance", "measured_conductances"],
-        "configuration.experiment": ["Plant"],
-        "linear.linear_model": ["Linear", "linearise"],
-        "equations.chamber_rate": ["chamber_rate"],
-        "selection.plants": ["plant"],
-        "selection.runs": ["Prediction", "Run", "recorded", "replay", "simulate"],
-        "evidence.transport.floor_theory": ["transport_floor"],
-        "errors": [
-            *("ConfigurationError", "DamagedError", "InputError", "PneumoError", "ResultError", "RunError")
-        ],
-        "physics.cylinder": ["Cylinder"],
-        "physics.models": ["MODELS", "Model"],
-        "physics.valve": ["Conditions", "Gas", "Valve"],
-        "storage.files": ["open_grid"],
+    import ast
+    from pathlib import Path
+
+    # The imports above are the one list of public names; they are loaded on first use.
+    _tree = ast.parse(Path(__file__).read_text(encoding="utf-8"))
+    _imports = [node for node in ast.walk(_tree) if isinstance(node, ast.ImportFrom)]
+    _MODULE_OF = {
+        alias.name: node.module
+        for node in _imports
+        for alias in node.names
+        if node.module.startswith("pneumo.")
     }
-    _MODULE_OF = {name: f"pneumo.{module}" for module, names in _NAMES.items() for name in names}
     __all__ = ["__version__", *sorted(_MODULE_OF)]
 
     def __dir__() -> list[str]:
@@ -56,7 +51,7 @@ else:
         return __all__
 
     def __getattr__(name: str) -> object:
-        """Load a public name on first use, so that `import pneumo` is fast."""
+        """Load a public name on first use: `import pneumo` imports no numerics."""
         if name == "__version__":
             from importlib.metadata import version
 

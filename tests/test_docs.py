@@ -4,6 +4,7 @@ import re
 import shlex
 import subprocess
 import tomllib
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -303,6 +304,14 @@ def test_architecture_lists_the_rooms_in_the_order_of_the_import_contract():
         assert re.findall(r"imports only from rooms (\w+)", text, re.IGNORECASE) == ["above"], name
     inside = [path for path in (ROOT / "pneumo").iterdir() if path.suffix in ("", ".py")]
     assert set(layers) == {path.stem for path in inside if not path.name.startswith("__")}
+
+
+def test_no_two_modules_share_a_name():
+    modules = [file for file in (ROOT / "pneumo").rglob("*.py") if file.stem != "__init__"]
+    # Both papers' folders use the same names for the same roles.
+    of_papers = {file.stem for file in modules if file.parent.parent.name == "papers"}
+    others = [file.stem for file in modules if file.parent.parent.name != "papers"]
+    assert [name for name, count in Counter([*of_papers, *others]).items() if count > 1] == []
 
 
 def test_theory_has_every_erratum_once_and_the_papers_numbers_of_equations():

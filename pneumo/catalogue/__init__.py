@@ -1,4 +1,4 @@
-"""Measured wall conductances of catalogue cylinders, and the default that they give where k_0 is unknown."""
+"""Measured wall conductances of catalogue cylinders, and the default for a cylinder with unknown k_0."""
 
 import csv
 from functools import cache
@@ -58,8 +58,10 @@ def coefficient_times_length() -> tuple[float, float]:
     is geometric. The measurements of one cylinder count as one, so the interval has two degrees of freedom.
     """
     by_cylinder: dict[str, list[float]] = {}
-    for one in measured_conductances():
-        by_cylinder.setdefault(one.cylinder, []).append(log(one.lambda_0 * one.V_f / one.A_q))
+    for measured in measured_conductances():
+        by_cylinder.setdefault(measured.cylinder, []).append(
+            log(measured.lambda_0 * measured.V_f / measured.A_q)
+        )
     logs = [fmean(values) for values in by_cylinder.values()]
     assert len(logs) == 3  # else Student's t has another closed form, or none
     quantile = LEVEL * (2 / (1 - LEVEL**2)) ** 0.5
@@ -68,7 +70,7 @@ def coefficient_times_length() -> tuple[float, float]:
 
 
 def default_conductance(cylinder: Cylinder) -> Default:
-    """Return the conductance to take where that of a cylinder is unknown, for chamber A in mid-stroke.
+    """Return the conductance to use if that of a cylinder is unknown, for chamber A in mid-stroke.
 
     From six measurements on three cylinders of 20 and 32 mm bore (`measured_conductances`); the interval is
     wide, and beyond these sizes it is an extrapolation.

@@ -1,4 +1,4 @@
-"""`pneumo study`: every model on the experiments of a configuration, each run with several seeds, and ranked.
+"""`pneumo study`: every model replayed on the experiments of a configuration with several seeds, and ranked.
 
 Full-order runs and replays are those of the paper's study. The first run of an experiment has the
 configured seed, so that its cells equal those of `results/exact`.
@@ -32,25 +32,27 @@ TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experimen
 
 
 def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[str] = ()) -> Study:
-    """Study of the named cylinders and experiments only; of all where none is named.
+    """Study of the named cylinders and experiments only; of all if none is named.
 
-    `InputError` if there is no such cylinder or experiment, or nothing is left.
+    `InputError` if a name is unknown, or no experiment has both.
     """
-    cylinders_there = {e.cylinder for e in study.experiments.values()}
-    kinds = ("cylinder", cylinders, cylinders_there), ("experiment", experiments, set(study.experiments))
+    known_cylinders = {e.cylinder for e in study.experiments.values()}
+    kinds = ("cylinder", cylinders, known_cylinders), ("experiment", experiments, set(study.experiments))
     for kind, wanted, names in kinds:
         for name in wanted:
             if name not in names:
                 known = ", ".join(sorted(names)[:20])
                 raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {known}")
-    left = {
+    remaining = {
         name: e
         for name, e in study.experiments.items()
         if (not cylinders or e.cylinder in cylinders) and (not experiments or name in experiments)
     }
-    if not left:
-        raise InputError("no experiment is of the cylinders and experiments named")
-    return study._replace(experiments=left)
+    if not remaining:
+        raise InputError(
+            "--cylinder, --experiment: none of the named experiments has one of the named cylinders"
+        )
+    return study._replace(experiments=remaining)
 
 
 def seeds_of(experiment: Experiment, count: int) -> list[int]:
@@ -73,10 +75,10 @@ def simulated_time(study: Study) -> float:
 def mse_at_other_k_0(
     experiment: Experiment, n: tuple[float, ...], ratio: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Mean square errors, Pa^2, where the cylinder's k_0 is `ratio` times the experiment's.
+    """Mean square errors, Pa^2, if the cylinder's true k_0 is `ratio` times the experiment's.
 
-    Two arrays by (model, n, chamber): of models that take the experiment's k_0, and of models that know the
-    cylinder's. NaN for replays that fail.
+    Two arrays by (model, n, chamber): of models with the experiment's k_0, and of models with the true one.
+    NaN for replays that fail.
     """
     gamma = experiment.plant.gas.gamma
     recording = record(experiment._replace(plant=experiment.plant._replace(k_0=ratio * experiment.plant.k_0)))

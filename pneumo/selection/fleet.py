@@ -51,17 +51,17 @@ ABOUT |= {
     for name in ("best_mse", "over_best", "gain")
     for end, words in (("low", "lower"), ("high", "upper"))
 }
-INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0")  # what the index is made from
+INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0")  # variables of the index
 
 
 def studies_of(study: Study) -> dict[str, Study]:
-    """Return the study of each cylinder of a table, its experiments under the names of the configuration."""
-    found: dict[str, Study] = {}
+    """Return the study of each cylinder of a table, with the experiments' names in the configuration."""
+    studies: dict[str, Study] = {}
     for full, e in study.experiments.items():
         name = full.removeprefix(experiment_name(e.cylinder, ""))
-        one = found.setdefault(e.cylinder, study._replace(experiments={}))
-        one.experiments[name] = e._replace(name=name)
-    return found
+        of_cylinder = studies.setdefault(e.cylinder, study._replace(experiments={}))
+        of_cylinder.experiments[name] = e._replace(name=name)
+    return studies
 
 
 def _ends(name: str, dim: str, intervals: Sequence[Interval]) -> dict[str, Any]:
@@ -72,9 +72,9 @@ def _ends(name: str, dim: str, intervals: Sequence[Interval]) -> dict[str, Any]:
 def ranking_dataset(ranking: Ranking) -> xr.Dataset:
     """Return the ranking of one cylinder by (model) and the gains by (refinement), as `ABOUT` describes."""
     unknown = Interval(np.nan, np.nan, np.nan)
-    found = {row.model: row for row in ranking.rows}
+    by_model = {row.model: row for row in ranking.rows}
     robust = {row.model: row for row in ranking.unknown_k_0.models} if ranking.unknown_k_0 else {}
-    rows = [found.get(name) for name in MODELS]
+    rows = [by_model.get(name) for name in MODELS]
     gains = [gain.percent for gain in ranking.gains] or [unknown] * len(REFINEMENT_STEPS)
     variables: dict[str, Any] = {
         "recommended": ((), ranking.recommended),
@@ -105,7 +105,7 @@ def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
 
 
 def _exact(cells: xr.Dataset) -> xr.Dataset:
-    """Cells in eight bytes again, as rankings and pages take them."""
+    """Cells in eight bytes again, as rankings and pages need them."""
     return cells.assign({name: cells[name].astype(float) for name in CELLS})
 
 
@@ -127,8 +127,10 @@ def run_block(
     """
 
     def work(item: tuple[str, Study]) -> xr.Dataset:
-        name, one = item
-        dataset = cylinder_dataset(one, run_study(one, 1, k_0_factors=k_0_factors, traced=False))
+        name, of_cylinder = item
+        dataset = cylinder_dataset(
+            of_cylinder, run_study(of_cylinder, 1, k_0_factors=k_0_factors, traced=False)
+        )
         progress(name)
         return dataset
 
@@ -148,7 +150,7 @@ def together(parts: Sequence[xr.Dataset], names: Sequence[str] | None = None) ->
 
 
 def fleet_index(blocks: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return what is known of each cylinder without its cells; `block` names the file that has them."""
+    """Return ranking and facts of each cylinder without its cells; `block` names the file of the cells."""
     parts: list[xr.Dataset] = []
     for name, block in blocks.items():
         part = block[list(INDEXED)].drop_vars("seed")
@@ -160,7 +162,7 @@ def fleet_index(blocks: Mapping[str, xr.Dataset]) -> xr.Dataset:
 
 
 def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
-    """Return study and cells of a cylinder of a fleet whose results stand in a folder.
+    """Return study and cells of a cylinder of a fleet from its folder of results.
 
     The cells are those of `run_study` in the four bytes that were kept; the traces are computed again.
 
@@ -181,7 +183,7 @@ def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
     file = folder / "fleet" / f"{index['block'].sel(cylinder=cylinder).item()}.nc"
     block = read(file)
     if cylinder not in block["cylinder"]:
-        raise ResultError(f"{file}: is another block than {folder / INDEX} knows; `snakemake -j2` makes both")
+        raise ResultError(f"{file}: does not belong to {folder / INDEX}; `snakemake -j2` makes both anew")
     cells = block.sel(cylinder=cylinder)
     study = from_json(cells["parameters"].item())
     cells = cells.drop_vars([*ABOUT, "parameters", "refinement", "cylinder"])

@@ -60,7 +60,9 @@ def _series(**signals: ArrayLike) -> dict[str, np.ndarray]:
     length = next(iter(arrays.values())).size
     for name, values in arrays.items():
         if values.ndim != 1 or values.size != length or length < 2 or not np.isfinite(values).all():
-            raise InputError(f"{name}: must be one finite number for each step, all signals equally many")
+            raise InputError(
+                f"{name}: must be one-dimensional, finite, and of equal length for all signals, at least 2"
+            )
     return arrays
 
 
@@ -97,7 +99,7 @@ def simulate(
         check_positive(k_p=k_p)
         drive, signal = Drive(True, float(k_p), np.inf), _series(reference=reference)["reference"]
     else:
-        raise InputError("give either command or reference")
+        raise InputError("command, reference: give exactly one")
     states, signal, halvings = run(equilibrium(plant), signal, 0.0, drive, plant, float(h), MOST_HALVINGS)
     u = command_series(states, signal, drive)
     recording = Recording(states, signal, u, drive, plant, float(h), halvings, MOST_HALVINGS)

@@ -51,11 +51,11 @@ def atomic(path: Path) -> Generator[Path]:
 
 
 def check_output(folder: Path) -> None:
-    """Raise `InputError` unless a folder is there, or can be made, and files can be written into it."""
-    there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
-    if not there.is_dir():
-        raise InputError(f"{there}: is a file; name a folder with -o")
-    if not os.access(there, os.W_OK | os.X_OK):
+    """Raise `InputError` unless a folder exists or can be made, and is writable."""
+    parent = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    if not parent.is_dir():
+        raise InputError(f"{parent}: is a file; name a folder with -o")
+    if not os.access(parent, os.W_OK | os.X_OK):
         raise InputError(f"{folder}: cannot be written; name another folder with -o")
 
 
@@ -67,9 +67,9 @@ def attributes(
     experiment: Experiment | None = None,
     **others: object,
 ) -> dict[str, Any]:
-    """Return the global attributes of a results file: what it holds and what it was made from.
+    """Return the global attributes of a results file: content, configuration and code.
 
-    The parameters of the experiment that the file is about, if any, are stored as JSON.
+    The parameters of `experiment`, if the file is about one, are stored as JSON.
     """
     about = {"title": title, "summary": summary, **others}
     if experiment is not None:
@@ -84,12 +84,12 @@ def write(
     digits: int | None = None,
     uncompressed: Container[str] = (),
 ) -> None:
-    """Write a dataset as NetCDF-4, compressed, atomically, in a folder that is made if need be.
+    """Write a dataset atomically as compressed NetCDF-4; make its folder if necessary.
 
-    Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are
-    global ones beside the common ones. `digits` rounds floating-point variables, to be kept in 4 bytes:
-    the relative error stays below 10 to the power of minus `digits`, equal numbers stay equal. Variables
-    named in `uncompressed` are stored as they are.
+    Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are added
+    to the common global ones. `digits` rounds floating-point variables and stores them in 4 bytes: the
+    relative error is below 10**-digits, and equal numbers stay equal. Variables in `uncompressed` are not
+    compressed.
     """
     dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
@@ -152,10 +152,10 @@ def _absent(path: Path | str) -> ResultError:
 
 @contextmanager
 def _checked(path: Path) -> Generator[xr.Dataset]:
-    """Open a sealed NetCDF file of pneumo; a file of one experiment has its name."""
+    """Open a sealed NetCDF file of pneumo and check that it is about the experiment of its name."""
     try:
         unsealed(path)
-        # A relative name might look like an address on the network.
+        # Absolute: a relative name might look like a network address.
         with LOCK, xr.open_dataset(path.absolute(), engine="netcdf4") as dataset:
             if dataset.attrs.get("source") != COMMON["source"]:
                 raise DamagedError(path, "foreign: not a result of pneumo")
@@ -173,7 +173,7 @@ def _checked(path: Path) -> Generator[xr.Dataset]:
 
 
 def sealed_files(folder: Path) -> list[Path]:
-    """Return the files under a folder of results that carry a SHA-256: those that jobs read."""
+    """Return the files under a folder of results that end with a SHA-256: those that jobs read."""
     return sorted([*folder.rglob("*.nc"), *(file for name in SEALED_JSON for file in folder.rglob(name))])
 
 
@@ -216,7 +216,7 @@ def open_grid(folder: Path | str) -> xr.Dataset:
     -------
     xarray.Dataset
         mean_error, variance, mse, status and failure_time over (experiment, model, n, chamber), without the
-        pressures. Cylinder, loop and k_0 stand beside each experiment as coordinates.
+        pressures. Cylinder, loop and k_0 are coordinates along experiment.
 
     Raises
     ------

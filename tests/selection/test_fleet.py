@@ -146,7 +146,7 @@ def test_what_is_not_there_or_does_not_belong_together_is_refused(results):
     ):
         stored_cylinder(results, "third")
     (results / "fleet/000000.nc").write_bytes((results / "fleet/000001.nc").read_bytes())
-    with pytest.raises(ResultError, match=r"000000\.nc: is another block"):
+    with pytest.raises(ResultError, match=r"000000\.nc: does not belong to"):
         stored_cylinder(results, "first")
     (results / "fleet/000000.nc").unlink()
     with pytest.raises(ResultError, match=r"000000\.nc: no such file"):
