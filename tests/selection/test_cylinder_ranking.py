@@ -88,7 +88,7 @@ def test_choice_of_cylinders_and_experiments_and_their_simulated_time(template):
     assert list(selected(template).experiments) == ["open", "closed"]
     assert list(selected(template, ["mine"], ["closed"]).experiments) == ["closed"]
     wrong = (template, ["theirs"], [], "cylinder = 'theirs'"), (template, [], ["half"], "experiment = 'half'")
-    for whole, cylinder, experiment, words in (*wrong, (STUDY, ["E"], ["E02"], "none of the named experiments")):
+    for whole, cylinder, experiment, words in (*wrong, (STUDY, ["E"], ["E02"], "none of the named")):
         with pytest.raises(InputError, match=words):
             selected(whole, cylinder, experiment)
     assert simulated_time(template) == pytest.approx(2 * 5 * 20)
