@@ -4,9 +4,11 @@ They use the paper's own numbers and formulas only. ``paper/2006/errata.yaml`` n
 """
 
 import math
+import sys
 
 import numpy as np
 
+from pneumo.papers import functions_returning
 from pneumo.papers.paper_2006 import equation_checks as equations
 from pneumo.papers.paper_2006.equation_checks import GAMMA, P_0, P_ATM, P_S, SONIC, T_AMB, R
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
@@ -154,6 +156,5 @@ def M7_is_M8() -> tuple[bool, str]:
     return in_text == M8 and none_of_M7 and only_M7 and holds_63, words
 
 
-PROOFS: dict[str, Proof] = {  # every function of this module, in the order of ``errata.yaml``
-    name: proof for name, proof in list(vars().items()) if getattr(proof, "__module__", "") == __name__
-}
+# In the order of ``errata.yaml``.
+PROOFS: dict[str, Proof] = functions_returning(tuple[bool, str], sys.modules[__name__])

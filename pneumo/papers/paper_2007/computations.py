@@ -1,10 +1,12 @@
 """The computations that ``paper/2007/claims.yaml`` names under ``compute``."""
 
+import sys
 from collections.abc import Sequence
 
 import numpy as np
 
 from pneumo.fit.closed.thermal_time_constant import mean_pressure
+from pneumo.papers import functions_returning
 from pneumo.papers.paper_2006 import equation_checks as equations
 from pneumo.papers.paper_2007 import simulated_example as example
 from pneumo.papers.paper_2007.results import Results
@@ -134,11 +136,7 @@ def eq_29_as_printed(_: Results) -> Finding:
     return Finding(holds=abs(factor - equations.SONIC) <= 0.00005, shown=f"it is {factor:.4f}")
 
 
-COMPUTATIONS: dict[str, Computation] = {  # every public function of this module but `sonic_factor`
-    name: function
-    for name, function in list(vars().items())
-    if getattr(function, "__module__", "") == __name__ and name not in ("_conductivities", "sonic_factor")
-} | {  # equations that both papers print
-    "pressure_equation": equations.pressure_equation_keeps_energy,
+COMPUTATIONS: dict[str, Computation] = functions_returning(Finding, sys.modules[__name__]) | {
+    "pressure_equation": equations.pressure_equation_keeps_energy,  # both papers print these equations
     "equilibrium_pressure": equations.equilibrium_pressure_as_printed,
 }
