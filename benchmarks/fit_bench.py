@@ -28,6 +28,7 @@ from pneumo.errors import InputError
 from pneumo.fit.estimate import fit_measurement
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.measurement import read_measurement
+from pneumo.publish.text.markdown_tables import markdown_table
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 
@@ -199,19 +200,20 @@ def markdown(outcomes: Sequence[Outcome], models: Sequence[str]) -> str:
         " silence. A fit that leaves far more than noise is warned of and gives no intervals, so nothing is"
         " outside them.",
         "",
-        "| disturbance | records | k_0 | C | V_d A | V_d B | refused | warned | outside | wrong | silent |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
+    heads = ["disturbance", "records", "k_0", "C", "V_d A", "V_d B"]
+    heads += ["refused", "warned", "outside", "wrong", "silent"]
+    rows: list[list[str]] = []
     for name, row in table.iterrows():
         label = DISTURBANCES[str(name)].text if str(name) in DISTURBANCES else str(name)
         ratios = ["" if np.isnan(row[p]) else f"{row[p]:.2f}" for p in TOLERANCE]
         counts = [f"{row[c]:.0f}" for c in ("refused", "warned", "outside", "wrong", "silent")]
-        lines.append(f"| {label} | {row['records']:.0f} | {' | '.join(ratios + counts)} |")
+        rows.append([label, f"{row['records']:.0f}", *ratios, *counts])
     total = f"Wrong in silence: {table['silent'].sum():.0f} of {len(outcomes)}."
     seconds = [o.seconds for o in outcomes if not o.refused]
     if seconds:
         total += f" Processor time of a fit: median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s."
-    lines += ["", total, ""]
+    lines += [markdown_table(heads, rows), "", total, ""]
     for name in table.index:
         first = next(o for o in outcomes if o.disturbance == name)
         said = [first.refused] if first.refused else first.warnings

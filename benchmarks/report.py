@@ -9,6 +9,7 @@ from rich.table import Table
 
 from benchmarks.contenders import CONTENDERS
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, axis_label, new_figure, paper_style, save
+from pneumo.publish.text.markdown_tables import markdown_table
 
 NOT_INSTALLED = "not installed: pip install .[bench]"
 
@@ -42,13 +43,13 @@ def rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
 
 def markdown(found: dict[str, Any]) -> str:
     """Return the table in Markdown, the processor above it."""
-    lines = [f"Measured on {found['cpu']}.", "", "| what | measured | beside |", "|---|---|---|"]
-    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows(found))]) + "\n"
+    table = markdown_table(["quantity", "measured", "beside"], rows(found))
+    return f"Measured on {found['cpu']}.\n\n{table}\n"
 
 
 def show(found: dict[str, Any]) -> None:
     """Print the table."""
-    table = Table("what", "measured", "beside", title=f"Bench on {found['cpu']}")
+    table = Table("quantity", "measured", "beside", title=f"Bench on {found['cpu']}")
     for row in rows(found):
         table.add_row(*map(escape, row))
     Console().print(table)

@@ -1,7 +1,6 @@
 """Parts of pages: numbers and tables of results, errata, models, files of results, commands."""
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from pneumo.fit.record.formats import FORMATS
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
+from pneumo.publish.text.markdown_tables import markdown_table as table
 from pneumo.verdict.errata import Erratum, read_errata
 
 ROOT = Path(__file__).parents[1]
@@ -33,13 +33,6 @@ KINDS = {  # file of results -> what its kind is called
 def plain(text: Any) -> str:
     """Text in which Markdown reads nothing."""
     return re.sub(r"([\\`*_\[\]<>|$#{}])", r"\\\1", str(text))
-
-
-def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Markdown table; cells are Markdown already."""
-    lines = [list(head), *map(list, rows)]
-    lines.insert(1, ["---"] * len(lines[0]))
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def stored_numbers() -> dict[str, dict[str, Any]]:

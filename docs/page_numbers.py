@@ -21,7 +21,8 @@ from fragments import NUMBERS, ROOT, stored_numbers
 
 from benchmarks.fleet_law import law_figure
 from pneumo.catalogue import coefficient_times_length, measured_conductances
-from pneumo.evidence.fit_coverage.interval_coverage import coverage_tables
+from pneumo.evidence.fit_coverage.interval_coverage import full_order_truth, intervals_that_hold
+from pneumo.publish.text.markdown_tables import coverage_tables
 from pneumo.publish.style import save
 from pneumo.storage.kept_evidence import KEPT
 
@@ -65,7 +66,7 @@ def from_kept_files() -> Numbers:
         },
         "cluster": named(cluster.numbers(fleet, slurm), cluster.tables(fleet, slurm)),
         "cylinders": named(which_model.cylinder_numbers(cylinders), which_model.cylinder_tables(cylinders)),
-        "fit": {"coverage": coverage_tables(xr.load_dataset(KEPT / "fit_coverage.nc")).strip()},
+        "fit": {"coverage": coverage_tables(intervals_that_hold(cases), full_order_truth(cases)).strip()},
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
     }
 

@@ -139,27 +139,3 @@ def full_order_truth(cases: xr.Dataset) -> pd.DataFrame:
     table |= _held(cases["full_low"], cases["full_high"], cases["full_true_k_0"])
     table |= {"held_out_kPa": 1e-3 * held_out, "seconds": seconds}
     return pd.DataFrame(table, index=cases["model"].values)
-
-
-def coverage_tables(cases: xr.Dataset) -> str:
-    """Both tables as Markdown."""
-    names = {"n": "n", "k_0": "k_0", "k_xu": "valve coefficient", "V_d_A": "V_d of A", "V_d_B": "V_d of B"}
-    lines = [
-        "| truth: the model fitted | intervals that hold it | 95 % of that share | of those with two ends |",
-        "|---|---|---|---|",
-    ]
-    for name, row in intervals_that_hold(cases).iterrows():
-        share = f"{row['held']:.0f} of {row['cases']:.0f} | {row['low']:.3f} to {row['high']:.3f}"
-        lines.append(f"| {names[str(name)]} | {share} | {row['closed_held']:.0f} of {row['closed']:.0f} |")
-    lines += [
-        "",
-        "| truth: full order | k_0 over the truth, median (10 to 90 %) | its intervals that hold it"
-        " | of those with two ends | held out, median (kPa) | time (s) |",
-        "|---|---|---|---|---|---|",
-    ]
-    for model, row in full_order_truth(cases).iterrows():
-        k_0 = f"{row['k_0_median']:.2f} ({row['k_0_10']:.2f} to {row['k_0_90']:.2f})"
-        held = f"{row['held']:.0f} of {row['cases']:.0f} | {row['closed_held']:.0f} of {row['closed']:.0f}"
-        k_0 = " |  | " if np.isnan(row["k_0_median"]) else f"{k_0} | {held}"
-        lines.append(f"| {model} | {k_0} | {row['held_out_kPa']:.1f} | {row['seconds']:.1f} |")
-    return "\n".join(lines) + "\n"

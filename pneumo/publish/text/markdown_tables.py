@@ -1,20 +1,20 @@
-"""Tables as Markdown, reproduced values beside published ones."""
+"""Tables as Markdown: results beside published numbers, and summaries of evidence."""
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pneumo.publish.text.terminal_tables import TRANSPORT_HEADS
+from pneumo.publish.labels import STUDY_SAMPLING
 
 
-def _table(heads: Sequence[str], rows: Iterable[Iterable[Any]], rule: str = "---") -> list[str]:
-    """Lines of a table, with a rule below each heading."""
-    head, *lines = (f"| {' | '.join(map(str, cells))} |" for cells in (heads, *rows))
-    return [head, f"|{'|'.join([rule] * len(heads))}|", *lines]
+def markdown_table(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """Table of cells that are Markdown already; no newline at its end."""
+    head, *cells = (f"| {' | '.join(map(str, row))} |" for row in (heads, *rows))
+    return "\n".join([head, "| --- " * (head.count(" | ") + 1) + "|", *cells])
 
 
 def _number(value: xr.DataArray, form: str, missing: str = "–") -> str:
@@ -25,8 +25,8 @@ def _number(value: xr.DataArray, form: str, missing: str = "–") -> str:
 def table_7(statistics: xr.Dataset, published: xr.Dataset) -> str:
     """Average MSE, mean and standard deviation of the error of every model at its best n.
 
-    `statistics` are those of the published transport, `published` is the printed Table 7; a model that it
-    lacks gets dashes.
+    `statistics` are those with the signals sampled as in the paper, `published` is the printed Table 7; a
+    model that it lacks gets dashes.
     """
     reproduced = statistics.sel(level="overall")
     published = published.reindex(model=reproduced["model"])
@@ -36,13 +36,13 @@ def table_7(statistics: xr.Dataset, published: xr.Dataset) -> str:
     for model in reproduced["model"].values:
         a, b = published.sel(model=model), reproduced.sel(model=model)
         cells = [_number(a["mse"], ".2e"), _number(b["mse"], ".2e"), _number(b["mse"] / a["mse"], ".2f")]
-        cells += [_number(of[name], ".0f") for name in ("mean_error", "std") for of in (a, b)]
+        cells += [_number(source[name], ".0f") for name in ("mean_error", "std") for source in (a, b)]
         rows.append([model, *cells])
     left_out = [
         f"\n{name} is left out: its full-order run failed at t = {time:g} s."
         for name, time in statistics["failure_time"].dropna("experiment").to_series().items()
     ]
-    return "\n".join([*_table(heads, rows), *left_out]) + "\n"
+    return "\n".join([markdown_table(heads, rows), *left_out]) + "\n"
 
 
 def assumptions_table(effects: pd.DataFrame) -> str:
@@ -61,48 +61,41 @@ def assumptions_table(effects: pd.DataFrame) -> str:
         ]
         for name, row in effects.iterrows()
     ]
-    lines = [
-        "Each assumption of `paper/2006/assumptions.yaml` toggled alone, for the whole study.",
-        "Changes are against the study as taken, misfits against the print: settling times for Table 5, mean"
-        " square errors for Tables 7 and 9.",
-        "",
-        *_table(heads, rows),
-    ]
-    return "\n".join(lines) + "\n"
+    return (
+        "Each assumption of `paper/2006/assumptions.yaml` replaced alone, for the whole study.\n"
+        "Changes are against the study as taken, misfits against the printed tables: settling times for"
+        f" Table 5, mean square errors for Tables 7 and 9.\n\n{markdown_table(heads, rows)}\n"
+    )
 
 
 def variants_table(variants: xr.Dataset) -> str:
-    """Share of the alternatives in ``results/variants.nc`` for which a refinement pays; then every ratio."""
+    """Under how many alternatives in ``results/variants.nc`` a refinement pays; then every ratio."""
     levels, pairs = variants["level"].values, variants["pair"].values
     columns = list(itertools.product(pairs, levels))
-    shares: list[list[str]] = []
+    counts: list[list[str]] = []
     for case in itertools.product(variants["transport"].values, variants["criterion"].values, pairs):
-        one = variants.sel(dict(zip(("transport", "criterion", "pair"), case, strict=True)))
-        counted = one["counted"].values.astype(int)
-        pays = np.rint(np.nan_to_num(one["share"]) * counted).astype(int)
-        shares.append([*case, *(f"{part} of {of}" for part, of in zip(pays, counted, strict=True))])
+        part = variants.sel(dict(zip(("transport", "criterion", "pair"), case, strict=True)))
+        counted = part["counted"].values.astype(int)
+        pays = np.rint(np.nan_to_num(part["share"]) * counted).astype(int)
+        cells = (f"{number} of {total}" for number, total in zip(pays, counted, strict=True))
+        counts.append([STUDY_SAMPLING[case[0]], *case[1:], *cells])
     ratio = variants["ratio"].sel(transport="exact", criterion="mean")
     ratios = [
         [name, *(_number(ratio.sel(pair=p, level=at, alternative=name), ".2f", "-") for p, at in columns)]
         for name in variants["alternative"].values
     ]
-    lines = [
+    of_counts = markdown_table(["signals", "over experiments", "ratio", *levels], counts)
+    of_ratios = markdown_table(["alternative", *(f"{pair} {level}" for pair, level in columns)], ratios)
+    return (
         "Ratio of mean square errors with and without a refinement, each model at its best constant n of the"
-        " level; overall, at its best n in each experiment.",
-        "",
-        "Alternatives under which the refinement pays (ratio below 1), of those that have a ratio:",
-        "",
-        *_table(["transport", "over experiments", "ratio", *levels], shares, " --- "),
-        "",
-        "Every ratio, exact transport, mean over experiments:",
-        "",
-        *_table(["alternative", *(f"{pair} {level}" for pair, level in columns)], ratios, " --- "),
-    ]
-    return "\n".join(lines) + "\n"
+        " level; overall, at its best n in each experiment.\n\n"
+        "Alternatives under which the refinement pays (ratio below 1), of those that have a ratio:\n\n"
+        f"{of_counts}\n\nEvery ratio, exact signals, mean over experiments:\n\n{of_ratios}\n"
+    )
 
 
 def findings_table(findings: Mapping[str, Any], headlines: bool = True) -> str:
-    """Statements of 2006 about models, the main ones or all, with both transports and intervals."""
+    """Statements of 2006 about models, the main ones or all, with both samplings and intervals."""
     rows = [
         [
             *(row[key] for key in ("claim", "published", "exact", "interval")),
@@ -111,5 +104,36 @@ def findings_table(findings: Mapping[str, Any], headlines: bool = True) -> str:
         for row in findings["claims"]
         if row["headline"] or not headlines
     ]
-    heads = ["statement of 2006", *TRANSPORT_HEADS.values(), "95 % interval", "stands?"]
-    return "\n".join([*_table(heads, rows), "", findings["note"]]) + "\n"
+    heads = ["statement of 2006", *STUDY_SAMPLING.values(), "95 % interval", "true?"]
+    return f"{markdown_table(heads, rows)}\n\n{findings['note']}\n"
+
+
+def coverage_tables(intervals: pd.DataFrame, full_order: pd.DataFrame) -> str:
+    """How often intervals of `pneumo fit` hold the truth, made by the fitted model or by the full order.
+
+    From `intervals_that_hold` and `full_order_truth` of `pneumo.evidence.fit_coverage.interval_coverage`.
+    """
+    names = {"n": "n", "k_0": "k_0", "k_xu": "valve coefficient", "V_d_A": "V_d of A", "V_d_B": "V_d of B"}
+    fitted_rows = [
+        [
+            names[str(name)],
+            f"{row['held']:.0f} of {row['cases']:.0f}",
+            f"{row['low']:.3f} to {row['high']:.3f}",
+            f"{row['closed_held']:.0f} of {row['closed']:.0f}",
+        ]
+        for name, row in intervals.iterrows()
+    ]
+    full_rows: list[list[str]] = []
+    for model, row in full_order.iterrows():
+        k_0 = [
+            f"{row['k_0_median']:.2f} ({row['k_0_10']:.2f} to {row['k_0_90']:.2f})",
+            f"{row['held']:.0f} of {row['cases']:.0f}",
+            f"{row['closed_held']:.0f} of {row['closed']:.0f}",
+        ]
+        k_0 = ["", "", ""] if np.isnan(row["k_0_median"]) else k_0
+        full_rows.append([str(model), *k_0, f"{row['held_out_kPa']:.1f}", f"{row['seconds']:.1f}"])
+    two_ends = "of those with two ends"
+    heads = ["truth: full order", "k_0 over the truth, median (10 to 90 %)", "its intervals that hold it"]
+    heads += [two_ends, "held out, median (kPa)", "time (s)"]
+    fitted_heads = ["truth: the model fitted", "intervals that hold it", "95 % of that fraction", two_ends]
+    return f"{markdown_table(fitted_heads, fitted_rows)}\n\n{markdown_table(heads, full_rows)}\n"

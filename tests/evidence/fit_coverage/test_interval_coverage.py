@@ -7,7 +7,6 @@ import xarray as xr
 from pneumo.evidence.fit_coverage.interval_coverage import (
     FITTED_MODELS,
     JUDGED_PARAMETERS,
-    coverage_tables,
     fit_same_model,
     full_order_truth,
     intervals_that_hold,
@@ -15,6 +14,7 @@ from pneumo.evidence.fit_coverage.interval_coverage import (
     true_parameters,
 )
 from pneumo.evidence.fit_coverage.synthetic_records import sensed, synthetic_record
+from pneumo.publish.text.markdown_tables import coverage_tables
 
 
 def test_sensors_are_noisy_and_quantised_and_cases_as_drawn():
@@ -61,6 +61,6 @@ def test_intervals_held_are_counted_and_open_ends_set_no_limit():
     assert (row["held"], row["cases"], row["closed_held"], row["closed"]) == (3, 4, 1, 2)
     M7 = full_order_truth(found).loc["M7"]
     assert (M7["k_0_median"], M7["held"], M7["closed"]) == (1.5, 3, 0)
-    text = coverage_tables(found)
+    text = coverage_tables(intervals_that_hold(found), full_order_truth(found))
     assert "| n | 3 of 4 |" in text and "| M6 |  |  |  | 1.0 |" in text
     assert "| M7 | 1.50 (" in text and "| 3 of 4 | 0 of 0 |" in text
