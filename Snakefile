@@ -11,7 +11,7 @@ from pneumo.configuration.parameters import validated
 from pneumo.hashing import code_hash
 from pneumo.jobs.checked_study import checked_study, k_0_factors, user_cylinders
 from pneumo.jobs.fleet_plan import checked_fleet, resources
-from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made
+from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
 from pneumo.jobs.run_lock import take_run_lock
 
 min_version("9.0")

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -35,6 +36,16 @@ def evidence_for(study: Study, name: str) -> list[str]:
 def kept_or_made(study: Study, name: str) -> str:
     """Return the file of evidence that was made from this configuration, else the one to be made."""
     return (evidence_for(study, name) or [f"results/{name}"])[0]
+
+
+def page_templates(template: str) -> list[str]:
+    """Return the file of a page's template and those of all that it includes, each once."""
+    folder, files = Path("pneumo/publish/pages/templates"), [template]
+    for name in files:  # grows while it is read
+        text = (folder / name).read_text(encoding="utf-8")
+        included = re.findall(r'{% (?:extends|include|from) "([^"]+)"(?! ignore missing)', text)
+        files += [other for other in included if other not in files]
+    return [str(folder / name) for name in dict.fromkeys(files)]
 
 
 def fingerprints(files: Sequence[str]) -> dict[str, str]:

@@ -1,8 +1,7 @@
-"""Labels of what results store under short names; needs no plotting library."""
+"""Labels for figures, tables and pages of what results store under short names."""
 
-# How samples of a full-order run's signals reach the replays -> label.
-SAMPLING = {
-    "published": "sampled as in the paper",
+SAMPLING = {  # how the signals of a full-order run reach the replays -> label
+    "published": "signals as in the paper",
     "exact": "exact signals",
     "linear": "interpolated",
     "hold": "held",
@@ -12,6 +11,14 @@ SAMPLING = {
     "hold, end of step next": "held, end of step next",
 }
 STUDY_SAMPLING = {name: SAMPLING[name] for name in ("published", "exact")}
-
-# Averages over experiments, and kinds of experiments.
-AVERAGES = {"mean": "mean", "geometric": "geom. mean"}
+ORIGINS = {  # of the numbers of a verdict's findings -> label
+    "printed": "as printed",
+    "published": f"reproduced, {SAMPLING['published']}",
+    "exact": f"reproduced, {SAMPLING['exact']}",
+}
+SOURCES = {  # of a mean square error in Figs 8 to 11 -> label
+    "published": "printed in the paper",
+    "reproduced": "reproduced",
+    "exact": f"reproduced, {SAMPLING['exact']}",
+}
+AVERAGES = {"mean": "mean", "geometric": "geom. mean"}  # over experiments

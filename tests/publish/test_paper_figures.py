@@ -124,7 +124,7 @@ def test_bars_are_as_high_as_the_results(name, models):
     averages = {
         "printed in the paper": table7()["mse"],
         "reproduced": STATISTICS["published"]["mse"].sel(level="overall"),
-        "reproduced, exact transport": STATISTICS["exact"]["mse"].sel(level="overall"),
+        "reproduced, exact signals": STATISTICS["exact"]["mse"].sel(level="overall"),
     }
     assert bars.keys() == averages.keys()
     for label, mse in averages.items():  # an added model has no printed bar

@@ -1,8 +1,5 @@
 # Replays -> statistics over experiments; everything -> verdict.
 
-PAGE_TEMPLATES = ["page.html.j2", "macros.html.j2", "page.css"]
-VERDICT_TEMPLATES = [*PAGE_TEMPLATES, "verdict.html.j2", "verdict.js"]
-
 
 rule statistics:
     input:
@@ -15,7 +12,7 @@ rule statistics:
     params:
         code=code_behind("statistics.py"),
     message:
-        "Statistics over experiments, both transports"
+        "Statistics over experiments, for both samplings of the signals"
     script:
         "../scripts/statistics.py"
 
@@ -35,7 +32,7 @@ rule verdict:
         seed_deviations="paper/2006/seed_deviations.csv",
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
         figures=expand("paper/2006/published/figure{number}.csv", number=[7, 9, 11]),
-        templates=expand("pneumo/publish/pages/templates/{name}", name=VERDICT_TEMPLATES),
+        templates=page_templates("verdict.html.j2"),
         about=["paper/2006/page.yaml", "paper/2006/findings.html.j2"],
     output:
         judged="results/verdict.json",

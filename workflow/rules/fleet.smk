@@ -35,14 +35,7 @@ rule fleet_block:
 rule fleet_index:
     input:
         blocks=expand("results/fleet/{block}.nc", block=FLEET.blocks),
-        templates=[
-            "pneumo/publish/pages/templates/page.html.j2",
-            "pneumo/publish/pages/templates/macros.html.j2",
-            "pneumo/publish/pages/templates/fleet.html.j2",
-            "pneumo/publish/pages/templates/fleet.js",
-            "pneumo/publish/pages/templates/page.css",
-            "pneumo/publish/pages/templates/engineer.css",
-        ],
+        templates=page_templates("fleet.html.j2"),
     output:
         index="results/fleet.nc",
         page="results/fleet.html",

@@ -1,17 +1,12 @@
 # Results -> figures and the tables that the README shows.
 
-# The one experiment that a figure shows: the paper's example; and one in which transport alone decides
+# Experiments that single figures show: the example of the paper, and one in which the sampling of the signals alone decides
 # whether mixing pays. A smaller study shows its first.
 SHOWN = {
     figure: experiment if experiment in STUDY.experiments else next(iter(STUDY.experiments))
     for figure, experiment in {"fig07": "E14", "traces": "E06"}.items()
 }
 
-REPORT_TEMPLATES = [
-    *PAGE_TEMPLATES,
-    *["report.html.j2", "report.css", "report_traces.js", "report.js", "report_choice.js"],
-    *["uplot/uPlot.iife.min.js", "uplot/uPlot.min.css", "uplot/LICENSE"],
-]
 SCHEMES = ["01", "02", "03", "04", "05", "06", "12"]
 FIGURES = ["fig07", "fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"]
 
@@ -67,7 +62,7 @@ rule report:
         cells=rules.replay.output,
         statistics=rules.statistics.output,
         verdict=[] if USER_CYLINDERS else [rules.verdict.output.judged],
-        templates=expand("pneumo/publish/pages/templates/{name}", name=REPORT_TEMPLATES),
+        templates=page_templates("report.html.j2"),
     output:
         page=report("results/report.html", caption="../captions/report.rst", category="Pages"),
     log:

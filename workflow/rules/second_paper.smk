@@ -31,7 +31,7 @@ rule verdict_2007:
         errata="paper/2007/errata.yaml",
         assumptions="paper/2007/assumptions.yaml",
         published=expand("paper/2007/published/table{number}.csv", number=range(1, 6)),
-        templates=expand("pneumo/publish/pages/templates/{name}", name=VERDICT_TEMPLATES),
+        templates=page_templates("verdict.html.j2"),
         about=["paper/2007/page.yaml", "paper/2007/findings.html.j2"],
     output:
         judged="results/2007/verdict.json",

@@ -39,7 +39,7 @@ def alternative_name(name: str) -> str:
 def tornado(effects: pd.DataFrame) -> Figure:
     """Draw the change of the misfit of Tables 7, 9 and 5 under each alternative, the largest on top.
 
-    A bar to the left: the numbers come nearer to the print. `effects` is the table of
+    A bar to the left: the numbers come closer to the printed ones. `effects` is the table of
     `pneumo.evidence.sensitivity.toggle_effects.toggle_effects`.
     """
     changes = effects.drop(index=AS_TAKEN)[[f"worse_{table}" for table in TOGGLE_PANELS]].fillna(0.0)
@@ -60,11 +60,15 @@ def tornado(effects: pd.DataFrame) -> Figure:
     fixed_ticks(axes[0].xaxis, [-0.1, -0.01, 0, 0.01, 0.1, 1])
     unsettled = effects.loc[shown.index, "no_number"] > effects.loc[AS_TAKEN, "no_number"]
     names = [alternative_name(str(name)) + " *" * bool(unsettled[name]) for name in shown.index]
-    note = "; * some settling runs do not come to rest" * bool(unsettled.any())
+    note = "; * some settling runs never come to rest" * bool(unsettled.any())
     name_rows(fig, axes[0], y, names, "Change of the root mean square of ln(reproduced / printed)" + note)
     axes[0].set_ylim(-0.7, max(len(shown), 1) - 0.3)
-    patches = [Patch(label="nearer to the print", **NEARER), Patch(label="farther from it", **FARTHER)]
-    fig.legend(handles=patches, loc="outside upper center", ncols=2)
+    looks = {"closer to the printed values": NEARER, "farther from them": FARTHER}
+    fig.legend(
+        handles=[Patch(label=label, **look) for label, look in looks.items()],
+        loc="outside upper center",
+        ncols=2,
+    )
     return fig
 
 
@@ -96,7 +100,7 @@ def clear_name(alternative: str) -> str:
 def variants_figure(variants: xr.Dataset) -> Figure:
     """Draw mean square errors with a refinement over those without, from ``results/variants.nc``.
 
-    Exact transport, mean over experiments. A panel per refinement, a row per alternative, a mark per level;
+    Exact signals, mean over experiments. A panel per refinement, a row per alternative, a mark per level;
     left of the line the refinement pays.
     """
     ratio = variants["ratio"].sel(transport="exact", criterion="mean")
@@ -105,18 +109,18 @@ def variants_figure(variants: xr.Dataset) -> Figure:
     fig = new_figure(DOUBLE_MM, 28 + 4.0 * len(names))
     axes = fig.subplots(1, variants.sizes["pair"], sharey=True, squeeze=False)[0]
     for ax, pair in zip(axes, variants["pair"].values, strict=True):
-        one = ratio.sel(pair=pair)
+        by_level = ratio.sel(pair=pair)
         ax.axvline(1.0, color=INK, linewidth=0.7)
         for level, look in LEVEL_MARKS.items():
-            if level in one["level"]:
-                values = one.sel(level=level).values
+            if level in by_level["level"]:
+                values = by_level.sel(level=level).values
                 ax.plot(values, y, linestyle="none", markeredgecolor=INK, markersize=3.6, label=level, **look)
         ax.set_xscale("log")
         fixed_ticks(ax.xaxis, TICKS)
         ax.grid(axis="both")
         ax.set_title(" / ".join(f"MSE of {symbol(model)}" for model in str(pair).split("/")))
         ax.tick_params(axis="y", length=0)
-    xlabel = "Ratio of mean square errors, exact transport; below 1 the refinement pays"
+    xlabel = "Ratio of mean square errors, exact signals; below 1 the refinement pays"
     name_rows(fig, axes[0], y, [clear_name(name) for name in names], xlabel)
     axes[0].set_ylim(-0.7, len(names) - 0.3)
     legend_outside(fig, axes[0], columns=len(LEVEL_MARKS))

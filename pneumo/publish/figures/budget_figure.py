@@ -1,4 +1,4 @@
-"""Figure of the error budget: from what each model's MSE comes, at each level of heat transfer."""
+"""Figure of the error budget: the sources of each model's MSE, at each level of heat transfer."""
 
 from typing import Any
 
@@ -14,11 +14,11 @@ from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure,
 TOTAL = "#c22f1f"
 PARTS: dict[str, tuple[str, dict[str, Any]]] = {
     "model_error": ("model", {"facecolor": "#cfcfcf", "edgecolor": INK}),
-    "transport_error": ("signal transport", {"facecolor": ACCENT, "edgecolor": INK}),
+    "transport_error": ("signal sampling", {"facecolor": ACCENT, "edgecolor": INK}),
     "discretisation_error": ("discretisation", {"facecolor": "white", "edgecolor": INK, "hatch": "//////"}),
 }
 POINTS: dict[str, tuple[str, dict[str, Any]]] = {
-    "transport_error": ("signal transport", {"marker": "s", "markerfacecolor": ACCENT}),
+    "transport_error": ("signal sampling", {"marker": "s", "markerfacecolor": ACCENT}),
     "model_error": ("model", {"marker": "o", "markerfacecolor": "#cfcfcf"}),
     "discretisation_error": ("discretisation", {"marker": "D", "markerfacecolor": "white"}),
     "chatter": ("chatter near equal pressures", {"marker": "_", "markersize": 7}),
@@ -31,7 +31,7 @@ def error_budget_figure(budget: xr.Dataset) -> Figure:
     """Draw the parts of each model's MSE, from ``results/error_budget.nc``, a column per level.
 
     Above, the parts on top of one another and, as a mark, the study's MSE, which differs from their sum by
-    the cross term; bars that leave the scale bear the study's MSE. Below, each part alone, on decades.
+    the cross term; bars that leave the scale have it as text. Below, each part alone, on decades.
     """
     levels, models = budget["level"].values, list(budget["model"].values)
     fig = new_figure(DOUBLE_MM, 140)
@@ -58,7 +58,7 @@ def error_budget_figure(budget: xr.Dataset) -> Figure:
 
 
 def _stacked(ax: Axes, x: np.ndarray, data: xr.Dataset) -> None:
-    """Stack the parts on the scale of the polytropic models; a higher bar bears its height as text."""
+    """Stack the parts on the scale of the polytropic models; a higher bar has its height as text."""
     bottom = np.zeros(len(x))
     for name, (label, look) in PARTS.items():
         height = data[f"level_{name}"].values

@@ -1,4 +1,4 @@
-"""Figure of the floor: the error that signal transport leaves, measured beside predicted."""
+"""Figure of the floor: the error that sampled signals cause, measured and predicted."""
 
 from typing import Any
 
@@ -10,13 +10,14 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from pneumo.publish.figures.panels import every_decade
+from pneumo.publish.labels import SAMPLING
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, paper_style
 
 COLUMNS = 4  # experiments side by side: both cylinders, both loops
-TRANSPORT_LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
-    "linear": ("linear interpolation", {"color": INK, "marker": "o"}),
-    "hold": ("last sample held", {"color": "#c2701f", "marker": "s"}),
-    "delay": ("one sample late", {"color": ACCENT, "marker": "^"}),
+SAMPLING_LOOKS: dict[str, dict[str, Any]] = {
+    "linear": {"color": INK, "marker": "o"},
+    "hold": {"color": "#c2701f", "marker": "s"},
+    "delay": {"color": ACCENT, "marker": "^"},
 }
 DASHED: Any = (0, (2.4, 1.2))
 ROWS = (  # prefix of the variables, dimension, scale of its ticks, label
@@ -43,11 +44,12 @@ def floor_figure(floor: xr.Dataset) -> Figure:
         row[0].set_ylabel(axis_label("RMS error", "Pa"))
         row[len(row) // 2].set_xlabel(label, x=0.0 if len(row) % 2 == 0 else 0.5)
     for ax, name in zip(axes[0], experiments, strict=True):
-        one = floor.sel(experiment=name)
-        ax.set_title(f"{name}: {one['cylinder'].item()}, {one['loop'].item()} loop")
+        labels = floor.sel(experiment=name)
+        ax.set_title(f"{name}: {labels['cylinder'].item()}, {labels['loop'].item()} loop")
     fig.align_ylabels()
     handles = [
-        Line2D([], [], ls="none", mfc="white", label=name, **look) for name, look in TRANSPORT_LOOKS.values()
+        Line2D([], [], ls="none", mfc="white", label=SAMPLING[name], **look)
+        for name, look in SAMPLING_LOOKS.items()
     ]
     handles += [Line2D([], [], color=INK, label="theory along the run")]
     handles += [Line2D([], [], color=INK, ls=DASHED, label="closed formula")]
@@ -55,14 +57,15 @@ def floor_figure(floor: xr.Dataset) -> Figure:
     return fig
 
 
-def _panel(ax: Axes, one: xr.Dataset, prefix: str, dimension: str, scale: float) -> None:
+def _panel(ax: Axes, floor: xr.Dataset, prefix: str, dimension: str, scale: float) -> None:
     """Draw one experiment's floor along one dimension."""
-    at = one[dimension].values * scale
-    for name, (_, look) in TRANSPORT_LOOKS.items():
-        way = {kind: one[prefix + kind].sel(transport=name) for kind in ("measured", "predicted", "formula")}
-        ax.plot(at, way["predicted"], "-", color=look["color"])
-        ax.plot(at, way["formula"], linestyle=DASHED, color=look["color"], linewidth=0.8)
-        ax.plot(at, way["measured"], linestyle="none", markerfacecolor="white", **look)
+    at = floor[dimension].values * scale
+    for name, look in SAMPLING_LOOKS.items():
+        kinds = ("measured", "predicted", "formula")
+        measured, predicted, formula = (floor[prefix + kind].sel(transport=name) for kind in kinds)
+        ax.plot(at, predicted, "-", color=look["color"])
+        ax.plot(at, formula, linestyle=DASHED, color=look["color"], linewidth=0.8)
+        ax.plot(at, measured, linestyle="none", markerfacecolor="white", **look)
     ax.set(xscale="log", yscale="log")
     every_decade(ax.yaxis)
     ax.xaxis.set_minor_formatter(NullFormatter())

@@ -1,4 +1,4 @@
-"""Figure of the identification: profiles, regions, amplitudes, force and transports."""
+"""Figure of the identification: profiles, regions, amplitudes, force and signal sampling."""
 
 from typing import Any
 
@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from pneumo.evidence.identification.deviance import REGION_THRESHOLD, THRESHOLD
 from pneumo.publish.figures.panels import fixed_ticks
+from pneumo.publish.labels import SAMPLING
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, SOURCE_BAR, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import ends_text, significant
 from pneumo.publish.text.terminal_tables import IDENTIFIED_UNIT
@@ -25,7 +26,7 @@ TOP = 12.0  # deviance at the upper edge of a panel
 
 @paper_style()
 def identification_figure(identified: xr.Dataset) -> Figure:
-    """Draw profiles, regions, amplitudes, force and transports, from ``results/identification.nc``.
+    """Draw profiles, regions, amplitudes, force and signal sampling, from ``results/identification.nc``.
 
     A row per cylinder: profiles of M, k_f and stop, region of M and k_f; below, what concerns both.
     """
@@ -38,7 +39,7 @@ def identification_figure(identified: xr.Dataset) -> Figure:
             _profile(panels[row, column], part.sel(parameter=parameter))
         panels[row, 0].set_ylabel(f"Cylinder {cylinder}: deviance")
         _region(panels[row, 3], part)
-    amplitudes, force, transports = both.subplots(1, 3, width_ratios=[1, 1, 1.5])
+    amplitudes, force, samplings = both.subplots(1, 3, width_ratios=[1, 1, 1.5])
     _deviances(amplitudes, identified, "amplitude_value", "amplitude_deviance", [0.1, 1.0, 10.0])
     amplitudes.set(xlim=(0.05, 10.0), xlabel=axis_label("Amplitude", "V"), ylabel="Both: deviance")
     amplitudes.set_title("open loop", loc="left")
@@ -46,7 +47,7 @@ def identification_figure(identified: xr.Dataset) -> Figure:
     _deviances(force, pushed, "force", "force_deviance", [200, 500, 1000, 2000])
     force.set_xlabel(axis_label("Push force", "N"))
     force.set_title("settling runs", loc="left")
-    _transports(transports, identified)
+    _samplings(samplings, identified)
     for letter, ax in zip("abcdefghijk", [*own_rows.axes, *both.axes], strict=True):
         ax.set_title(f"({letter}) {ax.get_title(loc='left')}", loc="left", fontsize=8.0)
     return fig
@@ -99,8 +100,8 @@ def _deviances(ax: Axes, identified: xr.Dataset, x: str, deviance: str, ticks: l
     ax.legend(loc="upper right", handlelength=1.6)
 
 
-def _transports(ax: Axes, identified: xr.Dataset) -> None:
-    """Draw the misfit of Tables 7 and 9 for each transport."""
+def _samplings(ax: Axes, identified: xr.Dataset) -> None:
+    """Draw the misfit of Tables 7 and 9 for each way to sample the signals."""
     y = np.arange(identified.sizes["transport"])[::-1]
     near: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 7.0}
     for shift, table, used, source in ((0.19, 7, "fitted", "reproduced"), (-0.19, 9, "scored", "published")):
@@ -109,8 +110,8 @@ def _transports(ax: Axes, identified: xr.Dataset) -> None:
         for value, place in zip(values, y + shift, strict=True):
             ax.annotate(f"{value:.3f}", (value, place), (2, 0), **near)
     ax.set_xlim(0, 1.15 * identified["transport_rms"].max().item())
-    ax.set_yticks(y, identified["transport"].values)
+    ax.set_yticks(y, [SAMPLING.get(name, name) for name in map(str, identified["transport"].values)])
     ax.tick_params(axis="y", length=0)
     ax.set_xlabel("rms of ln(reproduced / published MSE)")
     ax.legend(loc="upper right")
-    ax.set_title("transport of the signals", loc="left")
+    ax.set_title("signal sampling", loc="left")

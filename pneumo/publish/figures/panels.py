@@ -12,8 +12,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter
 
 from pneumo.publish.style import DOUBLE_MM, axis_label, new_figure
 
-SOURCE_OF = {"published": "reproduced", "exact": "exact"}  # transport -> source
-TRANSPORT_LABEL = {"published": "transport as published", "exact": "exact transport"}
+SOURCE_OF = {"published": "reproduced", "exact": "exact"}  # sampling -> source
 MSE = axis_label("MSE", "Pa$^2$")
 Place = Literal["outside upper center", "outside lower center"]
 ABOVE: Place = "outside upper center"

@@ -1,7 +1,7 @@
 """Figs 7 to 11: how a settling time is read off, and mean square errors of the models, by source.
 
 Every number comes from a results file or a printed table. Sources are ``published`` (printed in the paper),
-``reproduced`` (replays with the published transport) and ``exact`` (replays with the exact one).
+``reproduced`` (signals sampled as in the paper) and ``exact`` (exact signals).
 """
 
 import json
@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pneumo.publish.figures.panels import MSE, SOURCE_OF, decades, legend_outside, message_figure, model_ticks
+from pneumo.publish.labels import SOURCES
 from pneumo.publish.model_looks import ADDED_MODELS, MODEL_LOOKS
 from pneumo.publish.style import (
     ACCENT,
@@ -52,7 +53,7 @@ def fig07(settling: xr.Dataset, printed: Mapping[str, np.ndarray]) -> Figure:
     force.plot([0, release, release, end], [push["force"], push["force"], 0, 0], color=INK)
     force.set_ylabel(axis_label("Force", "N"))
     force.annotate("release", (release, 0.5), (4, 0), ("data", "axes fraction"), "offset points", va="center")
-    position.plot(shown["t"], shown["x"] * KILO, color=INK, lw=0.8, label=SOURCE_NAME["reproduced"])
+    position.plot(shown["t"], shown["x"] * KILO, color=INK, lw=0.8, label=SOURCES["reproduced"])
     position.set_ylabel(axis_label("$x$", "mm"))
     for row, chamber in enumerate(settling["chamber"].values, start=1):
         for ax, quantity, unit, scale in zip(axes[row], "PT", ("kPa", "K"), (KILO, 1.0), strict=True):
@@ -120,11 +121,6 @@ def _settling_panel(
     ax.text(end, final + band, r"$\pm$1 %", ha="right", va="bottom", fontsize=7.5)
 
 
-SOURCE_NAME = {
-    "published": "printed in the paper",
-    "reproduced": "reproduced",
-    "exact": "reproduced, exact transport",
-}
 READ_OFF = "read off the printed figure"
 ALL_BUT_M4 = [model for model in MODEL_LOOKS if model != "M4"]
 BEST_SIX = ["M5", "M6", "M7", "M8", "M9", "M10", *ADDED_MODELS]
@@ -134,7 +130,7 @@ BEST_SIX = ["M5", "M6", "M7", "M8", "M9", "M10", *ADDED_MODELS]
 def fig08(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     """Fig. 8: average MSE of all models, each experiment at its best n.
 
-    From ``results/TRANSPORT/statistics.nc`` by transport, and the printed table. Bars on a logarithmic axis:
+    From ``results/TRANSPORT/statistics.nc`` by sampling, and the printed table. Bars on a logarithmic axis:
     M4's is three hundred times M9's. An added model has no printed bar.
     """
     fig = new_figure(DOUBLE_MM, 68)
@@ -208,7 +204,7 @@ def _slots(models: Sequence[str], sources: Sequence[str], width: float) -> dict[
 def _bars(ax: Axes, models: Sequence[str], averages: Mapping[str, xr.DataArray]) -> None:
     for source, x in _slots(models, list(averages), width=0.78).items():
         height = averages[source].reindex(model=models)
-        ax.bar(x, height, 0.78 / len(averages), label=SOURCE_NAME[source], **SOURCE_BAR[source])
+        ax.bar(x, height, 0.78 / len(averages), label=SOURCES[source], **SOURCE_BAR[source])
     model_ticks(ax, models)
     ax.set_ylabel(MSE)
 
@@ -221,7 +217,7 @@ def _ranges(ax: Axes, statistics: Mapping[str, xr.Dataset], level: str, publishe
     for source, x in _slots(ALL_BUT_M4, list(averages), width=0.72).items():
         look = SOURCE_MARKER[source]
         _whiskers(ax, x, ends[source].reindex(model=ALL_BUT_M4), look["markeredgecolor"])
-        ax.plot(x, averages[source].reindex(model=ALL_BUT_M4), label=SOURCE_NAME[source], **look)
+        ax.plot(x, averages[source].reindex(model=ALL_BUT_M4), label=SOURCES[source], **look)
     ax.set_xticks(np.arange(len(ALL_BUT_M4) - 1) + 0.5, minor=True)
     ax.grid(axis="x", which="minor")
     model_ticks(ax, ALL_BUT_M4)

@@ -10,12 +10,12 @@ from matplotlib.ticker import FixedLocator, MaxNLocator
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.panels import (
     MSE,
-    TRANSPORT_LABEL,
     decades,
     legend_outside,
     message_figure,
     symbol,
 )
+from pneumo.publish.labels import STUDY_SAMPLING
 from pneumo.publish.model_looks import ADDED_MODELS, MODEL_LOOKS
 from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
@@ -33,7 +33,7 @@ def time_traces(
     start: float = 20.0,
     length: float = 2.0,
 ) -> Figure:
-    """Pressure of chamber A against time: datum and four models, residuals below; a column per transport.
+    """Pressure of chamber A against time: datum and four models, residuals below; a column per sampling.
 
     `datum` is of ``results/datum``, `replays` are the same experiment's of ``results/TRANSPORT/replay``, and
     `statistics`, from ``results/TRANSPORT/statistics.nc``, know the best n. The window has a `start` and a
@@ -63,7 +63,7 @@ def time_traces(
                 look = MODEL_LOOKS[model].line() | {"lw": 1.0}
                 column[0].plot(trace["t"], trace, label=symbol(model), **look)
                 ax.plot(trace["t"], residual, **look)
-        column[0].set_title(TRANSPORT_LABEL[transport])
+        column[0].set_title(STUDY_SAMPLING[transport])
         column[-1].set_xlabel(axis_label("$t$", "s"))
         column[-1].set_xlim(window.start, window.stop)
         column[-1].xaxis.set_major_locator(MaxNLocator(5))
@@ -85,7 +85,7 @@ def _with_n(model: str, best: xr.DataArray) -> str:
 def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[str]]) -> Figure:
     """MSE against n, averaged over the experiments of each level of heat transfer.
 
-    A row per transport, from its grid of `pneumo.storage.files.open_grid`; a column per level, from the
+    A row per sampling, from its grid of `pneumo.storage.files.open_grid`; a column per level, from the
     names of its experiments. Models without n are horizontal lines.
     """
     fig = new_figure(DOUBLE_MM, 128)
@@ -104,7 +104,7 @@ def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[st
             ax.xaxis.set_major_locator(FixedLocator(mean["n"].values[::2].tolist()))
             ax.xaxis.set_minor_locator(FixedLocator(mean["n"].values.tolist()))
             decades(ax)
-        row[0].set_ylabel(f"{TRANSPORT_LABEL[transport]}\n{MSE}")
+        row[0].set_ylabel(f"{STUDY_SAMPLING[transport]}\n{MSE}")
     for ax, level in zip(axes[0], levels, strict=True):
         ax.set_title(level)
     for ax in axes[-1]:

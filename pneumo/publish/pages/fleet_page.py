@@ -13,13 +13,13 @@ from pneumo.publish.text.formatting import KILO, percent_text
 from pneumo.statistics.recommendation import MATERIAL
 
 DIGITS = 4  # of numbers in the table
-HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "take", "n", "worst RMS (kPa)", "best")
+HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "recommended", "n", "worst RMS (kPa)", "best")
 HEADS += ("its worst RMS (kPa)", "runs", "failed runs")
-TEXTS = ("cylinder", "take", "best")  # columns that hold no numbers
+TEXTS = ("cylinder", "recommended", "best")  # columns without numbers
 
 
 def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
-    """Return the lines of the table, in the order of `HEADS`, from `pneumo.selection.fleet.fleet_index`.
+    """Rows of the table, in the order of `HEADS`, from `pneumo.selection.fleet.fleet_index`.
 
     Lengths in mm, errors in kPa; None where there is no number, as where k_0 differs between experiments.
     """
@@ -56,8 +56,8 @@ def _number(value: float) -> float | None:
 def fleet_page(name: str, index: xr.Dataset) -> str:
     """Write the page of a fleet, style, script and data inside; the same index gives the same text."""
     rows = fleet_rows(index)
-    taken, best = ([row[HEADS.index(head)] for row in rows] for head in ("take", "best"))
-    counts = [(model, taken.count(model), best.count(model)) for model in MODELS]
+    chosen, best = ([row[HEADS.index(head)] for row in rows] for head in ("recommended", "best"))
+    counts = [(model, chosen.count(model), best.count(model)) for model in MODELS]
     data = json.dumps(rows, separators=(",", ":"), allow_nan=False, ensure_ascii=False).replace(
         "<", "\\u003c"
     )
@@ -67,7 +67,7 @@ def fleet_page(name: str, index: xr.Dataset) -> str:
         heads=HEADS,
         texts=TEXTS,
         counts=[count for count in counts if any(count[1:])],
-        without=taken.count(""),
+        without=chosen.count(""),
         total=len(rows),
         material=percent_text(MATERIAL),
         data=Markup(data),  # JSON whose "<" are escaped

@@ -1,4 +1,4 @@
-"""What all pages share: templates and their filters, and the look of a status."""
+"""Templates of all pages and their filters; symbol and meaning of each status."""
 
 import math
 import re
@@ -13,34 +13,34 @@ from pneumo.verdict.claims import UNITS_IN_TEXT
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-STATUS_LOOKS = {  # status -> symbol, which tells it without colour, and what it means
+STATUS_LOOKS = {  # status -> symbol, for readers without colour, and meaning
     "exact": ("=", "equal at the printed digits, or true as stated"),
     "close": ("≈", "inside its tolerance class"),
     "explained": (
         "†",
-        "differs; one named erratum, or one alternative assumption for the whole study, accounts for it",
+        "differs; one named erratum, or one alternative assumption for the whole study, explains it",
     ),
-    "contradicted": ("≠", "false: the paper's own formulas or tables refute it as well"),
+    "contradicted": ("≠", "false, also by the paper's own formulas or tables"),
     "missed": ("!", "differs, and nothing explains it"),
 }
 
 
 def page_text(template: str, folder: Path | None = None, **content: Any) -> str:
-    """Fill a template of `TEMPLATES`; whatever is put in is escaped, and a missing name is an error.
+    """Fill a template of `TEMPLATES`; inserted text is escaped, a missing name is an error.
 
-    A template may include others of a `folder`.
+    A template may include others in `folder`.
     """
     lines: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
     loader = FileSystemLoader([TEMPLATES, folder] if folder else TEMPLATES)
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, **lines)
-    filters: dict[str, Any] = {"math": with_indices, "percent": percent_text, "on_log_axis": share_of_axis}
+    filters: dict[str, Any] = {"math": with_indices, "percent": percent_text, "on_log_axis": axis_fraction}
     filters["unit"] = lambda unit: UNITS_IN_TEXT.get(unit, unit)
     environment.filters.update(filters)
     return environment.get_template(template).render(**content)
 
 
-def share_of_axis(value: float, lowest: float, highest: float) -> float:
-    """Where a value stands on a logarithmic axis: 0 at its lowest, 1 at its highest value, and not beyond."""
+def axis_fraction(value: float, lowest: float, highest: float) -> float:
+    """Position of a value on a logarithmic axis, from 0 at `lowest` to 1 at `highest`, limited to these."""
     return min(max(math.log(value / lowest) / math.log(highest / lowest), 0.0), 1.0)
 
 

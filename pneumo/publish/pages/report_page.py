@@ -9,6 +9,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
+from pneumo.publish.labels import STUDY_SAMPLING
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.pages.packing import FRACTION, packed, rounded, rounding_step
 from pneumo.publish.pages.page import STATUS_LOOKS, page_text
@@ -17,7 +18,6 @@ from pneumo.storage.layout import CHAMBERS, failure_text
 
 MOST_VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB
 CLOSE_UP = (3, 8)  # from a third of the run on, an eighth of it, every stored sample is on the page
-TRANSPORT_BUTTONS = {"published": "as published", "exact": "exact"}
 FIRST_SHOWN = ["M5", "M7", "M8"]
 STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
     "yes": ("✓", "close"),
@@ -39,7 +39,7 @@ def page_stride(study: Study) -> int:
     """Return k: outside of close-ups every k-th stored sample is on the page, so that the page fits."""
     rows = sum(len(study.n) if model.has_n else 1 for model in MODELS.values())
     stored = [e.steps // e.pressure_stride + 1 for e in study.experiments.values()]
-    room = MOST_VALUES / (rows * len(TRANSPORT_BUTTONS) * len(CHAMBERS))
+    room = MOST_VALUES / (rows * len(STUDY_SAMPLING) * len(CHAMBERS))
     every = 1
     while sum(len(shown_samples(count, every)) for count in stored) > room and every < max(stored):
         every += 1
@@ -182,7 +182,7 @@ def report_page(
         "models": [_model(name) for name in MODELS],
         "n": list(study.n),
         "chambers": CHAMBERS,
-        "transports": list(TRANSPORT_BUTTONS),
+        "transports": list(STUDY_SAMPLING),
         "fraction": FRACTION,
         "every": page_stride(study),
         "experiments": [part.facts for part in parts],
@@ -191,7 +191,7 @@ def report_page(
         "report.html.j2",
         study=study,
         data=data,
-        transports=TRANSPORT_BUTTONS,
+        sampling=STUDY_SAMPLING,
         parts=parts,
         verdict=verdict,
         statuses=STATUS_LOOKS,

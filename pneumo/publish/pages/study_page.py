@@ -27,7 +27,7 @@ from pneumo.statistics.recommendation import MATERIAL
 from pneumo.storage.files import check_output, read, write_text
 
 MM2, CM3 = 1e6, 1e6  # in a m², in a m³
-MARK = "pneumo study"  # names the page's maker, so that another run may replace it
+MARK = "pneumo study"  # in the page, so that another run may overwrite it
 PAGE, CELLS = "study.html", "study.nc"
 
 
@@ -59,12 +59,12 @@ def _pictures(cells: xr.Dataset, ranking: Ranking) -> list[tuple[str, str]]:
     if not ranking.recommended:
         return []
     best = (
-        "RMS error of each model with the right k_0, both chambers together, at the one n that is best for"
+        "RMS error of each model if k_0 is known, both chambers together, at the one n that is best for"
         " both chambers and all experiments."
     )
     over = "RMS error over n, both chambers together; marks: the best n of the grid."
     first = (
-        "position, full-order pressures, and full-order minus reduced pressure (chamber A drawn, B dashed)."
+        "position, full-order pressures, and full-order minus reduced pressure (chamber A solid, B dashed)."
     )
     pictures = [
         (study_figures.ranking_figure(ranking), best),
@@ -78,7 +78,7 @@ def _pictures(cells: xr.Dataset, ranking: Ranking) -> list[tuple[str, str]]:
 
 
 def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
-    """What was put in, in SI units: cylinder, valve and supply, then each experiment."""
+    """Inputs as (name, text): cylinder, valve and supply, then each experiment."""
     experiments: list[Experiment] = [study.experiments[name] for name in ranking.experiments]
     plant = experiments[0].plant
     c, v, s, g = plant.cylinder, plant.valve, plant.conditions, plant.gas
@@ -109,7 +109,7 @@ def check_folder(folder: Path) -> None:
     check_output(folder)
     for file, is_ours in ((folder / PAGE, _is_our_page), (folder / CELLS, _are_our_cells)):
         if file.exists() and not is_ours(file):
-            raise InputError(f"{file}: not written by `{MARK}`, so left alone; name another folder with -o")
+            raise InputError(f"{file}: not written by `{MARK}`, not overwritten; name another folder with -o")
 
 
 def _is_our_page(page: Path) -> bool:

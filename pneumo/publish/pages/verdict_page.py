@@ -1,7 +1,7 @@
 """Page of a verdict: one self-contained HTML file; judging is done in `pneumo.verdict`.
 
-How it is headed and how tables are laid out stands in the paper's ``page.yaml``; what is found beyond the
-items, in its ``findings.html.j2``.
+The paper's ``page.yaml`` has the headings and the layout of the tables; its ``findings.html.j2`` has the
+findings beyond the items.
 """
 
 import itertools
@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pneumo.publish.labels import ORIGINS
 from pneumo.publish.pages.page import STATUS_LOOKS, page_text
 from pneumo.verdict.claims import BASES
 from pneumo.verdict.entries import Entry, read_entries
@@ -18,13 +19,13 @@ from pneumo.verdict.published import read_cells
 
 
 class Layout(Entry):
-    """How a table is laid out: texts in braces are filled with what a cell has in its file."""
+    """How a table is laid out: texts in braces are filled with a cell's values in its file."""
 
     caption: str
     row: str = "{row}"  # heading of a cell's row
     heads: Sequence[str] = ("{column}",)  # headings of its column, one above the other
     order: Mapping[str, Sequence[str]] = {}  # key of the cells -> its values, in the order of the page
-    cut: str = ""  # pattern of what is left out of a found text
+    cut: str = ""  # pattern of the text that is left out of a cell
 
 
 class Page(Entry):
@@ -34,21 +35,21 @@ class Page(Entry):
     authors: str
     journal: str
     doi: str
-    how: str  # what was done, before the number of items
-    decision: str  # file that tells the tolerance classes
-    narrowed: str = ""  # file that tells how they were narrowed once results were known
+    how: str  # sentence on the method, before the number of items
+    decision: str  # file that defines the tolerance classes
+    narrowed: str = ""  # file that narrowed them once results were known
     proofs: str  # module of the proofs of errata
-    alternatives: str  # where the effects of alternative assumptions are, if they were not run
+    alternatives: str  # text on the effects of alternative assumptions, if they were not run
     search: str  # examples of what to search for
     commands: str
     others: Mapping[str, str] = {}  # names and addresses of other verdicts
     titles: Mapping[str, str]  # first part of an item's id -> section of the paper
-    names: Mapping[str, str] = {}  # what takes the place of a value in a heading
+    names: Mapping[str, str] = {}  # value in a heading -> text in its place
     tables: Mapping[int, Layout] = {}
 
 
 class Grid(NamedTuple):
-    """A table of the paper, as it is laid out on the page."""
+    """A table of the paper in the layout of the page."""
 
     table: int
     caption: str
@@ -60,7 +61,7 @@ def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[st
     """Write the page of `pneumo.verdict.judging.verdict`, with style and script inside.
 
     The same verdict gives the same text. `folder` is the paper's; `PaperError` if its ``page.yaml`` is
-    missing or wrong. `evidence` says how each file that the verdict rests on beside the study was made.
+    missing or wrong. `evidence` has a text for each further file behind the verdict.
     """
     page = Page.read(folder / "page.yaml", "page", read_entries(folder, "page.yaml"))
     return page_text(
@@ -71,6 +72,7 @@ def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[st
         evidence=evidence,
         items={item["id"]: item for item in verdict["items"]},
         statuses=STATUS_LOOKS,
+        origins=ORIGINS,
         bases=BASES,
         short=lambda item: _short(item, page),
         grids=[_grid(table, page, folder, verdict["items"]) for table in page.tables],
@@ -100,7 +102,7 @@ def _groups(items: Sequence[Mapping[str, Any]], page: Page) -> list[tuple[str, s
 
 
 def _grid(table: int, page: Page, folder: Path, items: Sequence[Mapping[str, Any]]) -> Grid:
-    """Lay the claims of a table out as the table is printed."""
+    """Claims of a table in the layout of the printed table."""
     layout = page.tables[table]
     cells: dict[tuple[str, ...], list[Mapping[str, str]]] = defaultdict(list)
     for cell in read_cells(f"table{table}", folder):
@@ -110,7 +112,7 @@ def _grid(table: int, page: Page, folder: Path, items: Sequence[Mapping[str, Any
         for item in items
         if item["table"] == table
     ]
-    of_table.sort(key=lambda one: [values.index(one[1][key]) for key, values in layout.order.items()])
+    of_table.sort(key=lambda cell: [values.index(cell[1][key]) for key, values in layout.order.items()])
     places: dict[tuple[str, tuple[str, ...]], str] = {}
     for name, cell in of_table:
         words = {key: page.names.get(value, value) for key, value in cell.items()}

@@ -14,7 +14,7 @@ TEXT_WIDTH = 100
 
 
 def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str | None) -> str:
-    """Return what was claimed, found and concluded of an item of `pneumo.verdict.judging.Judge.judge`.
+    """Text of an item of `pneumo.verdict.judging.Judge.judge`: claim, reproduced value, status, reason.
 
     `errata` are those of ``verdict.json`` by name; `recorded` is the item's recorded status.
     """
@@ -34,10 +34,10 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str 
         ("basis", f"{item['basis']}: {BASES[item['basis']]}"),
         ("same fact as", item["fact"]),
     ]
-    for key, label in (("exact", "with exact transport"), ("printed", "on the paper's own tables")):
+    for key, label in (("exact", "with exact signals"), ("printed", "by the paper's own tables")):
         if (stands := item[f"stands_{key}"]) is not None:
             value = f": {item[f'shown_{key}']}" if item[f"shown_{key}"] else ""
-            lines.append((label, ("stands" if stands else "does not stand") + value))
+            lines.append((label, ("true" if stands else "not true") + value))
     if item["erratum"]:
         erratum = errata[item["erratum"]]
         proof = "true" if erratum["passes"] else "false"
@@ -52,9 +52,9 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str 
 
 
 def cell_text(results: Path, experiment: str, model: str, n: float) -> str:
-    """Return the errors of a model at one n in one experiment, for both transports and chambers.
+    """Errors of a model at one n in one experiment, for both samplings of the signals and both chambers.
 
-    A file that is missing, or holds no such model or n, raises `ResultError`.
+    A file that is missing, or lacks the model or the n, raises `ResultError`.
     """
     if not re.fullmatch(r"[A-Za-z][\w-]{0,39}", experiment):
         raise ResultError(f"experiment = {shown(experiment)}: must be a name, such as E07")
@@ -63,19 +63,19 @@ def cell_text(results: Path, experiment: str, model: str, n: float) -> str:
         file = results / transport / "replay" / f"{experiment}.nc"
         grid = read(file, "mean_error", "variance", "mse", "status", "failure_time")
         if model not in grid["model"]:
-            there = ", ".join(grid["model"].values)
-            raise ResultError(f"{file}: model = {shown(model)}: must be one of {there}")
+            models = ", ".join(grid["model"].values)
+            raise ResultError(f"{file}: model = {shown(model)}: must be one of {models}")
         if n not in grid["n"]:
             raise ResultError(f"{file}: n = {n:g}: must be one of {', '.join(map(str, grid['n'].values))}")
         for chamber, values in grid.sel(model=model, n=n).groupby("chamber"):
             if status := values["status"].item():
                 meaning = grid["status"].attrs["flag_meanings"].split()[status].replace("_", " ")
-                found = f"failed at t = {values['failure_time'].item():g} s: {meaning}"
+                errors = f"failed at t = {values['failure_time'].item():g} s: {meaning}"
             else:
                 mse, mean = values["mse"].item(), values["mean_error"].item()
                 sigma = values["variance"].item() ** 0.5
-                found = f"MSE {mse:.4g} Pa^2  mean {mean:.4g} Pa  sigma {sigma:.4g} Pa"
-            lines.append(f"{experiment} {model} n = {n:g}  {transport:9}  chamber {chamber}:  {found}")
+                errors = f"MSE {mse:.4g} Pa^2  mean {mean:.4g} Pa  sigma {sigma:.4g} Pa"
+            lines.append(f"{experiment} {model} n = {n:g}  {transport:9}  chamber {chamber}:  {errors}")
         both = grid["mse"].sel(model=model).mean("chamber", skipna=False)
         if not both.isnull().all():
             lines.append(

@@ -21,14 +21,16 @@ def significant(value: float) -> str:
 
 
 def ends_text(low: float, high: float) -> str:
-    """Write an interval to three or four digits; an end at 0, at infinity or NaN is open.
+    """Write an interval to three or four digits; an end at 0, at infinity or NaN is no limit.
 
     Examples
     --------
-    >>> ends_text(1.4662, 1.511), ends_text(0.0, 1.1514)
-    ('1.466 to 1.511', 'open to 1.151')
+    >>> ends_text(1.4662, 1.511), ends_text(0.0, 1.1514), ends_text(np.nan, np.inf)
+    ('1.466 to 1.511', 'at most 1.151', 'not determined')
     """
-    return " to ".join(significant(end) if 0 < end < np.inf else "open" for end in (low, high))
+    if not 0 < low < np.inf:
+        return f"at most {significant(high)}" if 0 < high < np.inf else "not determined"
+    return f"{significant(low)} to {significant(high)}" if high < np.inf else f"at least {significant(low)}"
 
 
 def with_interval(ends: Iterable[float], digits: int) -> str:

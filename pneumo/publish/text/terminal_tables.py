@@ -10,6 +10,7 @@ from rich.table import Table
 
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
 from pneumo.fit.fitted_parameters import CAUSES, FULL_ORDER, QUANTITIES, VALVE
+from pneumo.publish.labels import AVERAGES, SAMPLING, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.model_pairs import CRITERIA
@@ -210,7 +211,7 @@ IDENTIFIED_UNIT = {"M": "kg", "k_f": "N s/m", "stop": ""}
 
 
 def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
-    """Parameters of ``results/identification.nc`` by cylinder, then, if any, amplitudes and transports."""
+    """Parameters of ``results/identification.nc`` by cylinder; amplitudes and signal sampling, if any."""
     cylinders = identified["cylinder"].values
     table = Table("cylinder", "parameter", "estimate", "95 % interval", "searched", title="Table 5")
     for cylinder in cylinders:
@@ -237,11 +238,12 @@ def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
         ends = ends_text(part["amplitude_low"].item(), part["amplitude_high"].item())
         table.add_row(cylinder, significant(part["amplitude"].item()), ends)
     yield table
-    table = Table("transport", "rms Table 7", "rms Table 9", "amplitudes D, E (V)")
+    table = Table("signals", "rms Table 7", "rms Table 9", "amplitudes D, E (V)")
     for transport in identified["transport"].values:
         part = identified.sel(transport=transport)
         amplitudes = ", ".join(significant(value) for value in part["transport_amplitude"].values)
-        table.add_row(transport, *(f"{value:.4f}" for value in part["transport_rms"].values), amplitudes)
+        rms = (f"{value:.4f}" for value in part["transport_rms"].values)
+        table.add_row(SAMPLING.get(transport, transport), *rms, amplitudes)
     yield table
     table = Table("experiment", "settling run ends (s)", "about as well", "rms", title="Table 5, closed loop")
     for name in identified["stopped"].values:
@@ -255,22 +257,19 @@ def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
 
 # --- pneumo paper ensemble -------------------------------------------------------------------------
 
-TRANSPORT_HEADS = {"published": "transport as published", "exact": "exact transport"}
-AVERAGE_HEADS = {"mean": "mean", "geometric": "geom. mean"}
-
 
 def ratio_table(ensemble: xr.Dataset) -> Table:
-    """Quotients of ``results/ensemble.nc`` per level, with intervals, in 80 columns."""
-    title = "Quotient of mean square errors, [95 % interval]; seed: what one seed resolves"
+    """Ratios of mean square errors of ``results/ensemble.nc`` per level, with intervals, in 80 columns."""
+    title = "Ratio of mean square errors, [95 % interval]; seed: what one seed resolves"
     table = Table("models", "level", "average", title=title, box=box.SIMPLE_HEAD, padding=0)
-    for head in TRANSPORT_HEADS.values():
-        table.add_column(head.replace("transport ", "transport\n"), justify="right", no_wrap=True)
+    for head in STUDY_SAMPLING.values():
+        table.add_column(head.replace("signals as ", "signals as\n"), justify="right", no_wrap=True)
         table.add_column("seed", justify="right")
     for ratio in ensemble["ratio"].values:
         for level in ensemble["level"].values:
-            for averaged, average_head in AVERAGE_HEADS.items():
+            for averaged, average_head in AVERAGES.items():
                 cells = []
-                for transport in TRANSPORT_HEADS:
+                for transport in STUDY_SAMPLING:
                     at = ensemble.sel(ratio=ratio, level=level, averaged=averaged, transport=transport)
                     names = ("value", "low", "high", "resolvable")
                     value, low, high, least = (at[f"ratio_{name}"].item() for name in names)
@@ -283,8 +282,8 @@ def probability_table(ensemble: xr.Dataset, transport: str, level: str) -> Table
     """How often each model from M5 on has the lower error than another, by the three criteria."""
     models = ensemble["model"].values[4:]
     sets = ensemble["seed_sets"].item()
-    title = f"Of {sets} seed sets, per cent in which the row beats the column; {TRANSPORT_HEADS[transport]}"
-    caption = "* not told apart (Holm, 5 %)"
+    title = f"Of {sets} seed sets, per cent in which the row beats the column; {STUDY_SAMPLING[transport]}"
+    caption = "* difference not significant (Holm, 5 %)"
     table = Table("criterion", "model", *models, title=f"{title}, {level}", caption=caption)
     for criterion in CRITERIA:
         here = ensemble.sel(criterion=criterion, transport=transport, level=level)

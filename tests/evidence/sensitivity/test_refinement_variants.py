@@ -89,7 +89,7 @@ def test_an_alternative_changes_what_it_is_about_and_the_table_tells_it(dataset)
     lines = variants_table(dataset).splitlines()
     one = dataset.sel(transport="exact", criterion="mean", pair="M8/M7", level="typical")
     pays = int((one["ratio"] < 1).sum() - (one["ratio"].sel(alternative=AS_TAKEN) < 1))
-    (row,) = [line for line in lines if line.startswith("| exact | mean | M8/M7 |")]
+    (row,) = [line for line in lines if line.startswith("| exact signals | mean | M8/M7 |")]
     assert row.split(" | ")[5] == f"{pays} of 6"
     assert row.endswith("| 0 of 0 |")  # isothermal: no experiment
     (row,) = [line for line in lines if line.startswith("| supply.10_bar |")]

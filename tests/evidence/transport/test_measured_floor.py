@@ -12,7 +12,7 @@ from pneumo.evidence.transport import measured_floor as f
 from pneumo.evidence.transport.error_budget import refined, sampled_inputs
 from pneumo.evidence.transport.floor_theory import SHIFTS
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.publish.figures.floor_figure import ROWS, TRANSPORT_LOOKS, floor_figure
+from pneumo.publish.figures.floor_figure import ROWS, SAMPLING_LOOKS, floor_figure
 from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import record
 from pneumo.simulation.given_inputs import pressures_on_inputs
@@ -97,10 +97,10 @@ def test_figure_shows_every_point_and_is_unclipped(dataset, tmp_path):
     for row, (prefix, dimension, scale, _) in zip(axes, ROWS, strict=True):
         for ax, name in zip(row, dataset["experiment"].values, strict=True):
             lines = ax.get_lines()
-            shown = [lines[3 * i + j].get_ydata() for i in range(len(TRANSPORT_LOOKS)) for j in range(3)]
+            shown = [lines[3 * i + j].get_ydata() for i in range(len(SAMPLING_LOOKS)) for j in range(3)]
             one = dataset.sel(experiment=name)
             ways = ("predicted", "formula", "measured")
-            expected = [one[prefix + way].sel(transport=kind) for kind in TRANSPORT_LOOKS for way in ways]
+            expected = [one[prefix + way].sel(transport=kind) for kind in SAMPLING_LOOKS for way in ways]
             np.testing.assert_array_equal(shown, expected)
             np.testing.assert_allclose(lines[0].get_xdata(), dataset[dimension] * scale)
 
