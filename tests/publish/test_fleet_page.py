@@ -47,10 +47,10 @@ def test_rows_hold_the_recommendation_in_mm_and_kPa(index):
         0.3,
     )
     ranking = ranked(made(), "mine")
-    take, best = ranking.unknown_k_0.model(ranking.recommended), ranking.unknown_k_0.models[0]
-    assert take != best
-    assert (row["take"], row["n"], row["best"], row["runs"]) == (take.model, take.n, best.model, 4)
-    assert row["worst RMS (kPa)"] == pytest.approx(take.worst / 1e3, rel=1e-3)
+    chosen, best = ranking.unknown_k_0.model(ranking.recommended), ranking.unknown_k_0.models[0]
+    assert chosen != best
+    assert (row["recommended"], row["n"], row["best"], row["runs"]) == (chosen.model, chosen.n, best.model, 4)
+    assert row["worst RMS (kPa)"] == pytest.approx(chosen.worst / 1e3, rel=1e-3)
     assert row["its worst RMS (kPa)"] == pytest.approx(best.worst / 1e3, rel=1e-3)
     assert second[1] == 12.35
     assert failed == ("c10", 100.0, 1000.0, None, "", None, None, "", None, 0, 4)
@@ -61,7 +61,7 @@ def test_the_best_model_is_that_of_the_lowest_worst_case(index):
     robust = ranking.unknown_k_0.models[0]
     assert ranking.rows[0].model != robust.model  # with the right k_0 another is best
     row = dict(zip(HEADS, fleet_rows(index)[1], strict=True))
-    assert (row["take"], row["best"]) == (ranking.recommended, robust.model)
+    assert (row["recommended"], row["best"]) == (ranking.recommended, robust.model)
     assert row["its worst RMS (kPa)"] == pytest.approx(robust.worst / 1e3, rel=1e-3)
 
 
@@ -108,7 +108,7 @@ def test_the_table_sorts_and_filters(index, visit, tmp_path):
     browser.run(SET.format("high", "50"))
     assert browser.run(NAMES) == "c1"
     browser.run("element('reset').click()")
-    browser.run(SET.format("take", fleet_rows(index)[0][4]))
+    browser.run(SET.format("recommended", fleet_rows(index)[0][4]))
     assert browser.run(NAMES) == "c1"
     assert_readable(browser, least=20)
     assert_quiet(browser, file)

@@ -201,9 +201,9 @@ def test_the_papers_page_stays_below_its_bound(results):
 
 
 def test_claims(parts, verdict, page):
-    assert "not run: <code>snakemake -j2 ensemble</code>" in page
+    assert "was not computed: <code>snakemake -j2 ensemble</code>" in page
     text = report_page(PAPER, parts[:1], verdict, findings(), False)
-    assert "not run: <code>" not in text
+    assert "not computed: <code>" not in text
     rows = re.findall(r'<tr data-id="c(\d)">(.*?)</tr>', text, re.DOTALL)
     assert [int(number) for number, _ in rows] == [0, 1, *range(len(STANDS))]  # headlines, then all
     for number, row in rows:

@@ -61,7 +61,7 @@ def shown_samples(stored: int, every: int) -> np.ndarray:
 def stored_parts(study: Study, results: Path) -> list[Part]:
     """Read and gather what the page shows of every experiment from a folder of results."""
     every, parts = page_stride(study), []
-    folders = {transport: results / transport for transport in TRANSPORT_BUTTONS}
+    folders = {transport: results / transport for transport in STUDY_SAMPLING}
     best_n = {name: read(path / "statistics.nc", "best_n")["best_n"] for name, path in folders.items()}
     for name, e in study.experiments.items():
         datum = read(results / "datum" / f"{name}.nc", "P", "status", "failure_time")

@@ -5,8 +5,8 @@ const rows = JSON.parse(element("data").textContent);
 const heads = [...document.querySelectorAll("#fleet thead th")];
 const names = heads.map((head) => head.textContent);
 const body = document.querySelector("#fleet tbody");
-const controls = ["search", "take", "column", "low", "high"].map(element);
-const [search, take, column, low, high] = controls;
+const controls = ["search", "recommended", "column", "low", "high"].map(element);
+const [search, recommended, column, low, high] = controls;
 const order = new Intl.Collator("en", { numeric: true });
 let sorted = { column: 0, sign: 1 };
 let limit = STEP;
@@ -14,7 +14,7 @@ let limit = STEP;
 function fits(row) {
   const value = column.value ? row[names.indexOf(column.value)] : 0;
   return row[0].toLowerCase().includes(search.value.trim().toLowerCase())
-    && (!take.value || row[names.indexOf("take")] === take.value)
+    && (!recommended.value || row[names.indexOf("recommended")] === recommended.value)
     && (!column.value || (low.value === "" && high.value === "") || value !== null)
     && (!column.value || low.value === "" || value >= Number(low.value))
     && (!column.value || high.value === "" || value <= Number(high.value));
