@@ -22,8 +22,8 @@ from fragments import NUMBERS, ROOT, stored_numbers
 from benchmarks.fleet_law import law_figure
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.evidence.fit_coverage.interval_coverage import full_order_truth, intervals_that_hold
-from pneumo.publish.text.markdown_tables import coverage_tables
 from pneumo.publish.style import save
+from pneumo.publish.text.markdown_tables import coverage_tables
 from pneumo.storage.kept_evidence import KEPT
 
 RESULTS = ROOT / "results"
@@ -56,6 +56,7 @@ def from_kept_files() -> Numbers:
     at_work_runs, measured, cylinders = (
         xr.load_dataset(KEPT / f"{name}.nc") for name in ("at_work", "measurements", "cylinders")
     )
+    fits = xr.load_dataset(KEPT / "fit_coverage.nc")
     fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
     return {
@@ -66,7 +67,7 @@ def from_kept_files() -> Numbers:
         },
         "cluster": named(cluster.numbers(fleet, slurm), cluster.tables(fleet, slurm)),
         "cylinders": named(which_model.cylinder_numbers(cylinders), which_model.cylinder_tables(cylinders)),
-        "fit": {"coverage": coverage_tables(intervals_that_hold(cases), full_order_truth(cases)).strip()},
+        "fit": {"coverage": coverage_tables(intervals_that_hold(fits), full_order_truth(fits)).strip()},
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
     }
 
