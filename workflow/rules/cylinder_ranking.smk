@@ -22,19 +22,8 @@ rule ranking_cells:
 rule ranking_page:
     input:
         parameters=rules.parameters.output[0],
-<<<<<<< HEAD:workflow/rules/cylinder_ranking.smk
         cells=expand(rules.ranking_cells.output[0], cylinder=USER_CYLINDERS),
-        templates=[
-            "pneumo/publish/pages/templates/page.html.j2",
-            "pneumo/publish/pages/templates/macros.html.j2",
-            "pneumo/publish/pages/templates/study.html.j2",
-            "pneumo/publish/pages/templates/page.css",
-            "pneumo/publish/pages/templates/engineer.css",
-        ],
-=======
-        cells=expand(rules.own_cells.output[0], cylinder=OWN_CYLINDERS),
         templates=page_templates("study.html.j2"),
->>>>>>> d49c4c0 (Labels of signal samplings in one table, plainer words on pages, templates of a page found by what they include):workflow/rules/own.smk
     output:
         page="results/study.html",
     log:
