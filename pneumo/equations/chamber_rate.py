@@ -10,13 +10,12 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import choices, joined_branches
 from pneumo.errors import InputError
-from pneumo.physics.cylinder import chamber_of
+from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.models import MODELS, Lane, Model, lane
 from pneumo.physics.valve import limited
 from pneumo.simulation.reference import lane_rate
 
 N_MAX = 3.0  # as in the configuration's schema
-SIDES = {"A": 1.0, "B": -1.0}  # sign of outward u, x, v
 
 
 def model_row(model: Model | str) -> Model:
@@ -71,10 +70,10 @@ def chamber_rate(
     InputError
         If there is no such model or side, or n is missing or out of range.
     """
-    if side not in SIDES:
+    if side not in Side.__members__:
         raise InputError(f"side = {side!r}: must be 'A' or 'B'")
-    row, sign = lane_for(model, n, plant), SIDES[side]
-    chamber = chamber_of(plant.cylinder, "AB".index(side))
+    row, of_side = lane_for(model, n, plant), Side[side]
+    sign, chamber = of_side.sign, chamber_of(plant.cylinder, of_side)
 
     def rate(u: Any, x: Any, v: Any, P: Any) -> Any:
         return lane_rate(limited(sign * u, plant.valve.u_max), sign * x, sign * v, P, chamber, plant, row)

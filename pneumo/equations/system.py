@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import complex_value
-from pneumo.equations.chamber_rate import SIDES, model_and_index
+from pneumo.equations.chamber_rate import model_and_index
 from pneumo.equations.equation_list import Equation, chamber_equations, piston_equations, stop_equations
-from pneumo.physics.cylinder import chamber_of
+from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.models import Model
 from pneumo.simulation.tableau import DORMAND_PRINCE, Tableau, explicit
 
@@ -65,7 +65,7 @@ class System(NamedTuple):
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states, in the order of `rates`."""
-        chambers = (f"{name}_{side}" for side in SIDES for name in self.chamber_states)
+        chambers = (f"{name}_{side.name}" for side in Side for name in self.chamber_states)
         return (*(("x", "v") if self.piston else ()), *chambers)
 
     def state(self, **quantities: float) -> list[float]:
@@ -105,11 +105,11 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
         chamber_equations(system.model, system.n, system.plant, system.valve),
         system.plant.cylinder,
     )
-    for side, sign in SIDES.items():
-        own = {name: known[f"{name}_{side}"] for name in system.chamber_states}
-        own |= {"u": sign * known["u"]} if system.valve else {"m": known[f"m_{side}"]}
-        own |= {"x": sign * known["x"], "v": sign * known["v"]}
-        own |= chamber_of(cylinder, "AB".index(side))._asdict()
+    for side in Side:
+        own = {name: known[f"{name}_{side.name}"] for name in system.chamber_states}
+        own |= {"u": side.sign * known["u"]} if system.valve else {"m": known[f"m_{side.name}"]}
+        own |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}
+        own |= chamber_of(cylinder, side)._asdict()
         _solved(equations, own)
         result += [own[f"d{name}_dt"] for name in system.chamber_states]
     return result

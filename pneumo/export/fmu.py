@@ -16,13 +16,13 @@ from typing import Any, Literal
 from sympy import Symbol
 
 from pneumo.equations.branches import Choice
-from pneumo.equations.chamber_rate import SIDES
 from pneumo.equations.equation_list import Constant
 from pneumo.equations.system import System, quantity, rate_unit
 from pneumo.errors import InputError
 from pneumo.export.c_source import TEMPLATES, Kink, c99, printer_of
 from pneumo.export.printing import Printed, digits, heading, printed
 from pneumo.linear.linear_analysis import stable_steps
+from pneumo.physics.cylinder import Side
 
 COMPILER = "gcc"
 STEP = 1e-3  # s, longest inside a step of co-simulation, unless a shorter one is needed to be stable
@@ -78,20 +78,20 @@ def _conditions(value: Any) -> list[Any]:
 def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
     """Where the rates have a kink: every condition of the chambers' statements, and the end stops."""
     printer, found, seen = printer_of(parts), list[Kink](), set[Any]()
-    for side, sign in SIDES.items():
-        outside = {"P": f"state[{system.name}_P_{side}]", "u": f"inputs[{system.name}_u]"}
-        outside |= {"u_limited": outside["u"], "m": f"inputs[{system.name}_m_{side}]"}
-        signs = {"u": int(sign), "u_limited": int(sign)}
+    for side in Side:
+        outside = {"P": f"state[{system.name}_P_{side.name}]", "u": f"inputs[{system.name}_u]"}
+        outside |= {"u_limited": outside["u"], "m": f"inputs[{system.name}_m_{side.name}]"}
+        signs = {"u": int(side.sign), "u_limited": int(side.sign)}
         for condition in (c for statement in parts.chamber for c in _conditions(statement.value)):
             inner = {s: outside[s.name] for s in condition.free_symbols if s.name in outside}
             zero = condition.lhs - condition.rhs
             zero = zero.xreplace({s: signs.get(s.name, 1) * Symbol(name) for s, name in inner.items()})
             if zero not in seen and -zero not in seen:
                 seen.add(zero)
-                found.append(Kink(str(printer.doprint(zero)), f"{condition}, chamber {side}"))
+                found.append(Kink(str(printer.doprint(zero)), f"{condition}, chamber {side.name}"))
     if system.piston and not system.plant.cylinder.coulomb:  # else there is no model exchange
         (force,) = (statement.value for statement in parts.piston if statement.names == ("a",))
-        places = {f"P_{side}": f"state[{system.name}_P_{side}]" for side in SIDES}
+        places = {f"P_{side.name}": f"state[{system.name}_P_{side.name}]" for side in Side}
         places |= {"x": f"state[{system.name}_x]", "v": f"state[{system.name}_v]"}
         places["force"] = f"inputs[{system.name}_force]"
         turned = force.xreplace({s: Symbol(places[s.name]) for s in force.free_symbols if s.name in places})

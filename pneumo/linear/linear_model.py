@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.equations.chamber_rate import SIDES
 from pneumo.equations.system import System, rates, system
 from pneumo.errors import InputError
+from pneumo.physics.cylinder import Side
 from pneumo.physics.models import Model
 
 if TYPE_CHECKING:
@@ -60,12 +60,12 @@ def _check_point(system: System, point: dict[str, float]) -> None:
         problems["v = 0: Coulomb friction has no derivative there; take a small v"] = (
             v == 0 and cylinder.coulomb > 0
         )
-    for side, sign in SIDES.items():
-        P, T = point[f"P_{side}"], point[f"T_{side}"]
-        open_port, other = (c.P_s, c.P_atm) if sign * u > 0 else (c.P_atm, c.P_s)
-        name = f"P_{side} = {P:g} Pa"
+    for side in Side:
+        P, T = point[f"P_{side.name}"], point[f"T_{side.name}"]
+        open_port, other = (c.P_s, c.P_atm) if side.sign * u > 0 else (c.P_atm, c.P_s)
+        name = f"P_{side.name} = {P:g} Pa"
         problems[f"{name}: must be positive (absolute)"] = not P > 0
-        problems[f"T_{side} = {T:g} K: must be positive (absolute)"] = not T > 0
+        problems[f"T_{side.name} = {T:g} K: must be positive (absolute)"] = not T > 0
         singular = P in ((open_port, other) if plant.valve.leak > 0 else (open_port,))
         problems[f"{name}: eq (1) has no derivative at equal pressures"] = singular
     for text, wrong in problems.items():

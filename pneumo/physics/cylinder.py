@@ -3,6 +3,7 @@
 A chamber sees the piston position that enlarges it: x for chamber A, -x for chamber B.
 """
 
+from enum import IntEnum
 from math import pi
 from typing import NamedTuple
 
@@ -29,16 +30,34 @@ class Cylinder(NamedTuple):
     coulomb: float = 0.0  #: Coulomb friction, N, which holds a piston at rest while no greater force acts
 
 
+class Side(IntEnum):
+    """Side of the piston on which a chamber is; its value is the index of arrays by chamber."""
+
+    A = 0
+    B = 1
+
+    @property
+    def sign(self) -> float:
+        """Sign of u, x and v counted outward from the chamber, as `sign_of` in compiled code."""
+        return sign_of(self)
+
+
 class Chamber(NamedTuple):
-    """What tells one chamber from the other."""
+    """Geometry that differs between the chambers."""
 
     area: float  #: of the piston, m^2
     V_d: float  #: dead volume, m^3
 
 
 @jitable
+def sign_of(side: int) -> float:
+    """Sign by which u, x and v count outward from a chamber: 1 for A, -1 for B."""
+    return 1.0 - 2.0 * side
+
+
+@jitable
 def chamber_of(cylinder: Cylinder, side: int) -> Chamber:
-    """Chamber A (side 0) or B (side 1)."""
+    """Geometry of the chamber on a `Side`, or of its index in compiled code."""
     return Chamber(cylinder.A_A, cylinder.V_d_A) if side == 0 else Chamber(cylinder.A_B, cylinder.V_d_B)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from pneumo.configuration.sampling import Sampling
-from pneumo.physics.cylinder import chamber_of
+from pneumo.physics.cylinder import chamber_of, sign_of
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import Recording, chamber_rates
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince
@@ -40,7 +40,7 @@ def _replay_chambers(recording: Recording, sampling: Sampling, stride: int) -> n
     for k in range(steps):
         stage_inputs(recording, sampling, k, 0, 1, y, Y, K, inputs)
         for side in range(2):
-            context = (inputs, 1.0 - 2.0 * side, chamber_of(plant.cylinder, side), plant)
+            context = (inputs, sign_of(side), chamber_of(plant.cylinder, side), plant)
             _chamber_step(state[side], context, recording.h, Y_chamber, K_chamber, state[side])
         if (k + 1) % stride == 0:
             pressure[:, (k + 1) // stride] = state[:, 0]

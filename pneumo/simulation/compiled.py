@@ -26,7 +26,7 @@ from pneumo.hashing import compiled_hash
 from pneumo.physics.jitable import JITABLE
 
 DIGEST = sha256().digest_size
-TOLD: set[str] = set()  # said already
+_warned: set[str] = set()  # lines already printed
 
 
 def cache_folder(module: str) -> Path:
@@ -84,7 +84,7 @@ class KernelCache:
         file = self._file(signature, target.codegen())
         try:
             if not _only_ours(self.folder.stat()):
-                return self._tell("others can write there; compiled code in it is not used")
+                return self._warn_once("others can write there; compiled code in it is not used")
             with file.open("rb") as stream:
                 ours, digest = _only_ours(os.fstat(stream.fileno())), stream.read(DIGEST)
                 content = stream.read()
@@ -94,10 +94,10 @@ class KernelCache:
         except FileNotFoundError:
             return None
         except OSError as error:
-            return self._tell(f"{error.strerror}; compiled code is not kept there")
+            return self._warn_once(f"{error.strerror}; compiled code is not kept there")
         except Exception:  # whatever unpickling raises where packages have changed
             pass
-        return self._tell("compiled code in it is damaged or foreign; compiled again")
+        return self._warn_once("compiled code in it is damaged or foreign; compiled again")
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep a compiled kernel, where that is possible."""
@@ -109,15 +109,15 @@ class KernelCache:
                 part.write(sha256(file.name.encode() + content).digest() + content)
             Path(part.name).replace(file)
         except OSError as error:
-            self._tell(f"{error.strerror}; compiled code is not kept there")
+            self._warn_once(f"{error.strerror}; compiled code is not kept there")
             if part is not None:
                 Path(part.name).unlink(missing_ok=True)
 
-    def _tell(self, problem: str) -> None:
-        """Say once what is wrong with the folder."""
+    def _warn_once(self, problem: str) -> None:
+        """Print a problem of the folder on standard error, once in a process."""
         line = f"pneumo: {self.folder.parent}: {problem}"
-        if line not in TOLD:
-            TOLD.add(line)
+        if line not in _warned:
+            _warned.add(line)
             print(line, file=sys.stderr)
 
 

@@ -12,7 +12,7 @@ from math import exp, log, sqrt
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
+from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, sign_of, volume
 from pneumo.physics.models import temperature
 from pneumo.physics.valve import Conditions
 from pneumo.simulation.compiled import inlined, kernel
@@ -165,7 +165,7 @@ def _on_inputs(
             now_c = Conditions(P_s[k, j], c.P_atm, c.T_in, c.T_amb, c.P_0, c.T_0)
             supplied = Plant(plant.gas, plant.valve, now_c, plant.cylinder, plant.k_0)
             for side in range(2):
-                sign, chamber = 1.0 - 2.0 * side, chamber_of(plant.cylinder, side)
+                sign, chamber = sign_of(side), chamber_of(plant.cylinder, side)
                 now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
                 own = np.uint64(0) if side == 0 else OF_B
                 rate, rate_T = K_0 + r + np.uint64(ROW * j), RATE_T + own + np.uint64(ROW * j)
@@ -196,7 +196,7 @@ def _on_inputs(
                         X[rate_T + i] = T_now * (change / W[P + i] + X[EXPANSION + i])  # P V = m R T
         # The last stage was at the step's end; its supply is still the one in force.
         for side in range(2):
-            sign, chamber = 1.0 - 2.0 * side, chamber_of(plant.cylinder, side)
+            sign, chamber = sign_of(side), chamber_of(plant.cylinder, side)
             now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
             own, last, meeting = np.uint64(0) if side == 0 else OF_B, STAGES - 1, 0
             p_port = (supplied.conditions.P_s if sign * u[k, last] >= 0 else c.P_atm) / c.P_0
@@ -310,7 +310,7 @@ def _on_flows(
     for index in range(len(lanes)):
         lane = lane_of(lanes[index])
         for side in range(2):
-            sign, chamber = 1.0 - 2.0 * side, chamber_of(plant.cylinder, side)
+            sign, chamber = sign_of(side), chamber_of(plant.cylinder, side)
             beyond, p = V_d[index, side] - chamber.V_d, pressure[index, side, 0]
             K[:] = 0.0
             for k in range(len(flow)):

@@ -10,7 +10,7 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import Sampling
-from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
+from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, sign_of, volume
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import inlined, kernel
@@ -129,7 +129,7 @@ def replay_lanes(
         first = recording.halvings[k] if sampling.exact else 0
         known = first - 1  # halvings for which the inputs are known
         for side in range(2):
-            sign = 1.0 - 2.0 * side
+            sign = sign_of(side)
             chamber = chamber_of(plant.cylinder, side)
             P_full = recording.states[k + 1, 2 + 2 * side]
             for i in range(count):

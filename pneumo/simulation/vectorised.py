@@ -17,7 +17,7 @@ from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import Sampling
-from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
+from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, sign_of, volume
 from pneumo.physics.models import Lane
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import Recording
@@ -143,7 +143,7 @@ def advance(
     for j in range(STAGES):
         a_0, a_1, a_2, a_3, a_4 = h * A[j, 0], h * A[j, 1], h * A[j, 2], h * A[j, 3], h * A[j, 4]
         for side in range(2):
-            sign = 1.0 - 2.0 * side
+            sign = sign_of(side)
             chamber = chamber_of(plant.cylinder, side)
             now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
             if j < 3:
@@ -178,7 +178,7 @@ def estimate_errors(
     """Raise `LARGEST` to the error estimate of the step just made, over P_0; infinite where it failed."""
     count = GROUP * starts[3]
     for side in range(2):
-        sign = 1.0 - 2.0 * side
+        sign = sign_of(side)
         now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
         largest = LARGEST + np.uint64(side) * SIDE_B
         for i in range(count):

@@ -24,7 +24,7 @@ def used(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
 
     def use() -> tuple[int, list[str]]:
-        compiled.TOLD.clear()
+        compiled._warned.clear()
         anew = kernel(doubled)
         assert anew(1.5) == 3.0 and anew(2) == 4  # two signatures
         return sum(anew.stats.cache_hits.values()), capsys.readouterr().err.splitlines()
