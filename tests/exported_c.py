@@ -30,10 +30,9 @@ class CompiledModel:
         subprocess.run(command, cwd=folder, check=True)
         library = ctypes.CDLL(str(folder / "model.so"))
         self.real = ctypes.c_double if precision == "double" else ctypes.c_float
-        self._rates, self._step = (
-            getattr(library, f"{self.system.name}_{name}") for name in ("rates", "step")
-        )
-        self._parameters = ctypes.byref(ctypes.c_char.in_dll(library, f"{self.system.name}_defaults"))
+        name = self.system.name
+        self._rates, self._step = library[f"{name}_rates"], library[f"{name}_step"]
+        self._parameters = ctypes.byref(ctypes.c_char.in_dll(library, f"{name}_defaults"))
 
     def array(self, values):
         return (self.real * len(values))(*values)

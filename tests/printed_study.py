@@ -86,9 +86,8 @@ def _settling_run() -> xr.Dataset:
 def _run_of_fig_7() -> xr.Dataset:
     """Straight lines from one extremum of Fig. 7 to the next, then to its final values."""
     final = {"x": 0.0, "P_A": 5.276e5, "P_B": 5.294e5, "T_A": 292.93, "T_B": 293.12}
-    cells = {
-        (c["row"], c["column"], c["order"]): float(c["printed"]) for c in read_cells("figure7", PAPER_FOLDER)
-    }
+    printed = read_cells("figure7", PAPER_FOLDER)
+    cells = {(c["row"], c["column"], c["order"]): float(c["printed"]) for c in printed}
     orders = [str(order) for order in range(1, 9)]
     times = {name: [0.0, *(cells[name, "time", order] for order in orders), 0.6, 1.3] for name in final}
     t = np.unique(np.concatenate(list(times.values())))

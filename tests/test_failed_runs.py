@@ -108,9 +108,8 @@ def test_the_page_names_a_settling_run_that_failed(printed_once, tmp_path):
     save(settling_table(parts, {"E06": 60.0}), folder / "settling.nc")
     found = verdict(folder, PAPER_2006)
     assert not found["failures"]
-    assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in verdict_page(
-        found, PAPER_2006.folder
-    )
+    page = verdict_page(found, PAPER_2006.folder)
+    assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in page
 
 
 @pytest.fixture(scope="module")

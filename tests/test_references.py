@@ -13,9 +13,8 @@ TEXTS = {
     and name not in ("CHANGELOG.md", "tests/test_references.py")  # history, and names that are absent
 }
 FOLDERS = "pneumo|workflow|tests|docs|paper|config|benchmarks|data"
-PATH = re.compile(
-    rf"(?<![\w/.{{}}-])(?:{FOLDERS})/[\w./-]*\w\.(?:py|md|yaml|csv|smk|json|nc|typ|j2|svg|png)\b"
-)
+SUFFIXES = "py|md|yaml|csv|smk|json|nc|typ|j2|svg|png"
+PATH = re.compile(rf"(?<![\w/.{{}}-])(?:{FOLDERS})/[\w./-]*\w\.(?:{SUFFIXES})\b")
 NAME = re.compile(r"(?<![\w./-])pneumo(?:\.[A-Za-z_]\w*)+")
 ABSENT = {  # on purpose: no such file or name in a test, a file name, a file that locks
     "config/none.yaml",

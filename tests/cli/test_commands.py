@@ -39,36 +39,27 @@ def test_commands_that_compute_nothing_load_no_numba(arguments):
     assert {"typer"} == {"typer", "numba", "scipy", "xarray"} & set(done.stdout.splitlines()[-1].split())
 
 
-def test_check_says_what_the_catalogues_conductance_is_worth(inside):
+def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_units(inside, tmp_path):
     inside("init", "mine.yaml")
     code, out, _ = inside("check", "mine.yaml")
+    assert code == 0
+    assert "mine: k_0 = 0.27 W/K from the catalogue (95 % of such cylinders: 0.099 to 0.73" in out
+    force = f"{np.pi / 4 * 0.025**2 * (7e5 - 101325):.3g} N"
     assert (
-        code == 0 and "mine: k_0 = 0.27 W/K from the catalogue (95 % of such cylinders: 0.099 to 0.73" in out
-    )
-    assert "from the catalogue" not in inside("check", ROOT / "config/paper.yaml")[1]
-
-
-def test_check_shows_wrong_units(inside, tmp_path):
-    inside("init", "mine.yaml")
-    out = inside("check", "mine.yaml")[1]
-    force = np.pi / 4 * 0.025**2 * (7e5 - 101325)
-    assert (
-        f"mine: 25 x 160 mm, 3 kg, supply 7 bar absolute: at most {force:.3g} N and, with its valve, about "
-        in out
+        f"mine: 25 x 160 mm, 3 kg, supply 7 bar absolute: at most {force} and, with its valve, about " in out
     )
     assert "exceeds" not in out
-    slips = {
-        "closed_loop: {amplitude_mm: 1500}": "closed: its signal of 1.5 m exceeds half the stroke, 0.08 m"
-    }
-    slips["open_loop: {amplitude_V: 24}"] = "open: its signal of 24 V exceeds the command's limit, 10 V"
-    for slip, words in slips.items():
+    for slip, words in (
+        ("closed_loop: {amplitude_mm: 1500}", "closed: its signal of 1.5 m exceeds half the stroke, 0.08 m"),
+        ("open_loop: {amplitude_V: 24}", "open: its signal of 24 V exceeds the command's limit, 10 V"),
+    ):
         (tmp_path / "slip.yaml").write_text(f"cylinders: {{mine: {{{slip}}}}}")
         assert words in inside("check", "mine.yaml", "slip.yaml")[1]
 
 
 def test_what_check_models_and_version_print(inside):
     code, out, _ = inside("check", ROOT / "config/paper.yaml")
-    assert code == 0 and "paper: 16 experiments, n = 1.0, 1.05" in out
+    assert code == 0 and "paper: 16 experiments, n = 1.0, 1.05" in out and "from the catalogue" not in out
     assert "E03  cylinder E  open   loop  k_0 = 0.02 W/K  1800 s, step 1 ms" in out
     code, out, _ = inside("models")
     assert code == 0 and all(f"M{i} " in out for i in range(1, 11))
@@ -103,10 +94,7 @@ def test_shell_completion_knows_the_commands():
         (["check", str(ROOT / "README.md")], ["README.md", "YAML"]),
         (["check", str(ROOT / "config/smoke.yaml")], ["config/smoke.yaml", "gas: missing"]),
         (["paper", "ensemble", "--results", "nowhere"], ["nowhere/ensemble.nc", "snakemake -j2 ensemble"]),
-        (
-            ["paper", "assumptions", "--results", "nowhere"],
-            ["nowhere/assumptions.nc", "j2 evidence`"],
-        ),
+        (["paper", "assumptions", "--results", "nowhere"], ["nowhere/assumptions.nc", "j2 evidence`"]),
         (["paper", "explain", "E99", "M8", "1"], ["results/published/replay/E99.nc", "no such file"]),
         (["paper", "verify"], ["holds no results"]),
     ],
@@ -148,9 +136,7 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
     assert (code, err) == (0, "note: P_A = 5 Pa, outside 101325 (atmosphere) to 700000 (supply)\n")
 
 
-@pytest.mark.parametrize(
-    "command", [["linearise", "M8", "--n", 1.3, *AT], ["export", "M1", "--to", "casadi"]]
-)
+@pytest.mark.parametrize("command", [["linearise", "M1", *AT], ["export", "M1", "--to", "casadi"]])
 def test_a_choice_between_cylinders_or_conductances_is_left_to_the_user(command, inside):
     command = [*command, "--config", ROOT / "config/paper.yaml"]
     assert_one_line(inside(*command), "--cylinder: missing; there are D, E")
@@ -170,6 +156,9 @@ def test_init_then_study(inside, tmp_path):
     assert "mine: open, closed, 2 runs each" in out and "Recommended: M" in out
     files = sorted(file.name for file in (tmp_path / "study-my-cylinder").iterdir())
     assert files == ["study.html", "study.nc"]
+    options = ["--experiment", "open", "--seeds", 1, "-o", "one"]
+    code, out, _ = inside("study", "cylinder.yaml", "quick.yaml", *options)
+    assert code == 0 and "mine: open, 1 runs each" in out and (tmp_path / "one" / "study.nc").exists()
 
 
 def test_a_configuration_begins_with_another_as_it_is_if_it_is_one(inside, tmp_path):
@@ -180,15 +169,6 @@ def test_a_configuration_begins_with_another_as_it_is_if_it_is_one(inside, tmp_p
     (tmp_path / "fitted.yaml").write_text("cylinders: 3")
     code, _, told = inside("init", "third.yaml", "--from", "fitted.yaml")
     assert code == 2 and "fitted.yaml: " in told and not (tmp_path / "third.yaml").exists()
-
-
-@pytest.mark.slow
-def test_study_of_one_experiment(inside, tmp_path):
-    inside("init")
-    (tmp_path / "quick.yaml").write_text(QUICK)
-    options = ["--experiment", "open", "--seeds", 1, "-o", "one"]
-    code, out, _ = inside("study", "cylinder.yaml", "quick.yaml", *options)
-    assert code == 0 and "mine: open, 1 runs each" in out and (tmp_path / "one" / "study.nc").exists()
 
 
 WRONG = {
@@ -208,19 +188,9 @@ WRONG = {
     "foreign page": (["study", "cylinder.yaml", "-o", "foreign"], "study.html: not written by"),
     "init twice": (["init", "cylinder.yaml"], "already exists; not overwritten"),
     "init into a folder": (["init", "foreign"], "already exists; not overwritten"),
-    "init from and table": (
-        ["init", "a.yaml", "--from", "cylinder.yaml", "--table"],
-        "--table cannot be combined with --from",
-    ),
+    "init from and table": (["init", "a.yaml", "--from", "cylinder.yaml", "--table"], "cannot be combined"),
     "init too much": (["init", "a.yaml", "b.yaml"], "unexpected extra argument"),
-    # Text is that of a second file; more of these: tests/configuration.
-    "wrong unit": ("cylinders: {mine: {stroke_cm: 16}}", "cylinders.mine.stroke_cm = 16: unknown key"),
-    "gauge pressure": ("supply: {P_s_Pa: 6}", "supply.P_s_Pa = 6.0: must exceed P_atm_Pa"),
-    "two valves": (
-        "cylinders: {mine: {k_x_k_u_m2_per_V: 1.0e-7}}",
-        "conflicts with the section valve; give only one",
-    ),
-    "not YAML": ("cylinders: [", "not valid YAML"),
+    "wrong unit": (["study", "cylinder.yaml", "wrong.yaml"], "cylinders.mine.stroke_cm = 16: unknown key"),
 }
 
 
@@ -229,10 +199,8 @@ def test_wrong_use_is_one_line_and_changes_no_file(mistake, inside, tmp_path):
     inside("init")
     (tmp_path / "foreign").mkdir()
     (tmp_path / "foreign" / "study.html").write_text("mine")
+    (tmp_path / "wrong.yaml").write_text("cylinders: {mine: {stroke_cm: 16}}")
     arguments, words = WRONG[mistake]
-    if isinstance(arguments, str):
-        (tmp_path / "wrong.yaml").write_text(arguments)
-        arguments = ["study", "cylinder.yaml", "wrong.yaml"]
     before = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
     assert_one_line(inside(*arguments), words)
     assert {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()} == before

@@ -53,9 +53,8 @@ def test_each_row_is_a_cylinder_with_every_experiment_that_runs(fleet):
     assert plain.A_A == plain.A_B == rodded.A_A > rodded.A_B
     # Written out in the configuration, the same cylinder is the same.
     keys = HEAD.split(",")[1:-2]
-    section = dict(zip(keys, ROW.split(","), strict=False)) | {
-        "open_loop": {"amplitude_V": 0.8, "reverse_at": 0.9}
-    }
+    section = dict(zip(keys, ROW.split(","), strict=False))
+    section |= {"open_loop": {"amplitude_V": 0.8, "reverse_at": 0.9}}
     written = SLOW | {"cylinder": "a"}
     plain_file = fleet(cylinders={"a": section}, experiments={"a-slow": written}, run={})
     assert study(load(plain_file)).experiments["a-slow"] == found["a-slow"]
@@ -88,19 +87,11 @@ BORE = ROW.replace("40", "-40", 1)
         ([f"a,{BORE.replace('-40', 'nan')}"], HEAD, ["row 2, column bore_mm = nan: must be a number"]),
         ([f"a,{BORE.replace('-40', '')}"], HEAD, ["row 2, column bore_mm: missing; must be a number"]),
         ([f"a,{ROW.replace('0.9', '9')}"], HEAD, ["row 2, column open_loop.reverse_at = 9: must be"]),
-        (
-            [f"a,{ROW.replace('1e-6', '')}"],
-            HEAD,
-            ["row 2, column k_x_k_u_m2_per_V: missing", "section valve"],
-        ),
+        ([f"a,{ROW.replace('1e-6', '')}"], HEAD, ["column k_x_k_u_m2_per_V: missing", "section valve"]),
         ([f"a,{ROW},50"], f"{HEAD},rod_mm", ["row 2, column rod_mm = 50.0: must be below bore_mm = 40"]),
         ([f"a,{ROW},-1"], f"{HEAD},k_0_W_per_K", ["row 2, column k_0_W_per_K = -1: must be catalogue or"]),
         ([f"a,{ROW},1", f"b,{ROW},-1"], f"{HEAD},k_0_W_per_K", ["row 3, column k_0_W_per_K = -1"]),
-        (
-            [f"1,{ROW}"],
-            HEAD,
-            ["row 2, column name = '1': the name must be text of at most 40 letters"],
-        ),
+        ([f"1,{ROW}"], HEAD, ["row 2, column name = '1': the name must be text of at most 40 letters"]),
         ([f",{ROW}"], HEAD, ["row 2, column name = ''"]),
         ([f"a,{ROW}", f"a,{ROW}"], HEAD, ["row 3, column name = 'a': already the name of row 2"]),
         ([f"a,{ROW},7"], HEAD, ["row 2: has 12 cells for 11 columns"]),
@@ -127,9 +118,8 @@ def test_mistakes_of_the_configuration_are_named_where_they_are_written(fleet):
     assert "no such experiment" in refusal(fleet(f"a,{ROW}", run={"experiments": ["fast"]}))
     assert "experiments = 7" in refusal(fleet(f"a,{ROW}", experiments=7))
     twice = {"slow": SLOW, "b-slow": dict(SLOW)}
-    assert "would have the name a-b-slow" in refusal(
-        fleet(f"a,{ROW}", f"a-b,{ROW}", experiments=twice, run={})
-    )
+    file = fleet(f"a,{ROW}", f"a-b,{ROW}", experiments=twice, run={})
+    assert "would have the name a-b-slow" in refusal(file)
 
 
 def test_a_file_that_cannot_be_read_or_is_too_large(fleet, monkeypatch):

@@ -16,16 +16,14 @@ from pneumo.selection.cylinder_template import write_table_template
 
 @pytest.fixture
 def written(tmp_path, monkeypatch):
-    """Write the template table as Parquet, with changed columns (None: without it), and a configuration."""
+    """Write the template table as Parquet, with changed columns, and a configuration."""
     pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     monkeypatch.chdir(tmp_path)
     write_table_template(Path("fleet.yaml"))
 
     def write(file="fleet.parquet", rows=slice(None), **columns):
         table = pd.read_csv("fleet.csv").iloc[rows].assign(**columns)
-        table.drop(columns=[key for key, values in columns.items() if values is None]).to_parquet(
-            file, index=False
-        )
+        table.to_parquet(file, index=False)
         name_it(file)
 
     return write
@@ -86,16 +84,11 @@ def test_a_path_is_a_path_and_no_pattern(written, name):
     [
         ({"bore_mm": [40.0, -1.0]}, "row 3, column bore_mm = -1: must be"),
         ({"bore_mm": [40.0, None]}, "row 3, column bore_mm: missing; must be"),
-        ({"bore_mm": ["nan", "40"]}, "row 2, column bore_mm = nan: must be a number"),
-        ({"bore_mm": "wide"}, "row 2, column bore_mm = 'wide': must be a number"),
         ({"bore_mm": True}, "row 2, column bore_mm = 'true': must be a number"),
         ({"bore_mm": datetime.date(2026, 1, 1)}, "column bore_mm = '2026-01-01': must be a number"),
         ({"bore_mm": [[25.0], [25.0]]}, "fleet.parquet': cannot be read: Unsupported cast from list"),
         ({"seed": [1.5, 2.5]}, "row 2, column seed = 1.5: must be"),
         ({"name": [160, 80]}, "row 2, column name = '160': the name must be text of at most 40 letters"),
-        ({"name": "a"}, "row 3, column name = 'a': already the name of row 2"),
-        ({"name": [None, "second"]}, "row 2, column name = ''"),
-        ({"name": None}, "row 1: no column name"),
         ({"bore_cm": 4}, "row 1, column 'bore_cm': unknown; columns are keys of config/README.md"),
         ({"valve": [{"b": 0.3}] * 2}, "row 1, column 'valve': unknown"),
     ],

@@ -11,9 +11,7 @@ from pneumo.configuration.signal_file import read_column
 from pneumo.errors import ConfigurationError
 
 
-@pytest.mark.parametrize(
-    "text", ["t,u\n0,1.5\n1,-2\n", "t;u\n0;1.5\n\n1;-2", "\ufefft\t u \n0\t1.5\n1\t-2\n"]
-)
+@pytest.mark.parametrize("text", ["t,u\n0,1.5\n1,-2\n", "t;u\n0;1.5\n\n1;-2", "\ufefft\t u \n0\t1.5\n1\t-2"])
 def test_column_with_any_delimiter(tmp_path, text):
     file = tmp_path / "a.csv"
     file.write_text(text, encoding="utf-8")
@@ -64,7 +62,6 @@ def test_limits_of_size(tmp_path, monkeypatch):
     with pytest.raises(ConfigurationError, match="must have at most 7 bytes"):
         read_column(file, "u", "here")
     monkeypatch.undo()
-    with pytest.raises(
-        ConfigurationError, match=r"^x\.file = '/dev/zero': must have at most 20000000 bytes$"
-    ):
-        read_column(Path("/dev/zero"), "u", "x")  # a device without end
+    endless = r"^x\.file = '/dev/zero': must have at most 20000000 bytes$"
+    with pytest.raises(ConfigurationError, match=endless):
+        read_column(Path("/dev/zero"), "u", "x")

@@ -21,8 +21,7 @@ def test_replays_of_stored_runs_find_their_kernel_compiled(tmp_path, monkeypatch
     e = lasting("E12", 0.01)  # closed loop, where the first experiment is in open loop
     write(datum_dataset(e, record(e)), tmp_path / "E12.nc", {})
     lanes, _ = grid_lanes(STUDY.n, e.plant.gas.gamma)
-    replay(
-        recording_from(read(tmp_path / "E12.nc"), e), lanes, study_sampling(PUBLISHED, e), e.pressure_stride
-    )
+    stored = recording_from(read(tmp_path / "E12.nc"), e)
+    replay(stored, lanes, study_sampling(PUBLISHED, e), e.pressure_stride)
     assert len(called) > len(compiled) > 0
     assert all(types in compiled for types in called)

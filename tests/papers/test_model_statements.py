@@ -23,10 +23,9 @@ FOUR = ["M7", "M8", "M9", "M10"]
 def results(**changes) -> StudyResults:
     """Results whose mean square errors are the same at every level, but for changes."""
     found = StudyResults(Path(), "published")
-    mse = xr.DataArray(
-        [list((MSE | changes).values())] * 2, {"level": ["overall", "typical"], "model": MODELS}
-    )
-    found.statistics = xr.Dataset({"mse": mse})
+    mse = [list((MSE | changes).values())] * 2
+    coords = {"level": ["overall", "typical"], "model": MODELS}
+    found.statistics = xr.DataArray(mse, coords).to_dataset(name="mse")
     return found
 
 

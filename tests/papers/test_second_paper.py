@@ -109,18 +109,16 @@ def test_volumes_from_the_wrong_end_turn_dead_volumes_red(results, red_before, m
 @pytest.mark.slow
 def test_mean_temperatures_without_the_room_of_the_fit_turn_red(results, red_before, monkeypatch):
     steps = results_2007.seven_steps
-    monkeypatch.setattr(
-        results_2007, "seven_steps", lambda *given, **gas: steps(*given, **gas | {"T_amb": 293.0})
-    )
+    warm = {"T_amb": 293.0}
+    monkeypatch.setattr(results_2007, "seven_steps", lambda *given, **gas: steps(*given, **gas | warm))
     assert {f"T4.{column}.T_av" for column in COLUMNS} <= red(results) - red_before
 
 
 def test_page_shows_its_findings_and_leads_to_the_other_verdict(judged):
     page = verdict_page(judged, PAPER_2007.folder)
     assert 'href="../verdict.html"' in page and page.count("<h2 id=") >= 3
-    assert page.count('<td class="exact" data-id="T4.') == sum(
-        item["status"] == "exact" for item in judged["items"] if item["table"] == 4
-    )
+    exact = [item["status"] for item in judged["items"] if item["table"] == 4].count("exact")
+    assert page.count('<td class="exact" data-id="T4.') == exact
 
 
 def test_figures_show_the_response_its_fit_and_what_was_measured(results):

@@ -70,9 +70,8 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
         assert (stored["place"], stored["wins"], stored["failed"]) == (row.place, row.wins, row.failed)
         # Four bytes have 24 binary digits.
         robust = ranking.unknown_k_0.model(row.model)
-        assert [stored["worst_rms"].item(), stored["worst_n"].item()] == pytest.approx(
-            [robust.worst, robust.n], rel=1e-5, nan_ok=True
-        )
+        worst = [stored["worst_rms"].item(), stored["worst_n"].item()]
+        assert worst == pytest.approx([robust.worst, robust.n], rel=1e-5, nan_ok=True)
         for name, interval in (("best_mse", row.mse), ("over_best", row.over_best)):
             found = [stored[f"{name}{end}"].item() for end in ("", "_low", "_high")]
             assert found == pytest.approx(list(interval), rel=1e-5)
@@ -95,9 +94,8 @@ def test_the_range_of_each_k_0_is_the_cylinders(short, block):
 def test_a_cylinder_whose_runs_fail_is_told_and_leaves_the_others_alone(short, block):
     failed = block.sel(cylinder=FAILING)
     assert failed["recommended"] == "" and failed["reason"] == "no full-order run succeeded"
-    assert (
-        (failed["run_status"] != 0).all() and failed["best_mse"].isnull().all() and not failed["place"].any()
-    )
+    assert (failed["run_status"] != 0).all() and failed["best_mse"].isnull().all()
+    assert not failed["place"].any()
     index = fleet_index({"000000": block})
     assert index["failed_runs"].values.tolist() == [0, 4]
     whole = run_block(short, threads=2)
@@ -117,7 +115,7 @@ def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, blo
     assert found == studies_of(short)["first"]
     alone = run_study(found, threads=1)
     assert set(cells.variables) == set(alone.variables)
-    for name in (
+    for name in [
         "trace_t",
         "trace_x",
         "trace_P",
@@ -126,7 +124,7 @@ def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, blo
         "k_0",
         "cylinder",
         "time_constant",
-    ):
+    ]:
         xr.testing.assert_equal(cells[name].drop_vars("cylinder"), alone[name].drop_vars("cylinder"))
     (again,), stored = rankings(cells), block.sel(cylinder="first")
     assert (again.reason, "\n".join(again.advice)) == (stored["reason"].item(), stored["advice"].item())
@@ -141,9 +139,8 @@ def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, blo
 
 
 def test_what_is_not_there_or_does_not_belong_together_is_refused(results):
-    with pytest.raises(
-        InputError, match=r"'third': no such cylinder in .*fleet\.nc; there are first, second"
-    ):
+    words = r"'third': no such cylinder in .*fleet\.nc; there are first, second"
+    with pytest.raises(InputError, match=words):
         stored_cylinder(results, "third")
     (results / "fleet/000000.nc").write_bytes((results / "fleet/000001.nc").read_bytes())
     with pytest.raises(ResultError, match=r"000000\.nc: does not belong to"):

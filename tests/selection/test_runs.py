@@ -18,9 +18,8 @@ from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation import full_order as datum
 from pneumo.simulation.replay import replay as replay_lanes
 
-CYLINDER = Cylinder(
-    0.02, 0.1, 3.14e-4, 3.0e-4, 1.6e-6, 1.7e-6, 2, 100, -0.05, 0.05
-)  # whole numbers are welcome
+# Whole numbers are welcome.
+CYLINDER = Cylinder(0.02, 0.1, 3.14e-4, 3.0e-4, 1.6e-6, 1.7e-6, 2, 100, -0.05, 0.05)
 H = 1e-3
 COMMAND = 0.8 * np.sign(np.sin(np.arange(301) / 30 + 0.1))
 

@@ -95,9 +95,7 @@ def test_tables_are_those_of_the_error_vectors(seed, experiments):
                 matches(row, joined[chosen, i, constant])
 
 
-@pytest.mark.parametrize(
-    ("count", "p10", "p90"), [(16, 2.1, 14.9), (8, 1.3, 7.7), (5, 1.0, 5.0), (2, 1.0, 2.0)]
-)
+@pytest.mark.parametrize(("count", "p10", "p90"), [(16, 2.1, 14.9), (8, 1.3, 7.7), (5, 1, 5), (2, 1, 2)])
 def test_percentiles_are_matlabs(count, p10, p90):
     # prctile(1:16, [10 90]) and so on; below the first and above the last place it gives the extremes.
     errors = np.sqrt(np.arange(1, count + 1.0))[::-1].reshape(count, 1, 1, 1, 1) * np.array([1.0, -1.0])

@@ -268,9 +268,8 @@ def suite():
 # The checker subtracts neighbouring values of every coordinate variable to see that they rise, which text
 # does not allow: model, chamber, experiment, level and quantity are labels, which CF permits (sections 5
 # and 6.1) and `.sel(model="M8")` needs.
-STRING_COORDINATES = {
-    "check_coordinate_variables_strict_monotonicity": "unsupported operand type(s) for -: 'str' and 'str'"
-}
+CHECK = "check_coordinate_variables_strict_monotonicity"
+STRING_COORDINATES = {CHECK: "unsupported operand type(s) for -: 'str' and 'str'"}
 # CF recommends that names differ in more than case; T and t are the paper's. It also recommends a history,
 # which is a log of times: a rewrite would change the bytes.
 WARNINGS = {

@@ -24,9 +24,8 @@ class TestFaults:
     pytestmark = in_smoke_study
 
     def test_a_spoilt_file_is_refused_by_name_and_made_again(self, smoke_study):
-        bench = Bench(
-            smoke_study, smoke_study.hashes(), 0.0, smoke_study.size(), random.Random(1), kills=0, tries=1
-        )
+        hashes, size = smoke_study.hashes(), smoke_study.size()
+        bench = Bench(smoke_study, hashes, 0.0, size, random.Random(1), kills=0, tries=1)
         same, outcome = next(FAULTS["bit_flip"](bench))
         assert same, outcome
 

@@ -37,15 +37,7 @@ def test_every_cell_of_the_tables_is_an_item_or_an_input():
         assert len(read_table(table)) == number + INPUTS.get(table, 0)
 
 
-NARROWED = (
-    "mse",
-    "sigma",
-    "fraction",
-    "mu",
-    "best_n",
-    "statement",
-    "decade",
-)  # by seed deviations
+NARROWED = ("mse", "sigma", "fraction", "mu", "best_n", "statement", "decade")  # by seed deviations
 
 
 def decision(name: str) -> str:
@@ -55,12 +47,8 @@ def decision(name: str) -> str:
 
 def classes_of_the_decisions() -> dict[str, tuple[float, str]]:
     """Class -> (limit, measure) from decision 10, and from sentences of decisions 37 and 39."""
-    words = {
-        "": "absolute",
-        "of the row's printed sigma": "sigma",
-        "of the swing": "swing",
-        "of log10": "log10",
-    }
+    words = {"": "absolute", "of the row's printed sigma": "sigma"}
+    words |= {"of the swing": "swing", "of log10": "log10"}
     ends = "|".join(map(re.escape, filter(None, words)))
     limits = re.findall(rf"`(\w+)` (\d[\d.e-]*)( %)? ?({ends})?", decision("0010-tolerance-classes"))
     classes = {}

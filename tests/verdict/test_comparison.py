@@ -20,6 +20,9 @@ def agreement(finding, measure, limit, floor=0.0, **changes):
     return compare(claim(**changes), tolerance, finding).agreement
 
 
+READ_OFF = {"tolerance": "read_off", "sigma": 0.1}
+
+
 @pytest.mark.parametrize(
     ("value", "measure", "limit", "changes", "expected"),
     [
@@ -44,6 +47,11 @@ def agreement(finding, measure, limit, floor=0.0, **changes):
         (0.0118, "relative", 0.02, {"printed": "0.0108", "floor": 0.001}, "close"),
         (0.0119, "relative", 0.02, {"printed": "0.0108", "floor": 0.001}, None),  # the larger, not the sum
         (0.0118, "relative", 0.02, {"printed": "0.0108"}, None),
+        (2.2, "sigma", 3.0, READ_OFF, "exact"),  # off a figure: within two sigma, close within three
+        (1.8, "sigma", 3.0, READ_OFF, "exact"),
+        (2.21, "sigma", 3.0, READ_OFF, "close"),
+        (2.3, "sigma", 3.0, READ_OFF, "close"),
+        (2.31, "sigma", 3.0, READ_OFF, None),
     ],
 )
 def test_numbers(value, measure, limit, changes, expected):
@@ -65,13 +73,6 @@ def test_numbers(value, measure, limit, changes, expected):
 )
 def test_swings_intervals_statements_and_marks(finding, measure, limit, changes, expected):
     assert agreement(finding, measure, limit, **changes) == expected
-
-
-@pytest.mark.parametrize(
-    ("value", "expected"), [(2.2, "exact"), (1.8, "exact"), (2.21, "close"), (2.3, "close"), (2.31, None)]
-)
-def test_numbers_read_off_a_figure_are_met_within_two_sigma_and_close_within_three(value, expected):
-    assert agreement(Finding(value), "sigma", 3.0, tolerance="read_off", sigma=0.1) == expected
 
 
 @pytest.mark.parametrize(

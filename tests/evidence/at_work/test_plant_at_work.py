@@ -8,47 +8,13 @@ from hypothesis import strategies as st
 from paper_study import STUDY
 
 from pneumo import linearise
-from pneumo.evidence.at_work.at_work_statistics import (
-    RESAMPLINGS,
-    USES,
-    at_work_statistics,
-    carried_at,
-    correlations,
-    losses,
-    predicts,
-    spearman,
-    with_bounds,
-)
-from pneumo.evidence.at_work.observers import (
-    STATES,
-    Noise,
-    correct_all,
-    estimated,
-    first_covariance,
-    observability,
-    predict,
-)
-from pneumo.evidence.at_work.plant_at_work import CARRIED, K_0_FACTORS, Carried, control_run, plant_at_work
-from pneumo.evidence.at_work.position_control import (
-    P_CONTROL,
-    PARTS,
-    Controller,
-    Task,
-    controlled,
-    drawn_task,
-    linearising_command,
-    minimum_jerk,
-    third_derivative,
-)
-from pneumo.evidence.at_work.sampled_plant import (
-    PRESSURE_NOISE,
-    PRESSURE_STEP,
-    X_STEP,
-    air_from_supply,
-    held_step,
-    readings,
-    sampled_recording,
-)
+from pneumo.evidence.at_work import at_work_statistics as statistics
+from pneumo.evidence.at_work import observers, plant_at_work, position_control, sampled_plant
+from pneumo.evidence.at_work.at_work_statistics import correlations
+from pneumo.evidence.at_work.observers import Noise, first_covariance
+from pneumo.evidence.at_work.plant_at_work import CARRIED, Carried, control_run
+from pneumo.evidence.at_work.position_control import P_CONTROL, PARTS, Controller, Task, minimum_jerk
+from pneumo.evidence.at_work.sampled_plant import PRESSURE_NOISE, PRESSURE_STEP, X_STEP, readings
 from pneumo.physics.cylinder import acceleration, chamber_of, volume
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.compiled import kernel
@@ -61,8 +27,9 @@ P_0 = PLANT.conditions.P_0
 QUIET = Noise(0.1, 1e3)
 LANE = lane(MODELS["M8"], N, PLANT.gas.gamma)
 ROW = lane_array([LANE])[0]
-predicted, corrected, commanded = kernel(predict), kernel(correct_all), kernel(linearising_command)
-jerk_of, drawn_air = kernel(third_derivative), kernel(air_from_supply)
+predicted, corrected = kernel(observers.predict), kernel(observers.correct_all)
+commanded, jerk_of = kernel(position_control.linearising_command), kernel(position_control.third_derivative)
+drawn_air = kernel(sampled_plant.air_from_supply)
 pressures = st.floats(1.2e5, 6.5e5)
 positions, speeds, commands = st.floats(-0.04, 0.04), st.floats(-0.5, 0.5), st.floats(-10.0, 10.0)
 
@@ -82,7 +49,7 @@ def test_a_filter_with_the_true_model_and_no_noise_converges(measured):
     u = 3.0 * np.sin(2 * np.pi * 2.0 * t)
     states = model_run(u, np.array([0.0, 0.0, P_0, P_0]))
     first = np.array([P_0 + 3e4, P_0 - 3e4])
-    found, C = estimated(states[:, 0], states[:, 2:], u, measured, first, ROW, PLANT, QUIET, H)
+    found, C = observers.estimated(states[:, 0], states[:, 2:], u, measured, first, ROW, PLANT, QUIET, H)
     errors = abs(found - states)[:, 2:].max(axis=1)
     assert errors[0] > 1e3 or measured == 2  # a pressure that is measured is known at once, within its noise
     # Within 1 % of the first error, whichever pressures are measured, and within what the filter expects.
@@ -109,7 +76,7 @@ def test_the_covariance_stays_symmetric_and_positive(x, v, P_A, P_B, u, measured
 @given(positions, speeds, st.floats(3.8e5, 6.5e5), st.floats(3.8e5, 6.5e5), st.floats(0.5, 10.0))
 def test_the_covariance_moves_by_the_linear_model(x, v, P_A, P_B, u):
     A = np.asarray(linearise("M8", N, PLANT, u=u, P_A=P_A, P_B=P_B, x=x, v=v, states="actuator").A)
-    F = np.eye(STATES) + H * A + H**2 / 2 * A @ A
+    F = np.eye(observers.STATES) + H * A + H**2 / 2 * A @ A
     y, C, W = np.array([x, v, P_A, P_B]), first_covariance(), np.empty((4, 4, 4))
     expected = F @ C @ F.T
     expected[1, 1] += H * (QUIET.force / PLANT.cylinder.M) ** 2
@@ -121,7 +88,7 @@ def test_the_covariance_moves_by_the_linear_model(x, v, P_A, P_B, u):
 
 
 def test_more_sensors_see_more_and_all_sets_are_observable():
-    found = [observability("M8", N, PLANT, measured) for measured in range(3)]
+    found = [observers.observability("M8", N, PLANT, measured) for measured in range(3)]
     assert [each.rank for each in found] == [4, 4, 4]
     assert (found[0].deviation > found[1].deviation).all() and (found[1].deviation > found[2].deviation).all()
     assert (found[2].deviation < PRESSURE_NOISE).all()  # of many samples
@@ -158,25 +125,23 @@ def test_a_controller_with_the_perfect_model_and_state_tracks():
     assert np.abs(errors[-200:]).max() < 1e-5
 
 
-def constant_task(x: float, seconds: float) -> Task:
-    samples = round(seconds / H) + 1
-    return Task(np.tile([x, 0.0, 0.0, 0.0], (samples, 1)), np.zeros(samples))
+def held_for_2_s(x: float, force: float, controller: Controller, row: np.ndarray):
+    """Run of a controller that holds the piston at x against a force, without noise."""
+    samples = round(2.0 / H) + 1
+    task = Task(np.tile([x, 0.0, 0.0, 0.0], (samples, 1)), np.full(samples, force))
+    noise, first = np.zeros((samples, 2)), np.full(2, P_0)
+    return position_control.controlled(task, noise, first, controller, row, PLANT, PLANT, H, 6)
 
 
 def test_p_control_without_a_model_is_stable_and_a_model_is_not_read():
-    task, first = constant_task(0.02, 2.0), np.full(2, P_0)
     gain = PLANT.valve.u_max / PLANT.cylinder.stroke
-    noise, broken = np.zeros((len(task.force), 2)), np.full_like(ROW, np.nan)
-    done = controlled(task, noise, first, Controller(0, P_CONTROL, gain, QUIET), broken, PLANT, PLANT, H, 6)
+    done = held_for_2_s(0.02, 0.0, Controller(0, P_CONTROL, gain, QUIET), np.full_like(ROW, np.nan))
     assert np.abs(done.x[-200:] - 0.02).max() < 2e-4  # 1 % of the step
     assert 0 < done.air < 0.01
 
 
 def test_the_controller_leaves_no_offset_under_a_force():
-    task, first = constant_task(0.0, 2.0), np.full(2, P_0)
-    task.force[:] = 20.0
-    noise = np.zeros((len(task.force), 2))
-    done = controlled(task, noise, first, Controller(2, 50.0, 0.0, Noise(1.0, 1e4)), ROW, PLANT, PLANT, H, 6)
+    done = held_for_2_s(0.0, 20.0, Controller(2, 50.0, 0.0, Noise(1.0, 1e4)), ROW)
     assert np.abs(done.x[:500]).max() > 1e-4  # it was pushed away
     assert np.abs(done.x[-200:]).max() < 3 * X_STEP
 
@@ -196,7 +161,7 @@ def test_a_minimum_jerk_motion_has_the_derivatives_it_says(way, duration):
 
 
 def test_tasks_differ_by_seed_and_stay_between_the_stops():
-    tasks = [drawn_task(np.random.default_rng(seed), PLANT, H) for seed in range(20)]
+    tasks = [position_control.drawn_task(np.random.default_rng(seed), PLANT, H) for seed in range(20)]
     stroke = PLANT.cylinder.stroke
     for task in tasks:
         assert np.abs(task.reference[:, 0]).max() <= 0.3 * stroke
@@ -208,7 +173,7 @@ def test_tasks_differ_by_seed_and_stay_between_the_stops():
 
 
 def test_sensors_are_noisy_and_quantised():
-    recording = sampled_recording(CLOSED, 1, 4000)
+    recording = sampled_plant.sampled_recording(CLOSED, 1, 4000)
     x, P = readings(recording.states, np.random.default_rng(0))
     true = recording.states
     np.testing.assert_allclose(x / X_STEP, np.round(x / X_STEP), atol=1e-6)
@@ -226,7 +191,7 @@ def test_air_from_the_supply_is_what_the_chamber_gains():
     steps, air, start = 50, 0.0, mass(y)
     for _ in range(steps):
         air += H * drawn_air(u, y, PLANT)
-        y, _ = held_step(y, u, 0.0, PLANT, H, 6)
+        y, _ = sampled_plant.held_step(y, u, 0.0, PLANT, H, 6)
     assert air == pytest.approx(mass(y) - start, rel=0.05)  # flow is read at each sample's start
     assert drawn_air(0.0, y, PLANT) == 0
 
@@ -234,7 +199,7 @@ def test_air_from_the_supply_is_what_the_chamber_gains():
 def test_a_carried_k_0_is_a_share_of_the_plants():
     own = Carried("M8", 0.5).lane(N, 1.4)
     assert own == LANE._replace(wall_scale=0.5) and Carried("M8", 0.5).name == "M8, 0.5 k_0"
-    assert len(CARRIED) == 4 + 3 * len(K_0_FACTORS)
+    assert len(CARRIED) == 4 + 3 * len(plant_at_work.K_0_FACTORS)
 
 
 def test_runs_of_a_controller_repeat_themselves():
@@ -248,22 +213,23 @@ def test_runs_of_a_controller_repeat_themselves():
 
 def test_rank_correlation_knows_order_and_its_interval_noise():
     rng, order = np.random.default_rng(0), np.arange(1.0, 8.0)
-    assert spearman(order, order**3) == 1 and spearman(order, -order) == -1
+    assert statistics.spearman(order, order**3) == 1 and statistics.spearman(order, -order) == -1
     # By hand: ranks 1 2 3 against 2 1 3 differ by squares of 2; 1 - 6 * 2 / (3 * 8).
-    assert spearman(np.array([1.0, 2.0, 3.0]), np.array([5.0, 4.0, 6.0])) == pytest.approx(0.5)
+    assert statistics.spearman(np.array([1.0, 2.0, 3.0]), np.array([5.0, 4.0, 6.0])) == pytest.approx(0.5)
     seeds = np.exp(0.01 * rng.standard_normal((7, 30)))
     far = correlations(order[:, None] * seeds, (order**2)[:, None] * seeds, True, rng)
-    assert len(far) == RESAMPLINGS + 1 and (far == 1).all()
-    near = with_bounds(correlations(order[:, None] * seeds, rng.lognormal(size=(7, 30)), False, rng))
+    assert len(far) == statistics.RESAMPLINGS + 1 and (far == 1).all()
+    noise = correlations(order[:, None] * seeds, rng.lognormal(size=(7, 30)), False, rng)
+    near = statistics.with_bounds(noise)
     assert near[1] <= near[0] <= near[2] and near[2] - near[1] > 0.3
-    assert [predicts(low) for low in (0.7, 0.2, 0.0)] == ["predicts use", "in part", "does not"]
+    assert [statistics.predicts(low) for low in (0.7, 0.2, 0.0)] == ["predicts use", "in part", "does not"]
 
 
 def test_losses_are_ratios_to_the_best_with_intervals():
     rng = np.random.default_rng(1)
     common = rng.lognormal(size=30)  # runs differ by much, models in a run by a stated ratio
     used = np.array([1.3, 1.0, 1.05])[:, None] * common * np.exp(0.01 * rng.standard_normal((3, 30)))
-    found = losses(used)
+    found = statistics.losses(used)
     np.testing.assert_array_equal(found[1], 1.0)
     assert found[0, 1] < 1.3 < found[0, 2] and found[2, 2] < 1.1 < found[0, 1]
 
@@ -293,8 +259,8 @@ def invented_cells(order: dict[str, float]) -> xr.Dataset:
 
 def test_answers_of_invented_cells_are_those_put_in():
     order = {"M1": 9.0, "M2": 7.0, "M5": 3.0, "M6": 2.0, "M7": 1.6, "M8": 1.04, "M10": 1.0}
-    found = at_work_statistics(invented_cells(order))
-    assert list(found["use"].values) == list(USES)
+    found = statistics.at_work_statistics(invented_cells(order))
+    assert list(found["use"].values) == list(statistics.USES)
     observer, controller = "observer, open loop, none", "controller, tracking, both"
     right = found.sel(factor=1.0)
     assert (right["correlation"].sel(use=observer, bound="low") == 1).all()
@@ -302,32 +268,25 @@ def test_answers_of_invented_cells_are_those_put_in():
     assert right["mean_correlation"].sel(use=controller, bound="low") < 0.5
     assert set(right["cheapest"].sel(use=observer).values) == {"M8"}
     assert set(right["cheapest"].sel(use=controller).values) == {"M1"}
-    assert (
-        right["hardly_matters"].sel(use=controller).all()
-        and not right["hardly_matters"].sel(use=observer).any()
-    )
+    hardly_matters = right["hardly_matters"]
+    assert hardly_matters.sel(use=controller).all() and not hardly_matters.sel(use=observer).any()
     # At a wrong k_0 the models with wall heat are twice as far off: M10 is as good as M6.
     wrong = found.sel(factor=2.0, use=observer)
     assert set(wrong["cheapest"].values) == {"M6"}
     np.testing.assert_allclose(wrong["loss"].sel(compared="M7", bound="estimate"), 1.6, rtol=0.02)
-    own = carried_at(invented_cells(order), 0.5)
-    assert own.sizes["model"] == 7
+    assert statistics.carried_at(invented_cells(order), 0.5).sizes["model"] == 7
 
 
 @pytest.mark.slow
 def test_a_plant_at_work_has_every_cell(monkeypatch):
-    import pneumo.evidence.at_work.plant_at_work as at_work
-
     for name, value in {"SEEDS": 2, "TUNING_SEEDS": 1, "RUN": 2.0, "BANDWIDTHS": (33.0, 75.0)}.items():
-        monkeypatch.setattr(at_work, name, value)
+        monkeypatch.setattr(plant_at_work, name, value)
     said: list[str] = []
-    found = plant_at_work(STUDY.experiments["E09"], CLOSED, (1.2, 1.4), 0, said.append)
+    found = plant_at_work.plant_at_work(STUDY.experiments["E09"], CLOSED, (1.2, 1.4), 0, said.append)
     assert len(said) == 3
     assert all(np.isfinite(found[name]).all() for name in found.data_vars)
     assert found.sizes["carried"] == len(CARRIED) and found.sizes["seed"] == 2
     assert all("units" in found[name].attrs for name in found.data_vars)
-    none, both = (
-        found["estimation_error"].sel(sensors=s, loop="closed").mean("seed") for s in ("none", "both")
-    )
-    assert (both < none).all()
+    error = found["estimation_error"].sel(loop="closed").mean("seed")
+    assert (error.sel(sensors="both") < error.sel(sensors="none")).all()
     assert (found["bandwidth"].isin([33.0, 75.0])).all()

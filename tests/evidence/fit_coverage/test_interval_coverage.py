@@ -4,15 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.evidence.fit_coverage.interval_coverage import (
-    FITTED_MODELS,
-    JUDGED_PARAMETERS,
-    fit_same_model,
-    full_order_truth,
-    intervals_that_hold,
-    record_properties,
-    true_parameters,
-)
+from pneumo.evidence.fit_coverage import interval_coverage as coverage
 from pneumo.evidence.fit_coverage.synthetic_records import sensed, synthetic_record
 from pneumo.publish.text.markdown_tables import coverage_tables
 
@@ -29,17 +21,17 @@ def test_sensors_are_noisy_and_quantised_and_cases_as_drawn():
     np.testing.assert_array_equal(synthetic_record(8, "M7").P, known.P)
     assert np.std(known.P - known.P_exact) == pytest.approx(known.noise * 1e6, rel=0.05)
     assert np.std(known.x - known.x_exact) == pytest.approx(known.noise * 2 * half, rel=0.05)
-    told = true_parameters(known)
+    told = coverage.true_parameters(known)
     assert (told["n"], told["k_0"], told["V_d_B"]) == (known.n, known.truth.k_0, known.V_d[1])
     assert told["k_xu"] == known.truth.valve.k_xu
-    assert record_properties(known)["noise"] == known.noise
+    assert coverage.record_properties(known)["noise"] == known.noise
 
 
 @pytest.mark.slow
 def test_a_case_is_fitted_by_the_model_that_made_it():
-    found = fit_same_model(1032)  # little noise, long in motion: k_0 is seen
-    assert found["fitted_model"].item() == FITTED_MODELS[1032 % 4]
-    assert list(found["parameter"].values) == list(JUDGED_PARAMETERS)
+    found = coverage.fit_same_model(1032)  # little noise, long in motion: k_0 is seen
+    assert found["fitted_model"].item() == coverage.FITTED_MODELS[1032 % 4]
+    assert list(found["parameter"].values) == list(coverage.JUDGED_PARAMETERS)
     np.testing.assert_allclose(found["estimate"] / found["truth"], 1.0, atol=0.6)
     assert np.all(found["low"] < found["estimate"]) and np.all(found["estimate"] < found["high"])
     # The truth of the valve's coefficient is within ten of its standard errors.
@@ -57,10 +49,10 @@ def test_intervals_held_are_counted_and_open_ends_set_no_limit():
     found = found.assign({name: (("case", "parameter"), np.c_[v]) for name, v in by_parameter.items()})
     found = found.assign({name: (("case", "model"), values) for name, values in by_model.items()})
     found["full_true_k_0"] = ("case", [1.0, 1.0, 1.0, 0.5])
-    row = intervals_that_hold(found).loc["n"]
+    row = coverage.intervals_that_hold(found).loc["n"]
     assert (row["held"], row["cases"], row["closed_held"], row["closed"]) == (3, 4, 1, 2)
-    M7 = full_order_truth(found).loc["M7"]
+    M7 = coverage.full_order_truth(found).loc["M7"]
     assert (M7["k_0_median"], M7["held"], M7["closed"]) == (1.5, 3, 0)
-    text = coverage_tables(intervals_that_hold(found), full_order_truth(found))
+    text = coverage_tables(coverage.intervals_that_hold(found), coverage.full_order_truth(found))
     assert "| n | 3 of 4 |" in text and "| M6 |  |  |  | 1.0 |" in text
     assert "| M7 | 1.50 (" in text and "| 3 of 4 | 0 of 0 |" in text

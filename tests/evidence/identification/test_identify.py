@@ -16,19 +16,10 @@ from scipy.optimize import OptimizeResult
 
 from pneumo.errors import ResultError
 from pneumo.evidence.identification import amplitudes, mechanics, settling_stops
-from pneumo.evidence.identification.deviance import (
-    REGION_THRESHOLD,
-    THRESHOLD,
-    deviance_interval,
-    log_noise,
-    widening,
-)
-from pneumo.evidence.identification.identify import (
-    IDENTIFICATION_LONG_NAMES,
-    check_all_experiments,
-    identify,
-    save_identification,
-)
+from pneumo.evidence.identification import deviance as deviances
+from pneumo.evidence.identification import identify as identification
+from pneumo.evidence.identification.deviance import THRESHOLD, deviance_interval, log_noise
+from pneumo.evidence.identification.identify import IDENTIFICATION_LONG_NAMES, identify
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, table5, table9
 from pneumo.physics.models import MODELS
@@ -72,8 +63,8 @@ def test_noise_adds_rounding_and_discrepancy_and_deviances_shrink_where_the_fit_
     x = np.linspace(0.1, 0.2, 100_001)
     spread = np.std(np.round(x, 3) - x)
     assert float(log_noise(np.array(1.0), np.array(5e-4), 0.0)) == pytest.approx(spread, rel=1e-3)
-    assert widening(2.0, 8, 3) == 1.0
-    assert widening(20.0, 8, 3) == 4.0
+    assert deviances.widening(2.0, 8, 3) == 1.0
+    assert deviances.widening(20.0, 8, 3) == 4.0
 
 
 @given(st.floats(-5, 5), st.floats(0.01, 3))
@@ -83,7 +74,8 @@ def test_interval_of_a_parabola(centre, sigma):
     assert low == pytest.approx(centre - 1.95996 * sigma, abs=1e-3 * sigma)
     assert high == pytest.approx(centre + 1.95996 * sigma, abs=1e-3 * sigma)
     assert abs(THRESHOLD - 1.95996**2) < 1e-4
-    assert pytest.approx(-2 * np.log(0.05)) == REGION_THRESHOLD  # chi squared of two degrees: exponential
+    # Chi squared of two degrees of freedom: an exponential.
+    assert pytest.approx(-2 * np.log(0.05)) == deviances.REGION_THRESHOLD
 
 
 def test_interval_without_an_end_and_correlation_of_a_known_normal():
@@ -161,7 +153,7 @@ def test_experiments_that_cannot_be_used(name, message):
 def test_a_part_of_the_study_has_no_tables_and_scored_cells_no_role_in_the_fit():
     part = STUDY._replace(experiments={name: STUDY.experiments[name] for name in ("E06", "E12")})
     with pytest.raises(ResultError, match=r"^E01: not in this study; Tables 7 and 9 average over all 16"):
-        check_all_experiments(part)
+        identification.check_all_experiments(part)
     with pytest.raises(ResultError, match=r"^E09: not in this study"):
         identify(part, ["D"], 0, 1, print)
     scored = set(QUANTITIES) - set(mechanics.FITTED_QUANTITIES)
@@ -280,7 +272,7 @@ def test_every_variable_is_described_and_comes_back(hasty, tmp_path):
     assert units <= set(hasty.variables)
     assert all(hasty[name].attrs["long_name"] for name in IDENTIFICATION_LONG_NAMES)
     for name in ("a.nc", "b.nc"):
-        save_identification(hasty, STUDY, 5, tmp_path / name)
+        identification.save_identification(hasty, STUDY, 5, tmp_path / name)
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
     back = read(tmp_path / "a.nc")
     assert (back.attrs["seed"], back.attrs["config_sha256"]) == (5, STUDY.config_sha256)

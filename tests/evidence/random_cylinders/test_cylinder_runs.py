@@ -12,13 +12,9 @@ from workflow_scripts import script
 
 from pneumo.evidence.fit_coverage.synthetic_records import true_and_configured_plants
 from pneumo.evidence.random_cylinders import cylinder_runs as c
+from pneumo.evidence.random_cylinders import dimensionless_groups as groups
 from pneumo.evidence.random_cylinders import regimes as regime
-from pneumo.evidence.random_cylinders.dimensionless_groups import (
-    KNOWN_GROUPS,
-    full_speed,
-    known_groups,
-    reversal_time,
-)
+from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS, known_groups
 from pneumo.evidence.random_cylinders.direct_rule import direct_rule
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.regimes_figure import regime_map
@@ -45,7 +41,7 @@ def test_cylinders_are_of_the_catalogue_and_inside_what_was_written_down(number)
     assert cylinder.load == pytest.approx(-(cylinder.A_A - cylinder.A_B) * 1e5, abs=1e-9)
     assert c.cylinder_sizes(p)["rod_share"][0] == pytest.approx((rod / cylinder.bore) ** 2, abs=1e-9)
     force = p.conditions.P_s * cylinder.A_A
-    speed = full_speed(p)
+    speed = groups.full_speed(p)
     inside = {
         "supply": (p.conditions.P_s, 5e5, 10e5),
         "dead": (cylinder.V_d_A / (cylinder.A_A * cylinder.stroke / 2), 0.05, 0.2),
@@ -98,7 +94,7 @@ def test_cylinders_of_the_map_stay_the_same(number, values):
 @pytest.mark.parametrize("name", PAPER.experiments)
 def test_the_papers_cylinders_lie_inside(name):
     p = PAPER.experiments[name].plant
-    force, speed = p.conditions.P_s * p.cylinder.A_A, full_speed(p)
+    force, speed = p.conditions.P_s * p.cylinder.A_A, groups.full_speed(p)
     assert 0.1 < speed < 3.2 and speed / p.cylinder.stroke < 12
     assert 5 < 0.3 * force / p.cylinder.M < 50
     assert 0.05 < p.cylinder.k_f * speed / force < 0.6
@@ -157,7 +153,7 @@ def test_groups_and_time_between_reversals_by_hand():
     assert found["thermal"] == pytest.approx(time_constant / between, rel=3 / 35)
     assert found["command"] == 1.0  # a jump of 24 mm at 1000 V/m saturates
     assert found["supply"] == 7 and found["closed"] == 1 and found["dead"] == pytest.approx(0.1, rel=1e-3)
-    assert found["friction"] == pytest.approx(100 * full_speed(p) / (0.8077 * 7e5 * pi / 4 * 0.02**2))
+    assert found["friction"] == pytest.approx(100 * groups.full_speed(p) / (0.8077 * 7e5 * pi / 4 * 0.02**2))
     opened = known_groups(PAPER.experiments["E13"])
     assert opened["command"] == pytest.approx(0.08) and opened["closed"] == 0
     t = np.arange(100_000) * 1e-3
@@ -169,7 +165,7 @@ def test_groups_and_time_between_reversals_by_hand():
         (np.ones(500), 0.5, 1e-6),
         (draws, 0.1, 3 / 44),  # a new draw has the other sign every second time; 2000 tell that to a 44th
     ):
-        assert reversal_time(series, 1e-3) == pytest.approx(expected, rel=tolerance)
+        assert groups.reversal_time(series, 1e-3) == pytest.approx(expected, rel=tolerance)
 
 
 @pytest.fixture
@@ -354,10 +350,10 @@ def test_workflow_scripts_go_from_cylinders_to_comparisons_and_map(tmp_path, mon
 
 @pytest.mark.slow
 def test_map_has_the_mean_ratio_of_each_part_and_marks_where_it_is_not_one():
-    lowest, groups = errors(900, sigma=0.05), np.random.default_rng(3).lognormal(size=(2, 900, 2))
-    lowest[..., M["M8"]] *= np.where(groups[1] > 1, 0.5, 1.0) * lowest[..., M["M7"]] / lowest[..., M["M8"]]
+    lowest, drawn = errors(900, sigma=0.05), np.random.default_rng(3).lognormal(size=(2, 900, 2))
+    lowest[..., M["M8"]] *= np.where(drawn[1] > 1, 0.5, 1.0) * lowest[..., M["M7"]] / lowest[..., M["M8"]]
     cells = invented(lowest)
-    for name, values in zip(regime.MAP_GROUPS, groups, strict=True):
+    for name, values in zip(regime.MAP_GROUPS, drawn, strict=True):
         cells[name] = (("cylinder", "loop"), values)
     runs = regime.regime_statistics(regime.with_answers(cells, 800))
     found = runs["map_ratio"].sel(map_ratio_of="M8/M7", loop="open")
@@ -372,11 +368,10 @@ def test_map_has_the_mean_ratio_of_each_part_and_marks_where_it_is_not_one():
     inside = np.ones(800, dtype=bool)
     place = np.argwhere(many)[0]
     for name, i in zip(regime.MAP_GROUPS, place, strict=True):
-        edges, own = runs[f"{name}_edge"].values, groups[regime.MAP_GROUPS.index(name), :800, 0]
+        edges, own = runs[f"{name}_edge"].values, drawn[regime.MAP_GROUPS.index(name), :800, 0]
         inside &= (own >= edges[i]) & (own <= edges[i + 1])
-    logs = np.log(
-        lowest[:800, 0, M["M6"]] / lowest[:800, 0][:, [M[name] for name in REFINED_MODELS]].min(axis=1)
-    )
+    best = lowest[:800, 0][:, [M[name] for name in REFINED_MODELS]].min(axis=1)
+    logs = np.log(lowest[:800, 0, M["M6"]] / best)
     mean = runs["map_ratio"].sel(map_ratio_of="M6/best", loop="open", bound="value").values[*place]
     assert mean == pytest.approx(np.exp(logs[inside].mean()))
     panel = next(ax for ax in regime_map(runs).axes if "M_8" in ax.get_title())

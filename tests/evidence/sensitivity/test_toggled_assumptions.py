@@ -16,15 +16,9 @@ from typer.testing import CliRunner
 from pneumo.cli.commands import app
 from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
+from pneumo.evidence.sensitivity import alternatives
 from pneumo.evidence.sensitivity import toggled_assumptions as toggles
-from pneumo.evidence.sensitivity.alternatives import (
-    IN_WORDS,
-    Alternative,
-    first_draw_skipped,
-    largest_excursions,
-    leaking,
-    ledger_alternatives,
-)
+from pneumo.evidence.sensitivity.alternatives import IN_WORDS, ledger_alternatives
 from pneumo.evidence.sensitivity.toggle_effects import toggle_effects
 from pneumo.evidence.sensitivity.toggled_assumptions import TOGGLED_TABLES, toggled_tables
 from pneumo.papers.paper_2006.paper import PAPER_2006
@@ -152,19 +146,19 @@ def test_the_same_call_gives_the_same_numbers():
 
 
 def test_a_rod_takes_its_section_the_first_draw_is_skipped_and_closed_loop_runs_leak():
-    change = IN_WORDS["rod.rod_40_percent"](Alternative(PAPER))
+    change = IN_WORDS["rod.rod_40_percent"](alternatives.Alternative(PAPER))
     for name, experiment in PAPER.experiments.items():
         cylinder, other = experiment.plant.cylinder, change.study.experiments[name].plant.cylinder
         rod = np.pi / 4 * (0.4 * cylinder.bore) ** 2
         np.testing.assert_allclose([other.A_A, other.A_B], [cylinder.A_A - rod, cylinder.A_B - rod])
     e = PAPER.experiments["E06"]._replace(steps=1000)
     every = e.excitation.every
-    skipped, plain = first_draw_skipped(e).reference, record(e).reference
+    skipped, plain = alternatives.first_draw_skipped(e).reference, record(e).reference
     assert len(skipped) == len(plain)
     assert np.array_equal(skipped[:-every], plain[every:])
     for name, leaks in (("E13", False), ("E14", True)):
         e = PAPER.experiments[name]._replace(steps=500)
-        found, plain = leaking(e), record(e)
+        found, plain = alternatives.leaking(e), record(e)
         assert found.plant == plain.plant
         assert np.array_equal(found.states, plain.states) != leaks
 
@@ -173,7 +167,7 @@ def test_largest_excursions_and_a_stop_that_only_clips():
     # From 0 to rest at 1, up to 4: 1 % of the largest excursion from rest is 0.03, of the change 0.01.
     overshoot = np.array([0.0, 2.0, 4.0, 3.0, 2.0, 1.5, 1.035, 1.025, 1.0, 1.0])
     settling = Settling(np.zeros(4), np.outer(np.r_[9.0, overshoot], np.ones(6)), 1)
-    np.testing.assert_allclose(largest_excursions(settling, 0.1), 0.7)
+    np.testing.assert_allclose(alternatives.largest_excursions(settling, 0.1), 0.7)
     cylinder = PAPER.experiments["E06"].plant.cylinder
     assert motion(cylinder.x_min, 0.0, -1.0, cylinder) == (0.0, 0.0)
     assert motion(cylinder.x_min, 0.0, -1.0, cylinder._replace(rests=False)) == (0.0, -1.0)
