@@ -45,9 +45,8 @@ def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_uni
     assert code == 0
     assert "mine: k_0 = 0.27 W/K from the catalogue (95 % of such cylinders: 0.099 to 0.73" in out
     force = f"{np.pi / 4 * 0.025**2 * (7e5 - 101325):.3g} N"
-    assert (
-        f"mine: 25 x 160 mm, 3 kg, supply 7 bar absolute: at most {force} and, with its valve, about " in out
-    )
+    line = f"mine: 25 x 160 mm, 3 kg, supply 7 bar absolute: at most {force} and, with its valve, about "
+    assert line in out
     assert "exceeds" not in out
     for slip, words in (
         ("closed_loop: {amplitude_mm: 1500}", "closed: its signal of 1.5 m exceeds half the stroke, 0.08 m"),

@@ -75,13 +75,11 @@ def test_a_random_cylinder_run_again_gives_the_errors_that_are_kept():
 def toggled(name, experiment):
     """What an alternative gives for the items of one experiment alone, computed again."""
     alternative = ledger_alternatives(read_yaml(ROOT / "config/paper.yaml"))[name]
-    study = alternative.study
-    study = study._replace(experiments={experiment: study.experiments[experiment]})
+    own = {experiment: alternative.study.experiments[experiment]}
+    alternative = alternative._replace(study=alternative.study._replace(experiments=own))
     claims = read_claims(PAPER_FOLDER).items.items()
     items = {key: claim for key, claim in claims if f".{experiment}." in key}
-    return toggled_tables({name: alternative._replace(study=study)}, items)["reproduced"].sel(
-        alternative=name
-    )
+    return toggled_tables({name: alternative}, items)["reproduced"].sel(alternative=name)
 
 
 def test_an_assumption_toggled_again_gives_what_is_kept(evidence_file):

@@ -115,16 +115,8 @@ def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, blo
     assert found == studies_of(short)["first"]
     alone = run_study(found, threads=1)
     assert set(cells.variables) == set(alone.variables)
-    for name in [
-        "trace_t",
-        "trace_x",
-        "trace_P",
-        "trace_pressure",
-        "seed",
-        "k_0",
-        "cylinder",
-        "time_constant",
-    ]:
+    traces = "trace_t", "trace_x", "trace_P", "trace_pressure"
+    for name in (*traces, "seed", "k_0", "cylinder", "time_constant"):
         xr.testing.assert_equal(cells[name].drop_vars("cylinder"), alone[name].drop_vars("cylinder"))
     (again,), stored = rankings(cells), block.sel(cylinder="first")
     assert (again.reason, "\n".join(again.advice)) == (stored["reason"].item(), stored["advice"].item())

@@ -89,7 +89,7 @@ def test_a_row_can_stand_for_a_models_name_and_models_without_n_need_none(run):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        *(({}, "either"), ({"command": COMMAND, "reference": COMMAND}, "either")),
+        *(({}, "exactly one"), ({"command": COMMAND, "reference": COMMAND}, "exactly one")),
         *(({"command": wrong}, "command") for wrong in ([1.0], [1.0, np.nan], [[1.0, 2.0]])),
         *(({"reference": COMMAND}, "k_p"), ({"h": 0.0, "command": COMMAND}, "h = 0")),
     ],

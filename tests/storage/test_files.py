@@ -58,10 +58,8 @@ def results(tmp_path_factory):
 
 
 def small():
-    values = {
-        "P": (("t", "chamber"), np.arange(6.0).reshape(3, 2) * 1e5),
-        "status": ("t", np.int8([0, 1, 0])),
-    }
+    P = np.arange(6.0).reshape(3, 2) * 1e5
+    values = {"P": (("t", "chamber"), P), "status": ("t", np.int8([0, 1, 0]))}
     return xr.Dataset(values, {"t": [0.0, 0.001, 0.002], "chamber": ["A", "B"], "experiment": "a"})
 
 
