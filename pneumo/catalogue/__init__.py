@@ -7,7 +7,7 @@ from pathlib import Path
 from statistics import fmean, stdev
 from typing import NamedTuple
 
-from pneumo.physics.cylinder import Cylinder, chamber_of, volume, wetted_area
+from pneumo.physics.cylinder import Cylinder, Side, chamber_of, volume, wetted_area
 
 FILE = Path(__file__).parent / "conductances.csv"
 LEVEL = 0.95  # of the prediction interval
@@ -75,7 +75,7 @@ def default_conductance(cylinder: Cylinder) -> Default:
     From six measurements on three cylinders of 20 and 32 mm bore (`measured_conductances`); the interval is
     wide, and beyond these sizes it is an extrapolation.
     """
-    V = volume(0.0, chamber_of(cylinder, 0), cylinder)
+    V = volume(0.0, chamber_of(cylinder, Side.A), cylinder)
     A_q = wetted_area(V, cylinder.bore)
     product, factor = coefficient_times_length()
     lambda_0 = product * A_q / V

@@ -12,11 +12,8 @@ class Sampling(NamedTuple):
     exact: bool = False  #: each stage has the signals of the full-order run at its own time; no samples
     held: bool = False  #: all stages of a step read one sample (zero-order hold); else linear interpolation
     next_at_end: bool = False  #: held, but a stage at the step's end reads the next sample
-    delay: tuple[float, float, float] = (
-        0.0,
-        0.0,
-        0.0,
-    )  #: of u, x, v in samples; whole if held
+    #: Delay of u, x and v in samples; whole numbers where `held`.
+    delay: tuple[float, float, float] = (0.0, 0.0, 0.0)
     every: int = 1  #: steps between samples
 
     @property

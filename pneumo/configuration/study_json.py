@@ -5,10 +5,13 @@ from collections.abc import Mapping
 from typing import Any, get_args, get_origin, get_type_hints
 
 from pneumo.configuration.experiment import Study
+from pneumo.configuration.sampling import SAMPLINGS, Sampling
 
 
 def plain(value: Any) -> Any:
-    """Return a value with named tuples as mappings, for JSON with field names."""
+    """Return a value with named tuples as mappings, for JSON; a `Sampling` is there by its rule's name."""
+    if isinstance(value, Sampling):
+        return {"rule": value.rule, "delay": list(value.delay), "every": value.every}
     if hasattr(value, "_asdict"):
         return {key: plain(inner) for key, inner in value._asdict().items()}
     if isinstance(value, Mapping):
@@ -18,6 +21,8 @@ def plain(value: Any) -> Any:
 
 def _built(kind: Any, value: Any) -> Any:
     """Return a value of an annotated type from the result of `plain`."""
+    if kind is Sampling:
+        return SAMPLINGS[value["rule"]]._replace(delay=tuple(value["delay"]), every=value["every"])
     if hasattr(kind, "_fields"):
         hints = get_type_hints(kind)
         return kind(**{field: _built(hints[field], value[field]) for field in kind._fields})

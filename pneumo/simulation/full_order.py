@@ -9,7 +9,16 @@ import numpy as np
 
 from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Chamber, acceleration, chamber_of, heat_area, motion, stopped, volume
+from pneumo.physics.cylinder import (
+    Chamber,
+    Side,
+    acceleration,
+    chamber_of,
+    heat_area,
+    motion,
+    stopped,
+    volume,
+)
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.excitation import command, reference_series, reversed_at
@@ -53,8 +62,8 @@ def full_order_rates(y: np.ndarray, _i: int, context: Any, dy: np.ndarray) -> No
     x, v, P_A, T_A, P_B, T_B = y[0], y[1], y[2], y[3], y[4], y[5]
     u = limited(command(reference, x, drive), plant.valve.u_max)
     dy[0], dy[1] = motion(x, v, acceleration(v, P_A, P_B, force, plant.cylinder), plant.cylinder)
-    dy[2], dy[3] = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, 0), plant)
-    dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, 1), plant)
+    dy[2], dy[3] = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, Side.A), plant)
+    dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, Side.B), plant)
 
 
 _step, _estimate = dormand_prince(full_order_rates), embedded_error(full_order_rates)

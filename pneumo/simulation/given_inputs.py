@@ -6,7 +6,7 @@ from math import log
 import numpy as np
 
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.physics.cylinder import chamber_of
+from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.excitation import command
@@ -91,7 +91,7 @@ def joint_rates(y: np.ndarray, reference: float, lanes: np.ndarray, drive: Drive
     dy = np.empty_like(y)
     full_order_rates(y, 0, (reference, 0.0, drive, plant), dy)
     x, v = y[0], y[1]
-    A, B = chamber_of(plant.cylinder, 0), chamber_of(plant.cylinder, 1)
+    A, B = chamber_of(plant.cylinder, Side.A), chamber_of(plant.cylinder, Side.B)
     u = limited(command(reference, x, drive), plant.valve.u_max)
     for i in range(len(lanes)):
         lane = lane_of(lanes[i])

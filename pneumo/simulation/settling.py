@@ -10,7 +10,7 @@ import numpy as np
 
 from pneumo.configuration.experiment import Experiment, Plant
 from pneumo.errors import RunError
-from pneumo.physics.cylinder import chamber_of, volume
+from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.simulation.full_order import RAN, RUN_STATUS, STATE, equilibrium, failure, run
 
 QUANTITIES = ("P_A", "P_B", "T_A", "T_B")  # rows of Table 5, in printed order
@@ -40,7 +40,7 @@ class Settling(NamedTuple):
 def thermal_time_constant(plant: Plant) -> float:
     """Time constant of air at equilibrium against the wall, m c_v / k_0, s (infinite for k_0 = 0)."""
     conditions, gas = plant.conditions, plant.gas
-    V = volume(0.0, chamber_of(plant.cylinder, 0), plant.cylinder)
+    V = volume(0.0, chamber_of(plant.cylinder, Side.A), plant.cylinder)
     c = conditions.P_0 * V / (conditions.T_0 * (gas.gamma - 1))
     return c / plant.k_0 if plant.k_0 else np.inf
 

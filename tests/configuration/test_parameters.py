@@ -18,6 +18,7 @@ from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation
 from pneumo.configuration.known_within import K_0_FACTOR, known_within
 from pneumo.configuration.parameters import load, merged, study, validated
+from pneumo.configuration.sampling import HELD, SAMPLINGS
 from pneumo.configuration.schema_messages import allowed
 from pneumo.configuration.study_json import from_json, to_json
 from pneumo.errors import ConfigurationError
@@ -247,6 +248,15 @@ def test_json_round_trip_is_exact(bore, mass, T_in, n):
     assert type(again.experiments["E01"].plant.cylinder) is type(s.experiments["E01"].plant.cylinder)
     assert to_json(again) == to_json(s)
     json.loads(to_json(s), parse_constant=pytest.fail)  # no NaN or Infinity: any JSON reader takes it
+
+
+@pytest.mark.parametrize("sampling", [*SAMPLINGS.values(), HELD._replace(delay=(1.0, 2.0, 3.0), every=5)])
+def test_a_sampling_is_stored_by_the_name_of_its_rule(sampling):
+    s = made({"run": {"experiments": ["E01"]}})
+    s = s._replace(experiments={"E01": s.experiments["E01"]._replace(sampling=sampling)})
+    stored = json.loads(to_json(s))["experiments"]["E01"]["sampling"]
+    assert stored == {"rule": sampling.rule, "delay": [*sampling.delay], "every": sampling.every}
+    assert from_json(to_json(s)) == s
 
 
 NAMES = [f"E{j:02d}" for j in range(1, 17)]

@@ -11,7 +11,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.evidence.at_work.sampled_plant import PRESSURE_VARIANCE, X_VARIANCE
 from pneumo.linear.linear_model import linearise
-from pneumo.physics.cylinder import acceleration, chamber_of, motion, stopped
+from pneumo.physics.cylinder import Side, acceleration, chamber_of, motion, sign_of, stopped
 from pneumo.physics.models import MODELS, Lane, temperature
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import inlined, kernel
@@ -35,8 +35,8 @@ def model_rates(y: np.ndarray, u: float, plant: Plant, lane: Lane, dy: np.ndarra
     """Write the rates of (x, v, P_A, P_B) at the limited command u, V, into dy: eq (3) and the model."""
     c = plant.cylinder
     dy[0], dy[1] = motion(y[0], y[1], acceleration(y[1], y[2], y[3], 0.0, c), c)
-    dy[2] = lane_rate(u, y[0], y[1], y[2], chamber_of(c, 0), plant, lane)
-    dy[3] = lane_rate(-u, -y[0], -y[1], y[3], chamber_of(c, 1), plant, lane)
+    dy[2] = lane_rate(u, y[0], y[1], y[2], chamber_of(c, Side.A), plant, lane)
+    dy[3] = lane_rate(-u, -y[0], -y[1], y[3], chamber_of(c, Side.B), plant, lane)
 
 
 @inlined
@@ -54,7 +54,7 @@ def _derivatives(
     A[1, 1], A[1, 2], A[1, 3] = -c.k_f / c.M, c.A_A / c.M, -c.A_B / c.M  # of eq (3) in motion
     dx, dP = DX * c.stroke, DP * conditions.P_0
     for side in range(2):
-        sign, s = 1.0 - 2.0 * side, 2 + side
+        sign, s = sign_of(side), 2 + side
         chamber = chamber_of(c, side)
         own_u, x, v, P = sign * u, sign * y[0], sign * y[1], y[s]
         T = temperature(P, conditions.P_0, conditions.T_0, lane.a)

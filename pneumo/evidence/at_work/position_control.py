@@ -13,7 +13,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.evidence.at_work.observers import STATES, Noise, correct_all, first_covariance, predict
 from pneumo.evidence.at_work.sampled_plant import X_STEP, air_from_supply, held_step, pressure_read, rounded
-from pneumo.physics.cylinder import acceleration, chamber_of
+from pneumo.physics.cylinder import Side, acceleration, chamber_of
 from pneumo.physics.models import Lane
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import inlined, kernel
@@ -91,8 +91,8 @@ def drawn_task(rng: np.random.Generator, plant: Plant, h: float) -> Task:
 def third_derivative(y: np.ndarray, a: float, u: float, plant: Plant, lane: Lane) -> float:
     """Third derivative of the position by the model at acceleration a, m/s^3: eq (3) differentiated."""
     c = plant.cylinder
-    rate_A = lane_rate(u, y[0], y[1], y[2], chamber_of(c, 0), plant, lane)
-    rate_B = lane_rate(-u, -y[0], -y[1], y[3], chamber_of(c, 1), plant, lane)
+    rate_A = lane_rate(u, y[0], y[1], y[2], chamber_of(c, Side.A), plant, lane)
+    rate_B = lane_rate(-u, -y[0], -y[1], y[3], chamber_of(c, Side.B), plant, lane)
     return (c.A_A * rate_A - c.A_B * rate_B - c.k_f * a) / c.M
 
 

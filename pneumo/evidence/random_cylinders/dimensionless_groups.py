@@ -3,7 +3,7 @@
 import numpy as np
 
 from pneumo.configuration.experiment import Experiment, Plant
-from pneumo.physics.cylinder import chamber_of, volume
+from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.physics.valve import choked_flow
 from pneumo.simulation.excitation import reference_series
 from pneumo.simulation.settling import thermal_time_constant
@@ -53,7 +53,7 @@ def known_groups(experiment: Experiment) -> dict[str, float]:
         command = float(np.sqrt(np.mean(np.minimum(np.abs(reference), u_max) ** 2))) / u_max
     speed = command * full_speed(plant)
     flow = choked_flow(command * plant.valve.k_xu * u_max, conditions.P_s, conditions.T_in, gas)
-    V = volume(0.0, chamber_of(cylinder, 0), cylinder)
+    V = volume(0.0, chamber_of(cylinder, Side.A), cylinder)
     air = conditions.P_0 * V / (gas.R * conditions.T_0)
     time_constant = thermal_time_constant(plant)
     force = conditions.P_0 * cylinder.A_A

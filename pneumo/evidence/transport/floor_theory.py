@@ -14,7 +14,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
 from pneumo.errors import InputError
 from pneumo.evidence.transport.jump_errors import jump_errors, mean_of_ramp, pressure_rates
-from pneumo.physics.cylinder import chamber_of, volume
+from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.physics.valve import chamber_flows
 from pneumo.selection.plants import check_positive
 from pneumo.selection.runs import Run
@@ -92,9 +92,7 @@ def averages(recording: Recording, every: int) -> Averages:
         np.subtract(*mean_of_ramp(u, w, u_max)) if w != u else w for u, w in zip(before, after, strict=True)
     ]
     late = opened[draws] - ramps
-    inverse = [
-        1 / volume(sign * x, chamber_of(cylinder, side), cylinder) for side, sign in enumerate((1, -1))
-    ]
+    inverse = [1 / volume(side.sign * x, chamber_of(cylinder, side), cylinder) for side in Side]
     return Averages(
         jump=sqrt(np.mean(jumps**2)),
         opening=float(np.mean(abs(opened))),

@@ -5,7 +5,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.physics.cylinder import Chamber, chamber_of
+from pneumo.physics.cylinder import Chamber, Side, chamber_of, sign_of
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.excitation import command
@@ -92,8 +92,8 @@ def jump_errors(
     if uniform:
         x, v, P_A, T_A, P_B, T_B = states[0]
         u = limited(now, plant.valve.u_max)
-        e_P[0], e_T[0] = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, 0), plant)
-        e_P[1], e_T[1] = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, 1), plant)
+        e_P[0], e_T[0] = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, Side.A), plant)
+        e_P[1], e_T[1] = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, Side.B), plant)
         result[:, 0] = e_P
     for k in range(1, steps + 1):
         x, v = states[k, 0], states[k, 1]
@@ -104,7 +104,7 @@ def jump_errors(
         f = ((k - 1) % every + 1) / every
         delay = 1.0 if uniform else late + 1.0 - f
         for side in range(2):
-            sign = 1.0 - 2.0 * side
+            sign = sign_of(side)
             P, T = states[k, 2 + 2 * side], states[k, 3 + 2 * side]
             state = (sign * x, sign * v, P, T, chamber_of(plant.cylinder, side))
             e_P[side], e_T[side] = relaxed(e_P[side], e_T[side], sign * u, state, plant, recording.h)
@@ -125,6 +125,6 @@ def pressure_rates(recording: Recording, stride: int) -> np.ndarray:
     for i in range(result.shape[1]):
         x, v, P_A, T_A, P_B, T_B = states[i * stride]
         u = limited(command(recording.reference[i * stride], x, recording.drive), plant.valve.u_max)
-        result[0, i], _ = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, 0), plant)
-        result[1, i], _ = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, 1), plant)
+        result[0, i], _ = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, Side.A), plant)
+        result[1, i], _ = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, Side.B), plant)
     return result

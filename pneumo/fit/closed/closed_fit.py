@@ -26,7 +26,7 @@ from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual, split_residuals
 from pneumo.fit.stage_signals import FEW_PAIRS, smoothing
 from pneumo.physics.chamber import wall_conductance
-from pneumo.physics.cylinder import chamber_of, volume
+from pneumo.physics.cylinder import Side, chamber_of, volume
 
 REPORTED = ("n", "k_0", "k_0_A", "k_0_B", "k_A", "k_B", "V_d_A", "V_d_B", "leak", "T_A", "T_B")
 HELD = ("wall heat, constant", "wall heat, area and root of PT")  # laws that differ where the piston is held
@@ -108,7 +108,7 @@ def fit_closed(
         notes=(*measurement.notes, *notes, *alike_notes(equally_good(estimates))),
         warnings=tuple(warnings),
         held_out_from=float(measurement.t[fitted - 1]),
-        chambers=", ".join("AB"[side] for side in chambers),
+        chambers=", ".join(Side(side).name for side in chambers),
         T_wall=plant.conditions.T_amb,
         P_0=plant.conditions.P_0,
     )
@@ -130,11 +130,11 @@ def _problem(
     """Least squares of a law, with parameters scaled to typical values of this plant."""
     cylinder, law = plant.cylinder, LAWS[name]
     known = {"V_d_A": cylinder.V_d_A, "V_d_B": cylinder.V_d_B}
-    V = volume(0.0, chamber_of(cylinder, 0), cylinder)
+    V = volume(0.0, chamber_of(cylinder, Side.A), cylinder)
     leak = V / (record.R * record.T_wall * record.t[-1])  # changes a chamber's mass within the record
     scales = known | {"leak": leak}
     scales |= dict.fromkeys(("k_A", "k_B"), default_conductance(cylinder).k_0)
-    absent = [f"_{'AB'[side]}" for side in (0, 1) if side not in chambers] + ([] if moves else ["V_d"])
+    absent = [f"_{side.name}" for side in Side if side not in chambers] + ([] if moves else ["V_d"])
     names = (
         *fitted_names(law, leaks=True),
         *(["first_A", "first_B"] if law.explicit_heat else []),
@@ -154,7 +154,8 @@ def _solved(problem: ClosedProblem, moved: Sequence[ClosedRecord]) -> Solved:
     noisy = [problem._replace(record=other).replay(optimum.x, first)[seen] for other in moved]
     residual = (record.P - pressure)[seen, :first]
     split = split_residuals(record.P[seen, :first], residual, record.h, np.array(noisy))
-    return Solved(problem, optimum, pressure, dict(zip(("AB"[side] for side in seen), split, strict=True)))
+    residuals = {Side(side).name: parts for side, parts in zip(seen, split, strict=True)}
+    return Solved(problem, optimum, pressure, residuals)
 
 
 def _estimate(solved: Solved) -> Estimate:
@@ -189,14 +190,13 @@ def _conventions(solved: Solved, values: Mapping[str, float]) -> dict[str, tuple
     record, P, V = problem.record, problem.replay(solved.optimum.x, problem.fitted), problem.volumes(values)
     lost = values.get("leak", 0.0) * record.h * np.cumsum(P[0] - P[1])
     result: dict[str, tuple[float, float]] = {}
-    for side, sign in (("A", -1.0), ("B", 1.0)):
-        i = "AB".index(side)
-        PV, ratio = P[i] * V[i, : problem.fitted], record.area_ratio[i, : problem.fitted]
-        start = values.get(f"start_{side}", 1.0)
-        mass = PV[0] / (record.R * record.T_wall * start) + sign * lost
-        PT = P[i] * PV / (mass * record.R) / record.PT_0
+    for side in Side:
+        PV, ratio = P[side] * V[side, : problem.fitted], record.area_ratio[side, : problem.fitted]
+        start = values.get(f"start_{side.name}", 1.0)
+        mass = PV[0] / (record.R * record.T_wall * start) - side.sign * lost
+        PT = P[side] * PV / (mass * record.R) / record.PT_0
         now = _mean_conductance(ratio, PT, law.e_A, law.e_PT)
-        result[side] = now, now / _mean_conductance(ratio, PT, 1.0, 0.5)  # (7), (8)
+        result[side.name] = now, now / _mean_conductance(ratio, PT, 1.0, 0.5)  # (7), (8)
     return result
 
 

@@ -24,7 +24,7 @@ from pneumo.errors import InputError
 from pneumo.fit.parameter_intervals import LEVEL, correlations
 from pneumo.fit.record.measurement import Measurement
 from pneumo.physics.chamber import wall_conductance
-from pneumo.physics.cylinder import chamber_of, heat_area, volume, wetted_area
+from pneumo.physics.cylinder import Side, chamber_of, heat_area, volume, wetted_area
 
 Value = Any  # a float, or an array of them
 
@@ -152,7 +152,7 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
     the pressure changes too little or does not settle within the record.
     """
     first = int(np.searchsorted(measurement.t, begin))
-    t, x, P = measurement.t[first:] - begin, measurement.x[first:], measurement.P["AB".index(side), first:]
+    t, x, P = measurement.t[first:] - begin, measurement.x[first:], measurement.P[Side[side], first:]
     if len(t) < FEWEST_SAMPLES:
         raise InputError(
             f"--closed-from {begin:g} s: leaves {len(t)} samples: must be at least {FEWEST_SAMPLES}"
@@ -179,7 +179,7 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
             " record longer"
         )
     c, cylinder, gas, mean = plant.conditions, plant.cylinder, plant.gas, float(np.mean(x))
-    position, chamber = mean if side == "A" else -mean, chamber_of(cylinder, "AB".index(side))
+    position, chamber = Side[side].sign * mean, chamber_of(cylinder, Side[side])
     m = P_inf * volume(position, chamber, cylinder) / (gas.R * c.T_amb)
     k_av = mean_conductance(m, tau, gas.R / (gas.gamma - 1))
     P_av = mean_pressure(P_inf, change)

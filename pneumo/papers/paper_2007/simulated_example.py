@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from pneumo.fit.closed.thermal_time_constant import Conductance, Exponential, exponential, seven_steps
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Cylinder, chamber_of, heat_area, volume, wetted_area
+from pneumo.physics.cylinder import Cylinder, Side, chamber_of, heat_area, volume, wetted_area
 
 # As printed: m, m^3, Pa, K, W/(m^2 K).
 BORE, STROKE, V_D, P_AMB, T_AMB, LAMBDA_0 = 0.02, 0.1, 1.57e-6, 1e5, 293.0, 26.5
@@ -23,7 +23,7 @@ GAMMA, R, C_V = 1.4, 287.0, 718.0  # J/(kg K), ASSUME: not printed
 PERIOD = 1e-3  # s, ASSUME: between samples of the regression
 AREA = pi / 4 * BORE**2
 CYLINDER = Cylinder(BORE, STROKE, AREA, AREA, V_D, V_D, M=1.5, k_f=100.0, x_min=0.0, x_max=STROKE / 2)
-CHAMBER = chamber_of(CYLINDER, 0)
+CHAMBER = chamber_of(CYLINDER, Side.A)
 WALL_AREA = heat_area(0.0, CYLINDER)  # m^2, in mid-stroke
 T_OVER_P = (
     volume(0.0, CHAMBER, CYLINDER) / volume(STROKE / 2, CHAMBER, CYLINDER) * T_AMB / P_AMB
