@@ -122,12 +122,12 @@ def _answer(published: StatementOverSets, exact: StatementOverSets) -> tuple[str
     if exact.stands is None:
         return "in part", "depends on the seeds"
     if published.stands is exact.stands:
-        return ("yes", "") if exact.stands else ("no", "with neither transport")
+        return ("yes", "") if exact.stands else ("no", "with either signal sampling")
     if published.stands is None:
-        return "yes" if exact.stands else "no", "with the published transport it depends on the seeds"
+        return "yes" if exact.stands else "no", "with signals as in the paper it depends on the seeds"
     if exact.stands:
-        return "yes", "hidden by the published transport"
-    return "no", "made by the published transport"
+        return "yes", "hidden by signals as in the paper"
+    return "no", "true only with signals as in the paper"
 
 
 def findings(

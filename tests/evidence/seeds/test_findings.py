@@ -122,9 +122,9 @@ def test_answers_and_texts():
         f.StatementOverSets(None, None, None, 1, 2, 0.0, 1.0, stands) for stands in (True, None, False)
     )
     assert f._answer(yes, yes) == ("yes", "")
-    assert f._answer(yes, no) == ("no", "made by the published transport")
-    assert f._answer(no, yes) == ("yes", "hidden by the published transport")
-    assert f._answer(no, no) == ("no", "with neither transport")
+    assert f._answer(yes, no) == ("no", "true only with signals as in the paper")
+    assert f._answer(no, yes) == ("yes", "hidden by signals as in the paper")
+    assert f._answer(no, no) == ("no", "with either signal sampling")
     assert f._answer(yes, some) == ("in part", "depends on the seeds")
     assert f._answer(some, yes)[0] == "yes" and "seeds" in f._answer(some, yes)[1]
     assert f._answer(some, no)[0] == "no" and "seeds" in f._answer(some, no)[1]
