@@ -32,18 +32,13 @@ if TYPE_CHECKING:
 
     __version__: str
 else:
-    import ast
+    import re
     from pathlib import Path
 
     # The imports above are the one list of public names; they are loaded on first use.
-    _tree = ast.parse(Path(__file__).read_text(encoding="utf-8"))
-    _imports = [node for node in ast.walk(_tree) if isinstance(node, ast.ImportFrom)]
-    _MODULE_OF = {
-        alias.name: node.module
-        for node in _imports
-        for alias in node.names
-        if node.module.startswith("pneumo.")
-    }
+    _source = Path(__file__).read_text(encoding="utf-8")
+    _names = re.findall(r"from (pneumo\.\S+) import (\w+) as \2\n", _source)
+    _MODULE_OF = {name: module for module, name in _names}
     __all__ = ["__version__", *sorted(_MODULE_OF)]
 
     def __dir__() -> list[str]:

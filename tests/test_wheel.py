@@ -106,10 +106,10 @@ def test_an_engineers_commands_run_in_an_empty_folder(installed, tmp_path):
         names = " ".join(pneumo.__all__)
         code, out, err = run(python, "-c", f"import pneumo\nfor n in '{names}'.split(): getattr(pneumo, n)")
         assert (code, out, err) == (0, "", "")
-        refusal = "pneumo: `pneumo paper` needs a checkout of the project: clone it, `make reproduce` there\n"
-        assert run(program, "paper", "verdict") == (2, "", refusal)
-        refusal = "pneumo: name a configuration with --config; `pneumo init` writes one\n"
-        assert run(program, "export", "M1", "--to", "casadi") == (2, "", refusal)
+        refusal = "`pneumo paper` needs a checkout of the project: clone it and run `make reproduce` there"
+        assert run(program, "paper", "verdict") == (2, "", f"pneumo: {refusal}\n")
+        refusal = "--config: missing; name a configuration, `pneumo init` writes one"
+        assert run(program, "export", "M1", "--to", "casadi") == (2, "", f"pneumo: {refusal}\n")
     finally:
         subprocess.run(["chmod", "-R", "u+w", str(library)], check=True)
     assert contents(library) == before

@@ -9,7 +9,6 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pneumo.papers import PAPERS
-from pneumo.verdict.stored_verdict import stored_verdict
 
 if TYPE_CHECKING:
     from pneumo.verdict.judging import Paper
@@ -48,6 +47,8 @@ def current_verdict(results: Path, name: PaperName = "2006", folder: Path | None
 
     `results` is the folder of all results; `folder` is the paper's, by default that in ``paper/``.
     """
+    from pneumo.verdict.stored_verdict import stored_verdict  # here, or every `pneumo --help` would import it
+
     known, folder = KNOWN[name], folder or PAPERS / name
     stored = stored_verdict(results / known.results, folder, known.module, known.reads)
     if stored is not None:
