@@ -1,16 +1,13 @@
-"""A new row in `MODELS` is a model for `pneumo study`, `fit`, `linearise` and `export` too."""
+"""A new row in `MODELS` is a model for `pneumo fit`, `linearise` and `export` too."""
 
 import numpy as np
 import pytest
 
 from pneumo import MODELS, Model, linearise, recorded, replay, simulate
-from pneumo.configuration.parameters import load, study
 from pneumo.equations.chamber_rate import model_row
 from pneumo.export import TARGETS, exported
 from pneumo.fit.estimate import fit_measurement
 from pneumo.fit.record.measurement import Measurement
-from pneumo.selection.cylinder_ranking import rankings, run_study
-from pneumo.selection.cylinder_template import TEMPLATE
 
 # Pages and figures read the table when they are imported: tests/publish.
 M99 = Model("M99", "n", "n", "n", "polytropic", True, "lambda_0 A_q")
@@ -25,21 +22,6 @@ def added_model(monkeypatch):
 def run(plant):
     steps = np.arange(1200)
     return simulate(plant, 1e-3, command=0.8 * np.sign(np.sin(steps / 150) + np.sin(steps / 57)))
-
-
-def test_study_ranks_the_added_model():
-    configured = study(load(TEMPLATE))
-    experiments = {name: e._replace(steps=300) for name, e in configured.experiments.items()}
-    tiny = configured._replace(experiments=experiments, n=(1.2, 1.4), seeds=2)
-    cells = run_study(tiny, threads=1)
-    added = cells.sel(model="M99")
-    assert cells.sizes["model"] == len(MODELS) and (added["mse"] > 0).all()
-    # With wall heat beside n = gamma it is M9.
-    np.testing.assert_allclose(added["mse"].sel(n=1.4), cells["mse"].sel(model="M9", n=1.4), rtol=1e-9)
-    wrong, right = added["mse_of_wrong_k_0"], added["mse_of_right_k_0"]
-    assert (wrong != right).all()  # it has wall heat
-    (ranking,) = rankings(cells)
-    assert "M99" in [row.model for row in ranking.rows]
 
 
 @pytest.mark.slow

@@ -166,12 +166,6 @@ def study(printed_once, tmp_path_factory):
     return Path(shutil.copytree(printed_once, tmp_path_factory.mktemp("study") / "results"))
 
 
-def foreign_netcdf(file):
-    with netCDF4.Dataset(file, "w") as dataset:
-        dataset.createDimension("n", 3)
-        dataset.createVariable("mse", "f8", ("n",)).units = "days since nonsense"
-
-
 FOREIGN = [b"", b"hello\n", b"\x89HDF\r\n\x1a\n" + bytes(100), b"CDF\x01", b"[]", b"{", b"{}", b"\xff"]
 FOREIGN += [b"[" * 99_999]
 COMMANDS = {  # by the file that each reads
@@ -189,7 +183,9 @@ def assert_foreign_file_is_refused(study, data):
     file.unlink()
     try:
         if content == "netCDF":
-            foreign_netcdf(file)
+            with netCDF4.Dataset(file, "w") as dataset:
+                dataset.createDimension("n", 3)
+                dataset.createVariable("mse", "f8", ("n",)).units = "days since nonsense"
         elif content is None:
             file.mkdir()
         else:

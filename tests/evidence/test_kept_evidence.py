@@ -72,19 +72,14 @@ def test_a_random_cylinder_run_again_gives_the_errors_that_are_kept():
     np.testing.assert_allclose(kept, again, rtol=1e-4)  # four digits are kept
 
 
-def toggled(name, experiment):
-    """What an alternative gives for the items of one experiment alone, computed again."""
+def test_an_assumption_toggled_again_gives_what_is_kept(evidence_file):
+    name, experiment = "gas_constant.R_287_05", "E13"
     alternative = ledger_alternatives(read_yaml(ROOT / "config/paper.yaml"))[name]
-    own = {experiment: alternative.study.experiments[experiment]}
-    alternative = alternative._replace(study=alternative.study._replace(experiments=own))
+    alone = {experiment: alternative.study.experiments[experiment]}
+    alternative = alternative._replace(study=alternative.study._replace(experiments=alone))
     claims = read_claims(PAPER_FOLDER).items.items()
     items = {key: claim for key, claim in claims if f".{experiment}." in key}
-    return toggled_tables({name: alternative}, items)["reproduced"].sel(alternative=name)
-
-
-def test_an_assumption_toggled_again_gives_what_is_kept(evidence_file):
-    name = "gas_constant.R_287_05"
-    again = toggled(name, "E13")
+    again = toggled_tables({name: alternative}, items)["reproduced"].sel(alternative=name)
     assert again.sizes["item"] == 10 and again.notnull().all()
     kept = read(evidence_file("assumptions.nc"))["reproduced"].sel(alternative=name, item=again["item"])
     np.testing.assert_allclose(kept, again, rtol=1e-4)  # four digits are kept

@@ -17,13 +17,7 @@ from pneumo.fit.closed.thermal_time_constant import transient
 from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem, replayed_pressures, si_value
 from pneumo.fit.least_squares import Fit, evaluate, fit
-from pneumo.fit.parameter_intervals import (
-    HALF_WIDTH,
-    bounded,
-    covariances,
-    parameter_interval,
-    profile_interval,
-)
+from pneumo.fit.parameter_intervals import HALF_WIDTH, covariances, parameter_interval, profile_interval
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.stage_signals import FEW_PAIRS, smoothing, stage_signals, with_added_noise
 from pneumo.physics.models import MODELS, lane, lane_array
@@ -69,9 +63,7 @@ def test_parameters_become_lanes_dead_volumes_and_starts(model):
 
     p, s = problem.plant, problem.signals
     for theta, pressure in zip(thetas, found[0], strict=True):
-        n, k_0, k_xu, V_A, V_B, P_A, P_B = (
-            si_value(name, value) for name, value in zip(problem.names, theta, strict=True)
-        )
+        n, k_0, k_xu, V_A, V_B, P_A, P_B = map(si_value, problem.names, theta)
         own = p._replace(k_0=k_0, valve=p.valve._replace(k_xu=k_xu))
         lanes, V_d = lane_array([lane(MODELS[model], n, 1.4)]), np.array([[V_A, V_B]])
         start = np.array([[P_A, P_B]])
@@ -170,9 +162,9 @@ def test_interval_of_a_reduced_model_allows_for_its_own_error():
 def test_bounds_limit_a_flat_direction_and_nothing_else():
     bounds = np.array([[-1.0, -2.0, -1.0], [1.0, 2.0, 1.0]])
     known = np.diag([0.04, 0.25, 0.01])
-    np.testing.assert_allclose(bounded(known, bounds), known, rtol=1e-12)
+    np.testing.assert_allclose(fit_intervals.bounded(known, bounds), known, rtol=1e-12)
     open_one = np.array([1.0, 0.01, 0.0])
-    found = bounded(known + 1e6 * np.outer(open_one, open_one), bounds)
+    found = fit_intervals.bounded(known + 1e6 * np.outer(open_one, open_one), bounds)
     assert found[0, 0] == pytest.approx(1.0, rel=1e-3)  # half the distance of the bounds, squared
     assert found[1, 1] == pytest.approx(0.25, rel=1e-3)  # what it had, and not 1e6 * 0.01**2 more
     assert found[2, 2] == pytest.approx(0.01)

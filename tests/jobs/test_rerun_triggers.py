@@ -14,11 +14,15 @@ from pneumo.storage.files import write, write_json
 OWN = {"config_sha256": STUDY.config_sha256, "code_sha256": "c" * 64}
 
 
-@pytest.mark.parametrize("name", ["assumptions.nc", "findings.json"])
-@pytest.mark.parametrize("damage", [b"", b"{", b"[]", b"{}", b"\xff"])
-def test_evidence_counts_for_the_configuration_that_made_it_only(tmp_path, monkeypatch, name, damage):
+@pytest.fixture(autouse=True)
+def empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "kept")
+
+
+@pytest.mark.parametrize("name", ["assumptions.nc", "findings.json"])
+@pytest.mark.parametrize("damage", [b"", b"{", b"[]", b"{}", b"\xff"])
+def test_evidence_counts_for_the_configuration_that_made_it_only(name, damage):
     file = Path("results") / name
     assert evidence_for(STUDY, name) == []
     if name.endswith(".nc"):
@@ -33,20 +37,13 @@ def test_evidence_counts_for_the_configuration_that_made_it_only(tmp_path, monke
     assert list(before) == [str(file)] and fingerprints([str(file)]) != before
 
 
-def test_kept_evidence_serves_where_results_lack_it(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "kept")
+def test_kept_evidence_serves_where_results_lack_it_and_that_of_no_configuration_every_study(tmp_path):
     write(xr.Dataset({"x": 1.0}), tmp_path / "kept/floor.nc", OWN)
     another = STUDY._replace(config_sha256="another")
     assert kept_or_made(STUDY, "floor.nc") == "kept/floor.nc"
     assert kept_or_made(another, "floor.nc") == "results/floor.nc"
     write(xr.Dataset({"x": 2.0}), tmp_path / "results/floor.nc", OWN)
     assert kept_or_made(STUDY, "floor.nc") == "results/floor.nc"
-
-
-def test_evidence_from_no_configuration_serves_every_study(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "kept")
     write(xr.Dataset({"x": 1.0}), tmp_path / "kept/cylinders.nc", {"config_sha256": "none: drawn"})
     assert kept_or_made(STUDY, "cylinders.nc") == "kept/cylinders.nc"
 

@@ -45,11 +45,8 @@ def red(results: Path, paper: Path = PAPER_2007.folder) -> set[str]:
     return {name for name, claim in judge.claims.items.items() if judge.judge(claim)["status"] in RED}
 
 
-def test_every_item_has_the_status_that_is_recorded(judged):
+def test_every_item_has_the_status_that_is_recorded_and_outside_the_example_few_are_missed(judged):
     assert {item["id"]: item["status"] for item in judged["items"]} == read_statuses(PAPER_2007.folder)
-
-
-def test_at_least_ninety_items_and_outside_the_example_few_are_missed(judged):
     assert judged["counts"]["items"] >= 90
     outside = [item["status"] for item in judged["items"] if not item["id"].startswith("S3.")]
     assert outside.count("missed") <= 0.05 * len(outside)

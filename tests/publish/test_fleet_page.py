@@ -7,13 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from brief import in_brief
-from page_checks import (
-    assert_fit_for_a_phone,
-    assert_quiet,
-    assert_readable,
-    in_chromium,
-    stands_alone,
-)
+from page_checks import assert_fit_for_a_phone, assert_quiet, assert_readable, in_chromium, stands_alone
 from ranked_cells import made, ranked
 
 from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows
@@ -40,12 +34,8 @@ def index():
 def test_rows_hold_the_recommendation_in_mm_and_kPa(index):
     first, second, failed = fleet_rows(index)
     row = dict(zip(HEADS, first, strict=True))
-    assert (row["cylinder"], row["bore (mm)"], row["stroke (mm)"], row["k₀ (W/K)"]) == (
-        "c1",
-        25.0,
-        250.0,
-        0.3,
-    )
+    inputs = {"cylinder": "c1", "bore (mm)": 25.0, "stroke (mm)": 250.0, "k₀ (W/K)": 0.3}
+    assert inputs.items() <= row.items()
     ranking = ranked(made(), "mine")
     chosen, best = ranking.unknown_k_0.model(ranking.recommended), ranking.unknown_k_0.models[0]
     assert chosen != best
@@ -80,9 +70,7 @@ def test_ten_thousand_cylinders_make_a_page_of_at_most_5_MB(index):
     assert 500_000 < len(fleet_page("plant", many).encode()) < LARGEST
 
 
-NAMES = (
-    "[...document.querySelectorAll('#fleet tbody td:first-child')].map(cell => cell.textContent).join(' ')"
-)
+NAMES = "[...document.querySelectorAll('#fleet tbody td:first-child')].map(e => e.textContent).join(' ')"
 CLICK = "[...document.querySelectorAll('#fleet thead button')].find(b => b.textContent === '{}').click()"
 SET = "(() => {{ const e = element('{}'); e.value = '{}'; e.dispatchEvent(new Event('input')); }})()"
 

@@ -16,24 +16,15 @@ from page_checks import FRAMES, assert_accessible, assert_quiet, assert_readable
 from paper_study import STUDY as PAPER
 
 from pneumo.physics.models import MODELS
+from pneumo.publish.pages import report_page as report
 from pneumo.publish.pages.packing import FRACTION, MISSING
 from pneumo.publish.pages.page import STATUS_LOOKS
-from pneumo.publish.pages.report_page import (
-    MOST_VALUES,
-    STANDS,
-    Part,
-    close_up,
-    experiment_text,
-    page_stride,
-    part,
-    report_page,
-    shown_samples,
-)
+from pneumo.publish.pages.report_page import STANDS, experiment_text, part, report_page, shown_samples
 
 pytestmark = pytest.mark.xdist_group("report page")  # its fixtures take seconds
 
 ROWS = [len(PAPER.n) if model.has_n else 1 for model in MODELS.values() for _ in "AB"]
-EVERY = page_stride(PAPER)
+EVERY = report.page_stride(PAPER)
 HOSTILE = "</script><img src=x onerror=alert(1)>"
 MANY_VALUES = 60  # waves in a made-up trace
 BYTES = 5_000_000  # largest size of the page
@@ -97,7 +88,7 @@ def page(parts, verdict):
     return report_page(PAPER, parts, verdict, None, False)
 
 
-def errors_of(found: Part, transport: str, stored: int) -> list[np.ndarray]:
+def errors_of(found: report.Part, transport: str, stored: int) -> list[np.ndarray]:
     """Errors in Pa by model and chamber, each by (n, t)."""
     groups = unpacked(found.traces[transport], ROWS, len(shown_samples(stored, EVERY)))
     steps = found.facts["cells"][transport]["steps"]
@@ -169,7 +160,7 @@ def test_a_run_that_failed_says_so(made, verdict):
 
 def test_close_up_has_every_stored_sample_and_any_study_has_room():
     chosen = shown_samples(6001, 7)
-    first, last = close_up(6001)
+    first, last = report.close_up(6001)
     assert (first, last) == (2000, 2750)
     assert np.isin(np.arange(first, last + 1), chosen).all()
     outside = chosen[(chosen < first) | (chosen > last)]
@@ -180,9 +171,9 @@ def test_close_up_has_every_stored_sample_and_any_study_has_room():
         stored = [e.steps // e.pressure_stride + 1 for e in one.experiments.values()]
         return 2 * sum(ROWS) * sum(len(shown_samples(count, every)) for count in stored)
 
-    assert EVERY > 1 and values(PAPER, EVERY) <= MOST_VALUES < values(PAPER, EVERY - 1)
+    assert EVERY > 1 and values(PAPER, EVERY) <= report.MOST_VALUES < values(PAPER, EVERY - 1)
     few = PAPER._replace(experiments={"E06": PAPER.experiments["E06"]})
-    assert page_stride(few) == 1
+    assert report.page_stride(few) == 1
 
 
 def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict(parts, verdict, page):

@@ -72,12 +72,8 @@ def test_page_holds_every_model_and_the_recommendation_and_loads_nothing(page):
 def test_inputs_are_in_the_units_of_a_catalogue(page):
     supply = STUDY.experiments["E06"].plant.conditions.P_s / 1e3
     assert "mm²/V up to" in page and f"P<sub>s</sub> = {supply:g} kPa" in page and "no leak" in page
-    own = study(load(TEMPLATE))
-    by_catalogue = study_page(
-        own,
-        with_traces(made(experiments=("open", "closed"))),
-        [ranked(made(experiments=("open", "closed")), "mine")],
-    )
+    cells = made(experiments=("open", "closed"))
+    by_catalogue = study_page(study(load(TEMPLATE)), with_traces(cells), [ranked(cells, "mine")])
     assert "C = 1.5 dm³/(s bar), b = 0.3 up to 10 V" in by_catalogue
 
 

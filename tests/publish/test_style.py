@@ -59,16 +59,10 @@ def test_save_keeps_dots_in_the_name_and_leaves_no_part_file_when_drawing_fails(
 
 
 # Machado, Oliveira and Fernandes (2009), doi:10.1109/TVCG.2009.113, severity 1, on linear RGB.
-VISION = {
-    "normal": np.eye(3),
-    "protanopia": np.reshape(
-        [0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998], (3, 3)
-    ),
-    "deuteranopia": np.reshape(
-        [0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940, 0.968881], (3, 3)
-    ),
-    "grey": np.tile([0.2126, 0.7152, 0.0722], (3, 1)),
-}
+PROTAN = [0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998]
+DEUTAN = [0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940, 0.968881]
+VISION = {"normal": np.eye(3), "protanopia": np.reshape(PROTAN, (3, 3))}
+VISION |= {"deuteranopia": np.reshape(DEUTAN, (3, 3)), "grey": np.tile([0.2126, 0.7152, 0.0722], (3, 1))}
 
 
 def lab(color: str, vision: str) -> np.ndarray:

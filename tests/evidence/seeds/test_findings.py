@@ -118,9 +118,8 @@ def test_without_a_number_the_interval_of_the_share_decides(invented, holds, sta
 
 
 def test_answers_and_texts():
-    yes, some, no = (
-        f.StatementOverSets(None, None, None, 1, 2, 0.0, 1.0, stands) for stands in (True, None, False)
-    )
+    judged = [None, None, None, 1, 2, 0.0, 1.0]
+    yes, some, no = (f.StatementOverSets(*judged, stands) for stands in (True, None, False))
     assert f._answer(yes, yes) == ("yes", "")
     assert f._answer(yes, no) == ("no", "true only with signals as in the paper")
     assert f._answer(no, yes) == ("yes", "hidden by signals as in the paper")

@@ -123,10 +123,6 @@ known = st.builds(theory.Averages, **{name: st.floats(*ends) for name, ends in E
 samplings = st.sampled_from(sorted(theory.SHIFTS))
 
 
-def sized(plant, size):
-    return plant._replace(valve=plant.valve._replace(k_xu=size * plant.valve.k_xu))
-
-
 @given(known, samplings, st.floats(1e-5, 1e-1), st.floats(0.1, 10), st.booleans())
 def test_floor_is_proportional_to_the_time_between_samples(plant, known, transport, period, factor, between):
     found = theory.sensitivities(plant, known)
@@ -140,7 +136,8 @@ def test_jumps_count_in_proportion_and_the_valve_less(plant, known, factor):
     higher = theory.sensitivities(plant, known._replace(jump=factor * known.jump))
     assert higher.jump == pytest.approx(factor * found.jump, rel=1e-12)
     assert higher.apart == pytest.approx(factor * found.apart, rel=1e-12)
-    larger = theory.sensitivities(sized(plant, factor), known)
+    valve = plant.valve._replace(k_xu=factor * plant.valve.k_xu)
+    larger = theory.sensitivities(plant._replace(valve=valve), known)
     # A larger valve lets more wrong air in and levels it faster.
     assert sqrt(factor) * (1 - 1e-12) <= larger.jump / found.jump <= factor * (1 + 1e-12)
     assert larger.rest == found.rest == higher.rest

@@ -81,9 +81,8 @@ def test_the_walls_temperature_scales_k_and_the_gas_and_changes_no_prediction(re
     for name, power in (("k_A", -1), ("T_A", 1), ("V_d_A", 0)):
         ratio = (warm.data["estimate"] / found.data["estimate"]).sel(model=EXACT, parameter=name).item()
         assert ratio == pytest.approx(1.1**power, rel=1e-4), name  # where least squares end
-    np.testing.assert_allclose(
-        warm.data["pressure"].sel(model=EXACT), found.data["pressure"].sel(model=EXACT), rtol=1e-5
-    )
+    before, after = (fit.data["pressure"].sel(model=EXACT) for fit in (found, warm))
+    np.testing.assert_allclose(after, before, rtol=1e-5)
 
 
 @pytest.mark.slow
@@ -96,9 +95,8 @@ def test_a_compression_and_a_hold_give_what_the_transient_alone_gives(held, plan
     assert np.isnan(alone.data["estimate"].sel(parameter="V_d_A")).all()
     one = transient(still, plant, "B")
     # One exponential, without leakage, at mean P and T: within some per cent of the balance itself.
-    assert one.k_0 == pytest.approx(
-        alone.data["estimate"].sel(model=EXACT, parameter="k_0_B").item(), rel=0.1
-    )
+    k_0 = alone.data["estimate"].sel(model=EXACT, parameter="k_0_B").item()
+    assert one.k_0 == pytest.approx(k_0, rel=0.1)
 
 
 def test_k_0_that_is_open_and_an_n_that_no_gas_has_are_said(plant):
@@ -109,12 +107,7 @@ def test_k_0_that_is_open_and_an_n_that_no_gas_has_are_said(plant):
     wall = Estimate(values, low, values | {"k_0_B": 0.201}, errors, errors, nothing)
     left = {EXACT: {"A": Residual(900.0, 800.0, 100.0), "B": Residual(100.0, 0.0, 100.0)}}
     said = closed_warnings({EXACT: wall, "free n": no_n}, left, plant)
-    words = [
-        "P_A: ",
-        "does not determine k_0 of A",
-        "dead volume of A is 2.5",
-        "n = 0.9 is outside",
-    ]
+    words = ["P_A: ", "does not determine k_0 of A", "dead volume of A is 2.5", "n = 0.9 is outside"]
     assert len(said) == len(words)
     assert all(any(word in text for text in said) for word in words), said
 
@@ -135,11 +128,10 @@ def fitted_text(fit, plant):
 
 def test_nothing_to_see_and_swapped_chambers_are_one_line(record, plant):
     noise = np.random.default_rng(4).normal(4e5, 200.0, record.P.shape)
+    nothing = r"P_A .*P_B .*nothing to fit; move the piston fast"
     for P in (np.full_like(noise, 4e5), noise):
         for x in (np.zeros_like(record.x), record.x):
-            with pytest.raises(
-                InputError, match=r"P_A .*P_B .*nothing to fit; move the piston fast"
-            ) as caught:
+            with pytest.raises(InputError, match=nothing) as caught:
                 fit_closed(record._replace(P=P, x=x), plant)
             assert "\n" not in str(caught.value)
     with pytest.raises(InputError, match="look swapped"):

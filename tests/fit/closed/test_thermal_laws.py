@@ -6,18 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.fit.closed.thermal_laws import (
-    GAMMA,
-    LAWS,
-    P_0,
-    R_NITROGEN,
-    T_WALL,
-    ClosedRecord,
-    closed_chambers,
-    fit_law,
-    is_still,
-    read_closed_record,
-)
+from pneumo.fit.closed import thermal_laws as laws
+from pneumo.fit.closed.thermal_laws import GAMMA, P_0, R_NITROGEN, T_WALL, fit_law
 
 DATA = Path(__file__).parents[3] / "data" / "mbari"
 H = 0.02  # s, as in the records
@@ -31,9 +21,8 @@ def run(k=(0.0, 0.0), n=GAMMA, leak=0.0, volumes=VOLUMES):
     one = np.ones(2)
     gas = (R_NITROGEN, GAMMA, T_WALL, P_0 * T_WALL)
     ratio = np.ones_like(volumes)
-    return closed_chambers(
-        FIRST, volumes, (True, True), volumes, ratio, H, one, n, np.array(k), 0.0, 0.0, leak, *gas
-    )
+    motion = volumes, (True, True), volumes, ratio
+    return laws.closed_chambers(FIRST, *motion, H, one, n, np.array(k), 0.0, 0.0, leak, *gas)
 
 
 @pytest.mark.parametrize("n", [1.0, 1.2, GAMMA])
@@ -64,13 +53,13 @@ def test_leakage_moves_gas_from_the_higher_pressure_and_loses_none():
 def test_a_fit_finds_what_made_the_record():
     volumes = np.array([0.024 + 0.0127 * X, 0.051 + 0.0115 * (2.0 - X)])
     P = run(k=(25.0, 60.0), volumes=volumes)
-    record = ClosedRecord("made", T, X, P, (0.0127, 0.0115), 0.127, 2.0)
-    found = fit_law(record, LAWS["wall heat, constant"], leaks=False)
+    record = laws.ClosedRecord("made", T, X, P, (0.0127, 0.0115), 0.127, 2.0)
+    found = fit_law(record, laws.LAWS["wall heat, constant"], leaks=False)
     truth = {"V_d_A": 0.024, "V_d_B": 0.051, "k_A": 25.0, "k_B": 60.0, "start_A": 1.0, "start_B": 1.0}
     # The same steps made the record, without noise: what is left is where least squares ends.
     assert {name: found.values[name] for name in truth} == pytest.approx(truth, rel=1e-3)
     assert found.held_out_rms.max() < 1e-4 * P_0
-    wrong = fit_law(record, LAWS["free n"], leaks=False)
+    wrong = fit_law(record, laws.LAWS["free n"], leaks=False)
     assert wrong.held_out_rms.min() > 10 * found.held_out_rms.max()
 
 
@@ -83,4 +72,5 @@ def test_records_travel_with_units_licence_and_provenance():
         with xr.open_dataset(file, decode_times=False) as data:
             assert [data[name].attrs["units"] for name in ("t", "x", "P_A", "P_B")] == ["s", "m", "Pa", "Pa"]
             assert "Apache-2.0" in data.attrs["license"] and "osrf/mbari_wec_gz" in data.attrs["source"]
-    assert [is_still(read_closed_record(file)) for file in files] == ["vented" in file.stem for file in files]
+    still = [laws.is_still(laws.read_closed_record(file)) for file in files]
+    assert still == ["vented" in file.stem for file in files]

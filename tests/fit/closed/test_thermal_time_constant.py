@@ -38,9 +38,8 @@ def test_the_held_chamber_follows_the_exact_solution():
     t, P, T_held = example.response("of 2006", 0.037, 3.0)
     assert P / T_held == pytest.approx(P[0] / T_held[0], rel=1e-9)  # neither volume nor mass changes
     P_f = P[0] * example.T_AMB / T_held[0]
-    at_rest = (
-        example.LAMBDA_0 * example.WALL_AREA * (P_f * example.T_AMB / (example.P_0 * example.T_0)) ** 0.5
-    )
+    ratio = P_f * example.T_AMB / (example.P_0 * example.T_0)
+    at_rest = example.LAMBDA_0 * example.WALL_AREA * ratio**0.5
     m = P_f * VOLUME / (example.R * example.T_AMB)
     tau = m * example.R / (example.GAMMA - 1) / at_rest
     # By the law of the root P T is proportional to T^2, and T follows the logistic equation.

@@ -18,6 +18,7 @@ from pneumo.fit.record.measurement import read_measurement
 PERIOD, ROWS = 2e-3, 120  # s; the files are short
 UNITS = {"u": "V", "x": "mm", "P_A": "bar", "P_B": "bar"}
 TIME = PERIOD * np.arange(ROWS)
+MS = 1e3 * TIME
 LVM = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
 LVM += "Multi_Headings\tNo\nX_Columns\t{columns}\nDate\t2024/05/13\nTime\t10:11:12,5\n"
 LVM += "***End_of_Header***\t\n\t\nChannels\t4\t\t\t\t\nSamples\t120\t120\t120\t120\t\n"
@@ -51,40 +52,36 @@ def named(separator, bracket="{} [{}]", time="Time [ms]"):
     return separator.join([time, *(bracket.format(name, unit) for name, unit in UNITS.items())]) + "\n"
 
 
-def matlab(**options):
+def matlab_of(variables, **options):
     file = io.BytesIO()
-    savemat(
-        file,
-        {"t_ms": 1e3 * TIME, **{f"{n}_{UNITS[n]}": s for n, s in signals().items()}, "gain": 2.0},
-        **options,
-    )
+    savemat(file, variables, **options)
     return file.getvalue()
 
 
-def comma_points():
-    return LVM.format(point=",", columns="No", step=str(PERIOD).replace(".", ","))
+def matlab(**options):
+    columns = {f"{name}_{UNITS[name]}": signal for name, signal in signals().items()}
+    return matlab_of({"t_ms": MS, **columns, "gain": 2.0}, **options)
+
+
+def netcdf():
+    units, columns = {"t": "s", **UNITS}, {"t": TIME, **signals()}
+    variables = {name: ("row", columns[name], {"units": unit}) for name, unit in units.items()}
+    return bytes(xr.Dataset(variables).to_netcdf())
+
+
+def labview(point, columns):
+    return LVM.format(point=point, columns=columns, step=str(PERIOD).replace(".", point))
 
 
 FILES = {
-    "commas, time in ms": ("a.csv", lambda: named(",") + rows(1e3 * TIME)),
+    "commas, time in ms": ("a.csv", lambda: named(",") + rows(MS)),
     "semicolons, decimal commas, Latin-1": (
         "a.csv",
-        lambda: ("Prüfstand 3;22 °C\n" + named(";") + rows(1e3 * TIME, sep=";", decimal=",")).encode(
-            "latin-1"
-        ),
+        lambda: ("Prüfstand 3;22 °C\n" + named(";") + rows(MS, sep=";", decimal=",")).encode("latin-1"),
     ),
-    "tabs below comments": (
-        "a.txt",
-        lambda: "# bench 3, 12 May, air\n#\n" + named("\t") + rows(1e3 * TIME, sep="\t"),
-    ),
-    "spaces, commented header with commas": (
-        "a.exp",
-        lambda: "#" + named(",", "{}({})") + rows(1e3 * TIME, sep=" "),
-    ),
-    "row of units": (
-        "a.csv",
-        lambda: "Time;u;x;P_A;P_B\n[ms];[V];[mm];[bar];[bar]\n" + rows(1e3 * TIME, sep=";"),
-    ),
+    "tabs below comments": ("a.txt", lambda: "# bench 3, 12 May\n#\n" + named("\t") + rows(MS, sep="\t")),
+    "spaces, commented header with commas": ("a.exp", lambda: "#" + named(",", "{}({})") + rows(MS, sep=" ")),
+    "row of units": ("a.csv", lambda: "Time;u;x;P_A;P_B\n[ms];[V];[mm];[bar];[bar]\n" + rows(MS, sep=";")),
     "ControlDesk: a preamble, names, units, a marker": (
         "a.csv",
         lambda: (
@@ -92,23 +89,15 @@ FILES = {
             "Time,u,x,P_A,P_B\ns,V,mm,bar,bar\ntrace_values\n" + rows()
         ),
     ),
-    "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(1e3 * TIME, sep="\t")).encode("utf-16")),
-    "LabVIEW with a column of time": (
+    "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(MS, sep="\t")).encode("utf-16")),
+    "LabVIEW with a column of time": ("a.lvm", lambda: labview(".", "One") + rows(sep="\t")),
+    "LabVIEW without, decimal commas": (
         "a.lvm",
-        lambda: LVM.format(point=".", columns="One", step=PERIOD) + rows(sep="\t"),
+        lambda: labview(",", "No") + rows(None, sep="\t", decimal=","),
     ),
-    "LabVIEW without, decimal commas": ("a.lvm", lambda: comma_points() + rows(None, sep="\t", decimal=",")),
     "MATLAB 4": ("a.mat", lambda: matlab(format="4")),
     "MATLAB 7": ("a.mat", lambda: matlab(do_compression=True)),
-    "NetCDF": (
-        "a.nc",
-        lambda: bytes(
-            xr.Dataset(
-                {"t": ("row", TIME, {"units": "s"})}
-                | {name: ("row", signal, {"units": UNITS[name]}) for name, signal in signals().items()}
-            ).to_netcdf()
-        ),
-    ),
+    "NetCDF": ("a.nc", netcdf),
 }
 
 
@@ -131,9 +120,8 @@ def test_every_format_gives_the_same_measurement(tmp_path, kind):
 
 
 def test_units_with_signs_outside_ascii(tmp_path):
-    text = named(",", time="T [°C],Zeit [µs]") + "".join(
-        f"22,{row}\n" for row in rows(1e6 * TIME).splitlines()
-    )
+    lines = [f"22,{row}\n" for row in rows(1e6 * TIME).splitlines()]
+    text = "".join([named(",", time="T [°C],Zeit [µs]"), *lines])
     found = read(tmp_path, "a.csv", text.encode("latin-1"))
     assert abs(found.T - 295.15) < 1e-9
     assert found.period == pytest.approx(PERIOD, rel=1e-9)
@@ -143,9 +131,9 @@ def test_names_from_a_mapping_below_any_header(tmp_path):
     text = "a bench\n\nclock;c1;c2;c3;c4\n" + rows(sep=";")
     names = dict(zip(("t", "u", "x", "P_A", "P_B"), ("clock", "c1", "c2", "c3", "c4"), strict=True))
     mapping = {q: Column(column=name, unit={"t": "s", **UNITS}[q]) for q, name in names.items()}
-    np.testing.assert_allclose(
-        read(tmp_path, "a.csv", text, mapping=mapping).P, known().P[:, :ROWS], rtol=1e-14
-    )
+    found = read(tmp_path, "a.csv", text, mapping=mapping)
+    np.testing.assert_allclose(found.x, known().x[:ROWS], rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(found.P, known().P[:, :ROWS], rtol=1e-14)
 
 
 def test_a_few_missing_samples_are_filled_and_said(tmp_path, monkeypatch):
@@ -176,18 +164,8 @@ REFUSED = {
     "binary": ("a.dat", bytes(range(256)), ["not a text file", "CSV"]),
     "empty": ("a.csv", b"", ["no numbers", "CSV"]),
     "no names": ("a.csv", lambda: rows().encode(), ["no row of 5 names", "P_A_kPa"]),
-    "a segment's headings": (
-        "a.lvm",
-        lambda: (LVM.format(point=".", columns="Multi", step=PERIOD) + rows(sep="\t")).encode(),
-        ["one X column"],
-    ),
+    "a segment's headings": ("a.lvm", lambda: labview(".", "Multi") + rows(sep="\t"), ["one X column"]),
 }
-
-
-def matlab_of(variables):
-    file = io.BytesIO()
-    savemat(file, variables)
-    return file.getvalue()
 
 
 def test_every_format_is_tested():
@@ -207,8 +185,7 @@ def test_what_is_refused_is_one_line_with_the_remedy(tmp_path, kind):
 def test_a_small_matlab_file_of_a_huge_vector_is_refused_before_it_is_loaded(tmp_path, monkeypatch):
     monkeypatch.setattr(record_formats, "MOST_ROWS", 1000)
     monkeypatch.setattr("scipy.io.loadmat", None)
-    file = io.BytesIO()
-    savemat(file, {"t_s": np.zeros(1_000_000)}, do_compression=True)
-    assert len(file.getvalue()) < 10_000
+    content = matlab_of({"t_s": np.zeros(1_000_000)}, do_compression=True)
+    assert len(content) < 10_000
     with pytest.raises(InputError, match="1000000 samples in a vector: must be at most 1000"):
-        read(tmp_path, "a.mat", file.getvalue())
+        read(tmp_path, "a.mat", content)
