@@ -32,7 +32,7 @@ def edited(file, old="", new="\n# edited\n"):
 
 
 def test_modules_behind_a_module_are_all_it_imports_in_any_form_directly_or_not(tmp_path):
-    assert modules_behind("pneumo.physics.jitable") == ["pneumo.physics.jitable"]
+    assert modules_behind("pneumo.physics.symbols") == ["pneumo.physics.symbols"]
     behind = modules_behind("pneumo.simulation.full_order")
     assert behind == sorted(behind)
     assert {f"pneumo.physics.{name}" for name in ("chamber", "cylinder", "valve")} <= set(behind)

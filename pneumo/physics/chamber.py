@@ -4,16 +4,12 @@ The equations use only + - * / **, so they take floats, NumPy arrays, quantities
 symbols alike. Wall heat enters with the sign that opposes the temperature difference.
 """
 
-from pneumo.physics.jitable import jitable
 
-
-@jitable
 def wall_heat(T: float, conductance: float, T_amb: float) -> float:
     """Heat flow from the wall into the air, W: eqs (7), (11), (13), with the sign of the text."""
     return conductance * (T_amb - T)
 
 
-@jitable
 def wall_conductance(k_0: float, area_ratio: float, PT_ratio: float, e_A: float, e_PT: float) -> float:
     """Thermal conductance of the wall, W/K.
 
@@ -23,7 +19,6 @@ def wall_conductance(k_0: float, area_ratio: float, PT_ratio: float, e_A: float,
     return k_0 * area_ratio**e_A * PT_ratio**e_PT  # (8)
 
 
-@jitable
 def dP_dt(
     P: float,
     T: float,
@@ -50,7 +45,6 @@ def dP_dt(
     ) / V  # (4)
 
 
-@jitable
 def dT_dt(
     P: float,
     T: float,

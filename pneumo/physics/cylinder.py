@@ -7,7 +7,7 @@ from enum import IntEnum
 from math import pi
 from typing import NamedTuple
 
-from pneumo.physics.jitable import Real, jitable
+from pneumo.physics.valve import Real
 
 
 class Cylinder(NamedTuple):
@@ -49,25 +49,21 @@ class Chamber(NamedTuple):
     V_d: float  #: dead volume, m^3
 
 
-@jitable
 def sign_of(side: int) -> float:
     """Sign by which u, x and v count outward from a chamber: 1 for A, -1 for B."""
     return 1.0 - 2.0 * side
 
 
-@jitable
 def chamber_of(cylinder: Cylinder, side: int) -> Chamber:
     """Geometry of the chamber on a `Side`, or of its index in compiled code."""
     return Chamber(cylinder.A_A, cylinder.V_d_A) if side == 0 else Chamber(cylinder.A_B, cylinder.V_d_B)
 
 
-@jitable
 def volume(x: Real, chamber: Chamber, cylinder: Cylinder) -> Real:
     """Chamber volume, m^3, at outward position x, m."""
     return chamber.V_d + chamber.area * (cylinder.stroke / 2 + x)
 
 
-@jitable
 def heat_area(x: float, cylinder: Cylinder) -> float:
     """Heat transfer area A_q(x), m^2: two end faces and the uncovered wall (before eq (12))."""
     return pi / 2 * cylinder.bore**2 + abs(pi * cylinder.bore * (x + cylinder.stroke / 2))
@@ -78,7 +74,6 @@ def wetted_area(V: Real, bore: Real) -> Real:
     return 4 * V / bore + pi / 2 * bore**2
 
 
-@jitable
 def acceleration(v: float, P_A: float, P_B: float, force: float, cylinder: Cylinder) -> float:
     """Piston acceleration, m/s^2: eq (3) with friction, the cylinder's load and an external force, N."""
     F = P_A * cylinder.A_A - P_B * cylinder.A_B - cylinder.k_f * v + force
@@ -89,7 +84,6 @@ def acceleration(v: float, P_A: float, P_B: float, force: float, cylinder: Cylin
     return F / cylinder.M  # (3)
 
 
-@jitable
 def beyond_coulomb(F: float, v: float, coulomb: float) -> float:
     """Net force, N: F less the Coulomb friction that opposes motion, or holds a piston at rest."""
     if v == 0 and abs(F) <= coulomb:
@@ -97,7 +91,6 @@ def beyond_coulomb(F: float, v: float, coulomb: float) -> float:
     return F - coulomb if v > 0 or (v == 0 and F > 0) else F + coulomb
 
 
-@jitable
 def motion(x: float, v: float, a: float, cylinder: Cylinder) -> tuple[float, float]:
     """Rates of position, m/s, and velocity, m/s^2; both are 0 for a piston held on a stop by the force."""
     pushed = (x == cylinder.x_min and a < 0) or (x == cylinder.x_max and a > 0)
@@ -106,7 +99,6 @@ def motion(x: float, v: float, a: float, cylinder: Cylinder) -> tuple[float, flo
     return v, a
 
 
-@jitable
 def stopped(x: float, v: float, v_before: float, cylinder: Cylinder) -> tuple[float, float]:
     """Position, m, and velocity, m/s, after the end stops: position clipped, impact fully plastic.
 

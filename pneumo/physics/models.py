@@ -9,7 +9,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pneumo.physics.chamber import dP_dt, wall_conductance, wall_heat
-from pneumo.physics.jitable import jitable
 
 Index = Literal["n", "gamma"] | float
 
@@ -95,13 +94,11 @@ def lane(model: Model, n: float, gamma: float) -> Lane:
     )
 
 
-@jitable
 def temperature(P: float, P_0: float, T_0: float, a: float) -> float:
     """Temperature that a model assigns to a pressure, K: eq (6); constant where a = 0."""
     return T_0 * (P / P_0) ** a  # (6)
 
 
-@jitable
 def model_dP_dt(
     P: float,
     T: float,

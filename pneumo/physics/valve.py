@@ -4,9 +4,11 @@ Functions take floats, in plain Python and in compiled kernels; `mass_flow` and 
 quantities with units.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
-from pneumo.physics.jitable import Real, jitable
+import numpy as np
+
+Real = TypeVar("Real", float, np.ndarray)
 
 
 class Gas(NamedTuple):
@@ -46,13 +48,11 @@ class Conditions(NamedTuple):
     T_0: float  #: equilibrium temperature, K
 
 
-@jitable
 def critical_ratio(gamma: float) -> float:
     """Pressure ratio P_d / P_u at which the throat becomes sonic (0.5283 for air)."""
     return (2 / (gamma + 1)) ** (gamma / (gamma - 1))
 
 
-@jitable
 def sonic_coefficient(R: float, gamma: float) -> float:
     """Exact coefficient of the sonic branch of eq (1), s K^0.5/m (printed: 0.0404).
 
@@ -66,13 +66,11 @@ def exact_gas(R: float, gamma: float) -> Gas:
     return Gas(R, gamma, sonic_coefficient(R, gamma), critical_ratio(gamma))
 
 
-@jitable
 def choked_flow(A_t: Real, P_u: float, T_u: float, gas: Gas) -> Real:
     """Sonic mass flow, kg/s: second branch of eq (1)."""
     return gas.sonic_coefficient * P_u * A_t / T_u**0.5
 
 
-@jitable
 def mass_flow(A_t: float, P_u: float, P_d: float, T_u: float, gas: Gas) -> float:
     """Mass flow through a restriction, kg/s: eq (1), or ISO 6358 where the gas is `elliptic`.
 
@@ -90,7 +88,6 @@ def mass_flow(A_t: float, P_u: float, P_d: float, T_u: float, gas: Gas) -> float
     return A_t * P_u * (2 * g / ((g - 1) * gas.R * T_u) * subsonic) ** 0.5  # (1)
 
 
-@jitable
 def laminar_share(P_u: float, P_d: float, laminar: float) -> float:
     """Factor on eq (1) where pressures are nearly equal.
 
@@ -102,13 +99,11 @@ def laminar_share(P_u: float, P_d: float, laminar: float) -> float:
     return (difference / laminar) ** 0.5 if difference < laminar else 1.0
 
 
-@jitable
 def limited(u: float, u_max: float) -> float:
     """Command after the limiter, V."""
     return min(max(u, -u_max), u_max)
 
 
-@jitable
 def port_flows(
     A_t: float, P_port: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions
 ) -> tuple[float, float]:
@@ -122,7 +117,6 @@ def port_flows(
     return 0.0, mass_flow(A_t, P, P_port, T, gas)
 
 
-@jitable
 def chamber_flows(
     u: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions
 ) -> tuple[float, float]:

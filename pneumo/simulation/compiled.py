@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Set
 from contextlib import suppress
 from hashlib import sha256
+from inspect import isfunction
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any
@@ -23,7 +24,7 @@ from numba.core.serialize import dumps
 from numba.extending import register_jitable
 
 from pneumo.hashing import compiled_hash
-from pneumo.physics.jitable import JITABLE
+from pneumo.physics import chamber, cylinder, valve
 
 DIGEST = sha256().digest_size
 _warned: set[str] = set()  # lines already printed
@@ -45,6 +46,13 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     return register_jitable(forceinline=True)(function)
 
 
+# The physics is plain Python and does not load Numba; `reference` does the same for the models.
+for _module in (chamber, cylinder, valve):
+    for _function in vars(_module).values():
+        if isfunction(_function) and _function.__module__ == _module.__name__:
+            inlined(_function)
+
+
 def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = frozenset()) -> Any:
     """Compile a function that takes floats and arrays; its plain form stays at ``.py_func``.
 
@@ -54,8 +62,6 @@ def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = f
     compiled = numba.njit(nogil=True, error_model="numpy", fastmath=set(fastmath))
 
     def cached(function: Callable[..., Any]) -> Any:
-        while JITABLE:  # imported by now: what a kernel calls stands above it
-            inlined(JITABLE.pop())
         dispatcher: Any = compiled(function)
         dispatcher._cache = KernelCache(function)  # where `cache=True` puts Numba's own
         return dispatcher

@@ -18,6 +18,9 @@ from pneumo.simulation.full_order import Recording
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince, embedded_error
 from pneumo.simulation.signals import replay_tolerance, stage_inputs
 
+inlined(temperature)
+inlined(model_dP_dt)
+
 
 @inlined
 def lane_of(row: np.ndarray) -> Lane:
