@@ -25,7 +25,7 @@ from pneumo.evidence.at_work.sampled_plant import PRESSURE_NOISE, readings, samp
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.replay import replay
-from pneumo.storage.layout import CHAMBERS
+from pneumo.storage.layout import CHAMBERS, described
 
 CARRIED_MODELS = ("M1", "M2", "M5", "M6", "M7", "M8", "M10")
 K_0_FACTORS = (0.5, 1.0, 2.0)  # carried k_0 over the plant's
@@ -39,47 +39,41 @@ BANDWIDTHS = (22.0, 33.0, 50.0, 75.0, 110.0, 165.0, 250.0)  # rad/s
 GAINS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # of P control, u_max per stroke
 ROOT_SEED = 49
 
-OBSERVED, CONTROLLED = ("loop", "sensors", "carried"), ("control_sensors", "carried")
-VARIABLES = {  # dimensions, unit, long name; the baseline's lack the dimensions of `CONTROLLED`
-    "n": (
-        ("loop", "carried"),
-        "1",
-        "polytropic index with the lowest replay error; 1 where the model has none",
-    ),
-    "replay_error": (
-        ("loop", "carried", "seed"),
-        "Pa",
-        "RMS error of replays, both chambers, exact transport",
-    ),
-    "pressure_noise": (OBSERVED, "Pa s-0.5", "process noise of the pressures, tuned"),
+VARIABLES = {  # dimensions, unit, long name
+    "n": ("loop carried", "1", "polytropic index with the lowest replay error; 1 where the model has none"),
+    "replay_error": ("loop carried seed", "Pa", "RMS error of replays, both chambers, exact transport"),
+    "pressure_noise": ("loop sensors carried", "Pa s-0.5", "process noise of the pressures, tuned"),
     "estimation_error": (
-        (*OBSERVED, "seed"),
+        "loop sensors carried seed",
         "Pa",
         "RMS error of the estimated pressures, both chambers",
     ),
-    "estimation_error_by_chamber": ((*OBSERVED, "chamber"), "Pa", "the same of each chamber, all seeds"),
-    "tracking_error": ((*CONTROLLED, "seed"), "m", "RMS tracking error of the whole task"),
-    "following_error": ((*CONTROLLED, "seed"), "m", "RMS tracking error of sine and handling"),
-    "effort": ((*CONTROLLED, "seed"), "V", "RMS of the limited command"),
-    "air": ((*CONTROLLED, "seed"), "kg", "air from the supply over the task"),
-    "error_by_part": ((*CONTROLLED, "part"), "m", "RMS tracking error of each part, all seeds"),
-    "following_at_bandwidth": (
-        (*CONTROLLED, "bandwidth_tried"),
-        "m",
-        "RMS error of sine and handling in the tuning runs at each bandwidth",
+    "estimation_error_by_chamber": (
+        "loop sensors carried chamber",
+        "Pa",
+        "the same of each chamber, all seeds",
     ),
-    "bandwidth": (CONTROLLED, "rad s-1", "bandwidth of the controller, tuned"),
-    "gain": (CONTROLLED, "V m-1", "gain of P control, tuned"),
-    "observability_rank": (
-        ("sensors", "carried"),
-        "1",
-        "least rank of the observability matrix; 4 is observable",
-    ),
+    "observability_rank": ("sensors carried", "1", "least rank of the observability matrix; 4 is observable"),
     "observable_deviation": (
-        ("sensors", "carried", "chamber"),
+        "sensors carried chamber",
         "Pa",
         "standard deviation that 0.5 s of samples leave to a perfect linear model",
     ),
+}
+# The same of a controller by (control_sensors, carried) and these; ``baseline_`` by these alone.
+CONTROL_VARIABLES = {
+    "tracking_error": ("seed", "m", "RMS tracking error of the whole task"),
+    "following_error": ("seed", "m", "RMS tracking error of sine and handling"),
+    "effort": ("seed", "V", "RMS of the limited command"),
+    "air": ("seed", "kg", "air from the supply over the task"),
+    "error_by_part": ("part", "m", "RMS tracking error of each part, all seeds"),
+    "following_at_bandwidth": (
+        "bandwidth_tried",
+        "m",
+        "RMS error of sine and handling in the tuning runs at each bandwidth",
+    ),
+    "bandwidth": ("", "rad s-1", "bandwidth of the controller, tuned"),
+    "gain": ("", "V m-1", "gain of P control, tuned"),
 }
 
 
@@ -134,20 +128,11 @@ def replay_errors(run: ObserverRun, lanes: list[Lane]) -> np.ndarray:
 
 def estimation_errors(run: ObserverRun, row: np.ndarray, sensors: str, pressure_noise: float) -> np.ndarray:
     """Mean square error of the estimated P_A and P_B, Pa^2, after the first second: shape (chamber,)."""
-    recording = run.recording
-    estimates, _ = estimated(
-        run.x,
-        run.P,
-        recording.u,
-        SENSORS[sensors],
-        run.first,
-        row,
-        recording.plant,
-        Noise(FORCE_NOISE * full_force(recording.plant), pressure_noise),
-        recording.h,
-    )
-    counted = slice(round(LEFT_OUT / recording.h), None)
-    return ((estimates[counted, 2:] - recording.states[counted, [2, 4]]) ** 2).mean(axis=0)
+    states, u, plant, h = run.recording.states, run.recording.u, run.recording.plant, run.recording.h
+    noise = Noise(FORCE_NOISE * full_force(plant), pressure_noise)
+    estimates, _ = estimated(run.x, run.P, u, SENSORS[sensors], run.first, row, plant, noise, h)
+    counted = slice(round(LEFT_OUT / h), None)
+    return ((estimates[counted, 2:] - states[counted, [2, 4]]) ** 2).mean(axis=0)
 
 
 def full_force(plant: Plant) -> float:
@@ -169,8 +154,7 @@ def control_run(
 ) -> ControlRun:
     """Run a task drawn from a seed; a run that fails has an error of one stroke."""
     e, rng = experiment, np.random.default_rng(seed)
-    cylinder = e.plant.cylinder
-    task = drawn_task(rng, e.plant, e.h)
+    task, cylinder = drawn_task(rng, e.plant, e.h), e.plant.cylinder
     noise = PRESSURE_NOISE * rng.standard_normal((len(task.force), 2))
     first = e.plant.conditions.P_0 + FIRST_PRESSURE * rng.standard_normal(2)
     smooth = e.plant._replace(cylinder=cylinder._replace(coulomb=0.0))
@@ -278,9 +262,7 @@ def plant_at_work(
     Both experiments have the same plant; their drives and references make the observers' runs. `grid` holds
     the polytropic indices that are tried; seeds are drawn from the number `plant`. Returns `VARIABLES`.
     """
-    loops = {"open": open_loop, "closed": closed_loop}
-    parts: list[dict[str, np.ndarray]] = []
-    rows = np.empty(0)
+    loops, parts, rows = {"open": open_loop, "closed": closed_loop}, [], np.empty(0)
     for i, (loop, experiment) in enumerate(loops.items()):
         cells, rows = _observers(experiment, grid, plant, i)  # the last are those of the closed loop
         parts.append(cells)
@@ -294,24 +276,17 @@ def plant_at_work(
     values = {name: np.stack([part[name] for part in parts]) for name in parts[0]} | control
     values["observability_rank"] = np.array([[o.rank for o in row] for row in seen])
     values["observable_deviation"] = np.array([[o.deviation for o in row] for row in seen])
-    coords = {
-        "loop": list(loops),
-        "sensors": list(SENSORS),
-        "control_sensors": list(CONTROL_SENSORS),
+    coords = {"loop": list(loops), "sensors": list(SENSORS), "control_sensors": list(CONTROL_SENSORS)}
+    coords |= {
         "carried": [c.name for c in CARRIED],
         "model": ("carried", [c.model for c in CARRIED]),
         "k_0_factor": ("carried", [c.k_0_factor for c in CARRIED]),
-        "chamber": CHAMBERS,
-        "part": list(PARTS),
-        "bandwidth_tried": list(BANDWIDTHS),
-        "k_0": closed_loop.plant.k_0,
-        "cylinder": closed_loop.cylinder,
     }
-    return xr.Dataset({name: _variable(name, array) for name, array in values.items()}, coords)
-
-
-def _variable(name: str, values: np.ndarray) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
-    """Dimensions, values and attributes of a variable, or of its baseline."""
-    plain = name.removeprefix("baseline_")
-    dims, unit, long_name = VARIABLES[plain]
-    return dims if plain == name else dims[2:], values, {"units": unit, "long_name": long_name}
+    coords |= {"chamber": CHAMBERS, "part": list(PARTS), "bandwidth_tried": list(BANDWIDTHS)}
+    coords |= {"k_0": closed_loop.plant.k_0, "cylinder": closed_loop.cylinder}
+    about = dict(VARIABLES)
+    for name, (dims, *words) in CONTROL_VARIABLES.items():
+        about[name] = f"control_sensors carried {dims}", *words
+        about[f"baseline_{name}"] = dims, *words
+    cells = {name: (about[name][0].split(), array) for name, array in values.items()}
+    return described(xr.Dataset(cells, coords), {name: about[name][1:] for name in cells})

@@ -14,7 +14,7 @@ from pneumo.verdict.sources import Computation, Finding
 
 COMPUTATIONS: dict[str, Computation] = functions_returning(
     Finding, table_cells, equation_checks, setup_checks, model_statements, run_statements
-)
+) | {**equation_checks.CONSTANTS, **setup_checks.COUNTS}
 
 
 def finding_for(claim: Claim, results: StudyResults) -> Finding:

@@ -6,7 +6,7 @@ independently of `pneumo.physics`.
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -75,16 +75,6 @@ def _equal_rates(*rates: Callable[[State], tuple[float, float]], words: str = "2
 # Section 2: flow and equilibrium
 
 
-def critical_pressure_ratio(_: StudyResults) -> Finding:
-    """Pressure ratio of sonic flow for gamma = 1.4."""
-    return Finding(critical_ratio(GAMMA))
-
-
-def coefficient_of_sonic_flow(_: StudyResults) -> Finding:
-    """Exact coefficient of the sonic branch of eq (1), s K^0.5/m."""
-    return Finding(sonic_coefficient(R, GAMMA), shown=f"with R = {R:g} J/(kg K)")
-
-
 def branches_meet(_: StudyResults) -> Finding:
     """Whether both branches of eq (1) agree at 0.5283, to half a unit of 0.0404."""
     gas = Gas(R, GAMMA, SONIC, CRITICAL)
@@ -99,11 +89,6 @@ def areas_as_printed(results: StudyResults) -> Finding:
     return Finding(holds=area >= 0, shown=f"at u = -1 V cylinder D's valve has an area of {area:g} m^2")
 
 
-def equilibrium_pressure_as_printed(_: object) -> Finding:
-    """Equilibrium pressure, Pa, from the printed rule: 0.8077 times the supply pressure."""
-    return Finding(0.8077 * P_S)
-
-
 def half_bridge_ratios(air: float) -> tuple[float, float]:
     """Root of eq (17) over P_s, with the exact coefficient and with 0.0404, for a gas constant of air."""
     exact, printed = exact_gas(air, GAMMA), Gas(air, GAMMA, SONIC, CRITICAL)
@@ -114,11 +99,6 @@ def half_bridge_ratio(_: StudyResults) -> Finding:
     """Root of eq (17) with the exact coefficient, over P_s."""
     exact, printed = half_bridge_ratios(R)
     return Finding(exact, shown=f"{printed:.5f} with the printed 0.0404 and R = {R:g} J/(kg K)")
-
-
-def three_ranges_from(_: StudyResults) -> Finding:
-    """Supply over atmospheric pressure at which P_atm / 0.5283 equals 0.5283 P_s."""
-    return Finding(CRITICAL**-2)
 
 
 def root_in_range(_: StudyResults, ranges: str) -> Finding:
@@ -138,10 +118,9 @@ def sonic_factor_as_printed() -> float:
     return 2 / (GAMMA + 1) * (2 * GAMMA / ((GAMMA - 1) * R)) ** 0.5
 
 
-def eq_17_as_printed(_: StudyResults) -> Finding:
-    """Whether the sonic factor printed in eq (17) is the 0.0404 of eq (1)."""
-    factor = sonic_factor_as_printed()
-    return Finding(holds=abs(factor - SONIC) <= 0.00005, shown=f"it is {factor:.4f}")
+def as_in_eq_1(factor: float) -> dict[str, Any]:
+    """Whether a printed sonic factor, s K^0.5/m, is the 0.0404 of eq (1), and its value in words."""
+    return {"holds": abs(factor - SONIC) <= 0.00005, "shown": f"it is {factor:.4f}"}
 
 
 def standard_flow(gain: float, u: float) -> float:
@@ -156,19 +135,7 @@ def largest_flow(results: StudyResults, cylinder: str) -> Finding:
     return Finding(standard_flow(valve.k_xu, valve.u_max))
 
 
-def units_as_printed(_: StudyResults) -> Finding:
-    """Whether k_x k_u u is an area if both gains are in mm/V."""
-    length, volt = 1 + 1, -1 - 1 + 1  # exponents of mm/V times mm/V times V
-    return Finding(holds=(length, volt) == (2, 0), shown="mm/V times mm/V times V is mm^2/V, not an area")
-
-
 # Sections 2.3 and 3: equations
-
-
-def pressure_equation_keeps_energy(_: object) -> Finding:
-    """Whether eq (4), with wall heat counted into the air, is the energy balance."""
-    g = GAMMA
-    return _equal_rates(lambda s: (dP_dt(*s, g, g, g, R, g), _balances(s)[0]))
 
 
 def temperature_equation_fits(factor_T: bool) -> bool:
@@ -180,11 +147,6 @@ def temperature_equation_fits(factor_T: bool) -> bool:
         return _nearly_equal(rate, _balances(s)[1], s.T * _size_of_terms(s) / s.P)
 
     return all(map(fits, _twenty_states()))
-
-
-def temperature_equation_as_printed(_: StudyResults) -> Finding:
-    """Whether eq (5) as printed, its sign of wall heat aside, follows from the balances."""
-    return Finding(holds=temperature_equation_fits(False), shown="the last term has the unit 1/s, not K/s")
 
 
 def wall_heat_rates(T: float, sign: float) -> dict[str, float]:
@@ -209,11 +171,6 @@ def _eq_9(s: State, T: float, rate_T: float) -> float:
     return -s.P / s.V * s.dV_dt + R / s.V * T * (s.m_in - s.m_out) + s.P / T * rate_T
 
 
-def gas_law_differentiated(_: StudyResults) -> Finding:
-    """Whether eq (9) with the rate of temperature of the balances gives their rate of pressure."""
-    return _equal_rates(lambda s: (_eq_9(s, s.T, _balances(s)[1]), _balances(s)[0]))
-
-
 def _by_model(name: str, s: State, n: float, area: float, k_0: float, T_in: float) -> tuple[float, float]:
     """Temperature, K, and rate of pressure, Pa/s, of a reduced model; `area` is A_q(x) / A_q(x_0)."""
     row = lane(MODELS[name], n, GAMMA)
@@ -233,12 +190,6 @@ def polytropic_pressure_equation(_: StudyResults) -> Finding:
     return _equal_rates(*at_n, words="20 states at n = 1, 1.2 and 1.4")
 
 
-def wall_laws_agree(_: StudyResults) -> Finding:
-    """Whether eqs (7), (11) and (13) give one conductance at P_0, T_0 and x_0."""
-    laws = [wall_conductance(0.5, 1.0, 1.0, e_A, e_PT) for e_A, e_PT in ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5))]
-    return Finding(holds=len(set(laws)) == 1)
-
-
 def same_right_hand_side(_: StudyResults, one: str, other: str, n: float, k_0: float) -> Finding:
     """Whether two models have the same rate of pressure at one n and k_0."""
 
@@ -246,3 +197,36 @@ def same_right_hand_side(_: StudyResults, one: str, other: str, n: float, k_0: f
         return _by_model(name, s, n, 1.3, k_0, s.T_in)[1]
 
     return _equal_rates(lambda s: (rate(one, s), rate(other, s)))
+
+
+# Computations of one line, from the paper's constants alone.
+CONSTANTS: dict[str, Callable[[object], Finding]] = {
+    # Ratio of sonic flow; exact coefficient of eq (1), s K^0.5/m; pressure at rest by the printed rule, Pa.
+    "critical_pressure_ratio": lambda _: Finding(critical_ratio(GAMMA)),
+    "coefficient_of_sonic_flow": lambda _: Finding(
+        sonic_coefficient(R, GAMMA), shown=f"with R = {R:g} J/(kg K)"
+    ),
+    "equilibrium_pressure_as_printed": lambda _: Finding(0.8077 * P_S),
+    # Appendix 2: P_s / P_atm at which P_atm / 0.5283 is 0.5283 P_s; sonic factor of eq (17).
+    "three_ranges_from": lambda _: Finding(CRITICAL**-2),
+    "eq_17_as_printed": lambda _: Finding(**as_in_eq_1(sonic_factor_as_printed())),
+    # Whether k_x k_u u is an area if both gains are in mm/V: exponents of length and voltage.
+    "units_as_printed": lambda _: Finding(
+        holds=(1 + 1, -1 - 1 + 1) == (2, 0), shown="mm/V times mm/V times V is mm^2/V, not an area"
+    ),
+    # Whether eq (4) is the energy balance; whether eq (5) as printed follows from the balances.
+    "pressure_equation_keeps_energy": lambda _: _equal_rates(
+        lambda s: (dP_dt(*s, GAMMA, GAMMA, GAMMA, R, GAMMA), _balances(s)[0])
+    ),
+    "temperature_equation_as_printed": lambda _: Finding(
+        holds=temperature_equation_fits(False), shown="the last term has the unit 1/s, not K/s"
+    ),
+    # Whether eq (9) with the balances' rate of temperature gives their rate of pressure.
+    "gas_law_differentiated": lambda _: _equal_rates(
+        lambda s: (_eq_9(s, s.T, _balances(s)[1]), _balances(s)[0])
+    ),
+    # Whether eqs (7), (11) and (13) give one conductance at P_0, T_0 and x_0.
+    "wall_laws_agree": lambda _: Finding(
+        holds=len({wall_conductance(0.5, 1.0, 1.0, *e) for e in ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5))}) == 1
+    ),
+}

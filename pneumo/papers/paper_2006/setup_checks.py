@@ -1,6 +1,6 @@
 """Section 4's set-up: counts and ranges that follow from the paper's own numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.verdict.sources import Finding, MissingEvidence
 
 WITH_N = [name for name, model in PAPER_MODELS.items() if model.has_n]
+WITHOUT_N = [name for name in PAPER_MODELS if name not in WITH_N]
 NAMES = ("mean_error", "std", "mse")
 
 
@@ -28,31 +29,10 @@ def conductances_enclose(results: StudyResults, low: float, high: float) -> Find
     return Finding(holds=holds, shown=f"{k_0[1]:g} to {k_0[2]:g} W/K")
 
 
-def step_of_n(results: StudyResults) -> Finding:
-    """Step of the grid of n."""
-    return Finding(float(np.round(np.diff(results.study.n).mean(), 9)))
-
-
-def number_of_n(results: StudyResults) -> Finding:
-    """Number of values of n."""
-    return Finding(len(results.study.n))
-
-
-def models_with_n(_: StudyResults) -> Finding:
-    """Number of models with n."""
-    return Finding(len(WITH_N), shown=", ".join(WITH_N))
-
-
-def models_without_n(_: StudyResults) -> Finding:
-    """Number of models without n."""
-    names = [name for name in PAPER_MODELS if name not in WITH_N]
-    return Finding(len(names), shown=", ".join(names))
-
-
 def number_of_runs(results: StudyResults) -> Finding:
     """Experiments times (models with n times values of n, plus models without)."""
     experiments, values = len(read_table(6)), len(results.study.n)
-    with_n, others = len(WITH_N), len(PAPER_MODELS) - len(WITH_N)
+    with_n, others = len(WITH_N), len(WITHOUT_N)
     runs = experiments * (with_n * values + others)
     return Finding(runs, shown=f"{experiments} ({with_n} x {values} + {others})")
 
@@ -88,3 +68,12 @@ def rows_fit_eq_16(_: StudyResults) -> Finding:
     fits, rows = rows_within(divisor_is_N=False)
     other = rows_within(divisor_is_N=True)[0]
     return Finding(holds=fits == rows, shown=f"{fits} of {rows} rows fit with N - 1, {other} with N")
+
+
+# Computations of one line: the grid of n, and the models with and without n.
+COUNTS: dict[str, Callable[[StudyResults], Finding]] = {
+    "step_of_n": lambda results: Finding(float(np.round(np.diff(results.study.n).mean(), 9))),
+    "number_of_n": lambda results: Finding(len(results.study.n)),
+    "models_with_n": lambda _: Finding(len(WITH_N), shown=", ".join(WITH_N)),
+    "models_without_n": lambda _: Finding(len(WITHOUT_N), shown=", ".join(WITHOUT_N)),
+}

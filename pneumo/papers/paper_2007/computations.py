@@ -29,27 +29,12 @@ def whole_column(results: Results, column: str) -> Finding:
     return Finding(holds=not dropped, shown=f"all but {', '.join(dropped)}" if dropped else "all cells")
 
 
-def step(results: Results, quantity: str) -> Finding:
-    """One number of the simulated example."""
-    return Finding(results.step(quantity))
-
-
 def error_of_method(results: Results) -> Finding:
     """Relative error of the method's lambda_0 against the simulated one."""
     area = results.step("A_q") / example.WALL_AREA
     of_k_0 = results.step("k_0") / (example.LAMBDA_0 * example.WALL_AREA)
     words = f"k_0 is {of_k_0 - 1:+.1%} off; the area alone {area - 1:+.1%}, the regression {of_k_0 - 1:+.1%}"
     return Finding(abs(results.step("lambda_0") / example.LAMBDA_0 - 1), shown=words)
-
-
-def true_temperature(_: Results, P_f: float, delta_P: float) -> Finding:
-    """Mean temperature of a regression over its settling time, with the mass and volume simulated, K."""
-    return Finding(mean_pressure(P_f, delta_P) * example.T_OVER_P)
-
-
-def peak(results: Results) -> Finding:
-    """Peak pressure of the simulated example over its final pressure, less 1."""
-    return Finding(float(results.example["P"][0]) / results.step("P_f") - 1)
 
 
 def coefficient_falls(results: Results) -> Finding:
@@ -102,26 +87,11 @@ def room(results: Results, columns: Sequence[str]) -> Finding:
     return Finding(low=float(ends.min()), high=float(ends.max()), allowed=True, shown=words)
 
 
-def bore_tested(results: Results, column: str) -> Finding:
-    """Bore that Table 1 prints for the cylinder of a column of Tables 3 to 5, m."""
-    return Finding(1e-3 * float(results.table_1[column[0], "bore"]))
-
-
 def swept_within_stroke(results: Results, column: str) -> Finding:
     """Whether a push ends nearer to the end than it began, and began within the stroke of Table 1."""
     S_f, S_i = (results.printed[column, name].value for name in ("S_f", "S_i"))
     stroke = 1e-3 * float(results.table_1[column[0], "stroke"])
     return Finding(holds=0 < S_f < S_i <= stroke, shown=f"{S_f:g} < {S_i:g} <= {stroke:g} m")
-
-
-def temperature_equation(_: Results) -> Finding:
-    """Whether eq (2), with its factor T, follows from mass and energy balance."""
-    return Finding(holds=equations.temperature_equation_fits(True), shown="20 states")
-
-
-def half_bridge_ratio(_: Results) -> Finding:
-    """Root of the half-bridge with the exact coefficient, over P_s."""
-    return Finding(equations.half_bridge_ratios(equations.R)[0])
 
 
 def sonic_factor(sign: int) -> float:
@@ -130,13 +100,20 @@ def sonic_factor(sign: int) -> float:
     return (2 / (g + 1)) ** (1 / (g - 1)) * (2 * g / ((g + sign) * equations.R)) ** 0.5
 
 
-def eq_29_as_printed(_: Results) -> Finding:
-    """Whether the sonic factor printed in eq (29) is the 0.0404 of the valve's equation."""
-    factor = sonic_factor(-1)
-    return Finding(holds=abs(factor - equations.SONIC) <= 0.00005, shown=f"it is {factor:.4f}")
-
-
 COMPUTATIONS: dict[str, Computation] = functions_returning(Finding, sys.modules[__name__]) | {
-    "pressure_equation": equations.pressure_equation_keeps_energy,  # both papers print these equations
-    "equilibrium_pressure": equations.equilibrium_pressure_as_printed,
+    # A number of the simulated example; its peak pressure over the final one, less 1.
+    "step": lambda results, quantity: Finding(results.step(quantity)),
+    "peak": lambda results: Finding(float(results.example["P"][0]) / results.step("P_f") - 1),
+    # Mean temperature of a regression over its settling time, with the mass and volume simulated, K.
+    "true_temperature": lambda _, P_f, delta_P: Finding(mean_pressure(P_f, delta_P) * example.T_OVER_P),
+    # Bore that Table 1 prints for the cylinder of a column of Tables 3 to 5, m.
+    "bore_tested": lambda results, column: Finding(1e-3 * float(results.table_1[column[0], "bore"])),
+    # Equations that both papers print; eq (2) has the factor T; the sonic factor of eq (29).
+    "pressure_equation": equations.CONSTANTS["pressure_equation_keeps_energy"],
+    "equilibrium_pressure": equations.CONSTANTS["equilibrium_pressure_as_printed"],
+    "temperature_equation": lambda _: Finding(
+        holds=equations.temperature_equation_fits(True), shown="20 states"
+    ),
+    "half_bridge_ratio": lambda _: Finding(equations.half_bridge_ratios(equations.R)[0]),
+    "eq_29_as_printed": lambda _: Finding(**equations.as_in_eq_1(sonic_factor(-1))),
 }
