@@ -285,8 +285,8 @@ def plant_at_work(
     coords |= {"chamber": CHAMBERS, "part": list(PARTS), "bandwidth_tried": list(BANDWIDTHS)}
     coords |= {"k_0": closed_loop.plant.k_0, "cylinder": closed_loop.cylinder}
     about = dict(VARIABLES)
-    for name, (dims, *words) in CONTROL_VARIABLES.items():
-        about[name] = f"control_sensors carried {dims}", *words
-        about[f"baseline_{name}"] = dims, *words
+    for name, (dims, unit, words) in CONTROL_VARIABLES.items():
+        about[name] = f"control_sensors carried {dims}", unit, words
+        about[f"baseline_{name}"] = dims, unit, words
     cells = {name: (about[name][0].split(), array) for name, array in values.items()}
     return described(xr.Dataset(cells, coords), {name: about[name][1:] for name in cells})

@@ -76,16 +76,6 @@ def _with_cylinder(plant: Plant, **fields: Any) -> Plant:
     return plant._replace(cylinder=plant.cylinder._replace(**fields))
 
 
-def _sticking(p: Plant) -> Plant:
-    """Coulomb friction beside the viscous one."""
-    return _with_cylinder(p, coulomb=CATALOGUE_COULOMB * p.conditions.P_s * p.cylinder.A_A)
-
-
-def _leaking(p: Plant) -> Plant:
-    """A valve that never shuts."""
-    return p._replace(valve=p.valve._replace(leak=LEAK * p.valve.k_xu * p.valve.u_max))
-
-
 def _elliptic(plant: Plant) -> Plant:
     """ISO 6358 in place of eq (1), from its own equilibrium."""
     gas, c = plant.gas._replace(critical_ratio=CRITICAL_RATIO, elliptic=True), plant.conditions
@@ -134,8 +124,10 @@ IN_WORDS: dict[str, Callable[[Alternative], Alternative]] = {
     "variance_of_means.population": lambda taken: taken._replace(ddof=0),
 }
 OTHER_PHYSICS: dict[str, Callable[[Plant], Plant]] = {
-    "friction_law.coulomb": _sticking,
-    "valve.leak": _leaking,
+    "friction_law.coulomb": lambda p: _with_cylinder(
+        p, coulomb=CATALOGUE_COULOMB * p.conditions.P_s * p.cylinder.A_A
+    ),
+    "valve.leak": lambda p: p._replace(valve=p.valve._replace(leak=LEAK * p.valve.k_xu * p.valve.u_max)),
     "valve.elliptic": _elliptic,
 }
 
@@ -174,8 +166,8 @@ def grid_alternatives(
     alternatives |= {name: taken.with_plants(change) for name, change in OTHER_PHYSICS.items()}
     T_amb = next(iter(taken.study.experiments.values())).plant.conditions.T_amb
     changes = {f"supply.{name}": {"supply.P_s_Pa": P_s} for name, P_s in SUPPLY_PRESSURES.items()}
-    changes |= {"inlet.colder": {"supply.T_in_K": T_amb - INLET}}
-    changes |= {"inlet.warmer": {"supply.T_in_K": T_amb + INLET}}
+    inlets = {"inlet.colder": T_amb - INLET, "inlet.warmer": T_amb + INLET}
+    changes |= {name: {"supply.T_in_K": T_in} for name, T_in in inlets.items()}
     return alternatives | {name: reconfigured(configuration, c, name) for name, c in changes.items()}
 
 

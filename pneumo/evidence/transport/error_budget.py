@@ -170,7 +170,7 @@ def reference_error(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
 
 
 def mean_square(series: np.ndarray) -> np.ndarray:
-    """Mean square over the samples, the last axis; the first sample, at t = 0, counts as in the study."""
+    """Mean square over the samples, the last axis, with that at t = 0, as in the study."""
     return (series**2).mean(axis=-1)
 
 
@@ -256,12 +256,9 @@ def budget_by_level(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> x
         constant_n = best_n(average["total"])
         averages[level] = at_n(average, constant_n).assign(constant_n=constant_n)
     by_level = along_levels(averages)
-    for name in joined.data_vars:
-        result[f"level_{name}"] = by_level[name]
-    result["constant_n"] = by_level["constant_n"]
-    result["level_told_apart"] = apart(by_level)
-    result["order"] = observed_order(by_level["halving"])
-    return result
+    result = result.assign({f"level_{name}": by_level[name] for name in joined.data_vars})
+    order = observed_order(by_level["halving"])
+    return result.assign(constant_n=by_level["constant_n"], level_told_apart=apart(by_level), order=order)
 
 
 def with_budget_attributes(dataset: xr.Dataset) -> xr.Dataset:
@@ -278,9 +275,6 @@ def with_budget_attributes(dataset: xr.Dataset) -> xr.Dataset:
         "step": ("s", "step before it is halved"),
         "period": ("s", "time between samples"),
     }
-    about |= {name: ("Pa2", words) for name, words in BUDGET_LONG_NAMES.items()}
-    level = {
-        f"level_{name}": ("Pa2", f"{words}; average of the level")
-        for name, words in BUDGET_LONG_NAMES.items()
-    }
-    return described(dataset, about | level)
+    for name, words in BUDGET_LONG_NAMES.items():
+        about |= {name: ("Pa2", words), f"level_{name}": ("Pa2", f"{words}; average of the level")}
+    return described(dataset, about)

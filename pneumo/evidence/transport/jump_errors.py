@@ -5,11 +5,11 @@ from typing import TypeAlias
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.physics.cylinder import Chamber, Side, chamber_of, sign_of
+from pneumo.physics.cylinder import Chamber, chamber_of, sign_of
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.excitation import command
-from pneumo.simulation.full_order import Recording, chamber_rates
+from pneumo.simulation.full_order import Recording, chamber_rates, full_order_rates
 
 ChamberState: TypeAlias = tuple[float, float, float, float, Chamber]  # x and v outward, P, T
 SMALL_P, SMALL_T = 1.0, 1e-3  # Pa and K; steps of the differences that linearise the equations
@@ -87,13 +87,11 @@ def jump_errors(
     states, reference, drive, plant = recording.states, recording.reference, recording.drive, recording.plant
     steps = len(states) - 1
     result = np.zeros((2, steps // stride + 1))
-    e_P, e_T = np.zeros(2), np.zeros(2)
+    e_P, e_T, dy = np.zeros(2), np.zeros(2), np.empty(6)
     now = command(reference[0], states[0, 0], drive)
     if uniform:
-        x, v, P_A, T_A, P_B, T_B = states[0]
-        u = limited(now, plant.valve.u_max)
-        e_P[0], e_T[0] = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, Side.A), plant)
-        e_P[1], e_T[1] = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, Side.B), plant)
+        full_order_rates(states[0], 0, (reference[0], 0.0, drive, plant), dy)
+        e_P[0], e_T[0], e_P[1], e_T[1] = dy[2], dy[3], dy[4], dy[5]
         result[:, 0] = e_P
     for k in range(1, steps + 1):
         x, v = states[k, 0], states[k, 1]
@@ -120,11 +118,9 @@ def jump_errors(
 @kernel
 def pressure_rates(recording: Recording, stride: int) -> np.ndarray:
     """Rate of pressure of a full-order run, Pa/s, shape (chamber, stored steps)."""
-    states, plant = recording.states, recording.plant
-    result = np.empty((2, (len(states) - 1) // stride + 1))
+    result, dy = np.empty((2, (len(recording.states) - 1) // stride + 1)), np.empty(6)
     for i in range(result.shape[1]):
-        x, v, P_A, T_A, P_B, T_B = states[i * stride]
-        u = limited(command(recording.reference[i * stride], x, recording.drive), plant.valve.u_max)
-        result[0, i], _ = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, Side.A), plant)
-        result[1, i], _ = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, Side.B), plant)
+        context = (recording.reference[i * stride], 0.0, recording.drive, recording.plant)
+        full_order_rates(recording.states[i * stride], i, context, dy)
+        result[0, i], result[1, i] = dy[2], dy[4]
     return result
