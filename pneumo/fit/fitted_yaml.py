@@ -22,8 +22,7 @@ EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the 
 
 def _text(interval: Interval) -> str:
     """Value and interval."""
-    ends = ("open" if np.isnan(end) else f"{end:.4g}" for end in (interval.low, interval.high))
-    return f"{interval.value:.4g} ({' to '.join(ends)})"
+    return f"{interval.value:.4g} ({interval.ends_text('.4g')})"
 
 
 def _rounded(value: float) -> float:

@@ -1,8 +1,9 @@
-"""Labels for figures, tables and pages of what results store under short names."""
+"""Labels for figures, tables and pages of the short names in results."""
 
 SAMPLING = {  # how the signals of a full-order run reach the replays -> label
     "published": "signals as in the paper",
     "exact": "exact signals",
+    "as configured": "signals as in the paper",  # so named by the identification
     "linear": "interpolated",
     "hold": "held",
     "delay": "held, one sample late",

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from pneumo.physics.models import MODELS
+from pneumo.statistics.model_pairs import REFINED_MODELS
 
 LineStyle = str | tuple[int, tuple[float, ...]]
 
@@ -64,3 +65,14 @@ def looks_of(models: Iterable[str]) -> dict[str, Look]:
 
 MODEL_LOOKS = looks_of(MODELS)
 ADDED_MODELS = [name for name in MODELS if name not in PAPER_LOOKS]
+
+# Models of figures and pages that do not show all; added models join where the figure has room.
+ALL_BUT_M4 = [name for name in MODELS if name != "M4"]  # Figs 9 and 11: M4's error would hide the others'
+BEST_MODELS = [*REFINED_MODELS, *ADDED_MODELS]  # Fig. 10: the paper's "six best"
+# Second and third row of the traces: without and with wall heat; section 4 compares M7 and M8.
+TRACED_MODELS = (("M1", "M5"), ("M7", "M8", *ADDED_MODELS))
+FIRST_SHOWN = (
+    "M5",
+    "M7",
+    "M8",
+)  # on the report, before a reader chooses: M5, then M5 with wall heat, then mixing

@@ -28,7 +28,7 @@ ACCENT = "#1f5fa8"  # L* = 40, so it prints as a dark grey; the schemes have it 
 _TICKS = {"labelsize": 8.0, "color": INK, "direction": "in", "major.size": 3.0, "minor.size": 1.6}
 _TICKS |= {"major.width": 0.6, "minor.width": 0.4}
 PAPER_RC: dict[Any, Any] = {
-    # STIX travels with matplotlib, has the whole mathematical alphabet and matches a Times text.
+    # STIX comes with matplotlib, has the whole mathematical alphabet and matches a Times text.
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",
     "font.size": 8.5,
@@ -72,7 +72,7 @@ METADATA: dict[str, dict[str, None]] = {"svg": {"Date": None, "Creator": None}, 
 
 
 def _find_fonts() -> None:
-    """Make matplotlib know the fonts that travel with it, which a damaged cache in a home may lack."""
+    """Register matplotlib's own STIX fonts if its font cache lacks them."""
     if PAPER_RC["font.family"] not in fontManager.get_font_names():
         for file in Path(mpl.get_data_path(), "fonts", "ttf").glob("STIX*.ttf"):
             fontManager.addfont(file)
@@ -136,8 +136,7 @@ def image_address(fig: Figure, kind: Literal["svg", "png"] = "svg") -> str:
     return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{content}"
 
 
-# Published is open and hatched, reproduced is filled, exact transport is pale: the difference needs no
-# colour at all.
+# Published is open and hatched, reproduced is filled, exact signals are pale: readable without colour.
 SOURCE_BAR: dict[str, dict[str, Any]] = {
     "published": {"facecolor": "white", "edgecolor": INK, "hatch": "//////", "linewidth": 0.7},
     "reproduced": {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.7},

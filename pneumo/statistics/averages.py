@@ -61,8 +61,8 @@ def over_experiments(cells: xr.Dataset, ddof: int = 1) -> xr.Dataset:
 
 
 def along_levels(parts: Mapping[str, Labelled]) -> Labelled:
-    """Join what belongs to levels along "level"."""
-    concat: Any = xr.concat  # its overloads take datasets or arrays, not one or the other
+    """Concatenate the parts, one per level, along "level"."""
+    concat: Any = xr.concat  # its overloads accept no type variable over datasets and arrays
     level = xr.Variable("level", list(parts))
     return concat(list(parts.values()), level, coords="minimal", compat="override", join="exact")
 
@@ -80,7 +80,7 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int 
     """
     ran = grid["mse"].notnull().any(("model", "n", "chamber"))
     failure_time = grid["failure_time"].max(("model", "n", "chamber")).where(~ran)
-    grid = grid.drop_attrs()  # or a percentile would keep the long name and unit of what it is one of
+    grid = grid.drop_attrs()  # a percentile would keep the long name and unit of the mean square error
     cells = concatenated(grid)
     best = best_n(cells["mse"])
     cells = cells.sel(experiment=ran)

@@ -21,8 +21,23 @@ class Interval(NamedTuple):
         """Whether the interval has two ends."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high))
 
+    def ends_text(self, form: str) -> str:
+        """Return the ends as text, each in a format such as ".4g".
+
+        Examples
+        --------
+        >>> Interval(2.0, 1.0, 3.0).ends_text("g"), Interval(2.0, np.nan, 3.0).ends_text("g")
+        ('1 to 3', 'at most 3')
+        """
+        low, high = f"{self.low:{form}}", f"{self.high:{form}}"
+        if self.known:
+            return f"{low} to {high}"
+        if np.isfinite(self.low):
+            return f"at least {low}"
+        return f"at most {high}" if np.isfinite(self.high) else "not determined"
+
     def scaled(self, factor: float) -> "Interval":
-        """Return the same in another unit."""
+        """Return the interval in another unit."""
         return Interval(*(factor * value for value in self))
 
     def exponential(self) -> "Interval":

@@ -1,7 +1,7 @@
 """The models ranked over repeated runs of a study, and the gain of each refinement.
 
 The criterion is the mean square error, averaged over both chambers, the experiments and the runs, of each
-model at the one n that makes it least. Intervals are over runs that differ in their seed; two models are
+model at the one n of its lowest error. Intervals are over runs with different seeds; two models are
 compared run by run, by the logarithm of the ratio of their errors.
 """
 
@@ -23,17 +23,17 @@ class RankedModel(NamedTuple):
 
     place: int  # from 1; models that failed come last
     model: str
-    n: float  # best constant n; NaN where it plays no role or every n failed
+    n: float  # best constant n; NaN for a model without n, or where every n failed
     mse: Interval  # mean square error, Pa^2
     rms: tuple[float, float]  # root mean square error of chambers A and B, Pa
     over_best: Interval  # its mean square error over the best model's: geometric mean over paired runs
-    geometric_place: int  # by the geometric mean over all runs, in which no violent run outweighs the others
+    geometric_place: int  # by the geometric mean over all runs, in which no run dominates
     wins: int  # runs of an experiment in which it is best
     failed: int  # runs of an experiment in which it has no error at its n
 
 
 class Gain(NamedTuple):
-    """Reduction of the mean square error by a refinement, per cent; negative where it adds to it."""
+    """Reduction of the mean square error by a refinement, per cent; negative where the error grows."""
 
     refinement: str
     without: str
@@ -42,11 +42,11 @@ class Gain(NamedTuple):
 
 
 class Ranking(NamedTuple):
-    """What a study says about one cylinder."""
+    """Ranking of the models for one cylinder, with its recommendation."""
 
     cylinder: str
     experiments: tuple[str, ...]
-    runs: int  # of each experiment that count
+    runs: int  # per experiment, that succeeded
     left_out: tuple[str, ...]  # full-order runs that failed
     rows: tuple[RankedModel, ...] = ()  # best first; empty if no full-order run succeeded
     gains: tuple[Gain, ...] = ()
@@ -62,7 +62,7 @@ class Ranking(NamedTuple):
 
 
 def cost(model: Model) -> tuple[int, int, int, int]:
-    """Cost of a model, to sort by: k_0 to be measured first, then powers and terms to be computed."""
+    """Cost of a model as a sort key: first the k_0 to be measured, then powers and terms to be computed."""
     wall = ("none", "k_0", "lambda_0 A_q", "lambda A_q").index(model.wall)
     return wall, int(model.temperature == "polytropic"), int(model.has_n), int(model.mixing)
 

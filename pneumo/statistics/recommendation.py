@@ -1,4 +1,4 @@
-"""Recommended model for a cylinder, the reason, and advice on what would make it firmer, in words."""
+"""Recommended model for a cylinder, with the reason and advice, as text."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,7 +9,7 @@ from pneumo.physics.models import MODELS
 from pneumo.statistics.ranking import RankedModel, Ranking, cost
 from pneumo.statistics.robust_choice import RobustModel, UnknownConductance
 
-MATERIAL = 0.10  # a mean square error that exceeds the lowest by this share or less is as good in practice
+MATERIAL = 0.10  # a mean square error at most this fraction above the lowest is as good in practice
 LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's rule
 
 
@@ -17,7 +17,7 @@ def recommend(ranking: Ranking, cells: xr.Dataset) -> Ranking:
     """Fill in recommendation, reason and advice of a ranking of `cells`.
 
     Recommended is the cheapest model whose worst case over the range of k_0 is not materially worse than the
-    best, none if none ran. The advice is what would decide better.
+    lowest worst case; none if no run succeeded. The advice lists what would make the choice more certain.
     """
     robust = ranking.unknown_k_0
     if robust is None:
@@ -64,7 +64,7 @@ def _kpa(rms: float) -> str:
 
 
 def _range(robust: UnknownConductance) -> str:
-    """Within what k_0 is known."""
+    """Range in which k_0 is known."""
     if robust.factor == 1:
         return "at the given k_0"
     if not np.isfinite(robust.k_0):
@@ -75,20 +75,20 @@ def _range(robust: UnknownConductance) -> str:
 
 
 def _more_seeds(ranking: Ranking, rows: Sequence[RankedModel]) -> list[str]:
-    """Advice to run more seeds, where those there are do not tell whether a model is worse."""
+    """Advice to run more seeds, where these do not decide whether a model is materially worse."""
     limit, over = 1 + MATERIAL, {row.model: row.over_best for row in rows}
     unsure = [model for model, ratio in over.items() if ratio.known and ratio.low <= limit <= ratio.high]
     lines: list[str] = []
     if unsure:
         names = ", ".join(unsure)
-        lines.append(f"More seeds for {names}: the interval of MSE / best holds the limit of {limit:g}.")
+        lines.append(f"More seeds for {names}: the interval of MSE / best contains the limit of {limit:g}.")
     if ranking.runs < 2:
         lines.append("Repeat with several seeds of a random signal: one run has no error bars.")
     return lines
 
 
 def _about_k_0(robust: UnknownConductance, choice: RobustModel) -> str:
-    """What exact knowledge of k_0 would buy."""
+    """Worst case with k_0 known exactly, and whether measuring it pays."""
     known = (
         f"with k_0 known exactly, and model and n chosen for it, the worst case is {_kpa(robust.known)} RMS"
         f" instead of {_kpa(choice.worst)}."
@@ -115,7 +115,7 @@ def _wider_grid(cells: xr.Dataset, best_n: Mapping[str, float]) -> list[str]:
 
 
 def _other_winners(ranking: Ranking) -> list[str]:
-    """Advice where single experiments, or the geometric mean over runs, have another winner."""
+    """Advice where another model is best in an experiment, or by the geometric mean over runs."""
     winners = {
         name: min(rms, key=lambda model: np.nan_to_num(rms[model], nan=np.inf))
         for name, rms in ranking.by_experiment.items()
@@ -126,5 +126,5 @@ def _other_winners(ranking: Ranking) -> list[str]:
     listed = ", ".join(f"{model} in {name}" for name, model in winners.items())
     return [
         f"Runs like those of your machine: best are {listed}, and {geometric} by the geometric mean over"
-        " all runs; the arithmetic mean is ruled by the most violent runs."
+        " all runs; the largest errors dominate the arithmetic mean."
     ]

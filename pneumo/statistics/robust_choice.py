@@ -1,7 +1,7 @@
-"""Models judged by their worst case where the wall's conductance k_0 is known within a factor only.
+"""Worst-case ranking of the models for a wall conductance k_0 that is known within a factor only.
 
-A model and its n are chosen once, with the k_0 that is assumed; the cylinder's may be the lowest or the
-highest of the range. Errors are root mean squares over both chambers, the experiments and the runs.
+A model and its n are chosen once, with the assumed k_0; the cylinder's may be the lowest or the highest of
+the range. Errors are root mean squares over both chambers, the experiments and the runs.
 """
 
 from typing import NamedTuple
@@ -13,10 +13,10 @@ from pneumo.physics.models import MODELS
 
 
 class RobustModel(NamedTuple):
-    """One model at the n whose worst case is least."""
+    """One model at the n of its lowest worst case."""
 
     model: str
-    n: float  # NaN where it plays no role
+    n: float  # NaN for a model without n
     rms: tuple[float, float, float]  # Pa, where the cylinder's k_0 is the lowest, the assumed, the highest
 
     @property
@@ -26,13 +26,13 @@ class RobustModel(NamedTuple):
 
 
 class UnknownConductance(NamedTuple):
-    """What is left to choose by where k_0 is known within a factor."""
+    """Worst-case ranking of the models for an uncertain k_0."""
 
     factor: float
     k_0: float  # W/K, as assumed; NaN where experiments differ
     models: tuple[RobustModel, ...]  # lowest worst case first
-    # Pa, worst over k_0 of the least error at it: model, n, and whether the model takes the true k_0 or the
-    # assumed one are chosen for each k_0.
+    # Pa, lowest RMS error at each k_0, the worst of them: for each k_0 the best model, n, and k_0 of the model
+    # (the true or the assumed one).
     known: float
 
     def model(self, name: str) -> RobustModel:
@@ -41,7 +41,7 @@ class UnknownConductance(NamedTuple):
 
 
 def robust_choice(cells: xr.Dataset) -> UnknownConductance:
-    """Judge the models on the cells of one cylinder, from `pneumo.selection.cylinder_ranking.run_study`."""
+    """Rank the models by their worst case on one cylinder's cells, from `cylinder_ranking.run_study`."""
 
     def at_three(name: str) -> xr.DataArray:
         mean = cells[["mse", name]].mean(("experiment", "run", "chamber"), skipna=False)

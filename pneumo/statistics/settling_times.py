@@ -1,4 +1,4 @@
-"""Table 5 as reproduced, and how many settling times the runs of Table 6 last."""
+"""Table 5 as reproduced, and the lengths of the runs of Table 6 in settling times."""
 
 from collections.abc import Mapping
 

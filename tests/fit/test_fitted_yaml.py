@@ -91,7 +91,7 @@ def test_what_the_record_does_not_determine_stays_and_is_said(mine, tmp_path):
     assert after.k_0 == default_conductance(after.cylinder).k_0
     assert after.cylinder == before.cylinder._replace(V_d_A=9e-6)
     assert after.valve.k_xu == pytest.approx(VALUES["k_xu"], rel=1e-5)
-    assert "as configured (SI units): k_0 = 0.4512 (open to 0.4964), V_d_B" in text
+    assert "as configured (SI units): k_0 = 0.4512 (at most 0.4964), V_d_B" in text
     # Measured flows know no valve, and M6 no wall.
     text = written(found({k: VALUES[k] for k in ("n", "V_d_A", "V_d_B")}, "M6"), "mine", mine, TEMPLATE)
     after = read(text, tmp_path)[1].experiments["open"].plant

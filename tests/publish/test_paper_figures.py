@@ -18,7 +18,8 @@ from pneumo.papers.paper_2006.printed_tables import table7, table9, traces_of_fi
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures import paper_figures as figures
 from pneumo.publish.figures.panels import symbol
-from pneumo.publish.figures.traces_figure import TRACED_MODELS, mse_over_n, time_traces
+from pneumo.publish.figures.traces_figure import mse_over_n, time_traces
+from pneumo.publish.model_looks import TRACED_MODELS
 from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, paper_style
 from pneumo.statistics.averages import statistics
 

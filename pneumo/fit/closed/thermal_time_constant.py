@@ -5,7 +5,7 @@ constant, the temperature returns to that of the wall, and the pressure follows.
 m c_v dT/dt = k (T_amb - T), eqs (4) and (7) of 2006 at rest, tau = m c_v / k.
 
 The conductance has three conventions. ``k_av`` is the mean one of the record, m c_v / tau. ``lambda_av`` is
-that over the heat transfer area. ``lambda_0`` and ``k_0`` are brought to equilibrium by the law of the root,
+that over the heat transfer area. ``lambda_0`` and ``k_0`` are brought to equilibrium by the square-root law,
 lambda = lambda_0 (P T / (P_0 T_0))^(1/2), at the means of P and T over the settling time.
 
 Source: J. F. Carneiro and F. G. de Almeida, Proc. IMechE Part I 221 (2007) 119-128,
@@ -69,7 +69,7 @@ class Transient(NamedTuple):
     tau_high: float
     P_inf: float  # Pa, final pressure
     k_av: float  # W/K, mean conductance of the record
-    k_0: float  # W/K, at equilibrium and in mid-stroke by the law of the root and the area, eqs (7) and (8)
+    k_0: float  # W/K, at equilibrium and in mid-stroke by the square-root law and the area, eqs (7) and (8)
     k_0_low: float
     k_0_high: float
     rms: float  # Pa, root mean square of measured minus fitted pressure

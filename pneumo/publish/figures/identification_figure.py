@@ -110,7 +110,7 @@ def _samplings(ax: Axes, identified: xr.Dataset) -> None:
         for value, place in zip(values, y + shift, strict=True):
             ax.annotate(f"{value:.3f}", (value, place), (2, 0), **near)
     ax.set_xlim(0, 1.15 * identified["transport_rms"].max().item())
-    ax.set_yticks(y, [SAMPLING.get(name, name) for name in map(str, identified["transport"].values)])
+    ax.set_yticks(y, [SAMPLING[str(name)] for name in identified["transport"].values])
     ax.tick_params(axis="y", length=0)
     ax.set_xlabel("rms of ln(reproduced / published MSE)")
     ax.legend(loc="upper right")

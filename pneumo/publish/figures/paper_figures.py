@@ -1,11 +1,12 @@
 """Figs 7 to 11: how a settling time is read off, and mean square errors of the models, by source.
 
 Every number comes from a results file or a printed table. Sources are ``published`` (printed in the paper),
-``reproduced`` (signals sampled as in the paper) and ``exact`` (exact signals).
+``reproduced`` (signals as in the paper) and ``exact`` (exact signals).
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 
 from pneumo.publish.figures.panels import MSE, SOURCE_OF, decades, legend_outside, message_figure, model_ticks
 from pneumo.publish.labels import SOURCES
-from pneumo.publish.model_looks import ADDED_MODELS, MODEL_LOOKS
+from pneumo.publish.model_looks import ALL_BUT_M4, BEST_MODELS, MODEL_LOOKS
 from pneumo.publish.style import (
     ACCENT,
     DOUBLE_MM,
@@ -31,6 +32,8 @@ from pneumo.publish.text.formatting import KILO
 from pneumo.simulation.settling import CRITERION
 from pneumo.statistics.averages import OVERALL
 from pneumo.storage.layout import failure_text
+
+READ_OFF = "read off the printed figure"
 
 
 @paper_style()
@@ -68,16 +71,8 @@ def fig07(settling: xr.Dataset, printed: Mapping[str, np.ndarray]) -> Figure:
             here = (t + release >= 0) & (t + release <= end)
             sign = np.sign(push["force"]) if name == "force" else 1.0  # the paper draws its size
             bounds = (sign * bound[here] / scales.get(name, 1.0) for bound in (low, high))
-            ax.vlines(
-                t[here] + release,
-                *bounds,
-                color=ACCENT,
-                lw=2.2,
-                alpha=0.5,
-                zorder=0.8,
-                capstyle="round",
-                label=READ_OFF,
-            )
+            look: dict[str, Any] = {"color": ACCENT, "lw": 2.2, "alpha": 0.5, "capstyle": "round"}
+            ax.vlines(t[here] + release, *bounds, zorder=0.8, label=READ_OFF, **look)
     if printed:
         legend_outside(fig, position, 1)
     for letter, ax in zip("abcdef", axes.flat, strict=True):
@@ -104,7 +99,7 @@ def _settling_panel(
     shown = series.sel(t=slice(0, end))
     low, high = shown.min().item(), shown.max().item()
     room = (high - low) or 1.0
-    ax.set_ylim(low - 0.08 * room, high + 0.34 * room)  # the strip above the data carries the settling time
+    ax.set_ylim(low - 0.08 * room, high + 0.34 * room)  # room for the settling time above the data
     ax.axhspan(final - band, final + band, color="#b5b5b5", lw=0, zorder=0.5)
     ax.plot(shown["t"], shown, color=INK, lw=0.8)
 
@@ -121,11 +116,6 @@ def _settling_panel(
     ax.text(end, final + band, r"$\pm$1 %", ha="right", va="bottom", fontsize=7.5)
 
 
-READ_OFF = "read off the printed figure"
-ALL_BUT_M4 = [model for model in MODEL_LOOKS if model != "M4"]
-BEST_SIX = ["M5", "M6", "M7", "M8", "M9", "M10", *ADDED_MODELS]
-
-
 @paper_style()
 def fig08(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     """Fig. 8: average MSE of all models, each experiment at its best n.
@@ -136,9 +126,9 @@ def fig08(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     fig = new_figure(DOUBLE_MM, 68)
     ax = fig.subplots()
     ax.set_yscale("log")
-    averages = _averages(statistics, OVERALL, table7)
-    _bars(ax, list(MODEL_LOOKS), averages)
-    lowest = min(average.min().item() for average in averages.values())
+    tables = _tables(statistics, OVERALL, table7)
+    _bars(ax, list(MODEL_LOOKS), tables)
+    lowest = min(table["mse"].min().item() for table in tables.values())
     ax.set_ylim(bottom=10 ** np.floor(np.log10(lowest / 1.5)))  # even the lowest bar is seen
     decades(ax)
     return _finished(fig, ax, statistics)
@@ -161,11 +151,10 @@ def fig10(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     """Fig. 10: average MSE and percentiles of the six best models and of added ones, linear."""
     fig = new_figure(SINGLE_MM, 66)
     ax = fig.subplots()
-    averages = _averages(statistics, OVERALL, table7)
-    _bars(ax, BEST_SIX, averages)
-    ends = _percentiles(statistics, OVERALL, table7)
-    for source, x in _slots(BEST_SIX, list(averages), width=0.78).items():
-        _whiskers(ax, x, ends[source].reindex(model=BEST_SIX), INK)
+    tables = _tables(statistics, OVERALL, table7)
+    _bars(ax, BEST_MODELS, tables)
+    for source, x in _slots(BEST_MODELS, tables, width=0.78).items():
+        _whiskers(ax, x, tables[source].reindex(model=BEST_MODELS), INK)
     ax.set_ylim(bottom=0)
     return _finished(fig, ax, statistics, columns=2)
 
@@ -187,37 +176,36 @@ def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
     return _finished(fig, axes[0], statistics)
 
 
-def _averages(
+def _tables(
     statistics: Mapping[str, xr.Dataset], level: str, published: xr.Dataset | None
-) -> dict[str, xr.DataArray]:
-    """Average MSE by source."""
-    averages = {} if published is None else {"published": published["mse"]}
-    return averages | {SOURCE_OF[key]: data["mse"].sel(level=level) for key, data in statistics.items()}
+) -> dict[str, xr.Dataset]:
+    """Average MSE and percentiles by source."""
+    tables = {} if published is None else {"published": published}
+    return tables | {SOURCE_OF[key]: data.sel(level=level) for key, data in statistics.items()}
 
 
-def _slots(models: Sequence[str], sources: Sequence[str], width: float) -> dict[str, np.ndarray]:
-    """Where the marks of each source stand, one group per model, the group `width` wide."""
+def _slots(models: Sequence[str], sources: Collection[str], width: float) -> dict[str, np.ndarray]:
+    """Positions of each source's marks on x, one group per model, the group `width` wide."""
     offsets = (np.arange(len(sources)) - (len(sources) - 1) / 2) * width / len(sources)
     return {source: np.arange(len(models)) + offset for source, offset in zip(sources, offsets, strict=True)}
 
 
-def _bars(ax: Axes, models: Sequence[str], averages: Mapping[str, xr.DataArray]) -> None:
-    for source, x in _slots(models, list(averages), width=0.78).items():
-        height = averages[source].reindex(model=models)
-        ax.bar(x, height, 0.78 / len(averages), label=SOURCES[source], **SOURCE_BAR[source])
+def _bars(ax: Axes, models: Sequence[str], tables: Mapping[str, xr.Dataset]) -> None:
+    for source, x in _slots(models, tables, width=0.78).items():
+        height = tables[source]["mse"].reindex(model=models)
+        ax.bar(x, height, 0.78 / len(tables), label=SOURCES[source], **SOURCE_BAR[source])
     model_ticks(ax, models)
     ax.set_ylabel(MSE)
 
 
 def _ranges(ax: Axes, statistics: Mapping[str, xr.Dataset], level: str, published: xr.Dataset | None) -> None:
     """Draw average and percentiles of all models but M4 at one level, a group per model."""
-    averages = _averages(statistics, level, published)
-    ends = _percentiles(statistics, level, published)
+    tables = _tables(statistics, level, published)
     ax.set_yscale("log")
-    for source, x in _slots(ALL_BUT_M4, list(averages), width=0.72).items():
-        look = SOURCE_MARKER[source]
-        _whiskers(ax, x, ends[source].reindex(model=ALL_BUT_M4), look["markeredgecolor"])
-        ax.plot(x, averages[source].reindex(model=ALL_BUT_M4), label=SOURCES[source], **look)
+    for source, x in _slots(ALL_BUT_M4, tables, width=0.72).items():
+        look, table = SOURCE_MARKER[source], tables[source].reindex(model=ALL_BUT_M4)
+        _whiskers(ax, x, table, look["markeredgecolor"])
+        ax.plot(x, table["mse"], label=SOURCES[source], **look)
     ax.set_xticks(np.arange(len(ALL_BUT_M4) - 1) + 0.5, minor=True)
     ax.grid(axis="x", which="minor")
     model_ticks(ax, ALL_BUT_M4)
@@ -227,20 +215,11 @@ def _ranges(ax: Axes, statistics: Mapping[str, xr.Dataset], level: str, publishe
         ax.text(0.5, 0.04, "not reproduced: no experiment", ha="center", transform=ax.transAxes)
 
 
-def _percentiles(
-    statistics: Mapping[str, xr.Dataset], level: str, published: xr.Dataset | None
-) -> dict[str, xr.Dataset]:
-    """`p10` and `p90` by source."""
-    names = ["p10", "p90"]
-    ends = {} if published is None else {"published": published[names]}
-    return ends | {SOURCE_OF[key]: data[names].sel(level=level) for key, data in statistics.items()}
-
-
-def _whiskers(ax: Axes, x: np.ndarray, ends: xr.Dataset, color: str) -> None:
+def _whiskers(ax: Axes, x: np.ndarray, table: xr.Dataset, color: str) -> None:
     """Draw a line from the 10 to the 90 per cent percentile of each model."""
-    ax.vlines(x, ends["p10"], ends["p90"], color=color, lw=1.0)
-    for end in (ends["p10"], ends["p90"]):
-        ax.plot(x, end, ls="none", marker="_", ms=4, color=color, mew=1.0)
+    ax.vlines(x, table["p10"], table["p90"], color=color, lw=1.0)
+    for name in ("p10", "p90"):
+        ax.plot(x, table[name], ls="none", marker="_", ms=4, color=color, mew=1.0)
 
 
 def _finished(fig: Figure, ax: Axes, statistics: Mapping[str, xr.Dataset], columns: int = 3) -> Figure:

@@ -8,20 +8,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.panels import (
-    MSE,
-    decades,
-    legend_outside,
-    message_figure,
-    symbol,
-)
+from pneumo.publish.figures.panels import MSE, decades, legend_outside, message_figure, symbol
 from pneumo.publish.labels import STUDY_SAMPLING
-from pneumo.publish.model_looks import ADDED_MODELS, MODEL_LOOKS
+from pneumo.publish.model_looks import MODEL_LOOKS, TRACED_MODELS
 from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
 from pneumo.statistics.averages import concatenated
 
-TRACED_MODELS = (("M1", "M5"), ("M7", "M8", *ADDED_MODELS))  # models of the second and the third row
 WITHOUT_N = [name for name, model in MODELS.items() if not model.has_n]
 
 
@@ -36,8 +29,8 @@ def time_traces(
     """Pressure of chamber A against time: datum and four models, residuals below; a column per sampling.
 
     `datum` is of ``results/datum``, `replays` are the same experiment's of ``results/TRANSPORT/replay``, and
-    `statistics`, from ``results/TRANSPORT/statistics.nc``, know the best n. The window has a `start` and a
-    `length`, s; a run that is over before shows its last `length` seconds.
+    `statistics`, from ``results/TRANSPORT/statistics.nc``, have the best n. The window has a `start` and a
+    `length`, s; a run that ends earlier shows its last `length` seconds.
     """
     name = datum["experiment"].item()
     if datum["status"]:
@@ -91,12 +84,11 @@ def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[st
     fig = new_figure(DOUBLE_MM, 128)
     axes = fig.subplots(len(grids), len(levels), sharex=True, sharey=True, squeeze=False)
     for row, (transport, grid) in zip(axes, grids.items(), strict=True):
-        mse = concatenated(grid)["mse"].dropna("experiment", how="all")  # those that failed
+        mse = concatenated(grid)["mse"].dropna("experiment", how="all")  # without failed experiments
         for ax, names in zip(row, levels.values(), strict=True):
             ax.set_yscale("log")
             inside = np.isin(mse["experiment"], names)
-            none = xr.DataArray(np.nan, {"n": mse["n"], "model": mse["model"]}, ["model", "n"])
-            mean = mse.sel(experiment=inside).mean("experiment", skipna=False) if inside.any() else none
+            mean = mse.sel(experiment=inside).mean("experiment", skipna=False)  # of none: NaN
             for model, look in MODEL_LOOKS.items():
                 keywords = look.line() if model in WITHOUT_N else look.points() | {"markersize": 3.4}
                 ax.plot(mean["n"], mean.sel(model=model), label=symbol(model), **keywords)

@@ -10,7 +10,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
 from pneumo.publish.labels import STUDY_SAMPLING
-from pneumo.publish.model_looks import MODEL_LOOKS
+from pneumo.publish.model_looks import FIRST_SHOWN, MODEL_LOOKS
 from pneumo.publish.pages.packing import FRACTION, packed, rounded, rounding_step
 from pneumo.publish.pages.page import STATUS_LOOKS, page_text
 from pneumo.storage.files import read
@@ -18,7 +18,6 @@ from pneumo.storage.layout import CHAMBERS, failure_text
 
 MOST_VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB
 CLOSE_UP = (3, 8)  # from a third of the run on, an eighth of it, every stored sample is on the page
-FIRST_SHOWN = ["M5", "M7", "M8"]
 STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
     "yes": ("✓", "close"),
     "in part": ("≈", "explained"),

@@ -25,8 +25,8 @@ def _number(value: xr.DataArray, form: str, missing: str = "–") -> str:
 def table_7(statistics: xr.Dataset, published: xr.Dataset) -> str:
     """Average MSE, mean and standard deviation of the error of every model at its best n.
 
-    `statistics` are those with the signals sampled as in the paper, `published` is the printed Table 7; a
-    model that it lacks gets dashes.
+    `statistics` are with signals as in the paper; a model that the printed Table 7, `published`, lacks gets
+    dashes.
     """
     reproduced = statistics.sel(level="overall")
     published = published.reindex(model=reproduced["model"])
@@ -109,7 +109,7 @@ def findings_table(findings: Mapping[str, Any], headlines: bool = True) -> str:
 
 
 def coverage_tables(intervals: pd.DataFrame, full_order: pd.DataFrame) -> str:
-    """How often intervals of `pneumo fit` hold the truth, made by the fitted model or by the full order.
+    """Fraction of intervals of `pneumo fit` that contain the truth, by the fitted model or the full order.
 
     From `intervals_that_hold` and `full_order_truth` of `pneumo.evidence.fit_coverage.interval_coverage`.
     """

@@ -1,7 +1,8 @@
 """Tables for the terminal; pages show the rows of some of them too."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -13,12 +14,25 @@ from pneumo.fit.fitted_parameters import CAUSES, FULL_ORDER, QUANTITIES, VALVE
 from pneumo.publish.labels import AVERAGES, SAMPLING, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
-from pneumo.statistics.model_pairs import CRITERIA
+from pneumo.statistics.model_pairs import CRITERIA, REFINED_MODELS
 from pneumo.statistics.ranking import RankedModel, Ranking
 from pneumo.statistics.robust_choice import RobustModel, UnknownConductance
 
 if TYPE_CHECKING:
     from pneumo.fit.closed.thermal_time_constant import Transient  # seconds of imports, for one table
+
+
+def _table(
+    title: str, heads: Iterable[str], rows: Iterable[Sequence[str]], bold: str = "", numbers: bool = False
+) -> Table:
+    """Return a table; the row of the model `bold` is bold, with `numbers` all but models are at the right."""
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for head in heads:
+        table.add_column(head, justify="right" if numbers and head != "model" else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*row, style="bold" if bold and bold in row else "")
+    return table
+
 
 # --- pneumo study ----------------------------------------------------------------------------------
 
@@ -26,13 +40,11 @@ STUDY_HEADS = (
     *("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "geom.", "wins", "A (kPa)", "B (kPa)"),
 )
 IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
-
-
-ROBUST_TITLE = "RMS error (kPa) if the cylinder's k_0 is another than the models'; n for the worst case"
+ROBUST_TITLE = "RMS error (kPa) if the cylinder's k_0 differs from the models'; n for the worst case"
 
 
 def ranking_cells(row: RankedModel) -> list[str]:
-    """Cells of a model's line, by `STUDY_HEADS`."""
+    """Cells of a model's row, by `STUDY_HEADS`."""
     if not np.isfinite(row.mse.value):
         return ["–", row.model, "–", "–", f"failed in {row.failed} runs", "–", "–", str(row.wins), "–", "–"]
     mse, _, high = (value / KILO**2 for value in row.mse)
@@ -53,7 +65,7 @@ def ranking_cells(row: RankedModel) -> list[str]:
 
 
 def gain_text(percent: Interval) -> str:
-    """Write what a refinement takes from the error, in per cent, with its interval."""
+    """Write the reduction of the error by a refinement, in per cent, with its interval."""
     if not np.isfinite(percent.value):
         return "–"
     interval = f" ({percent.low:.0f} to {percent.high:.0f})" if percent.known else ""
@@ -69,33 +81,26 @@ def robust_heads(robust: UnknownConductance) -> list[str]:
 
 
 def robust_cells(row: RobustModel) -> list[str]:
-    """Cells of a model's line, by `robust_heads`: RMS errors in kPa."""
+    """Cells of a model's row, by `robust_heads`: RMS errors in kPa."""
     errors = [no_exponent(value / KILO) if np.isfinite(value) else "–" for value in (*row.rms, row.worst)]
     return [row.model, f"{row.n:g}" if np.isfinite(row.n) else "–", *errors]
 
 
 def study_tables(ranking: Ranking) -> list[Table]:
     """Ranking of the models, their worst cases, and gain of each refinement, of one cylinder."""
-    experiments, confidence = ", ".join(ranking.experiments), f"{100 * CONFIDENCE:.0f} %"
-    title = f"{ranking.cylinder}: {experiments}, {ranking.runs} runs each; intervals {confidence} over seeds"
-    looks: dict[str, Any] = {"title_justify": "left", "box": box.SIMPLE_HEAD}
-    table = Table(title=title, padding=(0, 1, 0, 0), **looks)
-    for head in STUDY_HEADS[:IN_TERMINAL]:
-        table.add_column(head, justify="left" if head == "model" else "right")
-    for row in ranking.rows:
-        style = "bold" if row.model == ranking.recommended else ""
-        table.add_row(*ranking_cells(row)[:IN_TERMINAL], style=style)
-    gains = Table("refinement", "models", "gain", title="Taken from the MSE", **looks)
-    for gain in ranking.gains:
-        gains.add_row(gain.refinement, f"{gain.without} to {gain.refined}", gain_text(gain.percent))
-    if ranking.unknown_k_0 is None:
-        return [table, gains]
-    worst = Table(title=ROBUST_TITLE, padding=(0, 1, 0, 0), **looks)
-    for head in robust_heads(ranking.unknown_k_0):
-        worst.add_column(head, justify="left" if head == "model" else "right")
-    for row in ranking.unknown_k_0.models:
-        worst.add_row(*robust_cells(row), style="bold" if row.model == ranking.recommended else "")
-    return [table, gains, worst]
+    experiments, chosen = ", ".join(ranking.experiments), ranking.recommended
+    intervals = f"intervals {100 * CONFIDENCE:.0f} % over seeds"
+    title = f"{ranking.cylinder}: {experiments}, {ranking.runs} runs each; {intervals}"
+    rows = (ranking_cells(row)[:IN_TERMINAL] for row in ranking.rows)
+    gains = ((g.refinement, f"{g.without} to {g.refined}", gain_text(g.percent)) for g in ranking.gains)
+    tables = [
+        _table(title, STUDY_HEADS[:IN_TERMINAL], rows, chosen, numbers=True),
+        _table("Reduction of the MSE", ("refinement", "models", "gain"), gains),
+    ]
+    if robust := ranking.unknown_k_0:
+        worst = map(robust_cells, robust.models)
+        tables.append(_table(ROBUST_TITLE, robust_heads(robust), worst, chosen, numbers=True))
+    return tables
 
 
 # --- pneumo fit ------------------------------------------------------------------------------------
@@ -123,7 +128,7 @@ def fit_heads(fit: FitResult) -> list[str]:
 
 
 def fit_rows(fit: FitResult) -> list[list[str]]:
-    """Cells by `fit_heads`, a row per model, best first; an end that the data do not limit is open."""
+    """Cells by `fit_heads`, a row per model, best first; an interval without limits is not determined."""
     rows = []
     for model in fit.models:
         part = fit.data.sel(model=model)
@@ -142,32 +147,26 @@ def fit_tables(fit: FitResult) -> list[Table]:
     """Ranking with n and k_0, then valve and dead volumes, with 95 per cent intervals: 80 columns each."""
     if isinstance(fit, ClosedChambersResult):
         return closed_tables(fit)
-    places = (0, 1, 2, 3, 4), (0, 5, 6, 7)
-    heads, tables = fit_heads(fit), list[Table]()
-    for title, columns in zip((RANKED, "Valve and dead volumes"), places, strict=True):
-        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-        for place in columns:
-            head = heads[place].removeprefix("rms ").replace(" (", "\n(")
-            table.add_column(head, no_wrap=True)
-        for row in fit_rows(fit):
-            table.add_row(*(row[place] for place in columns))
-        tables.append(table)
-    return tables
+    heads, rows = [head.removeprefix("rms ").replace(" (", "\n(") for head in fit_heads(fit)], fit_rows(fit)
+    return [
+        _table(title, [heads[i] for i in columns], [[row[i] for i in columns] for row in rows])
+        for title, columns in ((RANKED, (0, 1, 2, 3, 4)), ("Valve and dead volumes", (0, 5, 6, 7)))
+    ]
 
 
 def closed_tables(fit: FitResult) -> list[Table]:
-    """Ranking of thermal laws with n or k_0, then every parameter of the one for the configuration."""
-    looks: dict[str, Any] = {"title_justify": "left", "box": box.SIMPLE_HEAD, "padding": (0, 1, 0, 0)}
-    ranking = Table("law", "held out\n(kPa)", "fitted\n(kPa)", "n, or k_0 (W/K)", title=RANKED, **looks)
-    law, heads = fit.model_of_rig, fit_heads(fit)
-    table = Table("", "95 % interval", title=law, **looks)
-    for row in fit_rows(fit):
+    """Ranking of thermal laws with n or k_0, then every parameter of the law used for the configuration."""
+    law, heads, rows = fit.model_of_rig, fit_heads(fit), fit_rows(fit)
+    ranking: list[list[str]] = []
+    for row in rows:
         n, k_0 = (row[heads.index(head)] for head in ("n", "k_0 (W/K)"))
-        ranking.add_row(*row[:3], f"n   {n}" if n else f"k_0 {k_0}" if k_0 else "")
-        for head, value in zip(heads[3:], row[3:], strict=True):
-            if value and row[0] == law:
-                table.add_row(head, value)
-    return [ranking, table]
+        ranking.append([*row[:3], f"n   {n}" if n else f"k_0 {k_0}" if k_0 else ""])
+    chosen = next(row for row in rows if row[0] == law)
+    parameters = [cells for cells in zip(heads[3:], chosen[3:], strict=True) if cells[1]]
+    return [
+        _table(RANKED, ("law", "held out\n(kPa)", "fitted\n(kPa)", "n, or k_0 (W/K)"), ranking),
+        _table(law, ("", "95 % interval"), parameters),
+    ]
 
 
 def wall_text(fit: ClosedChambersResult) -> str:
@@ -180,17 +179,17 @@ def wall_text(fit: ClosedChambersResult) -> str:
 
 
 def valve_text(fit: FitResult) -> str:
-    """Valve and causes as the full order found them; an empty text where it was not fitted."""
+    """Valve and causes as fitted by the full order; an empty text where it was not fitted."""
     if FULL_ORDER not in fit.models:
         return ""
     parts: list[str] = []
     for name in (name for name in (*VALVE, *CAUSES) if name in fit.data["parameter"]):
         quantity, cell = QUANTITIES[name], fit.data.sel(model=FULL_ORDER, parameter=name)
-        best, low, high = (quantity.factor * cell[key].item() for key in ("estimate", "low", "high"))
-        # These may be negative, and a lag of zero is an end that the search has.
-        digits, unit = 2 if name in VALVE else 4, quantity.shown_unit
-        ends = " to ".join("open" if np.isnan(end) else f"{end:.{digits}g}" for end in (low, high))
-        parts.append(f"{quantity.heading} {best:.{digits}g}{unit and ' '}{unit} ({ends})")
+        interval = Interval(*(quantity.factor * cell[key].item() for key in ("estimate", "low", "high")))
+        form, unit = ".2g" if name in VALVE else ".4g", quantity.shown_unit
+        # Not `formatting.ends_text`: these may be negative, and an end at zero is a limit.
+        ends = interval.ends_text(form)
+        parts.append(f"{quantity.heading} {interval.value:{form}}{unit and ' '}{unit} ({ends})")
     return f"valve, from the full order: {', '.join(parts)}"
 
 
@@ -201,7 +200,7 @@ def transient_text(transient: "Transient") -> str:
     return (
         f"thermal time constant  {significant(transient.tau)} s ({tau})\n"
         f"k_av = m c_v / tau     {significant(transient.k_av)} W/K, at {transient.P_inf / KILO:.4g} kPa\n"
-        f"k_0, law of the root   {k_0}; {transient.rms:.3g} Pa rms are left"
+        f"k_0, square-root law   {k_0}; rms residual {transient.rms:.3g} Pa"
     )
 
 
@@ -212,47 +211,51 @@ IDENTIFIED_UNIT = {"M": "kg", "k_f": "N s/m", "stop": ""}
 
 def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
     """Parameters of ``results/identification.nc`` by cylinder; amplitudes and signal sampling, if any."""
-    cylinders = identified["cylinder"].values
-    table = Table("cylinder", "parameter", "estimate", "95 % interval", "searched", title="Table 5")
-    for cylinder in cylinders:
-        for parameter in identified["parameter"].values:
-            part = identified.sel(cylinder=cylinder, parameter=parameter)
-            names = ("estimate", "low", "high", "bound_low", "bound_high")
-            estimate, low, high, least, most = (part[name].item() for name in names)
-            heading = f"{parameter} ({IDENTIFIED_UNIT[parameter] or 'of the half-stroke'})"
-            ends = ends_text(low, high)
-            table.add_row(cylinder, heading, significant(estimate), ends, f"{least:g} to {most:g}")
-    yield table
-    table = Table("cylinder", "rms fitted", "rms scored", "r(M, k_f)", "widening", "evaluations")
-    for cylinder in cylinders:
-        part = identified.sel(cylinder=cylinder)
+    cylinders = [(name, identified.sel(cylinder=name)) for name in identified["cylinder"].values]
+
+    rows: list[Sequence[str]] = []
+    for (cylinder, of_cylinder), parameter in itertools.product(cylinders, identified["parameter"].values):
+        part = of_cylinder.sel(parameter=parameter)
+        names = ("estimate", "low", "high", "bound_low", "bound_high")
+        estimate, low, high, least, most = (part[name].item() for name in names)
+        heading = f"{parameter} ({IDENTIFIED_UNIT[parameter] or 'of the half-stroke'})"
+        rows.append(
+            [cylinder, heading, significant(estimate), ends_text(low, high), f"{least:g} to {most:g}"]
+        )
+    yield _table("Table 5", ("cylinder", "parameter", "estimate", "95 % interval", "searched"), rows)
+
+    rows = []
+    for cylinder, part in cylinders:
         rms = (f"{part[key].item():.2%}" for key in ("fitted_rms", "scored_rms"))
         others = (f"{part[key].item():.2f}" for key in ("correlation", "widening"))
-        table.add_row(cylinder, *rms, *others, str(part["evaluations"].item()))
-    yield table
+        rows.append([cylinder, *rms, *others, str(part["evaluations"].item())])
+    yield _table("", ("cylinder", "rms fitted", "rms scored", "r(M, k_f)", "widening", "evaluations"), rows)
     if "amplitude" not in identified:
         return
-    table = Table("cylinder", "amplitude (V)", "95 % interval", title="Table 7")
-    for cylinder in cylinders:
-        part = identified.sel(cylinder=cylinder)
-        ends = ends_text(part["amplitude_low"].item(), part["amplitude_high"].item())
-        table.add_row(cylinder, significant(part["amplitude"].item()), ends)
-    yield table
-    table = Table("signals", "rms Table 7", "rms Table 9", "amplitudes D, E (V)")
+
+    rows = []
+    for cylinder, part in cylinders:
+        amplitude, low, high = (part[f"amplitude{end}"].item() for end in ("", "_low", "_high"))
+        rows.append([cylinder, significant(amplitude), ends_text(low, high)])
+    yield _table("Table 7", ("cylinder", "amplitude (V)", "95 % interval"), rows)
+
+    rows = []
     for transport in identified["transport"].values:
         part = identified.sel(transport=transport)
         amplitudes = ", ".join(significant(value) for value in part["transport_amplitude"].values)
-        rms = (f"{value:.4f}" for value in part["transport_rms"].values)
-        table.add_row(SAMPLING.get(transport, transport), *rms, amplitudes)
-    yield table
-    table = Table("experiment", "settling run ends (s)", "about as well", "rms", title="Table 5, closed loop")
-    for name in identified["stopped"].values:
-        part = identified.sel(stopped=name)
-        stop, low, high, misfit = (
-            part[f"settling_stop{end}"].item() for end in ("", "_low", "_high", "_misfit")
+        rows.append(
+            [SAMPLING[transport], *(f"{rms:.4f}" for rms in part["transport_rms"].values), amplitudes]
         )
-        table.add_row(name, significant(stop), ends_text(low, high), f"{misfit:.2%}")
-    yield table
+    yield _table("", ("signals", "rms Table 7", "rms Table 9", "amplitudes D, E (V)"), rows)
+
+    rows = []
+    for name in identified["stopped"].values:
+        ends = ("", "_low", "_high", "_misfit")
+        stop, low, high, misfit = (identified[f"settling_stop{end}"].sel(stopped=name).item() for end in ends)
+        rows.append([name, significant(stop), ends_text(low, high), f"{misfit:.2%}"])
+    yield _table(
+        "Table 5, closed loop", ("experiment", "settling run ends (s)", "about as well", "rms"), rows
+    )
 
 
 # --- pneumo paper ensemble -------------------------------------------------------------------------
@@ -260,38 +263,36 @@ def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
 
 def ratio_table(ensemble: xr.Dataset) -> Table:
     """Ratios of mean square errors of ``results/ensemble.nc`` per level, with intervals, in 80 columns."""
-    title = "Ratio of mean square errors, [95 % interval]; seed: what one seed resolves"
+    title = "Ratio of mean square errors, [95 % interval]; seed: smallest change that one seed shows"
     table = Table("models", "level", "average", title=title, box=box.SIMPLE_HEAD, padding=0)
     for head in STUDY_SAMPLING.values():
         table.add_column(head.replace("signals as ", "signals as\n"), justify="right", no_wrap=True)
         table.add_column("seed", justify="right")
-    for ratio in ensemble["ratio"].values:
-        for level in ensemble["level"].values:
-            for averaged, average_head in AVERAGES.items():
-                cells = []
-                for transport in STUDY_SAMPLING:
-                    at = ensemble.sel(ratio=ratio, level=level, averaged=averaged, transport=transport)
-                    names = ("value", "low", "high", "resolvable")
-                    value, low, high, least = (at[f"ratio_{name}"].item() for name in names)
-                    cells += [f"{value:.3f} [{low:.3f}, {high:.3f}]", f"{100 * (least - 1):.0f} %"]
-                table.add_row(ratio, level, average_head.removesuffix(" mean"), *cells)
+    dimensions = (ensemble["ratio"].values, ensemble["level"].values, AVERAGES.items())
+    for ratio, level, (averaged, head) in itertools.product(*dimensions):
+        cells: list[str] = []
+        for transport in STUDY_SAMPLING:
+            at = ensemble.sel(ratio=ratio, level=level, averaged=averaged, transport=transport)
+            names = ("value", "low", "high", "resolvable")
+            value, low, high, least = (at[f"ratio_{name}"].item() for name in names)
+            cells += [f"{value:.3f} [{low:.3f}, {high:.3f}]", f"{100 * (least - 1):.0f} %"]
+        table.add_row(ratio, level, head.removesuffix(" mean"), *cells)
     return table
 
 
 def probability_table(ensemble: xr.Dataset, transport: str, level: str) -> Table:
-    """How often each model from M5 on has the lower error than another, by the three criteria."""
-    models = ensemble["model"].values[4:]
+    """Fraction of seed sets in which each refined model has the lower error than another, by criterion."""
+    models = REFINED_MODELS
     sets = ensemble["seed_sets"].item()
     title = f"Of {sets} seed sets, per cent in which the row beats the column; {STUDY_SAMPLING[transport]}"
     caption = "* difference not significant (Holm, 5 %)"
     table = Table("criterion", "model", *models, title=f"{title}, {level}", caption=caption)
-    for criterion in CRITERIA:
-        here = ensemble.sel(criterion=criterion, transport=transport, level=level)
-        for model in models:
-            cells = []
-            for other in models:
-                at = here.sel(model=model, other=other)
-                mark = "" if at["resolved"].item() else " *"
-                cells.append("" if model == other else f"{100 * at['probability'].item():.0f}{mark}")
-            table.add_row(criterion, model, *cells)
+    for criterion, model in itertools.product(CRITERIA, models):
+        here = ensemble.sel(criterion=criterion, transport=transport, level=level, model=model)
+        cells: list[str] = []
+        for other in models:
+            at = here.sel(other=other)
+            mark = "" if at["resolved"].item() else " *"
+            cells.append("" if model == other else f"{100 * at['probability'].item():.0f}{mark}")
+        table.add_row(criterion, model, *cells)
     return table

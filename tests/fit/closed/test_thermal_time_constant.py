@@ -30,7 +30,7 @@ def test_steps_give_back_the_mass_volume_and_conductance_of_an_exponential_recor
     assert (found.m, found.V_d, found.k_av) == pytest.approx((m, V_d, k), rel=1e-9)
     # Two end faces and the mantle of the plain cylinder that holds V_f.
     assert found.A_q == pytest.approx(2 * area + np.pi * bore * found.V_f / area, rel=1e-12)
-    # At P_0 and T_0 throughout, the law of the root changes nothing.
+    # At P_0 and T_0 throughout, the square-root law changes nothing.
     assert found.lambda_0 == found.lambda_av and found.k_0 == pytest.approx(k, rel=1e-9)
 
 
@@ -42,7 +42,7 @@ def test_the_held_chamber_follows_the_exact_solution():
     at_rest = example.LAMBDA_0 * example.WALL_AREA * ratio**0.5
     m = P_f * VOLUME / (example.R * example.T_AMB)
     tau = m * example.R / (example.GAMMA - 1) / at_rest
-    # By the law of the root P T is proportional to T^2, and T follows the logistic equation.
+    # By the square-root law P T is proportional to T^2, and T follows the logistic equation.
     np.testing.assert_allclose(P_f / (1 - (1 - P_f / P[0]) * np.exp(-t / tau)), P, rtol=1e-6)
 
 
