@@ -88,7 +88,8 @@ def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[st
         for ax, names in zip(row, levels.values(), strict=True):
             ax.set_yscale("log")
             inside = np.isin(mse["experiment"], names)
-            mean = mse.sel(experiment=inside).mean("experiment", skipna=False)  # of none: NaN
+            chosen = mse.sel(experiment=inside) if inside.any() else mse.isel(experiment=[0]) * np.nan
+            mean = chosen.mean("experiment", skipna=False)
             for model, look in MODEL_LOOKS.items():
                 keywords = look.line() if model in WITHOUT_N else look.points() | {"markersize": 3.4}
                 ax.plot(mean["n"], mean.sel(model=model), label=symbol(model), **keywords)
