@@ -31,8 +31,8 @@ class UnknownConductance(NamedTuple):
     factor: float
     k_0: float  # W/K, as assumed; NaN where experiments differ
     models: tuple[RobustModel, ...]  # lowest worst case first
-    # Pa, lowest RMS error at each k_0, the worst of them: for each k_0 the best model, n, and k_0 of the model
-    # (the true or the assumed one).
+    # Pa, the largest over k_0 of the lowest RMS error at that k_0: the best model, n, and conductance of the
+    # model (true or assumed) are chosen at each.
     known: float
 
     def model(self, name: str) -> RobustModel:
