@@ -22,13 +22,18 @@ def _number(value: Any) -> Any:
 
 
 Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
-Share = Annotated[Number, Field(gt=0, lt=1)]
+Fraction = Annotated[Number, Field(gt=0, lt=1)]
 Seconds = Annotated[Number, Field(gt=0, le=1e5)]
 Frequency = Annotated[Number, Field(gt=0, le=1e4)]
 Level = Annotated[Number, Field(ge=-100, le=100)]
 Conductance = Annotated[Number, Field(ge=0, le=1e4)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")]
 Count = Annotated[int, BeforeValidator(_number)]
+
+
+def _key(meaning: str, default: Any = ..., **limits: Any) -> Any:
+    """Key of the configuration: its meaning, its default if it has one, and its limits."""
+    return Field(default, description=meaning, **limits)
 
 
 def _listed(names: Iterable[Any]) -> str:
@@ -43,40 +48,40 @@ def _conflict(value: Any, condition: str, *fields: tuple[str, ...]) -> PydanticC
     return PydanticCustomError("conflict", "{condition}", context)
 
 
-def _missing(field: str, alternative: str, *others: str) -> PydanticCustomError:
-    """Error of a key that is missing, as are the others that may replace it."""
-    return _conflict(None, alternative, (field,), *((other,) for other in others))
-
-
 LONGEST = 20_000_000  # steps of a run: 1 GB of states
 
 
 class _Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
+    def _exactly_one(self, key: str, other: str, other_in_words: str = "") -> None:
+        """Refuse a section that has neither or both of two keys."""
+        value, words = getattr(self, key), other_in_words or other
+        if (value is None) == (getattr(self, other) is None):
+            condition = f"or give {words}" if value is None else f"conflicts with {words}; give only one"
+            raise _conflict(value, condition, (key,), (other,))
+
 
 class GasSection(_Section):
     """Air as a perfect gas, and the two printed constants of eq (1)."""
 
-    R_J_per_kgK: Number = Field(gt=0, le=5000, description="gas constant R")
-    gamma: Number = Field(ge=1.05, le=1.67, description="ratio of specific heats")
-    sonic_coefficient: Literal["exact"] | Share = Field(
-        description="factor of the sonic branch of eq (1), s K^0.5/m, or exact"
+    R_J_per_kgK: Number = _key("gas constant R", gt=0, le=5000)
+    gamma: Number = _key("ratio of specific heats", ge=1.05, le=1.67)
+    sonic_coefficient: Literal["exact"] | Fraction = _key(
+        "factor of the sonic branch of eq (1), s K^0.5/m, or exact"
     )
-    critical_ratio: Literal["exact"] | Share = Field(
-        description="P_d/P_u at which flow becomes sonic, or exact"
-    )
+    critical_ratio: Literal["exact"] | Fraction = _key("P_d/P_u at which flow becomes sonic, or exact")
 
 
 class SupplySection(_Section):
     """Supply and surroundings."""
 
-    P_s_Pa: Number = Field(gt=0, le=5e6, description="absolute supply pressure, above P_atm_Pa")
-    P_atm_Pa: Number = Field(gt=0, le=2e5, description="atmospheric pressure")
-    T_amb_K: Number = Field(ge=150, le=500, description="temperature of walls and surroundings")
-    T_in_K: Number = Field(ge=150, le=500, description="temperature of incoming air")
-    P_0_per_P_s: Literal["half-bridge"] | Share = Field(
-        description="equilibrium over supply pressure, or half-bridge to solve Appendix 2"
+    P_s_Pa: Number = _key("absolute supply pressure, above P_atm_Pa", gt=0, le=5e6)
+    P_atm_Pa: Number = _key("atmospheric pressure", gt=0, le=2e5)
+    T_amb_K: Number = _key("temperature of walls and surroundings", ge=150, le=500)
+    T_in_K: Number = _key("temperature of incoming air", ge=150, le=500)
+    P_0_per_P_s: Literal["half-bridge"] | Fraction = _key(
+        "equilibrium over supply pressure, or half-bridge to solve Appendix 2"
     )
 
     @model_validator(mode="after")
@@ -90,11 +95,10 @@ class SupplySection(_Section):
 class LoopSection(_Section):
     """How the replays of the paper read the signals of a loop: by samples."""
 
-    replays_read: Literal["linear", "hold", "hold_next"] = Field(
-        "linear",
-        description="samples are interpolated; held for a step; held, the step's last stage reads the next",
+    replays_read: Literal["linear", "hold", "hold_next"] = _key(
+        "samples are interpolated; held for a step; held, the step's last stage reads the next", "linear"
     )
-    lag_s: Number = Field(0.0, ge=0, le=1, description="delay of interpolated signals")
+    lag_s: Number = _key("delay of interpolated signals", 0.0, ge=0, le=1)
 
     @model_validator(mode="after")
     def _lag_beside_interpolation(self) -> Self:
@@ -107,114 +111,98 @@ class LoopSection(_Section):
 class OpenLoopSection(LoopSection):
     """Two-valued sequence of the open-loop runs."""
 
-    amplitude_V: Number = Field(gt=0, le=1000, description="magnitude of the command")
-    reverse_at: Number = Field(
-        gt=0, le=1, description="fraction of the half-stroke at which the sign is reversed"
+    amplitude_V: Number = _key("magnitude of the command", gt=0, le=1000)
+    reverse_at: Number = _key("fraction of the half-stroke at which the sign is reversed", gt=0, le=1)
+    reversal: Literal["forced", "toggled"] = _key(
+        "forced: inward while the piston is beyond; toggled: it keeps its reversed sign", "forced"
     )
-    reversal: Literal["forced", "toggled"] = Field(
-        "forced",
-        description="forced: inward while the piston is beyond; toggled: it keeps its reversed sign",
-    )
-    reversal_tested: Literal["each stage", "each step"] = Field(
-        "each stage", description="when the position is compared with that fraction"
+    reversal_tested: Literal["each stage", "each step"] = _key(
+        "when the position is compared with that fraction", "each stage"
     )
 
 
 class ClosedLoopSection(LoopSection):
     """Random position reference and proportional controller of the closed-loop runs."""
 
-    variance_m2: Annotated[Number, Field(gt=0, le=10)] | None = Field(
-        None, description="variance of the position reference; or give amplitude_mm"
+    variance_m2: Number | None = _key(
+        "variance of the position reference; or give amplitude_mm", None, gt=0, le=10
     )
-    amplitude_mm: Annotated[Number, Field(gt=0, le=5000)] | None = Field(
-        None, description="standard deviation of the position reference, or amplitude of a sweep or of steps"
+    amplitude_mm: Number | None = _key(
+        "standard deviation of the position reference, or amplitude of a sweep or of steps",
+        None,
+        gt=0,
+        le=5000,
     )
-    k_p_V_per_m: Number = Field(gt=0, le=1e6, description="proportional gain")
+    k_p_V_per_m: Number = _key("proportional gain", gt=0, le=1e6)
 
     @model_validator(mode="after")
     def _one_amplitude(self) -> Self:
-        if self.variance_m2 is None and self.amplitude_mm is None:
-            raise _missing("amplitude_mm", "or give variance_m2", "variance_m2")
-        if self.variance_m2 is not None and self.amplitude_mm is not None:
-            condition = "conflicts with variance_m2; give only one"
-            raise _conflict(self.amplitude_mm, condition, ("amplitude_mm",), ("variance_m2",))
+        self._exactly_one("amplitude_mm", "variance_m2")
         return self
 
 
 class SettlingSection(_Section):
     """Force and end stop of the settling-time runs."""
 
-    force_N: Number = Field(lt=0, ge=-1e6, description="external force (negative: towards the stop)")
-    stop_mm: Number = Field(lt=0, ge=-5000, description="position of the end stop, inside the half-stroke")
-    closed_loop_leak: Number = Field(
-        0.0, ge=0, le=0.1, description="leak of the valve in closed loop, as a fraction of its full opening"
+    force_N: Number = _key("external force (negative: towards the stop)", lt=0, ge=-1e6)
+    stop_mm: Number = _key("position of the end stop, inside the half-stroke", lt=0, ge=-5000)
+    closed_loop_leak: Number = _key(
+        "leak of the valve in closed loop, as a fraction of its full opening", 0.0, ge=0, le=0.1
     )
 
 
 class ValveSection(_Section):
     """A valve by its catalogue: flow by ISO 6358, conductance C and critical ratio b at full opening."""
 
-    C_dm3_per_sbar: Number = Field(
-        gt=0, le=1000, description="sonic conductance C from supply to chamber at u_max_V"
-    )
-    b: Number = Field(gt=0, lt=1, description="critical pressure ratio; take 0.3 if the catalogue has none")
-    exhaust_ratio: Number = Field(
-        1.0, gt=0, le=10, description="C from chamber to exhaust over C from supply to chamber"
-    )
-    leak_dm3_per_sbar: Number = Field(0.0, ge=0, le=100, description="sonic conductance of each closed path")
+    C_dm3_per_sbar: Number = _key("sonic conductance C from supply to chamber at u_max_V", gt=0, le=1000)
+    b: Number = _key("critical pressure ratio; take 0.3 if the catalogue has none", gt=0, lt=1)
+    exhaust_ratio: Number = _key("C from chamber to exhaust over C from supply to chamber", 1.0, gt=0, le=10)
+    leak_dm3_per_sbar: Number = _key("sonic conductance of each closed path", 0.0, ge=0, le=100)
 
 
 class CylinderSection(_Section):
     """A cylinder with its load, its valve and the signals that excite it."""
 
-    bore_mm: Number = Field(gt=0, le=1000, description="diameter phi")
-    stroke_mm: Number = Field(gt=0, le=10000, description="stroke l")
-    rod_mm: Number = Field(
-        0.0, ge=0, le=1000, description="diameter of a single rod, in chamber B; 0: no rod"
-    )
-    dead_volume_m3: Annotated[Number, Field(gt=0, le=1)] | None = Field(
-        None, description="dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out"
+    bore_mm: Number = _key("diameter phi", gt=0, le=1000)
+    stroke_mm: Number = _key("stroke l", gt=0, le=10000)
+    rod_mm: Number = _key("diameter of a single rod, in chamber B; 0: no rod", 0.0, ge=0, le=1000)
+    dead_volume_m3: Number | None = _key(
+        "dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out", None, gt=0, le=1
     )
     # Left out of the hash if not given: older configurations keep their hash.
-    dead_volume_B_m3: Annotated[Number, Field(gt=0, le=1)] | None = Field(
+    dead_volume_B_m3: Number | None = _key(
+        "dead volume of chamber B, if it differs from that of A",
         None,
         exclude_if=lambda value: value is None,
-        description="dead volume of chamber B, if it differs from that of A",
+        gt=0,
+        le=1,
     )
-    mass_kg: Number = Field(gt=0, le=1e5, description="moving mass M with load")
-    friction_Ns_per_m: Number = Field(ge=0, le=1e6, description="viscous friction coefficient k_f")
-    coulomb_N: Number = Field(0.0, ge=0, le=1e6, description="Coulomb friction")
-    incline_deg: Number = Field(
-        0.0, ge=-90, le=90, description="angle by which chamber A lifts the mass; 90: straight up"
+    mass_kg: Number = _key("moving mass M with load", gt=0, le=1e5)
+    friction_Ns_per_m: Number = _key("viscous friction coefficient k_f", ge=0, le=1e6)
+    coulomb_N: Number = _key("Coulomb friction", 0.0, ge=0, le=1e6)
+    incline_deg: Number = _key("angle by which chamber A lifts the mass; 90: straight up", 0.0, ge=-90, le=90)
+    load_N: Number = _key("constant force, positive where it enlarges chamber A", 0.0, ge=-1e6, le=1e6)
+    k_x_k_u_m2_per_V: Number | None = _key(
+        "valve area per volt, with the flow of eq (1); or give the section valve", None, gt=0, le=1e-2
     )
-    load_N: Number = Field(
-        0.0, ge=-1e6, le=1e6, description="constant force, positive where it enlarges chamber A"
-    )
-    k_x_k_u_m2_per_V: Annotated[Number, Field(gt=0, le=1e-2)] | None = Field(
-        None, description="valve area per volt, with the flow of eq (1); or give the section valve"
-    )
-    valve: ValveSection | None = Field(None, description="a valve by its catalogue")
-    u_max_V: Number = Field(gt=0, le=1000, description="limit of the command")
-    k_0_factor: Annotated[Number, Field(ge=1, le=100)] | None = Field(
+    valve: ValveSection | None = _key("a valve by its catalogue", None)
+    u_max_V: Number = _key("limit of the command", gt=0, le=1000)
+    k_0_factor: Number | None = _key(
+        "pneumo study: factor within which k_0 is known; default 2, or that of the catalogue",
         None,
         exclude_if=lambda value: value is None,
-        description="pneumo study: factor within which k_0 is known; default 2, or that of the catalogue",
+        ge=1,
+        le=100,
     )
-    seed: Count = Field(ge=0, lt=2**32, description="seed of the Random Number block")
-    sample_time_s: Number = Field(gt=0, le=1000, description="time between draws")
-    open_loop: OpenLoopSection | None = Field(None, description="for experiments in open loop")
-    closed_loop: ClosedLoopSection | None = Field(None, description="for experiments in closed loop")
-    settling: SettlingSection | None = Field(
-        None, description="for settling runs, which only the paper's study makes"
-    )
+    seed: Count = _key("seed of the Random Number block", ge=0, lt=2**32)
+    sample_time_s: Number = _key("time between draws", gt=0, le=1000)
+    open_loop: OpenLoopSection | None = _key("for experiments in open loop", None)
+    closed_loop: ClosedLoopSection | None = _key("for experiments in closed loop", None)
+    settling: SettlingSection | None = _key("for settling runs, which only the paper's study makes", None)
 
     @model_validator(mode="after")
     def _one_valve_and_parts_that_fit(self) -> Self:
-        if self.k_x_k_u_m2_per_V is None and self.valve is None:
-            raise _missing("k_x_k_u_m2_per_V", "or give the section valve", "valve")
-        if self.k_x_k_u_m2_per_V is not None and self.valve is not None:
-            condition = "conflicts with the section valve; give only one"
-            raise _conflict(self.k_x_k_u_m2_per_V, condition, ("k_x_k_u_m2_per_V",), ("valve",))
+        self._exactly_one("k_x_k_u_m2_per_V", "valve", "the section valve")
         if self.rod_mm >= self.bore_mm:
             condition = f"must be below bore_mm = {self.bore_mm:g}"
             raise _conflict(self.rod_mm, condition, ("rod_mm",), ("bore_mm",))
@@ -230,20 +218,18 @@ class SignalSection(_Section):
     Its amplitude is that of the loop's section, in V or in mm.
     """
 
-    kind: Literal["prbs", "gaussian", "sweep", "steps", "csv"] = Field(
-        description="two-valued or normal random numbers, a sine of rising frequency, steps, a file"
+    kind: Literal["prbs", "gaussian", "sweep", "steps", "csv"] = _key(
+        "two-valued or normal random numbers, a sine of rising frequency, steps, a file"
     )
-    from_Hz: Frequency | None = Field(None, description="sweep: frequency at the start")
-    to_Hz: Frequency | None = Field(None, description="sweep: frequency at the end")
-    levels: Annotated[list[Level], Field(min_length=1, max_length=1000)] | None = Field(
-        None, description="steps: levels as multiples of the amplitude, repeated to the end"
+    from_Hz: Frequency | None = _key("sweep: frequency at the start", None)
+    to_Hz: Frequency | None = _key("sweep: frequency at the end", None)
+    levels: Annotated[list[Level], Field(min_length=1, max_length=1000)] | None = _key(
+        "steps: levels as multiples of the amplitude, repeated to the end", None
     )
-    hold_s: Seconds | None = Field(None, description="steps: length of each; csv: time between rows")
-    file: str | None = Field(
-        None, description="csv: path from the working directory; its first row names the columns"
-    )
-    column: str | None = Field(
-        None, description="csv: column with the command, V, in open loop, or the reference, m, in closed loop"
+    hold_s: Seconds | None = _key("steps: length of each; csv: time between rows", None)
+    file: str | None = _key("csv: path from the working directory; its first row names the columns", None)
+    column: str | None = _key(
+        "csv: column with the command, V, in open loop, or the reference, m, in closed loop", None
     )
 
     @model_validator(mode="after")
@@ -256,7 +242,7 @@ class SignalSection(_Section):
         for key in ("from_Hz", "to_Hz", "levels", "hold_s", "file", "column"):
             value = getattr(self, key)
             if key in wanted and value is None:
-                raise _missing(key, f"for kind: {self.kind}")
+                raise _conflict(None, f"for kind: {self.kind}", (key,))
             if key not in wanted and value is not None:
                 raise _conflict(value, f"not allowed with kind: {self.kind}", (key,), ("kind",))
         return self
@@ -265,84 +251,66 @@ class SignalSection(_Section):
 class ExperimentSection(_Section):
     """One experiment: which cylinder, which loop, how much wall heat, how long."""
 
-    cylinder: str = Field(
-        description="name of one of the cylinders; not with a table: each experiment runs on every row"
-    )
-    loop: Literal["open", "closed"] = Field(description="open loop, or proportional position control")
-    signal: SignalSection | None = Field(None, description="signal, if not the loop's default")
-    k_0_W_per_K: Literal["catalogue"] | Conductance | None = Field(
-        None,
-        description="thermal conductance of a chamber's wall at equilibrium; catalogue: estimated from"
+    cylinder: str = _key("name of one of the cylinders; not with a table: each experiment runs on every row")
+    loop: Literal["open", "closed"] = _key("open loop, or proportional position control")
+    signal: SignalSection | None = _key("signal, if not the loop's default", None)
+    k_0_W_per_K: Literal["catalogue"] | Conductance | None = _key(
+        "thermal conductance of a chamber's wall at equilibrium; catalogue: estimated from"
         " measured cylinders; or give lambda_0_W_per_m2K",
-    )
-    lambda_0_W_per_m2K: Annotated[Number, Field(ge=0, le=1e5)] | None = Field(
         None,
-        description="heat transfer coefficient at equilibrium: k_0 over the heat transfer area in mid-stroke",
     )
-    duration_s: Seconds = Field(description="length of the full-order run")
-    settling_stop_s: Seconds | None = Field(
-        None, description="settling run: time after release at which it ends; default: once settled"
+    lambda_0_W_per_m2K: Number | None = _key(
+        "heat transfer coefficient at equilibrium: k_0 over the heat transfer area in mid-stroke",
+        None,
+        ge=0,
+        le=1e5,
     )
-    pressure_stride: Count = Field(
-        10, ge=1, le=10**6, description="steps between stored pressures of replays"
+    duration_s: Seconds = _key("length of the full-order run")
+    settling_stop_s: Seconds | None = _key(
+        "settling run: time after release at which it ends; default: once settled", None
     )
+    pressure_stride: Count = _key("steps between stored pressures of replays", 10, ge=1, le=10**6)
 
     @model_validator(mode="after")
     def _one_conductance(self) -> Self:
-        if self.k_0_W_per_K is None and self.lambda_0_W_per_m2K is None:
-            raise _missing("k_0_W_per_K", "or give lambda_0_W_per_m2K", "lambda_0_W_per_m2K")
-        if self.k_0_W_per_K is not None and self.lambda_0_W_per_m2K is not None:
-            condition = "conflicts with k_0_W_per_K; give only one"
-            raise _conflict(self.lambda_0_W_per_m2K, condition, ("lambda_0_W_per_m2K",), ("k_0_W_per_K",))
+        keys = ("k_0_W_per_K", "lambda_0_W_per_m2K")  # the error names the first if both are missing
+        self._exactly_one(*(keys if self.k_0_W_per_K is None else keys[::-1]))
         return self
 
 
 class RunSection(_Section):
     """Which experiments run, how long at most, how often, and how many cylinders of a table in one job."""
 
-    experiments: Literal["all"] | Annotated[list[str], Field(min_length=1)] = Field(
-        default="all", description="names of the experiments to run, or all"
+    experiments: Literal["all"] | Annotated[list[str], Field(min_length=1)] = _key(
+        "names of the experiments to run, or all", "all"
     )
-    duration_limit_s: Seconds | None = Field(
-        default=None, description="full-order runs are cut to this length"
-    )
-    seeds: Count = Field(
-        default=5, ge=1, le=1000, description="pneumo study: runs of each experiment, each with its own seed"
-    )
-    block_size: Count = Field(
-        default=50, ge=1, le=10**6, description="table of cylinders: cylinders in one job of the workflow"
-    )
+    duration_limit_s: Seconds | None = _key("full-order runs are cut to this length", None)
+    seeds: Count = _key("pneumo study: runs of each experiment, each with its own seed", 5, ge=1, le=1000)
+    block_size: Count = _key("table of cylinders: cylinders in one job of the workflow", 50, ge=1, le=10**6)
 
 
 class Configuration(_Section):
     """The whole configuration of a study."""
 
-    name: str = Field(pattern=r"^[\w-]{1,40}$", description="name of the study")
+    name: str = _key("name of the study", pattern=r"^[\w-]{1,40}$")
     gas: GasSection
     supply: SupplySection
-    cylinders: dict[Name, CylinderSection] = Field(
-        min_length=1,
-        description="cylinders by name; or the path of a table, CSV or Parquet, relative to this file",
+    cylinders: dict[Name, CylinderSection] = _key(
+        "cylinders by name; or the path of a table, CSV or Parquet, relative to this file", min_length=1
     )
-    experiments: dict[Name, ExperimentSection] = Field(min_length=1, description="experiments by name")
-    levels: dict[Name, list[Conductance]] = Field(
-        default_factory=dict, min_length=1, description="conductances k_0, W/K, of each heat-transfer level"
+    experiments: dict[Name, ExperimentSection] = _key("experiments by name", min_length=1)
+    levels: dict[Name, list[Conductance]] = _key(
+        "conductances k_0, W/K, of each heat-transfer level", default_factory=dict, min_length=1
     )
-    n: list[Annotated[Number, Field(gt=0, le=3)]] = Field(
-        min_length=1, max_length=1000, description="polytropic indices of the grid, increasing"
+    n: list[Annotated[Number, Field(gt=0, le=3)]] = _key(
+        "polytropic indices of the grid, increasing", min_length=1, max_length=1000
     )
-    step_s: Number = Field(ge=1e-7, le=1, description="integration step")
-    most_halvings: Count = Field(
-        MOST_HALVINGS,
-        ge=0,
-        le=MOST_HALVINGS,
-        description="how often a step that fails or is not accurate is halved",
+    step_s: Number = _key("integration step", ge=1e-7, le=1)
+    most_halvings: Count = _key(
+        "how often a step that fails or is not accurate is halved", MOST_HALVINGS, ge=0, le=MOST_HALVINGS
     )
-    stationary_tolerance: Number = Field(
-        0.002,
-        gt=0,
-        lt=1,
-        description="relative change over one thermal time constant below which a run is at rest",
+    stationary_tolerance: Number = _key(
+        "relative change over one thermal time constant below which a run is at rest", 0.002, gt=0, lt=1
     )
     run: RunSection = RunSection()
 
@@ -369,7 +337,7 @@ class Configuration(_Section):
             condition = "reserved for Table 7's average; choose another name"
             raise _conflict("overall", condition, ("levels", "overall"))
         for before, after in itertools.pairwise(self.n):
-            if not before < after:
+            if before >= after:
                 raise _conflict(self.n, f"must increase, and {after:g} follows {before:g}", ("n",))
         for name, experiment in self.experiments.items():
             duration = min(experiment.duration_s, self.run.duration_limit_s or experiment.duration_s)
