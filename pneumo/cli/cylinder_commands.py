@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer import Argument, Option
 
-from pneumo.cli.options import configured_study, read_configuration
+from pneumo.cli.options import Threads, configured_study, output_to, read_configuration
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -17,12 +18,12 @@ if TYPE_CHECKING:
 
 
 def init(
-    file: Annotated[Path, typer.Argument(help="file to write")] = Path("cylinder.yaml"),
+    file: Annotated[Path, Argument(help="file to write")] = Path("cylinder.yaml"),
     table: Annotated[
-        bool, typer.Option("--table", help="put the cylinders in a table: a CSV file of the same name")
+        bool, Option("--table", help="put the cylinders in a table: a CSV file of the same name")
     ] = False,
     source: Annotated[
-        Path | None, typer.Option("--from", help="copy this configuration, such as fitted.yaml of a fit")
+        Path | None, Option("--from", help="copy this configuration, such as fitted.yaml of a fit")
     ] = None,
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""
@@ -43,7 +44,7 @@ def init(
 
 
 def check(
-    files: Annotated[list[Path], typer.Argument(help="configuration; later files override earlier ones")],
+    files: Annotated[list[Path], Argument(help="configuration; later files override earlier ones")],
 ) -> None:
     """Check a configuration and list its experiments."""
     from pneumo.selection.plants import study_notes
@@ -59,28 +60,22 @@ def check(
 
 def study(
     files: Annotated[
-        list[Path] | None, typer.Argument(help="configuration; later files override earlier ones")
+        list[Path] | None, Argument(help="configuration; later files override earlier ones")
     ] = None,
-    cylinder: Annotated[
-        list[str] | None, typer.Option(help="only this cylinder; may be repeated [all]")
-    ] = None,
+    cylinder: Annotated[list[str] | None, Option(help="only this cylinder; may be repeated [all]")] = None,
     experiment: Annotated[
-        list[str] | None, typer.Option(help="only this experiment; may be repeated [all]")
+        list[str] | None, Option(help="only this experiment; may be repeated [all]")
     ] = None,
     seeds: Annotated[
         int | None,
-        typer.Option(min=1, max=1000, help="runs of each experiment, each with its own seed [run.seeds]"),
+        Option(min=1, max=1000, help="runs of each experiment, each with its own seed [run.seeds]"),
     ] = None,
-    threads: Annotated[int, typer.Option(min=1, help="parallel runs; the result does not depend on it")] = 2,
+    threads: Threads = 2,
     stored: Annotated[
         Path | None,
-        typer.Option(
-            "--from", help="folder of a fleet's results: write the page of one --cylinder from them"
-        ),
+        Option("--from", help="folder of a fleet's results: write the page of one --cylinder from them"),
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="folder for study.html and study.nc [study-NAME]")
-    ] = None,
+    output: Annotated[Path | None, output_to("folder for study.html and study.nc [study-NAME]")] = None,
 ) -> None:
     """Rank all models on your cylinder and recommend one."""
     from pneumo.errors import InputError

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
+from typer import Argument, Option
 
-from pneumo.cli.options import Config, Cylinder, read_configuration
+from pneumo.cli.options import Config, Cylinder, output_to, read_configuration
 from pneumo.fit.fitted_parameters import CAUSES
 from pneumo.fit.record.formats import FORMATS
 
@@ -17,48 +18,37 @@ READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 
 def fit(
     measurement: Annotated[
-        Path,
-        typer.Argument(help=f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}"),
+        Path, Argument(help=f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}")
     ],
     cylinder: Cylinder = None,
     config: Config = None,
     columns: Annotated[
         Path | None,
-        typer.Option(
-            help="YAML file with the columns' names and units: `P_A: {column: name, unit: kPa}` ..."
-        ),
+        Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: kPa}` ..."),
     ] = None,
-    model: Annotated[
-        list[str] | None, typer.Option(help="one of `pneumo models`; may be repeated [all]")
-    ] = None,
+    model: Annotated[list[str] | None, Option(help="one of `pneumo models`; may be repeated [all]")] = None,
     x_from: Annotated[
-        Literal["mid", "end"], typer.Option(help="where x is zero: in mid-stroke or at chamber A's end")
+        Literal["mid", "end"], Option(help="where x is zero: in mid-stroke or at chamber A's end")
     ] = "mid",
     command: Annotated[
-        Literal["held", "linear"], typer.Option(help="command between two samples: held or linear")
+        Literal["held", "linear"], Option(help="command between two samples: held or linear")
     ] = "held",
     part: Annotated[
-        float, typer.Option(min=0.2, max=0.9, help="fraction of the record to fit; the rest is held out")
+        float, Option(min=0.2, max=0.9, help="fraction of the record to fit; the rest is held out")
     ] = 0.6,
-    trust: Annotated[
-        bool, typer.Option("--trust", help="skip the check for swapped or wrong columns")
-    ] = False,
+    trust: Annotated[bool, Option("--trust", help="skip the check for swapped or wrong columns")] = False,
     also: Annotated[
         list[str] | None,
-        typer.Option(help=f"possible cause of a poor fit, fitted too: {', '.join(CAUSES)}; may be repeated"),
+        Option(help=f"possible cause of a poor fit, fitted too: {', '.join(CAUSES)}; may be repeated"),
     ] = None,
     closed: Annotated[
         Literal["A", "B", "both"] | None,
-        typer.Option(
+        Option(
             help="both: fit thermal laws to closed chambers; A or B: k_0 from one chamber's transient alone"
         ),
     ] = None,
-    closed_from: Annotated[
-        float, typer.Option(min=0.0, help="time from which the chambers are closed, s")
-    ] = 0.0,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="folder for fit.html, fit.nc, fitted.yaml")
-    ] = None,
+    closed_from: Annotated[float, Option(min=0.0, help="time from which the chambers are closed, s")] = 0.0,
+    output: Annotated[Path | None, output_to("folder for fit.html, fit.nc, fitted.yaml")] = None,
 ) -> None:
     """Fit models to a measured record: k_0, n, valve, dead volumes.
 

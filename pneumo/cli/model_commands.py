@@ -7,37 +7,32 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
+from typer import Option
 
-from pneumo.cli.options import MODEL, Conductance, Config, Cylinder, Index, configured_study
+from pneumo.cli.options import MODEL, Conductance, Config, Cylinder, Index, configured_study, output_to
 
 
 def linearise(
     model: Annotated[str, MODEL],
-    u: Annotated[float, typer.Option("--u", help="command at the operating point, V")],
-    P_A: Annotated[float, typer.Option("--P_A", help="absolute pressure of chamber A, Pa")],
-    P_B: Annotated[float, typer.Option("--P_B", help="absolute pressure of chamber B, Pa")],
-    x: Annotated[float, typer.Option("--x", help="position from mid-stroke, m")] = 0.0,
-    v: Annotated[float, typer.Option("--v", help="velocity, m/s")] = 0.0,
-    T_A: Annotated[
-        float | None, typer.Option("--T_A", help="full: temperature of chamber A, K [T_0]")
-    ] = None,
-    T_B: Annotated[
-        float | None, typer.Option("--T_B", help="full: temperature of chamber B, K [T_0]")
-    ] = None,
+    u: Annotated[float, Option("--u", help="command at the operating point, V")],
+    P_A: Annotated[float, Option("--P_A", help="absolute pressure of chamber A, Pa")],
+    P_B: Annotated[float, Option("--P_B", help="absolute pressure of chamber B, Pa")],
+    x: Annotated[float, Option("--x", help="position from mid-stroke, m")] = 0.0,
+    v: Annotated[float, Option("--v", help="velocity, m/s")] = 0.0,
+    T_A: Annotated[float | None, Option("--T_A", help="full: temperature of chamber A, K [T_0]")] = None,
+    T_B: Annotated[float | None, Option("--T_B", help="full: temperature of chamber B, K [T_0]")] = None,
     states: Annotated[
         Literal["chambers", "actuator"],
-        typer.Option(help="chambers: x and v are inputs; actuator: they are states"),
+        Option(help="chambers: x and v are inputs; actuator: they are states"),
     ] = "chambers",
     n: Index = None,
     cylinder: Cylinder = None,
     k0: Conductance = None,
     config: Config = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print A and B as JSON")] = False,
+    as_json: Annotated[bool, Option("--json", help="print A and B as JSON")] = False,
     plot: Annotated[
         Path | None,
-        typer.Option(
-            help="draw natural frequency and damping over stroke and pressure into this file (no suffix)"
-        ),
+        Option(help="draw natural frequency and damping over stroke and pressure into this file (no suffix)"),
     ] = None,
 ) -> None:
     """Print a linear model of chambers or actuator at a point."""
@@ -75,26 +70,21 @@ def linearise(
 
 def export(
     model: Annotated[str, MODEL],
-    to: Annotated[str, typer.Option(help="c, matlab (and Octave), casadi (Python) or fmu")],
+    to: Annotated[str, Option(help="c, matlab (and Octave), casadi (Python) or fmu")],
     n: Index = None,
     cylinder: Cylinder = None,
     k0: Conductance = None,
     config: Config = None,
-    precision: Annotated[str, typer.Option(help="double, or float (C only)")] = "double",
+    precision: Annotated[str, Option(help="double, or float (C only)")] = "double",
     valve: Annotated[
-        bool,
-        typer.Option("--valve/--no-valve", help="with the valve's flow; without it mass flows are inputs"),
+        bool, Option("--valve/--no-valve", help="with the valve's flow; without it mass flows are inputs")
     ] = True,
     piston: Annotated[
         bool,
-        typer.Option(
-            "--piston/--no-piston", help="with the equation of motion; without it x and v are inputs"
-        ),
+        Option("--piston/--no-piston", help="with the equation of motion; without it x and v are inputs"),
     ] = False,
-    fmi: Annotated[Literal["2", "3"], typer.Option(help="version of the FMU")] = "2",
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="file to write [a single file: standard output]")
-    ] = None,
+    fmi: Annotated[Literal["2", "3"], Option(help="version of the FMU")] = "2",
+    output: Annotated[Path | None, output_to("file to write [a single file: standard output]")] = None,
 ) -> None:
     """Write a model as C, MATLAB or CasADi source, or as an FMU."""
     from pneumo.errors import InputError

@@ -1,32 +1,38 @@
 """Arguments and options that several commands of ``pneumo`` take, and the configuration that they name."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 if TYPE_CHECKING:
     from pneumo.configuration.experiment import Study
     from pneumo.configuration.schema import Configuration
 
 PAPER = Path("config/paper.yaml")  # in a checkout
-MODEL = typer.Argument(help="one of `pneumo models`, or full for the full-order model")
+MODEL = Argument(help="one of `pneumo models`, or full for the full-order model")
 Config = Annotated[
     list[Path] | None,
-    typer.Option(
+    Option(
         help="configuration; may be repeated, later files override earlier ones [in a checkout: the paper's]"
     ),
 ]
-Index = Annotated[float | None, typer.Option("--n", help="polytropic index n, for models that have one")]
+Index = Annotated[float | None, Option("--n", help="polytropic index n, for models that have one")]
 Cylinder = Annotated[
-    str | None, typer.Option("--cylinder", help="name in the configuration [the only cylinder there]")
+    str | None, Option("--cylinder", help="name in the configuration [the only cylinder there]")
 ]
 Conductance = Annotated[
     float | None,
-    typer.Option(
+    Option(
         "--k0", help="thermal conductance of each chamber's wall, W/K [the cylinder's, if it has only one]"
     ),
 ]
+Threads = Annotated[int, Option(min=1, help="parallel runs; the result does not depend on it")]
+
+
+def output_to(what: str) -> Any:
+    """Return the option that names the file or folder to write."""
+    return Option("--output", "-o", help=what)
 
 
 def read_configuration(files: list[Path] | None) -> "Configuration":

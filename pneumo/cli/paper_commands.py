@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
+from typer import Argument, Option
 
+from pneumo.cli.options import Threads, output_to
 from pneumo.papers.known_papers import PaperName
 
 RESULTS = Path("results")
-Results = Annotated[Path, typer.Option(help="folder of results")]
-OfPaper = Annotated[PaperName, typer.Option("--paper", help="which paper")]
+Results = Annotated[Path, Option(help="folder of results")]
+OfPaper = Annotated[PaperName, Option("--paper", help="which paper")]
 
 
 def _evidence(results: Path, name: str, target: str) -> Path:
@@ -35,7 +37,7 @@ def verdict(
     results: Results = RESULTS,
     paper: OfPaper = "2006",
     record: Annotated[
-        bool, typer.Option("--record", help="accept the new statuses: overwrite the paper's statuses.csv")
+        bool, Option("--record", help="accept the new statuses: overwrite the paper's statuses.csv")
     ] = False,
 ) -> None:
     """Judge every claim; print those missed or contradicted.
@@ -65,8 +67,7 @@ def verdict(
 
 def explain(
     what: Annotated[
-        list[str],
-        typer.Argument(help="item of the verdict (T7.M8.mse) or cell of the grid (E07 M8 1.35)"),
+        list[str], Argument(help="item of the verdict (T7.M8.mse) or cell of the grid (E07 M8 1.35)")
     ],
     paper: OfPaper = "2006",
     results: Results = RESULTS,
@@ -109,16 +110,13 @@ def assumptions(results: Results = RESULTS) -> None:
 
 
 def identify(
-    files: Annotated[list[Path] | None, typer.Argument(help="configuration [config/paper.yaml]")] = None,
+    files: Annotated[list[Path] | None, Argument(help="configuration [config/paper.yaml]")] = None,
     cylinder: Annotated[
-        Literal["D", "E", "both"],
-        typer.Option(help="which cylinder; amplitudes and signal sampling need both"),
+        Literal["D", "E", "both"], Option(help="which cylinder; amplitudes and signal sampling need both")
     ] = "both",
-    seed: Annotated[int, typer.Option(min=0, help="seed of the search")] = 0,
-    threads: Annotated[int, typer.Option(min=1, help="parallel runs; the result does not depend on it")] = 2,
-    output: Annotated[Path, typer.Option("--output", "-o", help="NetCDF file to write")] = Path(
-        "results/identification.nc"
-    ),
+    seed: Annotated[int, Option(min=0, help="seed of the search")] = 0,
+    threads: Threads = 2,
+    output: Annotated[Path, output_to("NetCDF file to write")] = Path("results/identification.nc"),
 ) -> None:
     """Estimate what the paper does not print from its tables.
 
@@ -151,9 +149,9 @@ def identify(
 
 def ensemble(
     transport: Annotated[
-        Literal["published", "exact"], typer.Option(help="signal sampling in the table of pairs")
+        Literal["published", "exact"], Option(help="signal sampling in the table of pairs")
     ] = "exact",
-    level: Annotated[str, typer.Option(help="heat-transfer level in the table of pairs")] = "overall",
+    level: Annotated[str, Option(help="heat-transfer level in the table of pairs")] = "overall",
     results: Results = RESULTS,
 ) -> None:
     """Print results of other seeds, and which statements hold.
@@ -180,9 +178,9 @@ def ensemble(
 
 
 def verify(
-    results: Annotated[Path, typer.Argument(help="folder of results")] = RESULTS,
+    results: Annotated[Path, Argument(help="folder of results")] = RESULTS,
     remove: Annotated[
-        bool, typer.Option("--remove", help="remove damaged files; the next run makes them again")
+        bool, Option("--remove", help="remove damaged files; the next run makes them again")
     ] = False,
 ) -> None:
     """Check the SHA-256 of every NetCDF and JSON file."""
