@@ -56,7 +56,7 @@ coverage: .venv/.dev  ## measure which lines of pneumo/ the tests reach; fails b
 	coverage report
 
 # README's generated blocks: `cog -r` writes them, `cog --check` compares.
-cog = cog --verbosity=0 -I docs -p "import readme_blocks"
+cog = cog --verbosity=0 -I docs -P -p "from readme_blocks import *" --markers='<!--generated: --> <!--end-->'
 
 numbers: .venv/.dev  ## write the numbers of pages and README from results/ and paper/evidence/
 	@echo "== numbers: docs/numbers.yaml, docs/static, README.md"

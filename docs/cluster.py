@@ -19,41 +19,30 @@ def stored(name: str) -> dict[str, Any]:
     return json.loads((STATIC / f"{name}.json").read_text(encoding="utf-8"))
 
 
-def costs(fleet: dict[str, Any]) -> str:
-    """Table of the law."""
-    head = ["cylinders", "jobs", "planning (s of processor)", "main process (MB)", "results (MB)"]
-    body = [
-        [
-            f"{row['cylinders']:.0f}",
-            f"{row['jobs']:.0f}",
-            f"{row['planning_s']:.1f}",
-            f"{row['peak_MB']:.0f}",
-            f"{row['disk_MB']:.3g}",
-            f"{3600 * row['core_h']:.0f}",
-        ]
-        for row in rows(fleet)
-    ]
-    return table([*head, "all of it (core-seconds)"], body)
-
-
-def disturbances(found: dict[str, Any]) -> str:
-    """Table of the disturbed jobs, and how each of their tries ended."""
-    body: list[list[str]] = []
-    for disturbance, job in found["disturbed"].items():
-        tries = [each for each in found["jobs"] if each["task"] == job["task"]]
-        ends = [f"{each['state'].lower()} (limit {each['time_limit']})" for each in tries]
-        body.append([disturbance, f"`{job['task'].split('_')[-1]}`", ", then ".join(ends)])
-    return table(["disturbance", "block", "how Slurm says that its jobs ended"], body)
-
-
 def tables(fleet: dict[str, Any], slurm: dict[str, Any]) -> dict[str, str]:
-    """Tables of the page by name."""
-    return {"costs": costs(fleet), "slurm": disturbances(slurm["slurm"])}
+    """Tables of the page by name: the law's costs, and how the disturbed jobs ended."""
+    columns = {  # heading -> key, format
+        "cylinders": ("cylinders", ".0f"),
+        "jobs": ("jobs", ".0f"),
+        "planning (s of processor)": ("planning_s", ".1f"),
+        "main process (MB)": ("peak_MB", ".0f"),
+        "results (MB)": ("disk_MB", ".3g"),
+        "all of it (core-seconds)": ("core_s", ".0f"),
+    }
+    measured = [row | {"core_s": 3600 * row["core_h"]} for row in rows(fleet)]
+    costs = [[f"{row[key]:{form}}" for key, form in columns.values()] for row in measured]
+    disturbed: list[list[str]] = []
+    for disturbance, job in slurm["slurm"]["disturbed"].items():
+        attempts = [attempt for attempt in slurm["slurm"]["jobs"] if attempt["task"] == job["task"]]
+        ends = [f"{attempt['state'].lower()} (limit {attempt['time_limit']})" for attempt in attempts]
+        disturbed.append([disturbance, f"`{job['task'].split('_')[-1]}`", ", then ".join(ends)])
+    heads = ["disturbance", "block", "how Slurm says that its jobs ended"]
+    return {"costs": table(columns, costs), "slurm": table(heads, disturbed)}
 
 
 def numbers(fleet: dict[str, Any], slurm: dict[str, Any]) -> dict[str, str]:
     """Numbers in the page's sentences by name."""
-    per_unit, largest, on_slurm = law(fleet), rows(fleet)[-1], slurm["slurm"]
+    per_unit, on_slurm = law(fleet), slurm["slurm"]
     return {
         "processor": fleet["cpu"],
         "cylinder": f"{per_unit.cylinder_s:.1f}",
@@ -61,7 +50,7 @@ def numbers(fleet: dict[str, Any], slurm: dict[str, Any]) -> dict[str, str]:
         "block kB": f"{per_unit.block_kB:.0f}",
         "file kB": f"{per_unit.file_kB:.0f}",
         "index kB": f"{per_unit.index_kB:.1f}",
-        "hours": f"{largest['core_h']:.0f}",
+        "hours": f"{rows(fleet)[-1]['core_h']:.0f}",
         "minutes": f"{minutes(fleet):.1f}",
         "cylinders": str(slurm["cylinders"]),
         "per job": str(slurm["per_job"]),

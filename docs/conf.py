@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import fragments
 import notebooks
 
-# A folder like a checkout, in which notebooks run; it goes when the build ends.
+# A folder like a checkout, in which notebooks run; removed when the build ends.
 _examples = tempfile.TemporaryDirectory()
 examples = Path(_examples.name)
 os.environ |= notebooks.prepare(examples)
@@ -72,7 +72,7 @@ html_show_sphinx = html_show_copyright = False
 
 
 def mathml(node: nodes.Element, as_block: bool) -> str:
-    """What browsers draw by themselves."""
+    """Formula as MathML, which browsers draw by themselves."""
     try:
         return tex2mathml(node.astext(), as_block=as_block)
     except MathError as error:

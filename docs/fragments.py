@@ -1,6 +1,7 @@
 """Parts of pages: numbers and tables of results, errata, models, files of results, commands."""
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from pneumo.cli.commands import app
-from pneumo.fit.fitted_parameters import PARAMETERS, Parameter
+from pneumo.fit.fitted_parameters import PARAMETERS
 from pneumo.fit.record.formats import FORMATS
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS, Model
@@ -31,8 +32,19 @@ KINDS = {  # file of results -> what its kind is called
 
 
 def plain(text: Any) -> str:
-    """Text in which Markdown reads nothing."""
+    """Text with every sign of Markdown escaped."""
     return re.sub(r"([\\`*_\[\]<>|$#{}])", r"\\\1", str(text))
+
+
+def with_interval(values: Iterable[float], digits: int = 2) -> str:
+    """Value and interval in words, from value, low and high."""
+    return "{:.{d}f} ({:.{d}f} to {:.{d}f})".format(*values, d=digits)
+
+
+def span(values: xr.DataArray, digits: int | str) -> str:
+    """Lowest and highest value, with so many digits or in another format."""
+    form = digits if isinstance(digits, str) else f".{digits}f"
+    return f"{values.min().item():{form}} to {values.max().item():{form}}"
 
 
 def stored_numbers() -> dict[str, dict[str, Any]]:
@@ -55,20 +67,17 @@ def errata() -> dict[str, str]:
 
 
 def _box(erratum: Erratum) -> str:
-    return "\n".join(
-        [
-            f":::{{admonition}} {erratum.kind.capitalize()}: {plain(erratum.where)}",
-            ":class: warning",
-            f":name: erratum-{erratum.id}",
-            "",
-            f"Printed: {plain(erratum.printed)}",
-            "",
-            f"Meant: {plain(erratum.meant)}",
-            "",
-            f"Proof {'holds' if erratum.passes else 'FAILS'}: {plain(erratum.evidence)}",
-            ":::",
-        ]
-    )
+    return f"""\
+:::{{admonition}} {erratum.kind.capitalize()}: {plain(erratum.where)}
+:class: warning
+:name: erratum-{erratum.id}
+
+Printed: {plain(erratum.printed)}
+
+Meant: {plain(erratum.meant)}
+
+Proof {"holds" if erratum.passes else "FAILS"}: {plain(erratum.evidence)}
+:::"""
 
 
 def models() -> str:
@@ -81,23 +90,13 @@ def models() -> str:
 
 def fitted_parameters() -> str:
     """The parameters of a fit, from the rows that everything uses."""
-    rows = [
-        [
-            f"`{name}`",
-            row.quantity.name,
-            _searched(row),
-            f"`--also {name}`" if row.group == "cause" else "",
-            f"`{row.key}`" if row.key else "",
-        ]
-        for name, row in PARAMETERS.items()
-    ]
+    rows = []
+    for name, row in PARAMETERS.items():
+        unit = f"times `{row.search.times}`" if row.search.times else row.quantity.unit
+        bounds = f"{row.search.low:g} to {row.search.high:g} {unit}".removesuffix(" 1")
+        also = f"`--also {name}`" if row.group == "cause" else ""
+        rows.append([f"`{name}`", row.quantity.name, bounds, also, f"`{row.key}`" if row.key else ""])
     return table(["parameter", "meaning", "searched", "fitted with", "key of `fitted.yaml`"], rows)
-
-
-def _searched(row: Parameter) -> str:
-    """Bounds of the search."""
-    of = f"times `{row.search.times}`" if row.search.times else row.quantity.unit
-    return f"{row.search.low:g} to {row.search.high:g} {of}".removesuffix(" 1")
 
 
 def record_formats() -> str:
@@ -117,22 +116,16 @@ def symbols() -> str:
 
 def files(results: Path) -> str:
     """Variables, dimensions and units of each kind of file in a folder of results."""
-    return "\n\n".join(_file(results / file, kind) for file, kind in KINDS.items())
-
-
-def _file(path: Path, kind: str) -> str:
-    with xr.open_dataset(path) as dataset:
-        variables = {**dataset.coords, **dataset.data_vars}
-        rows = [
-            [
-                f"`{name}`",
-                ", ".join(f"`{dimension}`" for dimension in variable.dims) or "none",
-                str(variable.attrs.get("units", "")),
-                plain(variable.attrs.get("long_name", variable.attrs.get("comment", ""))),
-            ]
-            for name, variable in variables.items()
-        ]
-    return f"## `{kind}`\n\n" + table(["variable", "dimensions", "unit", "meaning"], rows)
+    sections = []
+    for file, kind in KINDS.items():
+        rows = []
+        with xr.open_dataset(results / file) as dataset:
+            for name, variable in dataset.variables.items():
+                dimensions = ", ".join(f"`{dimension}`" for dimension in variable.dims) or "none"
+                meaning = variable.attrs.get("long_name", variable.attrs.get("comment", ""))
+                rows.append([f"`{name}`", dimensions, variable.attrs.get("units", ""), plain(meaning)])
+        sections.append(f"## `{kind}`\n\n" + table(["variable", "dimensions", "unit", "meaning"], rows))
+    return "\n\n".join(sections)
 
 
 def commands() -> str:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from fragments import table
+from fragments import span, table
 
 from pneumo.fit.closed.thermal_laws import PART, read_closed_record
 
@@ -21,17 +21,17 @@ def speeds(record: Path) -> tuple[float, float]:
     return float(np.sqrt(np.mean(v[:first] ** 2))), float(np.sqrt(np.mean(v[first:] ** 2)))
 
 
-def tables(found: xr.Dataset) -> dict[str, str]:
+def tables(statistics: xr.Dataset) -> dict[str, str]:
     """Tables of the page by name."""
-    records, laws = found["record"].values, found["law"].values
-    held, none = found["held_out_rms"] / 1e3, found["value"].sel(leakage="none")
+    records, laws = statistics["record"].values, statistics["law"].values
+    held_out, no_leakage = statistics["held_out_rms"] / 1e3, statistics["value"].sel(leakage="none")
 
     def pair(law: str, record: str, leakage: str) -> str:
-        return "{:.1f}, {:.1f}".format(*held.sel(law=law, record=record, leakage=leakage).values)
+        return "{:.1f}, {:.1f}".format(*held_out.sel(law=law, record=record, leakage=leakage).values)
 
     def values(law: str, record: str) -> list[str]:
-        at = none.sel(law=law, record=record)
-        get = {name: at.sel(parameter=name).item() for name in found["parameter"].values}
+        at = no_leakage.sel(law=law, record=record)
+        get = {name: at.sel(parameter=name).item() for name in statistics["parameter"].values}
         n = "" if np.isnan(get["n"]) else f"{get['n']:.2f}"
         k = "" if np.isnan(get["k_A"]) else f"{get['k_A']:.0f}, {get['k_B']:.0f}"
         return [f"{1e3 * get['V_d_A']:.1f}, {1e3 * get['V_d_B']:.1f}", n, k]
@@ -49,17 +49,15 @@ def tables(found: xr.Dataset) -> dict[str, str]:
     }
 
 
-def numbers(found: xr.Dataset) -> dict[str, str]:
+def numbers(statistics: xr.Dataset) -> dict[str, str]:
     """Numbers in the page's sentences by name."""
-    held = found["held_out_rms"].sel(leakage="none") / 1e3
-    record = held.sel(record="2022-01-28")
-    both = np.sqrt((found["held_out_rms"].sel(leakage="none") ** 2).mean("chamber"))
+    held_out = statistics["held_out_rms"].sel(leakage="none") / 1e3
+    record = held_out.sel(record="2022-01-28")
+    both = np.sqrt((held_out**2).mean("chamber"))
     ratio = both.sel(law=SIMPLE).min("law") / both.sel(law=WALL[0])
-    friction = found["error"].sel(law=WALL[0], record="friction") / 1e3
-    k = found["value"].sel(law=WALL[0], leakage="none", parameter=["k_A", "k_B"])
-
-    def span(values: xr.DataArray, digits: int) -> str:
-        return f"{values.min().item():.{digits}f} to {values.max().item():.{digits}f}"
+    fitted = statistics["fitted_rms"].sel(leakage="none") / 1e3
+    friction = statistics["error"].sel(law=WALL[0], record="friction") / 1e3
+    k = statistics["value"].sel(law=WALL[0], leakage="none", parameter=["k_A", "k_B"])
 
     return {
         "simple": span(record.sel(law=SIMPLE), 0),
@@ -67,12 +65,10 @@ def numbers(found: xr.Dataset) -> dict[str, str]:
         "ratio": span(ratio, 1),
         "k_A": span(k.sel(parameter="k_A"), 0),
         "k_B": span(k.sel(parameter="k_B"), 0),
-        "friction wall": span(held.sel(record="friction", law=WALL), 0),
-        "friction wall fitted": span(
-            found["fitted_rms"].sel(record="friction", law=WALL, leakage="none") / 1e3, 1
-        ),
+        "friction wall": span(held_out.sel(record="friction", law=WALL), 0),
+        "friction wall fitted": span(fitted.sel(record="friction", law=WALL), 1),
         "friction mean": "{:.1f} and {:.1f}".format(*friction.mean("t").values),
         "friction largest": f"{np.abs(friction).max().item():.0f}",
         "friction speed": "{:.2f} and {:.2f}".format(*speeds(DATA / "friction.nc")),
-        "n": span(found["value"].sel(law="free n", leakage="none", parameter="n"), 2),
+        "n": span(statistics["value"].sel(law="free n", leakage="none", parameter="n"), 2),
     }

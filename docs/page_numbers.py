@@ -7,7 +7,6 @@ import json
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +21,16 @@ from fragments import NUMBERS, ROOT, stored_numbers
 from benchmarks.fleet_law import law_figure
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.evidence.fit_coverage.interval_coverage import full_order_truth, intervals_that_hold
+from pneumo.evidence.sensitivity.toggle_effects import LOGARITHMIC_TABLES, toggle_effects
 from pneumo.publish.style import save
 from pneumo.publish.text.markdown_tables import coverage_tables
 from pneumo.storage.kept_evidence import KEPT
+from pneumo.verdict.assumptions import AS_TAKEN
+from pneumo.verdict.claims import read_claims
 
 RESULTS = ROOT / "results"
 STATIC = Path(__file__).with_name("static")
+LIMIT = 0.001  # of a misfit's change that verification.md counts
 FIGURES = ("at_work", "measurements", "regimes")  # copies of results/figures/
 
 Numbers = dict[str, dict[str, Any]]  # by page or source, then by name
@@ -51,12 +54,32 @@ def named(numbers: dict[str, str], tables: dict[str, str]) -> dict[str, str]:
     return {re.sub(r"\W+", "_", name.replace("/", " over ")): text for name, text in both.items()}
 
 
+def verification(reproduced: xr.DataArray) -> dict[str, str]:
+    """Numbers of verification.md: what the alternatives change, from `toggled_tables`."""
+    effects = toggle_effects(reproduced, read_claims(ROOT / "paper/2006"))
+    taken, others = effects.loc[AS_TAKEN], effects.drop(index=AS_TAKEN)
+    change = others[[f"worse_{table}" for table in LOGARITHMIC_TABLES]]
+    assert (change > -LIMIT).all(axis=None)  # as the page says
+    worse = (change > LIMIT).any(axis=1)
+    best = others["inside"].idxmax()
+    return {
+        "alternatives": f"{len(others)}",
+        "limit": f"{LIMIT:g}",
+        **{f"misfit {table}": f"{taken[f'misfit_{table}']:.3f}" for table in LOGARITHMIC_TABLES},
+        "worse": f"{worse.sum()}",
+        "not distinguished": f"{(~worse).sum()}",
+        "in class": f"{taken['inside']:.0f}",
+        "in class most": f"{others['inside'].max():.0f}",
+        "best alternative": str(best).partition(".")[2],
+    }
+
+
 def from_kept_files() -> Numbers:
     """Numbers from files that are in the repository: paper/evidence, docs/static, the catalogue."""
-    at_work_runs, measured, cylinders = (
-        xr.load_dataset(KEPT / f"{name}.nc") for name in ("at_work", "measurements", "cylinders")
+    at_work_runs, measured, cylinders, fits, toggled = (
+        xr.load_dataset(KEPT / f"{name}.nc")
+        for name in ("at_work", "measurements", "cylinders", "fit_coverage", "assumptions")
     )
-    fits = xr.load_dataset(KEPT / "fit_coverage.nc")
     fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
     return {
@@ -69,6 +92,7 @@ def from_kept_files() -> Numbers:
         "cylinders": named(which_model.cylinder_numbers(cylinders), which_model.cylinder_tables(cylinders)),
         "fit": {"coverage": coverage_tables(intervals_that_hold(fits), full_order_truth(fits)).strip()},
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
+        "verification": named(verification(toggled["reproduced"]), {}),
     }
 
 
@@ -83,11 +107,11 @@ def from_the_study(results: Path) -> Numbers:
     }
 
 
-def write(parts: Iterable[Numbers]) -> None:
-    """Write docs/numbers.yaml; parts that are missing stay as they are."""
-    numbers = stored_numbers() if NUMBERS.exists() else {}
-    for part in parts:
-        numbers |= part
+def write() -> None:
+    """Write docs/numbers.yaml; without results/ their numbers stay as they are."""
+    numbers = stored_numbers() | from_kept_files()
+    if (RESULTS / "verdict.json").exists():
+        numbers |= from_the_study(RESULTS)
     head = "# Made by `make numbers` from results/ and paper/evidence/; not edited by hand.\n"
     text = yaml.dump(numbers, Dumper=_Blocks, allow_unicode=True, sort_keys=False, width=10_000)
     NUMBERS.write_text(head + text, encoding="utf-8")
@@ -96,8 +120,7 @@ def write(parts: Iterable[Numbers]) -> None:
 if __name__ == "__main__":
     if (RESULTS / "evidence/slurm.json").exists():
         shutil.copyfile(RESULTS / "evidence/slurm.json", STATIC / "slurm.json")
-    whole = (RESULTS / "verdict.json").exists()
-    write([from_kept_files(), *([from_the_study(RESULTS)] if whole else [])])
+    write()
     for name in FIGURES:
         if (RESULTS / f"figures/{name}.svg").exists():
             shutil.copyfile(RESULTS / f"figures/{name}.svg", STATIC / f"{name}.svg")

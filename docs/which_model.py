@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from fragments import table
+from fragments import span, table, with_interval
 
 import pneumo
 from pneumo.physics.models import MODELS
@@ -12,6 +12,8 @@ from pneumo.statistics.averages import at_n, best_n, concatenated
 
 TRANSPORTS = ("published", "exact")
 LEVELS = ("adiabatic", "typical", "isothermal")
+COLUMNS = [{"level": level, "transport": transport} for level in LEVELS for transport in TRANSPORTS]
+HEADS = [", ".join(column.values()) for column in COLUMNS]
 GOOD = ["M5", "M6", "M7", "M8", "M9", "M10"]
 STEPS = {
     "temperature by eq (6), not constant": ("M5", "M2"),
@@ -23,7 +25,11 @@ STEPS = {
     "conductance that follows P and T as well": ("M10", "M9"),
 }
 PAIRS = (("M6", "M5"), ("M6", "M7"), ("M8", "M7"), ("M10", "M8"))
-HEAD = [f"{level}, {transport}" for level in LEVELS for transport in TRANSPORTS]
+SUMMARY = {  # row over all experiments -> pair
+    "M8/M7, mixing": ("M8", "M7"),
+    "M10/M8, wall law": ("M10", "M8"),
+    "M6/M7, mixing instead of wall heat": ("M6", "M7"),
+}
 
 
 def over_levels(results: Path) -> xr.Dataset:
@@ -44,105 +50,116 @@ def by_experiment(results: Path) -> xr.DataArray:
     return xr.concat(parts, xr.Variable("transport", list(TRANSPORTS)))
 
 
+def quotient(mse: xr.DataArray, pair: tuple[str, str]) -> xr.DataArray:
+    """Mean square error of the first model of a pair over that of the second."""
+    return mse.sel(model=pair[0]) / mse.sel(model=pair[1])
+
+
+def geometric(values: xr.DataArray) -> str:
+    """Geometric mean."""
+    return f"{np.exp(np.log(values).mean()).item():.2f}"
+
+
 def tables(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
     """Tables of the page by name."""
-    cells = [(level, transport) for level in LEVELS for transport in TRANSPORTS]
 
-    def one(model: str, level: str, transport: str) -> str:
-        found = levels.sel(model=model, level=level, transport=transport)
-        n = f" ({found['constant_n'].item():g})" if MODELS[model].has_n else ""
-        mse = found["mse"].item() / 1e6
-        return f"{mse:.0f}{n}" if mse >= 100 else f"{mse:#.3g}{n}"
-
-    def ratio(better: str, than: str, level: str, transport: str) -> str:
-        at = levels["mse"].sel(level=level, transport=transport)
-        return f"{(at.sel(model=better) / at.sel(model=than)).item():.2f}"
+    def error_and_n(model: str, column: dict[str, str]) -> str:
+        at = levels.sel(column | {"model": model})
+        n = f" ({at['constant_n'].item():g})" if MODELS[model].has_n else ""
+        error = at["mse"].item() / 1e6
+        return f"{error:.0f}{n}" if error >= 100 else f"{error:#.3g}{n}"
 
     steps = [
-        [step, f"{new}/{old}", *(ratio(new, old, *cell) for cell in cells)]
-        for step, (new, old) in STEPS.items()
+        [
+            step,
+            "/".join(pair),
+            *(f"{quotient(levels['mse'].sel(column), pair).item():.2f}" for column in COLUMNS),
+        ]
+        for step, pair in STEPS.items()
     ]
+    exact = mse.sel(transport="exact")
     experiments = []
-    for name in mse["experiment"].values:
-        at = mse.sel(experiment=name, transport="exact")
-        quotients = [f"{(at.sel(model=a) / at.sel(model=b)).item():.2f}" for a, b in PAIRS]
-        best = str(at.sel(model=GOOD).idxmin("model").item())
-        experiments.append(
-            [name, at["cylinder"].item(), at["loop"].item(), f"{at['k_0'].item():g}", *quotients, best]
-        )
-    head = ["experiment", "cylinder", "loop", "k_0 (W/K)", *("/".join(pair) for pair in PAIRS), "lowest MSE"]
+    for name in exact["experiment"].values:
+        at = exact.sel(experiment=name)
+        cells = [name, at["cylinder"].item(), at["loop"].item(), f"{at['k_0'].item():g}"]
+        cells += [f"{quotient(at, pair).item():.2f}" for pair in PAIRS]
+        experiments.append([*cells, at.sel(model=GOOD).idxmin("model").item()])
+    summary = []
+    for row, pair in SUMMARY.items():
+        values = quotient(exact, pair)
+        ends = [f"{end.item():.2f}" for end in (values.min(), values.max())]
+        summary.append([row, *ends, geometric(values), str((values < 1).sum().item())])
+    heads = ["experiment", "cylinder", "loop", "k_0 (W/K)", *map("/".join, PAIRS), "lowest MSE"]
     return {
         "levels": table(
-            ["model", *HEAD],
-            [[model, *(one(model, *cell) for cell in cells)] for model in levels["model"].values],
+            ["model", *HEADS],
+            [
+                [model, *(error_and_n(model, column) for column in COLUMNS)]
+                for model in levels["model"].values
+            ],
         ),
-        "steps": table(["refinement", "quotient", *HEAD], steps),
-        "experiments": table(head, experiments),
+        "steps": table(["refinement", "quotient", *HEADS], steps),
+        "experiments": table(heads, experiments),
+        "summary": table(
+            [
+                f"over all {exact.sizes['experiment']} experiments",
+                "lowest",
+                "highest",
+                "geometric mean",
+                "below one",
+            ],
+            summary,
+        ),
     }
 
 
 def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
-    """Numbers in the page's sentences by name."""
-    found = {}
-    for transport in TRANSPORTS:
-        for new, old in PAIRS:
-            quotient = mse.sel(model=new, transport=transport) / mse.sel(model=old, transport=transport)
-            key = f"{new}/{old} {transport}"
-            found[f"{key} lowest"] = f"{quotient.min().item():.2f}"
-            found[f"{key} highest"] = f"{quotient.max().item():.2f}"
-            found[f"{key} below one"] = f"{(quotient < 1).sum().item()}"
-            found[f"{key} geometric"] = f"{np.exp(np.log(quotient).mean()).item():.2f}"
+    """Numbers in the page's sentences and in README's by name."""
+    exact, exact_levels = mse.sel(transport="exact"), levels["mse"].sel(transport="exact")
     classical = levels["mse"].sel(model=["M1", "M2", "M3", "M4"]).min("model") / levels["mse"].sel(model="M5")
-    found["classical over M5"] = f"{classical.min().item():.1f}"
-    by_level = levels["mse"].sel(transport="exact")
-    for level in LEVELS:
-        quotient = by_level.sel(model="M8", level=level) / by_level.sel(model="M7", level=level)
-        found[f"M8/M7 {level}"] = f"{quotient.item():.2f}"
-    exact = mse.sel(model="M8", transport="exact")
-    found["largest"] = str(exact.idxmax("experiment").item())
-    found["its share"] = f"{100 * (exact.max() / exact.sum()).item():.0f}"
     good = levels["constant_n"].sel(model=GOOD)
-    for level in LEVELS:
-        n = good.sel(level=level)
-        found[f"n {level}"] = f"{n.min().item():g} to {n.max().item():g}"
-    return found
+    M8 = exact.sel(model="M8")
+    return {
+        "experiments": f"{exact.sizes['experiment']}",
+        "classical over M5": f"{classical.min().item():.1f}",
+        "M10 better": f"{(quotient(exact, ('M10', 'M8')) < 1).sum().item()}",
+        "M8/M7 published": geometric(quotient(mse.sel(transport="published"), ("M8", "M7"))),
+        **{
+            f"M8/M7 {level}": f"{quotient(exact_levels.sel(level=level), ('M8', 'M7')).item():.2f}"
+            for level in ("adiabatic", "typical")
+        },
+        "largest": str(M8.idxmax("experiment").item()),
+        "largest percent": f"{100 * (M8.max() / M8.sum()).item():.0f}",
+        **{f"n {level}": span(good.sel(level=level), "g") for level in LEVELS},
+    }
 
 
-def with_interval(values: xr.DataArray) -> str:
-    """Value with its interval, from value, low and high."""
-    return "{:.2f} ({:.2f} to {:.2f})".format(*values.values)
-
-
-def share_with_interval(values: xr.DataArray) -> str:
-    """Share in per cent with its interval, from value, low and high."""
+def percent_with_interval(values: xr.DataArray) -> str:
+    """Fraction in per cent with its interval, from value, low and high."""
     return "{:.0f} % ({:.0f} to {:.0f})".format(*100 * values.values)
 
 
 def cylinder_tables(runs: xr.Dataset) -> dict[str, str]:
     """Tables of the random cylinders by name, from results/cylinders.nc."""
-    ratio, share, pairs = runs["ratio"], runs["share"], runs["pair"].values
-    by_loop = [
-        [
-            pair,
-            loop,
-            *(
-                with_interval(ratio.sel(pair=pair, loop_of=loop, criterion=c))
-                for c in runs["criterion"].values
-            ),
-            share_with_interval(share.sel(statement=f"{pair} < 1", loop_of=loop)),
-        ]
-        for pair in pairs
-        for loop in runs["loop_of"].values
-    ]
+    by_loop = []
+    for pair in runs["pair"].values:
+        for loop in runs["loop_of"].values:
+            ratios = runs["ratio"].sel(pair=pair, loop_of=loop)
+            cells = [with_interval(ratios.sel(criterion=c).values) for c in runs["criterion"].values]
+            below_one = runs["share"].sel(statement=f"{pair} < 1", loop_of=loop)
+            by_loop.append([pair, loop, *cells, percent_with_interval(below_one)])
     exchange = runs.sel(group="exchange")
     by_third = [
         [f"{at['third_from']:.3g} to {at['third_to']:.3g}"]
-        + [with_interval(at["third_ratio"].sel(pair=pair)) for pair in pairs]
+        + [with_interval(at["third_ratio"].sel(pair=pair).values) for pair in runs["pair"].values]
         for third in runs["third"].values
         for at in [exchange.sel(third=third)]
     ]
-    head = ["ratio", "loop", "of means", "geometric mean", "of mean ranks", "cylinders below one"]
-    return {"exchange": table(["exchange", *pairs], by_third), "cylinders": table(head, by_loop)}
+    heads = ["ratio", "loop", "of means", "geometric mean", "of mean ranks", "cylinders below one"]
+    return {
+        "exchange": table(["exchange", *runs["pair"].values], by_third),
+        "cylinders": table(heads, by_loop),
+    }
 
 
 def cylinder_numbers(runs: xr.Dataset) -> dict[str, str]:
@@ -151,16 +168,20 @@ def cylinder_numbers(runs: xr.Dataset) -> dict[str, str]:
     enough = runs["share"].sel(statement="M6 enough")
     below, above = runs["rule_model"].values
     return {
+        "cylinders": f"{runs['held_out'].size:,}",
         "runs": f"{runs['counts'].size:,}",
         "compared": f"{(runs['held_out'] == 0).sum().item():,}",
+        "failed": f"{(runs['counts'] == 0).sum().item()}",
         "rule threshold": f"{runs['rule_threshold'].item():.3g}",
         "rule below": str(below),
         "rule above": str(above),
-        "rule error": with_interval(runs["rule_error"].sel(choice="rule")),
-        "rule always M8": with_interval(runs["rule_error"].sel(choice="M8")),
-        "rule quotient": "{:.3f} ({:.3f} to {:.3f})".format(*runs["rule_quotient"].values),
-        "failed": f"{(runs['counts'] == 0).sum().item()}",
+        "rule error": with_interval(runs["rule_error"].sel(choice="rule").values),
+        "rule always M8": with_interval(runs["rule_error"].sel(choice="M8").values),
+        "rule quotient": with_interval(runs["rule_quotient"].values, 3),
         "much air": f"{much['third_from']:.3g}",
-        "M8/M7 much air": with_interval(much["third_ratio"].sel(pair="M8/M7")),
-        **{f"M6 enough {loop}": share_with_interval(enough.sel(loop_of=loop)) for loop in ("open", "closed")},
+        "M8/M7 much air": with_interval(much["third_ratio"].sel(pair="M8/M7").values),
+        **{
+            f"M6 enough {loop}": percent_with_interval(enough.sel(loop_of=loop))
+            for loop in ("open", "closed")
+        },
     }

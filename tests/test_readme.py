@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from pneumo.cli.commands import app
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCK = r"<!-- \[{3}cog cog\.outl\(readme_blocks\.(\w+)\(\)\) \]{3} -->\n(.*?)\n<!-- \[{3}end\]{3} -->"
+BLOCK = r"<!--generated: print\((\w+)\(\)\) -->\n(.*?)\n<!--end-->"
 
 
 @pytest.fixture(autouse=True)
