@@ -29,23 +29,18 @@ from pneumo.verdict.assumptions import AS_TAKEN
 from pneumo.verdict.claims import read_claims
 
 RESULTS = ROOT / "results"
-STATIC = Path(__file__).with_name("static")
 LIMIT = 0.001  # of a misfit's change that verification.md counts
 FIGURES = ("at_work", "measurements", "regimes")  # copies of results/figures/
 
 Numbers = dict[str, dict[str, Any]]  # by page or source, then by name
 
 
-class _Blocks(yaml.SafeDumper):
-    """Writes a text of several lines, such as a table, as a block."""
+def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    """Text of several lines, such as a table, as a block."""
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style="|" if "\n" in text else None)
 
 
-_Blocks.add_representer(
-    str,
-    lambda dumper, text: dumper.represent_scalar(
-        "tag:yaml.org,2002:str", text, style="|" if "\n" in text else None
-    ),
-)
+yaml.SafeDumper.add_representer(str, _text)
 
 
 def named(numbers: dict[str, str], tables: dict[str, str]) -> dict[str, str]:
@@ -61,7 +56,6 @@ def verification(reproduced: xr.DataArray) -> dict[str, str]:
     change = others[[f"worse_{table}" for table in LOGARITHMIC_TABLES]]
     assert (change > -LIMIT).all(axis=None)  # as the page says
     worse = (change > LIMIT).any(axis=1)
-    best = others["inside"].idxmax()
     return {
         "alternatives": f"{len(others)}",
         "limit": f"{LIMIT:g}",
@@ -70,7 +64,7 @@ def verification(reproduced: xr.DataArray) -> dict[str, str]:
         "not distinguished": f"{(~worse).sum()}",
         "in class": f"{taken['inside']:.0f}",
         "in class most": f"{others['inside'].max():.0f}",
-        "best alternative": str(best).partition(".")[2],
+        "best alternative": str(others["inside"].idxmax()).partition(".")[2],
     }
 
 
@@ -113,18 +107,18 @@ def write() -> None:
     if (RESULTS / "verdict.json").exists():
         numbers |= from_the_study(RESULTS)
     head = "# Made by `make numbers` from results/ and paper/evidence/; not edited by hand.\n"
-    text = yaml.dump(numbers, Dumper=_Blocks, allow_unicode=True, sort_keys=False, width=10_000)
+    text = yaml.safe_dump(numbers, allow_unicode=True, sort_keys=False, width=10_000)
     NUMBERS.write_text(head + text, encoding="utf-8")
 
 
 if __name__ == "__main__":
     if (RESULTS / "evidence/slurm.json").exists():
-        shutil.copyfile(RESULTS / "evidence/slurm.json", STATIC / "slurm.json")
+        shutil.copyfile(RESULTS / "evidence/slurm.json", cluster.STATIC / "slurm.json")
     write()
     for name in FIGURES:
         if (RESULTS / f"figures/{name}.svg").exists():
-            shutil.copyfile(RESULTS / f"figures/{name}.svg", STATIC / f"{name}.svg")
+            shutil.copyfile(RESULTS / f"figures/{name}.svg", cluster.STATIC / f"{name}.svg")
     with tempfile.TemporaryDirectory() as scratch:
         shutil.copyfile(
-            save(law_figure(cluster.stored("fleet")), Path(scratch, "fleet"))[0], STATIC / "fleet.svg"
+            save(law_figure(cluster.stored("fleet")), Path(scratch, "fleet"))[0], cluster.STATIC / "fleet.svg"
         )

@@ -58,16 +58,15 @@ def _counted(counts: dict[str, int]) -> str:
 def verdict() -> str:
     """Counts of both verdicts, by status and kind of evidence."""
     verdict = NUMBERS["verdict"]
-    by_basis, facts = verdict["counts_by_basis"], verdict["headline"]
+    counts, by_basis, facts = verdict["counts"], verdict["counts_by_basis"], verdict["headline"]
     rows = [
-        [status, verdict["counts"][status], *(counts[status] for counts in by_basis.values()), meaning]
+        [status, counts[status], *(of_basis[status] for of_basis in by_basis.values()), meaning]
         for status, meaning in MEANINGS.items()
     ]
     statuses = list(read_statuses(ROOT / "paper/2007").values())
     second = {status: statuses.count(status) for status in STATUSES}
     return f"""\
-{verdict["counts"]["items"]} items, by status and kind of evidence
-(`paper/decisions/0038-kinds-of-evidence.md`):
+{counts["items"]} items, by status and kind of evidence (`paper/decisions/0038-kinds-of-evidence.md`):
 
 {table(["status", "items", *by_basis, "meaning"], [map(str, row) for row in rows])}
 
