@@ -35,12 +35,8 @@ def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e
     data["mse_of_right_k_0"] = (("k_0_end", *dims), np.stack([values, values]))
     data["run_status"] = (dims[:2], np.zeros(shape[:2], np.int8), meanings)
     data["run_failure_time"] = (dims[:2], np.full(shape[:2], np.nan))
-    for name, value in {
-        "random": np.int8(1),
-        "duration": 20.0,
-        "time_constant": 0.7,
-        "k_0_factor": 2.0,
-    }.items():
+    same = {"random": np.int8(1), "duration": 20.0, "time_constant": 0.7, "k_0_factor": 2.0}
+    for name, value in same.items():
         data[name] = ("experiment", np.full(len(experiments), value))
     coords = {"experiment": list(experiments), "model": list(MODELS), "n": N, "k_0_end": ["low", "high"]}
     coords["k_0"] = ("experiment", np.full(len(experiments), 0.3))

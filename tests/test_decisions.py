@@ -17,11 +17,8 @@ HISTORY = ("CHANGELOG.md", "tests/test_decisions.py")  # may name what was folde
 
 def broken_references(text: str, in_decision: bool = False) -> list[str]:
     """References to decisions, in a text, for which there is no file."""
-    named = [
-        match[0]
-        for match in NAMED.finditer(text)
-        if not f"{FILES.get(match[1], '')}".endswith(f"{match[2]}.md")
-    ]
+    files = {match[0]: (f"{FILES.get(match[1], '')}", f"{match[2]}.md") for match in NAMED.finditer(text)}
+    named = [reference for reference, (file, end) in files.items() if not file.endswith(end)]
     numbers = [f"{int(n):04}" for match in NUMBERED.finditer(text) for n in re.findall(r"\d+", match[1])]
     bare = BARE.findall(text) if in_decision else []
     return named + [number for number in numbers + bare if number not in FILES]

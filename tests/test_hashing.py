@@ -43,11 +43,7 @@ def test_modules_behind_a_module_are_all_it_imports_in_any_form_directly_or_not(
     file = tmp_path / "script.py"
     lines = ["import numpy, pneumo.storage.files", "import pneumo.simulation.full_order as datum"]
     lines += ["from pneumo.physics import valve", "from pneumo.physics.models import MODELS, lane"]
-    lines += [
-        "def later():",
-        "    from pneumo.statistics.averages import statistics",
-        "from pathlib import Path",
-    ]
+    lines += ["def later():", "    from pneumo.statistics.averages import statistics", "from os import path"]
     file.write_text("\n".join(lines))
     modules = "storage.files simulation.full_order physics physics.valve physics.models statistics.averages"
     assert imports_of(file) == {f"pneumo.{name}" for name in modules.split()}

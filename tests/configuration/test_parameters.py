@@ -236,13 +236,8 @@ def test_smoke_is_two_short_experiments_of_the_paper_and_a_new_one_a_new_cylinde
 
 @given(some.bores(), some.masses(), some.temperatures(), some.grids())
 def test_json_round_trip_is_exact(bore, mass, T_in, n):
-    override = {
-        "cylinders": {"D": {"bore_mm": bore * 1e3, "mass_kg": mass}},
-        "supply": {"T_in_K": T_in},
-        "n": n,
-        "run": {"experiments": ["E01", "E02", "E16"]},
-    }
-    s = made(override)
+    override = {"cylinders": {"D": {"bore_mm": bore * 1e3, "mass_kg": mass}}, "supply": {"T_in_K": T_in}}
+    s = made(override | {"n": n, "run": {"experiments": ["E01", "E02", "E16"]}})
     again = from_json(to_json(s))
     assert again == s
     assert type(again.experiments["E01"].plant.cylinder) is type(s.experiments["E01"].plant.cylinder)

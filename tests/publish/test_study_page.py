@@ -17,14 +17,9 @@ from pneumo.physics.models import MODELS
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
+from pneumo.publish.text import terminal_tables
 from pneumo.publish.text.formatting import no_exponent
-from pneumo.publish.text.terminal_tables import (
-    STUDY_HEADS,
-    gain_text,
-    ranking_cells,
-    robust_cells,
-    study_tables,
-)
+from pneumo.publish.text.terminal_tables import STUDY_HEADS, gain_text, ranking_cells, robust_cells
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.statistics.intervals import Interval
 
@@ -142,7 +137,7 @@ def test_pictures_over_n_and_of_the_traces():
 
 def test_tables_fit_a_terminal():
     console = Console(width=80, record=True, file=io.StringIO())
-    for table in study_tables(ranked(made(), "mine")):
+    for table in terminal_tables.study_tables(ranked(made(), "mine")):
         console.print(table)
     text = console.export_text()
     assert all(f" M{i} " in text for i in range(1, 11))

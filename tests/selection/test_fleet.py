@@ -81,11 +81,8 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
 
 def test_the_range_of_each_k_0_is_the_cylinders(short, block):
     one = studies_of(short)["first"]
-    wide = run_block(
-        short._replace(experiments={f"first-{k}": e for k, e in one.experiments.items()}),
-        threads=2,
-        k_0_factors={"first": 5.0},
-    )
+    named = {f"first-{name}": experiment for name, experiment in one.experiments.items()}
+    wide = run_block(short._replace(experiments=named), threads=2, k_0_factors={"first": 5.0})
     assert (wide["k_0_factor"] == 5.0).all() and (block["k_0_factor"] == 2.0).all()
     expected = run_study(one, threads=2, k_0_factors={"first": 5.0}, traced=False)["mse_of_wrong_k_0"]
     assert np.array_equal(wide["mse_of_wrong_k_0"].values[0], expected.values.astype(np.float32))

@@ -9,14 +9,8 @@ from workflow_scripts import script
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.study_json import to_json
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
-from pneumo.selection.cylinder_ranking import (
-    K_0_ENDS,
-    TRACED_SAMPLES,
-    mse_at_other_k_0,
-    one_run,
-    run_study,
-    seeds_of,
-)
+from pneumo.selection import cylinder_ranking
+from pneumo.selection.cylinder_ranking import K_0_ENDS, mse_at_other_k_0, one_run, run_study, seeds_of
 from pneumo.simulation.full_order import DIVERGED, record
 from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.storage.files import write_json
@@ -118,7 +112,7 @@ def test_errors_at_the_ends_of_k_0_and_traces_of_the_first_run(runs):
             assert np.array_equal(known[name].sel(k_0_end=end).values, known["mse"].values)
     one = runs.sel(experiment="E01")
     kept = one["trace_t"].notnull().values
-    assert one.sizes["sample"] == TRACED_SAMPLES and kept.sum() == 1000 // 50 + 1
+    assert one.sizes["sample"] == cylinder_ranking.TRACED_SAMPLES and kept.sum() == 1000 // 50 + 1
     assert one["trace_t"].values[kept][-1] == pytest.approx(1.0)
     P = one["trace_P"].values[:, kept]
     assert (P[:, 0] == STUDY.experiments["E01"].plant.conditions.P_0).all() and np.ptp(P) > 1e4

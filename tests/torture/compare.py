@@ -75,12 +75,11 @@ def differences(before: Path, after: Path, rtol: float = 0.0) -> Iterator[str]:
     old, new = set(compared_files(before)), set(compared_files(after))
     yield from (f"{name}: only {'before' if name in old else 'after'}" for name in sorted(old ^ new))
     for name in sorted(old & new):
-        one, other = contents(before / name), contents(after / name)
-        yield from (
-            f"{name}: {part}: only {'before' if part in one else 'after'}" for part in one.keys() ^ other
-        )
-        for part in sorted(one.keys() & other):
-            if (change := relative_change(one[part], other[part])) > rtol:
+        was, made = contents(before / name), contents(after / name)
+        sides = {part: "before" if part in was else "after" for part in was.keys() ^ made}
+        yield from (f"{name}: {part}: only {side}" for part, side in sides.items())
+        for part in sorted(was.keys() & made):
+            if (change := relative_change(was[part], made[part])) > rtol:
                 by = f" by {change:.2g} of its largest value" if change < np.inf else ""
                 yield f"{name}: {part}: differs{by}"
 

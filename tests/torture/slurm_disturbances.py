@@ -27,9 +27,8 @@ def output_of(*command: str) -> str:
 
 def jobs(*states: str) -> list[Job]:
     """Jobs in the given states, by number."""
-    listed = output_of(
-        "squeue", "--noheader", "--sort=i", f"--states={','.join(states)}", "--format=%i|%T|%l|%k"
-    )
+    of_states = f"--states={','.join(states)}"
+    listed = output_of("squeue", "--noheader", "--sort=i", of_states, "--format=%i|%T|%l|%k")
     return [Job(*line.split("|")) for line in listed.splitlines()]
 
 

@@ -91,10 +91,7 @@ FILES = {
     ),
     "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(MS, sep="\t")).encode("utf-16")),
     "LabVIEW with a column of time": ("a.lvm", lambda: labview(".", "One") + rows(sep="\t")),
-    "LabVIEW without, decimal commas": (
-        "a.lvm",
-        lambda: labview(",", "No") + rows(None, sep="\t", decimal=","),
-    ),
+    "LabVIEW without, commas": ("a.lvm", lambda: labview(",", "No") + rows(None, sep="\t", decimal=",")),
     "MATLAB 4": ("a.mat", lambda: matlab(format="4")),
     "MATLAB 7": ("a.mat", lambda: matlab(do_compression=True)),
     "NetCDF": ("a.nc", netcdf),
@@ -143,10 +140,9 @@ def test_a_few_missing_samples_are_filled_and_said(tmp_path, monkeypatch):
         fields = lines[index].split(",")
         lines[index] = ",".join("NaN" if number == column else field for number, field in enumerate(fields))
     found = read(tmp_path, "a.csv", named(",", time="t_s") + "\n".join(lines))
-    assert found.notes == (
-        "column u: 1 of 120 samples missing, held",
-        "column P_A: 2 of 120 samples missing, interpolated",
-    )
+    held, interpolated = found.notes
+    assert held == "column u: 1 of 120 samples missing, held"
+    assert interpolated == "column P_A: 2 of 120 samples missing, interpolated"
     assert found.u[20] == known().u[19]
     P = known().P[0]
     np.testing.assert_allclose(found.P[0, 50:52], P[49] + (P[52] - P[49]) * np.array([1, 2]) / 3, rtol=1e-12)
