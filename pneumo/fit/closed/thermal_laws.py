@@ -1,8 +1,8 @@
-"""Thermal laws compared on records of two closed chambers with a moving piston; no flow but leakage.
+"""Thermal laws of two closed chambers with a moving piston, fitted to records and compared.
 
-Each chamber holds its gas; the balances of energy and mass, eqs (4) and (5), hold with one of `LAWS`. The
-first part of a record is fitted, the rest is predicted in one run from the record's first sample.
-`pneumo.fit.closed.closed_fit` does the same for `pneumo fit`, with intervals.
+Pressures follow from the balances of energy and mass, eqs (4) and (5), with one of `LAWS`; gas flows only
+past the piston. The first part of a record is fitted; one run from its first sample predicts the rest.
+`pneumo.fit.closed.closed_fit` adds intervals, for `pneumo fit`.
 """
 
 from collections.abc import Mapping
@@ -14,23 +14,24 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import OptimizeResult, least_squares
 
+from pneumo.fit.fit_result import Estimate
 from pneumo.physics.chamber import dP_dt, wall_conductance, wall_heat
 from pneumo.simulation.compiled import kernel
 
 R_NITROGEN, GAMMA = 296.80, 1.4  # J/(kg K); at 0.3 to 1.6 MPa nitrogen is perfect within 1 %
 T_WALL = 293.15  # K. ASSUME: not in the records; k scales with its inverse, predictions do not depend on it
-P_0 = 1e6  # Pa, at which with T_WALL the conductance of a wall law is stated, at mid-stroke
+P_0 = 1e6  # Pa; conductances are stated at P_0, T_WALL and mid-stroke
 PART = 0.6  # of a record that is fitted
-THINNED = 5  # samples of which one enters the sum of squares: 0.1 s, while strokes take seconds
-SHOWN = 60.0  # s, of errors that are kept for the figure
+THINNED = 5  # every how many samples one is fitted: 0.1 s, while a stroke takes seconds
+SHOWN = 60.0  # s, of errors in the figure
 FAR_OFF = 1e3  # error over 1 MPa, of a replay whose steps are too long for its conductance
 STILL = 0.05  # relative change of pressure below which a record has nothing to fit
 
 
 class Law(NamedTuple):
-    """Law of the gas's temperature: an index n, fitted where NaN, or gamma (None), perhaps with wall heat."""
+    """Thermal law of the gas: its index n, and its wall heat if `explicit_heat`."""
 
-    n: float | None = None
+    n: float | None = None  # gamma where None, fitted where NaN
     explicit_heat: bool = False
     e_A: float = 0.0  # exponents of the conductance, as in `wall_conductance`
     e_PT: float = 0.0
@@ -64,7 +65,7 @@ class ClosedRecord(NamedTuple):
     R: float = R_NITROGEN
     gamma: float = GAMMA
     T_wall: float = T_WALL
-    PT_0: float = P_0 * T_WALL  # Pa K, product P T at which the conductance of a wall law is stated
+    PT_0: float = P_0 * T_WALL  # Pa K, product P T at which conductances are stated
 
     @property
     def h(self) -> float:
@@ -73,27 +74,18 @@ class ClosedRecord(NamedTuple):
 
     @property
     def uncovered(self) -> np.ndarray:
-        """Length of each chamber, m, by (chamber, sample)."""
+        """Distance of the piston from each cylinder head, m, by (chamber, sample)."""
         return np.array([self.x, self.stroke - self.x])
 
     @property
     def area_ratio(self) -> np.ndarray:
-        """Wall area over that in mid-stroke, by (chamber, sample): two faces and the uncovered wall."""
+        """Heat transfer area over that in mid-stroke, by (chamber, sample)."""
         wall = np.pi / 2 * self.bore**2 + np.pi * self.bore * self.uncovered  # before eq (12)
         return wall / (np.pi / 2 * self.bore**2 + np.pi * self.bore * self.stroke / 2)
 
 
-class ClosedFit(NamedTuple):
-    """A law fitted to the first part of a record."""
-
-    values: dict[str, float]  # by `PARAMETERS`, NaN where the law has none; SI units
-    pressure: np.ndarray  # Pa, of the whole record, by (chamber, sample)
-    fitted_rms: np.ndarray  # Pa, root mean square error by chamber, of the first part
-    held_out_rms: np.ndarray  # and of the rest
-
-
 def read_closed_record(path: Path) -> ClosedRecord:
-    """Read a NetCDF file of data/ with t, x, P_A, P_B and bore_m, rod_m, stroke_m as attributes."""
+    """Record from a NetCDF file with t, x, P_A, P_B and the attributes bore_m, rod_m, stroke_m."""
     with xr.open_dataset(path.absolute(), decode_times=False) as data:
         bore, rod, stroke = (float(data.attrs[f"{name}_m"]) for name in ("bore", "rod", "stroke"))
         t, x, P_A, P_B = (data[name].values.astype(float) for name in ("t", "x", "P_A", "P_B"))
@@ -104,7 +96,7 @@ def read_closed_record(path: Path) -> ClosedRecord:
 
 
 def is_still(record: ClosedRecord) -> bool:
-    """Whether pressures hardly change, as in chambers that are open to the atmosphere."""
+    """Whether pressures hardly change, as in open chambers."""
     return bool(np.max(np.ptp(record.P, axis=1) / record.P.mean(axis=1)) < STILL)
 
 
@@ -127,12 +119,12 @@ def closed_chambers(
     T_wall: float,
     PT_0: float,
 ) -> np.ndarray:
-    """Pressures of both chambers, Pa, by (chamber, sample), by four-stage Runge-Kutta steps.
+    """Pressures of both chambers, Pa, by (chamber, sample), by classical Runge-Kutta steps of `h` seconds.
 
-    From the first pressures P, volumes and relative wall areas by (chamber, sample), temperatures `start`
-    over the wall's, and the conductances k, W/K, at a product P T of `PT_0`; `leak` is the mass flow from A
-    to B over P_A - P_B. A chamber that is not `closed` has the `measured` pressure and the temperature
-    of the wall.
+    P and `start` are the first pressures, and the first temperatures over that of the wall; volumes V and
+    `area_ratio` are by (chamber, sample). Conductances k, W/K, are stated in mid-stroke at a product P T of
+    `PT_0`; `leak` is the mass flow from A to B over P_A - P_B. A chamber that is not `closed` has the
+    `measured` pressure and the temperature of the wall.
     """
     pressures = np.empty(V.shape)
     mass = P * V[:, 0] / (R * T_wall * start)
@@ -171,21 +163,21 @@ def closed_chambers(
 
 
 class ClosedProblem(NamedTuple):
-    """Least squares of a law on the first part of a record; parameters count over their scales.
+    """Least squares of a law on the first part of a record; parameters are divided by their scales.
 
-    The start is, with wall heat, the gas's first temperature over the wall's; else the first pressure over
-    the measured one, since without wall heat an error in it never decays.
+    With wall heat, `start_A` is the first temperature over the wall's. Without it, an error in the first
+    pressure never decays: then `start_A` is the first pressure over the measured one.
     """
 
     record: ClosedRecord
     law: Law
-    names: tuple[str, ...]  # of the parameters that are fitted
-    fitted: int  # samples
-    known: Mapping[str, float] = MappingProxyType({})  # the others, in SI units, where not 1 or 0
+    names: tuple[str, ...]  # fitted parameters
+    fitted: int  # samples of the first part
+    known: Mapping[str, float] = MappingProxyType({})  # parameters that are not fitted, in SI units
     scales: Mapping[str, float] = MappingProxyType(SCALES)
     guess: Mapping[str, float] = MappingProxyType(GUESS)
-    every: int = THINNED  # samples of which one enters the sum of squares
-    chambers: tuple[int, ...] = (0, 1)  # whose pressures enter it
+    every: int = THINNED  # every how many samples one enters the sum of squares
+    chambers: tuple[int, ...] = (0, 1)  # sides whose pressures enter it
 
     def values(self, theta: np.ndarray) -> dict[str, float]:
         """Parameters by name, in SI units."""
@@ -198,7 +190,7 @@ class ClosedProblem(NamedTuple):
         return np.array([[values["V_d_A"]], [values["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered
 
     def replay(self, theta: np.ndarray, samples: int) -> np.ndarray:
-        """Pressures, Pa, by (chamber, sample), of the first samples."""
+        """Replayed pressures of the first samples, Pa, by (chamber, sample)."""
         v, r, law = self.values(theta), self.record, self.law
         V, area_ratio = self.volumes(v)[:, :samples], r.area_ratio[:, :samples]
         start = np.array([v.get("start_A", 1.0), v.get("start_B", 1.0)])
@@ -209,8 +201,13 @@ class ClosedProblem(NamedTuple):
         inputs = r.P[:, :samples], (0 in self.chambers, 1 in self.chambers), V, area_ratio, r.h
         return closed_chambers(P, *inputs, T, n, k, law.e_A, law.e_PT, v.get("leak", 0.0), *gas)
 
+    def errors(self, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Root mean square errors of pressures of the whole record, Pa, by chamber: fitted and held out."""
+        first, rest = np.split((pressure - self.record.P) ** 2, [self.fitted], axis=1)
+        return np.sqrt(first.mean(axis=1)), np.sqrt(rest.mean(axis=1))
+
     def residual(self, theta: np.ndarray) -> np.ndarray:
-        """Replayed minus measured pressure, over 1 MPa, of the thinned samples of each chamber in turn."""
+        """Replayed minus measured pressure of the samples fitted, over 1 MPa, chamber after chamber."""
         error = self.replay(theta, self.fitted) - self.record.P[:, : self.fitted]
         error = error[list(self.chambers), :: self.every].ravel() / P_0
         return np.where(np.abs(error) < FAR_OFF, error, 1.0)  # and where not finite
@@ -218,7 +215,7 @@ class ClosedProblem(NamedTuple):
     def solve(
         self, start: np.ndarray | None = None, most: int | None = None, **fixed: float
     ) -> OptimizeResult:
-        """Minimum of the sum of squares from `start`, within `most` steps; the `fixed` stay."""
+        """Minimum of the sum of squares with some parameters `fixed`, after at most `most` evaluations."""
         first = np.array([self.guess.get(name, 1.0) for name in self.names]) if start is None else start
         free = np.array([name not in fixed for name in self.names])
         whole = np.array([fixed.get(name, value) for name, value in zip(self.names, first, strict=True)])
@@ -234,48 +231,37 @@ class ClosedProblem(NamedTuple):
 
 
 def fitted_names(law: Law, leaks: bool) -> tuple[str, ...]:
-    """Names of the parameters fitted with a law: dead volumes, start, and those of the law itself."""
+    """Names of the parameters that are fitted with a law."""
     names = ["V_d_A", "V_d_B", "start_A", "start_B"]
     names += ["k_A", "k_B"] if law.explicit_heat else []
     names += ["n"] if law.n is not None and np.isnan(law.n) else []
     return (*names, "leak") if leaks else tuple(names)
 
 
-def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> ClosedFit:
-    """Law with its `fitted_names`, fitted to the first `PART` of a record."""
+def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> Estimate:
+    """Estimate of a law, fitted to the first `PART` of a record; without intervals."""
     problem = ClosedProblem(record, law, fitted_names(law, leaks), int(PART * len(record.t)))
-    return closed_fit(problem, problem.solve().x)
-
-
-def closed_fit(problem: ClosedProblem, theta: np.ndarray) -> ClosedFit:
-    """Return a law at some parameters, with its pressures and errors."""
-    record, first = problem.record, problem.fitted
+    theta = problem.solve().x
     pressure = problem.replay(theta, len(record.t))
-    squares = (pressure - record.P) ** 2
-    return ClosedFit(
-        dict.fromkeys(PARAMETERS, np.nan) | problem.values(theta),
-        pressure,
-        np.sqrt(squares[:, :first].mean(axis=1)),
-        np.sqrt(squares[:, first:].mean(axis=1)),
-    )
+    return Estimate(problem.values(theta), {}, {}, *problem.errors(pressure), pressure)
 
 
 def judged(record: ClosedRecord) -> xr.Dataset:
     """Every law fitted to a record, without and with leakage past the piston.
 
-    `fitted_rms` and `held_out_rms`, Pa, by (law, leakage, chamber); `value` by (law, leakage, parameter), SI
-    units; `error`, Pa, predicted minus measured without leakage over the first `SHOWN` seconds that were held
-    out, by (law, chamber, t).
+    `fitted_rms` and `held_out_rms`, Pa, by (law, leakage, chamber); `value`, SI units, by (law, leakage,
+    parameter), NaN where a law has no such parameter; `error`, Pa, predicted minus measured without leakage
+    in the first `SHOWN` seconds of the part held out, by (law, chamber, t).
     """
     fits = [[fit_law(record, law, leaks) for leaks in (False, True)] for law in LAWS.values()]
     first, by = int(PART * len(record.t)), ("law", "leakage", "chamber")
     window = slice(first, first + int(np.searchsorted(record.t, SHOWN)), THINNED)
     errors = [(row[0].pressure - record.P)[:, window] for row in fits]
-    values = [[[fit.values[name] for name in PARAMETERS] for fit in row] for row in fits]
+    values = [[[fit.values.get(name, np.nan) for name in PARAMETERS] for fit in row] for row in fits]
     return xr.Dataset(
         {
-            "fitted_rms": (by, [[fit.fitted_rms for fit in row] for row in fits], {"units": "Pa"}),
-            "held_out_rms": (by, [[fit.held_out_rms for fit in row] for row in fits], {"units": "Pa"}),
+            "fitted_rms": (by, [[fit.rms for fit in row] for row in fits], {"units": "Pa"}),
+            "held_out_rms": (by, [[fit.held_out for fit in row] for row in fits], {"units": "Pa"}),
             "value": ((*by[:2], "parameter"), values),
             "error": (("law", "chamber", "t"), errors, {"units": "Pa"}),
         },

@@ -1,12 +1,12 @@
-"""Wall conductance from the pressure of a closed chamber: the thermal time constant, in seven steps.
+"""Wall conductance from the thermal time constant of a closed chamber, in seven steps.
 
 Fill or empty a chamber quickly, or push its piston against a stop, and hold it closed: volume and mass stay
 constant, the temperature returns to that of the wall, and the pressure follows. From
 m c_v dT/dt = k (T_amb - T), eqs (4) and (7) of 2006 at rest, tau = m c_v / k.
 
-The conductance has three conventions. ``k_av`` is the mean one of the record, m c_v / tau. ``lambda_av`` is
-that over the heat transfer area. ``lambda_0`` and ``k_0`` are brought to equilibrium by the square-root law,
-lambda = lambda_0 (P T / (P_0 T_0))^(1/2), at the means of P and T over the settling time.
+The mean conductance of the record is ``k_av`` = m c_v / tau; ``lambda_av`` is ``k_av`` over the heat transfer
+area. The square-root law lambda = lambda_0 (P T / (P_0 T_0))^(1/2), at the means of P and T over the settling
+time, converts them to ``k_0`` and ``lambda_0``.
 
 Source: J. F. Carneiro and F. G. de Almeida, Proc. IMechE Part I 221 (2007) 119-128,
 DOI 10.1243/09596518JSCE188, section on the thermal time constant. Steps 2 to 7 take floats and NumPy arrays.
@@ -29,10 +29,10 @@ from pneumo.physics.cylinder import Side, chamber_of, heat_area, volume, wetted_
 Value = Any  # a float, or an array of them
 
 FEWEST_SAMPLES = 50
-SMALLEST_CHANGE = 3.0  # of the pressure over the noise in it
-LONGEST_TAU = 3.0  # time constant over the record's length, above which it does not show the final pressure
-LARGEST_MOTION = 0.02  # of the stroke, of a piston that is held
-SETTLED = 0.01  # of the change of pressure, at the end of the settling time
+SMALLEST_CHANGE = 3.0  # of the pressure over its noise
+LONGEST_TAU = 3.0  # time constant over the record's length, above which the final pressure is unknown
+LARGEST_MOTION = 0.02  # of a piston that is held, over its stroke
+SETTLED = 0.01  # fraction of the change of pressure that is left after the settling time
 
 
 class Exponential(NamedTuple):
@@ -58,7 +58,7 @@ class Conductance(NamedTuple):
     P_av: Value  # Pa, mean pressure over it
     T_av: Value  # K, mean temperature over it
     lambda_0: Value  # W/(m^2 K), coefficient at P_0 and T_0
-    k_0: Value  # W/K, conductance there
+    k_0: Value  # W/K, conductance at P_0 and T_0
 
 
 class Transient(NamedTuple):
@@ -69,7 +69,7 @@ class Transient(NamedTuple):
     tau_high: float
     P_inf: float  # Pa, final pressure
     k_av: float  # W/K, mean conductance of the record
-    k_0: float  # W/K, at equilibrium and in mid-stroke by the square-root law and the area, eqs (7) and (8)
+    k_0: float  # W/K, at P_0, T_0 and in mid-stroke by eqs (7) and (8)
     k_0_low: float
     k_0_high: float
     rms: float  # Pa, root mean square of measured minus fitted pressure
@@ -93,13 +93,8 @@ def exponential(t: np.ndarray, P: np.ndarray, P_f: float | None = None) -> Expon
     return Exponential(final, float(optimum.x[-2]), float(np.exp(optimum.x[-1])), -optimum.fun, optimum.jac)
 
 
-def mean_conductance(m: Value, tau: Value, c_v: Value) -> Value:
-    """k_av = m c_v / tau, W/K: step 3."""
-    return m * c_v / tau
-
-
 def mean_pressure(P_f: Value, delta_P: Value) -> Value:
-    """Mean of the fitted pressure over the 1 per cent settling time, Pa: step 6."""
+    """Mean of the fitted pressure over the settling time to 1 per cent, Pa: step 6."""
     return P_f + delta_P * (1 - SETTLED) / log(1 / SETTLED)
 
 
@@ -116,25 +111,25 @@ def seven_steps(
     P_0: float,
     T_0: float,
 ) -> Conductance:
-    """Conductance of a chamber that was closed at P_i, pushed from one swept volume to another and held.
+    """Conductance of a chamber that was closed at P_i, compressed and held: steps 2 to 7.
 
     Parameters
     ----------
     P_i : float
         Absolute pressure before the push, at T_amb, Pa.
     swept_i, swept_f : float
-        Volumes that the piston sweeps, before and after, without the dead volume, m^3.
+        Volumes without the dead volume before and after the compression, m^3.
     fit : tuple of float
         P_f, delta_P, Pa, and tau, s, of `exponential`.
     bore, T_amb, c_v, R
         m, K, J/(kg K), J/(kg K).
     P_0, T_0
-        Equilibrium to which lambda_0 and k_0 belong, Pa, K.
+        Pressure and temperature at which lambda_0 and k_0 are stated, Pa, K.
     """
     P_f, delta_P, tau = fit
     m = (swept_i - swept_f) / (R * T_amb) * P_i * P_f / (P_f - P_i)
     V_f = m * R * T_amb / P_f
-    k_av, A_q = mean_conductance(m, tau, c_v), wetted_area(V_f, bore)
+    k_av, A_q = m * c_v / tau, wetted_area(V_f, bore)
     P_av = mean_pressure(P_f, delta_P)
     T_av = V_f * P_av / (m * R)
     lambda_av = k_av / A_q
@@ -148,7 +143,7 @@ def seven_steps(
 def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 0.0) -> Transient:
     """Thermal time constant and conductance of chamber A or B, closed from the time `begin` on, s.
 
-    Volume and area are the plant's: the time before may be unknown. `InputError` if the piston moves, or if
+    Volume and area are those of the `plant`. `InputError` if few samples remain, if the piston moves, or if
     the pressure changes too little or does not settle within the record.
     """
     first = int(np.searchsorted(measurement.t, begin))
@@ -181,19 +176,15 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
     c, cylinder, gas, mean = plant.conditions, plant.cylinder, plant.gas, float(np.mean(x))
     position, chamber = Side[side].sign * mean, chamber_of(cylinder, Side[side])
     m = P_inf * volume(position, chamber, cylinder) / (gas.R * c.T_amb)
-    k_av = mean_conductance(m, tau, gas.R / (gas.gamma - 1))
+    k_av = m * (gas.R / (gas.gamma - 1)) / tau
     P_av = mean_pressure(P_inf, change)
     T_av = c.T_amb * P_av / P_inf
     ratio = heat_area(position, cylinder) / heat_area(0.0, cylinder)
     k_0 = k_av / wall_conductance(1.0, ratio, P_av * T_av / (c.P_0 * c.T_0), 1.0, 0.5)  # (7), (8)
-    factor = float(np.exp(norm.ppf(0.5 + LEVEL / 2) * _standard_error(jacobian, residual)))
+    # Standard error of ln(tau), with the residual's correlation:
+    gamma, inverse = correlations(residual[None])[0, 0], np.linalg.inv(jacobian.T @ jacobian)
+    middle = np.array([np.convolve(column, gamma, mode="same") for column in jacobian.T]) @ jacobian
+    standard_error = float(np.sqrt((inverse @ middle @ inverse)[-1, -1]))
+    factor = float(np.exp(norm.ppf(0.5 + LEVEL / 2) * standard_error))
     rms = float(np.sqrt(np.mean(residual**2)))
     return Transient(tau, tau / factor, tau * factor, P_inf, k_av, k_0, k_0 / factor, k_0 * factor, rms)
-
-
-def _standard_error(jacobian: np.ndarray, residual: np.ndarray) -> float:
-    """Standard error of ln(tau), with the residual's correlation."""
-    gamma = correlations(residual[None])[0, 0]
-    inverse = np.linalg.inv(jacobian.T @ jacobian)
-    middle = np.array([np.convolve(column, gamma, mode="same") for column in jacobian.T]) @ jacobian
-    return float(np.sqrt((inverse @ middle @ inverse)[-1, -1]))

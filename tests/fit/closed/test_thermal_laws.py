@@ -58,9 +58,9 @@ def test_a_fit_finds_what_made_the_record():
     truth = {"V_d_A": 0.024, "V_d_B": 0.051, "k_A": 25.0, "k_B": 60.0, "start_A": 1.0, "start_B": 1.0}
     # The same steps made the record, without noise: what is left is where least squares ends.
     assert {name: found.values[name] for name in truth} == pytest.approx(truth, rel=1e-3)
-    assert found.held_out_rms.max() < 1e-4 * P_0
+    assert found.held_out.max() < 1e-4 * P_0
     wrong = fit_law(record, laws.LAWS["free n"], leaks=False)
-    assert wrong.held_out_rms.min() > 10 * found.held_out_rms.max()
+    assert wrong.held_out.min() > 10 * found.held_out.max()
 
 
 def test_records_travel_with_units_licence_and_provenance():
