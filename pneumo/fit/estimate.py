@@ -8,14 +8,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
-from pneumo.fit.fit_problem import (
-    FULL,
-    Problem,
-    offsets,
-    replayed_pressures,
-    si_value,
-    with_causes,
-)
+from pneumo.fit.fit_problem import FULL, Problem, offsets, replayed_pressures, si_value, with_causes
 from pneumo.fit.fit_result import Estimate, FitResult, equally_good, fit_data, rms_of_chambers
 from pneumo.fit.fit_warnings import disagreements, fit_warnings
 from pneumo.fit.fitted_parameters import CAUSES, REPORTED, STARTS
@@ -46,22 +39,21 @@ def estimate(
     Parameters
     ----------
     noisy : numpy.ndarray, optional
-        Motions from `with_added_noise`, of the part fitted; without them nothing is corrected for noise.
+        Motions of the part fitted from `with_added_noise`; without them nothing is corrected for noise.
     intervals
         Names of the parameters that get an interval.
     reference : numpy.ndarray, optional
-        Pressures without noise as far as they are known, Pa, by (chamber, sample). Intervals then allow for
-        the model's own error: its difference from them.
+        Best known pressures without noise, Pa, by (chamber, sample). Intervals then allow for the model's
+        own error, which is its difference from these.
     also
         `CAUSES` that are fitted too.
     """
     split = split_of(record, part)
     problem = Problem(model, plant, record.part(0, split), {}, noisy, also)
     few = problem if noisy is None else problem._replace(noisy=noisy[: 2 * FEW_PAIRS])
-    rough = fit(few)
-    # From so near, two steps are enough.
-    more = noisy is not None and len(noisy) > 2 * FEW_PAIRS
-    best = descend(problem, rough.theta, most=2) if more else rough
+    rough = best = fit(few)
+    if noisy is not None and len(noisy) > 2 * FEW_PAIRS:
+        best = descend(problem, rough.theta, most=2)  # so near, two steps are enough
     fitted = replayed_pressures(problem, best.theta[None])[0, 0]
     model_error = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
     both = covariances(best, model_error / plant.conditions.P_s**2)
@@ -70,11 +62,9 @@ def estimate(
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
         if name in intervals:
-            low[name], high[name] = (
-                si_value(name, end) if np.isfinite(end) else np.nan
-                for end in parameter_interval(few, rough, best, i, both)
-            )
-    # Only the first pressures of the part held out are fitted, for every model: no model predicts them.
+            ends = parameter_interval(few, rough, best, i, both)
+            low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
+    # No model predicts the first pressures of the part held out: these alone are fitted.
     known = {name: value for name, value in values.items() if name not in STARTS}
     rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), known)
     predicted = replayed_pressures(rest, fit(rest).theta[None])[0, 0]
@@ -99,7 +89,7 @@ def at_temperature(plant: Plant, T: float) -> Plant:
 
 
 def ranked(estimates: dict[str, Estimate]) -> dict[str, Estimate]:
-    """Estimates by model, the lowest error on the part held out first."""
+    """Estimates by model, in order of their errors on the part held out."""
     return dict(sorted(estimates.items(), key=lambda item: rms_of_chambers(item[1].held_out)))
 
 
@@ -127,15 +117,15 @@ def fit_measurement(
     part
         Fraction of the record that is fitted.
     also
-        `CAUSES` that are fitted too, with the full order; the reduced models then get plant and pressures as
-        the full order found them.
+        `CAUSES` that are fitted too, with the full order; the reduced models then get the corrected plant and
+        pressures.
     progress
         Is called with a line after each model.
 
     Raises
     ------
     InputError
-        If `also` names no cause, the supply although it was measured, or the full order cannot be fitted.
+        If `also` names no cause, or the supply although it was measured, or without a fit of the full order.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
@@ -162,7 +152,7 @@ def fit_measurement(
         options["also"] = also
         add(FULL, plant, record, few)
         values = estimates[FULL.name].values
-        # The reduced models get the valve's opening, and what was fitted too, as the full order found it.
+        # The reduced models get the valve's opening and the causes from the fit of the full order.
         corrected, off = with_causes(plant, values), offsets(values)
         opened = record._replace(u=behind_valve(record.u, record.h, values), P=record.P - off)
         reference = (m.P if far else estimates[FULL.name].pressure) - off
@@ -176,23 +166,20 @@ def fit_measurement(
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
     return FitResult(
         data=fit_data(measurement, estimates, reported),
-        notes=(
-            *measurement.notes,
-            *alike_notes(reduced),
-        ),
+        notes=(*measurement.notes, *alike_notes(reduced)),
         warnings=tuple(warnings),
         held_out_from=float(measurement.t[split]),
     )
 
 
 def alike_notes(alike: Sequence[str]) -> list[str]:
-    """Note on models that a record does not distinguish, if they are several."""
-    text = f"this record does not distinguish {'; '.join(alike)}: their errors held out are alike"
+    """Note on models that a record does not distinguish, if there are several."""
+    text = f"this record does not distinguish {'; '.join(alike)}: their errors on the part held out are alike"
     return [text] if len(alike) > 1 else []
 
 
 def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> None:
-    """Refuse causes that cannot be fitted."""
+    """Raise an `InputError` for a cause that cannot be fitted."""
     for unknown in (name for name in also if name not in CAUSES):
         raise InputError(f"--also {unknown}: must be one of {', '.join(CAUSES)}")
     if "P_s" in also and measurement.P_s is not None:

@@ -1,8 +1,8 @@
 """Replayed pressures of a model as a function of the parameters that are fitted.
 
-A replay starts once, from a pressure that is fitted too, and then sees position and command (or mass flows)
-only: measured minus replayed pressure is the model's error and the noise (output error). Each chamber has
-its own dead volume, as the hoses make it.
+A replay starts from first pressures, which are fitted too, and then reads only position and command (or mass
+flows): measured minus replayed pressure is the model's error and the noise (output error). Each chamber has
+a dead volume, since hoses differ.
 """
 
 from operator import attrgetter
@@ -20,7 +20,7 @@ from pneumo.physics.models import Lane, Model, lane, lane_array
 from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
-# Parameters that all sets of one replay have in common: the valve's, and what replaces a field of the plant.
+# Parameters that all sets of one replay have in common: those of the valve, and causes in the plant.
 SHARED = (*VALVE, *(name for name in CAUSES if isinstance(PARAMETERS[name].search.start, str)))
 # The full-order chambers, as a row of the table of models; their temperature is a state.
 FULL = Model(FULL_ORDER, "gamma", "gamma", "gamma", "constant", True, "lambda A_q")
@@ -60,32 +60,25 @@ class Problem(NamedTuple):
 
     def bounds(self) -> np.ndarray:
         """Lower and upper bounds on the scale of the search, shape (2, parameter)."""
-
-        def scale(times: str) -> float:
-            if times == "A_q0":
-                return heat_area(0.0, self.plant.cylinder)
-            return attrgetter(times)(self.plant) if times else 1.0
-
-        ends = [(name, PARAMETERS[name].search) for name in self.names]
-        return np.array(
-            [[search_value(name, end * scale(s.times)) for end in (s.low, s.high)] for name, s in ends]
-        ).T
+        result: list[list[float]] = []
+        for name in self.names:
+            search = PARAMETERS[name].search
+            scale = attrgetter(search.times)(self.plant) if "." in search.times else 1.0
+            if search.times == "A_q0":
+                scale = heat_area(0.0, self.plant.cylinder)
+            result.append([search_value(name, end * scale) for end in (search.low, search.high)])
+        return np.array(result).T
 
     def guess(self) -> np.ndarray:
         """Start of the search: the configured values and the first measured pressures."""
         first = self.signals.P[:, : max(1, round(2e-3 / self.signals.period))].mean(axis=1)
-        computed = {"k_0": default_conductance(self.plant.cylinder).k_0}
-        computed |= {"start_A": first[0], "start_B": first[1]}
-
-        def start(name: str) -> float:
-            configured = PARAMETERS[name].search.start
-            if name in computed:
-                return computed[name]
-            return attrgetter(configured)(self.plant) if isinstance(configured, str) else configured
-
+        values = {"k_0": default_conductance(self.plant.cylinder).k_0}
+        values |= {"start_A": first[0], "start_B": first[1]}
+        for name in (name for name in self.names if name not in values):
+            start = PARAMETERS[name].search.start
+            values[name] = attrgetter(start)(self.plant) if isinstance(start, str) else start
         low, high = self.bounds()
-        inner = [search_value(name, start(name)) for name in self.names]
-        return np.clip(inner, low + SLOPE_STEP, high - SLOPE_STEP)
+        return np.clip(self.inner(values), low + SLOPE_STEP, high - SLOPE_STEP)
 
     def inner(self, values: dict[str, float]) -> np.ndarray:
         """Fitted parameters on the scale of the search, from their values in SI units."""
@@ -99,10 +92,10 @@ class Problem(NamedTuple):
 def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray | None = None) -> np.ndarray:
     """Pressures of a model with several sets of parameters, Pa, shape (motion, set, chamber, samples).
 
-    Flow is proportional to k_xu, and wall heat to k_0: both are coefficients of a lane, and lanes of one
-    replay have dead volumes and starts of their own. What else differs needs another replay. NaN where a
-    replay left the positive numbers. `thetas` has shape (set, parameter), on the scale of the search;
-    `motions`, shape (motion, steps, 3, 2), are the measured one where left out.
+    NaN where a replay left the positive numbers. `thetas`, shape (set, parameter), is on the scale of the
+    search; `motions`, shape (motion, steps, 3, 2), is by default the measured one. Lanes of one replay may
+    differ in k_xu and k_0, which are coefficients of a lane, in dead volumes and in starts; sets that differ
+    in `SHARED` parameters need another replay.
     """
     signals, values = problem.signals, [problem.values(theta) for theta in thetas]
     motions = signals.motion[None] if motions is None else motions
@@ -135,7 +128,7 @@ def offsets(value: dict[str, float]) -> np.ndarray:
 
 
 def _lane(problem: Problem, value: dict[str, float]) -> Lane:
-    """Lane of the model at the values' n, with their k_xu over the plant's and their k_0 over 1 W/K."""
+    """Lane of the model with the values' n, k_xu over that of the plant, and k_0 over 1 W/K."""
     row, k_xu = lane(problem.model, value.get("n", 1.0), problem.plant.gas.gamma), problem.plant.valve.k_xu
     return row._replace(
         flow_scale=value.get("k_xu", k_xu) / k_xu,  # 1 where flows were measured
@@ -144,7 +137,7 @@ def _lane(problem: Problem, value: dict[str, float]) -> Lane:
 
 
 def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
-    """Plant with the values of `CAUSES` that were fitted in place of its own."""
+    """Plant with the `CAUSES` that were fitted in place of the configured values."""
     for name in CAUSES:
         field = PARAMETERS[name].search.start
         if isinstance(field, str) and name in values:
@@ -163,7 +156,7 @@ def pressure_and_jacobian(problem: Problem, theta: np.ndarray) -> tuple[np.ndarr
     """
     low, high = problem.bounds()
     steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
-    # Parameters of one chamber vary together with the same ones of the other: fewer replays.
+    # One replay varies the same parameter of both chambers.
     groups: dict[str, list[int]] = {}
     for i, name in enumerate(problem.names):
         groups.setdefault(name.removesuffix("_A").removesuffix("_B"), []).append(i)

@@ -1,4 +1,4 @@
-"""Result of a fit: estimates of several models, remarks and warnings; how it is written."""
+"""Result of a fit: estimates of several models, notes and warnings, and their file."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ AS_GOOD = 1.05  # error on the part held out over the lowest, up to which models
 class Estimate(NamedTuple):
     """One model, fitted; arrays of two are of chambers A and B."""
 
-    values: dict[str, float]  # SI units, corrected for the bias by noise in the position; fixed ones too
+    values: dict[str, float]  # SI units, corrected for the bias from noise in the position; fixed ones too
     low: dict[str, float]  # ends of their 95 per cent intervals; NaN where open
     high: dict[str, float]
     rms: np.ndarray  # Pa, root mean square of measured minus replayed pressure on the part fitted
@@ -34,7 +34,7 @@ def rms_of_chambers(errors: np.ndarray) -> float:
 
 
 def equally_good(estimates: Mapping[str, Estimate]) -> list[str]:
-    """Models whose error on the part held out is the lowest, or hardly larger."""
+    """Models with the lowest error on the part held out, or one hardly larger."""
     errors = {name: rms_of_chambers(estimate.held_out) for name, estimate in estimates.items()}
     return [name for name in errors if errors[name] <= AS_GOOD * min(errors.values())]
 
@@ -66,8 +66,8 @@ class FitResult:
     def model_of_rig(self) -> str:
         """Name of the model whose parameters a configuration gets.
 
-        It is the full order, or the best model where the full order has no intervals: the parameters of a
-        reduced model also make up for what that model lacks.
+        It is the full order, or the best model where the full order has no intervals: parameters of a reduced
+        model also compensate for what that model lacks.
         """
         if FULL_ORDER not in self.models:
             return self.best_model
@@ -112,8 +112,8 @@ class ClosedChambersResult(FitResult):
 
     def attributes(self) -> dict[str, Any]:
         """Global attributes of the file."""
-        own = {"closed_chambers": self.chambers, "T_wall_K": self.T_wall, "P_0_Pa": self.P_0}
-        return super().attributes() | own
+        closed = {"closed_chambers": self.chambers, "T_wall_K": self.T_wall, "P_0_Pa": self.P_0}
+        return super().attributes() | closed
 
 
 def fit_data(

@@ -9,20 +9,27 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.schema import Configuration
 from pneumo.errors import printable
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
-from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, of_group
-from pneumo.physics.cylinder import Cylinder
+from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES, of_group
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
 LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
-CONFIGURED = tuple(name for name, row in PARAMETERS.items() if row.key and name not in CAUSES)
+# Section and key by parameter.
+KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
+NOTED = (*dict.fromkeys((*KEYS, *CAUSES)), "k_0_A", "k_0_B", "leak")
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
 
 
 def _text(interval: Interval) -> str:
     """Value and interval."""
     return f"{interval.value:.4g} ({interval.ends_text('.4g')})"
+
+
+def _line(name: str, interval: Interval) -> str:
+    """Parameter with value, interval and unit, as the tables show it."""
+    quantity = QUANTITIES[name]
+    return f"{quantity.heading} = {_text(interval.scaled(quantity.factor))} {quantity.shown_unit}".rstrip()
 
 
 def _rounded(value: float) -> float:
@@ -55,19 +62,12 @@ def fitted_configuration(
         content["supply"] |= {"T_amb_K": _rounded(T), "T_in_K": _rounded(T)}
         notes.append(f"T = {T:.2f} K, measured")
     known = {name: interval for name, interval in estimates.items() if interval.known}
-    if "k_0" in known:
-        notes.append(f"k_0 = {_text(known['k_0'])} W/K")
-        sides = [f"of {c} = {_text(known[f'k_0_{c}'])}" for c in "AB" if f"k_0_{c}" in known]
-        notes += [f"  {', '.join(sides)}; the configuration has one key for both"] if sides else []
-    if "k_xu" in known:
-        notes.append(_put_valve(section, known["k_xu"], plant.valve.k_xu))
-    if "leak" in known:
-        notes.append(f"leakage past the piston, for which there is no key: {_text(known['leak'])} kg/(s Pa)")
-    notes += _put_causes(content, section, known)
-    notes += _put_dead_volumes(section, known, plant.cylinder)
-    unknown = [f"{name} = {_text(estimates[name])}" for name in CONFIGURED if name in {*estimates} - {*known}]
+    notes += _put_values(content, section, known, plant)
+    unknown = [
+        _line(name, interval) for name, interval in estimates.items() if name in KEYS and name not in known
+    ]
     if unknown:
-        notes.append(f"not determined by the record, so as configured (SI units): {', '.join(unknown)}")
+        notes.append(f"not determined by the record, so as configured: {', '.join(unknown)}")
     content["cylinders"] = {cylinder: section}
     content["experiments"] = _experiments(content, configuration, cylinder, known.get("k_0"))
     content["run"] = content.get("run", {}) | {"experiments": list(content["experiments"])}
@@ -101,38 +101,26 @@ def _best_model_lines(fit: FitResult) -> list[str]:
     return [f"{line}, with its own {values}", f"  for export and linearise: {best} {' '.join(options)}"]
 
 
-def _put_valve(section: dict[str, Any], k_xu: Interval, configured: float) -> str:
-    """Put the valve's coefficient into the key that was given, and say what it is."""
-    if "valve" in section:
-        C = k_xu.scaled(section["valve"]["C_dm3_per_sbar"] / configured)
-        section["valve"]["C_dm3_per_sbar"] = _rounded(C.value)
-        return f"C = {_text(C)} dm3/(s bar) at u_max_V"
-    section["k_x_k_u_m2_per_V"] = _rounded(k_xu.value)
-    return f"k_x k_u = {_text(k_xu)} m2/V"
-
-
-def _put_dead_volumes(section: dict[str, Any], known: dict[str, Interval], configured: Cylinder) -> list[str]:
-    """Put each chamber's dead volume into its key, if one was found, and say what they are."""
-    notes, names = list[str](), of_group("dead volume")
-    for name in names if {*names} & {*known} else ():
-        key = PARAMETERS[name].key.removeprefix("cylinders.")
-        section[key] = _rounded(known[name].value) if name in known else getattr(configured, name)
-        heading = PARAMETERS[name].quantity.heading
-        notes += [f"{heading} = {_text(known[name].scaled(1e6))} cm3"] if name in known else []
-    return notes
-
-
-def _put_causes(content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval]) -> list[str]:
-    """Put the causes that were fitted into their keys, and say what they are."""
-    causes = [name for name in CAUSES if name in known]
-    notes, without = [f"{name} = {_text(known[name])} (SI units)" for name in causes], list[str]()
+def _put_values(
+    content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant
+) -> list[str]:
+    """Put the values found into their keys, but for k_0; return a note on each."""
     sections = {"supply": content["supply"], "cylinders": section, "cylinders.valve": section.get("valve")}
-    for name in causes:
-        path, _, key = PARAMETERS[name].key.rpartition(".")
-        if (target := sections.get(path)) is None:
-            without.append(name)
-        else:
-            target[key] = _rounded(known[name].value)
+    dead_volumes = of_group("dead volume")
+    if known.keys() & {*dead_volumes}:  # else one key could change both chambers
+        section |= {KEYS[name][1]: getattr(plant.cylinder, name) for name in dead_volumes}
+    notes, without = list[str](), list[str]()
+    for name in (name for name in NOTED if name in known):
+        interval, (path, key), note = known[name], KEYS.get(name, ("", "")), _line(name, known[name])
+        if name == "k_xu" and "valve" in section:
+            path, key = "cylinders.valve", "C_dm3_per_sbar"
+            interval = interval.scaled(section["valve"][key] / plant.valve.k_xu)
+            note = f"C = {_text(interval)} dm3/(s bar) at u_max_V"
+        notes.append(note)
+        if (target := sections.get(path)) is not None:
+            target[key] = _rounded(interval.value)
+        elif path != "experiments":
+            without.append(QUANTITIES[name].heading)
     return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
 
 

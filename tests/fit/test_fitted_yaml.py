@@ -68,7 +68,7 @@ def test_a_valve_by_its_catalogue_stays_one_and_every_experiment_has_k_0(mine, t
     assert "bench.csv by M8" in head and "1.22 kPa" in head
     assert "export and linearise: M8 --n 1.31235 --k0 0.451235" in head
     assert f"C = {C:.4g} ({0.9 * C:.4g} to {1.1 * C:.4g})" in head
-    assert "k_0 = 0.4512 (0.4061 to 0.4964) W/K" in head and "9 (8.1 to 9.9) cm3" in head
+    assert "k_0 = 0.4512 (0.4061 to 0.4964) W/K" in head and "9 (8.1 to 9.9) cm³" in head
 
 
 def test_the_paper_s_cylinder_keeps_its_key_and_one_experiment_of_each_kind(tmp_path):
@@ -91,7 +91,7 @@ def test_what_the_record_does_not_determine_stays_and_is_said(mine, tmp_path):
     assert after.k_0 == default_conductance(after.cylinder).k_0
     assert after.cylinder == before.cylinder._replace(V_d_A=9e-6)
     assert after.valve.k_xu == pytest.approx(VALUES["k_xu"], rel=1e-5)
-    assert "as configured (SI units): k_0 = 0.4512 (at most 0.4964), V_d_B" in text
+    assert "as configured: k_0 = 0.4512 (at most 0.4964) W/K, V_d of B" in text
     # Measured flows know no valve, and M6 no wall.
     text = written(found({k: VALUES[k] for k in ("n", "V_d_A", "V_d_B")}, "M6"), "mine", mine, TEMPLATE)
     after = read(text, tmp_path)[1].experiments["open"].plant
@@ -147,7 +147,7 @@ def test_what_was_fitted_too_goes_into_its_key_or_is_said_and_shown(mine, tmp_pa
     configuration, result = read(text, tmp_path)
     assert configuration.cylinders["mine"].valve.exhaust_ratio == 0.75
     assert result.experiments["open"].plant.conditions.P_s == 6.5e5
-    assert "offset_A = 8000 (7200 to 8800) (SI units)" in text and "no key for offset_A" in text
+    assert "offset of P_A = 8 (7.2 to 8.8) kPa" in text and "no key for offset of P_A" in text
     shown = valve_text(fit)
     assert "supply 650 kPa (585 to 715)" in shown and "offset of P_A 8 kPa (7.2 to 8.8)" in shown
     assert "exhaust over supply path 0.75 (0.675 to 0.825)" in shown and "lag 2 ms" in shown

@@ -148,7 +148,7 @@ def test_the_configuration_gets_k_0_and_dead_volumes_and_the_page_stands_alone(f
         V_d = [found.data["estimate"].sel(model=EXACT, parameter=name).item() for name in ("V_d_A", "V_d_B")]
         assert (cylinder.V_d_A, cylinder.V_d_B) == pytest.approx(V_d, rel=1e-5)
     text = file.read_text(encoding="utf-8")
-    assert "leakage past the piston" in text and "reduced model" not in text
+    assert "no key for k_0 of A, k_0 of B, leakage A to B" in text and "reduced model" not in text
     found.save("0" * 64, tmp_path / "fit.nc")
     with xr.open_dataset(tmp_path / "fit.nc") as saved:
         assert saved.attrs["closed_chambers"] == "A, B" and saved.attrs["T_wall_K"] == found.T_wall
