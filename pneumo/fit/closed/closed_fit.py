@@ -7,7 +7,7 @@ The law "wall heat, area and root of PT" is that of the full order.
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import make_smoothing_spline
@@ -192,7 +192,8 @@ def _conductance_factors(solved: Solved, values: dict[str, float]) -> dict[str, 
     leaked = values.get("leak", 0.0) * record.h * np.cumsum(P[0] - P[1])
     result: dict[str, tuple[float, float]] = {}
     for side in Side:
-        PV, ratio = P[side] * V[side, :fitted], record.area_ratio[side, :fitted]
+        PV = P[side] * V[side, :fitted]
+        ratio: Any = record.area_ratio[side, :fitted]
         start = values.get(f"start_{side.name}", 1.0)
         mass = PV[0] / (record.R * record.T_wall * start) - side.sign * leaked
         PT = P[side] * PV / (mass * record.R) / record.PT_0
