@@ -69,12 +69,9 @@ def tables(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
         error = at["mse"].item() / 1e6
         return f"{error:.0f}{n}" if error >= 100 else f"{error:#.3g}{n}"
 
+    by_column = [levels["mse"].sel(column) for column in COLUMNS]
     steps = [
-        [
-            step,
-            "/".join(pair),
-            *(f"{quotient(levels['mse'].sel(column), pair).item():.2f}" for column in COLUMNS),
-        ]
+        [step, "/".join(pair), *(f"{quotient(errors, pair).item():.2f}" for errors in by_column)]
         for step, pair in STEPS.items()
     ]
     exact = mse.sel(transport="exact")
@@ -89,6 +86,7 @@ def tables(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
         values = quotient(exact, pair)
         ends = [f"{end.item():.2f}" for end in (values.min(), values.max())]
         summary.append([row, *ends, geometric(values), str((values < 1).sum().item())])
+    summary_heads = ["over all experiments", "lowest", "highest", "geometric mean", "below one"]
     heads = ["experiment", "cylinder", "loop", "k_0 (W/K)", *map("/".join, PAIRS), "lowest MSE"]
     return {
         "levels": table(
@@ -100,16 +98,7 @@ def tables(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
         ),
         "steps": table(["refinement", "quotient", *HEADS], steps),
         "experiments": table(heads, experiments),
-        "summary": table(
-            [
-                f"over all {exact.sizes['experiment']} experiments",
-                "lowest",
-                "highest",
-                "geometric mean",
-                "below one",
-            ],
-            summary,
-        ),
+        "summary": table(summary_heads, summary),
     }
 
 
