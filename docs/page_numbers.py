@@ -84,7 +84,11 @@ def from_kept_files() -> Numbers:
         },
         "cluster": named(cluster.numbers(fleet, slurm), cluster.tables(fleet, slurm)),
         "cylinders": named(which_model.cylinder_numbers(cylinders), which_model.cylinder_tables(cylinders)),
-        "fit": {"coverage": coverage_tables(intervals_that_hold(fits), full_order_truth(fits)).strip()},
+        "fit": {
+            "cases": f"{fits.sizes['case']:,}",
+            "of_full_order": f"{fits['full_true_k_0'].count().item()}",
+            "coverage": coverage_tables(intervals_that_hold(fits), full_order_truth(fits)).strip(),
+        },
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
         "verification": named(verification(toggled["reproduced"]), {}),
     }
