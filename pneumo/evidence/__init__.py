@@ -1,1 +1,1 @@
-"""What the study rests on: identified constants, toggled assumptions, error budget, floor, ensemble."""
+"""Evidence beside the study: identified constants, toggled assumptions, error budget, floor, ensemble."""

@@ -12,7 +12,7 @@ RESAMPLINGS, RESAMPLING_SEED = 1000, 49
 ENOUGH = 1.1  # times the lowest error of use: what a model may lose
 PREDICTS = 0.5  # rank correlation above which the whole interval must lie
 BOUNDS = ("estimate", "low", "high")
-COMPARED_FROM = "M2"  # M1 does not count where it is said that it hardly matters which model is carried
+COMPARED_FROM = "M2"  # M1 is left out of the answer whether the choice of a model hardly matters
 
 
 class Use(NamedTuple):

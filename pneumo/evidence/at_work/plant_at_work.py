@@ -28,7 +28,7 @@ from pneumo.simulation.replay import replay
 from pneumo.storage.layout import CHAMBERS, described
 
 CARRIED_MODELS = ("M1", "M2", "M5", "M6", "M7", "M8", "M10")
-K_0_FACTORS = (0.5, 1.0, 2.0)  # carried k_0 over the plant's
+K_0_FACTORS = (0.5, 1.0, 2.0)  # k_0 of the model over the plant's
 SENSORS = {"none": 0, "one": 1, "both": 2}  # pressures measured
 CONTROL_SENSORS = ("none", "both")
 SEEDS, TUNING_SEEDS = 30, 3

@@ -1,8 +1,6 @@
 # pyright: basic
 """The full-order system behind sensors and a sampled controller: commands are held from sample to sample."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from pneumo.configuration.experiment import Drive, Experiment, Plant
@@ -74,15 +72,8 @@ def sampled_recording(experiment: Experiment, seed: int, steps: int) -> Recordin
     return Recording(states, u, u, HELD, e.plant, e.h, halvings, e.most_halvings)
 
 
-class Readings(NamedTuple):
-    """Readings of the sensors at every sample of a run."""
-
-    x: np.ndarray  #: m, shape (samples,)
-    P: np.ndarray  #: Pa, shape (samples, chamber)
-
-
-def readings(states: np.ndarray, rng: np.random.Generator) -> Readings:
-    """Sensor readings of the position and both pressures of a run."""
+def readings(states: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Sensor readings of a run: position, m, shape (samples,); pressures, Pa, shape (samples, chamber)."""
     P = states[:, [2, 4]] + PRESSURE_NOISE * rng.standard_normal((len(states), 2))
     P = np.clip(PRESSURE_STEP * np.round(P / PRESSURE_STEP), 0.0, PRESSURE_RANGE)
-    return Readings(X_STEP * np.round(states[:, 0] / X_STEP), P)
+    return X_STEP * np.round(states[:, 0] / X_STEP), P

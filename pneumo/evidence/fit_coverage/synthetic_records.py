@@ -10,23 +10,16 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.evidence.random_cylinders.random_plants import (
-    U_MAX,
-    Ranges,
-    Size,
-    log_uniform,
-    random_plant,
-    uniform,
-)
+from pneumo.evidence.random_cylinders import random_plants as draw
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import equilibrium, run
 from pneumo.simulation.given_inputs import pressures_on_inputs
 from pneumo.simulation.tableau import DORMAND_PRINCE
 
-DEAD_FRACTION = log_uniform(0.08, 0.3)  # dead volume over that of half the stroke
-GUESS = log_uniform(0.7, 1.4)  # configured over true valve coefficient
+DEAD_FRACTION = draw.log_uniform(0.08, 0.3)  # dead volume over that of half the stroke
+GUESS = draw.log_uniform(0.7, 1.4)  # configured over true valve coefficient
 TRUE_N = (1.05, 1.38)
-NOISE = log_uniform(1e-3, 1e-2)  # standard deviation over full scale
+NOISE = draw.log_uniform(1e-3, 1e-2)  # standard deviation over full scale
 BITS = (12, 16)
 SAMPLE_RATES = (100.0, 200.0, 500.0, 1000.0, 2000.0)  # Hz
 FULL_SCALE = 1e6  # Pa, of the pressure sensors; that of the position is the stroke
@@ -34,20 +27,20 @@ WARM_UP, LENGTH = 0.5, 10.0  # s: before the record begins, and the record
 TRUTH_STEP = 2.5e-4  # s
 
 
-def any_size(rng: np.random.Generator) -> Size:
+def any_size(rng: np.random.Generator) -> draw.Size:
     """Draw a bore and stroke between the ends of the catalogues, without a rod."""
-    return Size(log_uniform(8e-3, 0.1)(rng), log_uniform(25e-3, 1.0)(rng), 0.0)
+    return draw.Size(draw.log_uniform(8e-3, 0.1)(rng), draw.log_uniform(25e-3, 1.0)(rng), 0.0)
 
 
-RECORD_RANGES = Ranges(
+RECORD_RANGES = draw.Ranges(
     any_size,
     {
-        "P_s": uniform(5e5, 9e5),
-        "speed": log_uniform(0.3, 1.0),
-        "viscous": uniform(0.3, 1.0),
-        "acceleration": log_uniform(10.0, 40.0),
+        "P_s": draw.uniform(5e5, 9e5),
+        "speed": draw.log_uniform(0.3, 1.0),
+        "viscous": draw.uniform(0.3, 1.0),
+        "acceleration": draw.log_uniform(10.0, 40.0),
         "dead": DEAD_FRACTION,
-        "lambda_0": log_uniform(15.0, 100.0),
+        "lambda_0": draw.log_uniform(15.0, 100.0),
     },
     strokes_per_second=8.0,
     reference_force=0.3,  # which the controller can count on
@@ -75,10 +68,10 @@ class SyntheticRecord(NamedTuple):
 
 def true_and_configured_plants(rng: np.random.Generator) -> tuple[Plant, Plant]:
     """Draw a cylinder with its valve, and the plant that its user configures."""
-    plant, drawn = random_plant(rng, RECORD_RANGES)
+    plant, drawn = draw.random_plant(rng, RECORD_RANGES)
     area, half = plant.cylinder.A_A, plant.cylinder.A_A * plant.cylinder.stroke / 2
     # At full command the sonic inflow fills what the piston leaves at that speed, at 0.8 P_s.
-    k_xu = 0.8 * area * drawn["speed"] / (0.0404 * 287.0 * 293.15**0.5 * U_MAX)
+    k_xu = 0.8 * area * drawn["speed"] / (0.0404 * 287.0 * 293.15**0.5 * draw.U_MAX)
     V_d = drawn["dead"] * half  # rounded as V_d of chamber B below
     true_cylinder = plant.cylinder._replace(V_d_A=V_d, V_d_B=V_d)
     truth = plant._replace(cylinder=true_cylinder, valve=plant.valve._replace(k_xu=k_xu))
@@ -91,8 +84,8 @@ def controlled_run(rng: np.random.Generator, plant: Plant, period: float) -> tup
     """Run under the controller: states at every `TRUTH_STEP`, from rest on, and each sample's command, V."""
     within, samples = round(period / TRUTH_STEP), round((WARM_UP + LENGTH) / period)
     stroke = plant.cylinder.stroke
-    speed = plant.valve.k_xu * U_MAX * 0.0404 * 287.0 * 293.15**0.5 / 0.8 / plant.cylinder.A_A
-    gain = U_MAX / (0.3 * stroke + 0.1 * speed)
+    speed = plant.valve.k_xu * draw.U_MAX * 0.0404 * 287.0 * 293.15**0.5 / 0.8 / plant.cylinder.A_A
+    gain = draw.U_MAX / (0.3 * stroke + 0.1 * speed)
     open_loop, state = Drive(False, 0.0, np.inf), equilibrium(plant)
     states, u = [state[None]], np.empty(samples)
     target, until = 0.0, 0
@@ -100,7 +93,7 @@ def controlled_run(rng: np.random.Generator, plant: Plant, period: float) -> tup
         if k >= until:
             target = rng.uniform(-0.42, 0.42) * stroke
             until = k + max(1, round(rng.uniform(0.3, 1.2) * max(0.5, stroke / speed) / period))
-        u[k] = np.clip(gain * (target - state[0]), -U_MAX, U_MAX)
+        u[k] = np.clip(gain * (target - state[0]), -draw.U_MAX, draw.U_MAX)
         steps = run(state, np.full(within + 1, u[k]), 0.0, open_loop, plant, TRUTH_STEP).states
         state = steps[-1]
         states.append(steps[1:])
@@ -126,7 +119,7 @@ def synthetic_record(seed: int, model: str | None = None) -> SyntheticRecord:
     within, first = round(period / TRUTH_STEP), round(WARM_UP / period)
     x, P, u = states[::within, 0][first:-1], pressures[:, ::within][:, first:-1], u[first:]
     logged = (
-        sensed(rng, u, 2 * U_MAX, 0.0, bits),
+        sensed(rng, u, 2 * draw.U_MAX, 0.0, bits),
         sensed(rng, x, truth.cylinder.stroke, noise, bits),
         sensed(rng, P, FULL_SCALE, noise, bits),
     )

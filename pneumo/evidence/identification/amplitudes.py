@@ -29,7 +29,7 @@ REFINED_FACTORS = (COARSE[1] / COARSE[0]) ** (np.arange(-2, 3) / 3)  # over the 
 MSE_DISCREPANCY = 0.03
 TRIED_LAG = 0.13e-3  # s
 BOTH_CYLINDERS = ("D", "E")
-AS_CONFIGURED = "as configured"  # name of the study's own transport among those tried
+AS_CONFIGURED = "as configured"  # name of the study's own signal sampling among those tried
 
 
 def tried_samplings(experiment: Experiment) -> dict[str, Sampling]:

@@ -8,25 +8,10 @@ from math import pi
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import (
-    MOST_HALVINGS,
-    Drive,
-    Excitation,
-    Experiment,
-    Plant,
-    Push,
-    Sampling,
-)
-from pneumo.configuration.sampling import EXACT_SAMPLING
+from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Excitation, Experiment, Plant, Push
+from pneumo.configuration.sampling import EXACT_SAMPLING, Sampling
+from pneumo.evidence.random_cylinders import random_plants as draw
 from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS, full_speed, known_groups
-from pneumo.evidence.random_cylinders.random_plants import (
-    U_MAX,
-    Ranges,
-    Size,
-    log_uniform,
-    random_plant,
-    uniform,
-)
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.valve import Valve
 from pneumo.simulation.full_order import record
@@ -45,33 +30,34 @@ CATALOGUE_STROKES = (25, 50, 80, 100, 125, 160, 200, 250, 320, 400, 500, 630, 80
 LONGEST_STROKES = {8: 100, 10: 100, 12: 200, 16: 200, 20: 320, 25: 500}  # mm, by bore
 
 # Open loop: amplitude over u_max; travel in the time between draws over the stroke.
-AMPLITUDE, TRAVEL = log_uniform(0.03, 1.0), log_uniform(0.01, 0.3)
+AMPLITUDE, TRAVEL = draw.log_uniform(0.03, 1.0), draw.log_uniform(0.01, 0.3)
 # Closed loop: deviation of the reference and error of full command, over the stroke; hold, see 0029.
-DEVIATION, FULL_AT, PATIENCE = log_uniform(0.03, 0.2), log_uniform(0.1, 1.0), log_uniform(0.5, 20.0)
+DEVIATION, FULL_AT = draw.log_uniform(0.03, 0.2), draw.log_uniform(0.1, 1.0)
+PATIENCE = draw.log_uniform(0.5, 20.0)
 HOLD = (0.02, 5.0)  # s
 RUN_LENGTH, HOLDS, TIME_CONSTANTS = (20.0, 1000.0), 200, 10.0  # of a run: s, and at least
 FULL_STEP, STEPS_PER_EMPTYING, MOST_STEPS = 1e-3, 30.0, 3_000_000  # s; at least; of a run at most
 
 
-def catalogue_size(rng: np.random.Generator) -> Size:
+def catalogue_size(rng: np.random.Generator) -> draw.Size:
     """Draw a bore and stroke of the catalogues, half of them with a rod."""
     bore = int(rng.choice(CATALOGUE_BORES))
     longest = LONGEST_STROKES.get(bore, CATALOGUE_STROKES[-1])
     stroke = int(rng.choice([stroke for stroke in CATALOGUE_STROKES if stroke <= longest]))
     has_rod = rng.random() < 0.5
-    return Size(bore * 1e-3, stroke * 1e-3, pi / 4 * (RODS[bore] * 1e-3) ** 2 if has_rod else 0.0)
+    return draw.Size(bore * 1e-3, stroke * 1e-3, pi / 4 * (RODS[bore] * 1e-3) ** 2 if has_rod else 0.0)
 
 
-MAP_RANGES = Ranges(
+MAP_RANGES = draw.Ranges(
     catalogue_size,
     {
-        "P_s": log_uniform(5e5, 10e5),
-        "speed": log_uniform(0.1, 3.2),
-        "dead": log_uniform(0.05, 0.2),
-        "acceleration": log_uniform(5.0, 50.0),
-        "viscous": log_uniform(0.05, 0.6),
-        "coulomb": uniform(0.0, 0.05),
-        "lambda_0": log_uniform(1.3, 663.0),
+        "P_s": draw.log_uniform(5e5, 10e5),
+        "speed": draw.log_uniform(0.1, 3.2),
+        "dead": draw.log_uniform(0.05, 0.2),
+        "acceleration": draw.log_uniform(5.0, 50.0),
+        "viscous": draw.log_uniform(0.05, 0.6),
+        "coulomb": draw.uniform(0.0, 0.05),
+        "lambda_0": draw.log_uniform(1.3, 663.0),
     },
     strokes_per_second=12.0,
     reference_force=1.0,
@@ -90,17 +76,18 @@ def emptying_time(plant: Plant, u: float) -> float:
 def random_experiments(number: int) -> tuple[Experiment, Experiment]:
     """Draw a cylinder, by its number from 0, and its two runs: in open and in closed loop."""
     rng = np.random.default_rng([CYLINDERS_SEED, number])
-    plant, drawn = random_plant(rng, MAP_RANGES)
-    plant = plant._replace(valve=Valve(drawn["speed"] / full_speed(plant), U_MAX))
+    plant, drawn = draw.random_plant(rng, MAP_RANGES)
+    plant = plant._replace(valve=Valve(drawn["speed"] / full_speed(plant), draw.U_MAX))
     stroke, speed = plant.cylinder.stroke, full_speed(plant)
-    amplitude, gain = AMPLITUDE(rng), U_MAX / (FULL_AT(rng) * stroke)
+    amplitude, gain = AMPLITUDE(rng), draw.U_MAX / (FULL_AT(rng) * stroke)
     deviation = DEVIATION(rng) * stroke
     drives = Drive(False, 0.0, 0.96 * stroke / 2), Drive(True, gain, stroke / 2)
-    amplitudes = amplitude * U_MAX, deviation
+    amplitudes = amplitude * draw.U_MAX, deviation
     holds = TRAVEL(rng) * stroke / (amplitude * speed), PATIENCE(rng) * deviation / speed
     experiments: list[Experiment] = []
     for i, loop in enumerate(LOOPS):
-        hold, largest = float(np.clip(holds[i], *HOLD)), U_MAX if drives[i].closed_loop else amplitudes[i]
+        hold = float(np.clip(holds[i], *HOLD))
+        largest = draw.U_MAX if drives[i].closed_loop else amplitudes[i]
         h = min(FULL_STEP, emptying_time(plant, largest) / STEPS_PER_EMPTYING)
         length = np.clip(max(TIME_CONSTANTS * thermal_time_constant(plant), HOLDS * hold), *RUN_LENGTH)
         steps = min(MOST_STEPS, round(float(length) / h))

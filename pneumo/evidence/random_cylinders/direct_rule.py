@@ -10,6 +10,7 @@ import xarray as xr
 from pneumo.evidence.random_cylinders.regimes import INTERVAL
 from pneumo.statistics.intervals import quotient_interval
 from pneumo.statistics.model_pairs import REFINED_MODELS
+from pneumo.storage.layout import described
 
 GROUP = "thermal"
 ALWAYS = "M8"
@@ -50,18 +51,16 @@ def direct_rule(runs: xr.Dataset) -> xr.Dataset:
     def mean(values: np.ndarray) -> np.ndarray:
         return np.exp(quotient_interval(np.nansum(values, axis=1), number))
 
-    words = "geometric mean over the runs held out of the mean square error over the best model's"
-    quotient = {"units": "1", "long_name": f"the rule's error over that of always {ALWAYS}"}
-    return xr.Dataset(
+    dataset = xr.Dataset(
         {
-            "rule_threshold": ((), threshold, {"units": "1", "long_name": f"of the group {GROUP}"}),
+            "rule_threshold": ((), threshold),
             "rule_model": ("side", [REFINED_MODELS[X], REFINED_MODELS[Y]]),
-            "rule_error": (
-                ("choice", "bound"),
-                [mean(rule), mean(always)],
-                {"units": "1", "long_name": words},
-            ),
-            "rule_quotient": ("bound", mean(rule - always), quotient),
+            "rule_error": (("choice", "bound"), [mean(rule), mean(always)]),
+            "rule_quotient": ("bound", mean(rule - always)),
         },
         {"side": ["below", "above"], "choice": ["rule", ALWAYS], "bound": list(INTERVAL)},
     )
+    words = "geometric mean over the runs held out of the mean square error over the best model's"
+    about = {"rule_threshold": ("1", f"of the group {GROUP}"), "rule_error": ("1", words)}
+    about["rule_quotient"] = "1", f"the rule's error over that of always {ALWAYS}"
+    return described(dataset, about)

@@ -86,9 +86,10 @@ def _scores(mse: xr.DataArray, geometric: xr.DataArray) -> xr.DataArray:
 def beats(score: xr.DataArray) -> xr.Dataset:
     """How often a model beats another over seed sets, and whether that can be chance.
 
-    From `scores_by_criterion` by (seeds, ..., model); by (..., model, other): `probability`, the share of
-    seed sets in which `model` has the lower score, a tie counting half; `p_value` of the two-sided sign test,
-    ties left out, after Holm's correction over all pairs of models; `resolved`, whether that is below 0.05.
+    From `scores_by_criterion` by (seeds, ..., model); by (..., model, other): `probability`, the fraction
+    of seed sets in which `model` has the lower score, a tie counting half; `p_value` of the two-sided sign
+    test, ties left out, after Holm's correction over all pairs of models; `resolved`, whether that is below
+    0.05.
     """
     other = score.rename(model="other")
     wins, losses = (score < other).sum("seeds"), (score > other).sum("seeds")

@@ -7,14 +7,7 @@ import numpy as np
 from pneumo.papers.paper_2006.computations import finding_for
 from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.verdict.claims import Claims
-from pneumo.verdict.sources import Finding, MissingEvidence
-
-
-def _varying_number(finding: Finding) -> float | None:
-    """Number whose deviation counts: see `Claim.seed_deviation`."""
-    if finding.varies is not None:
-        return finding.varies
-    return finding.value if finding.margin is None else finding.margin
+from pneumo.verdict.sources import MissingEvidence
 
 
 def seed_deviations(claims: Claims, sources: Sequence[StudyResults]) -> dict[str, float]:
@@ -27,9 +20,11 @@ def seed_deviations(claims: Claims, sources: Sequence[StudyResults]) -> dict[str
         if not claim.models or claims.classes[claim.tolerance].seeds is None:
             continue
         try:
-            values = [_varying_number(finding_for(claim, source)) for source in sources]
+            found = [finding_for(claim, source) for source in sources]
         except MissingEvidence:
             continue
+        numbers = [(finding.varies, finding.margin, finding.value) for finding in found]
+        values = [next((v for v in known if v is not None), None) for known in numbers]
         if None not in values:
             deviations[name] = float(np.std(np.array(values, dtype=float), ddof=1))
     return deviations

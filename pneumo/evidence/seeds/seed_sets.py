@@ -30,17 +30,6 @@ def seed_sets(study: Study, count: int) -> list[dict[str, int]]:
     return [configured, *(dict(zip(configured, map(int, row), strict=True)) for row in rows)]
 
 
-def _errors(study: Study, experiment: Experiment) -> xr.Dataset:
-    """Every cell's error by (transport, model, n, chamber)."""
-    recording = record(experiment)
-    parts: list[xr.Dataset] = []
-    for transport in STUDY_SAMPLINGS:
-        signals = study_sampling(transport, experiment)
-        cells = replayed_grid(experiment, study.n, recording, signals, experiment.steps)
-        parts.append(cells[list(ERRORS)])
-    return xr.concat(parts, xr.Variable("transport", list(STUDY_SAMPLINGS)))
-
-
 def with_seeds(study: Study, seeds: Mapping[str, int], threads: int) -> xr.Dataset:
     """Run the whole grid with the given seed of each cylinder; the result does not depend on `threads`.
 
@@ -48,7 +37,10 @@ def with_seeds(study: Study, seeds: Mapping[str, int], threads: int) -> xr.Datas
     """
 
     def work(experiment: Experiment) -> xr.Dataset:
-        return _errors(study, experiment.with_seed(seeds[experiment.cylinder]))
+        e = experiment.with_seed(seeds[experiment.cylinder])
+        recording, samplings = record(e), [study_sampling(name, e) for name in STUDY_SAMPLINGS]
+        parts = [replayed_grid(e, study.n, recording, s, e.steps)[list(ERRORS)] for s in samplings]
+        return xr.concat(parts, xr.Variable("transport", list(STUDY_SAMPLINGS)))
 
     return side_by_side(for_each_experiment(study.experiments, work, threads))
 

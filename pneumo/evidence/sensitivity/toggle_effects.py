@@ -41,12 +41,10 @@ def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
     rows = {}
     for alternative, row in values.iterrows():
         toggled = row.to_numpy()
-        inside = np.array(
-            [
-                compare(claim, claims.classes[claim.tolerance], Finding(value)).agreement is not None
-                for claim, value in zip(items, toggled, strict=True)
-            ]
-        )
+        compared = [
+            compare(c, claims.classes[c.tolerance], Finding(x)) for c, x in zip(items, toggled, strict=True)
+        ]
+        inside = np.array([comparison.agreement is not None for comparison in compared])
         changed = (toggled != taken) & ~(np.isnan(toggled) & np.isnan(taken))
         rows[alternative] = {
             "changed_8": int(np.sum(changed & (tables == 8))),

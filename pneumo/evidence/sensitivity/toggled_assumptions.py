@@ -68,15 +68,6 @@ def toggled_runs(experiment: Experiment, alternatives: Mapping[str, Alternative]
     return {member: ToggledRun(cells[member], times[member]) for member in alternatives}
 
 
-def toggled_results(alternative: Alternative, runs: Mapping[str, ToggledRun]) -> ComputedResults:
-    """Tables 5, 7, 8 and 9 of one alternative, from its runs by experiment."""
-    study = alternative.study
-    cells = side_by_side({name: run.cells for name, run in runs.items()})
-    cells["mean_error"] = alternative.sign * cells["mean_error"]
-    times = side_by_side({name: run.times for name, run in runs.items()})
-    return ComputedResults(study, PUBLISHED, cells, times, ddof=alternative.ddof)
-
-
 def reproduced(claim: Claim, results: StudyResults) -> float:
     """Number that a claim's computation finds in some results; NaN if there is none."""
     try:
@@ -99,7 +90,10 @@ def toggled_tables(
     runs = for_each_experiment(experiments, lambda e: toggled_runs(e, alternatives), threads)
     values = np.empty((len(alternatives), len(items)))
     for i, (name, alternative) in enumerate(alternatives.items()):
-        results = toggled_results(alternative, {experiment: runs[experiment][name] for experiment in runs})
+        cells = side_by_side({experiment: toggled[name].cells for experiment, toggled in runs.items()})
+        cells["mean_error"] = alternative.sign * cells["mean_error"]
+        times = side_by_side({experiment: toggled[name].times for experiment, toggled in runs.items()})
+        results = ComputedResults(alternative.study, PUBLISHED, cells, times, ddof=alternative.ddof)
         values[i] = [reproduced(claim, results) for claim in items.values()]
     attributes = {"units": "1", "long_name": "reproduced value, in the unit of its item"}
     coords = {"alternative": list(alternatives), "item": list(items)}

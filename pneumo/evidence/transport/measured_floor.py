@@ -9,15 +9,8 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.sampling import EXACT_SAMPLING
+from pneumo.evidence.transport import floor_theory as theory
 from pneumo.evidence.transport.error_budget import refined, sliced
-from pneumo.evidence.transport.floor_theory import (
-    SHIFTS,
-    averages,
-    floor,
-    late_rest,
-    predicted_error,
-    sensitivities,
-)
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import Recording, record
@@ -44,17 +37,6 @@ FLOOR_SOURCES = {
 }
 
 
-def with_valve(experiment: Experiment, size: float) -> Experiment:
-    """Return an experiment whose valve is larger by a factor."""
-    plant, valve = experiment.plant, experiment.plant.valve
-    return experiment._replace(plant=plant._replace(valve=valve._replace(k_xu=size * valve.k_xu)))
-
-
-def with_draws(experiment: Experiment, every: int) -> Experiment:
-    """Return an experiment with `every` steps between draws of its reference."""
-    return experiment._replace(excitation=experiment.excitation._replace(every=every))
-
-
 def floors(
     e: Experiment, recording: Recording, periods: tuple[float, ...], between: bool = False
 ) -> np.ndarray:
@@ -64,17 +46,20 @@ def floors(
     signals may fall between samples.
     """
     full = recording.states[::FLOOR_REFINEMENT, [2, 4]].T
-    known, late = averages(recording, e.excitation.every), late_rest(recording, FLOOR_REFINEMENT)
-    delays = sensitivities(e.plant, known)
+    known, late = (
+        theory.averages(recording, e.excitation.every),
+        theory.late_rest(recording, FLOOR_REFINEMENT),
+    )
+    delays = theory.sensitivities(e.plant, known)
     result = np.empty((len(periods), len(FLOOR_SOURCES), len(SWEPT)))
     for i, period in enumerate(periods):
         every = round(period / e.h)
         for j, name in enumerate(SWEPT):
-            sampling = SHIFTS[name].sampling._replace(every=every)
+            sampling = theory.SHIFTS[name].sampling._replace(every=every)
             replayed = replay_chambers(recording, sampling, FLOOR_REFINEMENT)
-            predicted = predicted_error(recording, period, name, FLOOR_REFINEMENT, late)
+            predicted = theory.predicted_error(recording, period, name, FLOOR_REFINEMENT, late)
             scattered = between and every > 1  # if every step is a sample, all jumps fall on them
-            formula = floor(delays, period, name, early=known.early, between=scattered)
+            formula = theory.floor(delays, period, name, early=known.early, between=scattered)
             result[i, :, j] = rms_of(full - replayed), rms_of(predicted), formula
     return result
 
@@ -82,7 +67,7 @@ def floors(
 def reduced_floor(e: Experiment, recording: Recording, period: float) -> list[float]:
     """Floor of one reduced model by sampling, Pa: its replay on exact less that on sampled signals."""
     lanes = lane_array([lane(MODELS[FLOOR_MODEL], FLOOR_N, e.plant.gas.gamma)])
-    sampled = (SHIFTS[name].sampling._replace(every=round(period / e.h)) for name in SWEPT)
+    sampled = (theory.SHIFTS[name].sampling._replace(every=round(period / e.h)) for name in SWEPT)
     exact, *others = (
         replay(recording, lanes, sampling, FLOOR_REFINEMENT).pressure[0]
         for sampling in (EXACT_SAMPLING, *sampled)
@@ -94,7 +79,7 @@ def own_floor(e: Experiment) -> tuple[float, float]:
     """Floor of the published sampling at the experiment's own step, Pa: measured, and by linear theory."""
     recording = record(e)
     replayed = replay_chambers(recording, study_sampling(PUBLISHED, e), 1)
-    predicted = predicted_error(recording, e.h, e.sampling.rule)
+    predicted = theory.predicted_error(recording, e.h, e.sampling.rule)
     return rms_of(recording.states[:, [2, 4]].T - replayed), rms_of(predicted)
 
 
@@ -107,17 +92,27 @@ def measured_floor(experiment: Experiment) -> xr.Dataset:
     published sampling.
     """
     e, short = refined(experiment, FLOOR_REFINEMENT), refined(sliced(experiment, SWEEP), FLOOR_REFINEMENT)
-    recording, apart = record(e), with_draws(short, PRIME_STEPS)
+    recording, plant = record(e), short.plant
+
+    def with_draws(every: int) -> Experiment:
+        return short._replace(excitation=short.excitation._replace(every=every))
+
+    def with_valve(size: float) -> Experiment:
+        valve = plant.valve._replace(k_xu=size * plant.valve.k_xu)
+        return short._replace(plant=plant._replace(valve=valve))
 
     def at_once(changed: Experiment) -> np.ndarray:
         return floors(changed, record(changed), (SWEEP_PERIOD,))[0]
 
-    rates = [at_once(with_draws(short, round(1 / (r * short.h)))) for r in DRAW_RATES]
+    apart, rates = (
+        with_draws(PRIME_STEPS),
+        [at_once(with_draws(round(1 / (r * short.h)))) for r in DRAW_RATES],
+    )
     sweeps = {
         "": ("period", floors(e, recording, FLOOR_PERIODS)),
         "between_": ("period", floors(apart, record(apart), FLOOR_PERIODS, between=True)),
         "rate_": ("rate", np.array(rates)),
-        "size_": ("size", np.array([at_once(with_valve(short, size)) for size in VALVE_SIZES])),
+        "size_": ("size", np.array([at_once(with_valve(size)) for size in VALVE_SIZES])),
     }
     result = {
         prefix + source: ((dimension, "transport"), values[:, i])

@@ -32,26 +32,17 @@ def trend(results: Results) -> xr.Dataset:
     k_0 = [float(c["k_0"]) for c in of_2006.read_table(4)]
     studied = [[min(k_0) / sizes[c, "A_q0"], max(k_0) / sizes[c, "A_q0"]] for c in "DE"]
     lengths = [_length(1e-3 * sizes[c, "bore"], 1e-3 * sizes[c, "stroke"] / 2) for c in "DE"]
-    arrays = {
-        "lambda_0": ("column", measured["lambda_0"]),
-        "low": ("column", ranges[:, 0]),
-        "high": ("column", ranges[:, 1]),
-        "predicted": ("length", product / LENGTHS),
-        "predicted_low": ("length", product / factor / LENGTHS),
-        "predicted_high": ("length", product * factor / LENGTHS),
-        "quoted": ((), quoted["lambda_0"]),
-        "studied": (("cylinder", "end"), studied),
-    }
-    units = {"units": "W m-2 K-1"}
-    coords = {
-        "column": list(COLUMNS),
-        "length": ("length", LENGTHS, {"units": "m"}),
-        "cylinder": ["D", "E"],
-        "end": ["low", "high"],
-        "V_f_over_A_q": ("column", measured["V_f_over_A_q"], {"units": "m"}),
-        "length_studied": ("cylinder", lengths, {"units": "m"}),
-        "length_quoted": quoted["length"],
-    }
+    low, high = product / factor, product * factor
+    by_column = {"lambda_0": measured["lambda_0"], "low": ranges[:, 0], "high": ranges[:, 1]}
+    arrays = {name: ("column", values) for name, values in by_column.items()}
+    for name, prediction in (("predicted", product), ("predicted_low", low), ("predicted_high", high)):
+        arrays[name] = "length", prediction / LENGTHS
+    arrays |= {"quoted": ((), quoted["lambda_0"]), "studied": (("cylinder", "end"), studied)}
+    units, metres = {"units": "W m-2 K-1"}, {"units": "m"}
+    coords = {"column": list(COLUMNS), "length": ("length", LENGTHS, metres)}
+    coords |= {"cylinder": ["D", "E"], "end": ["low", "high"]}
+    coords |= {"V_f_over_A_q": ("column", measured["V_f_over_A_q"], metres)}
+    coords |= {"length_studied": ("cylinder", lengths, metres), "length_quoted": quoted["length"]}
     return xr.Dataset({name: (*array, units) for name, array in arrays.items()}, coords)
 
 

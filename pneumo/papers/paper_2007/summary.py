@@ -1,5 +1,6 @@
 """Head of the verdict: the readings of the simulated example, and the room temperatures of the tables."""
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,21 +30,15 @@ def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
         off = example[name].values / item["scale"] - float(item["printed"])
         met += np.abs(off) <= half_unit(item["printed"])
     readings: list[dict[str, Any]] = []
-    for area in AREAS:
-        for final in ("free", "fixed"):
-            chosen = ((example["area"] == area) & (example["final"] == final)).values
-            tau = example["tau"][chosen]
-            ends = [six_digits(float(end)) for end in (tau.min(), tau.max())]
-            readings.append({"area": area, "final": final, "met": int(met[chosen].max()), "tau": ends})
+    for area, final in itertools.product(AREAS, ("free", "fixed")):
+        chosen = ((example["area"] == area) & (example["final"] == final)).values
+        tau = example["tau"][chosen]
+        ends = [six_digits(float(end)) for end in (tau.min(), tau.max())]
+        readings.append({"area": area, "final": final, "met": int(met[chosen].max()), "tau": ends})
     k_0 = LAMBDA_0 * WALL_AREA
     off = {"A_q": results.step("A_q") / WALL_AREA, "k_0": results.step("k_0") / k_0}
     off["lambda_0"] = results.step("lambda_0") / LAMBDA_0
     taken = {name: six_digits(value - 1) for name, value in off.items()}
     rooms = {column: list(map(six_digits, results.allowed(column)["T_amb"])) for column in COLUMNS}
-    return {
-        "readings": readings,
-        "numbers": len(printed),
-        "taken": TAKEN._asdict() | taken,
-        "rooms": rooms,
-        "quoted": quoted_coefficient(),
-    }
+    summary = {"readings": readings, "numbers": len(printed), "taken": TAKEN._asdict() | taken}
+    return summary | {"rooms": rooms, "quoted": quoted_coefficient()}
