@@ -1,9 +1,9 @@
-"""What a fleet costs: ``python -m benchmarks.fleet`` measures and writes docs/static/fleet.json.
+"""Cost of a fleet: ``python -m benchmarks.fleet`` measures it and writes docs/static/fleet.json.
 
 Planning is a dry run of a table with so many rows. Runs are of full length: two experiments of 20 s with five
-seeds, the ten models at nine n; blocks of different sizes tell a job's start from a cylinder. Sizes are those
-of these runs and of a larger fleet of short runs, which store as many cells. Seconds are of the processor, so
-that another load counts little; `benchmarks.fleet_law` makes the law.
+seeds, the ten models at nine n; blocks of different sizes separate the cost of a job from that of a cylinder.
+Sizes are those of these runs and of a larger fleet of short runs, which store as many cells. Seconds are
+processor time, which other load hardly changes; `benchmarks.fleet_law` fits the law.
 """
 
 import argparse
@@ -28,29 +28,29 @@ LARGE = 200  # cylinders of the fleet whose size counts
 
 
 def snakemake(folder: Path, *arguments: str) -> dict[str, Any]:
-    """Plan or run the fleet in a copy of the checkout; what the process and all that it waited for took."""
+    """Plan or run the fleet in a copy of the checkout; return time and memory with its subprocesses."""
     command = [sys.executable, "-m", "snakemake", "-j2", "--configfile", "fleet.yaml", *arguments]
     path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
     launched = [sys.executable, str(Path(__file__).with_name("used.py")), *command]
     done = subprocess.run(
         launched, cwd=folder, env=os.environ | {"PYTHONPATH": path}, check=True, stdout=subprocess.PIPE
     )
-    found = json.loads(done.stdout)
-    if found["code"]:
-        raise SystemExit(found["output"][-2000:])
+    report = json.loads(done.stdout)
+    if report["code"]:
+        raise SystemExit(report["output"][-2000:])
     # Snakemake prints its table of jobs twice.
-    table = dict(re.findall(r"^(fleet_block|fleet_index) +(\d+)$", found["output"], re.MULTILINE))
-    return found["costs"] | {"jobs": sum(map(int, table.values()))}
+    table = dict(re.findall(r"^(fleet_block|fleet_index) +(\d+)$", report["output"], re.MULTILINE))
+    return report["costs"] | {"jobs": sum(map(int, table.values()))}
 
 
 def planned(folder: Path, count: int) -> dict[str, Any]:
-    """What planning takes."""
+    """Return the cost of planning."""
     write_fleet(folder, count)
     return {"cylinders": count} | snakemake(folder, "-n", "--quiet", "rules")
 
 
 def run(folder: Path, count: int, lines: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What a run takes, and the bytes of its results."""
+    """Return the cost of a run, and the size of its results."""
     write_fleet(folder, count, lines)
     results = folder / "results"
     for file in results.glob("fleet/*.nc"):
@@ -70,19 +70,19 @@ def main() -> None:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="fleet-") as scratch:
         folder = copy_checkout(Path(scratch, "checkout"))
-        found: dict[str, Any] = {"cpu": cpu(), "planned": [planned(folder, n) for n in options.planned]}
-        print(*found["planned"], sep="\n", flush=True)
+        measured: dict[str, Any] = {"cpu": cpu(), "planned": [planned(folder, n) for n in options.planned]}
+        print(*measured["planned"], sep="\n", flush=True)
         write_fleet(folder, 1, SHORT)
         snakemake(folder)  # compile first
-        found |= {"runs": [], "sizes": []}
+        measured |= {"runs": [], "sizes": []}
         for count, block in RUNS:
             cost, size = run(folder, count, f"\n  block_size: {block}")
-            found["runs"].append(cost | {"per_job": block})
-            print(found["runs"][-1], size, flush=True)
-            found["sizes"].append(size)
-        found["sizes"].append(run(folder, LARGE, f"{SHORT}\n  block_size: {LARGE_BLOCK}")[1])
-    write_text(json.dumps(found, indent=1) + "\n", options.json)
-    print(law(found), *rows(found), f"{minutes(found):.1f} min on a cluster", sep="\n")
+            measured["runs"].append(cost | {"per_job": block})
+            print(measured["runs"][-1], size, flush=True)
+            measured["sizes"].append(size)
+        measured["sizes"].append(run(folder, LARGE, f"{SHORT}\n  block_size: {LARGE_BLOCK}")[1])
+    write_text(json.dumps(measured, indent=1) + "\n", options.json)
+    print(law(measured), *rows(measured), f"{minutes(measured):.1f} min on a cluster", sep="\n")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""What a fleet costs by its number of cylinders: measured where it ran or was planned, else from a law.
+"""Cost of a fleet by its number of cylinders: measured, or from a law fitted to measurements.
 
-Core-seconds are those of planning, of each start of a job and of each cylinder, fitted to runs; bytes those
-of each file of a block, of each cylinder and of the index, fitted to the same runs and a larger fleet.
+Core-seconds are the sum of planning, each job and each cylinder; bytes that of each file of a block, each
+cylinder and the index.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from pneumo.publish.style import ACCENT, DOUBLE_MM, new_figure, paper_style
 
 NODES, CORES = 100, 4  # of the estimate: a job of the Slurm profile has a node's four cores
 BLOCK = 50  # cylinders in a job, unless the configuration says otherwise
-PANELS = (  # column of `Law.rows`, what it is
+PANELS = (  # column of `rows`, label
     ("planning_s", "planning (s of processor)"),
     ("peak_MB", "main process (MB)"),
     ("jobs", "jobs"),
@@ -26,7 +26,7 @@ PANELS = (  # column of `Law.rows`, what it is
 
 
 class Law(NamedTuple):
-    """What a job and a cylinder cost."""
+    """Cost of a job and of a cylinder."""
 
     job_s: float  # core-seconds of a job's start
     cylinder_s: float  # core-seconds of a cylinder
@@ -36,10 +36,10 @@ class Law(NamedTuple):
     index_kB: float  # of a cylinder in index and page
 
 
-def law(found: dict[str, Any]) -> Law:
+def law(measured: dict[str, Any]) -> Law:
     """Fit the law to what `benchmarks.fleet` measured."""
-    runs, sizes = found["runs"], found["sizes"]
-    planning = found["planned"][0]["cpu_s"]
+    runs, sizes = measured["runs"], measured["sizes"]
+    planning = measured["planned"][0]["cpu_s"]
     seconds = [run["cpu_s"] - planning for run in runs]
     job, cylinder = _fitted([[run["jobs"], run["cylinders"]] for run in runs], seconds)
     blocks = [[size["blocks"], size["cylinders"]] for size in sizes]
@@ -55,31 +55,31 @@ def _fitted(terms: Sequence[Sequence[float]], values: Sequence[float]) -> tuple[
     return float(factors[0]), float(factors[1])
 
 
-def rows(found: dict[str, Any]) -> list[dict[str, float]]:
+def rows(measured: dict[str, Any]) -> list[dict[str, float]]:
     """Return, for each number of cylinders that was planned, what planning took and what the law gives."""
-    one, table = law(found), []
-    for plan in found["planned"]:
+    cost, table = law(measured), []
+    for plan in measured["planned"]:
         count = plan["cylinders"]
-        seconds = plan["cpu_s"] + plan["jobs"] * one.job_s + count * one.cylinder_s
-        files = one.index_file_kB + ceil(count / BLOCK) * one.file_kB
-        disk = files + count * (one.block_kB + one.index_kB)
+        seconds = plan["cpu_s"] + plan["jobs"] * cost.job_s + count * cost.cylinder_s
+        files = cost.index_file_kB + ceil(count / BLOCK) * cost.file_kB
+        disk = files + count * (cost.block_kB + cost.index_kB)
         row = {"cylinders": count, "planning_s": plan["cpu_s"], "peak_MB": plan["peak_MB"]}
         table.append(row | {"jobs": plan["jobs"], "disk_MB": disk / 1e3, "core_h": seconds / 3600})
     return table
 
 
-def minutes(found: dict[str, Any]) -> float:
+def minutes(measured: dict[str, Any]) -> float:
     """Return the estimate of wall time, min, for the largest fleet on `NODES` nodes, blocks in turns."""
-    one, plan = law(found), found["planned"][-1]
+    cost, plan = law(measured), measured["planned"][-1]
     turns = ceil(ceil(plan["cylinders"] / BLOCK) / NODES)
-    block = one.job_s + BLOCK * one.cylinder_s / CORES
-    return (plan["cpu_s"] + turns * block + one.job_s) / 60
+    block = cost.job_s + BLOCK * cost.cylinder_s / CORES
+    return (plan["cpu_s"] + turns * block + cost.job_s) / 60
 
 
 @paper_style()
-def law_figure(found: dict[str, Any]) -> Figure:
+def law_figure(measured: dict[str, Any]) -> Figure:
     """Draw every quantity over the number of cylinders: filled as planned, open by the law."""
-    table = rows(found)
+    table = rows(measured)
     count = [row["cylinders"] for row in table]
     fig = new_figure(DOUBLE_MM, 50)
     for ax, (name, label) in zip(fig.subplots(1, len(PANELS)), PANELS, strict=True):

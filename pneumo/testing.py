@@ -1,8 +1,7 @@
 """Hypothesis strategies for cylinders, gases and signals, to test models with; needs Hypothesis.
 
-Named by what they stand for. Plain floats in SI, finite, without subnormals.
-Ranges are those of industrial servo-pneumatics with a wide margin. Quantities that may vanish give exactly
-zero or a number of physical size.
+Each is named by its quantity and gives finite floats in SI units, without subnormals. Ranges are those of
+industrial servo-pneumatics with a wide margin. Quantities that may be zero give zero or a realistic size.
 """
 
 import math
@@ -95,7 +94,7 @@ def polytropic_indices(low: float = 1.0, high: float = 1.4) -> Floats:
 
 
 def grids() -> st.SearchStrategy[list[float]]:
-    """Indices n of a study: some, increasing."""
+    """Grid of polytropic indices n of a study, increasing."""
     return st.lists(polytropic_indices(), min_size=1, max_size=20, unique=True).map(sorted)
 
 
@@ -135,7 +134,7 @@ def masses() -> Floats:
 
 
 def area_ratios() -> Floats:
-    """Heat transfer area over that at mid-stroke, or one leak's area over the other's."""
+    """Ratio of heat transfer areas (to mid-stroke), or of leaks' areas."""
     return _between(0.05, 20.0)
 
 
@@ -169,7 +168,7 @@ def cylinders() -> st.SearchStrategy[Cylinder]:
 
 
 def plants() -> st.SearchStrategy[Plant]:
-    """Everything physical about an experiment, with T_0 = T_amb as at equilibrium."""
+    """Plants with T_0 = T_amb, as at equilibrium."""
 
     def build(gas: Gas, valve: Valve, conditions: Conditions, cylinder: Cylinder, k_0: float) -> Plant:
         return Plant(gas, valve, conditions._replace(T_0=conditions.T_amb), cylinder, k_0)

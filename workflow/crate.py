@@ -17,7 +17,7 @@ INPUTS = ["config/paper.yaml"]
 
 
 def crate_of_run(root: Path) -> ROCrate:
-    """Describe the run whose results stand in a checkout; `FileNotFoundError` if one of them is missing."""
+    """Describe the run whose results are in a checkout; `FileNotFoundError` if one of them is missing."""
     about = yaml.safe_load((root / "codecheck.yml").read_text(encoding="utf-8"))
     crate = ROCrate(version="1.1")
     crate.name = f"Reproduction of: {about['paper']['title']}"

@@ -20,10 +20,10 @@ RESULTS = Path("results")
 
 
 class Copy(NamedTuple):
-    """What is kept of a file of evidence."""
+    """Digits and variables that are kept of a file of evidence."""
 
     digits: int | None = 4  # of floating-point numbers; None: all
-    variables: tuple[str, ...] = ()  # that pages and statements read; all if none are named
+    variables: tuple[str, ...] = ()  # that pages and statements read; none: all
 
 
 OF_COVERAGE = ("truth", "low", "high", "full_k_0", "full_true_k_0", "full_low", "full_high")

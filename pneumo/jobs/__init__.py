@@ -1,1 +1,1 @@
-"""What the Snakefile and every job of the workflow need."""
+"""Functions that the Snakefile and every job of the workflow need."""

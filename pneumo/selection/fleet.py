@@ -1,6 +1,6 @@
-"""Fleets: the cylinders of a table run and ranked block by block, as `pneumo study` does with each of them.
+"""Fleets: cylinders of a table, run and ranked block by block as by `pneumo study`.
 
-The cells are kept in four bytes; rankings are made from what is kept, so that a page made later has the same.
+Cells are stored in four bytes; rankings are made from the stored cells, so that a later page has the same.
 """
 
 import json
@@ -18,15 +18,21 @@ from pneumo.configuration.study_json import from_json, plain
 from pneumo.errors import InputError, ResultError
 from pneumo.physics.models import MODELS
 from pneumo.selection.cylinder_ranking import one_run, rankings, run_study
-from pneumo.statistics.intervals import Interval
+from pneumo.statistics.intervals import UNKNOWN, Interval
 from pneumo.statistics.model_pairs import REFINEMENT_STEPS
 from pneumo.statistics.ranking import Ranking
 from pneumo.storage.files import read
 from pneumo.storage.layout import described
 
 INDEX = "fleet.nc"
-# In four bytes.
-CELLS = ("mean_error", "variance", "mse", "failure_time", "mse_of_wrong_k_0", "mse_of_right_k_0")
+CELLS = (
+    "mean_error",
+    "variance",
+    "mse",
+    "failure_time",
+    "mse_of_wrong_k_0",
+    "mse_of_right_k_0",
+)  # 4 bytes
 
 ABOUT = {  # unit, long name
     "recommended": ("", "model to take; nothing if none ran"),
@@ -71,11 +77,10 @@ def _ends(name: str, dim: str, intervals: Sequence[Interval]) -> dict[str, Any]:
 
 def ranking_dataset(ranking: Ranking) -> xr.Dataset:
     """Return the ranking of one cylinder by (model) and the gains by (refinement), as `ABOUT` describes."""
-    unknown = Interval(np.nan, np.nan, np.nan)
     by_model = {row.model: row for row in ranking.rows}
     robust = {row.model: row for row in ranking.unknown_k_0.models} if ranking.unknown_k_0 else {}
     rows = [by_model.get(name) for name in MODELS]
-    gains = [gain.percent for gain in ranking.gains] or [unknown] * len(REFINEMENT_STEPS)
+    gains = [gain.percent for gain in ranking.gains] or [UNKNOWN] * len(REFINEMENT_STEPS)
     variables: dict[str, Any] = {
         "recommended": ((), ranking.recommended),
         "reason": ((), ranking.reason),
@@ -84,8 +89,8 @@ def ranking_dataset(ranking: Ranking) -> xr.Dataset:
         "worst_rms": ("model", [robust[name].worst if name in robust else np.nan for name in MODELS]),
         "worst_n": ("model", [robust[name].n if name in robust else np.nan for name in MODELS]),
         "best_n": ("model", [row.n if row else np.nan for row in rows]),
-        **_ends("best_mse", "model", [row.mse if row else unknown for row in rows]),
-        **_ends("over_best", "model", [row.over_best if row else unknown for row in rows]),
+        **_ends("best_mse", "model", [row.mse if row else UNKNOWN for row in rows]),
+        **_ends("over_best", "model", [row.over_best if row else UNKNOWN for row in rows]),
         **_ends("gain", "refinement", gains),
     }
     for name in ("place", "geometric_place", "wins", "failed"):
@@ -164,7 +169,7 @@ def fleet_index(blocks: Mapping[str, xr.Dataset]) -> xr.Dataset:
 def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
     """Return study and cells of a cylinder of a fleet from its folder of results.
 
-    The cells are those of `run_study` in the four bytes that were kept; the traces are computed again.
+    The cells are those of `run_study` as stored, in four bytes; the traces are computed again.
 
     Raises
     ------
@@ -193,6 +198,6 @@ def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
 
 
 def _traces(cells: xr.Dataset) -> xr.Dataset:
-    """The traces of a run alone."""
+    """Traces of a run."""
     kept = [str(name) for name in cells if str(name).startswith("trace_")]
     return cells[kept].drop_vars(["cylinder", "loop", "k_0", "seed"])

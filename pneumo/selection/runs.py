@@ -146,8 +146,8 @@ def recorded(
 def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
     """Replay a reduced model on a run, Fig. 6, from P_0 on.
 
-    The model sees the signals of a simulated run exactly at every stage of the integrator; measured samples
-    are interpolated linearly.
+    The model reads the signals of a simulated run exactly, at every stage of the integrator, and
+    interpolates measured samples linearly.
 
     Raises
     ------

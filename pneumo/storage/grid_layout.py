@@ -61,14 +61,14 @@ def replay_dataset(
 def write_replays(
     study: Study, name: str, recording: Recording, outputs: Mapping[str, Path], code_sha256: str
 ) -> None:
-    """Replay every grid cell of one experiment with each transport of a study, and write each to its file."""
+    """Replay every grid cell of one experiment with each signal sampling; write a file for each."""
     e = study.experiments[name]
     lanes, index = grid_lanes(study.n, e.plant.gas.gamma)
     for transport, output in outputs.items():
         sampling = study_sampling(transport, e)
         cells = replay(recording, lanes, sampling, e.pressure_stride)
         about = attributes(
-            f"Reduced models replayed on {name}, {transport} transport",
+            f"Reduced models replayed on {name}, {transport} signals",
             "Error of every model at every n against the full-order run, and the pressures",
             study.config_sha256,
             code_sha256,

@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 KEPT = Path(__file__).resolve().parents[2] / "paper" / "evidence"
-NO_CONFIGURATION = "none: "  # how evidence begins to name what it was made from, if that is no configuration
+NO_CONFIGURATION = "none: "  # begins `config_sha256` of evidence that no configuration made
 
 
 def evidence_file(results: Path, name: str, config_sha256: str = "") -> Path | None:
     """Path of a file of evidence, such as ``findings.json``; None if there is none.
 
-    The file in a folder of results goes before the one that is kept with the source. With `config_sha256`,
-    only a file that was made from this configuration counts.
+    A file in the folder of results has precedence over the one kept with the source. With `config_sha256`,
+    only a file made from this configuration counts.
     """
     files = (file for file in (results / name, KEPT / name) if file.exists())
     return next((file for file in files if not config_sha256 or _made_from(file, config_sha256)), None)
@@ -32,14 +32,14 @@ def made(file: Path, code_sha256: str) -> str:
 
 def _made_from(file: Path, config_sha256: str) -> bool:
     try:
-        found = _about(file)["config_sha256"]
-        return found == config_sha256 or found.startswith(NO_CONFIGURATION)
+        source = _about(file)["config_sha256"]
+        return source == config_sha256 or source.startswith(NO_CONFIGURATION)
     except (OSError, AttributeError, LookupError, TypeError, ValueError):
         return True  # damaged or foreign: what reads it refuses it
 
 
 def _about(file: Path) -> Mapping[str, str]:
-    """What a file says about how it was made."""
+    """Attributes of a file: its configuration, code and perhaps date."""
     if file.suffix == ".json":
         return json.loads(file.read_bytes())
     from netCDF4 import Dataset  # here, since showing a stored verdict needs none of it

@@ -24,10 +24,10 @@ def experiment_labels(experiment: Experiment) -> dict[str, object]:
     }
 
 
-def status_attributes(meanings: Mapping[int, str], what: str) -> dict[str, object]:
-    """CF attributes of a status."""
+def status_attributes(meanings: Mapping[int, str], long_name: str) -> dict[str, object]:
+    """CF attributes of a status variable."""
     return {
-        "long_name": what,
+        "long_name": long_name,
         "flag_values": np.array(list(meanings), dtype=np.int8),
         "flag_meanings": " ".join(text.replace(" ", "_") for text in meanings.values()),
     }
@@ -88,10 +88,10 @@ def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
     t = np.arange(len(recording.states)) * experiment.h
     dataset = _states_dataset(recording.states, t)
     dataset["u"] = ("t", recording.u)
-    unit, what = ("m", "position reference") if experiment.drive.closed_loop else ("V", "open-loop sequence")
-    dataset["reference"] = ("t", recording.reference, {"units": unit, "long_name": what})
-    what = {"units": "1", "long_name": "how often the step before was halved"}
-    dataset["halvings"] = ("t", np.concatenate([[np.int8(0)], recording.halvings]), what)
+    unit, name = ("m", "position reference") if experiment.drive.closed_loop else ("V", "open-loop sequence")
+    dataset["reference"] = ("t", recording.reference, {"units": unit, "long_name": name})
+    about = {"units": "1", "long_name": "how often the step before was halved"}
+    dataset["halvings"] = ("t", np.concatenate([[np.int8(0)], recording.halvings]), about)
     status, step = failure(recording.states)
     _add_outcome(dataset, recording.states, status, step, experiment.h, RUN_STATUS)
     return dataset.assign_coords(experiment_labels(experiment))
@@ -108,7 +108,7 @@ def failure_text(run: xr.Dataset, what: str = "full-order run") -> str:
 
 
 def recording_from(dataset: xr.Dataset, experiment: Experiment) -> Recording:
-    """Full-order run of an experiment as the replays see it, from its stored datum."""
+    """Full-order run of an experiment, from its stored datum."""
     P, T = dataset["P"].values, dataset["T"].values
     columns = [dataset["x"].values, dataset["v"].values, P[:, 0], T[:, 0], P[:, 1], T[:, 1]]
     states, reference, u = np.stack(columns, axis=1), dataset["reference"].values, dataset["u"].values

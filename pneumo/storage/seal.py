@@ -13,9 +13,9 @@ SEALS = {".nc": (b"\nsha256 ", b"\n"), ".json": (b',\n "sha256": "', b'"\n}\n')}
 
 
 def seal(file: Path, kind: str) -> None:
-    """Append the seal to a file of a kind, ``.nc`` or ``.json``, that is being written.
+    """Append the seal to a file of a kind, ``.nc`` or ``.json``.
 
-    The file is complete but for its seal; a JSON object lacks its closing brace.
+    The file lacks only its seal; a JSON object also its closing brace.
     """
     before, after = SEALS[kind]
     with file.open("r+b") as opened:

@@ -1,7 +1,7 @@
-"""What a paper claims, from ``claims.yaml``: one `Claim` per printed number or statement.
+"""Claims of a paper from ``claims.yaml``: one `Claim` per printed number or statement.
 
-The cells of the tables come from the transcriptions, through one rule per table; the text's claims are
-written out. Reading them needs no result.
+The cells of the tables come from the transcriptions, through one rule per table; claims of the text are
+written out.
 """
 
 from collections.abc import Iterator, Mapping
@@ -52,8 +52,8 @@ class ToleranceClass(Entry):
     """A tolerance class, as decided in ``paper/decisions/0010`` and ``0039``."""
 
     limit: float  # largest deviation at which an item is still close
-    # Share of the seed-to-seed deviation: a number is close no further from the print than half a unit of
-    # its last digit and this share of its deviation, nor beyond `limit`.
+    # Fraction of the standard deviation over seeds: a number is close if it differs from the printed one by
+    # at most half a unit of the last digit plus this fraction of its deviation, and by at most `limit`.
     seeds: float | None = None
     signed: bool = False  # close only with the sign of the printed number
     # Unit of the limit: the number's own, the printed number, the row's sigma, the swing of the run, truth
@@ -85,10 +85,10 @@ class Claim(Entry):
     compute: str  # name of the computation
     arguments: Mapping[str, Any] = Field({}, alias="with")
     evidence: Evidence
-    models: bool = False  # about models: judged with exact transport and on the paper's own tables too
-    headline: bool = False  # stands in short lists
+    models: bool = False  # about models: judged with exact signals and on the paper's own tables too
+    headline: bool = False  # shown in short lists
     basis: Literal["measured", "fitted", "arithmetic", "set-up"]  # kind of evidence, see `BASES`
-    fact: str = ""  # name shared by items that tell one fact
+    fact: str = ""  # name common to items that state the same fact
     erratum: str | None = None  # may explain a difference
     assumption: str | None = None  # an alternative that may explain a difference
     see: str | None = None  # erratum worth reading beside it
@@ -96,7 +96,7 @@ class Claim(Entry):
     # Standard deviation over seed sets of the number in `unit`, of a statement's margin, or, of a best n, of
     # the logarithm of the mean square error there; from ``seed_deviations.csv``.
     seed_deviation: float | None = None
-    table: int | None = None  # cell of the paper's tables that it is, if it is one
+    table: int | None = None  # number of the table, and its cell, of a table's number
     row: str = ""
     column: str = ""
     level: str = ""
@@ -129,7 +129,7 @@ class Claims(NamedTuple):
 def read_claims(folder: Path) -> Claims:
     """Read ``claims.yaml`` of a folder and, through its rules, the published tables.
 
-    A wrong entry, an id that stands twice, or an undefined tolerance class raises `PaperError`.
+    `PaperError` if an entry is wrong, an id is repeated, or a tolerance class is undefined.
     """
     file, content = folder / "claims.yaml", read_entries(folder, "claims.yaml")
     classes = {name: ToleranceClass.read(file, name, entry) for name, entry in content["classes"].items()}
@@ -139,7 +139,7 @@ def read_claims(folder: Path) -> Claims:
     for entry in cells + content["claims"]:
         claim = Claim.read(file, entry["id"], entry | {"seed_deviation": deviations.get(entry["id"])})
         if claim.id in items:
-            raise PaperError(f"{file}: id = {claim.id!r}: stands there twice")
+            raise PaperError(f"{file}: id = {claim.id!r}: is repeated")
         if claim.tolerance not in classes:
             allowed = ", ".join(classes)
             raise PaperError(f"{file}: {claim.id}: class = {claim.tolerance!r}: must be one of {allowed}")

@@ -1,6 +1,6 @@
-"""How a finding compares with a printed number or statement, and how deviations are written.
+"""Comparison of a finding with a printed number or statement, and deviations in words.
 
-The rules stand in ``paper/decisions/0010-tolerance-classes.md`` and ``0039-tolerances-from-seeds.md``.
+The rules are in ``paper/decisions/0010-tolerance-classes.md`` and ``0039-tolerances-from-seeds.md``.
 """
 
 import math
@@ -21,7 +21,7 @@ DEVIATION_FORMATS = {  # measure -> number format and what follows the number
 
 
 class Comparison(NamedTuple):
-    """How a finding compares with a claim."""
+    """Agreement of a finding with a claim."""
 
     agreement: Literal["exact", "close"] | None  # None outside the tolerance class
     deviation: float | None  # found less printed in the measure of the class; None for statements
@@ -38,7 +38,7 @@ def largest_difference(claim: Claim, tolerance: ToleranceClass, swing: float | N
     """Largest difference from the printed number at which an item is still close, in the claim's unit.
 
     `swing` is the change during the run, in the same unit. Never more than the class allows; where the seeds
-    change the number, not more than half a unit of its last digit and a share of their deviation.
+    change the number, at most half a unit of its last digit plus a fraction of its deviation over seeds.
     """
     largest = max(tolerance.limit * _unit(claim, tolerance, swing), tolerance.floor)
     if tolerance.seeds is not None and claim.seed_deviation is not None:
@@ -61,14 +61,14 @@ def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Compar
     """Compare a finding with a claim, within the tolerance class that the claim names."""
     limit = tolerance.limit
     if finding.holds is not None:
-        doubtful = finding.margin is not None and finding.margin < _share(claim, tolerance)
+        doubtful = finding.margin is not None and finding.margin < _doubt(claim, tolerance)
         return Comparison(("close" if doubtful else "exact") if finding.holds else None, None, limit)
     if finding.value is None and finding.low is None:
         return Comparison("exact" if finding.shown == claim.printed else None, None, limit)
     if tolerance.measure == "log10":
         value = finding.value or 0.0
         low, high = where_true(claim, tolerance)
-        doubtful = min(value - low, high - value) < _share(claim, tolerance)
+        doubtful = min(value - low, high - value) < _doubt(claim, tolerance)
         agreement = ("close" if doubtful else "exact") if low <= value <= high else None
         return Comparison(agreement, value, limit)
 
@@ -85,7 +85,7 @@ def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Compar
         exact = abs(nearest - printed) <= claim.half_unit + slack
     deviation = (nearest - printed) / scale
     if tolerance.measure == "index":
-        cheap = finding.margin is not None and abs(finding.margin) <= _share(claim, tolerance)
+        cheap = finding.margin is not None and abs(finding.margin) <= _doubt(claim, tolerance)
         close = cheap and abs(deviation) <= tolerance.limit + slack
     elif claim.sense == "at_most":
         exact = exact or nearest <= printed
@@ -96,8 +96,8 @@ def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Compar
     return Comparison("exact" if exact else "close" if close else None, deviation, limit)
 
 
-def _share(claim: Claim, tolerance: ToleranceClass) -> float:
-    """Share of the seed-to-seed deviation within which a statement is doubtful, and a step of n is cheap."""
+def _doubt(claim: Claim, tolerance: ToleranceClass) -> float:
+    """Fraction of the deviation over seeds; below it a margin is doubtful, and a step of n costs little."""
     return (tolerance.seeds or 0.0) * (claim.seed_deviation or 0.0)
 
 

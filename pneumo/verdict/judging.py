@@ -18,8 +18,8 @@ from pneumo.verdict.stored_verdict import hashes_behind_verdict
 STATUSES = ("exact", "close", "explained", "contradicted", "missed")
 
 Item = dict[str, Any]  # one judged claim, as in verdict.json
-# What computations take, by name. The first is what claims are judged by; with "exact" (another way to run
-# what the paper ran) and "printed" (its own tables), where they are there, claims about models are tried too.
+# Sources that computations read, by name. The first decides; where there are sources "exact" (the paper's
+# runs with exact signals) and "printed" (its own tables), claims about models are judged with them too.
 Sources = Mapping[str, Any]
 
 
@@ -39,7 +39,7 @@ class Paper(NamedTuple):
     module: str  # that defines the paper; with all it imports it is the code behind the verdict
     reads: Sequence[str]  # patterns of the files of results that its sources read
     command: str  # that shows one item, before the item's name
-    # What each alternative assumption gives for each item, by (alternative, item); None if not run.
+    # Number of each item under each alternative assumption, by (alternative, item); None if not run.
     alternatives: Callable[[Path, Sources], xr.DataArray | None] = _no_alternatives
 
 
@@ -66,8 +66,8 @@ class Judge:
     def judge(self, claim: Claim) -> Item:
         """Judge one claim; return its item of ``results/verdict.json``."""
         tolerance = self.claims.classes[claim.tolerance]
-        stands_exact, shown_exact = self._stands(claim, "exact")
-        stands_printed, shown_printed = self._stands(claim, "printed")
+        holds_exact, shown_exact = self._holds(claim, "exact")
+        holds_printed, shown_printed = self._holds(claim, "printed")
         try:
             finding = self.finding(claim, next(iter(self.sources)))
         except MissingEvidence as error:
@@ -75,7 +75,7 @@ class Judge:
             status, reason = "missed", f"not to be judged: {error}"
         else:
             comparison = compare(claim, tolerance, finding)
-            refuted = shown_printed if stands_printed is False else None
+            refuted = shown_printed if holds_printed is False else None
             status, reason = self._status(claim, finding, comparison, refuted)
         return {
             **claim.model_dump(include={"id", "where", "statement", "printed"}),
@@ -86,9 +86,9 @@ class Judge:
             | {"measure": tolerance.measure, "sense": claim.sense},
             **claim.model_dump(include={"unit", "scale", "kind", "basis", "fact"}),
             "status": status,
-            "stands_exact": stands_exact,
+            "stands_exact": holds_exact,
             "shown_exact": shown_exact,
-            "stands_printed": stands_printed,
+            "stands_printed": holds_printed,
             "shown_printed": shown_printed,
             "reason": reason,
             "erratum": claim.erratum or claim.see,
@@ -98,8 +98,8 @@ class Judge:
             **claim.model_dump(include={"table", "row", "column", "level"}),
         }
 
-    def _stands(self, claim: Claim, source: str) -> tuple[bool | None, str]:
-        """Whether a claim about models holds with the printed tables or another transport, and why."""
+    def _holds(self, claim: Claim, source: str) -> tuple[bool | None, str]:
+        """Whether a claim about models holds with the printed tables or exact signals, and the finding."""
         compared_with_itself = source == "printed" and claim.row != ""
         if not claim.models or compared_with_itself or source not in self.sources:
             return None, ""
@@ -185,16 +185,16 @@ def counts(items: Sequence[Item]) -> dict[str, int]:
 
 
 def facts(items: Sequence[Item]) -> list[Item]:
-    """Keep one item of those that tell the same fact: the one with the worst status."""
+    """Return one item per fact: of items that state the same fact the one with the worst status."""
     kept: dict[str, Item] = {}
     for item in items:
         name = item["fact"] or item["id"]
-        kept[name] = max(kept.get(name, item), item, key=lambda one: STATUSES.index(one["status"]))
+        kept[name] = max(kept.get(name, item), item, key=lambda each: STATUSES.index(each["status"]))
     return list(kept.values())
 
 
 def verdict(results: Path, paper: Paper) -> dict[str, Any]:
-    """Judge every claim of a paper against a folder of results; what ``verdict.json`` holds."""
+    """Judge every claim of a paper against a folder of results; return the content of ``verdict.json``."""
     # Before anything is read.
     made_from = hashes_behind_verdict(results, paper.folder, paper.module, paper.reads)
     judge = Judge(results, paper)

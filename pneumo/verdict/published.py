@@ -14,7 +14,7 @@ def read_cells(name: str, folder: Path) -> list[dict[str, str]]:
 
 
 def recorded(file: Path) -> dict[str, str]:
-    """Read what is recorded of each item: the second column by the first; empty if there is no such file."""
+    """Return the second column of a CSV file by the first; empty if there is no such file."""
     if not file.exists():
         return {}
     with file.open(encoding="utf-8", newline="") as lines:

@@ -1,7 +1,7 @@
-"""What a computation of a claim returns.
+"""Result of the computation of a claim.
 
-A computation takes one of a paper's sources, such as the results of a study, and the arguments that stand
-with the claim; it returns a `Finding`.
+A computation takes one of a paper's sources, such as the results of a study, and the claim's arguments; it
+returns a `Finding`.
 """
 
 from collections.abc import Callable
@@ -13,18 +13,18 @@ class MissingEvidence(LookupError):
 
 
 class Finding(NamedTuple):
-    """What a computation found."""
+    """Result of a computation: a number, an interval or the truth of a statement."""
 
     value: float | None = None  # in the claim's unit (a fraction where the claim has per cent)
     holds: bool | None = None  # whether a statement is true, where there is no number to compare
-    shown: str = ""  # what was found, in words, where the number alone does not say it
-    #: How far a statement is from turning over, decades of mean square error (above 0: true); of a best n,
-    #: what the printed one costs: logarithm of a quotient of mean square errors.
+    shown: str = ""  # the finding in words, where the number alone does not say it
+    #: Distance of a statement from being false, decades of mean square error (above 0: true); of a best n,
+    #: cost of the printed one: logarithm of a ratio of mean square errors.
     margin: float | None = None
-    varies: float | None = None  # what seeds change, where that is neither the value nor the margin
-    low: float | None = None  # an interval in place of a value, where the paper leaves open which run it
-    high: float | None = None  # speaks of
-    allowed: bool = False  # whether the interval is all that printed inputs allow: a number in it is met
+    varies: float | None = None  # number that seeds change, if that is neither the value nor the margin
+    low: float | None = None  # interval instead of a value, where the paper does not say which run it means
+    high: float | None = None
+    allowed: bool = False  # whether the interval is all that the printed inputs allow: agreement inside it
     swing: float | None = None  # change during the run, in the unit of the value
 
 

@@ -20,10 +20,10 @@ SEAL = 100  # bytes at the end of a results file, among them its SHA-256
 
 
 def hashes_behind_verdict(results: Path, paper: Path, module: str, reads: Sequence[str]) -> dict[str, str]:
-    """Hashes of what a verdict is made from, under the names that they have in ``verdict.json``.
+    """Return the hashes of code and inputs of a verdict, by their names in ``verdict.json``.
 
-    That of the code is of the module that makes the verdict, with all that it imports; that of the inputs is
-    over the paper's files and the seals of the results that match one of the patterns `reads`.
+    The code is the module that makes the verdict, with all that it imports; the inputs are the paper's files
+    and the seals of the results that match one of the patterns `reads`.
     """
     digest = hashlib.sha256()
     for folder, patterns in ((paper, OF_PAPER), (results, reads), (KEPT, OF_EVIDENCE)):
@@ -45,8 +45,8 @@ def stored_verdict(results: Path, paper: Path, module: str, reads: Sequence[str]
     The arguments are those of `hashes_behind_verdict`.
     """
     try:
-        found: dict[str, Any] = json.loads(unsealed(results / "verdict.json") + b"}")
+        stored: dict[str, Any] = json.loads(unsealed(results / "verdict.json") + b"}")
     except (OSError, DamagedError, ValueError):
         return None
     current = hashes_behind_verdict(results, paper, module, reads).items()
-    return found if current <= found.items() else None
+    return stored if current <= stored.items() else None

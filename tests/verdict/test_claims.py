@@ -166,7 +166,7 @@ def test_assumptions_are_those_of_the_configuration():
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("id: S1.P_0\n", "id: S1.states\n", "id = 'S1.states': stands there twice"),
+        ("id: S1.P_0\n", "id: S1.states\n", "id = 'S1.states': is repeated"),
         ("class: half_bridge", "class: halfbridge", "class = 'halfbridge': must be one of printed"),
         ("kind: rounded", "kind: round", "kind = 'round'"),
         ("basis: set-up", "basis: setup", "basis = 'setup'"),

@@ -117,7 +117,7 @@ rule identification:
     params:
         code=code_behind("identification.py"),
     message:
-        "Identification of M, k_f, stop, amplitudes and transport from Tables 5, 7 and 9"
+        "Identification of M, k_f, stop, amplitudes and signal sampling from Tables 5, 7 and 9"
     script:
         "../scripts/identification.py"
 
@@ -133,7 +133,7 @@ rule error_budget:
     params:
         code=code_behind("error_budget.py"),
     message:
-        "Error budget: model, signal transport and step"
+        "Error budget: model, signal sampling and step"
     script:
         "../scripts/error_budget.py"
 
@@ -149,7 +149,7 @@ rule floor:
     params:
         code=code_behind("floor.py"),
     message:
-        "Floor of error that signal transport leaves: measured, and predicted without replays"
+        "Error floor of signal sampling: measured, and predicted without replays"
     script:
         "../scripts/floor.py"
 

@@ -66,6 +66,6 @@ rule replay:
     params:
         code=code_behind("replay.py"),
     message:
-        "Replays of all models, both transports"
+        "Replays of all models, both signal samplings"
     script:
         "../scripts/replay.py"

@@ -14,7 +14,7 @@ def main(parameters: Path, blocks: list[Path], cells: Path, code: str) -> None:
     plants = joined(parts)
     about = attributes(
         "Models at work in observers and position controllers",
-        "Errors of use and of replay by carried model, their rank correlation, the cheapest that will do",
+        "Errors of use and of replay by model, their rank correlation, the cheapest that will do",
         study.config_sha256,
         code,
         template_sha256=parts[0].attrs["template_sha256"],

@@ -1,4 +1,4 @@
-"""Observers and controllers that carry each model, on one plant."""
+"""Observers and controllers with each model, on one plant."""
 
 from pathlib import Path
 
@@ -10,20 +10,20 @@ from pneumo.storage.files import attributes, read_study, write
 
 
 def main(parameters: Path, template: Path, plant: str, number: int, block: Path, code: str) -> None:
-    study, own = read_study(parameters), read_configuration(load(template))
-    both = [*study.experiments.values(), *own.experiments.values()]
+    study, template_study = read_study(parameters), read_configuration(load(template))
+    both = [*study.experiments.values(), *template_study.experiments.values()]
     open_loop, closed_loop = (next(e for e in both if e.name == name) for name in plant.split("-"))
-    found = plant_at_work(
+    errors = plant_at_work(
         open_loop, closed_loop, study.n, number, lambda text: print(f"{plant}: {text}", flush=True)
     )
     about = attributes(
         f"Models at work: experiments {plant}",
-        "Errors of observers and controllers that carry reduced models, on one full-order plant",
+        "Errors of observers and controllers with reduced models, on one full-order plant",
         study.config_sha256,
         code,
-        template_sha256=own.config_sha256,
+        template_sha256=template_study.config_sha256,
     )
-    write(found, block, about)
+    write(errors, block, about)
 
 
 run_job(main, globals())

@@ -20,7 +20,7 @@ def main(block: Path, numbers: list[int], threads: int, code: str) -> None:
         parts = list(pool.map(cells_of, numbers))
     about = attributes(
         f"Random cylinders {numbers[0]} to {numbers[-1]}",
-        "Errors of the whole grid, exact transport, and dimensionless groups of each run",
+        "Errors of the whole grid, exact signals, and dimensionless groups of each run",
         "none: cylinders are drawn in pneumo.evidence.random_cylinders.random_plants",
         code,
     )

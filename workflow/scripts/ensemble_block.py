@@ -21,7 +21,7 @@ def main(parameters: Path, block: Path, sets: list[int], of: int, threads: int, 
         values = [seeds[number][cylinder] for number in sets]
         dataset[f"seed_{cylinder}"] = ("seeds", values, {"long_name": f"seed of cylinder {cylinder}"})
     title = f"Ensemble, sets of seeds {sets[0]} to {sets[-1]}"
-    summary = "Error of every cell of the grid to six digits, both transports; set 0 has the study's seeds"
+    summary = "Error of every grid cell to six digits, both signal samplings; set 0 has the study's seeds"
     write(dataset, block, attributes(title, summary, study.config_sha256, code), digits=6)
 
 

@@ -1,4 +1,4 @@
-"""Split every cell's error into the model's, the signal transport's and the step's."""
+"""Split every cell's error into the model's, that of signal sampling and the step's."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ def main(parameters: Path, budgets: Path, threads: int, code: str) -> None:
     cells = side_by_side(parts)
     about = attributes(
         "Error budget of the reduced models",
-        "Model, signal-transport and discretisation error of every cell, from t = 0",
+        "Model, signal-sampling and discretisation error of every cell, from t = 0",
         study.config_sha256,
         code,
         slice_s=error_budget.SLICE,

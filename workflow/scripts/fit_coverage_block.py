@@ -8,14 +8,14 @@ from pneumo.storage.files import attributes, write
 
 
 def main(block: Path, first: str, cases: int, code: str) -> None:
-    found = coverage(range(int(first), int(first) + cases), lambda text: print(text, flush=True))
+    cases_fitted = coverage(range(int(first), int(first) + cases), lambda text: print(text, flush=True))
     about = attributes(
         "Coverage of the intervals of pneumo fit",
         "Random cylinders with noisy sensors: truth, estimates, intervals, errors held out",
         "none: cylinders are drawn in pneumo.evidence.fit_coverage.synthetic_records",
         code,
     )
-    write(found, block, about)
+    write(cases_fitted, block, about)
 
 
 run_job(main, globals())

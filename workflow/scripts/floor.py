@@ -14,9 +14,9 @@ def main(parameters: Path, floors: Path, threads: int, code: str) -> None:
     experiments = {name: e for name, e in study.experiments.items() if name in floor.FLOOR_EXPERIMENTS}
     if not experiments:
         raise ResultError(f"{parameters}: has none of {', '.join(floor.FLOOR_EXPERIMENTS)}")
-    parts = for_each_experiment(experiments, floor.measured_floor, threads, "floor of signal transport")
+    parts = for_each_experiment(experiments, floor.measured_floor, threads, "floor of signal sampling")
     about = attributes(
-        "Floor of error that signal transport leaves",
+        "Error floor of signal sampling",
         "RMS pressure error of replays on sampled signals, measured and predicted",
         study.config_sha256,
         code,

@@ -1,4 +1,4 @@
-"""Identify what the paper leaves open: M, k_f, stop, amplitudes and transport."""
+"""Identify what the paper leaves open: M, k_f, stop, amplitudes and signal sampling."""
 
 from pathlib import Path
 
@@ -9,8 +9,8 @@ from pneumo.storage.files import read_study
 
 def main(parameters: Path, estimates: Path, threads: int) -> None:
     study = read_study(parameters)
-    found = identify(study, ["D", "E"], SEARCH_SEED, threads, lambda text: print(text, flush=True))
-    save_identification(found, study, SEARCH_SEED, estimates)
+    identification = identify(study, ["D", "E"], SEARCH_SEED, threads, lambda text: print(text, flush=True))
+    save_identification(identification, study, SEARCH_SEED, estimates)
 
 
 run_job(main, globals())

@@ -18,9 +18,9 @@ def main(
     numbers: Path,
     pdf: Path,
 ) -> None:
-    found = manuscript_numbers([*results, *evidence])
-    found["evidence"] = [made(Path(file), code) for file, code in code_now.items()]
-    write_text(json.dumps(found, indent=1, ensure_ascii=False), numbers)
+    content = manuscript_numbers([*results, *evidence])
+    content["evidence"] = [made(Path(file), code) for file, code in code_now.items()]
+    write_text(json.dumps(content, indent=1, ensure_ascii=False), numbers)
     compile_pdf(source, Path.cwd(), pdf)
 
 

@@ -14,9 +14,9 @@ def main(
     configuration: Mapping[str, Any], parameters: Path, claims: Path, agrees: Path, threads: int, code: str
 ) -> None:
     study = read_study(parameters)
-    found = power(parameters.parent, study, configuration, read_claims(claims.parent), threads)
+    agreement = power(parameters.parent, study, configuration, read_claims(claims.parent), threads)
     summary = "Whether each item of the verdict agrees with the paper when a known mistake is made"
-    write(found, agrees, attributes("Power of the verdict", summary, study.config_sha256, code))
+    write(agreement, agrees, attributes("Power of the verdict", summary, study.config_sha256, code))
 
 
 run_job(main, globals())

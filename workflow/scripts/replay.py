@@ -1,4 +1,4 @@
-"""Replay every model at every n on every full-order run, with both transports."""
+"""Replay every model at every n on every full-order run, with both signal samplings."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path

@@ -11,7 +11,7 @@ def main(blocks: list[Path], errors: Path) -> None:
     parts = [read(block) for block in blocks]
     about = attributes(
         "Ensemble: errors with every set of seeds",
-        "Error of every cell of the grid to five digits, both transports; set 0 has the study's seeds",
+        "Error of every cell of the grid to five digits, both signal samplings; set 0 has the study's seeds",
         *(parts[0].attrs[name] for name in ("config_sha256", "code_sha256")),  # of what computed them
     )
     write(joined_seed_sets(parts), errors, about, digits=5)

@@ -15,8 +15,8 @@ def main(claims: Path, response: Path, coefficients: Path, svg: list[Path], code
     summary = "A closed chamber pushed to mid-stroke, and what the seven steps make of it, by reading"
     write(example(), response, attributes("Simulated example", summary, "none", code))
     summary = "Heat transfer coefficients over volume by area: measured, predicted, quoted, studied in 2006"
-    found = trend(Results(response.parent, claims.parent))
-    write(found, coefficients, attributes("Coefficients of cylinders", summary, "none", code))
+    trends = trend(Results(response.parent, claims.parent))
+    write(trends, coefficients, attributes("Coefficients of cylinders", summary, "none", code))
     drawn = {"simulated_example": response, "coefficients": coefficients}
     for figure in svg:
         draw = getattr(conductance_figures, figure.stem)

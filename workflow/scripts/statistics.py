@@ -1,4 +1,4 @@
-"""Average the cells over experiments, for each transport."""
+"""Average the cells over experiments, for each signal sampling."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ def main(parameters: Path, tables: list[Path], code: str) -> None:
     for table in tables:
         transport = table.parent.name
         about = attributes(
-            f"Performance of the reduced models, {transport} transport",
+            f"Performance of the reduced models, {transport} signals",
             "Tables 7 (level overall), 8 (best_n) and 9 (other levels); eqs (14) to (16)",
             study.config_sha256,
             code,

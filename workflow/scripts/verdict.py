@@ -13,8 +13,8 @@ from pneumo.verdict.judging import verdict
 
 
 def main(name: PaperName, claims: Path, code_now: Mapping[str, str], judged: Path, page: Path) -> None:
-    found = verdict(judged.parent, paper(name)._replace(folder=claims.parent))
-    text = json.dumps(found, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+    content = verdict(judged.parent, paper(name)._replace(folder=claims.parent))
+    text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
     write_json(text, judged)
     rests_on = [made(Path(file), code) for file, code in code_now.items()]
     write_text(verdict_page(json.loads(text), claims.parent, rests_on), page)
