@@ -49,7 +49,7 @@ class Statement(NamedTuple):
     comment: str  # unit and number of the equation
 
 
-OWN = {"A": ("A_A", "V_d_A"), "B": ("A_B", "V_d_B")}  # what a chamber is given as its `Chamber`
+CHAMBER_CONSTANTS = {"A": ("A_A", "V_d_A"), "B": ("A_B", "V_d_B")}  # of which its `Chamber` consists
 ROOT_2 = 2**0.5  # SymPy takes it out of the root in eq (1)
 WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "lambda A_q": "eqs (7), (8)"}
 
@@ -61,31 +61,35 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
     u, m, x and v are positive where they fill or enlarge this chamber.
     """
     gas, restrictions, c, cylinder, k_0 = plant
-    g, A_q0, every = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
+    g, A_q0, equations = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
     if valve:
-        every.append(Equation(("u_limited",), lambda u: limited(u, restrictions.u_max), ("u",), "V"))
+        equations.append(Equation(("u_limited",), lambda u: limited(u, restrictions.u_max), ("u",), "V"))
     row = lane(model, n, g) if model else None
     if model and row:
         a, law = row.a, "eq (6)" if model.temperature == "polytropic" else "constant"
-        every.append(Equation(("T",), lambda P: temperature(P, c.P_0, c.T_0, a), ("P",), f"K, {law}"))
-    every += [
-        Equation(("V",), lambda x, *own: volume(x, Chamber(*own), cylinder), ("x", "area", "V_d"), "m^3"),
+        equations.append(Equation(("T",), lambda P: temperature(P, c.P_0, c.T_0, a), ("P",), f"K, {law}"))
+    equations += [
+        Equation(
+            ("V",), lambda x, *fields: volume(x, Chamber(*fields), cylinder), ("x", "area", "V_d"), "m^3"
+        ),
         Equation(("dV_dt",), lambda v, area: area * v, ("v", "area"), "m^3/s"),
     ]
     flows = ("m_in", "m_out")
     if valve:
         through = lambda u, P, T: chamber_flows(u, P, T, restrictions, gas, c)  # noqa: E731
-        every.append(Equation(flows, through, ("u_limited", "P", "T"), "kg/s, eqs (1), (2)"))
+        equations.append(Equation(flows, through, ("u_limited", "P", "T"), "kg/s, eqs (1), (2)"))
     else:
-        every.append(Equation(flows, lambda m: (m, 0.0) if m > 0 else (0.0, -m), ("m",), "kg/s"))
-    every.append(Equation(("area_ratio",), lambda x: heat_area(x, cylinder) / A_q0, ("x",), "A_q(x)/A_q(0)"))
+        equations.append(Equation(flows, lambda m: (m, 0.0) if m > 0 else (0.0, -m), ("m",), "kg/s"))
+    equations.append(
+        Equation(("area_ratio",), lambda x: heat_area(x, cylinder) / A_q0, ("x",), "A_q(x)/A_q(0)")
+    )
     known = ("P", "T", "V", "dV_dt", *flows)
     if model and row:
         names = ("k_0", "P_0", "T_0", "T_in", "T_amb", "R", "gamma", "lane")
         rest = dict(zip(names, (k_0, c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, g, row), strict=True))
         comment = f"Pa/s, eq (10); wall heat: {WALL_EQUATION[model.wall]}"
         rate = Equation(("dP_dt",), lambda *y: model_dP_dt(*y, **rest), (*known, "area_ratio"), comment)
-        return [*every, rate]
+        return [*equations, rate]
 
     def heat(P: Any, T: Any, area_ratio: Any) -> Any:
         conductance = wall_conductance(k_0, area_ratio, P * T / (c.P_0 * c.T_0), 1.0, 0.5)
@@ -98,7 +102,7 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
         return dT_dt(*y, T_in=c.T_in, heat=heat, R=gas.R, gamma=g)
 
     return [
-        *every,
+        *equations,
         Equation(("heat",), heat, ("P", "T", "area_ratio"), "W, eqs (7), (8)"),
         Equation(("dP_dt",), pressure, ("heat", *known), "Pa/s, eq (4)"),
         Equation(("dT_dt",), warming, ("heat", *known), "K/s, eq (5)"),
@@ -125,12 +129,15 @@ def piston_equations(plant: Plant) -> list[Equation]:
 
 
 def stop_equations(plant: Plant) -> list[Equation]:
-    """What the end stops make of (x, v) after a step from velocity v_before."""
-    names = ("x", "v", "v_before")
-    stops = Equation(
-        ("x_after", "v_after"), lambda *y: stopped(*y, cylinder=plant.cylinder), names, "m, m/s, end stops"
-    )
-    return [stops]
+    """Equation of the end stops: (x, v) after a step that began with velocity v_before."""
+    return [
+        Equation(
+            ("x_after", "v_after"),
+            lambda *y: stopped(*y, cylinder=plant.cylinder),
+            ("x", "v", "v_before"),
+            "m, m/s, end stops",
+        )
+    ]
 
 
 def exact_numbers(value: Any) -> Any:
@@ -177,13 +184,13 @@ def symbols_of(plant: Plant) -> Plant:
 
 def statements(equations: list[Equation], wanted: set[str]) -> list[Statement]:
     """Assignments that compute the wanted names; only those that they need."""
-    needed, kept = set(wanted), list[Statement]()
+    needed, result = set(wanted), list[Statement]()
     for names, function, arguments, comment in reversed(equations):
         if needed & set(names):
             value = exact_numbers(choices(function, *map(_real, arguments)))
             needed |= names_in(value)
-            kept.insert(0, Statement(names, value, comment))
-    return kept
+            result.insert(0, Statement(names, value, comment))
+    return result
 
 
 def constants(plant: Plant, n: float) -> list[Constant]:

@@ -1,4 +1,4 @@
-"""What is exported and linearised: both chambers by a model, with or without valve and piston, on numbers."""
+"""Systems that are exported and linearised: both chambers by a model, with or without valve and piston."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -44,7 +44,7 @@ def rate_unit(state: str) -> str:
 
 
 class System(NamedTuple):
-    """Both chambers by one model; what is left out of valve and piston becomes an input."""
+    """Both chambers by one model; without valve or piston, its quantities become inputs."""
 
     model: Model | None  # None is the full order, eqs (4) and (5)
     n: float
@@ -86,8 +86,8 @@ def system(
     return System(row, n, plant, valve, piston)
 
 
-def _solved(equations: list[Equation], known: dict[str, Any]) -> None:
-    """Add to the known values those of the equations' names."""
+def _solve(equations: list[Equation], known: dict[str, Any]) -> None:
+    """Solve equations in their order and add the results to the known values, by name."""
     for equation in equations:
         result = complex_value(equation.function, *(known[name] for name in equation.arguments))
         values = result if isinstance(result, tuple) else (result,)
@@ -99,19 +99,16 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
     known = dict(zip((*system.states, *system.inputs), (*state, *inputs), strict=True))
     result: list[Any] = []
     if system.piston:
-        _solved(piston_equations(system.plant), known)
+        _solve(piston_equations(system.plant), known)
         result += [known["dx_dt"], known["dv_dt"]]
-    equations, cylinder = (
-        chamber_equations(system.model, system.n, system.plant, system.valve),
-        system.plant.cylinder,
-    )
+    equations = chamber_equations(system.model, system.n, system.plant, system.valve)
     for side in Side:
-        own = {name: known[f"{name}_{side.name}"] for name in system.chamber_states}
-        own |= {"u": side.sign * known["u"]} if system.valve else {"m": known[f"m_{side.name}"]}
-        own |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}
-        own |= chamber_of(cylinder, side)._asdict()
-        _solved(equations, own)
-        result += [own[f"d{name}_dt"] for name in system.chamber_states]
+        outward = {name: known[f"{name}_{side.name}"] for name in system.chamber_states}
+        outward |= {"u": side.sign * known["u"]} if system.valve else {"m": known[f"m_{side.name}"]}
+        outward |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}
+        outward |= chamber_of(system.plant.cylinder, side)._asdict()
+        _solve(equations, outward)
+        result += [outward[f"d{name}_dt"] for name in system.chamber_states]
     return result
 
 
@@ -120,7 +117,7 @@ def stopped_state(system: System, state: list[float], v_before: float) -> list[f
     if not system.piston:
         return state
     known = {"x": state[0], "v": state[1], "v_before": v_before}
-    _solved(stop_equations(system.plant), known)
+    _solve(stop_equations(system.plant), known)
     return [known["x_after"], known["v_after"], *state[2:]]
 
 

@@ -1,5 +1,9 @@
 """C99: a model's rates and steps with header and test program, without allocation."""
 
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +14,7 @@ from sympy.printing.c import C99CodePrinter
 from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Statement
 from pneumo.equations.system import METHODS, System, step
+from pneumo.errors import InputError
 from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
 from pneumo.linear.linear_analysis import STABLE_RANGE, stable_steps
 
@@ -65,6 +70,21 @@ def _listed(values: Any, suffix: str) -> str:
     return ", ".join(digits(float(value)) + suffix for value in values)
 
 
+def compiled(
+    command: Sequence[str], files: dict[str, str], output: str, libraries: Sequence[str] = ()
+) -> bytes:
+    """Content of `output`, compiled from C in a temporary folder; `InputError` if the compiler refuses it."""
+    with TemporaryDirectory() as folder:
+        for name, text in files.items():
+            (Path(folder) / name).write_text(text, encoding="utf-8")
+        sources = [name for name in files if name.endswith(".c")]
+        words = [*command, "-o", output, *sources, *libraries]
+        ran = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+        if ran.returncode:
+            raise InputError(f"{command[0]}: {ran.stderr.strip().splitlines()[0]}")
+        return (Path(folder) / output).read_bytes()
+
+
 class Kink(NamedTuple):
     """An expression whose sign changes where the rates have a kink."""
 
@@ -86,7 +106,7 @@ def c99(system: System, stem: str, precision: str = "double", kinks: tuple[Kink,
         for name, t in METHODS.items()
     }
     c = system.plant.conditions
-    # What a difference of each state is compared with.
+    # By which the test program divides the error of each state.
     scale = system.state(x=system.plant.cylinder.stroke, v=1.0, P=c.P_atm, T=c.T_0)
     names = {"source": f"{stem}.c", "header": f"{stem}.h", "test": f"{stem}_test.c"}
     known = {

@@ -3,14 +3,11 @@
 import io
 import platform
 import shutil
-import subprocess
 import sys
 import zipfile
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 from sympy import Symbol
@@ -19,7 +16,7 @@ from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Constant
 from pneumo.equations.system import System, quantity, rate_unit
 from pneumo.errors import InputError
-from pneumo.export.c_source import TEMPLATES, Kink, c99, printer_of
+from pneumo.export.c_source import TEMPLATES, Kink, c99, compiled, printer_of
 from pneumo.export.printing import Printed, digits, heading, printed
 from pneumo.linear.linear_analysis import stable_steps
 from pneumo.physics.cylinder import Side
@@ -64,7 +61,7 @@ class Variable:
     initial: str = ""
     start: str | None = None
     nominal: str = ""
-    derivative: "Variable | None" = None  # what this is the rate of
+    derivative: "Variable | None" = None  # the state of which this is the rate
     kink: bool = False
 
 
@@ -77,7 +74,7 @@ def _conditions(value: Any) -> list[Any]:
 
 def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
     """Where the rates have a kink: every condition of the chambers' statements, and the end stops."""
-    printer, found, seen = printer_of(parts), list[Kink](), set[Any]()
+    printer, result, seen = printer_of(parts), list[Kink](), set[Any]()
     for side in Side:
         outside = {"P": f"state[{system.name}_P_{side.name}]", "u": f"inputs[{system.name}_u]"}
         outside |= {"u_limited": outside["u"], "m": f"inputs[{system.name}_m_{side.name}]"}
@@ -88,7 +85,7 @@ def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
             zero = zero.xreplace({s: signs.get(s.name, 1) * Symbol(name) for s, name in inner.items()})
             if zero not in seen and -zero not in seen:
                 seen.add(zero)
-                found.append(Kink(str(printer.doprint(zero)), f"{condition}, chamber {side.name}"))
+                result.append(Kink(str(printer.doprint(zero)), f"{condition}, chamber {side.name}"))
     if system.piston and not system.plant.cylinder.coulomb:  # else there is no model exchange
         (force,) = (statement.value for statement in parts.piston if statement.names == ("a",))
         places = {f"P_{side.name}": f"state[{system.name}_P_{side.name}]" for side in Side}
@@ -96,9 +93,9 @@ def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
         places["force"] = f"inputs[{system.name}_force]"
         turned = force.xreplace({s: Symbol(places[s.name]) for s in force.free_symbols if s.name in places})
         stops = {"stop, x_min": "{} - p->x_min", "stop, x_max": "p->x_max - {}"}
-        found += [Kink(pattern.format(places["x"]), meaning) for meaning, pattern in stops.items()]
-        found.append(Kink(str(printer.doprint(turned)), "force on a piston at rest on a stop"))
-    return tuple(found)
+        result += [Kink(pattern.format(places["x"]), meaning) for meaning, pattern in stops.items()]
+        result.append(Kink(str(printer.doprint(turned)), "force on a piston at rest on a stop"))
+    return tuple(result)
 
 
 def _start(system: System) -> list[float]:
@@ -119,27 +116,27 @@ def _variables(
     """Every variable, with its reference as in instance.h."""
     variables = list[Variable]()
 
-    def add(*words: Any, **rest: Any) -> Variable:
-        name, reference, unit, meaning, causality, *variability = words
-        place = len(variables) + 1
-        variables.append(Variable(name, reference, place, unit, meaning, causality, *variability, **rest))
+    def add(name: str, reference: int, unit: str, meaning: str, **options: Any) -> Variable:
+        variables.append(Variable(name, reference, len(variables) + 1, unit, meaning, **options))
         return variables[-1]
 
-    inside = ("longest_step", 1, "s", "longest step inside a step of co-simulation", "parameter", "tunable")
-    add(*inside, initial="exact", start=longest_step)
+    tuned = {"causality": "parameter", "variability": "tunable", "initial": "exact"}
+    add("longest_step", 1, "s", "longest step inside a step of co-simulation", start=longest_step, **tuned)
     for i, c in enumerate(constants):
         unit, variability = c.unit if c.unit in UNITS else "", "fixed" if c.name in GAS else "tunable"
-        words = (c.name, REFERENCES["PARAMETER"] + i, unit, c.comment, "parameter", variability)
-        add(*words, initial="exact", start=digits(c.value))
+        options = tuned | {"variability": variability, "start": digits(c.value)}
+        add(c.name, REFERENCES["PARAMETER"] + i, unit, c.comment, **options)
     for i, name in enumerate(system.inputs):
-        add(name, REFERENCES["INPUT"] + i, *quantity(name), "input", start="0.0")
-    for i, (name, *values) in enumerate(zip(system.states, _start(system), _nominals(system), strict=True)):
-        numbers = dict(zip(("start", "nominal"), map(digits, values), strict=True))
-        state = add(name, REFERENCES["STATE"] + i, *quantity(name), "output", initial="exact", **numbers)
-        rate = (f"der({name})", REFERENCES["RATE"] + i, rate_unit(name), f"rate of {name}", "local")
-        add(*rate, derivative=state)
+        add(name, REFERENCES["INPUT"] + i, *quantity(name), causality="input", start="0.0")
+    for i, (name, start, nominal) in enumerate(
+        zip(system.states, _start(system), _nominals(system), strict=True)
+    ):
+        options = {"initial": "exact", "start": digits(start), "nominal": digits(nominal)}
+        state = add(name, REFERENCES["STATE"] + i, *quantity(name), causality="output", **options)
+        rate = f"der({name})", REFERENCES["RATE"] + i, rate_unit(name), f"rate of {name}"
+        add(*rate, causality="local", derivative=state)
     for i, kink in enumerate(indicators):
-        add(f"kink[{i + 1}]", REFERENCES["KINK"] + i, "", kink.meaning, "local", kink=True)
+        add(f"kink[{i + 1}]", REFERENCES["KINK"] + i, "", kink.meaning, causality="local", kink=True)
     return variables
 
 
@@ -198,17 +195,8 @@ def _binary(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
     if sys.platform != "linux" or shutil.which(COMPILER) is None or (fmi == 2 and machine != "x86_64"):
         return {}
     folder = "linux64" if fmi == 2 else f"{machine}-linux"
-    with TemporaryDirectory() as place:
-        for file, text in sources.items():
-            (Path(place) / file).write_text(text, encoding="utf-8")
-        flags = ["-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s", "-o", "model.so"]
-        compiled = [file for file in sources if file.endswith(".c")]
-        ran = subprocess.run(
-            [COMPILER, *flags, *compiled, "-lm"], cwd=place, capture_output=True, text=True, check=False
-        )
-        if ran.returncode:
-            raise InputError(f"{COMPILER}: {ran.stderr.strip().splitlines()[0]}")
-        return {f"binaries/{folder}/{name}.so": (Path(place) / "model.so").read_bytes()}
+    flags = ["-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s"]
+    return {f"binaries/{folder}/{name}.so": compiled([COMPILER, *flags], sources, "model.so", ["-lm"])}
 
 
 def _packed(files: dict[str, bytes]) -> bytes:

@@ -3,20 +3,19 @@
 import base64
 import json
 import shutil
-import subprocess
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.system import FULL_ORDER, system
 from pneumo.errors import InputError
-from pneumo.export.c_source import TEMPLATES, c99
+from pneumo.export.c_source import TEMPLATES, c99, compiled
 from pneumo.export.printing import printed
 from pneumo.physics.models import MODELS
 
 MOST_STEPS = 1000  # in one call
 EXPORTED = ("take_defaults", "start", "advance")
+FLAGS = ["--target=wasm32", "-std=c99", "-O3", "-ffreestanding", "-nostdlib", "-fno-math-errno", "-I."]
 PLACES = ("parameters", "state", "pressures", "squares", "commands")
 # clang has no headers for this target: roots and absolute values are its instructions, powers the browser's.
 MATH_H = """\
@@ -47,31 +46,14 @@ def module(plant: Plant, n: float) -> Module:
     systems = [system(model, n, plant) for model in MODELS.values()]
     systems.append(system(FULL_ORDER, None, plant, piston=True))
     names = [chosen.name for chosen in systems]
-    with TemporaryDirectory() as folder:
-        files = {"math.h": MATH_H}
-        for chosen in systems:
-            files |= c99(chosen, chosen.name)
-            del files[f"{chosen.name}_test.c"]
-        files["live.c"] = TEMPLATES.get_template("live.c.j2").render(names=names, most_steps=MOST_STEPS)
-        for name, text in files.items():
-            (Path(folder) / name).write_text(text, encoding="utf-8")
-        wanted = [*EXPORTED, *(f"place_of_{name}" for name in PLACES)]
-        flags = [
-            "--target=wasm32",
-            "-std=c99",
-            "-O3",
-            "-ffreestanding",
-            "-nostdlib",
-            "-fno-math-errno",
-            "-I.",
-        ]
-        linked = ["--no-entry", "--allow-undefined", "--strip-all", *(f"--export={name}" for name in wanted)]
-        sources = [name for name in files if name.endswith(".c")]
-        command = ["clang", *flags, *(f"-Wl,{flag}" for flag in linked), *sources, "-o", "live.wasm"]
-        ran = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if ran.returncode:
-            raise InputError(f"clang: {ran.stderr.strip().splitlines()[0]}")
-        code = (Path(folder) / "live.wasm").read_bytes()
+    files = {"math.h": MATH_H}
+    for chosen in systems:
+        files |= c99(chosen, chosen.name)
+        del files[f"{chosen.name}_test.c"]
+    files["live.c"] = TEMPLATES.get_template("live.c.j2").render(names=names, most_steps=MOST_STEPS)
+    wanted = [*EXPORTED, *(f"place_of_{name}" for name in PLACES)]
+    linked = ["--no-entry", "--allow-undefined", "--strip-all", *(f"--export={name}" for name in wanted)]
+    code = compiled(["clang", *FLAGS, *(f"-Wl,{flag}" for flag in linked)], files, "live.wasm")
     return Module(code, {s.name: [c.name for c in printed(s).constants] for s in systems})
 
 

@@ -7,7 +7,7 @@ from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
 from pneumo.equations.branches import Choice
-from pneumo.equations.equation_list import OWN
+from pneumo.equations.equation_list import CHAMBER_CONSTANTS
 from pneumo.equations.system import System
 from pneumo.export.printing import assignments, block, digits, heading, indented, printed
 
@@ -25,18 +25,18 @@ class _Python(PythonCodePrinter):
 
 
 def _lists(system: System) -> dict[str, str]:
-    """Lists of names, for both chambers and, as `own`, for one."""
-    own = system.chamber_states
+    """Lists of names, for both chambers and for one, A or B or either."""
+    states = system.chamber_states
     return {
         "arguments": ", ".join((*system.inputs, *system.states)),
         "rates": ", ".join(f"d{name}_dt" for name in system.states),
-        "own": ", ".join(own),
-        "own_rates": ", ".join(f"d{name}_dt" for name in own),
-        **{f"own_{side}": ", ".join(OWN[side]) for side in OWN},
-        "A": ", ".join(f"{name}_A" for name in own),
-        "B": ", ".join(f"{name}_B" for name in own),
-        "rates_A": ", ".join(f"d{name}_A_dt" for name in own),
-        "rates_B": ", ".join(f"d{name}_B_dt" for name in own),
+        "states_of_either": ", ".join(states),
+        "rates_of_either": ", ".join(f"d{name}_dt" for name in states),
+        **{
+            f"arguments_{side}": ", ".join((*(f"{name}_{side}" for name in states), *names))
+            for side, names in CHAMBER_CONSTANTS.items()
+        },
+        **{f"rates_{side}": ", ".join(f"d{name}_{side}_dt" for name in states) for side in CHAMBER_CONSTANTS},
     }
 
 
@@ -45,7 +45,7 @@ def matlab(system: System) -> str:
     outer, body, printer = list[str](), list[str](), _Octave({})
     parts, names = printed(system), _lists(system)
     for c in parts.constants:
-        (outer if any(c.name in own for own in OWN.values()) else body).append(
+        (outer if any(c.name in names for names in CHAMBER_CONSTANTS.values()) else body).append(
             f"{c.name} = {digits(c.value)}; % {c.comment}"
         )
     for s in parts.chamber:
@@ -56,11 +56,11 @@ function [{names["rates"]}] = {system.name}_dP_dt({names["arguments"]})
 {heading(system, "% ")}
 % Scalars only.
 {block(outer)}
-    [{names["rates_A"]}] = chamber(u, x, v, {names["A"]}, {names["own_A"]});
-    [{names["rates_B"]}] = chamber(-u, -x, -v, {names["B"]}, {names["own_B"]});
+    [{names["rates_A"]}] = chamber(u, x, v, {names["arguments_A"]});
+    [{names["rates_B"]}] = chamber(-u, -x, -v, {names["arguments_B"]});
 end
 
-function [{names["own_rates"]}] = chamber(u, x, v, {names["own"]}, area, V_d)
+function [{names["rates_of_either"]}] = chamber(u, x, v, {names["states_of_either"]}, area, V_d)
 % One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3.
 {block(body)}
 end
@@ -99,10 +99,10 @@ from casadi import SX, Function, fabs, if_else, sqrt
 
 {"".join(given)}
 
-def chamber(u, x, v, {names["own"]}, area, V_d):
+def chamber(u, x, v, {names["states_of_either"]}, area, V_d):
     """One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3."""
 {block(body)}
-    return [{names["own_rates"]}]
+    return [{names["rates_of_either"]}]
 
 
 names = {list((*system.inputs, *system.states))!r}
@@ -110,7 +110,7 @@ names = {list((*system.inputs, *system.states))!r}
 {system.name}_dP_dt = Function(
     "{system.name}_dP_dt",
     [{names["arguments"]}],
-    [*chamber(u, x, v, {names["A"]}, {names["own_A"]}), *chamber(-u, -x, -v, {names["B"]}, {names["own_B"]})],
+    [*chamber(u, x, v, {names["arguments_A"]}), *chamber(-u, -x, -v, {names["arguments_B"]})],
     names,
     {rates!r},
 )

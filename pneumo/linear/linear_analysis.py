@@ -1,4 +1,4 @@
-"""What linear models say of an actuator: its natural frequency and damping, and which steps are stable."""
+"""Natural frequency and damping of an actuator, and the longest stable steps, from linear models."""
 
 from itertools import product
 
@@ -34,16 +34,16 @@ def natural_modes(
     """
     closed, cylinder = system(model, n, plant, valve=False, piston=True), plant.cylinder
     x, P = np.atleast_1d(np.asarray(x, float)), np.atleast_1d(np.asarray(P, float))
-    for place in x[~((x > cylinder.x_min) & (x < cylinder.x_max))]:
+    for position in x[~((x > cylinder.x_min) & (x < cylinder.x_max))]:
         stops = f"{cylinder.x_min:g} and {cylinder.x_max:g} m"
-        raise InputError(f"x = {place:g} m: must be between the end stops, {stops}")
+        raise InputError(f"x = {position:g} m: must be between the end stops, {stops}")
     for pressure in P[~(P > 0)]:
         raise InputError(f"P = {pressure:g} Pa: must be positive (absolute)")
     smooth = closed._replace(plant=plant._replace(cylinder=cylinder._replace(coulomb=0.0)))
     T_0 = plant.conditions.T_0
     modes = np.full((2, len(x), len(P)), np.nan)
-    for (i, place), (j, P_A) in product(enumerate(x.tolist()), enumerate(P.tolist())):
-        known = {"x": place, "v": 0.0, "P_A": P_A, "P_B": P_A * cylinder.A_A / cylinder.A_B}
+    for (i, position), (j, P_A) in product(enumerate(x.tolist()), enumerate(P.tolist())):
+        known = {"x": position, "v": 0.0, "P_A": P_A, "P_B": P_A * cylinder.A_A / cylinder.A_B}
         known |= {"T_A": T_0, "T_B": T_0}
         poles = np.linalg.eigvals(state_matrix(smooth, [known[name] for name in smooth.states], [0.0] * 3))
         pole = poles[np.argmax(poles.imag)]

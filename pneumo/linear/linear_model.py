@@ -16,7 +16,7 @@ from pneumo.physics.models import Model
 if TYPE_CHECKING:
     from control import StateSpace
 
-IMAGINARY_STEP = 1e-30  # no difference is taken, so that nothing is lost however small it is
+IMAGINARY_STEP = 1e-30  # small without loss, since a complex step takes no difference
 
 
 class Linear(NamedTuple):
@@ -33,15 +33,15 @@ def state_matrix(system: System, state: Sequence[float], inputs: Sequence[float]
     return _derivatives(system, [*state, *inputs], range(len(state)))
 
 
-def _derivatives(system: System, point: Sequence[float], places: range) -> np.ndarray:
+def _derivatives(system: System, point: Sequence[float], columns: range) -> np.ndarray:
     """Derivatives by some of the states and inputs, a column for each."""
-    columns, count = list[list[float]](), len(system.states)
-    for k in places:
+    derivatives, count = list[list[float]](), len(system.states)
+    for k in columns:
         stepped = [complex(value, IMAGINARY_STEP * (j == k)) for j, value in enumerate(point)]
-        columns.append(
+        derivatives.append(
             [rate.imag / IMAGINARY_STEP for rate in rates(system, stepped[:count], stepped[count:])]
         )
-    return np.array(columns).T
+    return np.array(derivatives).T
 
 
 def _check_point(system: System, point: dict[str, float]) -> None:

@@ -1,1 +1,1 @@
-"""What the paper says: valve, cylinder, chamber, equilibrium and the reduced models."""
+"""The paper's equations: valve, cylinder, chamber, equilibrium and the reduced models."""

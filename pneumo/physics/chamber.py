@@ -1,4 +1,4 @@
-"""Air in a chamber: energy and mass balance, eqs (4), (5), (7) and (8), misprints mended.
+"""Air in a chamber: energy and mass balance, eqs (4), (5), (7) and (8), misprints corrected.
 
 The equations use only + - * / **, so they take floats, NumPy arrays, quantities with units and
 symbols alike. Wall heat enters with the sign that opposes the temperature difference.
@@ -38,7 +38,7 @@ def dP_dt(
 
     From pressure, Pa, temperature, K, volume, m^3, its rate, m^3/s, mass flows, kg/s, the temperature T_inlet
     at which inflow enters the balance, K, and heat flow from the wall into the air, W. The indices n_V, n_in
-    and n_out stand on the volume, inflow and outflow term.
+    and n_out multiply the volume, inflow and outflow term.
     """
     return (
         -n_V * P * dV_dt + R * (n_in * m_in * T_inlet - n_out * m_out * T) + (gamma - 1) * heat

@@ -88,7 +88,7 @@ def mass_flow(A_t: float, P_u: float, P_d: float, T_u: float, gas: Gas) -> float
     return A_t * P_u * (2 * g / ((g - 1) * gas.R * T_u) * subsonic) ** 0.5  # (1)
 
 
-def laminar_share(P_u: float, P_d: float, laminar: float) -> float:
+def laminar_factor(P_u: float, P_d: float, laminar: float) -> float:
     """Factor on eq (1) where pressures are nearly equal.
 
     Near P_d = P_u eq (1) is proportional to the root of 1 - P_d / P_u; its slope is infinite there and no
@@ -110,10 +110,10 @@ def port_flows(
     """Mass flows into and out of a chamber, kg/s, through one restriction; one of them is 0."""
     if P_port >= P:
         if valve.laminar:
-            A_t *= laminar_share(P_port, P, valve.laminar)
+            A_t *= laminar_factor(P_port, P, valve.laminar)
         return mass_flow(A_t, P_port, P, conditions.T_in, gas), 0.0
     if valve.laminar:
-        A_t *= laminar_share(P, P_port, valve.laminar)
+        A_t *= laminar_factor(P, P_port, valve.laminar)
     return 0.0, mass_flow(A_t, P, P_port, T, gas)
 
 

@@ -1,5 +1,5 @@
 # pyright: standard
-"""Where functions get compiled, and where their machine code is kept.
+"""Compilation of functions by Numba, and the cache of their machine code.
 
 Numba's cache does not notice edits in imported functions. So the folder of a kernel's code carries a hash of
 its module and of every module that this one imports, comments left out: a stale kernel cannot be loaded. Nor

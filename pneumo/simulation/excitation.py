@@ -1,4 +1,4 @@
-"""What drives the valve: Simulink's Random Number block, the PRBS, other signals, the controller.
+"""Signals that drive the valve: Simulink's Random Number block, the PRBS, other signals, the controller.
 
 The generator is MATLAB's v4 normal generator, as documented and as found in code that Simulink
 generates: a multiplicative congruential generator with the polar method, second deviate discarded.

@@ -1,8 +1,8 @@
 # pyright: basic
 """Pressures of both chambers by several sets of parameters at once, on signals given at every stage.
 
-What a fit replays, hundreds of times. Sets are lanes of `pneumo.simulation.vectorised`, whose equations these
-are; each has dead volumes of its own. Sensors are off by a hundred pascal or more, so a third-order method
+A fit makes these replays hundreds of times. Sets are lanes of `pneumo.simulation.vectorised`, with its
+equations; each has its dead volumes. Sensors are off by a hundred pascal or more, so a third-order method
 is enough: steps of 1 ms are off by less than 1 Pa (paper/decisions/0056). Where a chamber meets the pressure
 of its open port, at which eq (1) has no slope, a step is implicit (paper/decisions/0058).
 """
@@ -45,13 +45,13 @@ KUTTA = explicit([[1 / 2], [-1, 2]], [1 / 6, 2 / 3, 1 / 6], order=3)
 A, B = KUTTA.A, KUTTA.b
 STAGES = len(B)
 
-# Rows of a second work array, for all that differs between lanes beside their model. At one stage: a lane's
-# volume under the plant's, the relative rate of its volume, 1/s, and its wall's area over the plant's less 1.
-SHARE, EXPANSION, AREA = (np.uint64(ROW * row) for row in range(3))
+# Rows of a second work array, for what differs between lanes beside their model. At one stage: the plant's
+# volume over the lane's, the relative rate of the lane's volume, 1/s, its wall area over the plant's, less 1.
+VOLUME_RATIO, EXPANSION, AREA = (np.uint64(ROW * row) for row in range(3))
 # Of chamber A, then of chamber B: volume beyond the plant's, m^3; pressure before a step that met the open
 # port's, else 0; temperature over T_0; its rate by stage.
 BEYOND, MET, T, RATE_T = (np.uint64(ROW * (3 + row)) for row in range(4))
-OF_B = np.uint64(ROW * (3 + STAGES))
+OFFSET_B = np.uint64(ROW * (3 + STAGES))
 ROWS = 3 + 2 * (3 + STAGES)
 
 # An explicit step that meets the open port's pressure is off by some (h K)^2; below this, over P_0, it stays.
@@ -60,7 +60,7 @@ EQUAL = 1e-9  # relative difference of pressures whose logarithmic mean is eithe
 
 
 @inlined
-def _place(
+def _write_geometry(
     motions: np.ndarray,
     k: int,
     j: int,
@@ -69,10 +69,10 @@ def _place(
     plant: Plant,
     e_A: float,
     width: np.uint64,
-    own: np.uint64,
+    offset: np.uint64,
     X: np.ndarray,
 ) -> float:
-    """Write `SHARE`, `EXPANSION` and `AREA` at a stage; return the first motion's outward position, m."""
+    """Write `VOLUME_RATIO`, `EXPANSION`, `AREA` at a stage; return the first motion's outward position, m."""
     x = sign * motions[0, k, j, 0]
     V, A_q = volume(x, chamber, plant.cylinder), heat_area(x, plant.cylinder)
     for m in range(len(motions)):
@@ -81,19 +81,19 @@ def _place(
         area_m = e_A * (heat_area(x_m, plant.cylinder) / A_q - 1)
         first = np.uint64(m) * width
         for i in range(first, first + width):
-            inverse_V = 1 / (V_m + X[BEYOND + own + i])
-            X[SHARE + i] = V * inverse_V
+            inverse_V = 1 / (V_m + X[BEYOND + offset + i])
+            X[VOLUME_RATIO + i] = V * inverse_V
             X[EXPANSION + i] = chamber.area * v_m * inverse_V
             X[AREA + i] = area_m
     return x
 
 
 @inlined
-def _meet_port(
+def _step_across_port(
     W: np.ndarray,
     X: np.ndarray,
     now: np.uint64,
-    own: np.uint64,
+    offset: np.uint64,
     starts: tuple[np.uint64, ...],
     full: bool,
     shared: tuple[float, ...],
@@ -114,20 +114,20 @@ def _meet_port(
         W[P + i] = p_port
     if full:
         for i in range(count):
-            W[ROOT_T + i] = sqrt(X[T + own + i])
+            W[ROOT_T + i] = sqrt(X[T + offset + i])
     write_rates(W, K_0, starts, shared, plant, psi, s_sonic)  # at the port's pressure there is no flow
     for i in range(count):
-        if X[MET + own + i] > 0:
+        if X[MET + offset + i] > 0:
             heated = W[K_0 + i] + X[AREA + i] * W[HEAT + i]
-            b = X[SHARE + i] * heated - X[EXPANSION + i] * (W[N_V + i] * p_port)
-            root_T, before = W[ROOT_T + i], X[MET + own + i]
+            b = X[VOLUME_RATIO + i] * heated - X[EXPANSION + i] * (W[N_V + i] * p_port)
+            root_T, before = W[ROOT_T + i], X[MET + offset + i]
             rest = p_port - before - h * b
             energy = inward * (W[IN + i] + W[IN_T + i] * (root_T * root_T))
             if rest < 0:
                 energy = -outward * (W[OUT + i] * p_port * root_T)
-            hK = h * X[SHARE + i] * energy * root
+            hK = h * X[VOLUME_RATIO + i] * energy * root
             if hK * hK < NEAR:
-                X[T + own + i] = X[RATE_T + own + i]
+                X[T + offset + i] = X[RATE_T + offset + i]
                 continue
             y = (sqrt(hK * hK + 4 * abs(rest)) - hK) / 2
             p = p_port - y * y if rest > 0 else p_port + y * y
@@ -136,7 +136,7 @@ def _meet_port(
                 T_flow = inlet if flow > 0 else T_now
                 change = p - before - h * flow / (plant.gas.gamma * T_flow) * T_now  # as at a stage
                 mean = (p - before) / log(p / before) if abs(p - before) > EQUAL * p else p  # logarithmic
-                X[T + own + i] = T_now * exp(change / mean + h * X[EXPANSION + i])
+                X[T + offset + i] = T_now * exp(change / mean + h * X[EXPANSION + i])
             W[now + i] = p
 
 
@@ -167,18 +167,18 @@ def _on_inputs(
             for side in range(2):
                 sign, chamber = sign_of(side), chamber_of(plant.cylinder, side)
                 now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
-                own = np.uint64(0) if side == 0 else OF_B
-                rate, rate_T = K_0 + r + np.uint64(ROW * j), RATE_T + own + np.uint64(ROW * j)
-                x = _place(motions, k, j, sign, chamber, plant, e_A, width, own, X)
+                offset = np.uint64(0) if side == 0 else OFFSET_B
+                rate, rate_T = K_0 + r + np.uint64(ROW * j), RATE_T + offset + np.uint64(ROW * j)
+                x = _write_geometry(motions, k, j, sign, chamber, plant, e_A, width, offset, X)
                 shared = shared_terms(sign * u[k, j], x, 0.0, chamber, supplied)
                 p_port = shared[0]
                 for i in range(count):
                     p = W[now + i] + (a_0 * W[K_0 + r + i] + a_1 * W[K_1 + r + i])
-                    met = 0.0 if j == 0 else X[MET + own + i]
-                    X[MET + own + i] = W[now + i] if (p - p_port) * (W[now + i] - p_port) <= 0 else met
+                    met = 0.0 if j == 0 else X[MET + offset + i]
+                    X[MET + offset + i] = W[now + i] if (p - p_port) * (W[now + i] - p_port) <= 0 else met
                     W[P + i] = p
                 if full:
-                    first, second, start = RATE_T + own, RATE_T + own + np.uint64(ROW), T + own
+                    first, second, start = RATE_T + offset, RATE_T + offset + np.uint64(ROW), T + offset
                     for i in range(count):
                         W[ROOT_T + i] = sqrt(X[start + i] + (a_0 * X[first + i] + a_1 * X[second + i]))
                 write_rates(W, rate, starts, shared, supplied, psi, s_sonic)  # at rest, in the plant's volume
@@ -186,10 +186,12 @@ def _on_inputs(
                     for i in range(count):
                         T_now, energy = W[ROOT_T + i] * W[ROOT_T + i], W[rate + i] - W[HEAT + i]
                         T_flow = inlet if energy > 0 else T_now
-                        X[rate_T + i] = X[SHARE + i] * energy / (gamma * T_flow) * T_now  # p dm/dt over m
+                        X[rate_T + i] = (
+                            X[VOLUME_RATIO + i] * energy / (gamma * T_flow) * T_now
+                        )  # p dm/dt over m
                 for i in range(count):
                     heated = W[rate + i] + X[AREA + i] * W[HEAT + i]
-                    W[rate + i] = X[SHARE + i] * heated - X[EXPANSION + i] * (W[N_V + i] * W[P + i])
+                    W[rate + i] = X[VOLUME_RATIO + i] * heated - X[EXPANSION + i] * (W[N_V + i] * W[P + i])
                 if full:
                     for i in range(count):
                         T_now, change = W[ROOT_T + i] * W[ROOT_T + i], W[rate + i] - X[rate_T + i]
@@ -198,30 +200,30 @@ def _on_inputs(
         for side in range(2):
             sign, chamber = sign_of(side), chamber_of(plant.cylinder, side)
             now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
-            own, last, meeting = np.uint64(0) if side == 0 else OF_B, STAGES - 1, 0
+            offset, last, meeting = np.uint64(0) if side == 0 else OFFSET_B, STAGES - 1, 0
             p_port = (supplied.conditions.P_s if sign * u[k, last] >= 0 else c.P_atm) / c.P_0
             for i in range(count):
                 k_0, k_1 = K_0 + r + i, K_1 + r + i
                 p = W[now + i] + h * (B[0] * W[k_0] + B[1] * W[k_1] + B[2] * W[k_1 + np.uint64(ROW)])
-                met = X[MET + own + i]
+                met = X[MET + offset + i]
                 met = W[now + i] if (p - p_port) * (W[now + i] - p_port) <= 0 else met
-                X[MET + own + i] = met
+                X[MET + offset + i] = met
                 meeting += 1 if met > 0 else 0
                 W[now + i] = p if p > 0 else np.nan
             if full:
                 for i in range(count):
-                    k_0 = RATE_T + own + i
+                    k_0 = RATE_T + offset + i
                     k_1 = k_0 + np.uint64(ROW)
                     change = h * (B[0] * X[k_0] + B[1] * X[k_1] + B[2] * X[k_1 + np.uint64(ROW)])
-                    X[k_0] = X[T + own + i] + change  # `_meet_port` may find another
-                    X[T + own + i] = X[T + own + i] if X[MET + own + i] > 0 else X[k_0]
+                    X[k_0] = X[T + offset + i] + change  # `_step_across_port` may find another
+                    X[T + offset + i] = X[T + offset + i] if X[MET + offset + i] > 0 else X[k_0]
             if meeting > 0:
-                x = _place(motions, k, last, sign, chamber, plant, e_A, width, own, X)
+                x = _write_geometry(motions, k, last, sign, chamber, plant, e_A, width, offset, X)
                 shared = shared_terms(sign * u[k, last], x, 0.0, chamber, supplied)
-                _meet_port(W, X, now, own, starts, full, shared, supplied, h, psi, s_sonic)
+                _step_across_port(W, X, now, offset, starts, full, shared, supplied, h, psi, s_sonic)
                 for i in range(count):  # rates of a stage that failed would stay in the sums of the next step
                     W[K_0 + r + i] = W[K_1 + r + i] = 0.0
-                    X[RATE_T + own + i] = X[RATE_T + own + np.uint64(ROW) + i] = 0.0
+                    X[RATE_T + offset + i] = X[RATE_T + offset + np.uint64(ROW) + i] = 0.0
         if (k + 1) % stride == 0:
             for side in range(2):
                 now = P_A if side == 0 else P_B
@@ -257,7 +259,7 @@ def pressures_of_sets(
     V_d : numpy.ndarray
         Dead volumes, m^3, shape (set, chamber), in place of the plant's.
     plant : Plant
-        Without leak or laminar share: its flow is a polynomial here.
+        Without leak or laminar flow: its flow is a polynomial here.
     h, stride : float, int
         Step, s, and steps between stored pressures.
     start, start_T : numpy.ndarray
@@ -282,7 +284,7 @@ def pressures_of_sets(
         X = np.zeros((ROWS, ROW))
         for side, now in enumerate((P_A, P_B)):
             W[int(now) : int(now) + len(rows)] = start[rows, side] / plant.conditions.P_0
-            beyond, first_T = ((int(row) + side * int(OF_B)) // ROW for row in (BEYOND, T))
+            beyond, first_T = ((int(row) + side * int(OFFSET_B)) // ROW for row in (BEYOND, T))
             X[beyond, : len(rows)] = V_d[rows, side] - chamber_of(plant.cylinder, side).V_d
             if start_T is not None:
                 X[first_T, : len(rows)] = start_T[rows, side] / plant.conditions.T_0

@@ -54,9 +54,9 @@ def pressures_on_inputs(
     inputs : numpy.ndarray
         Limited command, V, position, m, and velocity, m/s, at every stage: shape (steps, 6, 3).
     lanes : numpy.ndarray
-        From `pneumo.physics.models.lane_array`, shape (lane, 9), at most `lanes.ROW` of them.
+        From `pneumo.physics.models.lane_array`, shape (lane, 9), at most `vectorised.ROW` of them.
     plant : Plant
-        Without leak or laminar share: its flow is a polynomial here.
+        Without leak or laminar flow: its flow is a polynomial here.
     h, stride : float, int
         Step, s, and steps between stored pressures.
     start : numpy.ndarray, optional

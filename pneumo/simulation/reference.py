@@ -98,8 +98,8 @@ def lane_step(
     if not estimated:
         return 0.0
     _estimate(P, context, h, K, error)
-    share = abs(error[0]) / context[3].conditions.P_0
-    return share if share < np.inf else np.inf
+    relative = abs(error[0]) / context[3].conditions.P_0
+    return relative if relative < np.inf else np.inf
 
 
 @kernel
@@ -138,23 +138,25 @@ def replay_lanes(
             for i in range(count):
                 if failure[i, side] >= 0:
                     continue
-                own, lane = P[i, side], lane_of(lanes[i])
-                P_before[0] = own[0]
+                P_i, lane = P[i, side], lane_of(lanes[i])
+                P_before[0] = P_i[0]
                 for halvings in range(first, most + 1):
-                    parts, largest, own[0] = 1 << halvings, 0.0, P_before[0]
+                    parts, largest, P_i[0] = 1 << halvings, 0.0, P_before[0]
                     for part in range(parts):
                         now = inputs[parts + part]
                         if halvings > known:
                             stage_inputs(recording, sampling, k, part, parts, y, Y, K, now)
                         context = (now, sign, chamber, plant, lane)
-                        found = lane_step(own, context, recording.h / parts, most > 0, Y_lane, K_lane, error)
-                        largest = max(largest, found)
+                        estimate = lane_step(
+                            P_i, context, recording.h / parts, most > 0, Y_lane, K_lane, error
+                        )
+                        largest = max(largest, estimate)
                     known = max(known, halvings)
                     if largest <= tolerance:
                         break
-                if not own[0] > 0:
+                if not P_i[0] > 0:
                     failure[i, side] = k + 1
-                difference = P_full - own[0]
+                difference = P_full - P_i[0]
                 moments[i, side, 0] += difference
                 moments[i, side, 1] += difference * difference
         if (k + 1) % stride == 0:

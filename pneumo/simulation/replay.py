@@ -36,9 +36,9 @@ def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: 
     run_status, step = failure(recording.states)
     if run_status != RAN:
         return _no_replay(recording, lanes, step, stride)
-    different, place = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1
-    place = place.ravel()  # NumPy 2.0 gives it another axis
-    return Replayed(*(values[place] for values in _replay_lanes(recording, different, sampling, stride)))
+    different, index = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1
+    index = index.ravel()  # NumPy 2.0 gives it another axis
+    return Replayed(*(values[index] for values in _replay_lanes(recording, different, sampling, stride)))
 
 
 def _replay_lanes(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int) -> Replayed:
@@ -65,8 +65,8 @@ def _replay_lanes(recording: Recording, lanes: np.ndarray, sampling: Sampling, s
     rest[fast] = ~np.isfinite(result.mse[fast]).all(axis=1)
     if rest.any():
         by_reference = replay_by_reference(recording, lanes[rest], sampling, stride)
-        for own, other in zip(result, by_reference, strict=True):
-            own[rest] = other
+        for values, values_of_rest in zip(result, by_reference, strict=True):
+            values[rest] = values_of_rest
     return result
 
 

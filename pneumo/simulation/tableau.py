@@ -68,5 +68,5 @@ DORMAND_PRINCE = explicit(
     order=5,
 )
 
-# Fifth-order minus fourth-order weights; a seventh stage stands at the end of the step.
+# Fifth-order minus fourth-order weights; a seventh stage is at the end of the step.
 EMBEDDED_DIFFERENCE = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])

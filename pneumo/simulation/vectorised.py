@@ -39,7 +39,7 @@ ROW = 136  # lanes at once; 17 cache lines, an odd number, so that rows do not c
 # negative, and so count from the end, keeps the compiler from vectorising.
 # fmt: off
 (
-    N_V, A_HALF, IN, IN_T, OUT, WALL, WALL_A, WALL_APT,  # what a lane is
+    N_V, A_HALF, IN, IN_T, OUT, WALL, WALL_A, WALL_APT,  # a lane's coefficients
     P_A, P_B, SUM_A, _, SQUARES_A, _, SUM_B, _, SQUARES_B, _,  # pressures; sums, each before its carry
     P, LP, ROOT_T, HEAT,  # within one stage
     # Rates within one step, chamber A's and B's, the last of each at the step's end.
@@ -59,7 +59,7 @@ SIDE_B = np.uint64(ROW)  # from a row of chamber A to chamber B's, where they fo
 
 @inlined
 def shared_terms(u: float, x: float, v: float, chamber: Chamber, plant: Plant) -> tuple[float, ...]:
-    """What all lanes of a chamber share at one stage, with u, x, v counted outward from the chamber."""
+    """Terms common to all lanes of a chamber at one stage, with u, x, v counted outward from the chamber."""
     c, inverse_V = plant.conditions, 1 / volume(x, chamber, plant.cylinder)
     throat = plant.gas.R * plant.valve.k_xu * abs(u) * inverse_V  # (2)
     if u < 0:
@@ -120,7 +120,7 @@ def write_rates(
 
 @inlined
 def add(W: np.ndarray, sums: np.uint64, i: int, term: float) -> None:
-    """Add to a sum and keep what rounding took from it (Kahan)."""
+    """Add to a sum with the compensation of rounding errors by Kahan."""
     term -= W[sums + CARRY + i]
     total = W[sums + i] + term
     W[sums + CARRY + i] = (total - W[sums + i]) - term
@@ -194,8 +194,8 @@ def estimate_errors(
 
 
 @register_jitable
-def keep_accurate(W: np.ndarray, starts: tuple[np.uint64, ...], tolerance: float) -> bool:
-    """Keep the pressures of the lanes that are not `COARSE` any more; whether some still are."""
+def store_accurate(W: np.ndarray, starts: tuple[np.uint64, ...], tolerance: float) -> bool:
+    """Store the pressures of lanes that are accurate now; return whether some are still `COARSE`."""
     coarse, count = False, GROUP * starts[3]
     for side in range(2):
         now = P_A if side == 0 else P_B
@@ -210,7 +210,7 @@ def keep_accurate(W: np.ndarray, starts: tuple[np.uint64, ...], tolerance: float
     return coarse
 
 
-# Contracting a * b + c is the one liberty: a sum in another order would lose what `add` carries, and
+# Contracting a * b + c is the one liberty: a sum in another order would lose the compensation of `add`, and
 # without NaN a lane could not say that it left the range.
 @kernel(fastmath={"contract"})
 def _replay(
@@ -247,7 +247,7 @@ def _replay(
                 if most > 0:
                     estimate_errors(W, inputs, starts, plant, h / parts, psi, s_sonic)
             if most > 0:
-                coarse = keep_accurate(W, starts, tolerance)
+                coarse = store_accurate(W, starts, tolerance)
             if not coarse:
                 break
         if most > 0:
@@ -267,7 +267,7 @@ def _replay(
 
 
 def needs(lanes: np.ndarray) -> np.ndarray:
-    """What a lane needs beyond constant temperature: 1 eq (6), 2 wall heat, 3 the root of PT as well."""
+    """Need of each lane beyond constant temperature: 1 eq (6), 2 wall heat, 3 the root of PT as well."""
     lane = Lane(*lanes.T)
     wall = np.where(lane.e_PT != 0, 3, 2)
     return np.where(lane.wall_scale != 0, wall, np.where(lane.a != 0, 1, 0))
@@ -277,14 +277,14 @@ def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
     """Whether the kernel can follow each lane, shape (lane,).
 
     It knows the wall laws of `pneumo.physics.models.WALL_LAWS`, sizeable exponents a, and valves without leak
-    or laminar share.
+    or laminar flow.
     """
     _, error = flow_polynomial(plant.gas)
     if error > FLOW_TOLERANCE or plant.valve.laminar or plant.valve.leak:
         return np.zeros(len(lanes), dtype=bool)
     _, _, _, a, _, _, wall_scale, e_A, e_PT = lanes.T
     law = (e_PT == 0) & ((e_A == 0) | (e_A == 1)) | (e_PT == 0.5) & (e_A == 1)
-    # |lp| > 700, which stands for P <= 0, has to be outside the reach of the exponential.
+    # |lp| > 700, which is P <= 0, has to be outside the reach of the exponential.
     return ((wall_scale == 0) | law) & ((a == 0) | (np.abs(a) / 2 * 700 > EXP_REACH))
 
 
