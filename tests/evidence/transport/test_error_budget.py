@@ -14,7 +14,7 @@ from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.errors import RunError
 from pneumo.evidence.transport import error_budget as b
 from pneumo.physics.models import MODELS
-from pneumo.physics.valve import chamber_flows, laminar_share
+from pneumo.physics.valve import chamber_flows, laminar_factor
 from pneumo.publish.figures.budget_figure import error_budget_figure
 from pneumo.publish.figures.panels import symbol
 from pneumo.simulation.full_order import record
@@ -149,7 +149,7 @@ def test_regularised_flow_is_linear_without_a_jump_and_given_inputs_refuse_it():
     assert inflow(0.0) == 0
     assert np.isclose(inflow(2e-6), 2 * inflow(1e-6), rtol=1e-5)
     assert np.isclose(inflow(b.LAMINAR * (1 - 1e-9)), inflow(b.LAMINAR * (1 + 1e-9)), rtol=1e-6)
-    assert laminar_share(2.0, 2.0, 0.0) == 1
+    assert laminar_factor(2.0, 2.0, 0.0) == 1
     e = b.regularised(lasting("E06", 0.01))
     with pytest.raises(ValueError, match=r"laminar = 0\.001"):
         pressures_on_inputs(np.zeros((1, 6, 3)), LANES, e.plant, e.h, 1)
