@@ -65,4 +65,4 @@ def measured(x: np.ndarray, P: np.ndarray, period: float, seed: int, noise: floa
     rng = np.random.default_rng(seed)
     P = P + rng.normal(0.0, noise, P.shape)
     x = x + rng.normal(0.0, 1e-5, x.shape) * (np.ptp(x) > 0)
-    return Measurement("closed.csv", period, np.zeros_like(x), x, P, None, np.nan, (), None, True)
+    return Measurement("closed.csv", period, np.zeros_like(x), x, P, closed=True)

@@ -1,4 +1,4 @@
-"""Residuals of a fit, split into white noise of the sensor and what noise does not explain."""
+"""Residuals of a fit, split into white noise of the sensor and a rest that noise does not explain."""
 
 from typing import NamedTuple
 
@@ -40,9 +40,9 @@ def residuals(problem: Problem, theta: np.ndarray) -> list[Residual]:
     """Residuals of both pressures at a set of parameters on the scale of the search."""
     signals = problem.signals
     residual = signals.P - replayed_pressures(problem, theta[None])[0, 0]
-    if problem.noisy is None:
-        return split_residuals(signals.P, residual, signals.period, np.empty((0, *residual.shape)))
-    noisy = replayed_pressures(problem, theta[None], problem.noisy)[:, 0]
+    noisy = np.empty((0, *residual.shape))
+    if problem.noisy is not None:
+        noisy = replayed_pressures(problem, theta[None], problem.noisy)[:, 0]
     return split_residuals(signals.P, residual, signals.period, noisy)
 
 

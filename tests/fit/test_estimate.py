@@ -223,7 +223,7 @@ def test_thermal_time_constant_of_a_full_order_transient(plant, side):
     held = plant._replace(cylinder=plant.cylinder._replace(M=1e6))
     states = run(np.array([0, 0, 5e5, T, 5e5, T]), np.zeros(4001), 0.0, OPEN_LOOP, held, 1e-3).states
     P = states[:, [2, 4]].T + np.random.default_rng(1).normal(0, 500.0, (2, 4001))
-    m = Measurement("m", 1e-3, np.zeros(4001), states[:, 0], P, None, np.nan, ())
+    m = Measurement("m", 1e-3, np.zeros(4001), states[:, 0], P)
     found = transient(m, held, side)
     # lambda changes with the root of PT, some 5 % over the transient, and the time constant with it.
     assert found.k_0 == pytest.approx(plant.k_0, rel=0.05)

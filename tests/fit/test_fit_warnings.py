@@ -147,7 +147,7 @@ def test_means_over_blocks_leave_a_shorter_rest_out():
 def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
     c = bench_record(RIG._replace(exhaust=0.75), np.random.default_rng(3), SECONDS)
     P = np.array([c["P_A"] + 8e3, c["P_B"]])
-    measurement = Measurement("m", 1e-3, c["u"], c["x"], P, None, np.nan, ())
+    measurement = Measurement("m", 1e-3, c["u"], c["x"], P)
     also = ("exhaust", "offset_A")
     found = fit_measurement(measurement, plant, ["M8"], also=also)
     assert found.warnings == ()
@@ -172,7 +172,7 @@ def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
 def test_a_supply_that_sags_is_no_doubt_where_it_was_logged(plant):
     c = bench_record(RIG._replace(weak_supply=0.5), np.random.default_rng(3), SECONDS)
     P = np.array([c["P_A"], c["P_B"]])
-    measurement = Measurement("m", 1e-3, c["u"], c["x"], P, None, np.nan, (), P_s=c["P_s"])
+    measurement = Measurement("m", 1e-3, c["u"], c["x"], P, P_s=c["P_s"])
     assert np.ptp(c["P_s"]) > 0.05 * RIG.P_s
     found = fit_measurement(measurement, plant, ["M8"])
     assert found.warnings == ()
@@ -192,7 +192,7 @@ def test_a_piston_that_waits_at_its_stops_with_an_open_valve_is_no_obstacle():
     x, P = run.x[::fine], np.array([run.P_A, run.P_B])[:, ::fine]
     assert (P[0] > 0.99 * rig.conditions.P_s).mean() > 0.2  # of the time
     noisy = x + rng.normal(0.0, 5e-6, len(x)), P + rng.normal(0.0, 1e3, P.shape)
-    measurement = Measurement("steps", 1e-3, run.u[::fine], *noisy, None, np.nan, ())
+    measurement = Measurement("steps", 1e-3, run.u[::fine], *noisy)
     check_columns(measurement, template)
     found = fit_measurement(measurement, template, ["M8"])
     own = found.data["estimate"].sel(model="full")

@@ -22,7 +22,7 @@ VALUES = {"n": 1.312345678, "k_0": 0.4512345678, "k_xu": 8.9e-7, "V_d_A": 9e-6, 
 def found(values=VALUES, model="M8", full=None, also=(), **open_ends):
     """Result of a fit with these values, within 10 per cent; other ends by name; `full` is put first."""
     P = np.full((2, SAMPLES), 4e5)
-    m = Measurement("bench.csv", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P, None, np.nan, ())
+    m = Measurement("bench.csv", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P)
     low, high = ({name: factor * value for name, value in values.items()} for factor in (0.9, 1.1))
     low |= open_ends
     one = Estimate(values, low, high, np.full(2, 900.0), np.array([1000.0, 1400.0]), P)

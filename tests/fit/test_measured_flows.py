@@ -32,7 +32,7 @@ def measured(plant):
     sides = ((run.u, run.P_A, run.T_A), (-run.u, run.P_B, run.T_B))
     m = -np.diff([[chamber_flows(*at, *rest) for at in zip(*side, strict=True)] for side in sides])[..., 0]
     P = np.array([run.P_A, run.P_B]) + np.random.default_rng(7).normal(0, 200.0, (2, len(ticks)))
-    return Measurement("m.csv", H, np.zeros(len(ticks)), run.x, P, None, np.nan, (), m)
+    return Measurement("m.csv", H, np.zeros(len(ticks)), run.x, P, m=m)
 
 
 def pressures(plant, model, n, flow, motion):

@@ -28,9 +28,9 @@ class Measurement(NamedTuple):
     u: np.ndarray  # V, command; zero where flows were measured instead
     x: np.ndarray  # m, position from mid-stroke
     P: np.ndarray  # Pa, absolute pressures of both chambers
-    v: np.ndarray | None  # m/s, velocity where it was measured
-    T: float  # K, mean temperature of the surroundings; NaN where it was not measured
-    notes: tuple[str, ...]  # what is unlikely in the file
+    v: np.ndarray | None = None  # m/s, velocity where it was measured
+    T: float = np.nan  # K, mean temperature of the surroundings; NaN where it was not measured
+    notes: tuple[str, ...] = ()  # unlikely values and changes, a sentence each
     m: np.ndarray | None = None  # kg/s, mass flows into both chambers, where they were measured
     closed: bool = False  # no gas flows: the valve was shut all the time
     P_s: np.ndarray | None = None  # Pa, absolute supply pressure, where it was measured
@@ -49,7 +49,7 @@ class Measurement(NamedTuple):
 
 
 def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str]) -> np.ndarray:
-    """A column as finite numbers; a few missing ones are interpolated, of a command held."""
+    """Column as finite numbers; a few missing ones are interpolated, or held if it is the command."""
     numbers = np.asarray(pd.to_numeric(column, errors="coerce"), dtype=float)
     absent = column.astype(str).str.strip().str.lower().isin(MISSING).to_numpy() & (quantity != "t")
     samples.refuse(
@@ -97,7 +97,7 @@ def read_measurement(
     from_end: bool = False,
     closed: bool = False,
 ) -> Measurement:
-    """Measurement from a file, checked against the cylinder, valve and supply that it is of.
+    """Measurement from a file, checked against cylinder, valve and supply of the plant.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def read_measurement(
     Raises
     ------
     InputError
-        With the place in the file, what is wrong there, and what is allowed.
+        If the file or one of its values is not usable; the text names the place and what is allowed.
     """
     path = Path(path)
     table, units, first_line = read_table(path, KNOWN_UNITS)
