@@ -14,8 +14,6 @@ from matplotlib.font_manager import fontManager
 
 from pneumo.storage.files import atomic
 
-Layout = Literal["constrained", "compressed", "tight"] | None
-
 SINGLE_MM = 84.0  # width of one column
 DOUBLE_MM = 174.0  # width of the page
 MM_PER_INCH = 25.4
@@ -91,11 +89,9 @@ def paper_style() -> Generator[None]:
         yield
 
 
-def new_figure(
-    width_mm: float = SINGLE_MM, height_mm: float = 60.0, layout: Layout = "constrained"
-) -> Figure:
-    """Make an empty figure of a printed size, outside pyplot's global list; None: no layout engine."""
-    fig = Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout=layout)
+def new_figure(width_mm: float = SINGLE_MM, height_mm: float = 60.0) -> Figure:
+    """Return an empty figure of a printed size, outside pyplot's global list."""
+    fig = Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout="constrained")
     FigureCanvasAgg(fig)
     return fig
 

@@ -54,7 +54,7 @@ def test_save_keeps_dots_in_the_name_and_leaves_no_part_file_when_drawing_fails(
         save(fig, tmp_path / "broken")
     assert list(tmp_path.iterdir()) == []
     with paper_style():
-        fig = new_figure(layout=None)
+        fig = new_figure()
     assert [p.name for p in save(fig, tmp_path / "n1.35")] == ["n1.35.svg", "n1.35.png"]
 
 

@@ -1,6 +1,6 @@
 """Figures of alternative assumptions: their effect on the agreement with the tables, and on refinements."""
 
-import itertools
+import re
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from pneumo.publish.figures.panels import fixed_ticks, legend_outside, name_rows, row_panel, symbol
+from pneumo.publish.figures.panels import ABOVE, fixed_ticks, legend_outside, name_rows, row_panel, symbol
+from pneumo.publish.labels import SAMPLING
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, new_figure, paper_style
 from pneumo.verdict.assumptions import AS_TAKEN
 
@@ -20,26 +21,42 @@ NEARER: dict[str, Any] = {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.
 FARTHER: dict[str, Any] = {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.5}
 
 
-def alternative_name(name: str) -> str:
-    """Return the name of an alternative in plain words.
+CLEARER = {  # than the words of the name alone
+    AS_TAKEN: "as taken",
+    "end_stop_law.no_rest_rule": "stops without rest",
+    "equilibrium_ratio.exact_root": "start at exact $P_0$",
+    "friction_law.coulomb": "Coulomb friction",
+    "sign_reversal.toggle": "changed sign kept",
+    "sonic_constant.exact_coefficient": "exact sonic constant",
+    "transport.exact_transport": SAMPLING["exact"],
+    "valve.leak": "leaking valve",
+    "valve.elliptic": "elliptic flow law",
+}
+SAMPLED = {"linear": SAMPLING["linear"], "hold": SAMPLING["hold"], "next": "next value"}
+
+
+def alternative_name(alternative: str) -> str:
+    """Return the name of an alternative in plain words, with its assumption where that is not clear.
 
     Examples
     --------
-    >>> [alternative_name(name) for name in ("step.step_0_5_ms", "gas_constant.R_286_9")]
-    ['step 0.5 ms', 'R 286.9']
+    >>> [alternative_name(name) for name in ("step.step_0_5_ms", "supply.4_bar", "transport_D.D_hold")]
+    ['step 0.5 ms', 'supply 4 bar', 'D held']
     """
-    parts = name.partition(".")[2].split("_")
-    text = parts[0]
-    for before, part in itertools.pairwise(parts):
-        text += ("." if before.isdigit() and part.isdigit() else " ") + part
-    return text
+    assumption, _, name = alternative.partition(".")
+    words = re.sub(r"(?<=\d)_(?=\d)", ".", name).split("_")
+    if assumption.startswith("transport"):
+        words = [SAMPLED.get(word, word) for word in words]
+    elif assumption in ("supply", "inlet"):
+        words = [assumption, *words]
+    return CLEARER.get(alternative, " ".join(words))
 
 
 @paper_style()
 def tornado(effects: pd.DataFrame) -> Figure:
     """Draw the change of the misfit of Tables 7, 9 and 5 under each alternative, the largest on top.
 
-    A bar to the left: the numbers come closer to the printed ones. `effects` is the table of
+    A bar to the left: closer to the printed numbers. `effects` is the table of
     `pneumo.evidence.sensitivity.toggle_effects.toggle_effects`.
     """
     changes = effects.drop(index=AS_TAKEN)[[f"worse_{table}" for table in TOGGLE_PANELS]].fillna(0.0)
@@ -64,11 +81,8 @@ def tornado(effects: pd.DataFrame) -> Figure:
     name_rows(fig, axes[0], y, names, "Change of the root mean square of ln(reproduced / printed)" + note)
     axes[0].set_ylim(-0.7, max(len(shown), 1) - 0.3)
     looks = {"closer to the printed values": NEARER, "farther from them": FARTHER}
-    fig.legend(
-        handles=[Patch(label=label, **look) for label, look in looks.items()],
-        loc="outside upper center",
-        ncols=2,
-    )
+    patches = [Patch(label=label, **look) for label, look in looks.items()]
+    fig.legend(handles=patches, loc=ABOVE, ncols=2)
     return fig
 
 
@@ -77,23 +91,7 @@ LEVEL_MARKS = {
     "typical": {"marker": "s", "markerfacecolor": "#cfcfcf"},
     "isothermal": {"marker": "^", "markerfacecolor": "white"},
 }
-CLEARER = {  # than what `alternative_name` returns
-    AS_TAKEN: "as taken",
-    "end_stop_law.no_rest_rule": "stops without rest",
-    "equilibrium_ratio.exact_root": "start at exact P_0",
-    "friction_law.coulomb": "Coulomb friction",
-    "sign_reversal.toggle": "changed sign kept",
-    "sonic_constant.exact_coefficient": "exact sonic constant",
-    "valve.leak": "leaking valve",
-    "valve.elliptic": "elliptic flow law",
-}
 TICKS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)
-
-
-def clear_name(alternative: str) -> str:
-    """Return the name of an alternative in plain words, with its assumption where that is not clear."""
-    about = f"{alternative.partition('.')[0]} " if alternative.startswith(("supply.", "inlet.")) else ""
-    return CLEARER.get(alternative, about + alternative_name(alternative))
 
 
 @paper_style()
@@ -121,7 +119,7 @@ def variants_figure(variants: xr.Dataset) -> Figure:
         ax.set_title(" / ".join(f"MSE of {symbol(model)}" for model in str(pair).split("/")))
         ax.tick_params(axis="y", length=0)
     xlabel = "Ratio of mean square errors, exact signals; below 1 the refinement pays"
-    name_rows(fig, axes[0], y, [clear_name(name) for name in names], xlabel)
+    name_rows(fig, axes[0], y, [alternative_name(name) for name in names], xlabel)
     axes[0].set_ylim(-0.7, len(names) - 0.3)
     legend_outside(fig, axes[0], columns=len(LEVEL_MARKS))
     return fig

@@ -19,7 +19,7 @@ TICKS = (1.0, 2.0, 5.0, 10.0, 20.0)
 
 
 def _over_best(cells: xr.Dataset, use: Use) -> tuple[xr.DataArray, xr.DataArray]:
-    """RMS replay error and error of use of every model and plant, each over the lowest of its plant."""
+    """RMS replay error and error of use by model and plant, each over the lowest of the plant."""
     replayed, used = cells["replay_error"].sel(loop=use.replayed), cells[use.error].sel(use.at)
     both = [(errors**2).mean("seed") ** 0.5 for errors in (replayed, used)]
     return both[0] / both[0].min("model"), both[1] / both[1].min("model")
@@ -27,14 +27,14 @@ def _over_best(cells: xr.Dataset, use: Use) -> tuple[xr.DataArray, xr.DataArray]
 
 @paper_style()
 def at_work_figure(at_work: xr.Dataset) -> Figure:
-    """Draw ``results/at_work.nc`` where k_0 is carried right: a point for each plant and loop or sensors."""
+    """Draw ``results/at_work.nc`` with the right k_0: a point for each plant and loop or sensors."""
     cells = carried_at(at_work, 1.0)
     fig = new_figure(DOUBLE_MM, 70)
     axes = fig.subplots(1, len(PANELS), sharex=True, sharey=True)
     for ax, (title, uses) in zip(axes, PANELS.items(), strict=True):
         for name in cells["model"].values:
             x, y = zip(*(_over_best(cells, USES[use]) for use in uses), strict=True)
-            points = (np.concatenate([one.sel(model=name).values for one in each]) for each in (x, y))
+            points = (np.concatenate([errors.sel(model=name).values for errors in each]) for each in (x, y))
             look = MODEL_LOOKS[name].points() | {"linestyle": "none", "markersize": 3.6}
             ax.plot(*points, label=symbol(name), **look)
         ax.set(xscale="log", yscale="log", title=title)

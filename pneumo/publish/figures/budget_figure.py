@@ -31,7 +31,7 @@ def error_budget_figure(budget: xr.Dataset) -> Figure:
     """Draw the parts of each model's MSE, from ``results/error_budget.nc``, a column per level.
 
     Above, the parts on top of one another and, as a mark, the study's MSE, which differs from their sum by
-    the cross term; bars that leave the scale have it as text. Below, each part alone, on decades.
+    the cross term; bars that exceed the scale have their height as text. Below, each part alone, on decades.
     """
     levels, models = budget["level"].values, list(budget["model"].values)
     fig = new_figure(DOUBLE_MM, 140)

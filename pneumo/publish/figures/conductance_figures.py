@@ -14,7 +14,7 @@ MM = 1e3
 
 @paper_style()
 def simulated_example(example: xr.Dataset) -> Figure:
-    """Draw the simulated pressure, its exponential fit, and what the fit leaves, from ``2007/example.nc``."""
+    """Draw the simulated pressure, its exponential fit and the residual, from ``2007/example.nc``."""
     fig = new_figure(SINGLE_MM, 82)
     top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[3, 1])
     t = example["t"]
@@ -34,8 +34,8 @@ def simulated_example(example: xr.Dataset) -> Figure:
 def coefficients(trend: xr.Dataset) -> Figure:
     """Draw lambda_0 over V / A_q from ``2007/coefficients.nc``.
 
-    Measured with what the printed inputs allow as error bars, the catalogue's prediction with its band, the
-    range studied in 2006, and the coefficient quoted for a 160 mm cylinder.
+    Error bars: rounding of the printed inputs. Band: the catalogue's prediction. Also the range studied in
+    2006 and the coefficient quoted for a 160 mm cylinder.
     """
     fig = new_figure(SINGLE_MM, 84)
     ax = fig.subplots()
@@ -51,7 +51,7 @@ def coefficients(trend: xr.Dataset) -> Figure:
         ax.annotate(f"2006, {name}", (x, high), ha="center", va="bottom")
     for experiment, mark in MARKS.items():
         of = trend.sel(column=[c for c in trend["column"].values if c.endswith(experiment)])
-        # The print rounds to a tenth, so it may lie outside of what the inputs allow.
+        # Printed values are rounded to a tenth and may lie outside the range that the inputs allow.
         bars = [(of["lambda_0"] - of["low"]).clip(0), (of["high"] - of["lambda_0"]).clip(0)]
         look: dict[str, Any] = {"fmt": mark, "color": ACCENT, "markerfacecolor": "white", "capsize": 2.0}
         ax.errorbar(of["V_f_over_A_q"] * MM, of["lambda_0"], bars, label=f"experiment {experiment}", **look)

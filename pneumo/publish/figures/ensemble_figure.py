@@ -1,4 +1,4 @@
-"""Figure of the ensemble: what each refinement does to the error, with the spread over seeds."""
+"""Figure of the ensemble: effect of each refinement on the error, with the spread over seeds."""
 
 import numpy as np
 import xarray as xr
@@ -18,8 +18,8 @@ DRAWN = {"published": ("published", -0.17), "exact": ("reproduced", 0.17)}  # lo
 def ensemble_figure(ensemble: xr.Dataset) -> Figure:
     """Draw ratios of mean square errors by experiment and level, from ``results/ensemble.nc``.
 
-    A panel per refinement; marks are geometric means over seed sets, bars where one seed set falls in 95
-    per cent of cases.
+    A panel per refinement; marks are geometric means over seed sets, bars contain 95 per cent of the single
+    seed sets.
     """
     experiments, levels = ensemble["experiment"], ensemble["level"].values
     rows = [

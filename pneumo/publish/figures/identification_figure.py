@@ -28,11 +28,11 @@ TOP = 12.0  # deviance at the upper edge of a panel
 def identification_figure(identified: xr.Dataset) -> Figure:
     """Draw profiles, regions, amplitudes, force and signal sampling, from ``results/identification.nc``.
 
-    A row per cylinder: profiles of M, k_f and stop, region of M and k_f; below, what concerns both.
+    A row per cylinder: profiles of M, k_f and stop, region of M and k_f; below, both cylinders together.
     """
     fig = new_figure(DOUBLE_MM, 158)
-    own_rows, both = fig.subfigures(2, 1, height_ratios=[2, 1])  # pyright: ignore[reportGeneralTypeIssues]
-    panels = own_rows.subplots(2, 4)
+    by_cylinder, both = fig.subfigures(2, 1, height_ratios=[2, 1])  # pyright: ignore[reportGeneralTypeIssues]
+    panels = by_cylinder.subplots(2, 4)
     for row, cylinder in enumerate(identified["cylinder"].values):
         part = identified.sel(cylinder=cylinder)
         for column, parameter in enumerate(identified["parameter"].values):
@@ -48,7 +48,7 @@ def identification_figure(identified: xr.Dataset) -> Figure:
     force.set_xlabel(axis_label("Push force", "N"))
     force.set_title("settling runs", loc="left")
     _samplings(samplings, identified)
-    for letter, ax in zip("abcdefghijk", [*own_rows.axes, *both.axes], strict=True):
+    for letter, ax in zip("abcdefghijk", [*by_cylinder.axes, *both.axes], strict=True):
         ax.set_title(f"({letter}) {ax.get_title(loc='left')}", loc="left", fontsize=8.0)
     return fig
 
@@ -74,7 +74,7 @@ def _profile(ax: Axes, part: xr.Dataset) -> None:
 
 
 def _region(ax: Axes, part: xr.Dataset) -> None:
-    """Draw the region of M and k_f / M, on the axes along which the settling times determine most."""
+    """Draw the region of M and k_f / M, the combination that the settling times determine best."""
     x, y = part["region_M"].values, part["region_ratio"].values
     deviance = part["region_deviance"].values.T
     ax.contourf(x, y, deviance, levels=[-1.0, REGION_THRESHOLD], colors=[BAND])

@@ -1,10 +1,11 @@
-"""Figure of measured records: what thermal laws predict on the part held out, less what was measured."""
+"""Figure of measured records: predicted minus measured pressures on the part held out, by thermal law."""
 
 from typing import Any
 
 import xarray as xr
 from matplotlib.figure import Figure
 
+from pneumo.publish.figures.panels import legend_outside
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, axis_label, new_figure, paper_style
 
 LOOKS: dict[str, dict[str, Any]] = {
@@ -35,5 +36,5 @@ def measurements_figure(measurements: xr.Dataset) -> Figure:
         ax.set_title(f"record {record}")
     for ax in axes[-1]:
         ax.set_xlabel(axis_label("time from the end of the part fitted", "s"))
-    fig.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=len(LOOKS))
+    legend_outside(fig, axes[0, 0], len(LOOKS))
     return fig

@@ -8,7 +8,7 @@ from pneumo.publish.style import DOUBLE_MM, INK, axis_label, new_figure, paper_s
 
 @paper_style()
 def modes_figure(modes: xr.Dataset) -> Figure:
-    """Draw what `pneumo.linear.linear_analysis.natural_modes` computes, as contours."""
+    """Draw the results of `pneumo.linear.linear_analysis.natural_modes` as contours."""
     fig = new_figure(DOUBLE_MM, 70)
     axes = fig.subplots(1, 2, sharex=True, sharey=True)
     for ax, values in zip(axes, modes.data_vars.values(), strict=True):

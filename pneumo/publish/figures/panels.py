@@ -1,4 +1,4 @@
-"""Parts that several figures share: names, axes on a scale of decades, legends, rows with names."""
+"""Common parts of figures: names, logarithmic axes, legends, named rows."""
 
 import textwrap
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ def symbol(name: str) -> str:
 
 
 def message_figure(text: str) -> Figure:
-    """Return a figure that holds a sentence only, for results that failed."""
+    """Return a figure with only a sentence, for results that failed."""
     fig = new_figure(DOUBLE_MM, 30)
     fig.text(0.5, 0.5, textwrap.fill(text, 90), ha="center", va="center")
     return fig

@@ -1,4 +1,4 @@
-"""Map of the regimes: what refinements pay on random cylinders, over two dimensionless groups."""
+"""Map of the regimes: gain of refinements on random cylinders over two dimensionless groups."""
 
 import numpy as np
 import xarray as xr
@@ -14,13 +14,13 @@ TITLES = {
 }
 THERMAL = "thermal time constant / time between reversals"
 EXCHANGE = "air through the valve per thermal time constant / air in a chamber"
-LARGEST_RATIO = 10.0  # ratios beyond this or its inverse have the colour of it
+LARGEST_RATIO = 10.0  # larger ratios have the colour of this one; likewise below its inverse
 
 
 @paper_style()
 def regime_map(runs: xr.Dataset) -> Figure:
     """Draw the map of ``results/cylinders.nc``; a dot is where the interval of a ratio excludes 1."""
-    found, loops = runs["map_ratio"], runs["loop"].values
+    ratios, loops = runs["map_ratio"], runs["loop"].values
     fig = new_figure(DOUBLE_MM, 110)
     axes = fig.subplots(len(loops), len(TITLES), sharex=True, sharey=True)
     norm, shades = TwoSlopeNorm(0, -np.log10(LARGEST_RATIO), np.log10(LARGEST_RATIO)), None
@@ -28,7 +28,7 @@ def regime_map(runs: xr.Dataset) -> Figure:
     centres = [np.sqrt(edges[1:] * edges[:-1]) for edges in (x, y)]
     for row, loop in zip(axes, loops, strict=True):
         for ax, (pair, title) in zip(row, TITLES.items(), strict=True):
-            at = found.sel(map_ratio_of=pair, loop=loop).transpose("bound", "thermal_bin", "exchange_bin")
+            at = ratios.sel(map_ratio_of=pair, loop=loop).transpose("bound", "thermal_bin", "exchange_bin")
             value, low, high = at.sel(bound=["value", "low", "high"]).values
             shade = np.clip(np.log10(value), norm.vmin, norm.vmax)
             shades = ax.pcolormesh(x, y, shade.T, norm=norm, cmap="RdBu_r", edgecolors="none")

@@ -1,4 +1,4 @@
-"""Pictures of `pneumo study`: cells and ranking in, figures out."""
+"""Figures of `pneumo study`, from its cells and ranking."""
 
 import numpy as np
 import xarray as xr
@@ -26,7 +26,7 @@ def ranking_figure(ranking: Ranking) -> Figure:
         look = MODEL_LOOKS[row.model]
         rms, low, high = (max(value, 0.0) ** 0.5 / KILO for value in row.mse)
         if row.mse.known:
-            # A lower end at or below zero has no place on a scale of decades.
+            # The lower end may be zero or below, which a logarithmic axis cannot show.
             ax.plot([low or rms / 10, high], [y, y], color=look.color, lw=1.4)
         ax.plot(rms, y, marker=look.marker, color=look.color, ls="none", ms=5)
         n = f", $n$ = {row.n:g}" if np.isfinite(row.n) else ""
@@ -67,7 +67,7 @@ def error_over_n(cells: xr.Dataset, ranking: Ranking) -> Figure:
 
 @paper_style()
 def gain_figure(ranking: Ranking) -> Figure:
-    """Draw what each refinement takes from the mean square error, with its interval."""
+    """Draw the reduction of the mean square error by each refinement, with its interval."""
     fig = new_figure(DOUBLE_MM, 62)
     ax = fig.subplots()
     for y, gain in enumerate(ranking.gains):
@@ -85,7 +85,7 @@ def gain_figure(ranking: Ranking) -> Figure:
     names = [f"{word}: {pair}" for word, pair in zip(words, pairs, strict=True)]
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(ranking.gains) - 0.4, -0.8)
-    ax.set_xlabel("taken from the mean square error (per cent; negative: added)")
+    ax.set_xlabel("reduction of the mean square error (per cent; negative: increase)")
     ax.grid(axis="x")
     return fig
 

@@ -1,6 +1,6 @@
 """Time traces as text for a page: rounded to a stated step, differenced, deflated, in base64.
 
-`templates/report_traces.js` is the inverse; paper/decisions/0030 has the reasons and sizes.
+`templates/report_traces.js` unpacks them; reasons and sizes: paper/decisions/0030.
 """
 
 import base64
@@ -10,14 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-MISSING = np.int16(-32768)  # no value: the run or the cell had failed
-LARGEST_CODE = 32_000  # in steps, so that a rounded value never meets MISSING
+MISSING = np.int16(-32768)  # code of failed runs and cells
+LARGEST_CODE = 32_000  # in steps; MISSING stays free
 FRACTION = 16  # steps in the smallest RMS error of a model: rounding is then below 1/32 of it
-LEAST_STEP = 1.0  # Pa; the stored pressures are good to 0.03 Pa
+LEAST_STEP = 1.0  # Pa; stored pressures are accurate to 0.03 Pa
 
 
 def _round_number(value: float, up: bool) -> float:
-    """Return the nearest of 1, 2 and 5 times a power of ten on one side of a positive value."""
+    """Return the nearest number above or below a positive value that is 1, 2 or 5 times a power of ten."""
     decade = 10.0 ** math.floor(math.log10(value))
     near = [factor * decade for factor in (1, 2, 5, 10)]
     slack = 1e-9 * value  # 10**x is not exact
@@ -27,8 +27,8 @@ def _round_number(value: float, up: bool) -> float:
 def rounding_step(rms: float, largest: float) -> float:
     """Return the step to round pressures to, Pa: 1, 2 or 5 times a power of ten, at least 1 Pa.
 
-    It is at most 1/16 of the error `rms` that must stay visible (NaN if there is none), or more where the
-    `largest` magnitude would not fit into 16 bits.
+    At most 1/16 of the error `rms` that must stay visible (NaN: none); larger where the `largest` magnitude
+    would not fit into 16 bits.
     """
     fine = _round_number(max(LEAST_STEP, rms / FRACTION), up=False)
     # max() with LEAST_STEP first: the quotient may be NaN, or so small that it has no logarithm.
@@ -42,11 +42,11 @@ def rounded(values: np.ndarray, step: float) -> np.ndarray:
 
 
 def packed(groups: Sequence[np.ndarray]) -> str:
-    """Pack groups of neighbouring traces, each an int16 array by (row, t): a model's traces over n, in order.
+    """Return groups of traces as text; a group is an int16 array by (row, t): a model's traces over n.
 
-    The text is Base64 of deflated bytes: all low bytes, then all high bytes, of zigzag-coded differences,
-    along t in the first row of a group, over rows of first order in the second and of second order in the
-    others. Sums wrap around like the differences, so nothing is lost.
+    Differences are taken along t in the first row of a group, of first order over rows in the second row, of
+    second order in the others; they wrap around, and so do the reader's sums. The text is Base64 of their
+    deflated zigzag codes: all low bytes, then all high bytes.
     """
     parts = []
     for values in groups:

@@ -31,7 +31,7 @@ class Part(NamedTuple):
     """One experiment on the page."""
 
     facts: dict[str, Any]  # names, mean square errors, the steps to which traces are rounded
-    traces: dict[str, str]  # packed full-order pressures, and packed errors by transport
+    traces: dict[str, str]  # packed full-order pressures, and packed errors by sampling
 
 
 def page_stride(study: Study) -> int:
@@ -58,7 +58,7 @@ def shown_samples(stored: int, every: int) -> np.ndarray:
 
 
 def stored_parts(study: Study, results: Path) -> list[Part]:
-    """Read and gather what the page shows of every experiment from a folder of results."""
+    """Read the data of every experiment for the page from a folder of results."""
     every, parts = page_stride(study), []
     folders = {transport: results / transport for transport in STUDY_SAMPLING}
     best_n = {name: read(path / "statistics.nc", "best_n")["best_n"] for name, path in folders.items()}
@@ -80,7 +80,7 @@ def part(
     best_n: Mapping[str, xr.DataArray],
     every: int,
 ) -> Part:
-    """Gather what the page shows of one experiment, from its files of results by transport.
+    """Return the data of one experiment for the page, from its files of results by sampling.
 
     `datum` is of ``results/datum``, `replays` of ``results/TRANSPORT/replay``; `best_n` has the best n of
     each model; `every` is from `page_stride`.
@@ -174,8 +174,8 @@ def report_page(
 ) -> str:
     """Write the page, with style, script, library and data inside; the same text for the same results.
 
-    `verdict` is that of ``verdict.json``, which a study of own cylinders lacks; `findings`, what became of
-    the claims of 2006, is None if that was not run; with `manuscript`, ``paper.pdf`` is there to be linked.
+    `verdict` is from ``verdict.json``, None for a study of own cylinders; `findings` from ``findings.json``,
+    None if that was not run; with `manuscript`, the page links ``paper.pdf``.
     """
     data = {
         "models": [_model(name) for name in MODELS],

@@ -105,7 +105,7 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise `InputError` if a folder cannot be written, or holds a page or cells that no study wrote."""
+    """Raise `InputError` if a folder cannot be written, or contains a page or cells of another origin."""
     check_output(folder)
     for file, is_ours in ((folder / PAGE, _is_our_page), (folder / CELLS, _are_our_cells)):
         if file.exists() and not is_ours(file):

@@ -1,6 +1,6 @@
 """Page of a verdict: one self-contained HTML file; judging is done in `pneumo.verdict`.
 
-The paper's ``page.yaml`` has the headings and the layout of the tables; its ``findings.html.j2`` has the
+The paper's ``page.yaml`` has the headings and the layout of the tables, its ``findings.html.j2`` the
 findings beyond the items.
 """
 

@@ -1,7 +1,7 @@
 """The manuscript as PDF: its numbers from results, its text and layout in ``paper/manuscript``.
 
-`manuscript_numbers` returns every number of the text as text; written to a JSON file, it is read by the Typst
-source, in whose sentences no number stands typed.
+`manuscript_numbers` returns every number of the text; the Typst source reads them from a JSON file, none is
+typed there.
 """
 
 import json
@@ -26,9 +26,10 @@ from pneumo.statistics.model_pairs import REFINEMENT_PAIRS
 from pneumo.statistics.recommendation import MATERIAL
 from pneumo.storage.files import atomic, read, read_json
 
+QUOTED = ("M7", "M8", "M10")  # models whose error budget the text quotes: section 4 ranks these
 ENDS = ("value", "low", "high")
-STATED = ("claim", "published", "exact", "interval", "stands", "why")  # of a statement about models
-CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
+STATED = ("claim", "published", "exact", "interval", "stands", "why")  # keys of a statement about models
+CLAIMED = {  # printed numbers quoted in the text -> item of the verdict
     "of_M6": "S4.M7_40",
     "of_classical": "S4.M7_10",
     "mu": "S4.M7_mu",
@@ -38,9 +39,9 @@ CLAIMED = {  # printed numbers that the text speaks of, by item of the verdict
 
 
 def manuscript_numbers(results: Iterable[Path]) -> dict[str, Any]:
-    """Collect every number of the manuscript from files of results and evidence, found by their names.
+    """Return every number of the manuscript as text, by section; lists are rows of tables.
 
-    Nested by section; leaves are text, lists are rows of tables.
+    `results` are files of results and evidence, chosen by their names.
     """
     files = {file.name: file for file in results}
     study = from_json(read_json(files["parameters.json"]))
@@ -66,11 +67,12 @@ def manuscript_numbers(results: Iterable[Path]) -> dict[str, Any]:
 
 def _model(name: str) -> dict[str, str]:
     row = MODELS[name]
-    three = (row.n_V, row.n_in, row.n_out)
-    indices = [n.replace("gamma", "γ") if isinstance(n, str) else f"{n:g}" for n in three]
+    indices = [
+        n.replace("gamma", "γ") if isinstance(n, str) else f"{n:g}" for n in (row.n_V, row.n_in, row.n_out)
+    ]
     return {
         "name": name,
-        "index": str(row.n_V).replace("gamma", "γ") if len(set(indices)) == 1 else ", ".join(indices),
+        "index": indices[0] if len(set(indices)) == 1 else ", ".join(indices),
         "temperature": row.temperature,
         "mixing": "yes" if row.mixing else "no",
         "wall": row.wall,
@@ -80,21 +82,19 @@ def _model(name: str) -> dict[str, str]:
 def _setup(study: Study) -> dict[str, Any]:
     experiments = study.experiments.values()
     cylinders = {e.cylinder: e for e in experiments if not e.drive.closed_loop}
-    with_n = sum(model.has_n for model in MODELS.values())
-    per_experiment = with_n * len(study.n) + len(MODELS) - with_n
-    some = next(iter(experiments))
+    per_experiment = sum(len(study.n) if model.has_n else 1 for model in MODELS.values())
+    leaks = (e.push.leak / (e.plant.valve.k_xu * e.plant.valve.u_max) for e in experiments)
+    first = next(iter(experiments))
     return {
-        "step": f"{1e3 * some.h:g} ms",
-        "leak": percent_text(
-            max(e.push.leak / (e.plant.valve.k_xu * e.plant.valve.u_max) for e in experiments), 1
-        ),
+        "step": f"{1e3 * first.h:g} ms",
+        "leak": percent_text(max(leaks), 1),
         "experiments": str(len(study.experiments)),
         "n": str(len(study.n)),
         "replays": str(per_experiment * len(study.experiments)),
         "simulated": f"{sum(e.duration for e in experiments) / 3600:.1f} h",
         "seeds": {name: str(e.excitation.seed) for name, e in cylinders.items()},
         "amplitude": {name: f"{e.excitation.amplitude:g} V" for name, e in cylinders.items()},
-        "P_s": f"{some.plant.conditions.P_s / 1e5:g} bar",
+        "P_s": f"{first.plant.conditions.P_s / 1e5:g} bar",
     }
 
 
@@ -142,24 +142,22 @@ def _texts(numbers: Mapping[str, int]) -> dict[str, str]:
 
 
 def _identified(identified: xr.Dataset) -> dict[str, Any]:
-    digits = {"M": 2, "k_f": 0, "stop": 2}
-    return {
-        cylinder: {
-            name: with_interval([at[key].item() for key in ("estimate", "low", "high")], digits[name])
-            for name in digits
-            for at in [identified.sel(cylinder=cylinder, parameter=name)]
-        }
-        for cylinder in identified["cylinder"].values
-    }
+    def text(cylinder: str, name: str, digits: int) -> str:
+        part = identified.sel(cylinder=cylinder, parameter=name)
+        return with_interval([part[key].item() for key in ("estimate", "low", "high")], digits)
+
+    shown = {"M": 2, "k_f": 0, "stop": 2}  # digits after the point
+    cylinders = identified["cylinder"].values
+    return {cylinder: {name: text(cylinder, name, shown[name]) for name in shown} for cylinder in cylinders}
 
 
 def _budget(budget: xr.Dataset) -> dict[str, Any]:
     def rms(level: str, model: str) -> dict[str, str]:
-        errors = {part: budget[f"level_{part}_error"] for part in ("model", "transport")}
-        found = {part: error.sel(level=level, model=model).item() for part, error in errors.items()}
-        return {part: f"{square**0.5 / 1e3:.2f} kPa" for part, square in found.items()}
+        cell = budget.sel(level=level, model=model)
+        mse = {part: cell[f"level_{part}_error"].item() for part in ("model", "transport")}
+        return {part: f"{value**0.5 / 1e3:.2f} kPa" for part, value in mse.items()}
 
-    return {level: {model: rms(level, model) for model in ("M7", "M8", "M10")} for level in LEVELS}
+    return {level: {model: rms(level, model) for model in QUOTED} for level in LEVELS}
 
 
 def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
@@ -197,7 +195,7 @@ def _span(values: ArrayLike, digits: int = 2) -> dict[str, str]:
 
 
 def _floor(floor: xr.Dataset) -> dict[str, Any]:
-    """How theory and formula compare with the measured floor, over experiments and times between samples."""
+    """Theory and formula over the measured floor, for all experiments and times between samples."""
     ms = 1e3 * floor["period"]
     linear = floor.sel(transport="linear")
     formula, at_1_ms = linear["formula"] / linear["measured"], linear["measured"].sel(period=1e-3)
@@ -214,13 +212,13 @@ def _floor(floor: xr.Dataset) -> dict[str, Any]:
 
 
 def _variants(variants: xr.Dataset) -> dict[str, Any]:
-    """In how many alternatives each refinement pays, exact transport, mean over experiments."""
+    """Number of alternatives in which each refinement pays; exact signals, mean over experiments."""
     here = variants.sel(transport=EXACT, criterion="mean")
     inlet = here["ratio"].sel(pair="M8/M7", alternative=["inlet.colder", "inlet.warmer"])
 
     def pays(**labels: str) -> str:
-        counted = here["counted"].sel(labels).item()
-        return f"{round(here['share'].sel(labels).item() * counted)} of {counted:.0f}"
+        cell = here[["counted", "share"]].sel(labels)
+        return f"{round((cell['share'] * cell['counted']).item())} of {cell['counted'].item():.0f}"
 
     return {
         "rows": [
@@ -232,11 +230,11 @@ def _variants(variants: xr.Dataset) -> dict[str, Any]:
 
 
 def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
-    """Ratios and shares over random cylinders."""
+    """Ratios over random cylinders, and fractions of them with their intervals."""
 
-    def share(statement: str, loop: str) -> str:
+    def fraction(statement: str, loop: str) -> str:
         ends = runs["share"].sel(statement=statement, loop_of=loop).values
-        value, low, high = (percent_text(end) for end in ends)
+        value, low, high = map(percent_text, ends)
         return f"{value} ({low} to {high})"
 
     def ratio(name: str, **labels: str) -> str:
@@ -248,7 +246,7 @@ def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
         "compared": str(int((runs["held_out"] == 0).sum())),
         "within": percent_text(MATERIAL),
         "rows": [
-            {"pair": pair, "loop": loop, "share": share(f"{pair} < 1", loop)}
+            {"pair": pair, "loop": loop, "share": fraction(f"{pair} < 1", loop)}
             | {
                 criterion: ratio("ratio", pair=pair, loop_of=loop, criterion=criterion)
                 for criterion in runs["criterion"].values
@@ -263,15 +261,15 @@ def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
                 for place, third in thirds.items()
             },
         },
-        "enough": share("M6 enough", "both"),
+        "enough": fraction("M6 enough", "both"),
         "failed": str(int((runs["counts"] == 0).sum())),
     }
 
 
 def compile_pdf(source: Path, root: Path, output: Path) -> None:
-    """Typeset a Typst source as PDF, offline, with the fonts that the typesetter carries.
+    """Typeset a Typst source, which may read below `root`, as PDF, offline, with the typesetter's own fonts.
 
-    The source may read below `root`. The same input gives the same bytes.
+    The same input gives the same bytes.
     """
     with atomic(output) as part:
         typst.compile(str(source), output=str(part), root=str(root), format="pdf", ignore_system_fonts=True)

@@ -11,7 +11,7 @@ from pneumo.evidence.sensitivity import alternatives
 from pneumo.evidence.sensitivity import refinement_variants as v
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
-from pneumo.publish.figures.alternatives_figures import LEVEL_MARKS, clear_name, variants_figure
+from pneumo.publish.figures.alternatives_figures import LEVEL_MARKS, alternative_name, variants_figure
 from pneumo.publish.text.markdown_tables import variants_table
 from pneumo.simulation.full_order import record
 from pneumo.simulation.replay import replay_by_reference
@@ -148,7 +148,7 @@ def test_figure_has_a_mark_for_every_ratio_and_is_unclipped(dataset, tmp_path):
             ratio = dataset["ratio"].sel(pair=pair, level=level, transport="exact", criterion="mean")
             np.testing.assert_array_equal(line.get_xdata(), ratio)
     shown = [label.get_text() for label in fig.axes[0].get_yticklabels()]
-    assert shown == [clear_name(name) for name in dataset["alternative"].values]
+    assert shown == [alternative_name(name) for name in dataset["alternative"].values]
     assert shown[0] == "as taken" and shown[-2:] == ["supply 10 bar", "inlet colder"]
     heights = fig.axes[0].get_lines()[1].get_ydata()
     assert heights[0] == max(heights)  # the study on top
