@@ -27,25 +27,21 @@ def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
     columns = {str(name): index[name].values for name in index.variables}
     rows: list[tuple[Any, ...]] = []
     for i, name in enumerate(columns["cylinder"].tolist()):
-        take, (k_0, *others) = str(columns["recommended"][i]), columns["k_0"][i].tolist()
-        worst = columns["worst_rms"][i] / KILO
-        chosen = models.index(take) if take else None
-        best = int(worst.argmin()) if take else None
-        rows.append(
-            (
-                name,
-                _number(columns["bore"][i] * KILO),
-                _number(columns["stroke"][i] * KILO),
-                _number(k_0 if all(other == k_0 for other in others) else np.nan),
-                take,
-                None if chosen is None else _number(columns["worst_n"][i, chosen]),
-                None if chosen is None else _number(worst[chosen]),
-                "" if best is None else models[best],
-                None if best is None else _number(worst[best]),
-                int(columns["runs"][i]),
-                int(columns["failed_runs"][i]),
-            )
-        )
+        lengths = [_number(columns[key][i] * KILO) for key in ("bore", "stroke")]
+        k_0, *others = columns["k_0"][i].tolist()
+        recommended, results = str(columns["recommended"][i]), ["", None, None, "", None]
+        if recommended:
+            n, worst = columns["worst_n"][i], columns["worst_rms"][i] / KILO
+            chosen, best = models.index(recommended), int(worst.argmin())
+            results = [
+                recommended,
+                *map(_number, (n[chosen], worst[chosen])),
+                models[best],
+                _number(worst[best]),
+            ]
+        counts = [int(columns[key][i]) for key in ("runs", "failed_runs")]
+        one_k_0 = _number(k_0 if all(other == k_0 for other in others) else np.nan)
+        rows.append((name, *lengths, one_k_0, *results, *counts))
     return rows
 
 
