@@ -74,7 +74,7 @@ class GasSection(_Section):
 
 
 class SupplySection(_Section):
-    """Supply and surroundings."""
+    """Pressures and temperatures of the supply and of the surroundings."""
 
     P_s_Pa: Number = _key("absolute supply pressure, above P_atm_Pa", gt=0, le=5e6)
     P_atm_Pa: Number = _key("atmospheric pressure", gt=0, le=2e5)

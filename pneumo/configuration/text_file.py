@@ -27,6 +27,6 @@ def read_text(file: Path, largest: int, named: str) -> str:
 
 
 def csv_rows(text: str) -> Any:
-    """Return the reader of a CSV text, with the commas, semicolons or tabs of its first line as delimiter."""
+    """Return a reader of the rows of a CSV text; , ; or tab separates columns, as in its first line."""
     lines = text.splitlines()
     return csv.reader(lines, delimiter=max(",;\t", key=(lines[0] if lines else "").count))

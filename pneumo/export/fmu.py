@@ -73,7 +73,7 @@ def _conditions(value: Any) -> list[Any]:
 
 
 def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
-    """Where the rates have a kink: every condition of the chambers' statements, and the end stops."""
+    """Expressions whose sign change makes a rate jump or bend: conditions of valve and walls, end stops."""
     printer, result, seen = printer_of(parts), list[Kink](), set[Any]()
     for side in Side:
         outside = {"P": f"state[{system.name}_P_{side.name}]", "u": f"inputs[{system.name}_u]"}

@@ -62,7 +62,9 @@ def exported(
             f"--to {target}: rates of the chambers with valve; --piston and --no-valve are for c, fmu"
         )
     if not (chosen.name.isascii() and chosen.name.isidentifier()):
-        raise InputError(f"model name {chosen.name!r}: must be letters, digits and _, to name a function")
+        raise InputError(
+            f"model name {chosen.name!r}: must be letters, digits and _; an exported function gets this name"
+        )
     stem = chosen.name if stem is None else stem
     if target == "c":
         return {name: text.encode() for name, text in c99(chosen, stem, precision).items()}

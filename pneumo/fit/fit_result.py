@@ -34,7 +34,7 @@ def rms_of_chambers(errors: np.ndarray) -> float:
 
 
 def equally_good(estimates: Mapping[str, Estimate]) -> list[str]:
-    """Models with the lowest error on the part held out, or one hardly larger."""
+    """Models whose error on the part held out is at most `AS_GOOD` times the lowest."""
     errors = {name: rms_of_chambers(estimate.held_out) for name, estimate in estimates.items()}
     return [name for name in errors if errors[name] <= AS_GOOD * min(errors.values())]
 

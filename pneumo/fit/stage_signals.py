@@ -61,7 +61,8 @@ def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
 
     The penalty, s^3, is the weight of the integrated squared second derivative against the sum of squared
     residuals; the noise, in units of x, is the estimated standard deviation of white noise in the signal.
-    Jumps and impacts hide the noise: then nothing is smoothed, and the noise is the median of short pieces.
+    Where jumps and impacts hide the noise, nothing is smoothed; the noise is then the median of those
+    estimated in short pieces of the signal.
     """
     weight, variance = _cross_validated(x[None])
     if weight == SMOOTHING[0] and len(x) >= 2 * PIECE:

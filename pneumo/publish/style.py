@@ -124,7 +124,7 @@ def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:
 
 
 def image_address(fig: Figure, kind: Literal["svg", "png"] = "svg") -> str:
-    """Return a figure as a data address, for the source of an image in a page."""
+    """Return a figure as a data URI, for the `src` of an image in a page."""
     buffer = io.BytesIO()
     with paper_style():
         fig.savefig(buffer, format=kind, metadata=METADATA[kind])

@@ -188,7 +188,7 @@ def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
     file = folder / "fleet" / f"{index['block'].sel(cylinder=cylinder).item()}.nc"
     block = read(file)
     if cylinder not in block["cylinder"]:
-        raise ResultError(f"{file}: does not belong to {folder / INDEX}; `snakemake -j2` makes both anew")
+        raise ResultError(f"{file}: does not belong to {folder / INDEX}; `snakemake -j2` makes both again")
     cells = block.sel(cylinder=cylinder)
     study = from_json(cells["parameters"].item())
     cells = cells.drop_vars([*ABOUT, "parameters", "refinement", "cylinder"])

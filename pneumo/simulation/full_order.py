@@ -78,7 +78,7 @@ def copy_state(state: np.ndarray, copy: np.ndarray) -> None:
 
 @inlined
 def full_order_step(y: np.ndarray, context: Any, h: float, Y: np.ndarray, K: np.ndarray) -> None:
-    """Advance the six states y by h s, then let the piston meet its stops.
+    """Advance the six states y by one step of h s, then apply the end stops to position and velocity.
 
     The stage states go into Y, the state before the stops into its last row; Y and K are of shape (7, 6).
     """

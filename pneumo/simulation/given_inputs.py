@@ -65,7 +65,8 @@ def pressures_on_inputs(
     laminar, leak = plant.valve.laminar, plant.valve.leak
     if len(lanes) > ROW or laminar or leak:
         raise ValueError(
-            f"{len(lanes)} lanes, laminar = {laminar:g}, leak = {leak:g}: at most {ROW} lanes, 0, 0"
+            f"{len(lanes)} lanes, laminar = {laminar:g}, leak = {leak:g}:"
+            f" at most {ROW} lanes, both others must be 0"
         )
     order = np.argsort(needs(lanes), kind="stable")
     W, starts = work_array(lanes[order], plant)

@@ -17,12 +17,12 @@ STUDY_SAMPLINGS = PUBLISHED, EXACT = "published", "exact"  # names of folders of
 
 
 def study_sampling(name: str, experiment: Experiment) -> Sampling:
-    """Sampling of the study's replays of an experiment that are stored under a name of `STUDY_SAMPLINGS`.
+    """How the replays stored in results/`name` read the signals of an experiment's run.
 
     Raises
     ------
     KeyError
-        If the name is another.
+        If `name` is not in `STUDY_SAMPLINGS`.
     """
     return {EXACT: EXACT_SAMPLING, PUBLISHED: experiment.sampling}[name]
 

@@ -68,7 +68,7 @@ def cost(model: Model) -> tuple[int, int, int, int]:
 
 
 def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
-    """Rank the models on one cylinder's experiments, from `pneumo.selection.cylinder_ranking.run_study`."""
+    """Rank the models on one cylinder; `cells` are the errors that `cylinder_ranking.run_study` returns."""
     cells = cells.sel(experiment=cells["cylinder"] == cylinder)
     failed_runs = _failed_runs(cells)
     if not cells["random"].any():

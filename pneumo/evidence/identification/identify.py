@@ -69,7 +69,7 @@ def check_all_experiments(study: Study) -> None:
     """Raise `ResultError` for a study that lacks an experiment: Tables 7 and 9 average over all."""
     for name in table5()["experiment"].values:
         if name not in study.experiments:
-            raise ResultError(f"{name}: not in this study; Tables 7 and 9 average over all 16 experiments")
+            raise ResultError(f"{name}: missing in this study; Tables 7 and 9 need all 16 experiments")
 
 
 def identify(
@@ -96,7 +96,7 @@ def identify(
 
 
 def _by_cylinder(cylinders: Sequence[str], parts: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Put cylinders side by side; settling times stay by experiment."""
+    """Join the datasets of cylinders along `cylinder`; settling times keep their dimension `experiment`."""
     settling = [name for name, values in parts[0].data_vars.items() if "experiment" in values.dims]
     by_cylinder = xr.concat(
         [part.drop_vars([*settling, "experiment", "experiment_cylinder"]) for part in parts],

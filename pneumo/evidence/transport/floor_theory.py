@@ -106,7 +106,7 @@ def averages(recording: Recording, every: int) -> Averages:
 
 
 class Sensitivities(NamedTuple):
-    """RMS pressure error per second of delay, Pa/s."""
+    """RMS pressure error per second by which a signal is late, Pa/s, for u, x and v."""
 
     jump: float  # of jumps of the command, all by the same time: each cancels most of the one before
     rest: float  # of everything else

@@ -186,7 +186,7 @@ def _estimate(solved: Solved) -> Estimate:
 
 
 def _conductance_factors(solved: Solved, values: dict[str, float]) -> dict[str, tuple[float, float]]:
-    """Mean conductance in the part fitted, and k_0, over the fitted parameter, by chamber."""
+    """Ratios of mean conductance and of k_0 to the fitted parameter, by chamber."""
     problem, law, fitted = solved.problem, solved.problem.law, solved.problem.fitted
     record, P, V = problem.record, problem.replay(solved.optimum.x, fitted), problem.volumes(values)
     leaked = values.get("leak", 0.0) * record.h * np.cumsum(P[0] - P[1])

@@ -190,7 +190,7 @@ class ClosedProblem(NamedTuple):
         return np.array([[values["V_d_A"]], [values["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered
 
     def replay(self, theta: np.ndarray, samples: int) -> np.ndarray:
-        """Replayed pressures of the first samples, Pa, by (chamber, sample)."""
+        """Pressures computed with the parameters `theta` for the first samples, Pa, by (chamber, sample)."""
         v, r, law = self.values(theta), self.record, self.law
         V, area_ratio = self.volumes(v)[:, :samples], r.area_ratio[:, :samples]
         start = np.array([v.get("start_A", 1.0), v.get("start_B", 1.0)])

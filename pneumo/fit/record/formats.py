@@ -91,7 +91,9 @@ def _matlab(path: Path, _known_units: set[str]) -> Table:
     _limit(path, longest, MOST_ROWS, "samples in a vector")
     names = [name for name, size in sizes.items() if size == longest]
     if not names:
-        raise InputError(f"{path}: holds no vectors of numbers: save each signal as one, such as P_A_kPa")
+        raise InputError(
+            f"{path}: holds no vectors of numbers: save each signal as a vector of its own, such as P_A_kPa"
+        )
     loaded = loadmat(path, appendmat=False, variable_names=names)
     return Table(pd.DataFrame({name: loaded[name].ravel() for name in names}), {})
 

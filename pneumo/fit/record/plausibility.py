@@ -114,7 +114,7 @@ def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> 
     if top > OF_SUPPLY * c.P_s and not closed:
         raise InputError(
             f"{path}: column {name}: up to {top:.4g} Pa, far above the supply's {c.P_s:.4g} Pa"
-            " (P_s_Pa, absolute)"
+            " (P_s_Pa, absolute); is the unit right?"
         )
     if low < 0.9 * c.P_atm:
         return [f"column {name}: down to {low:.4g} Pa, below the atmosphere: is it absolute?"]

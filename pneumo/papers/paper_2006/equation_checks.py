@@ -76,7 +76,7 @@ def _equal_rates(*rates: Callable[[State], tuple[float, float]], words: str = "2
 
 
 def branches_meet(_: StudyResults) -> Finding:
-    """Whether both branches of eq (1) agree at 0.5283, to half a unit of 0.0404."""
+    """Whether sonic and subsonic flow of eq (1) agree at 0.5283, within half of the last digit of 0.0404."""
     gas = Gas(R, GAMMA, SONIC, CRITICAL)
     sonic = choked_flow(1e-6, P_S, T_AMB, gas)
     ratio = mass_flow(1e-6, P_S, (CRITICAL + 1e-9) * P_S, T_AMB, gas) / sonic

@@ -71,7 +71,7 @@ def gain(results: StudyResults, better: Sequence[str], than: str, level: str) ->
 
 
 def best_models(results: StudyResults, models: Sequence[str], level: str) -> Finding:
-    """Whether the given models have the lowest mean square errors."""
+    """Whether each of the given models has a lower mean square error than every other at this level."""
     mse = _mse_by_model(results, level)
     order = sorted(mse, key=mse.__getitem__)
     others = min(mse[model] for model in mse if model not in models)

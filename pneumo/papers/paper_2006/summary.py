@@ -81,7 +81,7 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
 
 
 def wrong_row(sources: Sources) -> list[dict[str, Any]]:
-    """M7 and M8 at the typical level: in Table 9, and reproduced with published and exact signals."""
+    """Numbers of M7 and M8 at the typical level, printed and computed; the paper's conclusions swap them."""
     rows: list[dict[str, Any]] = []
     for name, model in itertools.product(ORIGINS, ("M7", "M8")):
         level = sources[name].statistics.sel(level="typical")

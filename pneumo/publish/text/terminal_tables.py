@@ -281,7 +281,7 @@ def ratio_table(ensemble: xr.Dataset) -> Table:
 
 
 def probability_table(ensemble: xr.Dataset, transport: str, level: str) -> Table:
-    """Fraction of seed sets in which each refined model has the lower error than another, by criterion."""
+    """Fraction of seed sets in which the first model of each pair has the lower error, by criterion."""
     models = REFINED_MODELS
     sets = ensemble["seed_sets"].item()
     title = f"Of {sets} seed sets, per cent in which the row beats the column; {STUDY_SAMPLING[transport]}"

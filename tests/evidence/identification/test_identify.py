@@ -152,7 +152,7 @@ def test_experiments_that_cannot_be_used(name, message):
 
 def test_a_part_of_the_study_has_no_tables_and_scored_cells_no_role_in_the_fit():
     part = STUDY._replace(experiments={name: STUDY.experiments[name] for name in ("E06", "E12")})
-    with pytest.raises(ResultError, match=r"^E01: not in this study; Tables 7 and 9 average over all 16"):
+    with pytest.raises(ResultError, match=r"^E01: missing in this study; Tables 7 and 9 need all 16"):
         identification.check_all_experiments(part)
     with pytest.raises(ResultError, match=r"^E09: not in this study"):
         identify(part, ["D"], 0, 1, print)
