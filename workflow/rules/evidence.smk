@@ -122,6 +122,22 @@ rule identification:
         "../scripts/identification.py"
 
 
+rule open_loop_cells:
+    input:
+        parameters=rules.parameters.output[0],
+    output:
+        cells="results/open_loop_cells.nc",
+    log:
+        "results/logs/open_loop_cells.log",
+    threads: all_cores
+    params:
+        code=code_behind("open_loop_cells.py"),
+    message:
+        "Open loops with each setup of paper/decisions/0062"
+    script:
+        "../scripts/open_loop_cells.py"
+
+
 rule error_budget:
     input:
         parameters=rules.parameters.output[0],
