@@ -12,7 +12,7 @@ from typer import Option
 from pneumo.cli.cylinder_commands import check, init, study
 from pneumo.cli.fit_commands import fit
 from pneumo.cli.model_commands import export, linearise, models
-from pneumo.cli.paper_commands import assumptions, ensemble, explain, identify, verdict, verify
+from pneumo.cli.paper_commands import assumptions, ensemble, explain, identify, setups, verdict, verify
 
 app = typer.Typer(
     help="Reduced-order thermodynamic models of servo-pneumatic chambers. Begin with"
@@ -25,7 +25,7 @@ app.add_typer(paper, name="paper")
 
 for command in (init, check, study, fit, linearise, export, models):
     app.command()(command)
-for command in (verdict, explain, assumptions, identify, ensemble, verify):
+for command in (verdict, explain, assumptions, identify, setups, ensemble, verify):
     paper.command()(command)
 
 

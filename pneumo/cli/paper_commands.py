@@ -147,6 +147,21 @@ def identify(
     progress(f"written to {output}")
 
 
+def setups(results: Results = RESULTS) -> None:
+    """Print the best setups of the open loops, by likelihood.
+
+    How reversals are recorded, made and tested, how replays read samples, and the amplitude: of 20,736 pairs
+    of setups of cylinders D and E, the best twenty, the best by other criteria, and the study's own.
+    """
+    from rich.console import Console
+
+    from pneumo.publish.text.terminal_tables import open_loop_tables
+    from pneumo.storage.files import read
+
+    for table in open_loop_tables(read(_evidence(results, "open_loop.nc", "results/open_loop.nc"))):
+        Console().print(table)
+
+
 def ensemble(
     transport: Annotated[
         Literal["published", "exact"], Option(help="signal sampling in the table of pairs")

@@ -138,6 +138,25 @@ rule open_loop_cells:
         "../scripts/open_loop_cells.py"
 
 
+rule open_loop:
+    input:
+        parameters=rules.parameters.output[0],
+        cells=rules.open_loop_cells.output[0],
+        errors=kept("seed_sets.nc"),
+        published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 8, 9]),
+        figures=expand("paper/2006/published/figure{number}.csv", number=[9, 11]),
+    output:
+        ledger="results/open_loop.nc",
+    log:
+        "results/logs/open_loop.log",
+    params:
+        code=code_behind("open_loop.py"),
+    message:
+        "Setup of the open loops by likelihood: 20,736 pairs"
+    script:
+        "../scripts/open_loop.py"
+
+
 rule error_budget:
     input:
         parameters=rules.parameters.output[0],
@@ -267,6 +286,7 @@ rule evidence:
         rules.assumptions_effects.output,
         rules.variants_summary.output,
         kept("power.nc"),
+        kept("open_loop.nc"),
         expand("results/figures/{name}.{kind}", name=DRAWN, kind=["svg", "png"]),
         kept("fit_coverage.nc"),
         rules.ensemble.input,

@@ -7,7 +7,7 @@ how replays read the samples, and how large the command is. It is about one cyli
 import itertools
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -30,14 +30,14 @@ class OpenLoopSetup(NamedTuple):
     amplitude: float  # V
 
 
-OPTIONS = OpenLoopSetup(  # of each key
-    (0.0, 0.5, 1.0),
-    ("forced", "toggled"),
-    ("each step", "each stage"),
-    ("linear", "hold_next", "hold"),
-    (0.5, 0.3**0.5, 0.6, 0.8),
-)
-SETUPS = tuple(itertools.starmap(OpenLoopSetup, itertools.product(*OPTIONS)))
+OPTIONS: dict[str, tuple[Any, ...]] = {  # of each key
+    "late": (0.0, 0.5, 1.0),
+    "reversal": ("forced", "toggled"),
+    "reversal_tested": ("each step", "each stage"),
+    "replays_read": ("linear", "hold_next", "hold"),
+    "amplitude": (0.5, 0.3**0.5, 0.6, 0.8),
+}
+SETUPS = tuple(OpenLoopSetup(*options) for options in itertools.product(*OPTIONS.values()))
 
 
 def configured_setup(study: Study, cylinder: str) -> OpenLoopSetup:
@@ -108,7 +108,7 @@ def open_loop_cells(study: Study, threads: int, progress: Callable[[str], None])
         """Run an experiment once, and replay it with each setup that differs in late and replays_read."""
         i, e = list(open_loops).index(name), with_setup(open_loops[name], same_run)
         recording, draws = record(e), draws_of(e)
-        for late, read in itertools.product(OPTIONS.late, OPTIONS.replays_read):
+        for late, read in itertools.product(OPTIONS["late"], OPTIONS["replays_read"]):
             setup = same_run._replace(late=late, replays_read=read)
             j = SETUPS.index(setup)
             recorded = recording._replace(u=reversed_late(recording.u, draws, late))

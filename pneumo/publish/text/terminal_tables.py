@@ -14,6 +14,7 @@ from pneumo.fit.fitted_parameters import CAUSES, FULL_ORDER, QUANTITIES, VALVE
 from pneumo.publish.labels import AVERAGES, SAMPLING, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
+from pneumo.statistics.likelihood import NOT_DISTINGUISHED
 from pneumo.statistics.model_pairs import CRITERIA, REFINED_MODELS
 from pneumo.statistics.ranking import RankedModel, Ranking
 from pneumo.statistics.robust_choice import RobustModel, UnknownConductance
@@ -256,6 +257,48 @@ def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
     yield _table(
         "Table 5, closed loop", ("experiment", "settling run ends (s)", "about as well", "rms"), rows
     )
+
+
+# --- pneumo paper setups ---------------------------------------------------------------------------
+
+
+def _setup_text(ledger: xr.Dataset, number: int) -> str:
+    """Write a setup of one cylinder's open loops in words."""
+    keys = ("late", "reversal", "reversal_tested", "replays_read", "amplitude")
+    late, reversal, tested, read, amplitude = (ledger[key].values[number] for key in keys)
+    return f"{late:g} late, {reversal}, {tested}, {read}, {amplitude:.3g} V"
+
+
+def open_loop_tables(ledger: xr.Dataset) -> Iterator[Table]:
+    """Pairs of setups of ``open_loop.nc`` with their scores; chi-square and misfit of each table."""
+    score = ledger["score"]
+    near = int((score <= score.min() + NOT_DISTINGUISHED).sum())
+    caption = f"{score.size} pairs tried; {near} within {NOT_DISTINGUISHED:g} of the lowest score"
+    table = Table("pair", "score", "D", "E", title="Setups of the open loops", caption=caption)
+    for pair in ledger["pair"].values:
+        part = ledger.sel(pair=pair)
+        setups = (_setup_text(ledger, int(number)) for number in part["setup_number"].values)
+        table.add_row(pair, f"{part['scores'].values[0]:.2f}", *setups)
+    yield table
+    heads = ("pair", "place", "penalty", *ledger["criterion"].values, *ledger["table"].values)
+    table = Table(*heads, title="Chi-square with penalty by criterion, without by table")
+    for pair in ledger["pair"].values:
+        part = ledger.sel(pair=pair)
+        numbers = (part["penalty"].item(), *part["scores"].values, *part["chi_square"].values)
+        table.add_row(pair, str(part["place"].item()), *(f"{value:.1f}" for value in numbers))
+    yield table
+    title = "rms of ln(MSE) of Tables 7 and 9, cells of Table 8 as printed, rms of log10 of the percentiles"
+    table = Table("pair", *ledger["table"].values, title=title)
+    for pair in ledger["pair"].values:
+        table.add_row(pair, *(f"{value:.4g}" for value in ledger["misfit"].sel(pair=pair).values))
+    yield table
+    table = Table("reversals in a run", "best pair", "today")
+    best, today = (ledger["setup_number"].sel(pair=pair) for pair in ("1", "today"))
+    for name in ledger["open_loop"].values:
+        row = ledger["reversals"].sel(open_loop=name)
+        cylinder = int(ledger["cylinder_of"].sel(open_loop=name))
+        table.add_row(name, *(str(row.values[numbers.values[cylinder]]) for numbers in (best, today)))
+    yield table
 
 
 # --- pneumo paper ensemble -------------------------------------------------------------------------

@@ -1,0 +1,66 @@
+"""Covariance from few samples and the chi-square of deviations."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, kstest
+
+from pneumo.statistics.likelihood import chi_square, shrunk_covariance
+
+
+def test_white_noise_has_no_correlations_left_and_many_samples_keep_theirs():
+    rng = np.random.default_rng(3)
+    noise = shrunk_covariance(rng.normal(size=(20, 100)))
+    assert noise.shrinkage > 0.9
+    mixed = rng.normal(size=(20_000, 4)) @ np.linalg.cholesky(TRUE).T
+    covariance, shrinkage = shrunk_covariance(mixed)
+    assert shrinkage < 0.01
+    np.testing.assert_allclose(covariance, TRUE, atol=0.1)
+
+
+TRUE = np.array([[4.0, 1.8, 0.0, 0.5], [1.8, 1.0, 0.1, 0.2], [0.0, 0.1, 2.0, 0.9], [0.5, 0.2, 0.9, 1.0]])
+
+
+def test_shrinkage_is_the_references_by_hand_and_variances_are_the_samples():
+    samples = np.array([[1.0, 2.0, 7.0], [2.0, 1.0, 7.0], [3.0, 5.0, 7.0], [6.0, 4.0, 7.0]])
+    covariance, shrinkage = shrunk_covariance(samples)
+    z = (samples[:, :2] - samples[:, :2].mean(axis=0)) / samples[:, :2].std(axis=0, ddof=1)
+    w = z[:, 0] * z[:, 1]
+    r = 4 / 3 * w.mean()
+    assert r == pytest.approx(np.corrcoef(samples[:, 0], samples[:, 1])[0, 1])
+    by_hand = min(1.0, 4 / 27 * np.sum((w - w.mean()) ** 2) / r**2)
+    assert 0 < by_hand < 1 and shrinkage == pytest.approx(by_hand, rel=1e-12)
+    expected = np.cov(samples.T)  # the third number never changes: no variance, no correlation
+    expected[0, 1] *= 1 - by_hand
+    expected[1, 0] *= 1 - by_hand
+    np.testing.assert_allclose(covariance, expected, rtol=1e-12)
+
+
+def test_few_samples_of_many_numbers_are_positive_definite():
+    rng = np.random.default_rng(5)
+    common = rng.normal(size=(15, 1))
+    samples = common + 0.3 * rng.normal(size=(15, 60))
+    covariance, shrinkage = shrunk_covariance(samples)
+    assert 0 < shrinkage < 0.5
+    assert np.linalg.eigvalsh(np.cov(samples.T)).min() < 1e-12  # not shrunk: singular
+    assert np.linalg.eigvalsh(covariance).min() > 0.01
+
+
+def test_chi_square_is_known_and_of_its_distribution():
+    assert chi_square(np.array([3.0, 4.0]), np.diag([9.0, 4.0])) == pytest.approx(1 + 4)
+    correlated = np.array([[1.0, 0.8], [0.8, 1.0]])
+    along, across = chi_square(np.array([[1.0, 1.0], [1.0, -1.0]]), correlated)
+    assert (along, across) == (pytest.approx(2 / 1.8), pytest.approx(2 / 0.2))
+    rng = np.random.default_rng(7)
+    samples = rng.normal(size=(5000, 4)) @ np.linalg.cholesky(TRUE).T
+    assert kstest(chi_square(samples, TRUE), chi2(4).cdf).pvalue > 0.01
+    assert kstest(chi_square(samples, np.diag(np.diag(TRUE))), chi2(4).cdf).pvalue < 1e-6
+
+
+def test_chi_square_with_an_estimated_covariance_is_near_its_distribution():
+    # Ninety-nine samples, as the study has: the mean of thirty numbers is within 15 per cent of thirty.
+    rng = np.random.default_rng(11)
+    root = np.linalg.cholesky(0.5 * np.eye(30) + 0.5)
+    seeds, _ = shrunk_covariance(rng.normal(size=(99, 30)) @ root.T)
+    printing = np.full(30, 0.2)
+    truth = rng.normal(size=(2000, 30)) @ root.T + rng.normal(size=(2000, 30)) * np.sqrt(printing)
+    assert chi_square(truth, seeds + np.diag(printing)).mean() == pytest.approx(30, rel=0.15)
