@@ -212,7 +212,7 @@ def test_effects_of_known_changes_and_a_run_that_does_not_rest_is_marked(invente
     figure = tornado(found)
     assert labels_of(figure) == ["step 2 ms *"]
     below = figure.texts[-1].get_text() + figure._supxlabel.get_text()
-    assert "* some settling runs do not come to rest" in below
+    assert "* some settling runs never come to rest" in below
 
 
 def test_effects_are_told_against_the_study_and_misfits_against_the_print(invented):
@@ -228,7 +228,7 @@ def test_effects_are_told_against_the_study_and_misfits_against_the_print(invent
     assert labels_of(figure) == ["nearer", "step 2 ms"]
     colours = {patch.get_width() < 0: patch.get_facecolor() for patch in figure.axes[0].patches}
     legend = {patch.get_label(): patch.get_facecolor() for patch in figure.legends[0].get_patches()}
-    assert legend == {"nearer to the print": colours[True], "farther from it": colours[False]}
+    assert legend == {"closer to the printed values": colours[True], "farther from them": colours[False]}
 
 
 def test_command_line_prints_the_table(invented, tmp_path):
