@@ -11,11 +11,23 @@ from checkout import ROOT
 from paper_study import STUDY
 
 from pneumo.configuration.parameters import read_yaml
+from pneumo.evidence.identification.open_loop import Likelihood, numbers_over_seeds, penalty
+from pneumo.evidence.identification.open_loop_cells import (
+    SETUPS,
+    draws_of,
+    joined_cells,
+    reversals,
+    reversed_late,
+    with_setup,
+)
 from pneumo.evidence.random_cylinders.cylinder_runs import cylinder_cells
 from pneumo.evidence.seeds.seed_sets import both_chambers, read_seed_sets, seed_sets, with_seeds
 from pneumo.evidence.sensitivity.alternatives import ledger_alternatives
 from pneumo.evidence.sensitivity.toggled_assumptions import toggled_tables
+from pneumo.papers.paper_2006.numbers_of_tables import TABLES, numbers_of_tables
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
+from pneumo.physics.models import MODELS
+from pneumo.simulation.full_order import record
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import KEPT, NO_CONFIGURATION
 from pneumo.verdict.claims import read_claims
@@ -83,3 +95,27 @@ def test_an_assumption_toggled_again_gives_what_is_kept(evidence_file):
     assert again.sizes["item"] == 10 and again.notnull().all()
     kept = read(evidence_file("assumptions.nc"))["reproduced"].sel(alternative=name, item=again["item"])
     np.testing.assert_allclose(kept, again, rtol=1e-4)  # four digits are kept
+
+
+def test_the_chosen_open_loop_computed_again_gives_what_is_kept():
+    kept = read(KEPT / "open_loop.nc")
+    first = kept.sel(pair="1")
+    pair = [SETUPS[number] for number in first["setup_number"].values]
+    e = with_setup(STUDY.experiments["E13"], pair[0])
+    recording, draws = record(e), draws_of(e)
+    number = int(first["setup_number"].sel(cylinder="D"))
+    assert reversals(recording, draws) == kept["reversals"].sel(open_loop="E13").values[number]
+    late = recording._replace(u=reversed_late(recording.u, draws, pair[0].late))
+    models = np.isin(list(MODELS), kept["model"].values)
+    again = joined_cells(STUDY, e, late)[:, models]
+    for quantity, values in zip(("mean_error", "mse"), again, strict=True):
+        np.testing.assert_allclose(kept[quantity].sel(experiment="E13"), values, rtol=1e-5)
+
+    # Its score, from all of its cells, is the kept one and the lowest of all.
+    likelihood = Likelihood(numbers_over_seeds(STUDY, read_seed_sets(SEED_SETS))[1:])
+    cells = [kept[name].values.astype(float) for name in ("mean_error", "mse")]
+    experiments = kept["experiment"].values.tolist()
+    numbers = numbers_of_tables(*cells, STUDY.n, experiments, STUDY.experiments_by_level)
+    score = likelihood.chi_square(numbers, TABLES) + penalty(pair)
+    assert first["scores"].values[0] == pytest.approx(score, abs=0.05)
+    assert kept["score"].values[tuple(first["setup_number"].values)] == kept["score"].min()
