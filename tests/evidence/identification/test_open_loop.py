@@ -157,7 +157,7 @@ def test_a_pair_with_a_failed_cell_comes_last(invented):
 
 def test_a_part_of_the_study_has_no_tables(invented):
     part = STUDY._replace(experiments={name: STUDY.experiments[name] for name in OPEN})
-    with pytest.raises(ResultError, match="Tables 7 and 9 average over all 16"):
+    with pytest.raises(ResultError, match="Tables 7 and 9 need all 16 experiments"):
         choose_open_loop(part, invented, SEEDS, lambda text: None)
 
 
