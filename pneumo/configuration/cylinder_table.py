@@ -136,7 +136,7 @@ def _parquet_rows(file: Path, named: str) -> Iterator[list[str]]:
         from pyarrow.parquet import ParquetFile
     except ImportError:
         raise ConfigurationError(f"{named}: a Parquet file needs pyarrow; pip install pyarrow") from None
-    too_large = ConfigurationError(f"{named}: must have at most {LARGEST_TABLE} bytes as text")
+    too_large = ConfigurationError(f"{named}: must have at most {LARGEST_TABLE} bytes when written as text")
     try:
         with file.open("rb") as stream, ParquetFile(stream) as table:
             about = table.metadata

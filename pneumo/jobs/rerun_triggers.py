@@ -34,7 +34,7 @@ def evidence_for(study: Study, name: str) -> list[str]:
 
 
 def kept_or_made(study: Study, name: str) -> str:
-    """Return the file of evidence that was made from this configuration, else the one to be made."""
+    """Return the path of evidence made from this configuration, else where it will be made."""
     return (evidence_for(study, name) or [f"results/{name}"])[0]
 
 

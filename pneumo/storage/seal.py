@@ -13,7 +13,7 @@ SEALS = {".nc": (b"\nsha256 ", b"\n"), ".json": (b',\n "sha256": "', b'"\n}\n')}
 
 
 def seal(file: Path, kind: str) -> None:
-    """Append the seal to a file of a kind, ``.nc`` or ``.json``.
+    """Append the seal, the SHA-256 of its content, to a ``.nc`` or ``.json`` file.
 
     The file lacks only its seal; a JSON object also its closing brace.
     """

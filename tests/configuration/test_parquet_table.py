@@ -122,7 +122,7 @@ def test_a_table_that_is_larger_than_its_file_is_refused_while_it_is_read(writte
     added = []
     monkeypatch.setattr(cylinder_table, "_add_row", lambda *row: added.append(row))
     monkeypatch.setattr(cylinder_table, "LARGEST_TABLE", 1_000_000)
-    problem = "must have at most 1000000 bytes as text"
+    problem = "must have at most 1000000 bytes when written as text"
     for repeated, column in (([0] * 100_000, {}), ([0] * 3000, {"name": "a" * 1000})):
         added.clear()
         written(rows=repeated, **column)

@@ -40,7 +40,7 @@ USES = {
 
 
 def carried_at(cells: xr.Dataset, factor: float) -> xr.Dataset:
-    """Cells of the models with k_0 times a factor, and of those without k_0, by model."""
+    """Cells by model: those with wall heat at k_0 times `factor`, those without as they are."""
     pairs = zip(cells["k_0_factor"].values, cells["model"].values, strict=True)
     chosen = [k == factor or MODELS[name].wall == "none" for k, name in pairs]
     cells = cells.isel(carried=np.flatnonzero(chosen)).swap_dims(carried="model")

@@ -126,7 +126,7 @@ def search_bounds(
 
 
 def nearby(function: Callable[[np.ndarray], float], start: np.ndarray, size: float = NEAR) -> Any:
-    """Nelder and Mead's search from a simplex of a given size."""
+    """Minimum that Nelder and Mead's search finds from a simplex of a given size, as SciPy returns it."""
     simplex = np.vstack([start, start + size * np.eye(len(start))])
     options = {"initial_simplex": simplex, "xatol": 2e-4, "fatol": 0.02, "maxfev": 25 * len(start)}
     return minimize(function, start, method="Nelder-Mead", options=options)

@@ -26,7 +26,7 @@ UNIFORM = 1 / 12  # variance of where a jump falls between two samples, if it ma
 
 
 class Shift(NamedTuple):
-    """Delay of signals by sampling, to first order, in times between samples."""
+    """First-order delay that sampling causes in a signal, in sample periods."""
 
     sampling: Sampling
     jump: float  # delay of a jump that falls on a sample, which has the new value already

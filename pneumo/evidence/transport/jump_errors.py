@@ -17,7 +17,7 @@ SMALL_P, SMALL_T = 1.0, 1e-3  # Pa and K; steps of the differences that linearis
 
 @inlined
 def opened(u: float, u_max: float) -> float:
-    """Integral from 0 to u of the limited command's positive part, V^2."""
+    """Integral of max(0, command), limited to u_max, from 0 V to u, V^2."""
     if u <= 0:
         return 0.0
     return u * u / 2 if u < u_max else u_max * u - u_max * u_max / 2

@@ -136,7 +136,7 @@ def read_measurement(
     for quantity, column in columns.items():
         name = column.column
         if name not in names:
-            raise InputError(f"{path}: no column {printable(name)!r}, which the mapping has for {quantity}")
+            raise InputError(f"{path}: no column {printable(name)!r}, which the mapping names as {quantity}")
         factor, offset = column.factor_and_offset(path, quantity, plant.conditions.P_atm)
         values[quantity] = factor * _numbers(samples, quantity, table.loc[:, name], notes) + offset
     if from_end:

@@ -150,6 +150,6 @@ def check_velocity(samples: Samples, period: float) -> list[str]:
     if not 0.8 < slope < 1.25:
         raise InputError(
             f"{samples.path}: column v: {slope:.3g} times the derivative of x: must be 1;"
-            " is its unit or sign right?"
+            " is the unit or sign of v right?"
         )
     return [f"column v: {slope:.3g} times the derivative of x; the fit takes that of the smoothed x"]

@@ -89,7 +89,7 @@ def eq2_areas() -> tuple[bool, str]:
 
 
 def valve_flow() -> tuple[bool, str]:
-    """Choked flow at 10 V by eq (1) is 82 and 823 standard litres per minute."""
+    """Check that eq (1) gives 82 (D) and 823 (E) standard litres per minute at 10 V, not 100 and 1000."""
     D, E = (equations.standard_flow(gain, 10) for gain in (1e-7, 1e-6))
     return abs(D - 82) <= 0.5 and abs(E - 823) <= 0.5, f"{D:.1f} and {E:.1f} slpm"
 

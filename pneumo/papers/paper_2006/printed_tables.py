@@ -133,7 +133,7 @@ def _by_experiment(
 
 
 def _statistics(cells: Sequence[Cell], keys: Mapping[str, str], digits: int | None = None) -> xr.Dataset:
-    """Table of mean, standard deviation and mean square as a dataset."""
+    """Mean, standard deviation and mean square of the pressure error as printed, as a dataset."""
     dataset = xr.Dataset()
     for symbol, (name, long_name, unit) in STATISTICS.items():
         values = _array([cell for cell in cells if cell["column"] == symbol], keys, digits)

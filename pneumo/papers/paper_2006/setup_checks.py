@@ -15,7 +15,7 @@ NAMES = ("mean_error", "std", "mse")
 
 
 def excitation_bandwidth(results: StudyResults) -> Finding:
-    """Half the rate at which cylinder D's command draws random values, Hz."""
+    """Half the rate at which cylinder D's command gets a new random value, Hz."""
     experiment = next(iter(results.experiments("D").values()))
     return Finding(1 / (2 * experiment.excitation.every * experiment.h))
 

@@ -13,7 +13,7 @@ from pneumo.verdict.judging import Paper, Sources
 
 
 def sources(results: Path, folder: Path) -> dict[str, Results]:
-    """The simulated example and the printed tables, as one source."""
+    """Results of the simulated example and printed tables, as the computations of the claims read them."""
     return {"results": Results(results, folder)}
 
 

@@ -73,7 +73,7 @@ class Results:
         return {name: (float(np.min(values)), float(np.max(values))) for name, values in corners.items()}
 
     def left_over(self, column: str) -> tuple[str, ...]:
-        """Names of the fewest cells without which one set of inputs meets a whole column; all if many."""
+        """Names of the fewest cells to leave out so that one set of inputs gives all others of a column."""
         cells = [name for row, name in self.printed if row == column and name in QUANTITIES]
 
         def outside(moved: np.ndarray, names: list[str]) -> np.ndarray:

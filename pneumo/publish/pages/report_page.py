@@ -28,7 +28,7 @@ DIGITS = 5  # of a mean square error
 
 
 class Part(NamedTuple):
-    """One experiment on the page."""
+    """Data of one experiment in the report page."""
 
     facts: dict[str, Any]  # names, mean square errors, the steps to which traces are rounded
     traces: dict[str, str]  # packed full-order pressures, and packed errors by sampling
