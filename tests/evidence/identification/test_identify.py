@@ -325,7 +325,7 @@ def test_figure_and_tables_show_what_was_found(hasty, tmp_path):
     titles = [ax.get_title(loc="left") for ax in axes]
     assert [title[:3] for title in sorted(titles)] == [f"({letter})" for letter in "abcdefghijk"]
     assert any(title.startswith("(a) 1.500, ") for title in titles)
-    (bars,) = (ax for ax in axes if "transport of the signals" in ax.get_title(loc="left"))
+    (bars,) = (ax for ax in axes if "signal sampling" in ax.get_title(loc="left"))
     widths = [bar.get_width() for container in bars.containers for bar in container]
     np.testing.assert_allclose(widths, hasty["transport_rms"].values.T.ravel())
     heights = [bar.get_y() for bar in bars.containers[0]]
@@ -339,7 +339,7 @@ def test_figure_and_tables_show_what_was_found(hasty, tmp_path):
     for table in identification_tables(hasty):
         console.print(table)
     text = console.file.getvalue()
-    heads = ("M (kg)", "stop (of the half-stroke)", "0.1 to 20", "Table 7", "Table 5, closed loop", "hold")
+    heads = ("M (kg)", "stop (of the half-stroke)", "0.1 to 20", "Table 7", "Table 5, closed loop", "held")
     for words in heads:
         assert words in text
     first = next(iter(identification_tables(hasty)))

@@ -32,7 +32,7 @@ from pneumo.evidence.identification.open_loop_cells import (
 )
 from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.papers.paper_2006.numbers_of_tables import TABLES
-from pneumo.physics.models import MODELS
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.publish.text.terminal_tables import open_loop_tables
 from pneumo.simulation.full_order import record
 from pneumo.storage.grid_layout import replayed_grid
@@ -102,7 +102,9 @@ def test_penalties_by_hand():
 @pytest.fixture(scope="module")
 def invented() -> xr.Dataset:
     """Cells in which one setup of D and one of E give the study's errors, and all others larger ones."""
-    cells = SEEDS.sel(transport="published", model=list(MODELS)).isel(seeds=0).squeeze("chamber", drop=True)
+    cells = (
+        SEEDS.sel(transport="published", model=list(PAPER_MODELS)).isel(seeds=0).squeeze("chamber", drop=True)
+    )
     cells = cells.transpose("experiment", "model", "n")
     factor = np.full((len(OPEN), 1, 1, len(SETUPS)), 1.3)
     for i, name in enumerate(OPEN):
@@ -114,7 +116,7 @@ def invented() -> xr.Dataset:
         larger = factor if name == "mse" else factor**0.5
         data[name] = (by_setup, cells[name].sel(experiment=OPEN).values[..., np.newaxis] * larger)
         data[f"closed_{name}"] = (by_run, cells[name].sel(experiment=closed).values)
-    coords = {"model": list(MODELS), "n": list(STUDY.n), "open_loop": OPEN, "closed_loop": closed}
+    coords = {"model": list(PAPER_MODELS), "n": list(STUDY.n), "open_loop": OPEN, "closed_loop": closed}
     return xr.Dataset(data, coords | setup_coordinates())
 
 
