@@ -1,1 +1,1 @@
-"""What the study costs, measured: `make bench`. Outside the package, which needs nothing of it."""
+"""Measured cost of the study: `make bench`. Outside the package, which needs nothing of it."""

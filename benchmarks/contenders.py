@@ -49,7 +49,7 @@ class Case(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What one run of a contender gives.
+    """Result of one run of a contender.
 
     Attributes
     ----------

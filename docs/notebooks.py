@@ -26,7 +26,7 @@ def whole_study() -> bool:
 
 
 def kind_of_results() -> str:
-    """What pages say of the results that they show."""
+    """Sentences of pages about the results that they show."""
     if whole_study():
         return "This page was built with the results of the whole study."
     names = " and ".join(EXPERIMENTS)

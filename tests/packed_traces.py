@@ -8,7 +8,7 @@ import numpy as np
 
 
 def unpacked(text: str, rows: Sequence[int], samples: int) -> list[np.ndarray]:
-    """What the page's script does, with sums over whole arrays."""
+    """Traces unpacked as the page's script does it, with sums over whole arrays."""
     low, high = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(2, -1).astype(int)
     code = low + 256 * high
     changes = np.where(code % 2, -(code + 1) // 2, code // 2)

@@ -20,7 +20,7 @@ def plain_rate(model, n, plant, u, x, v, P, side):
 
 
 def rate_size(model, n, plant, u, x, v, P, side, heat=0.0):
-    """What roundings are measured by, Pa/s: compression and all the rest, before they cancel.
+    """Scale for rounding errors, Pa/s: compression and all the rest, before they cancel.
 
     Wall heat counts as if the air were `heat` kelvin off.
     """

@@ -1,4 +1,4 @@
-"""What stands around the work of a job: arguments, log, exit code, removal of damaged inputs."""
+"""Frame of a job: arguments, log, exit code, removal of damaged inputs."""
 
 import errno
 import inspect

@@ -1,4 +1,4 @@
-"""What a fit replays, against SciPy's high-order solver on the readable equations."""
+"""Replays of a fit, against SciPy's high-order solver on the readable equations."""
 
 import numpy as np
 import pytest

@@ -21,7 +21,7 @@ FUSED = {"add", "sub", "mul", "fmadd", "fmsub", "fnmadd", "fnmsub"}
 
 @pytest.fixture(scope="module")
 def loops() -> set[Operations]:
-    """What one pass of each innermost loop of the compiled kernel does to a register of lanes."""
+    """Operations of one pass of each innermost loop of the compiled kernel, per register of lanes."""
     host = numba.core.codegen.get_host_cpu_features()
     if not {"+avx2", "+fma"} <= set(host.split(",")):
         pytest.skip("this processor has no AVX2 or no fused multiply-add")

@@ -250,7 +250,7 @@ def test_the_recorded_baseline_is_the_study(evidence_file, results):
 
 @pytest.mark.results
 def test_no_alternative_comes_nearer_to_the_print(evidence_file):
-    """What docs/verification.md says: found, not foreseen."""
+    """Statements of docs/verification.md, made after the run."""
     effects = toggle_effects(read(evidence_file("assumptions.nc"))["reproduced"], CLAIMS)
     worse = effects.drop(AS_TAKEN)[["worse_5", "worse_7", "worse_9"]]
     assert len(worse) == 48 and worse.min().min() > -0.001

@@ -37,7 +37,7 @@ def known():
 
 
 def signals():
-    """What the files hold, in their units."""
+    """Signals of the files, in their units."""
     u, x, P = known().u[:ROWS], known().x[:ROWS], known().P[:, :ROWS]
     return {"u": u, "x": 1e3 * x, "P_A": P[0] / 1e5, "P_B": P[1] / 1e5}
 
