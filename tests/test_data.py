@@ -1,0 +1,43 @@
+"""Records in data/: licence, source, size, and numbers as they were measured."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+DATA = Path(__file__).parents[1] / "data"
+FILES = sorted(DATA.rglob("*.nc"))
+MOST_BYTES = 3e6  # of all records together, in a package that people download
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.stem}")
+def test_a_record_names_its_source_and_licence(file):
+    with xr.open_dataset(file, decode_times=False) as data:
+        kind = data.attrs["license"].split(";")[0]
+        assert "github.com" in data.attrs["source"] and "commit" in data.attrs["source"]
+        assert np.isfinite(data.to_array()).all() if len(data.sizes) == 1 else data.attrs["orientation"]
+    licence = (file.parent / "LICENSE").read_text(encoding="utf-8")
+    assert kind.removesuffix("-2.0") in licence
+    row = next(r for r in (DATA / "README.md").read_text().splitlines() if f"`{file.parent.name}/`" in r)
+    assert kind in row and (file.parent / "convert.py").exists()
+
+
+def test_records_are_small():
+    assert sum(file.stat().st_size for file in FILES) < MOST_BYTES
+
+
+def test_pulses_are_what_the_instruments_counted():
+    data = xr.load_dataset(DATA / "valve_driven/pulses.nc", decode_times=False)
+    # README's steps, and the largest value of the original, 2.1844836 V of 10 V for 10 bar.
+    for name, step in (("x", 2.042e-4), ("p", 933.5)):
+        assert np.diff(np.unique(data[name])).min() == pytest.approx(step, rel=1e-3)
+    assert data["p"].max().item() == pytest.approx(2.1844836e5, rel=1e-5)
+
+
+def test_points_of_the_tank_are_in_order():
+    for name in ("discharge", "filling", "nitrogen"):
+        data = xr.load_dataset(DATA / f"tank/{name}.nc", decode_times=False)
+        for variable in data.data_vars.values():
+            assert (np.diff(variable[variable.dims[0]]) > 0).all() and np.isfinite(variable).all()
+            assert variable.attrs["units"] in ("Pa", "K")
