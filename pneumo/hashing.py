@@ -2,7 +2,6 @@
 
 import ast
 import hashlib
-from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 
@@ -53,39 +52,36 @@ def modules_behind(*modules: str) -> list[str]:
 
 
 def code_hash(*modules: str) -> str:
-    """Return the SHA-256 of the named pneumo modules and of all pneumo modules that they import."""
-    return _digest(modules, lambda text: text)
+    """Return the SHA-256 of the named pneumo modules and of all pneumo modules that they import.
 
-
-def compiled_hash(*modules: str) -> str:
-    """Return the same hash without comments, docstrings and layout, which do not change compiled code."""
-    return _digest(modules, _meaning)
-
-
-def _digest(modules: Iterable[str], content: Callable[[str], str]) -> str:
+    It changes with the meaning of a source only: not with comments, docstrings or layout.
+    """
     digest = hashlib.sha256()
     for module in modules_behind(*modules):
         source = _source(module)
         assert source is not None
-        text = content(source.read_text(encoding="utf-8"))
-        digest.update(module.encode() + b"\0" + text.encode() + b"\0")
+        digest.update(module.encode() + b"\0" + _meaning(source.read_text(encoding="utf-8")).encode() + b"\0")
     return digest.hexdigest()
 
 
 @cache
-def _tree(text: str) -> ast.Module:
-    """Syntax tree of a source without docstrings."""
+def _meaning(text: str) -> str:
+    """Syntax tree of a source as text, without docstrings; the same in every version of Python."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             node.body = [statement for statement in node.body if not _is_text(statement)]
-    return tree
+        elif isinstance(node, ast.JoinedStr):  # early releases of 3.12 end some with an empty text
+            node.values = [value for value in node.values if getattr(value, "value", None) != ""]
+    return _dump(tree)
 
 
-@cache
-def _meaning(text: str) -> str:
-    """Syntax tree of a source as text, without docstrings."""
-    return ast.dump(_tree(text))
+def _dump(part: object) -> str:
+    """Text of a syntax tree without empty fields: which of them `ast.dump` prints depends on the version."""
+    if isinstance(part, ast.AST):
+        fields = ((name, value) for name, value in ast.iter_fields(part) if value is not None and value != [])
+        return f"{type(part).__name__}({', '.join(f'{name}={_dump(value)}' for name, value in fields)})"
+    return f"[{', '.join(map(_dump, part))}]" if isinstance(part, list) else repr(part)
 
 
 def _is_text(statement: ast.stmt) -> bool:

@@ -2,7 +2,7 @@
 """Compilation of functions by Numba, and the cache of their machine code.
 
 Numba's cache does not notice edits in imported functions. So the folder of a kernel's code carries a hash of
-its module and of every module that this one imports, comments left out: a stale kernel cannot be loaded. Nor
+its module and of every module that this one imports: a stale kernel cannot be loaded. Nor
 can one that is damaged or that another user may have written. Whatever is wrong with the folder costs a line
 on standard error and the time to compile again.
 """
@@ -23,7 +23,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 from numba.extending import register_jitable
 
-from pneumo.hashing import compiled_hash
+from pneumo.hashing import code_hash
 from pneumo.physics import chamber, cylinder, valve
 
 DIGEST = sha256().digest_size
@@ -34,7 +34,7 @@ def cache_folder(module: str) -> Path:
     """Folder for the compiled functions of a module."""
     home = os.environ.get("NUMBA_CACHE_DIR") or Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "pneumo")
     with suppress(RuntimeError):  # a user without a home
-        return Path(home).expanduser() / compiled_hash(module)[:16]
+        return Path(home).expanduser() / code_hash(module)[:16]
     return Path(os.devnull, "home")
 
 
