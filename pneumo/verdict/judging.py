@@ -11,11 +11,14 @@ from pneumo.verdict.assumptions import read_assumptions
 from pneumo.verdict.claims import BASES, READ_OFF, UNITS_IN_TEXT, Claim, read_claims
 from pneumo.verdict.comparison import Comparison, as_printed, compare, deviation_in_words
 from pneumo.verdict.errata import Proof, read_errata
+from pneumo.verdict.power import losing_mistakes, mistakes_table
 from pneumo.verdict.published import recorded
 from pneumo.verdict.sources import Computation, Finding, MissingEvidence
 from pneumo.verdict.stored_verdict import hashes_behind_verdict
 
 STATUSES = ("exact", "close", "explained", "contradicted", "missed")
+AGREEING = ("exact", "close")
+OF_RESULTS = ("measured", "fitted")  # kinds of evidence of items that a mistake in the results could lose
 
 Item = dict[str, Any]  # one judged claim, as in verdict.json
 # Sources that computations read, by name. The first decides; where there are sources "exact" (the paper's
@@ -23,8 +26,8 @@ Item = dict[str, Any]  # one judged claim, as in verdict.json
 Sources = Mapping[str, Any]
 
 
-def _no_alternatives(results: Path, sources: Sources) -> None:
-    """Return None: no alternative assumption was run."""
+def _not_run(results: Path, sources: Sources) -> None:
+    """Return None: no alternative assumption, or no known mistake, was run."""
 
 
 class Paper(NamedTuple):
@@ -40,7 +43,9 @@ class Paper(NamedTuple):
     reads: Sequence[str]  # patterns of the files of results that its sources read
     command: str  # that shows one item, before the item's name
     # Number of each item under each alternative assumption, by (alternative, item); None if not run.
-    alternatives: Callable[[Path, Sources], xr.DataArray | None] = _no_alternatives
+    alternatives: Callable[[Path, Sources], xr.DataArray | None] = _not_run
+    # Whether each item agrees under each known mistake, by (mistake, item); None if not run.
+    power: Callable[[Path, Sources], xr.DataArray | None] = _not_run
 
 
 class Judge:
@@ -52,6 +57,8 @@ class Judge:
         self.errata = read_errata(paper.folder, paper.proofs)
         self.sources = paper.sources(results, paper.folder)
         self.alternatives = paper.alternatives(results, self.sources)
+        self.agrees = paper.power(results, self.sources)
+        self.losing = {} if self.agrees is None else losing_mistakes(self.agrees)
 
     def finding(self, claim: Claim, source: str) -> Finding:
         """Run a claim's computation on a source; `MissingEvidence` if that lacks what it needs."""
@@ -84,7 +91,9 @@ class Judge:
             "deviation": six_digits(comparison.deviation),
             "tolerance": {"class": claim.tolerance, "limit": six_digits(comparison.limit)}
             | {"measure": tolerance.measure, "sense": claim.sense},
-            **claim.model_dump(include={"unit", "scale", "kind", "basis", "fact"}),
+            **claim.model_dump(include={"unit", "scale", "kind", "fact"}),
+            "basis": self._basis(claim, status),
+            "lost_by": self.losing.get(claim.id),
             "status": status,
             "stands_exact": holds_exact,
             "shown_exact": shown_exact,
@@ -97,6 +106,11 @@ class Judge:
             | {"compute": claim.compute, "command": f"{self.paper.command} {claim.id}"},
             **claim.model_dump(include={"table", "row", "column", "level"}),
         }
+
+    def _basis(self, claim: Claim, status: str) -> str:
+        """Kind of evidence: set-up where an item agrees, and agrees under every known mistake too."""
+        agrees_always = status in AGREEING and self.losing.get(claim.id) == []
+        return "set-up" if agrees_always and claim.basis in OF_RESULTS else claim.basis
 
     def _holds(self, claim: Claim, source: str) -> tuple[bool | None, str]:
         """Whether a claim about models holds with the printed tables or exact signals, and the finding."""
@@ -201,6 +215,7 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
     items = [judge.judge(claim) for claim in judge.claims.items.values()]
     by_basis = {basis: [item for item in items if item["basis"] == basis] for basis in BASES}
     about = paper.about(judge.sources)
+    basis = {item["id"]: item["basis"] for item in items}
     return {
         "study": about["study"],
         "counts": counts(items),
@@ -209,6 +224,7 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
         "failures": about["failures"],
         "settling_failures": about["settling_failures"],
         "highlights": paper.highlights(judge.sources, items),
+        "mistakes": [] if judge.agrees is None else mistakes_table(judge.agrees, basis),
         "items": items,
         "classes": {name: tolerance.model_dump() for name, tolerance in judge.claims.classes.items()},
         "errata": [erratum.model_dump() for erratum in judge.errata.values()],

@@ -17,18 +17,24 @@ from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_b
 from pneumo.evidence.seeds.seed_sets import ERRORS, seed_sets
 from pneumo.evidence.sensitivity.alternatives import Alternative, reconfigured
 from pneumo.papers.paper_2006.computations import finding_for
+from pneumo.papers.paper_2006.numbers_of_tables import numbers_of_results, printed_numbers
 from pneumo.papers.paper_2006.results import ComputedResults, StudyResults
+from pneumo.papers.paper_2006.summary import EXPERIMENTS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.settling import settle
 from pneumo.simulation.signals import PUBLISHED
 from pneumo.storage.files import open_grid
 from pneumo.storage.grid_layout import replayed_grid
-from pneumo.storage.layout import datum_dataset, settling_dataset
+from pneumo.storage.layout import datum_dataset, described, settling_dataset
 from pneumo.verdict.claims import Claim, Claims
 from pneumo.verdict.comparison import compare
+from pneumo.verdict.power import NO_MISTAKE
 from pneumo.verdict.sources import MissingEvidence
 
-NO_MISTAKE = "none"
+LONG_NAMES = {
+    "agrees": ("1", "whether the item is exact or close"),
+    "number": ("1", "ln of MSE and sigma, mean error (Pa), n, or log10 of a percentile"),
+}
 
 
 class Rerun(NamedTuple):
@@ -57,21 +63,63 @@ def _other_seeds(taken: Alternative, _: Mapping[str, Any]) -> Alternative:
     return taken._replace(study=taken.study.changed(lambda e: e.with_seed(seeds[e.cylinder])))
 
 
-def _models(**taken_from: str) -> Callable[[xr.Dataset], xr.Dataset]:
-    """Give models the errors of others."""
+def _taken_from(dimension: str, sources: Mapping[str, str]) -> Callable[[xr.Dataset], xr.Dataset]:
+    """Give models, experiments or chambers the errors of others."""
 
     def change(grid: xr.Dataset) -> xr.Dataset:
-        names = grid["model"].values.tolist()
-        others = grid.sel(model=[taken_from.get(name, name) for name in names])
-        return others.assign_coords(model=names)
+        names = grid[dimension].values.tolist()
+        others = grid.sel({dimension: [sources.get(name, name) for name in names]})
+        return others.assign_coords({dimension: names})
 
     return change
 
 
-def _n_shifted(grid: xr.Dataset) -> xr.Dataset:
-    """Errors at the next higher n; the highest n keeps its own."""
-    last = grid.sizes["n"] - 1
-    return grid.isel(n=[min(i + 1, last) for i in range(last + 1)]).assign_coords(n=grid["n"])
+def _models(**sources: str) -> Callable[[xr.Dataset], xr.Dataset]:
+    return _taken_from("model", sources)
+
+
+def _within_k_0(*order: int) -> Callable[[xr.Dataset], xr.Dataset]:
+    """Give the four experiments of each k_0 (D open, D closed, E open, E closed) the errors of others."""
+    fours = [EXPERIMENTS[first : first + 4] for first in range(0, len(EXPERIMENTS), 4)]
+    sources = {name: four[i] for four in fours for name, i in zip(four, order, strict=True)}
+    return _taken_from("experiment", sources)
+
+
+def _scaled(factor: float) -> Callable[[xr.Dataset], xr.Dataset]:
+    """Multiply every mean square error."""
+    root = math.sqrt(factor)
+    return lambda grid: grid.assign(mean_error=root * grid["mean_error"], mse=factor * grid["mse"])
+
+
+def _sigma_scaled(factor: float) -> Callable[[xr.Dataset], xr.Dataset]:
+    """Multiply the standard deviation of every run's error; its mean stays."""
+
+    def change(grid: xr.Dataset) -> xr.Dataset:
+        square = grid["mean_error"] ** 2
+        return grid.assign(mse=square + factor**2 * (grid["mse"] - square))
+
+    return change
+
+
+def _shifted(offset: float) -> Callable[[xr.Dataset], xr.Dataset]:
+    """Add a number of pascals to every error."""
+
+    def change(grid: xr.Dataset) -> xr.Dataset:
+        mse = grid["mse"] + 2 * offset * grid["mean_error"] + offset**2
+        return grid.assign(mean_error=grid["mean_error"] + offset, mse=mse)
+
+    return change
+
+
+def _n_shifted(steps: int) -> Callable[[xr.Dataset], xr.Dataset]:
+    """Give each n the errors of the n some steps above it; beyond the ends, those of the last one."""
+
+    def change(grid: xr.Dataset) -> xr.Dataset:
+        last = grid.sizes["n"] - 1
+        of = [min(max(i + steps, 0), last) for i in range(last + 1)]
+        return grid.isel(n=of).assign_coords(n=grid["n"])
+
+    return change
 
 
 MISTAKES: dict[str, Rerun | Callable[[xr.Dataset], xr.Dataset]] = {
@@ -87,11 +135,19 @@ MISTAKES: dict[str, Rerun | Callable[[xr.Dataset], xr.Dataset]] = {
     "M8 and M9 exchanged": _models(M8="M9", M9="M8"),
     "M9 is M8": _models(M9="M8"),
     "M10 is M8": _models(M10="M8"),
-    "n shifted by 0.05": _n_shifted,
+    "n shifted by 0.05": _n_shifted(1),
+    "n shifted by -0.05": _n_shifted(-1),
     "sign of errors": lambda grid: grid.assign(mean_error=-grid["mean_error"]),
-    "MSE x 1.08": lambda grid: grid.assign(
-        mean_error=math.sqrt(1.08) * grid["mean_error"], mse=1.08 * grid["mse"]
-    ),
+    "MSE x 1.08": _scaled(1.08),
+    "MSE x 1.05": _scaled(1.05),
+    "MSE x 1.02": _scaled(1.02),
+    "sigma x 1.05": _sigma_scaled(1.05),
+    "mu + 50 Pa": _shifted(50.0),
+    "A and B exchanged": _taken_from("chamber", {"A": "B", "B": "A"}),
+    "D and E exchanged": _within_k_0(2, 3, 0, 1),
+    "loops exchanged": _within_k_0(1, 0, 3, 2),
+    "experiments of a level cycled": _within_k_0(1, 2, 3, 0),
+    "E05 and E07 exchanged": _taken_from("experiment", {"E05": "E07", "E07": "E05"}),
 }
 
 
@@ -126,18 +182,21 @@ def power(
 ) -> xr.Dataset:
     """Judge every item under every mistake of `MISTAKES`.
 
-    `agrees`, 1 where the item is exact or close, by (mistake, item), from a folder of results and, for
-    mistakes in what is run, from runs with `configuration`, which `study` was made from.
+    `agrees`, 1 where the item is exact or close, by (mistake, item), and `number`, those of
+    `numbers_of_tables`, by (mistake, of): from a folder of results and, for mistakes in what is run, from
+    runs with `configuration`, which `study` was made from.
     """
     grid = open_grid(results / PUBLISHED).sel(experiment=list(study.experiments))[list(ERRORS)].load()
     agreeing = np.zeros((len(MISTAKES), len(claims.items)), dtype=np.int8)
+    numbers: list[np.ndarray] = []
     for i, (name, mistake) in enumerate(MISTAKES.items()):
         if isinstance(mistake, Rerun):
             mistaken = rerun_results(results, mistake.change(Alternative(study), configuration), threads)
         else:
             mistaken = ComputedResults(study, PUBLISHED, mistake(grid), folder=results)
         agreeing[i] = [agrees(claim, claims, mistaken) for claim in claims.items.values()]
+        numbers.append(numbers_of_results(mistaken))
         print(f"{name}: {agreeing[i].sum()} of {len(claims.items)} items agree", flush=True)
-    about = {"units": "1", "long_name": "whether the item is exact or close"}
-    coords = {"mistake": list(MISTAKES), "item": list(claims.items)}
-    return xr.Dataset({"agrees": (tuple(coords), agreeing, about)}, coords)
+    coords = {"mistake": list(MISTAKES), "item": list(claims.items), "of": printed_numbers().index.tolist()}
+    variables = {"agrees": (("mistake", "item"), agreeing), "number": (("mistake", "of"), np.stack(numbers))}
+    return described(xr.Dataset(variables, coords), LONG_NAMES)

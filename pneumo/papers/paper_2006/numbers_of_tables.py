@@ -14,6 +14,7 @@ import xarray as xr
 
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, STATISTICS, table7, table8, table9
+from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.verdict.published import read_cells
 
 TABLES = ("T7", "T9", "T8", "p10", "p90")  # parts of the vector, in their order
@@ -114,3 +115,12 @@ def numbers_of_tables(
     )
     best_n = np.asarray(n)[best][(..., *in_table_8)].reshape(*best.shape[:-2], -1)
     return np.concatenate([seven, *nine, best_n, *np.concatenate(of_figures, axis=-1)], axis=-1)
+
+
+def numbers_of_results(results: StudyResults) -> np.ndarray:
+    """The numbers of `printed_numbers` from the results of a study, shape (288,)."""
+    study = results.study
+    cells = results.cells.sel(experiment=list(study.experiments), model=list(PAPER_MODELS))
+    cells = cells.transpose("experiment", "model", "n")
+    mean_error, mse = cells["mean_error"].values, cells["mse"].values
+    return numbers_of_tables(mean_error, mse, study.n, list(study.experiments), study.experiments_by_level)

@@ -41,6 +41,12 @@ def alternatives(results: Path, sources: Sources) -> xr.DataArray | None:
     return read(toggled, "reproduced")["reproduced"] if toggled else None
 
 
+def power(results: Path, sources: Sources) -> xr.DataArray | None:
+    """Whether each item agrees under each known mistake, from ``power.nc``; None if not run."""
+    file = evidence_file(results, "power.nc", sources["published"].study.config_sha256)
+    return read(file, "agrees")["agrees"].astype(bool) if file else None
+
+
 PAPER_2006 = Paper(
     PAPER_FOLDER,
     COMPUTATIONS,
@@ -52,4 +58,5 @@ PAPER_2006 = Paper(
     reads=KNOWN["2006"].reads,
     command="pneumo paper explain",
     alternatives=alternatives,
+    power=power,
 )

@@ -13,12 +13,8 @@ from typing import Any
 import xarray as xr
 
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
-from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINEMENT_PAIRS
-from pneumo.storage.files import read
-from pneumo.storage.kept_evidence import evidence_file
-from pneumo.verdict.claims import BASES
 from pneumo.verdict.judging import Item, Sources, six_digits
 
 EXPERIMENTS = [f"E{number:02d}" for number in range(1, 17)]
@@ -32,31 +28,11 @@ def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
     The last three are None for a study that is not the paper's, or in which an experiment failed.
     """
     published = sources["published"]
-    summary: dict[str, Any] = {"scores": scores(items), "power": power(published, items)}
+    summary: dict[str, Any] = {"scores": scores(items)}
     whole = list(published.study.experiments) == EXPERIMENTS and not published.failures("datum")
     for part in (wrong_row, transport, by_experiment):
         summary[part.__name__] = part(sources) if whole else None
     return summary
-
-
-def power(published: StudyResults, items: Sequence[Item]) -> list[dict[str, Any]]:
-    """Number of items that no longer agree under each known mistake; empty if not run.
-
-    From ``power.nc``: `mistake`, the items `lost`, `of` how many, and lost items by kind of evidence.
-    """
-    file = evidence_file(published.folder, "power.nc", published.study.config_sha256)
-    if file is None:
-        return []
-    agrees = read(file, "agrees")["agrees"].astype(bool)
-    basis = {item["id"]: item["basis"] for item in items}
-    agrees = agrees.sel(item=[name for name in agrees["item"].values.tolist() if name in basis])
-    before, *mistakes = (agrees.sel(mistake=name) for name in agrees["mistake"].values.tolist())
-    rows: list[dict[str, Any]] = []
-    for after in mistakes:
-        lost = [basis[name] for name in agrees["item"].values[(before & ~after).values].tolist()]
-        rows.append({"mistake": after["mistake"].item(), "lost": len(lost), "of": int(before.sum())})
-        rows[-1] |= {kind: lost.count(kind) for kind in BASES}
-    return rows
 
 
 def scores(items: Sequence[Item]) -> dict[str, Any]:

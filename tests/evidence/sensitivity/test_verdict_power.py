@@ -4,20 +4,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from invented_cells import cells_of
 from paper_study import STUDY
 
 from pneumo.configuration.parameters import read_yaml
 from pneumo.evidence.sensitivity import verdict_power as p
 from pneumo.evidence.sensitivity.alternatives import Alternative
-from pneumo.papers.paper_2006 import summary
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
-from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.physics.models import MODELS
-from pneumo.storage.files import write
 from pneumo.storage.kept_evidence import KEPT
-from pneumo.verdict.claims import BASES, read_claims
+from pneumo.verdict.claims import read_claims
 
 ROOT = Path(__file__).parents[3]
 CLAIMS = read_claims(PAPER_FOLDER)
@@ -50,6 +46,9 @@ def test_models_get_the_errors_of_others(grid, mistake, model, source):
 def test_bookkeeping(grid):
     shifted = p.MISTAKES["n shifted by 0.05"](grid)["mse"]
     np.testing.assert_array_equal(shifted.sel(n=1.2), grid["mse"].sel(n=1.25))
+    np.testing.assert_array_equal(shifted.sel(n=1.4), grid["mse"].sel(n=1.4))
+    shifted = p.MISTAKES["n shifted by -0.05"](grid)["mse"]
+    np.testing.assert_array_equal(shifted.sel(n=1.25), grid["mse"].sel(n=1.2))
     np.testing.assert_array_equal(p.MISTAKES["sign of errors"](grid)["mean_error"], -grid["mean_error"])
     larger = p.MISTAKES["MSE x 1.08"](grid)
     np.testing.assert_allclose(larger["mse"], 1.08 * grid["mse"])
@@ -91,19 +90,36 @@ def test_a_rerun_has_runs_cells_and_settling_times_of_its_own():
     assert not p.agrees(CLAIMS.items["T5.E01.P_A"], CLAIMS, own)  # not run
 
 
-def test_counts_of_what_is_lost(tmp_path):
-    items = ["T7.M8.mse", "T5.E01.P_A", "S4.best_four", "T7.M9.mse"]
-    agrees = xr.DataArray(
-        np.array([[1, 1, 1, 0], [0, 1, 0, 1], [1, 1, 1, 0]], dtype=np.int8),
-        {"mistake": [p.NO_MISTAKE, "one", "two"], "item": items},
-        name="agrees",
-    )
-    write(agrees.to_dataset(), tmp_path / "power.nc", {"config_sha256": STUDY.config_sha256})
-    results = StudyResults(tmp_path, "published")
-    results.study = STUDY
-    judged = [{"id": name, "basis": CLAIMS.items[name].basis} for name in items]
-    nothing = dict.fromkeys(BASES, 0)
-    assert summary.power(results, judged) == [
-        {"mistake": "one", "lost": 2, "of": 3} | nothing | {"fitted": 2},
-        {"mistake": "two", "lost": 0, "of": 3} | nothing,
-    ]
+def test_an_experiment_gets_the_errors_of_another(grid):
+    def source(mistake, experiment):
+        """Experiment whose errors another one has under a mistake."""
+        mse = p.MISTAKES[mistake](grid)["mse"].sel(experiment=experiment, drop=True)
+        (name,) = [
+            e for e in grid["experiment"].values if grid["mse"].sel(experiment=e, drop=True).equals(mse)
+        ]
+        return name
+
+    def kind(name):
+        e = STUDY.experiments[name]
+        return e.cylinder, e.drive.closed_loop, e.plant.k_0
+
+    for name in STUDY.experiments:
+        cylinder, closed, k_0 = kind(name)
+        assert kind(source("D and E exchanged", name)) == ({"D": "E", "E": "D"}[cylinder], closed, k_0)
+        assert kind(source("loops exchanged", name)) == (cylinder, not closed, k_0)
+        assert kind(source("experiments of a level cycled", name))[2] == k_0
+        assert source("experiments of a level cycled", name) != name
+    assert [source("E05 and E07 exchanged", name) for name in ("E05", "E06", "E07")] == ["E07", "E06", "E05"]
+
+
+def test_chambers_are_exchanged_and_errors_scaled_or_shifted(grid):
+    exchanged = p.MISTAKES["A and B exchanged"](grid)["mse"]
+    np.testing.assert_array_equal(exchanged.sel(chamber="A"), grid["mse"].sel(chamber="B"))
+    np.testing.assert_array_equal(exchanged.mean("chamber"), grid["mse"].mean("chamber"))
+    wider = p.MISTAKES["sigma x 1.05"](grid)
+    np.testing.assert_array_equal(wider["mean_error"], grid["mean_error"])
+    variance = grid["mse"] - grid["mean_error"] ** 2
+    np.testing.assert_allclose(wider["mse"] - wider["mean_error"] ** 2, 1.05**2 * variance)
+    shifted = p.MISTAKES["mu + 50 Pa"](grid)
+    np.testing.assert_allclose(shifted["mean_error"] - grid["mean_error"], 50.0)
+    np.testing.assert_allclose(shifted["mse"] - shifted["mean_error"] ** 2, variance)

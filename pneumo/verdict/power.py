@@ -1,0 +1,40 @@
+"""Power of a verdict: known mistakes that would lose an item, and what each mistake loses and wins."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import xarray as xr
+
+from pneumo.verdict.claims import BASES
+
+NO_MISTAKE = "none"  # name of the study as it is among the mistakes
+
+
+def losing_mistakes(agrees: xr.DataArray) -> dict[str, list[str]]:
+    """Mistakes under which an item no longer agrees, of each item that agrees without a mistake.
+
+    `agrees` is true or false by (mistake, item), with `NO_MISTAKE` among the mistakes.
+    """
+    before, mistaken = agrees.sel(mistake=NO_MISTAKE), agrees.drop_sel(mistake=NO_MISTAKE)
+    names = mistaken["mistake"].values
+    agreeing = agrees["item"].values[before.values].tolist()
+    return {item: names[~mistaken.sel(item=item).values].tolist() for item in agreeing}
+
+
+def mistakes_table(agrees: xr.DataArray, basis: Mapping[str, str]) -> list[dict[str, Any]]:
+    """A row per mistake: `mistake`, the items `lost` and `won`, `net`, `of` how many that agree without it.
+
+    `agrees` is that of `losing_mistakes`; `basis`, the kind of evidence of each item that counts. A row also
+    has the number of items lost, by kind of evidence.
+    """
+    agrees = agrees.sel(item=[name for name in agrees["item"].values.tolist() if name in basis])
+    before, rows = agrees.sel(mistake=NO_MISTAKE), []
+    for name in agrees["mistake"].values.tolist():
+        if name == NO_MISTAKE:
+            continue
+        after = agrees.sel(mistake=name)
+        lost = [basis[item] for item in agrees["item"].values[(before & ~after).values].tolist()]
+        won = int((after & ~before).sum())
+        row = {"mistake": name, "lost": len(lost), "won": won, "net": len(lost) - won}
+        rows.append(row | {"of": int(before.sum())} | {kind: lost.count(kind) for kind in BASES})
+    return rows
