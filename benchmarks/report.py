@@ -23,10 +23,10 @@ def rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
             continue
         gain = found["gain"][f"over_{name}"]
         aim = f", aim {found['least_gain'][name]}" if name in found["least_gain"] else ""
-        beside = f"kernel {gain:.3g} times as fast{aim}" if name != "kernel" else "published transport"
+        beside = f"kernel {gain:.3g} times as fast{aim}" if name != "kernel" else "published signals"
         lines.append((contender.label, f"{ns[name]:.4g} ns per lane-evaluation", beside))
     exact = found["kernel_exact_transport_ns"]
-    lines.append(("pneumo, fast kernel", f"{exact:.4g} ns per lane-evaluation", "exact transport"))
+    lines.append(("pneumo, fast kernel", f"{exact:.4g} ns per lane-evaluation", "exact signals"))
     for name, one in found["instruction_sets"].items():
         cycles = f"{one['bound']['cycles_per_8_lanes']:.0f} cycles per 8 lanes at"
         bound = f"{100 * one['fraction_of_bound']:.0f} % of a bound of {one['bound_ns']:.3g} ns, {cycles}"

@@ -163,7 +163,7 @@ def setups(results: Results = RESULTS) -> None:
 
 
 def ensemble(
-    transport: Annotated[
+    sampling: Annotated[
         Literal["published", "exact"], Option(help="signal sampling in the table of pairs")
     ] = "exact",
     level: Annotated[str, Option(help="heat-transfer level in the table of pairs")] = "overall",
@@ -187,7 +187,7 @@ def ensemble(
         raise ResultError(f"level = {level[:50]!r}: must be one of {', '.join(seeds['level'].values)}")
     console = Console()
     console.print(ratio_table(seeds))
-    console.print(probability_table(seeds, transport, level))
+    console.print(probability_table(seeds, sampling, level))
     statements = json.loads(read_json(_evidence(results, "findings.json", "ensemble")))
     console.print(findings_table(statements, headlines=False), markup=False, soft_wrap=True)
 

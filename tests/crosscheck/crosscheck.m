@@ -3,7 +3,7 @@
 %   octave-cli crosscheck.m NUMBERS OUTPUT
 %
 % NUMBERS is a text of "name value" lines in the units that the names say. OUTPUT gets doubles, one record per step:
-% x, v, P_A, T_A, P_B, T_B, then P of M1 to M10 in chamber A and in B with the exact transport (reduced and full-order
+% x, v, P_A, T_A, P_B, T_B, then P of M1 to M10 in chamber A and in B with exact signals (reduced and full-order
 % models are one system), then both again with the published one (1 ms samples: replays_read is
 % 0 for interpolated, 1 for held, 2 for held but at the end of a step the next).
 1;
@@ -40,7 +40,7 @@ else
 end
 limit = @(u) min (max (u, -c.u_max_V), c.u_max_V);
 
-% Full order and, with the exact transport, reduced models.
+% Full order and, with exact signals, reduced models.
 y = [0; 0; c.P_0; c.T_0; c.P_0; c.T_0; c.P_0 * ones(20, 1)];
 states = zeros (26, steps + 1);
 states(:,1) = y;

@@ -50,7 +50,7 @@ def numbers(config: dict[str, Any], name: str, seconds: float) -> dict[str, floa
 
 
 def by_octave(name: str, seconds: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Full-order states by (step, state), and by transport the pressures by (model, chamber, step)."""
+    """Full-order states by (step, state), and by signal sampling the pressures by (model, chamber, step)."""
     if OCTAVE is None:
         raise FileNotFoundError("octave-cli is not installed; Debian has it in the package octave")
     with tempfile.TemporaryDirectory() as folder:
@@ -75,7 +75,7 @@ def largest(difference: np.ndarray, size: np.ndarray, h: float) -> dict[str, flo
 
 
 def compared(name: str, seconds: float = SECONDS) -> dict[str, Any]:
-    """Largest differences between Octave and pneumo, full order and every model with either transport."""
+    """Largest differences between Octave and pneumo, full order and every model with either signal sampling."""
     paper = study(load(CONFIG))
     e = paper.experiments[name]
     e = e._replace(steps=round(seconds / e.h))

@@ -111,10 +111,10 @@ def run(plant):
     return simulate(plant, H, command=1.2 * np.sin(13 * t) + 0.7 * np.sin(41 * t))
 
 
-def replayed(run, plant, model, transport):
+def replayed(run, plant, model, sampling):
     measured = recorded(plant, H, u=run.u, x=run.x, v=run.v).recording._replace(most_halvings=0)
     return replay_by_reference(
-        measured, lane_array([lane(MODELS[model], N, plant.gas.gamma)]), transport
+        measured, lane_array([lane(MODELS[model], N, plant.gas.gamma)]), sampling
     ).pressure[0]
 
 

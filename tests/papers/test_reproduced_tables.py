@@ -71,7 +71,7 @@ def test_table_5_settling_times_and_durations_of_at_least_ten(results):
     assert float(ratio.min()) >= 10
 
 
-def test_exact_transport_lifts_the_floor_under_the_ranking(exact):
+def test_exact_signals_lift_the_floor_under_the_ranking(exact):
     mse = exact["mse"]
     gain = mse.sel(model="M8", drop=True) / mse.sel(model="M7", drop=True)
     assert 0.15 <= float(gain.sel(level="adiabatic")) <= 0.22

@@ -31,7 +31,7 @@ BYTES = 5_000_000  # largest size of the page
 
 
 def runs(experiment, seed):
-    """A full-order run and its replays: waves, with errors that depend on transport, model, n and chamber."""
+    """A full-order run and its replays: waves, with errors that depend on sampling, model, n and chamber."""
     rng = np.random.default_rng(seed)
     stored = experiment.steps // experiment.pressure_stride + 1
     t = np.arange(stored) * experiment.h * experiment.pressure_stride

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.xdist_group("printed")
 @pytest.fixture(scope="module")
 def judged(judged_once):
     found = judged_once
-    # One of every status, and one item that falls with exact transport.
+    # One of every status, and one item that falls with exact signals.
     items = {item["id"]: item for item in found["items"]}
     items["T7.M5.mse"] |= {"status": "missed", "reason": "for this test <&>"}
     items["S4.M6_85"]["stands_exact"] = False

@@ -78,7 +78,7 @@ def errors(recording, pressures):
 
 
 @pytest.mark.parametrize("name", in_brief(["E01", "E06", "E07", "E12", "E16"], ["E06"]))
-def test_exact_transport_equals_a_cosimulated_run(name):
+def test_exact_signals_equal_a_cosimulated_run(name):
     # The same scheme on the same inputs: they differ by roundings, 1e-16 of a pressure of 6e5 Pa in each of
     # 6000 stages, some 1e-6 Pa where chatter amplifies them, on errors of 10 Pa and more. 1e-6 of the mean
     # square, a hundredth of the 1e-4 that would not matter to any table.

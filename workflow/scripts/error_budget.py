@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
-from pneumo.evidence.transport import error_budget
+from pneumo.evidence.signal_sampling import error_budget
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read_study, write
 

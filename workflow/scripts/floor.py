@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pneumo.errors import ResultError
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
-from pneumo.evidence.transport import measured_floor as floor
+from pneumo.evidence.signal_sampling import measured_floor as floor
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read_study, write
 

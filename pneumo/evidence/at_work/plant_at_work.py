@@ -41,7 +41,7 @@ ROOT_SEED = 49
 
 VARIABLES = {  # dimensions, unit, long name
     "n": ("loop carried", "1", "polytropic index with the lowest replay error; 1 where the model has none"),
-    "replay_error": ("loop carried seed", "Pa", "RMS error of replays, both chambers, exact transport"),
+    "replay_error": ("loop carried seed", "Pa", "RMS error of replays, both chambers, exact signals"),
     "pressure_noise": ("loop sensors carried", "Pa s-0.5", "process noise of the pressures, tuned"),
     "estimation_error": (
         "loop sensors carried seed",

@@ -11,7 +11,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.evidence.sensitivity.alternatives import Alternative, equal_runs
-from pneumo.evidence.transport.error_budget import sliced
+from pneumo.evidence.signal_sampling.error_budget import sliced
 from pneumo.physics.models import MODELS
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay

@@ -329,7 +329,7 @@ def test_figure_and_tables_show_what_was_found(hasty, tmp_path):
     widths = [bar.get_width() for container in bars.containers for bar in container]
     np.testing.assert_allclose(widths, hasty["transport_rms"].values.T.ravel())
     heights = [bar.get_y() for bar in bars.containers[0]]
-    assert heights == sorted(heights, reverse=True)  # the first transport on top
+    assert heights == sorted(heights, reverse=True)  # the first sampling on top
     (forces,) = (ax for ax in axes if "settling runs" in ax.get_title(loc="left"))
     line = next(line for line in forces.lines if line.get_label() == "D")
     force = -STUDY.experiments["E13"].push.force
@@ -353,7 +353,7 @@ def found(evidence_file) -> xr.Dataset:
     return xr.load_dataset(evidence_file("identification.nc"))
 
 
-def test_constants_lie_in_their_intervals_the_scored_half_agrees_and_transports_differ(found):
+def test_constants_lie_in_their_intervals_the_scored_half_agrees_and_samplings_differ(found):
     configured = {"D": (1.5, 100.0, 0.3), "E": (5.0, 100.0, 38.0 / 137.5)}
     for cylinder, values in configured.items():
         own = found.sel(cylinder=cylinder)

@@ -1,4 +1,4 @@
-"""Floor of signal transport without a replay: linear theory along a run, and the closed formula."""
+"""Floor of signal sampling without a replay: linear theory along a run, and the closed formula."""
 
 from math import sqrt
 
@@ -10,9 +10,9 @@ from paper_study import lasting
 
 import pneumo
 from pneumo.errors import InputError
-from pneumo.evidence.transport import floor_theory as theory
-from pneumo.evidence.transport.error_budget import refined
-from pneumo.evidence.transport.jump_errors import jump_errors, mean_of_ramp, pressure_rates
+from pneumo.evidence.signal_sampling import floor_theory as theory
+from pneumo.evidence.signal_sampling.error_budget import refined
+from pneumo.evidence.signal_sampling.jump_errors import jump_errors, mean_of_ramp, pressure_rates
 from pneumo.selection.runs import Run
 from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import record
@@ -89,16 +89,16 @@ def test_everything_late_together_is_the_rate_of_pressure_and_averages_are_the_r
 
 
 @pytest.mark.parametrize("name", ["E09", "E10", "E11", "E12"])
-@pytest.mark.parametrize("transport", ["linear", "hold", "delay"])
-def test_theory_meets_replays_and_better_the_finer_the_samples(name, transport):
+@pytest.mark.parametrize("sampling", ["linear", "hold", "delay"])
+def test_theory_meets_replays_and_better_the_finer_the_samples(name, sampling):
     e = refined(lasting(name, 0.6), 20)
     recording = record(e)
 
     def deviation(period):
         every = round(period / e.h)
-        replayed = replay_chambers(recording, theory.SHIFTS[transport].sampling._replace(every=every))
+        replayed = replay_chambers(recording, theory.SHIFTS[sampling].sampling._replace(every=every))
         error = recording.states[:, [2, 4]].T - replayed
-        predicted = theory.predicted_error(recording, period, transport)
+        predicted = theory.predicted_error(recording, period, sampling)
         return rms(predicted) / rms(error) - 1
 
     # First order in the period: 20 % is what is claimed up to 10 ms, and 1 ms is a tenth of that.
@@ -109,12 +109,12 @@ def test_theory_meets_replays_and_better_the_finer_the_samples(name, transport):
 def test_hold_next_is_for_samples_at_every_step(plant):
     run = pneumo.simulate(plant, 1e-3, command=np.full(30, 0.3))
     with pytest.raises(InputError, match=r"period = 0\.002 s: must be h = 0\.001 s"):
-        pneumo.transport_floor(run, 2e-3, "hold_next")
+        pneumo.sampling_floor(run, 2e-3, "hold_next")
 
 
 def test_a_command_that_never_jumps_leaves_nothing_behind(plant):
     run = pneumo.simulate(plant, 1e-3, command=np.full(300, 0.3))
-    assert pneumo.transport_floor(run, 1e-3) == (0.0, 0.0)
+    assert pneumo.sampling_floor(run, 1e-3) == (0.0, 0.0)
 
 
 ENDS = {"jump": (0.01, 20), "opening": (0.01, 10), "draw": (0.005, 1), "speed": (0, 2), "P_rate": (0, 1e7)}
@@ -124,9 +124,9 @@ samplings = st.sampled_from(sorted(theory.SHIFTS))
 
 
 @given(known, samplings, st.floats(1e-5, 1e-1), st.floats(0.1, 10), st.booleans())
-def test_floor_is_proportional_to_the_time_between_samples(plant, known, transport, period, factor, between):
+def test_floor_is_proportional_to_the_time_between_samples(plant, known, sampling, period, factor, between):
     found = theory.sensitivities(plant, known)
-    one, other = (theory.floor(found, s, transport, between=between) for s in (period, factor * period))
+    one, other = (theory.floor(found, s, sampling, between=between) for s in (period, factor * period))
     assert other == pytest.approx(factor * one, rel=1e-12)
 
 
@@ -178,15 +178,15 @@ def test_formula_by_hand(plant):
 def test_floor_of_ones_own_run_and_what_it_refuses(fine):
     e, recording = fine
     run = Run(recording, simulated=True)
-    both = np.mean(np.square(pneumo.transport_floor(run, 1e-3, "delay"))) ** 0.5
+    both = np.mean(np.square(pneumo.sampling_floor(run, 1e-3, "delay"))) ** 0.5
     assert both == pytest.approx(rms(theory.predicted_error(recording, 1e-3, "delay")))
-    assert pneumo.transport_floor(run, e.h / 2)[0] == pytest.approx(pneumo.transport_floor(run, e.h)[0] / 2)
+    assert pneumo.sampling_floor(run, e.h / 2)[0] == pytest.approx(pneumo.sampling_floor(run, e.h)[0] / 2)
     measured = pneumo.recorded(e.plant, e.h, u=run.u, x=run.x, v=run.v)
-    for of, period, transport, words in (
-        (run, 1e-3, "cubic", r"^transport = 'cubic': must be one of linear, hold, delay, hold_next$"),
+    for of, period, sampling, words in (
+        (run, 1e-3, "cubic", r"^sampling = 'cubic': must be one of linear, hold, delay, hold_next$"),
         (run, -1.0, "linear", r"^period = -1: must be a positive number$"),
         (run, 7.7e-5, "linear", r"^period = 7.7e-05 s: must be a multiple or a whole fraction of"),
         (measured, 1e-3, "linear", r"^run: must come from simulate"),
     ):
         with pytest.raises(InputError, match=words):
-            pneumo.transport_floor(of, period, transport)
+            pneumo.sampling_floor(of, period, sampling)

@@ -1,4 +1,4 @@
-"""Measured floor of signal transport: replays on sampled signals beside the theory."""
+"""Measured floor of signal sampling: replays on sampled signals beside the theory."""
 
 import numpy as np
 import pytest
@@ -8,9 +8,9 @@ from paper_study import STUDY, lasting
 
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, INTERPOLATED
 from pneumo.evidence.experiments_side_by_side import side_by_side
-from pneumo.evidence.transport import measured_floor as f
-from pneumo.evidence.transport.error_budget import refined, sampled_inputs
-from pneumo.evidence.transport.floor_theory import SHIFTS
+from pneumo.evidence.signal_sampling import measured_floor as f
+from pneumo.evidence.signal_sampling.error_budget import refined, sampled_inputs
+from pneumo.evidence.signal_sampling.floor_theory import SHIFTS
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.publish.figures.floor_figure import ROWS, SAMPLING_LOOKS, floor_figure
 from pneumo.simulation.chamber_replay import replay_chambers
@@ -55,7 +55,7 @@ def test_what_the_theory_misses_is_the_reversals_between_samples():
     e = STUDY.experiments["E13"]  # whole, so that the piston comes near a stop
     drives = [e.drive._replace(each_stage=each) for each in (True, False)]
     by_stage, by_step = (np.divide(*f.own_floor(e._replace(drive=drive))) for drive in drives)
-    assert by_stage > 1.2 and by_step == pytest.approx(1, abs=0.01)  # as docs/transport.md says
+    assert by_stage > 1.2 and by_step == pytest.approx(1, abs=0.01)  # as docs/signal-sampling.md says
 
 
 @pytest.fixture(scope="module")
@@ -76,8 +76,8 @@ def test_sweeps_meet_where_they_are_the_same(dataset):
         np.testing.assert_allclose(dataset[f"size_{way}"].sel(size=1.0), once, rtol=1e-12)
     e = refined(lasting("E09", 0.2), f.FLOOR_REFINEMENT)
     recording = record(e)
-    transports = EXACT_SAMPLING, SHIFTS["delay"].sampling._replace(every=f.FLOOR_REFINEMENT)
-    exact, late = (replay(recording, LANES, way, f.FLOOR_REFINEMENT).pressure for way in transports)
+    samplings = EXACT_SAMPLING, SHIFTS["delay"].sampling._replace(every=f.FLOOR_REFINEMENT)
+    exact, late = (replay(recording, LANES, way, f.FLOOR_REFINEMENT).pressure for way in samplings)
     direct = np.sqrt(np.mean((exact - late) ** 2))
     assert dataset["reduced"].sel(experiment="E09", transport="delay").item() == pytest.approx(direct)
     # A model relaxes almost as the chamber does.
@@ -108,7 +108,7 @@ def test_theory_is_within_its_tolerance_over_two_decades(evidence_file):
     for prefix in ("", "between_", "rate_", "size_"):
         deviation = abs(found[prefix + "predicted"] / found[prefix + "measured"] - 1)
         assert (deviation < TOLERANCE).all(), prefix
-    # From here on what docs/transport.md says: found, not foreseen. Of the formula, up to 2 ms:
+    # From here on what docs/signal-sampling.md says: found, not foreseen. Of the formula, up to 2 ms:
     ratio = (found["formula"] / found["measured"]).sel(period=slice(0, 2.5e-3))
     is_open = found["loop"] == "open"
     of_open = ratio.where(is_open, drop=True)

@@ -13,7 +13,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
 from pneumo.errors import InputError
-from pneumo.evidence.transport.jump_errors import jump_errors, mean_of_ramp, pressure_rates
+from pneumo.evidence.signal_sampling.jump_errors import jump_errors, mean_of_ramp, pressure_rates
 from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.physics.valve import chamber_flows
 from pneumo.selection.plants import check_positive
@@ -173,7 +173,7 @@ def floor(
     return period * sqrt(max(shifted + together + scattered, 0.0))
 
 
-def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple[float, float]:
+def sampling_floor(run: Run, period: float, sampling: str = "linear") -> tuple[float, float]:
     """RMS pressure error that the sampling of u, x and v alone causes in a replay, whatever the model.
 
     Linear theory along the run, without a replay. Jumps of the command fall on steps of the run.
@@ -184,7 +184,7 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
         From `pneumo.simulate`.
     period : float
         Time between samples of u, x and v, s: a multiple or a whole fraction of the run's step.
-    transport : {"linear", "hold", "delay", "hold_next"}
+    sampling : {"linear", "hold", "delay", "hold_next"}
         Linear interpolation, the last sample held (zero-order hold), the sample before it held, or the last
         one held but for the stage at the step's end, which reads the next (samples at every step).
 
@@ -196,11 +196,11 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
     Raises
     ------
     InputError
-        If there is no such transport, the period is no multiple or fraction (for "hold_next": not the step),
+        If there is no such rule of sampling, the period is no multiple or fraction (for "hold_next": not the step),
         or the run was not simulated.
     """
-    if transport not in SHIFTS:
-        raise InputError(f"transport = {transport!r}: must be one of {', '.join(SHIFTS)}")
+    if sampling not in SHIFTS:
+        raise InputError(f"sampling = {sampling!r}: must be one of {', '.join(SHIFTS)}")
     check_positive(period=period)
     if not run.simulated:
         raise InputError("run: must come from simulate; a recorded one lacks the temperatures")
@@ -208,8 +208,8 @@ def transport_floor(run: Run, period: float, transport: str = "linear") -> tuple
     ratio = max(period / h, h / period)
     if abs(ratio - round(ratio)) > ROUNDING * ratio:
         raise InputError(f"period = {period:g} s: must be a multiple or a whole fraction of h = {h:g} s")
-    if SHIFTS[transport].sampling.next_at_end and round(ratio) != 1:
-        raise InputError(f"period = {period:g} s: must be h = {h:g} s for transport = {transport!r}")
-    error = predicted_error(run.recording, period, transport)
+    if SHIFTS[sampling].sampling.next_at_end and round(ratio) != 1:
+        raise InputError(f"period = {period:g} s: must be h = {h:g} s for sampling = {sampling!r}")
+    error = predicted_error(run.recording, period, sampling)
     A, B = np.sqrt(np.mean(error**2, axis=1)).tolist()
     return A, B

@@ -9,8 +9,8 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.sampling import EXACT_SAMPLING
-from pneumo.evidence.transport import floor_theory as theory
-from pneumo.evidence.transport.error_budget import refined, sliced
+from pneumo.evidence.signal_sampling import floor_theory as theory
+from pneumo.evidence.signal_sampling.error_budget import refined, sliced
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import Recording, record
@@ -129,7 +129,7 @@ def measured_floor(experiment: Experiment) -> xr.Dataset:
 
 def with_floor_attributes(dataset: xr.Dataset) -> xr.Dataset:
     """Return floors with unit and long name on every variable."""
-    floor, apart = "RMS pressure error of signal transport", f"samples {SWEEP_PERIOD} s apart"
+    floor, apart = "RMS pressure error of signal sampling", f"samples {SWEEP_PERIOD} s apart"
     cases = {
         "": "jumps on samples",
         "between_": "jumps between samples",
@@ -137,8 +137,8 @@ def with_floor_attributes(dataset: xr.Dataset) -> xr.Dataset:
         "size_": f"by size of the valve, {apart}",
     }
     about = {
-        "own_measured": ("Pa", f"{floor}, published transport, {FLOOR_SOURCES['measured']}"),
-        "own_predicted": ("Pa", f"{floor}, published transport, {FLOOR_SOURCES['predicted']}"),
+        "own_measured": ("Pa", f"{floor}, published signal sampling, {FLOOR_SOURCES['measured']}"),
+        "own_predicted": ("Pa", f"{floor}, published signal sampling, {FLOOR_SOURCES['predicted']}"),
         "reduced": ("Pa", f"{floor} in {FLOOR_MODEL} at n = {FLOOR_N}, {apart}"),
         "period": ("s", "time between samples"),
         "rate": ("s-1", "draws of the excitation per second"),

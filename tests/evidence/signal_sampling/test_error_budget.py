@@ -12,7 +12,7 @@ from paper_study import STUDY, lasting
 
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.errors import RunError
-from pneumo.evidence.transport import error_budget as b
+from pneumo.evidence.signal_sampling import error_budget as b
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve import chamber_flows, laminar_factor
 from pneumo.publish.figures.budget_figure import error_budget_figure

@@ -5,7 +5,7 @@ at up to `SAMPLES` instants. F_m and R_m are the full-order and the reduced pres
 step with exact signals, R is the study's own replay, which reads sampled signals:
 
     F_1 - R  =  (F_16 - R_16)  +  (R_1 - R)  +  ((F_1 - R_1) - (F_16 - R_16))
-    total    =  model          +  transport  +  discretisation
+    total    =  model          +  sampling   +  discretisation
 
 The three add up exactly; their mean squares add up with a cross term, which is kept.
 """
@@ -43,11 +43,11 @@ SOLVER_TOLERANCE = 1e-10  # of the adaptive reference, relative to the scale of 
 MARGIN = 0.5  # fraction of the difference of two model errors that sampling and step may change
 
 BUDGET_LONG_NAMES = {
-    "total": "MSE of the study, published transport",
-    "total_exact": "MSE of the study, exact transport",
-    "model_error": "mean square of the model's own error, 1/16 of the study's step, exact transport",
-    "transport_error": "mean square of what the published transport adds at the study's step",
-    "discretisation_error": "mean square of what the study's step adds to the error with exact transport",
+    "total": "MSE of the study, published signal sampling",
+    "total_exact": "MSE of the study, exact signals",
+    "model_error": "mean square of the model's own error, 1/16 of the study's step, exact signals",
+    "transport_error": "mean square of what the published signal sampling adds at the study's step",
+    "discretisation_error": "mean square of what the study's step adds to the error with exact signals",
     "cross_term": "total less the mean squares of its three parts",
     "regularised_discretisation": "discretisation error with flow linear near equal pressures, slice",
     "chatter": "mean square of what linear flow near equal pressures takes from it, slice",
@@ -55,7 +55,7 @@ BUDGET_LONG_NAMES = {
     "reference_model_error": "model error by the adaptive reference, on the reference slice",
     "reference_coarse": "mean square of the error of the study's step against the adaptive reference",
     "reference_fine": "mean square of the error of 1/16 of the step against the adaptive reference",
-    "halving": "mean square of the change from a step to its half, exact transport",
+    "halving": "mean square of the change from a step to its half, exact signals",
     "sampled": "mean square of what sampled signals change in the reduced pressure, 1/20 of the step, slice",
 }
 
@@ -93,8 +93,8 @@ def exact_error(experiment: Experiment, lanes: np.ndarray, m: int, stride: int =
 
 def published_error(experiment: Experiment, lanes: np.ndarray, stride: int = 1) -> np.ndarray:
     """Full-order minus reduced pressure of the study itself, Pa: (lane, chamber, samples)."""
-    recording, transport = record(experiment), study_sampling(PUBLISHED, experiment)
-    return full_pressure(recording, stride) - replay(recording, lanes, transport, stride).pressure
+    recording, sampling = record(experiment), study_sampling(PUBLISHED, experiment)
+    return full_pressure(recording, stride) - replay(recording, lanes, sampling, stride).pressure
 
 
 def sampled_inputs(recording: Recording, every: int, interpolation: str) -> np.ndarray:
