@@ -105,6 +105,7 @@ def numbers(statistics: xr.Dataset) -> dict[str, str]:
     enough = loss.sel(bound="high") < ENOUGH
     result = {
         "plants": f"{statistics.sizes['plant']}",
+        "slower": f"{FIXED:g}",
         "observers": f"{len(OBSERVERS) * statistics.sizes['plant']}",
         "controllers": f"{len(CONTROLLERS) * statistics.sizes['plant']}",
         "hardly": f"{right['hardly_matters'].sel(use=CONTROLLERS).sum().item()}",

@@ -13,6 +13,7 @@ from typing import Any
 import at_work
 import cluster
 import measurements
+import signal_sampling
 import which_model
 import xarray as xr
 import yaml
@@ -70,9 +71,9 @@ def verification(reproduced: xr.DataArray) -> dict[str, str]:
 
 def from_kept_files() -> Numbers:
     """Numbers from files that are in the repository: paper/evidence, docs/static, the catalogue."""
-    at_work_runs, measured, cylinders, fits, toggled = (
+    at_work_runs, measured, cylinders, fits, toggled, floor = (
         xr.load_dataset(KEPT / f"{name}.nc")
-        for name in ("at_work", "measurements", "cylinders", "fit_coverage", "assumptions")
+        for name in ("at_work", "measurements", "cylinders", "fit_coverage", "assumptions", "floor")
     )
     fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
@@ -90,6 +91,7 @@ def from_kept_files() -> Numbers:
             "coverage": coverage_tables(intervals_that_hold(fits), full_order_truth(fits)).strip(),
         },
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
+        "signal_sampling": named(signal_sampling.numbers(floor), {}),
         "verification": named(verification(toggled["reproduced"]), {}),
     }
 
