@@ -7,52 +7,32 @@ import xarray as xr
 from fragments import span, table, with_interval
 
 import pneumo
+from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
+from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.statistics.averages import at_n, best_n, concatenated
+from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINED_MODELS, REFINEMENT_STEPS
 
-TRANSPORTS = ("published", "exact")
-LEVELS = ("adiabatic", "typical", "isothermal")
-COLUMNS = [{"level": level, "transport": transport} for level in LEVELS for transport in TRANSPORTS]
+COLUMNS = [{"level": level, "transport": sampling} for level in LEVELS for sampling in STUDY_SAMPLINGS]
 HEADS = [", ".join(column.values()) for column in COLUMNS]
-GOOD = ["M5", "M6", "M7", "M8", "M9", "M10"]
-STEPS = {
-    "temperature by eq (6), not constant": ("M5", "M2"),
-    "mixing, without explicit wall heat": ("M6", "M5"),
-    "explicit wall heat, without mixing": ("M7", "M5"),
-    "mixing, with explicit wall heat": ("M8", "M7"),
-    "explicit wall heat, with mixing": ("M8", "M6"),
-    "wall area that follows the piston": ("M9", "M8"),
-    "conductance that follows P and T as well": ("M10", "M9"),
-}
-PAIRS = (("M6", "M5"), ("M6", "M7"), ("M8", "M7"), ("M10", "M8"))
-SUMMARY = {  # row over all experiments -> pair
-    "M8/M7, mixing": ("M8", "M7"),
-    "M10/M8, wall law": ("M10", "M8"),
-    "M6/M7, mixing instead of wall heat": ("M6", "M7"),
-}
 
 
 def over_levels(results: Path) -> xr.Dataset:
     """Mean square error and constant n by (transport, level, model)."""
     parts = []
-    for transport in TRANSPORTS:
-        with xr.open_dataset(results / transport / "statistics.nc") as statistics:
+    for sampling in STUDY_SAMPLINGS:
+        with xr.open_dataset(results / sampling / "statistics.nc") as statistics:
             parts.append(statistics[["mse", "constant_n"]].sel(level=list(LEVELS)).load())
-    return xr.concat(parts, xr.Variable("transport", list(TRANSPORTS)))
+    return xr.concat(parts, xr.Variable("transport", list(STUDY_SAMPLINGS)))
 
 
 def by_experiment(results: Path) -> xr.DataArray:
     """Mean square error at each experiment's best n by (transport, experiment, model)."""
     parts = []
-    for transport in TRANSPORTS:
-        cells = concatenated(pneumo.open_grid(results / transport))
+    for sampling in STUDY_SAMPLINGS:
+        cells = concatenated(pneumo.open_grid(results / sampling))
         parts.append(at_n(cells, best_n(cells["mse"]))["mse"])
-    return xr.concat(parts, xr.Variable("transport", list(TRANSPORTS)))
-
-
-def quotient(mse: xr.DataArray, pair: tuple[str, str]) -> xr.DataArray:
-    """Mean square error of the first model of a pair over that of the second."""
-    return mse.sel(model=pair[0]) / mse.sel(model=pair[1])
+    return xr.concat(parts, xr.Variable("transport", list(STUDY_SAMPLINGS)))
 
 
 def geometric(values: xr.DataArray) -> str:
@@ -71,23 +51,25 @@ def tables(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
 
     by_column = [levels["mse"].sel(column) for column in COLUMNS]
     steps = [
-        [step, "/".join(pair), *(f"{quotient(errors, pair).item():.2f}" for errors in by_column)]
-        for step, pair in STEPS.items()
+        [pair.refinement, pair.name, *(f"{pair.ratio(errors).item():.2f}" for errors in by_column)]
+        for pair in REFINEMENT_STEPS
     ]
     exact = mse.sel(transport="exact")
     experiments = []
     for name in exact["experiment"].values:
         at = exact.sel(experiment=name)
         cells = [name, at["cylinder"].item(), at["loop"].item(), f"{at['k_0'].item():g}"]
-        cells += [f"{quotient(at, pair).item():.2f}" for pair in PAIRS]
-        experiments.append([*cells, at.sel(model=GOOD).idxmin("model").item()])
+        cells += [f"{pair.ratio(at).item():.2f}" for pair in MODEL_PAIRS.values()]
+        experiments.append([*cells, at.sel(model=list(REFINED_MODELS)).idxmin("model").item()])
     summary = []
-    for row, pair in SUMMARY.items():
-        values = quotient(exact, pair)
+    for name, pair in MODEL_PAIRS.items():
+        values = pair.ratio(exact)
         ends = [f"{end.item():.2f}" for end in (values.min(), values.max())]
-        summary.append([row, *ends, geometric(values), str((values < 1).sum().item())])
+        summary.append(
+            [f"{name}, {pair.refinement}", *ends, geometric(values), str((values < 1).sum().item())]
+        )
     summary_heads = ["over all experiments", "lowest", "highest", "geometric mean", "below one"]
-    heads = ["experiment", "cylinder", "loop", "k_0 (W/K)", *map("/".join, PAIRS), "lowest MSE"]
+    heads = ["experiment", "cylinder", "loop", "k_0 (W/K)", *MODEL_PAIRS, "lowest MSE"]
     return {
         "levels": table(
             ["model", *HEADS],
@@ -106,15 +88,15 @@ def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
     """Numbers in the page's sentences and in README's by name."""
     exact, exact_levels = mse.sel(transport="exact"), levels["mse"].sel(transport="exact")
     classical = levels["mse"].sel(model=["M1", "M2", "M3", "M4"]).min("model") / levels["mse"].sel(model="M5")
-    good = levels["constant_n"].sel(model=GOOD)
-    M8 = exact.sel(model="M8")
+    good = levels["constant_n"].sel(model=list(REFINED_MODELS))
+    M8, mixing = exact.sel(model="M8"), MODEL_PAIRS["M8/M7"]
     return {
         "experiments": f"{exact.sizes['experiment']}",
         "classical over M5": f"{classical.min().item():.1f}",
-        "M10 better": f"{(quotient(exact, ('M10', 'M8')) < 1).sum().item()}",
-        "M8/M7 published": geometric(quotient(mse.sel(transport="published"), ("M8", "M7"))),
+        "M10 better": f"{(MODEL_PAIRS['M10/M8'].ratio(exact) < 1).sum().item()}",
+        "M8/M7 published": geometric(mixing.ratio(mse.sel(transport="published"))),
         **{
-            f"M8/M7 {level}": f"{quotient(exact_levels.sel(level=level), ('M8', 'M7')).item():.2f}"
+            f"M8/M7 {level}": f"{mixing.ratio(exact_levels.sel(level=level)).item():.2f}"
             for level in ("adiabatic", "typical")
         },
         "largest": str(M8.idxmax("experiment").item()),

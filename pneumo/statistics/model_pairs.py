@@ -25,6 +25,10 @@ class ModelPair(NamedTuple):
         """Name of the ratio of their errors, such as M8/M7."""
         return f"{self.model}/{self.other}"
 
+    def ratio(self, score: xr.DataArray) -> xr.DataArray:
+        """Score of the first model over that of the second."""
+        return score.sel(model=self.model, drop=True) / score.sel(model=self.other, drop=True)
+
 
 REFINEMENT_STEPS = (  # each adds one thing
     ModelPair("M5", "M2", "temperature law, eq (6)"),
@@ -46,6 +50,5 @@ REFINEMENT_PAIRS = tuple(MODEL_PAIRS)[:3]  # the first is the second, refined
 
 def pair_ratios(score: xr.DataArray, pairs: Sequence[str], dimension: str) -> xr.DataArray:
     """Ratios of the models' scores along a new dimension of pairs, keys of `MODEL_PAIRS`."""
-    chosen = [MODEL_PAIRS[name] for name in pairs]
-    ratios = [score.sel(model=p.model, drop=True) / score.sel(model=p.other, drop=True) for p in chosen]
+    ratios = [MODEL_PAIRS[name].ratio(score) for name in pairs]
     return xr.concat(ratios, xr.Variable(dimension, list(pairs)))

@@ -24,11 +24,7 @@ LOOPS_AND_BOTH = (*LOOPS, "both")
 CONTINUOUS_GROUPS = [name for name in KNOWN_GROUPS if name != "closed"]
 INTERVAL = ("value", "low", "high")
 MAP_GROUPS, MAP_BINS = ("thermal", "exchange"), 8  # axes of the map, parts of each
-MAP_RATIOS = {  # model above, models below
-    "M8/M7": ("M8", ("M7",)),
-    "M10/M8": ("M10", ("M8",)),
-    "M6/best": ("M6", REFINED_MODELS),
-}
+MAPPED_PAIRS = ("M8/M7", "M10/M8")
 
 
 def with_answers(cells: xr.Dataset, compared: int) -> xr.Dataset:
@@ -111,8 +107,7 @@ def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
         for third in range(3):
             inside = counts & (values >= edges[i, third]) & (values <= edges[i, third + 1])
             for j, pair in enumerate(MODEL_PAIRS.values()):
-                quotient = runs["lowest"].sel(model=pair.model) / runs["lowest"].sel(model=pair.other)
-                logs = np.log(quotient.transpose("cylinder", "loop").values)
+                logs = np.log(pair.ratio(runs["lowest"]).transpose("cylinder", "loop").values)
                 sums = np.where(inside, logs, 0.0).sum(axis=1)
                 ratio[i, third, j] = np.exp(quotient_interval(sums, inside.sum(axis=1)))
                 share[i, third, j] = quotient_interval((inside & (logs < 0)).sum(axis=1), inside.sum(axis=1))
@@ -140,10 +135,11 @@ def map_of_ratios(runs: xr.Dataset) -> xr.Dataset:
     for name in MAP_GROUPS:
         inside = runs[name].values[counts.values]
         values[f"{name}_edge"] = (f"{name}_end", np.geomspace(inside.min(), inside.max(), MAP_BINS + 1))
-    ratio = np.full((len(MAP_RATIOS), len(LOOPS), MAP_BINS, MAP_BINS, 3), np.nan)
-    for i, (above, below) in enumerate(MAP_RATIOS.values()):
-        lowest = runs["lowest"]
-        quotient = lowest.sel(model=above) / lowest.sel(model=list(below)).min("model")
+    lowest = runs["lowest"]
+    quotients = {name: MODEL_PAIRS[name].ratio(lowest) for name in MAPPED_PAIRS}
+    quotients["M6/best"] = lowest.sel(model="M6") / lowest.sel(model=list(REFINED_MODELS)).min("model")
+    ratio = np.full((len(quotients), len(LOOPS), MAP_BINS, MAP_BINS, 3), np.nan)
+    for i, quotient in enumerate(quotients.values()):
         for j, loop in enumerate(LOOPS):
             good = counts.sel(loop=loop).values
             places = [
@@ -157,7 +153,7 @@ def map_of_ratios(runs: xr.Dataset) -> xr.Dataset:
                     ratio[i, j, *place] = np.exp(student_interval(here))
     dims = ("map_ratio_of", "loop", *(f"{name}_bin" for name in MAP_GROUPS), "bound")
     words = {"units": "1", "long_name": "geometric mean ratio of the models' errors in a part of the map"}
-    coords = {"map_ratio_of": list(MAP_RATIOS), "loop": list(LOOPS), "bound": list(INTERVAL)}
+    coords = {"map_ratio_of": list(quotients), "loop": list(LOOPS), "bound": list(INTERVAL)}
     return xr.Dataset({"map_ratio": (dims, ratio, words), **values}, coords)
 
 

@@ -196,7 +196,7 @@ def sampling_floor(run: Run, period: float, sampling: str = "linear") -> tuple[f
     Raises
     ------
     InputError
-        If there is no such rule of sampling, the period is no multiple or fraction (for "hold_next": not the step),
+        If `sampling` is none of these, the period is no multiple or fraction (for "hold_next": not the step),
         or the run was not simulated.
     """
     if sampling not in SHIFTS:

@@ -5,13 +5,10 @@ import xarray as xr
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
+from pneumo.publish.figures.panels import symbol
 from pneumo.publish.style import DOUBLE_MM, INK, new_figure, paper_style
+from pneumo.statistics.model_pairs import MODEL_PAIRS
 
-TITLES = {
-    "M8/M7": "$M_8/M_7$, mixing",
-    "M10/M8": "$M_{10}/M_8$, wall law",
-    "M6/best": "$M_6$/best, no $k_0$",
-}
 THERMAL = "thermal time constant / time between reversals"
 EXCHANGE = "air through the valve per thermal time constant / air in a chamber"
 LARGEST_RATIO = 10.0  # larger ratios have the colour of this one; likewise below its inverse
@@ -22,13 +19,14 @@ def regime_map(runs: xr.Dataset) -> Figure:
     """Draw the map of ``results/cylinders.nc``; a dot is where the interval of a ratio excludes 1."""
     ratios, loops = runs["map_ratio"], runs["loop"].values
     fig = new_figure(DOUBLE_MM, 110)
-    axes = fig.subplots(len(loops), len(TITLES), sharex=True, sharey=True)
+    names = runs["map_ratio_of"].values
+    axes = fig.subplots(len(loops), len(names), sharex=True, sharey=True)
     norm, shades = TwoSlopeNorm(0, -np.log10(LARGEST_RATIO), np.log10(LARGEST_RATIO)), None
     x, y = runs["thermal_edge"].values, runs["exchange_edge"].values
     centres = [np.sqrt(edges[1:] * edges[:-1]) for edges in (x, y)]
     for row, loop in zip(axes, loops, strict=True):
-        for ax, (pair, title) in zip(row, TITLES.items(), strict=True):
-            at = ratios.sel(map_ratio_of=pair, loop=loop).transpose("bound", "thermal_bin", "exchange_bin")
+        for ax, name in zip(row, names, strict=True):
+            at = ratios.sel(map_ratio_of=name, loop=loop).transpose("bound", "thermal_bin", "exchange_bin")
             value, low, high = at.sel(bound=["value", "low", "high"]).values
             shade = np.clip(np.log10(value), norm.vmin, norm.vmax)
             shades = ax.pcolormesh(x, y, shade.T, norm=norm, cmap="RdBu_r", edgecolors="none")
@@ -36,7 +34,9 @@ def regime_map(runs: xr.Dataset) -> Figure:
             clear = np.nonzero((low > 1) | (high < 1))
             ax.plot(*(c[i] for c, i in zip(centres, clear, strict=True)), ".", color=INK, ms=2)
             if loop == loops[0]:
-                ax.set_title(title)
+                shown = MODEL_PAIRS[name].refinement if name in MODEL_PAIRS else "no $k_0$"
+                models = "/".join(symbol(model) for model in name.split("/"))
+                ax.set_title(f"{models}, {shown}")
         row[-1].text(1.03, 0.5, f"{loop} loop", rotation=270, va="center", transform=row[-1].transAxes)
     fig.supxlabel(THERMAL, fontsize=8.5)
     fig.supylabel(EXCHANGE, fontsize=8.5)
