@@ -75,7 +75,7 @@ def largest(difference: np.ndarray, size: np.ndarray, h: float) -> dict[str, flo
 
 
 def compared(name: str, seconds: float = SECONDS) -> dict[str, Any]:
-    """Largest differences between Octave and pneumo: full order, and every model with both signal samplings."""
+    """Largest differences between Octave and pneumo, full order and every model, both signal samplings."""
     paper = study(load(CONFIG))
     e = paper.experiments[name]
     e = e._replace(steps=round(seconds / e.h))
