@@ -42,3 +42,26 @@ rule cylinders:
     input:
         rules.cylinders_analysis.output,
         expand("results/figures/regimes.{kind}", kind=["svg", "png"]),
+
+
+# The full order in the contest, paper/decisions/0075: `snakemake -j2 contest`. Blocks come in turn from both halves.
+CONTEST_BLOCK = 10  # cylinders in one job, one or two minutes on one core
+CONTEST_BLOCKS = [
+    f"{first + half:04}" for first in range(0, COMPARED, CONTEST_BLOCK) for half in (0, COMPARED)
+]
+
+
+rule contest_block:
+    output:
+        block="results/contest/{first}.nc",
+    log:
+        "results/logs/contest_{first}.log",
+    wildcard_constraints:
+        first=r"\d{4}",
+    params:
+        numbers=contest_cylinders_of,
+        code=code_behind("contest_block.py"),
+    message:
+        "The full order in the contest: random cylinders from {wildcards.first} on"
+    script:
+        "../scripts/contest_block.py"

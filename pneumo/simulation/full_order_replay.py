@@ -1,0 +1,129 @@
+# pyright: basic
+"""Replay of the full-order chambers with parameters that differ from the run's: the full order as a model.
+
+Each row is one set of parameters, as each lane of the reduced models is one model at one n.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.sampling import Sampling
+from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, sign_of, volume
+from pneumo.physics.models import WALL_LAWS
+from pneumo.physics.valve import chamber_flows
+from pneumo.simulation.compiled import inlined, kernel
+from pneumo.simulation.full_order import RAN, Recording, failure
+from pneumo.simulation.runge_kutta import STAGES, dormand_prince, embedded_error
+from pneumo.simulation.signals import replay_tolerance, stage_inputs
+
+
+class FullRow(NamedTuple):
+    """The full order with other parameters than the plant's."""
+
+    wall_scale: float = 1.0  #: its k_0 over the plant's; 0: adiabatic
+    flow_scale: float = 1.0  #: its mass flows over those of the plant's valve
+    e_A: float = WALL_LAWS["lambda A_q"][1]  #: exponent of A_q / A_q0 in the wall law; 0: constant
+    e_PT: float = WALL_LAWS["lambda A_q"][2]  #: exponent of PT / (P_0 T_0) in the wall law; 0: constant
+
+
+@inlined
+def full_row_rates(
+    u: float, x: float, v: float, P: float, T: float, chamber: Chamber, plant: Plant, row: FullRow
+) -> tuple[float, float]:
+    """Full-order rates of one chamber by a row, (dP/dt, dT/dt), with u, x, v counted outward from it."""
+    gas, conditions = plant.gas, plant.conditions
+    V, g = volume(x, chamber, plant.cylinder), gas.gamma
+    m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, conditions)
+    m_in, m_out, dV_dt = row.flow_scale * m_in, row.flow_scale * m_out, chamber.area * v
+    area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
+    PT_ratio = P * T / (conditions.P_0 * conditions.T_0)
+    k = row.wall_scale * wall_conductance(plant.k_0, area_ratio, PT_ratio, row.e_A, row.e_PT)
+    heat = wall_heat(T, k, conditions.T_amb)
+    return (
+        dP_dt(P, T, V, dV_dt, m_in, m_out, conditions.T_in, heat, g, g, g, gas.R, g),
+        dT_dt(P, T, V, dV_dt, m_in, m_out, conditions.T_in, heat, gas.R, g),
+    )
+
+
+@inlined
+def _rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
+    inputs, sign, chamber, plant, row = context
+    u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
+    dy[0], dy[1] = full_row_rates(u, x, v, y[0], y[1], chamber, plant, row)
+
+
+_step, _estimate = dormand_prince(_rates), embedded_error(_rates)
+
+
+@inlined
+def _row_step(
+    y: np.ndarray, context: Any, h: float, estimated: bool, Y: np.ndarray, K: np.ndarray, error: np.ndarray
+) -> float:
+    """Advance (P, T) by h s; return the estimated error over P_0 and T_0, infinite where the step failed."""
+    _step(y, context, h, Y, K, y)
+    if not (y[0] > 0 and y[1] > 0):
+        return np.inf
+    if not estimated:
+        return 0.0
+    conditions = context[3].conditions
+    _estimate(y, context, h, K, error)
+    largest = max(abs(error[0]) / conditions.P_0, abs(error[1]) / conditions.T_0)
+    return largest if largest < np.inf else np.inf
+
+
+@kernel
+def _replay_rows(recording: Recording, rows: np.ndarray, sampling: Sampling) -> np.ndarray:
+    steps, count, plant = len(recording.states) - 1, len(rows), recording.plant
+    most, tolerance = recording.most_halvings, replay_tolerance(sampling)
+    squares, state, before = np.zeros((count, 2)), np.empty((count, 2, 2)), np.empty(2)
+    for side in range(2):
+        for i in range(count):
+            for s in range(2):
+                state[i, side, s] = recording.states[0, 2 + 2 * side + s]
+    y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
+    inputs = np.empty((2 << most, STAGES + 1, 3))  # of parts 1, then 2 and 3, then 4 to 7, ...
+    Y_row, K_row, error = np.empty((STAGES, 2)), np.empty((STAGES + 1, 2)), np.empty(2)
+    for k in range(steps):
+        first = recording.halvings[k] if sampling.exact else 0
+        known = first - 1  # halvings for which the inputs are known
+        for side in range(2):
+            sign, chamber = sign_of(side), chamber_of(plant.cylinder, side)
+            for i in range(count):
+                row, now = FullRow(rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3]), state[i, side]
+                before[0], before[1] = now[0], now[1]
+                if not before[0] > 0:
+                    continue
+                largest = 0.0
+                for halvings in range(first, most + 1):
+                    parts, largest, now[0], now[1] = 1 << halvings, 0.0, before[0], before[1]
+                    for part in range(parts):
+                        stages = inputs[parts + part]
+                        if halvings > known:
+                            stage_inputs(recording, sampling, k, part, parts, y, Y, K, stages)
+                        context = (stages, sign, chamber, plant, row)
+                        estimate = _row_step(now, context, recording.h / parts, most > 0, Y_row, K_row, error)
+                        largest = max(largest, estimate)
+                    known = max(known, halvings)
+                    if largest <= tolerance:
+                        break
+                if not (now[0] > 0 and now[1] > 0):
+                    now[0] = now[1] = np.nan
+                difference = recording.states[k + 1, 2 + 2 * side] - now[0]
+                squares[i, side] += difference * difference
+                if not difference * difference < np.inf:
+                    squares[i, side] = np.nan
+    return squares / (steps + 1)
+
+
+def full_order_mse(recording: Recording, rows: list[FullRow], sampling: Sampling) -> np.ndarray:
+    """Mean square error of the full order with each row's parameters on a run, Pa^2, shape (row, chamber).
+
+    Replays start from the run's first state and read the run's signals; steps are halved as those of
+    `pneumo.simulation.replay.replay`. NaN where a replay or the run itself failed.
+    """
+    if failure(recording.states)[0] != RAN:
+        return np.full((len(rows), 2), np.nan)
+    return _replay_rows(recording, np.array(rows, dtype=float), sampling)
