@@ -1,79 +1,348 @@
-"""Time of a step of every exported model in C: ``python -m benchmarks.exported_c`` prints a table.
+"""Cost of a step of every exported model: ``python -m benchmarks.exported_c`` writes docs/static/cost.json.
 
-Steps of 1 ms of both chambers with valve and piston, compiled by gcc -O2, each the best of nine runs. Cycles
-are those of the processor's time stamp counter, on x86-64 only.
+Steps of 1 ms follow the signals of the paper's experiment E10. Counted are the operations of the equations;
+nanoseconds in C on this processor, the best of some runs; and, where arm-none-eabi-gcc and qemu-system-arm
+are installed, instructions on a Cortex-M4F. ``--shared`` says in the file that other work ran meanwhile.
 """
 
+import json
+import re
 import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
+from shutil import which
 from tempfile import TemporaryDirectory
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.polynomial import Polynomial
 
 from pneumo import MODELS
 from pneumo.configuration.parameters import load, study
-from pneumo.equations.system import FULL_ORDER, METHODS, system
+from pneumo.equations.system import FULL_ORDER, METHODS, System, rates, system
 from pneumo.export import exported, write_files
-from pneumo.selection.plants import configured_plant
+from pneumo.physics.models import lane
+from pneumo.physics.valve import chamber_flows
+from pneumo.simulation.full_order import Recording, record
 
-STEPS, RUNS = 20_000, 9
+FILE = Path("docs/static/cost.json")
+EXPERIMENT, N, STEPS, RUNS = "E10", 1.35, 1000, 9
+PARTS = {  # valve, piston
+    "chambers": (True, False),
+    "chambers and piston": (True, True),
+    "chambers without valve": (False, False),
+}
+DEGREE = 4  # of the polynomial for eq (6)
+WIDE = 0.5, 1.5  # times P_atm and P_s: the pressures for which it is made
+POLYNOMIAL = " with a polynomial"  # in place of eq (6)'s power
 MAIN = """\
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>
 #include <time.h>
-#if defined __x86_64__
-#include <x86intrin.h>
-#define CYCLES() ((double)__rdtsc())
-#else
-#define CYCLES() 0.0
-#endif
 #include "%(M)s.h"
-
+%(signals)s
 int main(void)
 {
     for (int method = 0; method < %(methods)d; method++) {
-        double best = 1e300, cycles = 0;
+        double best = 1e300;
         for (int run = 0; run < %(runs)d; run++) {
-            %(f)s y[] = {%(start)s}, u[] = {1, 0};
+            %(f)s y[] = {%(start)s};
             struct timespec from, to;
             clock_gettime(CLOCK_MONOTONIC, &from);
-            const double before = CYCLES();
-            for (int k = 0; k < %(steps)d; k++) {
-                u[0] = k %% 200 < 100 ? 1 : -1;
-                %(M)s_step(&%(M)s_defaults, method, u, u, (%(f)s)1e-3, y);
-            }
-            const double spent = CYCLES() - before;
+            for (int k = 0; k < %(steps)d; k++)
+                %(M)s_step(&%(M)s_defaults, method, signals[k], signals[k + 1], (%(f)s)1e-3, y);
             clock_gettime(CLOCK_MONOTONIC, &to);
             const double ns = 1e9 * (double)(to.tv_sec - from.tv_sec) + (double)(to.tv_nsec - from.tv_nsec);
-            if (!(y[2] > 0))
+            if (!(y[%(M)s_P_A] > 0))
                 return 1;
-            if (ns < best) {
+            if (ns < best)
                 best = ns;
-                cycles = spent;
-            }
         }
-        printf("%%.0f %%.0f\\n", best / %(steps)d, cycles / %(steps)d);
+        printf("%%.1f\\n", best / %(steps)d);
     }
     return 0;
 }
 """
+# The timer of the machine mps2-an386 counts down at 25 MHz; with `-icount shift=0` an instruction takes 1 ns.
+INSTRUCTIONS_PER_TICK = 40
+ARM_MAIN = """\
+#include <stdint.h>
+#include "%(M)s.h"
+%(signals)s
+static volatile uint32_t *const timer = (volatile uint32_t *)0x40000000; /* control, value, reload */
+int main(void);
+void reset(void);
+extern uint32_t stack_top;
+
+__attribute__((section(".vectors"), used)) static const void *const vectors[] = {&stack_top, (void *)reset};
+
+static int32_t call_host(int32_t operation, const void *argument)
+{
+    register int32_t r0 __asm__("r0") = operation;
+    register const void *r1 __asm__("r1") = argument;
+    __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
+    return r0;
+}
+
+static void print(uint32_t number)
+{
+    char text[12];
+    char *at = text + 11;
+    *at = 0;
+    *--at = '\\n';
+    do
+        *--at = (char)('0' + number %% 10);
+    while (number /= 10);
+    call_host(0x04, at);
+}
+
+void reset(void)
+{
+    *(volatile uint32_t *)0xe000ed88 |= 0xf << 20; /* switch the floating-point unit on */
+    __asm__ volatile("dsb\\nisb");
+    main();
+    const uint32_t finished[] = {0x20026, 0};
+    call_host(0x20, finished);
+    for (;;) {
+    }
+}
+
+int main(void)
+{
+    for (int method = 0; method < %(methods)d; method++) {
+        %(f)s y[] = {%(start)s};
+        timer[0] = 0;
+        timer[1] = timer[2] = 0xffffffff;
+        timer[0] = 1;
+        for (int k = 0; k < %(steps)d; k++)
+            %(M)s_step(&%(M)s_defaults, method, signals[k], signals[k + 1], (%(f)s)1e-3, y);
+        print(y[%(M)s_P_A] > 0 ? 0xffffffff - timer[1] : 0);
+    }
+    return 0;
+}
+"""
+LINKER_SCRIPT = """\
+MEMORY { FLASH (rx) : ORIGIN = 0, LENGTH = 4M  RAM (rw) : ORIGIN = 0x20000000, LENGTH = 4M }
+ENTRY(reset)
+SECTIONS {
+    .text : { KEEP(*(.vectors)) *(.text*) *(.rodata*) } > FLASH
+    .ARM.exidx : { *(.ARM.exidx*) } > FLASH
+    .data : { *(.data*) } > RAM
+    .bss : { *(.bss*) *(COMMON) } > RAM
+    stack_top = ORIGIN(RAM) + LENGTH(RAM);
+}
+"""
+ARM = ["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]
+QEMU = ["qemu-system-arm", "-machine", "mps2-an386", "-nographic", "-semihosting", "-icount", "shift=0"]
+CC = ["-std=c99", "-O2"]
 
 
-def timed(model: str, precision: str) -> list[str]:
-    """Nanoseconds and cycles of a step by each method, as text."""
-    plant = configured_plant(study(load("config/paper.yaml")), "D", 0.5)
-    c, chosen = plant.conditions, system(model, 1.35, plant, piston=True)
-    start = {"x": 0.0, "v": 0.0, "P": c.P_0, "T": c.T_0}
-    words = {"M": model, "f": precision, "methods": len(METHODS), "steps": STEPS, "runs": RUNS}
-    words["start"] = ", ".join(str(start[name[0]]) for name in chosen.states)
+class Counted(float):
+    """A number that counts the operations made with it; those with a row's zeros and ones are left out."""
+
+    made: ClassVar[Counter[str]] = Counter()
+
+    @classmethod
+    def _made(cls, kind: str, value: Any) -> "Counted":
+        cls.made[kind] += 1
+        return cls(value)
+
+    def __add__(self, other: float) -> "Counted":
+        if type(other) is float and other == 0:
+            return self
+        return self._made("add", float(self) + float(other))
+
+    def __sub__(self, other: float) -> "Counted":
+        return self._made("add", float(self) - float(other))
+
+    def __rsub__(self, other: float) -> "Counted":
+        return self._made("add", float(other) - float(self))
+
+    def __mul__(self, other: float) -> float:
+        if type(other) is float and other in (0, 1):
+            return self if other else 0.0
+        return self._made("multiply", float(self) * float(other))
+
+    def __truediv__(self, other: float) -> "Counted":
+        return self._made("divide", float(self) / float(other))
+
+    def __rtruediv__(self, other: float) -> "Counted":
+        return self._made("divide", float(other) / float(self))
+
+    def __pow__(self, other: float, modulus: None = None, /) -> float:
+        if other in (0, 1):
+            return self if other else 1.0
+        kind = {0.5: "root", 2: "multiply"}.get(float(other), "power")
+        return self._made(kind, float(self) ** float(other))
+
+    def __neg__(self) -> "Counted":
+        return type(self)(-float(self))
+
+    def __abs__(self) -> "Counted":
+        return type(self)(abs(float(self)))
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+def recording_of() -> Recording:
+    """The first steps of the experiment."""
+    e = study(load("config/paper.yaml")).experiments[EXPERIMENT]
+    return record(e._replace(steps=STEPS))
+
+
+def signals_of(recording: Recording, chosen: System) -> np.ndarray:
+    """Inputs of a system at every step of the recording, shape (steps + 1, inputs)."""
+    plant, states = recording.plant, recording.states
+    u = np.clip(recording.u, -plant.valve.u_max, plant.valve.u_max)
+    flows = []
+    for sign, s in ((1, 2), (-1, 4)):
+        pairs = [
+            chamber_flows(sign * a, P, T, plant.valve, plant.gas, plant.conditions)
+            for a, P, T in zip(u, states[:, s], states[:, s + 1], strict=True)
+        ]
+        flows.append(np.subtract(*np.transpose(pairs)))
+    values = {"u": u, "x": states[:, 0], "v": states[:, 1], "m_A": flows[0], "m_B": flows[1]}
+    return np.column_stack([values.get(name, np.zeros(len(u))) for name in chosen.inputs])
+
+
+def operations(recording: Recording, chosen: System) -> dict[str, float]:
+    """Operations of an evaluation of the rates, by kind: mean over every tenth step."""
+    names, signals = chosen.states, signals_of(recording, chosen)
+    columns = {"x": 0, "v": 1, "P_A": 2, "T_A": 3, "P_B": 4, "T_B": 5}
+    Counted.made = Counter()
+    places = range(0, STEPS, 10)
+    for k in places:
+        state = [Counted(recording.states[k, columns[name]]) for name in names]
+        rates(chosen, state, [Counted(value) for value in signals[k]])
+    return {kind: count / len(places) for kind, count in sorted(Counted.made.items())}
+
+
+def temperature_polynomial(recording: Recording) -> tuple[Polynomial, float]:
+    """Polynomial p for which eq (6) is T_0 p((P/P_0)^(1/4)), and its largest relative error.
+
+    A fourth root costs two instructions, and of it the power is nearly a straight line.
+    """
+    c, gamma = recording.plant.conditions, recording.plant.gas.gamma
+    a = lane(MODELS["M8"], N, gamma).a
+    ends = [(factor * P / c.P_0) ** 0.25 for factor, P in zip(WIDE, (c.P_atm, c.P_s), strict=True)]
+    root = np.linspace(ends[0], ends[1], 10_001)
+    nodes = np.mean(ends) + np.ptp(ends) / 2 * np.cos(np.pi * (np.arange(200) + 0.5) / 200)
+    fit = Polynomial.fit(nodes, nodes ** (4 * a), DEGREE, w=nodes ** (-4 * a)).convert()
+    return fit, float(np.abs(fit(root) / root ** (4 * a) - 1).max())
+
+
+def with_polynomial(source: str, polynomial: Polynomial, precision: str) -> str:
+    """C source in which eq (6) is a polynomial of the fourth root of the pressure ratio."""
+    suffix = "f" if precision == "float" else ""
+    terms = [f"{value:.9e}{suffix}" for value in polynomial.coef]
+    horner = terms[-1]
+    for term in terms[-2::-1]:
+        horner = f"({term} + root*{horner})"
+    root = f"const {precision} root = sqrt{suffix}(sqrt{suffix}(P/p->P_0));"
+    line = f"{root}\n    const {precision} T = p->T_0*{horner}; /* K, eq (6) */"
+    source, count = re.subn(rf"const {precision} T = .*; /\* K, eq \(6\) \*/", lambda _: line, source)
+    if count != 1:
+        raise ValueError(f"{count} statements of eq (6) in the exported C, not one")
+    return source
+
+
+def programs(recording: Recording, precision: str, part: str) -> Iterator[tuple[str, dict[str, str]]]:
+    """Name and files of the program of each row: models, those with a polynomial, and the full order."""
+    polynomial, _ = temperature_polynomial(recording)
+    c, (valve, piston) = recording.plant.conditions, PARTS[part]
+    suffix = "f" if precision == "float" else ""
+    for name in (*MODELS, FULL_ORDER):
+        chosen = system(name, N, recording.plant, valve=valve, piston=piston)
+        signals = signals_of(recording, chosen)
+        start = chosen.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
+        rows = ",\n".join("{" + ", ".join(f"{value:.9e}{suffix}" for value in row) + "}" for row in signals)
+        table = f"static const {precision} signals[][{len(chosen.inputs)}] = {{\n{rows}}};\n"
+        words = {"M": name, "f": precision, "methods": len(METHODS), "steps": STEPS, "runs": RUNS}
+        words |= {"start": ", ".join(f"{value:.9e}{suffix}" for value in start), "signals": table}
+        files = exported(name, N, recording.plant, "c", precision=precision, valve=valve, piston=piston)
+        texts = {file: text.decode() for file, text in files.items() if "_test" not in file}
+        texts |= {"main.c": MAIN % words, "arm.c": ARM_MAIN % words, "arm.ld": LINKER_SCRIPT}
+        yield name, texts
+        if name in MODELS and MODELS[name].temperature == "polytropic":
+            source = f"{name}.c"
+            yield name + POLYNOMIAL, texts | {source: with_polynomial(texts[source], polynomial, precision)}
+
+
+def _run(folder: str, command: list[str]) -> str:
+    return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
+
+
+def measured(name: str, files: dict[str, str], arm: bool) -> dict[str, Any]:
+    """Costs of a row by method: ns here; and on a Cortex-M4F instructions, bytes of code and of stack."""
+    model = name.removesuffix(POLYNOMIAL)
     with TemporaryDirectory() as folder:
-        write_files(exported(model, 1.35, plant, "c", precision=precision, piston=True), Path(folder))
-        (Path(folder) / "main.c").write_text(MAIN % words, encoding="utf-8")
-        compiler = ["gcc", "-std=c99", "-O2", "main.c", f"{model}.c", "-lm", "-o", "main"]
-        subprocess.run(compiler, cwd=folder, check=True)
-        ran = subprocess.run(["./main"], cwd=folder, check=True, capture_output=True, text=True)
-    return [f"{ns} ({cycles})" for ns, cycles in (line.split() for line in ran.stdout.splitlines())]
+        write_files({file: text.encode() for file, text in files.items()}, Path(folder))
+        _run(folder, ["gcc", *CC, "main.c", f"{model}.c", "-lm", "-o", "main"])
+        ns = [float(line) for line in _run(folder, ["./main"]).split()]
+        found: dict[str, Any] = {"ns": dict(zip(METHODS, ns, strict=True))}
+        if arm:
+            compiler = ["arm-none-eabi-gcc", *ARM, *CC]
+            _run(folder, [*compiler, "-fstack-usage", "-c", f"{model}.c", "-o", "model.o"])
+            linked = [*compiler, "-nostartfiles", "-T", "arm.ld", "arm.c", "model.o", "-lm", "-o", "arm.elf"]
+            _run(folder, linked)
+            told = subprocess.run(
+                [*QEMU, "-kernel", "arm.elf"],
+                cwd=folder,
+                check=True,
+                capture_output=True,
+                text=True,
+                timeout=60,
+            )
+            ticks = [int(line) for line in told.stderr.split()]  # where the machine's host prints
+            if not all(ticks):
+                raise ValueError(f"{name}: failed on the Cortex-M4F")
+            per_step = [INSTRUCTIONS_PER_TICK * number / STEPS for number in ticks]
+            found["instructions"] = dict(zip(METHODS, per_step, strict=True))
+            sizes = _run(folder, ["arm-none-eabi-size", "model.o"]).splitlines()[1].split()
+            found["code_bytes"] = int(sizes[0])
+            usage = Path(folder, "model.su").read_text(encoding="utf-8").splitlines()
+            found["stack_bytes"] = sum(int(line.split("\t")[1]) for line in usage)
+    return found
+
+
+def _version(command: str) -> str:
+    return subprocess.run([command, "--version"], check=True, capture_output=True, text=True).stdout.split(
+        "\n"
+    )[0]
+
+
+def costs(shared: bool) -> dict[str, Any]:
+    """All costs by part, precision and row."""
+    recording = recording_of()
+    has_arm = bool(which("arm-none-eabi-gcc") and which("qemu-system-arm"))
+    _, error = temperature_polynomial(recording)
+    cpu = re.search(r"model name\s*:\s*(.*)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
+    found: dict[str, Any] = {
+        "experiment": EXPERIMENT,
+        "n": N,
+        "processor": cpu[1] if cpu else "unknown",
+        "shared": shared,
+        "compiler": _version("gcc"),
+        "arm": [_version("arm-none-eabi-gcc"), _version("qemu-system-arm")] if has_arm else [],
+        "polynomial": {"degree": DEGREE, "largest_relative_error": error},
+        "operations": {},
+        "rows": {},
+    }
+    for part, (valve, piston) in PARTS.items():
+        found["operations"][part] = {
+            name: operations(recording, system(name, N, recording.plant, valve=valve, piston=piston))
+            for name in (*MODELS, FULL_ORDER)
+        }
+    for part, precision in product(PARTS, ("double", "float")):
+        of_part = found["rows"].setdefault(part, {}).setdefault(precision, {})
+        for name, files in programs(recording, precision, part):
+            of_part[name] = measured(name, files, has_arm and precision == "float")
+            print(part, precision, name, of_part[name], flush=True)
+    return found
 
 
 if __name__ == "__main__":
-    print(f"ns (cycles) per step | {' | '.join(f'{p} {m}' for p in ('double', 'float') for m in METHODS)}")
-    for name in (*MODELS, FULL_ORDER):
-        print(f"{name} | {' | '.join(timed(name, 'double') + timed(name, 'float'))}", flush=True)
+    FILE.write_text(json.dumps(costs("--shared" in sys.argv[1:]), indent=1) + "\n", encoding="utf-8")

@@ -12,6 +12,7 @@ from typing import Any
 
 import at_work
 import cluster
+import cost
 import measurements
 import signal_sampling
 import which_model
@@ -75,7 +76,7 @@ def from_kept_files() -> Numbers:
         xr.load_dataset(KEPT / f"{name}.nc")
         for name in ("at_work", "measurements", "cylinders", "fit_coverage", "assumptions", "floor")
     )
-    fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
+    fleet, slurm, steps = (cluster.stored(name) for name in ("fleet", "slurm", "cost"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
     return {
         "at_work": named(at_work.numbers(at_work_runs), at_work.tables(at_work_runs)),
@@ -84,6 +85,7 @@ def from_kept_files() -> Numbers:
             "k_0": f"{min(k_0):g} to {max(k_0):g}",
         },
         "cluster": named(cluster.numbers(fleet, slurm), cluster.tables(fleet, slurm)),
+        "cost": named(cost.numbers(steps), cost.tables(steps)),
         "cylinders": named(which_model.cylinder_numbers(cylinders), which_model.cylinder_tables(cylinders)),
         "fit": {
             "cases": f"{fits.sizes['case']:,}",

@@ -1,0 +1,80 @@
+"""Tables of the cost of an exported step, from docs/static/cost.json."""
+
+from typing import Any
+
+from fragments import table
+
+from benchmarks.exported_c import POLYNOMIAL
+from pneumo.equations.system import FULL_ORDER
+
+KINDS = {"add": "+ −", "multiply": "×", "divide": "÷", "root": "root", "power": "power"}
+NAMES = {FULL_ORDER: "full order"}
+
+
+def _name(row: str) -> str:
+    return NAMES.get(row, row.replace(POLYNOMIAL, ", polynomial"))
+
+
+def _count(value: float) -> str:
+    return f"{value:,.0f}"
+
+
+def tables(cost: dict[str, Any]) -> dict[str, str]:
+    """Tables of export.md by name: operations, chambers, and the other parts."""
+    chambers, parts = cost["rows"]["chambers"], cost["rows"]
+    operations = [
+        [_name(row), *(f"{counts.get(kind, 0):.0f}" for kind in KINDS)]
+        for row, counts in cost["operations"]["chambers"].items()
+    ]
+    steps = []
+    for row in chambers["double"]:
+        double, single = (chambers[precision][row] for precision in ("double", "float"))
+        cells = [_name(row)]
+        cells += [_count(at["ns"][method]) for at in (double, single) for method in ("EULER", "RK4")]
+        cells += [_count(single["instructions"][method]) for method in ("EULER", "RK4")]
+        steps.append([*cells, _count(single["code_bytes"]), _count(single["stack_bytes"])])
+    others = [
+        [_name(row)]
+        + [
+            _count(at)
+            for part in ("chambers and piston", "chambers without valve")
+            for at in (
+                parts[part]["double"][row]["ns"]["RK4"],
+                parts[part]["float"][row]["instructions"]["RK4"],
+            )
+        ]
+        for row in chambers["double"]
+    ]
+    heads = ["row", "double, Euler", "double, RK4", "float, Euler", "float, RK4"]
+    heads += ["Cortex-M4F, Euler", "Cortex-M4F, RK4", "code (bytes)", "stack (bytes)"]
+    with_piston = ["with piston, double (ns)", "with piston, Cortex-M4F"]
+    without = ["no valve, double (ns)", "no valve, Cortex-M4F"]
+    return {
+        "operations": table(["row", *KINDS.values()], operations),
+        "steps": table(heads, steps),
+        "parts": table(["row", *with_piston, *without], others),
+    }
+
+
+def numbers(cost: dict[str, Any]) -> dict[str, str]:
+    """Numbers of the sentences about cost by name."""
+    double, single = (cost["rows"]["chambers"][precision] for precision in ("double", "float"))
+
+    def over(row: str, other: str) -> tuple[str, str]:
+        ns = double[row]["ns"]["RK4"] / double[other]["ns"]["RK4"]
+        count = single[row]["instructions"]["RK4"] / single[other]["instructions"]["RK4"]
+        return f"{ns:.2f}", f"{count:.2f}"
+
+    found: dict[str, str] = {
+        "experiment": cost["experiment"],
+        "processor": " ".join(cost["processor"].split()),
+        "shared": "while other programs ran on it" if cost["shared"] else "otherwise idle",
+        "compilers": "; ".join([cost["compiler"], *cost["arm"]]),
+        "degree": str(cost["polynomial"]["degree"]),
+        "polynomial error": f"{cost['polynomial']['largest_relative_error']:.0e}",
+        "full ns": _count(double[FULL_ORDER]["ns"]["RK4"]),
+        "full instructions": _count(single[FULL_ORDER]["instructions"]["RK4"]),
+    }
+    for name, row in (("M8", "M8"), ("M6", "M6"), ("M8 polynomial", "M8" + POLYNOMIAL)):
+        found[f"full over {name} ns"], found[f"full over {name} instructions"] = over(FULL_ORDER, row)
+    return found
