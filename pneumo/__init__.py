@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from pneumo.evidence.signal_sampling.floor_theory import sampling_floor as sampling_floor
     from pneumo.linear.linear_model import Linear as Linear
     from pneumo.linear.linear_model import linearise as linearise
+    from pneumo.linear.observer import Estimate as Estimate
+    from pneumo.linear.observer import ekf as ekf
     from pneumo.physics.cylinder import Cylinder as Cylinder
     from pneumo.physics.models import MODELS as MODELS
     from pneumo.physics.models import Model as Model

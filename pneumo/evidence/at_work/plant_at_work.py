@@ -12,7 +12,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Plant
 from pneumo.configuration.sampling import EXACT_SAMPLING
-from pneumo.evidence.at_work.observers import FIRST_PRESSURE, Noise, estimated, observability
+from pneumo.evidence.at_work.observers import filter_noise, observability, reduced
 from pneumo.evidence.at_work.position_control import (
     P_CONTROL,
     PARTS,
@@ -24,6 +24,7 @@ from pneumo.evidence.at_work.position_control import (
 from pneumo.evidence.at_work.sampled_plant import PRESSURE_NOISE, readings, sampled_recording
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.simulation.full_order import Recording
+from pneumo.simulation.kalman_filter import FIRST_PRESSURE, estimated
 from pneumo.simulation.replay import replay
 from pneumo.storage.layout import CHAMBERS, described
 
@@ -126,13 +127,14 @@ def replay_errors(run: ObserverRun, lanes: list[Lane]) -> np.ndarray:
     return cells.mse.mean(axis=1)
 
 
-def estimation_errors(run: ObserverRun, row: np.ndarray, sensors: str, pressure_noise: float) -> np.ndarray:
+def estimation_errors(run: ObserverRun, lane: Lane, sensors: str, pressure_noise: float) -> np.ndarray:
     """Mean square error of the estimated P_A and P_B, Pa^2, after the first second: shape (chamber,)."""
     states, u, plant, h = run.recording.states, run.recording.u, run.recording.plant, run.recording.h
-    noise = Noise(FORCE_NOISE * full_force(plant), pressure_noise)
-    estimates, _ = estimated(run.x, run.P, u, SENSORS[sensors], run.first, row, plant, noise, h)
+    noise = filter_noise(FORCE_NOISE * full_force(plant), pressure_noise)
+    P = np.where(np.arange(2) < SENSORS[sensors], run.P, np.nan)
+    estimates, _ = estimated(run.x, P, u, run.first, reduced(lane), plant, noise, h)
     counted = slice(round(LEFT_OUT / h), None)
-    return ((estimates[counted, 2:] - states[counted, [2, 4]]) ** 2).mean(axis=0)
+    return ((estimates[counted, 2:4] - states[counted, [2, 4]]) ** 2).mean(axis=0)
 
 
 def full_force(plant: Plant) -> float:
@@ -150,7 +152,7 @@ class ControlRun(NamedTuple):
 
 
 def control_run(
-    experiment: Experiment, seed: np.random.SeedSequence, controller: Controller, row: np.ndarray
+    experiment: Experiment, seed: np.random.SeedSequence, controller: Controller, lane: Lane
 ) -> ControlRun:
     """Run a task drawn from a seed; a run that fails has an error of one stroke."""
     e, rng = experiment, np.random.default_rng(seed)
@@ -158,7 +160,7 @@ def control_run(
     noise = PRESSURE_NOISE * rng.standard_normal((len(task.force), 2))
     first = e.plant.conditions.P_0 + FIRST_PRESSURE * rng.standard_normal(2)
     smooth = e.plant._replace(cylinder=cylinder._replace(coulomb=0.0))
-    done = controlled(task, noise, first, controller, row, e.plant, smooth, e.h, e.most_halvings)
+    done = controlled(task, noise, first, controller, reduced(lane), e.plant, smooth, e.h, e.most_halvings)
     if not np.isfinite([done.x, done.u]).all():
         square = cylinder.stroke**2
         return ControlRun(square, np.full(len(PARTS), square), e.plant.valve.u_max**2, np.nan)
@@ -174,7 +176,7 @@ def _seeds(plant: int, use: int) -> tuple[list[np.random.SeedSequence], list[np.
 
 def _observers(
     experiment: Experiment, grid: tuple[float, ...], plant: int, loop: int
-) -> tuple[dict[str, np.ndarray], np.ndarray]:
+) -> tuple[dict[str, np.ndarray], list[Lane]]:
     """Results of one loop's observers by variable, and the lanes of the models at their n."""
     tuning, judged = ([observer_run(experiment, seed) for seed in seeds] for seeds in _seeds(plant, loop))
     gamma = experiment.plant.gas.gamma
@@ -183,10 +185,9 @@ def _observers(
     n = np.array([grid[int(i)] for i in np.nan_to_num(mse, nan=np.inf).argmin(axis=1)])
     n[[not MODELS[carried.model].has_n for carried in CARRIED]] = 1.0
     lanes = [carried.lane(value, gamma) for carried, value in zip(CARRIED, n, strict=True)]
-    rows = lane_array(lanes)
     shape = len(SENSORS), len(CARRIED)
     noise, errors = np.empty(shape), np.empty((*shape, len(judged), 2))
-    for (i, sensors), (j, row) in product(enumerate(SENSORS), enumerate(rows)):
+    for (i, sensors), (j, row) in product(enumerate(SENSORS), enumerate(lanes)):
         tried = [
             np.mean([estimation_errors(run, row, sensors, q) for run in tuning]) for q in PRESSURE_NOISES
         ]
@@ -199,7 +200,7 @@ def _observers(
         "estimation_error": np.sqrt(errors.mean(axis=-1)),
         "estimation_error_by_chamber": np.sqrt(errors.mean(axis=-2)),
     }
-    return cells, rows
+    return cells, lanes
 
 
 def _judged(runs: list[ControlRun]) -> dict[str, np.ndarray]:
@@ -217,36 +218,36 @@ def _judged(runs: list[ControlRun]) -> dict[str, np.ndarray]:
 
 
 def _controllers(
-    experiment: Experiment, plant: int, rows: np.ndarray, noise: dict[str, np.ndarray]
+    experiment: Experiment, plant: int, lanes: list[Lane], noise: dict[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
     """Results of the controllers by variable, those of P control with the prefix ``baseline_``."""
     tuning, judged = _seeds(plant, 2)
     force, cylinder = CONTROL_FORCE_NOISE * full_force(experiment.plant), experiment.plant.cylinder
     scale = experiment.plant.valve.u_max / cylinder.stroke
 
-    def tried(controllers: list[Controller], row: np.ndarray) -> tuple[int, np.ndarray]:
+    def tried(controllers: list[Controller], row: Lane) -> tuple[int, np.ndarray]:
         """Index of the controller that tracks best on the tuning seeds, and each one's following error, m."""
         runs = [[control_run(experiment, seed, c, row) for seed in tuning] for c in controllers]
         best = np.argmin([np.mean([run.tracking for run in tuned]) for tuned in runs])
         following = [(_judged(tuned)["following_error"] ** 2).mean() ** 0.5 for tuned in runs]
         return int(best), np.array(following)
 
-    def done(controller: Controller, row: np.ndarray) -> dict[str, np.ndarray]:
+    def done(controller: Controller, row: Lane) -> dict[str, np.ndarray]:
         return _judged([control_run(experiment, seed, controller, row) for seed in judged])
 
     cells: dict[str, list[np.ndarray]] = {}
-    for sensors, (j, row) in product(CONTROL_SENSORS, enumerate(rows)):
-        process = Noise(force, float(noise[sensors][j]))
+    for sensors, (j, row) in product(CONTROL_SENSORS, enumerate(lanes)):
+        process = filter_noise(force, float(noise[sensors][j]))
         choices = [Controller(SENSORS[sensors], w, 0.0, process) for w in BANDWIDTHS]
         chosen, errors = tried(choices, row)
         tuned = {"bandwidth": np.array(choices[chosen].bandwidth), "following_at_bandwidth": errors}
         for name, values in (done(choices[chosen], row) | tuned).items():
             cells.setdefault(name, []).append(values)
-    shape = len(CONTROL_SENSORS), len(rows)
+    shape = len(CONTROL_SENSORS), len(lanes)
     stacked = {name: np.reshape(values, (*shape, *values[0].shape)) for name, values in cells.items()}
-    baseline = [Controller(0, P_CONTROL, gain * scale, Noise(force, 0.0)) for gain in GAINS]
-    best = baseline[tried(baseline, rows[0])[0]]
-    judged_best = done(best, rows[0]) | {"gain": np.array(best.gain)}
+    baseline = [Controller(0, P_CONTROL, gain * scale, filter_noise(force, 0.0)) for gain in GAINS]
+    best = baseline[tried(baseline, lanes[0])[0]]
+    judged_best = done(best, lanes[0]) | {"gain": np.array(best.gain)}
     return stacked | {f"baseline_{name}": values for name, values in judged_best.items()}
 
 
@@ -262,13 +263,13 @@ def plant_at_work(
     Both experiments have the same plant; their drives and references make the observers' runs. `grid` holds
     the polytropic indices that are tried; seeds are drawn from the number `plant`. Returns `VARIABLES`.
     """
-    loops, parts, rows = {"open": open_loop, "closed": closed_loop}, [], np.empty(0)
+    loops, parts, lanes = {"open": open_loop, "closed": closed_loop}, [], list[Lane]()
     for i, (loop, experiment) in enumerate(loops.items()):
-        cells, rows = _observers(experiment, grid, plant, i)  # the last are those of the closed loop
+        cells, lanes = _observers(experiment, grid, plant, i)  # the last are those of the closed loop
         parts.append(cells)
         progress(f"observers, {loop} loop: done")
     tuned = dict(zip(SENSORS, parts[-1]["pressure_noise"], strict=True))
-    control = _controllers(closed_loop, plant, rows, tuned)
+    control = _controllers(closed_loop, plant, lanes, tuned)
     progress("controllers: done")
     plant_of = [closed_loop.plant._replace(k_0=c.k_0_factor * closed_loop.plant.k_0) for c in CARRIED]
     carried = list(zip(CARRIED, parts[-1]["n"], plant_of, strict=True))

@@ -11,14 +11,20 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.evidence.at_work.observers import STATES, Noise, correct_all, first_covariance, predict
 from pneumo.evidence.at_work.sampled_plant import X_STEP, air_from_supply, held_step, pressure_read, rounded
-from pneumo.physics.cylinder import Side, acceleration, chamber_of
-from pneumo.physics.models import Lane
+from pneumo.physics.cylinder import acceleration
 from pneumo.physics.valve import limited
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import equilibrium
-from pneumo.simulation.reference import lane_of, lane_rate
+from pneumo.simulation.kalman_filter import (
+    SIZE,
+    FilterModel,
+    Noise,
+    correct_all,
+    first_estimate,
+    model_rates,
+    predict,
+)
 
 PARTS = {"step": (0.0, 2.0), "sine": (2.0, 5.0), "handling": (5.0, 8.0), "force": (8.0, 10.0)}  # s
 DURATION = 10.0  # s
@@ -88,17 +94,16 @@ def drawn_task(rng: np.random.Generator, plant: Plant, h: float) -> Task:
 
 
 @inlined
-def third_derivative(y: np.ndarray, a: float, u: float, plant: Plant, lane: Lane) -> float:
+def third_derivative(y: np.ndarray, a: float, u: float, plant: Plant, model: FilterModel) -> float:
     """Third derivative of the position by the model at acceleration a, m/s^3: eq (3) differentiated."""
-    c = plant.cylinder
-    rate_A = lane_rate(u, y[0], y[1], y[2], chamber_of(c, Side.A), plant, lane)
-    rate_B = lane_rate(-u, -y[0], -y[1], y[3], chamber_of(c, Side.B), plant, lane)
-    return (c.A_A * rate_A - c.A_B * rate_B - c.k_f * a) / c.M
+    c, dy = plant.cylinder, np.empty(SIZE)
+    model_rates(y, u, plant, model, dy)
+    return (c.A_A * dy[2] - c.A_B * dy[3] - c.k_f * a) / c.M
 
 
 @inlined
 def linearising_command(
-    y: np.ndarray, wanted: np.ndarray, integral: float, bandwidth: float, plant: Plant, lane: Lane
+    y: np.ndarray, wanted: np.ndarray, integral: float, bandwidth: float, plant: Plant, model: FilterModel
 ) -> float:
     """Command, V, not limited, that gives the error of position four poles at -bandwidth, by the model.
 
@@ -108,9 +113,9 @@ def linearising_command(
     w, u_max = bandwidth, plant.valve.u_max
     jerk = wanted[3] + 4 * w * (wanted[2] - a) + 6 * w**2 * (wanted[1] - y[1])
     jerk += 4 * w**3 * (wanted[0] - y[0]) + w**4 * integral
-    closed = third_derivative(y, a, 0.0, plant, lane)
+    closed = third_derivative(y, a, 0.0, plant, model)
     towards = u_max if jerk > closed else -u_max
-    change = third_derivative(y, a, towards, plant, lane) - closed
+    change = third_derivative(y, a, towards, plant, model) - closed
     if change * towards <= 0:  # the valve cannot give this jerk
         return towards
     return towards * (jerk - closed) / change
@@ -122,7 +127,7 @@ def controlled(
     sensor_noise: np.ndarray,
     first: np.ndarray,
     controller: Controller,
-    row: np.ndarray,
+    model: FilterModel,
     plant: Plant,
     smooth: Plant,
     h: float,
@@ -136,27 +141,24 @@ def controlled(
         Noise of the pressure sensors, Pa, shape (samples, 2).
     first : numpy.ndarray
         First estimate of P_A and P_B, Pa.
-    row : numpy.ndarray
-        The model: a row of `pneumo.physics.models.lane_array`.
     smooth : Plant
         The plant without Coulomb friction, whose sign at rest is noise, for the control law.
     """
-    samples, lane = len(task.force), lane_of(row)
+    samples, noise = len(task.force), controller.noise
     xs, us, air, integral, state = np.empty(samples), np.empty(samples), 0.0, 0.0, equilibrium_of(plant)
-    y, C, W = np.empty(STATES), first_covariance(), np.empty((4, STATES, STATES))
-    y[0], y[1], y[2], y[3] = 0.0, 0.0, first[0], first[1]
-    P, u_max = np.empty(2), plant.valve.u_max
+    (y, C), W = first_estimate(0.0, first, plant, noise), np.empty((4, SIZE, SIZE))
+    P, u_max = np.full(2, np.nan), plant.valve.u_max
     for k in range(samples):
         x, wanted = rounded(state[0], X_STEP), task.reference[k]
         if controller.bandwidth > 0:
-            for side in range(2):
+            for side in range(controller.measured_pressures):
                 P[side] = pressure_read(state[2 + 2 * side], sensor_noise[k, side])
-            correct_all(y, C, x, P, controller.measured_pressures, plant)
-            free = linearising_command(y, wanted, integral, controller.bandwidth, smooth, lane)
+            correct_all(y, C, x, P, plant, model, noise)
+            free = linearising_command(y, wanted, integral, controller.bandwidth, smooth, model)
             if abs(free) < u_max:
                 integral += h * (wanted[0] - y[0])
             u = limited(free, u_max)
-            predict(y, C, u, plant, lane, controller.noise, h, W)
+            predict(y, C, u, plant, model, noise, h, W)
         else:
             u = limited(controller.gain * (wanted[0] - x), u_max)
         xs[k], us[k] = state[0], u

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from paper_study import STUDY
 
-from pneumo.evidence.at_work.observers import Noise, correct_all, first_covariance, predict
+from pneumo.evidence.at_work.observers import filter_noise, reduced
 from pneumo.physics.models import MODELS, lane
+from pneumo.simulation.full_order_replay import FullRow
+from pneumo.simulation.kalman_filter import SIZE, FilterModel, correct_all, first_estimate, predict
 
 pytestmark = pytest.mark.uncompiled
 
@@ -13,28 +15,39 @@ CLOSED = STUDY.experiments["E10"]
 PLANT, H = CLOSED.plant, CLOSED.h
 C, CYLINDER = PLANT.conditions, PLANT.cylinder
 LANE = lane(MODELS["M8"], 1.35, PLANT.gas.gamma)
-SILENT = Noise(0.0, 0.0)
+SILENT, T_0 = filter_noise(0.0, 0.0), C.T_0
+MODEL = reduced(LANE)
+FILTERS = [
+    FilterModel(full, estimates_k_0, LANE, FullRow())
+    for full in (False, True)
+    for estimates_k_0 in (False, True)
+]
 
 
-def after(y, u=1.0, noise=SILENT, h=H, steps=1):
+def first_covariance():
+    """First covariance of all states, whether a model has them or not."""
+    return first_estimate(0.0, np.full(2, C.P_0), PLANT, SILENT)[1]
+
+
+def after(y, u=1.0, noise=SILENT, h=H, steps=1, model=MODEL):
     """State and covariance after some steps from the first covariance."""
-    y, covariance, W = np.array(y), first_covariance(), np.empty((4, 4, 4))
+    y, covariance, W = np.array([*y, T_0, T_0, 0.0][:SIZE]), first_covariance(), np.empty((4, SIZE, SIZE))
     for _ in range(steps):
-        predict(y, covariance, u, PLANT, LANE, noise, h, W)
+        predict(y, covariance, u, PLANT, model, noise, h, W)
     return y, covariance
 
 
 def test_noise_adds_its_variance():
     start = [0.01, 0.2, 4e5, 5e5]
-    (_, silent), (_, noisy) = after(start), after(start, noise=Noise(2.0, 1e6))
-    added = np.diag([0.0, H * (2.0 / CYLINDER.M) ** 2, H * 1e12, H * 1e12])
+    (_, silent), (_, noisy) = after(start), after(start, noise=filter_noise(2.0, 1e6))
+    added = np.diag([0.0, H * (2.0 / CYLINDER.M) ** 2, H * 1e12, H * 1e12, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(noisy - silent, added, rtol=1e-9, atol=1e-9)
 
 
 def test_the_rule_is_of_second_order():
     start = [0.01, 0.2, 4e5, 5e5]
     true = after(start, h=H / 64, steps=64)[0]
-    one, two = (abs(after(start, h=H / k, steps=k)[0] - true)[2:].max() for k in (1, 2))
+    one, two = (abs(after(start, h=H / k, steps=k)[0] - true)[2:4].max() for k in (1, 2))
     assert one / two == pytest.approx(4, rel=0.2)
 
 
@@ -51,15 +64,43 @@ def test_the_infinite_slope_of_the_flow_at_equal_pressures_is_limited():
 
 def test_pressures_stay_possible():
     beyond, limits = [0.0, 0.0, 3 * C.P_s, C.P_atm / 10], [2 * C.P_s, C.P_atm / 2]
-    assert after(beyond, u=0.0)[0][2:].tolist() == limits
-    y = np.array(beyond)
-    correct_all(y, first_covariance(), 0.0, np.zeros(2), 0, PLANT)
-    assert y[2:].tolist() == limits
+    assert after(beyond, u=0.0)[0][2:4].tolist() == limits
+    y = np.array([*beyond, T_0, T_0, 0.0])
+    correct_all(y, first_covariance(), np.nan, np.full(2, np.nan), PLANT, MODEL, SILENT)
+    assert y[2:4].tolist() == limits
 
 
 @pytest.mark.parametrize("measured", [0, 1, 2])
 def test_each_pressure_that_is_measured_corrects_its_own(measured):
-    y, read = np.array([0.0, 0.0, C.P_0, C.P_0]), C.P_0 + np.array([2e4, -3e4])
-    correct_all(y, first_covariance(), 0.0, read, measured, PLANT)
+    y, read = np.array([0.0, 0.0, C.P_0, C.P_0, T_0, T_0, 0.0]), C.P_0 + np.array([2e4, -3e4])
+    known = np.where(np.arange(2) < measured, read, np.nan)
+    correct_all(y, first_covariance(), 0.0, known, PLANT, MODEL, SILENT)
     expected = np.where(np.arange(2) < measured, read, C.P_0)
-    assert y[2:] == pytest.approx(expected, abs=150)  # the sensor's variance is a 400th of the first
+    assert y[2:4] == pytest.approx(expected, abs=150)  # the sensor's variance is a 400th of the first
+
+
+@pytest.mark.parametrize("model", FILTERS, ids=lambda m: f"full {m.full}, k_0 {m.estimates_k_0}")
+def test_the_covariance_moves_by_differences_of_the_prediction(model):
+    start = np.array([0.005, 0.1, 5.2e5, 4.7e5, 296.0, 290.0, 0.1])
+    names = [s for s in range(SIZE) if s < 4 or (s < 6 and model.full) or (s == 6 and model.estimates_k_0)]
+    steps = np.array([1e-6, 1e-4, 10.0, 10.0, 0.01, 0.01, 1e-3])
+    columns = []
+    for s in names:
+        up, down = (after(start + sign * steps * (np.arange(SIZE) == s), model=model)[0] for sign in (1, -1))
+        columns.append((up - down)[names] / (2 * steps[s]))
+    F, C_0 = np.column_stack(columns), first_covariance()[np.ix_(names, names)]
+    noise = np.zeros(len(names))
+    if model.estimates_k_0:
+        noise[-1] = H * 0.01**2
+    expected = F @ C_0 @ F.T + np.diag(noise)
+    found = after(start, model=model)[1][np.ix_(names, names)]
+    scale = np.sqrt(np.diag(expected))
+    # One-sided differences of the filter, over larger steps, leave less than a hundredth of a step's change.
+    np.testing.assert_allclose(found / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-2)
+
+
+def test_k_0_and_temperatures_are_kept_possible():
+    model = FILTERS[-1]
+    y = np.array([0.0, 0.0, C.P_0, C.P_0, 3 * T_0, T_0 / 3, 9.0])
+    correct_all(y, first_covariance(), np.nan, np.full(2, np.nan), PLANT, model, SILENT)
+    assert y[4:].tolist() == [2 * T_0, T_0 / 2, np.log(10.0)]

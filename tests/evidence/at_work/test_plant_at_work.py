@@ -11,35 +11,44 @@ from pneumo import linearise
 from pneumo.evidence.at_work import at_work_statistics as statistics
 from pneumo.evidence.at_work import observers, plant_at_work, position_control, sampled_plant
 from pneumo.evidence.at_work.at_work_statistics import correlations
-from pneumo.evidence.at_work.observers import Noise, first_covariance
+from pneumo.evidence.at_work.observers import filter_noise, reduced
 from pneumo.evidence.at_work.plant_at_work import CARRIED, Carried, control_run
 from pneumo.evidence.at_work.position_control import P_CONTROL, PARTS, Controller, Task, minimum_jerk
 from pneumo.evidence.at_work.sampled_plant import PRESSURE_NOISE, PRESSURE_STEP, X_STEP, readings
 from pneumo.physics.cylinder import acceleration, chamber_of, volume
-from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.physics.models import MODELS, Lane, lane
+from pneumo.simulation import kalman_filter
 from pneumo.simulation.compiled import kernel
 from pneumo.simulation.full_order import equilibrium
+from pneumo.simulation.kalman_filter import SIZE, FilterModel, first_estimate
 
 pytestmark = pytest.mark.xdist_group("at work")  # the same kernels, compiled once
 CLOSED = STUDY.experiments["E10"]
 PLANT, H, N = CLOSED.plant, CLOSED.h, 1.35
 P_0 = PLANT.conditions.P_0
-QUIET = Noise(0.1, 1e3)
+QUIET = filter_noise(0.1, 1e3)
 LANE = lane(MODELS["M8"], N, PLANT.gas.gamma)
-ROW = lane_array([LANE])[0]
-predicted, corrected = kernel(observers.predict), kernel(observers.correct_all)
+MODEL = reduced(LANE)
+predicted, corrected = kernel(kalman_filter.predict), kernel(kalman_filter.correct_all)
 commanded, jerk_of = kernel(position_control.linearising_command), kernel(position_control.third_derivative)
 drawn_air = kernel(sampled_plant.air_from_supply)
 pressures = st.floats(1.2e5, 6.5e5)
 positions, speeds, commands = st.floats(-0.04, 0.04), st.floats(-0.5, 0.5), st.floats(-10.0, 10.0)
 
 
+def start(x: float, v: float, P_A: float, P_B: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First state, its covariance, and work space of a filter."""
+    y, C = first_estimate(x, np.array([P_A, P_B]), PLANT, QUIET)
+    y[1] = v
+    return y, C, np.empty((4, SIZE, SIZE))
+
+
 def model_run(u: np.ndarray, y_0: np.ndarray) -> np.ndarray:
     """States of the model itself at every sample: what a filter with the true model should find."""
-    y, C, W, states = y_0.copy(), first_covariance(), np.empty((4, 4, 4)), [y_0.copy()]
+    (y, C, W), states = start(*y_0), [y_0.copy()]
     for command in u[:-1]:
-        predicted(y, C, command, PLANT, LANE, QUIET, H, W)
-        states.append(y.copy())
+        predicted(y, C, command, PLANT, MODEL, QUIET, H, W)
+        states.append(y[:4].copy())
     return np.array(states)
 
 
@@ -49,26 +58,28 @@ def test_a_filter_with_the_true_model_and_no_noise_converges(measured):
     u = 3.0 * np.sin(2 * np.pi * 2.0 * t)
     states = model_run(u, np.array([0.0, 0.0, P_0, P_0]))
     first = np.array([P_0 + 3e4, P_0 - 3e4])
-    found, C = observers.estimated(states[:, 0], states[:, 2:], u, measured, first, ROW, PLANT, QUIET, H)
-    errors = abs(found - states)[:, 2:].max(axis=1)
+    known = np.where(np.arange(2) < measured, states[:, 2:], np.nan)
+    found, variances = kalman_filter.estimated(states[:, 0], known, u, first, MODEL, PLANT, QUIET, H)
+    errors = abs(found[:, :4] - states)[:, 2:].max(axis=1)
     assert errors[0] > 1e3 or measured == 2  # a pressure that is measured is known at once, within its noise
     # Within 1 % of the first error, whichever pressures are measured, and within what the filter expects.
     assert errors[-1000:].max() < 300.0
-    assert errors[-1] < 3 * np.sqrt(np.diag(C)[2:].max())
+    assert errors[-1] < 3 * np.sqrt(variances[-1, 2:4].max())
 
 
 @settings(max_examples=30)
 @given(positions, speeds, pressures, pressures, commands, st.integers(0, 2), st.floats(1e2, 1e6))
 def test_the_covariance_stays_symmetric_and_positive(x, v, P_A, P_B, u, measured, noise):
-    y, C, W = np.array([x, v, P_A, P_B]), first_covariance(), np.empty((4, 4, 4))
+    y, C, W = start(x, v, P_A, P_B)
     for _ in range(20):
-        predicted(y, C, u, PLANT, LANE, Noise(0.1, noise), H, W)
-        corrected(y, C, y[0] + X_STEP, y[2:] - 1e3, measured, PLANT)
+        predicted(y, C, u, PLANT, MODEL, filter_noise(0.1, noise), H, W)
+        known = np.where(np.arange(2) < measured, y[2:4] - 1e3, np.nan)
+        corrected(y, C, y[0] + X_STEP, known, PLANT, MODEL, QUIET)
         np.testing.assert_array_equal(C, C.T)
         # Scaled to a unit diagonal; the rounding of 20 steps is far below 1e-6 of it.
-        scale = np.sqrt(np.diag(C))
+        scale = np.sqrt(np.diag(C)[:4])
         assert (scale > 0).all()
-        assert np.linalg.eigvalsh(C / np.outer(scale, scale)).min() > -1e-6
+        assert np.linalg.eigvalsh(C[:4, :4] / np.outer(scale, scale)).min() > -1e-6
     assert np.isfinite(y).all()
 
 
@@ -76,13 +87,13 @@ def test_the_covariance_stays_symmetric_and_positive(x, v, P_A, P_B, u, measured
 @given(positions, speeds, st.floats(3.8e5, 6.5e5), st.floats(3.8e5, 6.5e5), st.floats(0.5, 10.0))
 def test_the_covariance_moves_by_the_linear_model(x, v, P_A, P_B, u):
     A = np.asarray(linearise("M8", N, PLANT, u=u, P_A=P_A, P_B=P_B, x=x, v=v, states="actuator").A)
-    F = np.eye(observers.STATES) + H * A + H**2 / 2 * A @ A
-    y, C, W = np.array([x, v, P_A, P_B]), first_covariance(), np.empty((4, 4, 4))
-    expected = F @ C @ F.T
+    F = np.eye(4) + H * A + H**2 / 2 * A @ A
+    y, C, W = start(x, v, P_A, P_B)
+    expected = F @ C[:4, :4] @ F.T
     expected[1, 1] += H * (QUIET.force / PLANT.cylinder.M) ** 2
     expected[[2, 3], [2, 3]] += H * QUIET.pressure**2
-    predicted(y, C, u, PLANT, LANE, QUIET, H, W)
-    scale = np.sqrt(np.diag(expected))
+    predicted(y, C, u, PLANT, MODEL, QUIET, H, W)
+    C, scale = C[:4, :4], np.sqrt(np.diag(expected))
     # Differences over 1e-3 of P_0 and 1e-4 of the stroke leave less than a hundredth of a step's change.
     np.testing.assert_allclose(C / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-2)
 
@@ -97,51 +108,53 @@ def test_more_sensors_see_more_and_all_sets_are_observable():
 @settings(max_examples=30)
 @given(positions, speeds, pressures, pressures, st.floats(-0.3, 0.3))
 def test_the_command_gives_the_third_derivative_that_was_asked_for(x, v, P_A, P_B, share):
-    y = np.array([x, v, P_A, P_B])
+    y, _, _ = start(x, v, P_A, P_B)
     a = acceleration(v, P_A, P_B, 0.0, PLANT.cylinder)
     towards = np.copysign(PLANT.valve.u_max, share)
-    closed, full = (jerk_of(y, a, u, PLANT, LANE) for u in (0.0, towards))
+    closed, full = (jerk_of(y, a, u, PLANT, MODEL) for u in (0.0, towards))
     asked = closed + abs(share) * (full - closed)
     w = 50.0
     # The reference whose third derivative makes the law ask for just that.
     wanted = np.array([x, v, a, asked])
-    found = commanded(y, wanted, 0.0, w, PLANT, LANE)
+    found = commanded(y, wanted, 0.0, w, PLANT, MODEL)
     if abs(full - closed) > 1e-6 * abs(closed):
-        assert jerk_of(y, a, found, PLANT, LANE) == pytest.approx(asked, rel=1e-6, abs=1e-6)
+        assert jerk_of(y, a, found, PLANT, MODEL) == pytest.approx(asked, rel=1e-6, abs=1e-6)
 
 
 def test_a_controller_with_the_perfect_model_and_state_tracks():
     t = np.arange(1501) * H
     reference = minimum_jerk(t - 0.1, 0.02, 0.5)
-    y, C, W, errors = np.array([0.0, 0.0, P_0, P_0]), first_covariance(), np.empty((4, 4, 4)), []
+    (y, C, W), errors = start(0.0, 0.0, P_0, P_0), []
     integral = 0.0
     for wanted in reference:
         integral += H * (wanted[0] - y[0])
-        u = np.clip(commanded(y, wanted, integral, 60.0, PLANT, LANE), -10.0, 10.0)
-        predicted(y, C, u, PLANT, LANE, QUIET, H, W)
+        u = np.clip(commanded(y, wanted, integral, 60.0, PLANT, MODEL), -10.0, 10.0)
+        predicted(y, C, u, PLANT, MODEL, QUIET, H, W)
         errors.append(wanted[0] - y[0])
     # The command is held for 1 ms, which at 0.075 m/s is 0.075 mm of the way.
     assert np.abs(errors).max() < 0.1e-3
     assert np.abs(errors[-200:]).max() < 1e-5
 
 
-def held_for_2_s(x: float, force: float, controller: Controller, row: np.ndarray):
+def held_for_2_s(x: float, force: float, controller: Controller, model: FilterModel):
     """Run of a controller that holds the piston at x against a force, without noise."""
     samples = round(2.0 / H) + 1
     task = Task(np.tile([x, 0.0, 0.0, 0.0], (samples, 1)), np.full(samples, force))
     noise, first = np.zeros((samples, 2)), np.full(2, P_0)
-    return position_control.controlled(task, noise, first, controller, row, PLANT, PLANT, H, 6)
+    return position_control.controlled(task, noise, first, controller, model, PLANT, PLANT, H, 6)
 
 
 def test_p_control_without_a_model_is_stable_and_a_model_is_not_read():
     gain = PLANT.valve.u_max / PLANT.cylinder.stroke
-    done = held_for_2_s(0.02, 0.0, Controller(0, P_CONTROL, gain, QUIET), np.full_like(ROW, np.nan))
+    done = held_for_2_s(
+        0.02, 0.0, Controller(0, P_CONTROL, gain, QUIET), reduced(Lane(*[np.nan] * len(LANE)))
+    )
     assert np.abs(done.x[-200:] - 0.02).max() < 2e-4  # 1 % of the step
     assert 0 < done.air < 0.01
 
 
 def test_the_controller_leaves_no_offset_under_a_force():
-    done = held_for_2_s(0.0, 20.0, Controller(2, 50.0, 0.0, Noise(1.0, 1e4)), ROW)
+    done = held_for_2_s(0.0, 20.0, Controller(2, 50.0, 0.0, filter_noise(1.0, 1e4)), MODEL)
     assert np.abs(done.x[:500]).max() > 1e-4  # it was pushed away
     assert np.abs(done.x[-200:]).max() < 3 * X_STEP
 
@@ -203,8 +216,8 @@ def test_a_carried_k_0_is_a_share_of_the_plants():
 
 
 def test_runs_of_a_controller_repeat_themselves():
-    controller, seed = Controller(2, 50.0, 0.0, Noise(0.5, 1e4)), np.random.SeedSequence([1])
-    first, again = (control_run(CLOSED, seed, controller, ROW) for _ in range(2))
+    controller, seed = Controller(2, 50.0, 0.0, filter_noise(0.5, 1e4)), np.random.SeedSequence([1])
+    first, again = (control_run(CLOSED, seed, controller, LANE) for _ in range(2))
     assert first.tracking == again.tracking and first.air == again.air
     lengths = [end - start for start, end in PARTS.values()]
     # The whole has one sample more than its parts.

@@ -1,0 +1,143 @@
+"""Extended Kalman filter on measured signals: pressures, and where asked for k_0, from the position."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pneumo.configuration.experiment import Plant
+from pneumo.equations.chamber_rate import lane_for
+from pneumo.equations.system import FULL_ORDER
+from pneumo.errors import InputError
+from pneumo.physics.models import MODELS, Model, lane
+from pneumo.simulation.full_order_replay import FullRow
+from pneumo.simulation.kalman_filter import STATES, FilterModel, Noise, estimated
+
+FORCE_NOISE, PRESSURE_NOISE = 3e-4, 3e3  # process noise: s^0.5, over P_s A_A; Pa/s^0.5
+
+
+class Estimate(NamedTuple):
+    """Estimates of a filter at every sample, shape (samples,), after that sample's readings."""
+
+    t: np.ndarray  #: time, s
+    x: np.ndarray  #: position, m
+    v: np.ndarray  #: velocity, m/s
+    P_A: np.ndarray  #: pressure in chamber A, Pa
+    P_B: np.ndarray  #: pressure in chamber B, Pa
+    T_A: np.ndarray  #: temperature in chamber A, K; NaN by a reduced model
+    T_B: np.ndarray  #: temperature in chamber B, K; NaN by a reduced model
+    k_0: np.ndarray  #: conductance of the wall, W/K; the plant's where it is not estimated
+    #: Standard deviations that the filter expects of (x, v, P_A, P_B, T_A, T_B, ln k_0), shape (samples, 7);
+    #: 0 for what is not estimated.
+    deviation: np.ndarray
+
+
+def _signal(name: str, values: ArrayLike | None, length: int | None, *, gaps: bool = True) -> np.ndarray:
+    if values is None:
+        return np.full(length or 0, np.nan)
+    array = np.array(values, dtype=float)
+    if array.ndim != 1 or array.size < 2 or (length is not None and array.size != length):
+        expected = "at least 2 samples" if length is None else f"{length} samples, as u"
+        raise InputError(f"{name}: shape {array.shape}: must be one-dimensional with {expected}")
+    if np.isinf(array).any() or (not gaps and np.isnan(array).any()):
+        raise InputError(f"{name}: must be finite{', or NaN where not measured' if gaps else ''}")
+    return array
+
+
+def ekf(
+    model: Model | str,
+    n: float | None,
+    plant: Plant,
+    h: float,
+    *,
+    u: ArrayLike,
+    x: ArrayLike,
+    P_A: ArrayLike | None = None,
+    P_B: ArrayLike | None = None,
+    estimate_k_0: bool = False,
+    first: tuple[float, float] | None = None,
+    force_noise: float | None = None,
+    pressure_noise: float = PRESSURE_NOISE,
+    x_deviation: float = 1e-5,
+    pressure_deviation: float = 1e3,
+) -> Estimate:
+    """Estimate both pressures by an extended Kalman filter from command, position and pressures measured.
+
+    Its states are (x, v, P_A, P_B) by eq (3) and the model; of the full order also (T_A, T_B). A step is one
+    of the midpoint rule; the command is held from sample to sample.
+
+    Parameters
+    ----------
+    model : Model or str
+        A row of six cells, the name of one in `MODELS`, or "full" for the full order.
+    n : float or None
+        Polytropic index; None where the model has none.
+    h : float
+        Time between samples, s.
+    u, x : array-like
+        Command, V, limited inside, and position, m, at every sample, shape (samples,); x is NaN where it was
+        not read.
+    P_A, P_B : array-like, optional
+        Pressures, Pa; NaN where they were not read, None where they are not measured.
+    estimate_k_0 : bool
+        Whether the logarithm of k_0 is a state too. It starts at the plant's k_0 and stays within a factor of
+        ten of it.
+    first : tuple of float, optional
+        First estimate of both pressures, Pa; the pressure at rest if None. Its standard deviation is 20 kPa.
+    force_noise : float, optional
+        Process noise of the force on the piston, N s^0.5; 3e-4 P_s A_A if None. Larger where friction and
+        load are less well known.
+    pressure_noise : float
+        Process noise of the pressures' rates, Pa/s^0.5. Larger where valve, dead volume and wall are less
+        well known; the first number to tune.
+    x_deviation, pressure_deviation : float
+        Standard deviations of the readings, m and Pa.
+
+    Returns
+    -------
+    Estimate
+        Estimates after each sample's readings, with the standard deviations that the filter expects.
+
+    Raises
+    ------
+    InputError
+        If there is no such model, n is missing or out of range, a signal has a wrong shape, a number is not
+        positive, or k_0 is to be estimated of a model or a plant without wall heat.
+
+    Examples
+    --------
+    Pressures of a simulated run from its position, by the full order with k_0 as a state::
+
+        run = pneumo.simulate(plant, 1e-3, command=u)
+        seen = pneumo.ekf("full", None, plant, 1e-3, u=run.u, x=run.x, estimate_k_0=True)
+    """
+    numbers = {"h": h, "pressure_noise": pressure_noise, "x_deviation": x_deviation}
+    if force_noise is not None:
+        numbers["force_noise"] = force_noise
+    for name, value in (numbers | {"pressure_deviation": pressure_deviation}).items():
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name} = {value:g}: must be a positive number")
+    full = model == FULL_ORDER
+    row = lane(MODELS["M1"], 1.0, plant.gas.gamma) if full else lane_for(model, n, plant)
+    if estimate_k_0 and not (plant.k_0 > 0 and (full or row.wall_scale > 0)):
+        raise InputError("estimate_k_0: needs a model with wall heat and a plant with k_0 above 0")
+    command = np.clip(_signal("u", u, None, gaps=False), -plant.valve.u_max, plant.valve.u_max)
+    position = _signal("x", x, len(command))
+    if np.isnan(position[0]):
+        raise InputError("x: its first sample must be a number")
+    P = np.column_stack([_signal(name, P, len(command)) for name, P in (("P_A", P_A), ("P_B", P_B))])
+    start = np.array(first or (plant.conditions.P_0,) * 2, dtype=float)
+    if start.shape != (2,) or not (np.isfinite(start) & (start > 0)).all():
+        raise InputError(f"first = {first}: must be two positive pressures, Pa")
+    force = FORCE_NOISE * plant.conditions.P_s * plant.cylinder.A_A if force_noise is None else force_noise
+    noise = Noise(float(force), float(pressure_noise), x_deviation**2, pressure_deviation**2)
+    chosen = FilterModel(full, bool(estimate_k_0), row, FullRow())
+    states, variances = estimated(position, P, command, start, chosen, plant, noise, float(h))
+    deviation = np.sqrt(variances)
+    if not full:
+        states[:, 4:6], deviation[:, 4:6] = np.nan, 0.0
+    if not estimate_k_0:
+        deviation[:, STATES.index("ln k_0")] = 0.0
+    k_0 = plant.k_0 * np.exp(states[:, STATES.index("ln k_0")])
+    columns = (states[:, s] for s in range(6))
+    return Estimate(h * np.arange(len(command)), *columns, k_0=k_0, deviation=deviation)
