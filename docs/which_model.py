@@ -58,7 +58,7 @@ def tables(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
     experiments = []
     for name in exact["experiment"].values:
         at = exact.sel(experiment=name)
-        cells = [name, at["cylinder"].item(), at["loop"].item(), f"{at['k_0'].item():g}"]
+        cells = [name, at["cylinder"].item(), at["loop"].item(), f"{at['k_0'].item():.2g}"]
         cells += [f"{pair.ratio(at).item():.2f}" for pair in MODEL_PAIRS.values()]
         experiments.append([*cells, at.sel(model=list(REFINED_MODELS)).idxmin("model").item()])
     summary = []

@@ -1,6 +1,7 @@
 """One experiment (plant, drive, signal, length) and a study of several, in SI units."""
 
 from collections.abc import Callable
+from math import isclose
 from typing import NamedTuple
 
 from pneumo.configuration.sampling import Sampling
@@ -30,6 +31,7 @@ class Drive(NamedTuple):
     # beyond x_reverse.
     toggles: bool = False
     each_stage: bool = True  # whether x is compared with x_reverse at every stage, or once a step
+    late: float = 0.0  # samples, 0 to 1, by which a reversal is late in the recorded command
 
 
 class Excitation(NamedTuple):
@@ -56,11 +58,9 @@ class Push(NamedTuple):
 
     force: float  # external force while holding, N
     x_stop: float  # end stop against which it pushes, m
-    # The piston is held until pressures and temperatures change by less than this fraction of their
-    # equilibrium values over one thermal time constant.
-    tolerance: float
     leak: float = 0.0  # of the valve in these runs, beside its own, m^2
-    stop: float | None = None  # time after release at which final values are read, s; None: once settled
+    stop: float | None = None  # time after release at which the run ends, s; None: once the air is near T_amb
+    near: float = 0.2  # K; both temperatures are back within it of T_amb at the release, and at the end
 
 
 class Experiment(NamedTuple):
@@ -93,6 +93,11 @@ class Experiment(NamedTuple):
         return self._replace(excitation=self.excitation._replace(seed=seed))
 
 
+def _as_printed(k_0: float, printed: float) -> bool:
+    """Whether k_0 may stand for a printed one; Table 4's lambda_0 give k_0 within 0.1 per cent."""
+    return isclose(k_0, printed, rel_tol=0.002)
+
+
 class Study(NamedTuple):
     """A set of experiments and the grid of models replayed on them."""
 
@@ -101,6 +106,7 @@ class Study(NamedTuple):
     n: tuple[float, ...]  # polytropic indices of the grid
     levels: dict[str, tuple[float, ...]]  # conductances k_0, W/K, of each heat-transfer level
     config_sha256: str
+    percentiles: str = "linear"  # rule of the 10 and 90 per cent percentiles over experiments
     seeds: int = 5  # how often `pneumo study` runs each experiment, each time with another seed
 
     def changed(self, change: Callable[[Experiment], Experiment]) -> "Study":
@@ -113,8 +119,10 @@ class Study(NamedTuple):
 
     @property
     def experiments_by_level(self) -> dict[str, list[str]]:
-        """Names of the experiments of each heat-transfer level."""
+        """Names of the experiments of each heat-transfer level: those with one of its k_0."""
         return {
-            level: [name for name, experiment in self.experiments.items() if experiment.plant.k_0 in k_0]
+            level: [
+                name for name, e in self.experiments.items() if any(_as_printed(e.plant.k_0, k) for k in k_0)
+            ]
             for level, k_0 in self.levels.items()
         }

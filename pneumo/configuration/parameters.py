@@ -111,7 +111,7 @@ def study(configuration: Configuration) -> Study:
     )
     digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
     levels = {name: tuple(values) for name, values in c.levels.items()}
-    return Study(c.name, experiments, tuple(c.n), levels, digest, c.run.seeds)
+    return Study(c.name, experiments, tuple(c.n), levels, digest, c.percentile_rule, c.run.seeds)
 
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
@@ -209,18 +209,23 @@ def _drive(s: CylinderSection, loop: Literal["open", "closed"]) -> Drive:
         assert s.closed_loop
         return Drive(True, s.closed_loop.k_p_V_per_m, s.stroke_mm * 1e-3 / 2)
     assert s.open_loop
-    toggles, each_stage = s.open_loop.reversal == "toggled", s.open_loop.reversal_tested == "each stage"
-    return Drive(False, 0.0, s.open_loop.reverse_at * s.stroke_mm * 1e-3 / 2, toggles, each_stage)
+    return Drive(
+        False,
+        0.0,
+        s.open_loop.reverse_at * s.stroke_mm * 1e-3 / 2,
+        s.open_loop.reversal == "toggled",
+        s.open_loop.reversal_tested == "each stage",
+        s.open_loop.reversal_recorded_late,
+    )
 
 
 def _push(c: Configuration, name: str, plant: Plant) -> Push:
     e = c.experiments[name]
     settling = c.cylinders[e.cylinder].settling
     if settling is None:
-        return Push(0.0, plant.cylinder.x_min, c.stationary_tolerance)
+        return Push(0.0, plant.cylinder.x_min)
     leak = settling.closed_loop_leak * plant.valve.k_xu * plant.valve.u_max if e.loop == "closed" else 0.0
-    x_stop = settling.stop_mm * 1e-3
-    return Push(settling.force_N, x_stop, c.stationary_tolerance, leak, e.settling_stop_s)
+    return Push(settling.force_N, settling.stop_mm * 1e-3, leak, e.settling_stop_s)
 
 
 def _experiment(c: Configuration, name: str) -> Experiment:

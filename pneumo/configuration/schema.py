@@ -119,6 +119,9 @@ class OpenLoopSection(LoopSection):
     reversal_tested: Literal["each stage", "each step"] = _key(
         "when the position is compared with that fraction", "each stage"
     )
+    reversal_recorded_late: Number = _key(
+        "samples by which a reversal is late in the command that replays read", 0.0, ge=0, le=1
+    )
 
 
 class ClosedLoopSection(LoopSection):
@@ -267,7 +270,7 @@ class ExperimentSection(_Section):
     )
     duration_s: Seconds = _key("length of the full-order run")
     settling_stop_s: Seconds | None = _key(
-        "settling run: time after release at which it ends; default: once settled", None
+        "settling run: time after release at which it ends; default: once its air is near T_amb_K", None
     )
     pressure_stride: Count = _key("steps between stored pressures of replays", 10, ge=1, le=10**6)
 
@@ -309,8 +312,19 @@ class Configuration(_Section):
     most_halvings: Count = _key(
         "how often a step that fails or is not accurate is halved", MOST_HALVINGS, ge=0, le=MOST_HALVINGS
     )
-    stationary_tolerance: Number = _key(
-        "relative change over one thermal time constant below which a run is at rest", 0.002, gt=0, lt=1
+    percentile_rule: Literal[
+        "linear",
+        "hazen",
+        "weibull",
+        "median_unbiased",
+        "normal_unbiased",
+        "inverted_cdf",
+        "averaged_inverted_cdf",
+        "closest_observation",
+        "interpolated_inverted_cdf",
+    ] = _key(
+        "how percentiles over experiments are interpolated, by NumPy's names; linear is a spreadsheet's",
+        "linear",
     )
     run: RunSection = RunSection()
 

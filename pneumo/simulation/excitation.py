@@ -70,6 +70,17 @@ def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[
     return -reference, -sign if drive.toggles else sign
 
 
+def reversed_late(u: np.ndarray, draws: np.ndarray, late: float) -> np.ndarray:
+    """Command as recorded if its reversals are late by a part of a sample, 0 to 1, V.
+
+    `u` is the command and `draws` the sequence before any reversal, V, both of shape (steps + 1,). A sample
+    just after a reversal is (1 - late) of the new sign and `late` of the old one; draws are on time.
+    """
+    sign = np.sign(u * draws)
+    before = np.concatenate([sign[:1], sign[:-1]])
+    return draws * ((1 - late) * sign + late * before)
+
+
 @inlined
 def command(reference: float, x: float, drive: Drive) -> float:
     """Command to the valve before its limiter, V: Figs 4 and 5."""

@@ -21,7 +21,7 @@ from pneumo.physics.cylinder import (
 )
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulation.compiled import inlined, kernel
-from pneumo.simulation.excitation import command, reference_series, reversed_at
+from pneumo.simulation.excitation import command, reference_series, reversed_at, reversed_late
 from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, dormand_prince, embedded_error
 
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
@@ -173,7 +173,7 @@ class Recording(NamedTuple):
 
     states: np.ndarray  # (x, v, P_A, T_A, P_B, T_B) by step, shape (steps + 1, 6); NaN after a `failure`
     reference: np.ndarray  # in force from every step's start, shape (steps + 1,)
-    u: np.ndarray  # command before the limiter at every step, V, shape (steps + 1,)
+    u: np.ndarray  # command before the limiter as recorded at every step, V, shape (steps + 1,)
     drive: Drive
     plant: Plant
     h: float  # step, s
@@ -190,15 +190,19 @@ def command_series(states: np.ndarray, reference: np.ndarray, drive: Drive) -> n
     return u
 
 
-def recorded(experiment: Experiment, reference: np.ndarray) -> Recording:
-    """Run an experiment's full-order system from equilibrium on a reference and record it."""
+def recorded(experiment: Experiment, draws: np.ndarray) -> Recording:
+    """Run an experiment's full-order system from equilibrium and record it.
+
+    `draws` is the reference before any reversal, m or V, shape (steps + 1,).
+    """
     drive, plant = experiment.drive, experiment.plant
     most = experiment.most_halvings
-    states, reference, halvings = run(equilibrium(plant), reference, 0.0, drive, plant, experiment.h, most)
+    states, reference, halvings = run(equilibrium(plant), draws, 0.0, drive, plant, experiment.h, most)
     status, step = failure(states)
     if status != RAN:
         states[step + 1 :] = np.nan
     u = command_series(states, reference, drive)
+    u = reversed_late(u, draws, drive.late) if drive.late else u
     return Recording(states, reference, u, drive, plant, experiment.h, halvings, most)
 
 

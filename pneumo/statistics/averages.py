@@ -37,10 +37,11 @@ def at_n(cells: xr.Dataset, n: xr.DataArray) -> xr.Dataset:
     return cells.sel(n=n.fillna(cells["n"][0])).where(n.notnull()).drop_vars("n")
 
 
-def over_experiments(cells: xr.Dataset, ddof: int = 1) -> xr.Dataset:
+def over_experiments(cells: xr.Dataset, ddof: int = 1, percentiles: Any = "linear") -> xr.Dataset:
     """Average over experiments: eqs (14), (15) and (16) and the percentiles, by model.
 
-    The variance of means in eq (16) is the sample variance (N - ddof); percentiles are MATLAB's prctile.
+    The variance of means in eq (16) is the sample variance (N - ddof); `percentiles` is the name that
+    `numpy.percentile` has for their rule.
     """
     mean_error, mse = cells["mean_error"], cells["mse"]
     if not mse.sizes["experiment"]:
@@ -48,14 +49,14 @@ def over_experiments(cells: xr.Dataset, ddof: int = 1) -> xr.Dataset:
         return xr.Dataset(dict.fromkeys(("mean_error", "std", "mse", "p10", "p90"), nothing))
     alone = mean_error.sizes["experiment"] <= ddof
     spread = np.nan if alone else mean_error.var("experiment", ddof=ddof, skipna=False)
-    percentiles = mse.quantile([0.1, 0.9], "experiment", method="hazen", skipna=False)
+    tenths = mse.quantile([0.1, 0.9], "experiment", method=percentiles, skipna=False)
     return xr.Dataset(
         {
             "mean_error": mean_error.mean("experiment", skipna=False),  # (15)
             "std": (cells["variance"].mean("experiment", skipna=False) + spread) ** 0.5,  # (16)
             "mse": mse.mean("experiment", skipna=False),  # (14)
-            "p10": percentiles.isel(quantile=0, drop=True),
-            "p90": percentiles.isel(quantile=1, drop=True),
+            "p10": tenths.isel(quantile=0, drop=True),
+            "p90": tenths.isel(quantile=1, drop=True),
         }
     )
 
@@ -67,7 +68,9 @@ def along_levels(parts: Mapping[str, Labelled]) -> Labelled:
     return concat(list(parts.values()), level, coords="minimal", compat="override", join="exact")
 
 
-def statistics(grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int = 1) -> xr.Dataset:
+def statistics(
+    grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int = 1, percentiles: str = "linear"
+) -> xr.Dataset:
     """Tables 7, 8 and 9 of a grid, from `pneumo.open_grid` and the experiments of each heat-transfer level.
 
     `best_n` by (experiment, model): Table 8. `mean_error`, `std`, `mse`, `p10`, `p90` by (level, model):
@@ -76,7 +79,8 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int 
     one `std` is). An experiment in which every cell failed is left out and has a `failure_time`, s; a model
     that failed at some n in an experiment has no best n there, and its averages over that experiment are NaN.
 
-    The variance of means in eq (16) is divided by N - ddof. ASSUME: 1, as Tables 7 and 9 say.
+    The variance of means in eq (16) is divided by N - ddof. ASSUME: 1, as Tables 7 and 9 say. `percentiles`
+    is `Study.percentiles`.
     """
     ran = grid["mse"].notnull().any(("model", "n", "chamber"))
     failure_time = grid["failure_time"].max(("model", "n", "chamber")).where(~ran)
@@ -84,7 +88,7 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int 
     cells = concatenated(grid)
     best = best_n(cells["mse"])
     cells = cells.sel(experiment=ran)
-    tables = {OVERALL: over_experiments(at_n(cells, best.sel(experiment=ran)), ddof)}
+    tables = {OVERALL: over_experiments(at_n(cells, best.sel(experiment=ran)), ddof, percentiles)}
     constant = {OVERALL: xr.full_like(best.isel(experiment=0, drop=True), np.nan)}
     count = {OVERALL: cells.sizes["experiment"]}
     for level, names in levels.items():
@@ -94,7 +98,7 @@ def statistics(grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int 
             tables[level], constant[level] = xr.full_like(tables[OVERALL], np.nan), constant[OVERALL]
             continue
         constant[level] = best_n(part["mse"].mean("experiment", skipna=False))
-        tables[level] = over_experiments(at_n(part, constant[level]), ddof)
+        tables[level] = over_experiments(at_n(part, constant[level]), ddof, percentiles)
     result = along_levels(tables)
     result["constant_n"] = along_levels(constant)
     result["constant_n"].attrs = {"units": "1", "long_name": "n of the lowest mean square error of the level"}

@@ -34,7 +34,7 @@ def test_exponential_settles_after_ln_100_time_constants(tau, sign, size, end):
     t = np.arange(round(20 * tau / H) + 1) * H
     series = end + sign * size * np.exp(-t / tau)
     slack = 200 * (np.exp(-20) + EPS * (1 + end / size)) * tau
-    found = settling_time(series, size, H)
+    found = settling_time(series, series[-1], size, H)
     assert np.log(100) * tau - slack <= found <= np.log(100) * tau + H + slack
 
 
@@ -43,29 +43,34 @@ def test_an_overshoot_out_of_the_band_counts(decay, tau):
     # A damped swing settles when it leaves the band for the last time, which is not the first time it is in.
     t = np.arange(round(40 * tau / H) + 1) * H
     series = np.exp(-t / tau) * np.cos(2 * np.pi * decay * t / tau)
-    found = round(settling_time(series, 1.0, H) / H)
+    found = round(settling_time(series, series[-1], 1.0, H) / H)
     inside = abs(series - series[-1]) <= 0.01
     assert inside[found:].all() and not inside[found - 1]
     assert found > np.argmax(inside)
 
 
-def test_a_constant_settles_at_once_pressures_by_their_change_and_temperatures_by_their_excursion():
-    assert [settling_time(np.full(100, 5e5), change, H) for change in (0.0, 1.0)] == [0.0, 0.0]
+def test_a_constant_settles_at_once_and_what_ends_outside_has_not_settled():
+    assert [settling_time(np.full(100, 5e5), 5e5, change, H) for change in (0.0, 1.0)] == [0.0, 0.0]
+    assert np.isnan(settling_time(np.full(100, 5e5), 4e5, 1e6, H))
+
+
+def test_pressures_settle_to_their_last_value_and_temperatures_to_that_of_the_walls():
     tau = 0.2
     t = np.arange(8001) * H
     decay, hump = np.exp(-t / tau), t / tau * np.exp(1 - t / tau)  # the hump: 0, up to 1 at tau, and back
     # P_A: 1000 Pa to go, with a hump of 5000 Pa on the way: against 1000 Pa, not 5000.
     P_A, P_B = 5e5 + 1000 * decay + 5000 * hump, 5e5 - 2000 * decay
-    T_A, T_B = 293 + 10 * hump, 293 - 3 * hump
+    T_A, T_B = 293 + 10 * hump, 293.02 - 3 * hump  # B's last value is inside, 0.02 K off
     rest = np.zeros_like(t)
-    found = settling_times(np.stack([rest, rest, P_A, T_A, P_B, T_B], axis=1), H)
+    found = settling_times(np.stack([rest, rest, P_A, T_A, P_B, T_B], axis=1), 293.0, H)
 
     def last_outside(series, limit):
         return (np.nonzero(abs(series) > limit)[0][-1] + 1) * H
 
     assert found[0] == last_outside(1000 * decay + 5000 * hump, 0.01 * 1000)
     assert found[1] == pytest.approx(np.log(100) * tau, abs=H)
-    assert found[2] == found[3] == last_outside(hump, 0.01)
+    assert found[2] == last_outside(hump, 0.01)
+    assert found[3] == last_outside(0.02 - 3 * hump, 0.01 * np.abs(0.02 - 3 * hump).max())
 
 
 @pytest.mark.parametrize("name", ["E06", "E09", "E14", "E16"])
@@ -77,19 +82,17 @@ def test_course_of_a_run(name):
     assert np.array_equal(states[0], equilibrium(e.plant))
     assert (hold[:, 0] >= e.push.x_stop).all()
     assert hold[-1, 0] == e.push.x_stop and hold[-1, 1] == 0  # pressed onto the stop
-    tau = thermal_time_constant(e.plant)
-    assert release * e.h >= tau  # held for a time constant at least ...
-    # ... and still by then
-    last = hold[-1 - int(tau / e.h) :]
-    assert (np.ptp(last, axis=0)[2:] / equilibrium(e.plant)[2:] < e.push.tolerance).all()
+    away_hold, away_free = (np.abs(part[:, [3, 5]] - 293.0).max(axis=1) > 0.2 for part in (hold, free))
+    assert release >= 1267 and not away_hold[-1]
+    assert release == 1267 or away_hold[1267:-1].all()  # the first such instant
     assert free[1, 0] > e.push.x_stop  # released
-    assert np.array_equal(result.times, settling_times(free, e.h))
-    if e.drive.closed_loop:
+    assert np.array_equal(result.times, settling_times(free, 293.0, e.h))
+    if e.push.stop:
         assert len(free) - 1 == round(e.push.stop / e.h)
-        assert free[-1, 0] == pytest.approx(0, abs=1e-3)  # the controller brings it back
     else:
-        assert (len(free) - 1) * e.h >= 4 * result.times.max()
-        assert free[-1, [3, 5]] == pytest.approx([293, 293], abs=0.01)
+        assert len(free) - 1 >= 3000 and not away_free[-1] and (len(free) == 3001 or away_free[3000:-1].all())
+    if e.drive.closed_loop:
+        assert free[-1, 0] == pytest.approx(0, abs=1e-3)  # the controller brings it back
 
 
 @pytest.mark.parametrize("name", ["E05", "E07", "E09", "E11", "E13", "E15"])
@@ -117,14 +120,12 @@ def test_valves_stay_shut_in_open_loop(name):
 @pytest.mark.parametrize(
     ("name", "quantities", "rtol", "atol"),
     [
-        # Friction, masses, forces and stops are worked out from Table 5 itself, to two digits or so.
-        *((name, slice(None), 0.07, 0.0) for name in ("E11", "E14", "E15", "E16")),
-        # The stops of the closed loop were identified to three digits from the pressures.
-        *((name, slice(2), 0.005, 0.0) for name in ("E02", "E06", "E14", "E16")),
-        # Temperatures at low wall heat are set by the wall alone, which Table 4 gives to three digits.
-        *((name, slice(2, None), 0.015, 0.0) for name in ("E05", "E07")),
+        # Masses, friction, forces and stops are round numbers from Table 5 itself (paper/decisions/0035).
+        *((f"E{i:02}", slice(None), 0.005, 0.0) for i in (*range(1, 4), *range(5, 8), *range(9, 12), 15, 16)),
+        # Temperatures of D are set by the wall, which Table 4 gives to three digits.
+        *((name, slice(2, None), 0.001, 0.0) for name in ("E01", "E02", "E05", "E06", "E10", "E14")),
         # The printed millisecond: one step either way.
-        *((name, slice(None), 0.0, 1.001e-3) for name in ("E09", "E13")),
+        *((name, slice(None), 0.0, 1.001e-3) for name in ("E09", "E13", "E14")),
     ],
 )
 def test_table_5(name, quantities, rtol, atol):
@@ -168,7 +169,7 @@ def test_wall_heat_too_slow_for_a_run_is_refused_before_it_starts(k_0):
 def test_air_that_never_rests_is_given_up_and_a_cylinder_without_settling_refused(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST_RUN", 10.0)
     e = STUDY.experiments["E13"]
-    e = e._replace(push=e.push._replace(tolerance=1e-300))
+    e = e._replace(push=e.push._replace(near=-1.0))
     window = steps_of(1, e)
     assert_without_times(settle(e), settling.NOT_AT_REST, 10_000 // window * window)
     e = STUDY.experiments["E14"]
@@ -176,17 +177,11 @@ def test_air_that_never_rests_is_given_up_and_a_cylinder_without_settling_refuse
         settle(e._replace(push=e.push._replace(force=0.0)))
 
 
-@pytest.mark.parametrize(
-    ("name", "limits", "k_p", "windows"),
-    [
-        ("E13", {"LONGEST_RUN": 15.0, "FREE_RUN_PER_SETTLING": 1e6}, 1e3, 20),
-        ("E14", {"LONGEST_IN_WINDOWS": 60}, 1e6, 40),  # swings for ever: 20, then 40
-    ],
-)
-def test_a_release_that_does_not_settle_is_given_up(monkeypatch, name, limits, k_p, windows):
-    for limit, value in limits.items():
-        monkeypatch.setattr(settling, limit, value)
-    e = STUDY.experiments[name]
-    push = e.push._replace(leak=0.0, stop=None)
-    found = settle(e._replace(drive=e.drive._replace(k_p=k_p), push=push))
-    assert_without_times(found, settling.NOT_SETTLED, found.release_step + steps_of(windows, e))
+def test_a_release_that_does_not_settle_is_given_up(monkeypatch):
+    e = STUDY.experiments["E14"]
+    found = settle(e._replace(push=e.push._replace(stop=0.5)))  # T_A swings longer
+    assert_without_times(found, settling.NOT_SETTLED, found.release_step + 500)
+    monkeypatch.setattr(settling, "LONGEST_IN_WINDOWS", 60)
+    for_ever = e._replace(drive=e.drive._replace(k_p=1e6), push=e.push._replace(leak=0.0, stop=None))
+    found = settle(for_ever)
+    assert_without_times(found, settling.NOT_SETTLED, found.release_step + 60 * steps_of(1, e))

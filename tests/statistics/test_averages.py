@@ -39,11 +39,10 @@ def grid_of(errors):
     return grid
 
 
-def prctile(values, percent):
-    """MATLAB's prctile, from its documentation: sorted value i stands at 100 (i - 0.5)/N per cent."""
+def percentile(values, percent):
+    """A spreadsheet's PERCENTILE: sorted value i of N stands at 100 (i - 1)/(N - 1) per cent."""
     ordered = np.sort(values)
-    places = 100 * (np.arange(1, len(ordered) + 1) - 0.5) / len(ordered)
-    return np.interp(percent, places, ordered)
+    return np.interp(percent, np.linspace(0, 100, len(ordered)), ordered)
 
 
 def direct(joined):
@@ -55,7 +54,7 @@ def direct(joined):
     within = sum(vector.var() for vector in joined) / N
     between = sum((one - average) ** 2 for one in mu) / (N - 1)
     found = {"mean_error": average, "std": np.sqrt(within + between), "mse": sum(squares) / N}
-    return found | {f"p{percent}": prctile(squares, percent) for percent in (10, 90)}
+    return found | {f"p{percent}": percentile(squares, percent) for percent in (10, 90)}
 
 
 def matches(table, joined):
@@ -95,15 +94,26 @@ def test_tables_are_those_of_the_error_vectors(seed, experiments):
                 matches(row, joined[chosen, i, constant])
 
 
-@pytest.mark.parametrize(("count", "p10", "p90"), [(16, 2.1, 14.9), (8, 1.3, 7.7), (5, 1, 5), (2, 1, 2)])
-def test_percentiles_are_matlabs(count, p10, p90):
-    # prctile(1:16, [10 90]) and so on; below the first and above the last place it gives the extremes.
+@pytest.mark.parametrize(
+    ("rule", "count", "p10", "p90"),
+    [
+        ("hazen", 16, 2.1, 14.9),
+        ("hazen", 8, 1.3, 7.7),
+        ("hazen", 5, 1, 5),
+        ("hazen", 2, 1, 2),
+        ("linear", 16, 2.5, 14.5),
+        ("linear", 8, 1.7, 7.3),
+        ("linear", 2, 1.1, 1.9),
+    ],
+)
+def test_percentiles_follow_the_rule(rule, count, p10, p90):
+    # MATLAB's prctile(1:16, [10 90]) and so on, with the extremes below the first and above the last place;
+    # a spreadsheet's PERCENTILE(1..16; 0.1).
     errors = np.sqrt(np.arange(1, count + 1.0))[::-1].reshape(count, 1, 1, 1, 1) * np.array([1.0, -1.0])
     errors = np.broadcast_to(errors, (count, 1, 1, 2, 2))
-    row = statistics(grid_of(errors), {}).sel(level=OVERALL, model="M1")
+    row = statistics(grid_of(errors), {}, percentiles=rule).sel(level=OVERALL, model="M1")
     assert float(row["p10"]) == pytest.approx(p10, rel=1e-14)
     assert float(row["p90"]) == pytest.approx(p90, rel=1e-14)
-    assert p10 == pytest.approx(prctile(np.arange(1, count + 1.0), 10))
 
 
 def mse_of(values, n=(1.0, 1.1, 1.2)):

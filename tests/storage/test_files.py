@@ -221,7 +221,11 @@ def test_plain_xarray_finds_a_cell_and_a_grid_holds_every_experiment_with_its_la
     grid = pneumo.open_grid(results / "exact")
     assert dict(grid.sizes) == {"experiment": 3, "model": len(MODELS), "n": 9, "chamber": 2}
     assert grid["experiment"].values.tolist() == NAMES
-    labels = {"cylinder": ["D"] * 3, "loop": ["closed", "open", "closed"], "k_0": [0.1, 2.5, 2.5]}
+    labels = {
+        "cylinder": ["D"] * 3,
+        "loop": ["closed", "open", "closed"],
+        "k_0": [STUDY.experiments[name].plant.k_0 for name in NAMES],
+    }
     for label, values in labels.items():
         assert (grid[label].dims, grid[label].values.tolist()) == (("experiment",), values)
     assert set(grid.data_vars) == {"mean_error", "variance", "mse", "status", "failure_time"}

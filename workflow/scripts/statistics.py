@@ -19,7 +19,8 @@ def main(parameters: Path, tables: list[Path], code: str) -> None:
             transport=transport,
         )
         grid = open_grid(table.parent).sel(experiment=list(study.experiments))
-        write(statistics(grid, study.experiments_by_level), table, about)
+        averages = statistics(grid, study.experiments_by_level, percentiles=study.percentiles)
+        write(averages, table, about)
 
 
 run_job(main, globals())

@@ -77,12 +77,11 @@ def settling_cells(
 def with_mechanics(experiment: Experiment, theta: np.ndarray, force: float = 1.0) -> Experiment:
     """Return the experiment with M, k_f and stop, the exponentials of `theta`, and `force` times its push.
 
-    It runs until settled, without a leak: the closed loop's leak and stops were identified later, with M and
-    k_f known.
+    Leak and stop times of the closed loop stay as configured: the estimates are for these.
     """
     M, k_f, stop = np.exp(theta)
     cylinder, push = experiment.plant.cylinder._replace(M=M, k_f=k_f), experiment.push
-    push = push._replace(x_stop=-stop * cylinder.stroke / 2, force=push.force * force, leak=0.0, stop=None)
+    push = push._replace(x_stop=-stop * cylinder.stroke / 2, force=push.force * force)
     return experiment._replace(plant=experiment.plant._replace(cylinder=cylinder), push=push)
 
 

@@ -15,7 +15,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.sampling import SAMPLINGS
 from pneumo.physics.models import MODELS
-from pneumo.simulation.excitation import reference_series
+from pneumo.simulation.excitation import reference_series, reversed_late
 from pneumo.simulation.full_order import Recording, record
 from pneumo.storage.grid_layout import replayed_grid
 
@@ -46,28 +46,17 @@ def configured_setup(study: Study, cylinder: str) -> OpenLoopSetup:
     e = next(e for e in open_loops if e.cylinder == cylinder)
     reversal = "toggled" if e.drive.toggles else "forced"
     tested = "each stage" if e.drive.each_stage else "each step"
-    return OpenLoopSetup(0.0, reversal, tested, e.sampling.rule, e.excitation.amplitude)
+    return OpenLoopSetup(e.drive.late, reversal, tested, e.sampling.rule, e.excitation.amplitude)
 
 
 def with_setup(experiment: Experiment, setup: OpenLoopSetup) -> Experiment:
-    """Return an open-loop experiment with a setup, but for `late`, of which the run itself knows nothing."""
+    """Return an open-loop experiment with a setup."""
     toggles, each_stage = setup.reversal == "toggled", setup.reversal_tested == "each stage"
     return experiment._replace(
-        drive=experiment.drive._replace(toggles=toggles, each_stage=each_stage),
+        drive=experiment.drive._replace(toggles=toggles, each_stage=each_stage, late=setup.late),
         excitation=experiment.excitation._replace(amplitude=setup.amplitude),
         sampling=SAMPLINGS[setup.replays_read],
     )
-
-
-def reversed_late(u: np.ndarray, draws: np.ndarray, late: float) -> np.ndarray:
-    """Command as recorded if its reversals are late by a part of a sample, 0 to 1, V.
-
-    `u` is the command and `draws` the sequence before any reversal, V, both of shape (steps + 1,). A sample
-    just after a reversal is (1 - late) of the new sign and `late` of the old one; draws are on time.
-    """
-    sign = np.sign(u * draws)
-    before = np.concatenate([sign[:1], sign[:-1]])
-    return draws * ((1 - late) * sign + late * before)
 
 
 def draws_of(experiment: Experiment) -> np.ndarray:
@@ -111,7 +100,7 @@ def open_loop_cells(study: Study, threads: int, progress: Callable[[str], None])
         for late, read in itertools.product(OPTIONS["late"], OPTIONS["replays_read"]):
             setup = same_run._replace(late=late, replays_read=read)
             j = SETUPS.index(setup)
-            recorded = recording._replace(u=reversed_late(recording.u, draws, late))
+            recorded = recording._replace(u=reversed_late(recording.u, draws, late))  # of one run, on time
             errors[:, i, :, :, j] = joined_cells(study, with_setup(e, setup), recorded)
             counts[i, j] = reversals(recording, draws)
 

@@ -35,9 +35,10 @@ def identified_stop(experiment: Experiment, printed: np.ndarray) -> IdentifiedSt
     earliest = float(np.nanmax(printed))
     run = settle(experiment._replace(push=experiment.push._replace(stop=LATEST * earliest)))
     free, h, known = run.states[run.release_step :], experiment.h, np.isfinite(printed)
+    T_amb = experiment.plant.conditions.T_amb
     stops = np.unique(np.round(np.geomspace(earliest, LATEST * earliest, CANDIDATES) / h).astype(int))
-    ratios = [np.log(settling_times(free[: k + 1], h)[known] / printed[known]) for k in stops]
-    misfit = np.array([rms_of(ratio) for ratio in ratios])
+    ratios = [np.log(settling_times(free[: k + 1], T_amb, h)[known] / printed[known]) for k in stops]
+    misfit = np.nan_to_num([rms_of(ratio) for ratio in ratios], nan=np.inf)
     low, high = (stops[misfit <= misfit.min() + AS_GOOD] * h)[[0, -1]]
     return IdentifiedStop(float(stops[misfit.argmin()] * h), float(low), float(high), float(misfit.min()))
 

@@ -92,7 +92,7 @@ def random_experiments(number: int) -> tuple[Experiment, Experiment]:
         length = np.clip(max(TIME_CONSTANTS * thermal_time_constant(plant), HOLDS * hold), *RUN_LENGTH)
         steps = min(MOST_STEPS, round(float(length) / h))
         signal = Excitation(int(rng.integers(1, 2**31)), amplitudes[i], max(1, round(hold / h)))
-        push = Push(0.0, plant.cylinder.x_min, 0.002)  # nothing pushes
+        push = Push(0.0, plant.cylinder.x_min)  # nothing pushes
         name = f"{number:03}-{loop}"
         about = name, f"{number:03}", plant, drives[i], signal, push, Sampling()
         experiments.append(Experiment(*about, h, steps, pressure_stride=steps, most_halvings=MOST_HALVINGS))

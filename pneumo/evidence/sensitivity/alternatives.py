@@ -97,10 +97,21 @@ def leaking(experiment: Experiment) -> Recording:
     return record(experiment._replace(plant=plant._replace(valve=valve)))._replace(plant=plant)
 
 
-def largest_excursions(settling: Settling, h: float) -> np.ndarray:
-    """Settling times of P_A, P_B, T_A, T_B, s, with delta P the largest excursion, as delta T is."""
-    free = settling.states[settling.release_step :, [STATE.index(quantity) for quantity in QUANTITIES]]
-    return np.array([settling_time(series, np.abs(series - series[-1]).max(), h) for series in free.T])
+def _judged_on_last_values(settling: Settling, h: float, quantities: str) -> np.ndarray:
+    """Settling times, s, with those of P or of T by their largest deviation from the last value."""
+    times, free = settling.times.copy(), settling.states[settling.release_step :]
+    for i, quantity in enumerate(QUANTITIES):
+        if quantity.startswith(quantities):
+            series = free[:, STATE.index(quantity)]
+            times[i] = settling_time(series, series[-1], np.abs(series - series[-1]).max(), h)
+    return times
+
+
+def _near(within: float) -> Callable[["Alternative"], "Alternative"]:
+    """Settling runs released and ended when temperatures are back within so many K of T_amb."""
+    return lambda taken: taken._replace(
+        study=taken.study.changed(lambda e: e._replace(push=e.push._replace(near=within)))
+    )
 
 
 # Other ways in which a replay's stages may have read u, x and v.
@@ -113,7 +124,14 @@ IN_WORDS: dict[str, Callable[[Alternative], Alternative]] = {
         lambda p: _with_cylinder(p, A_A=ROD * p.cylinder.A_A, A_B=ROD * p.cylinder.A_B)
     ),
     "end_stop_law.no_rest_rule": lambda taken: taken.with_plants(lambda p: _with_cylinder(p, rests=False)),
-    "settling_change.largest_excursion": lambda taken: taken._replace(times=largest_excursions),
+    "hold.back_within_0_1_K": _near(0.1),
+    "hold.back_within_0_4_K": _near(0.4),
+    "settling_change.largest_excursion": lambda taken: taken._replace(
+        times=lambda settling, h: _judged_on_last_values(settling, h, "P")
+    ),
+    "settling_change.temperatures_to_last_value": lambda taken: taken._replace(
+        times=lambda settling, h: _judged_on_last_values(settling, h, "T")
+    ),
     "valve_leak.leak_in_runs_alone": lambda taken: taken._replace(record=leaking),
     "generator.first_draw_skipped": lambda taken: taken._replace(record=first_draw_skipped),
     **{

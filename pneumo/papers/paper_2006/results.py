@@ -99,7 +99,7 @@ class ComputedResults(StudyResults):
     ) -> None:
         super().__init__(folder, transport)
         self.study, self.runs = study, runs
-        self.statistics = statistics(cells, study.experiments_by_level, ddof)
+        self.statistics = statistics(cells, study.experiments_by_level, ddof, study.percentiles)
         self.cells = concatenated(cells)
         if settling_times is not None:
             self.settling_times = settling_times

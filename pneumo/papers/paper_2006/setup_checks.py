@@ -21,8 +21,8 @@ def excitation_bandwidth(results: StudyResults) -> Finding:
 
 
 def conductances_enclose(results: StudyResults, low: float, high: float) -> Finding:
-    """Whether the range from `low` to `high` lies between the two middle conductances of four."""
-    k_0 = sorted({experiment.plant.k_0 for experiment in results.study.experiments.values()})
+    """Whether the range from `low` to `high` lies between the middle two of four conductances."""
+    k_0 = sorted({float(f"{e.plant.k_0:.2g}") for e in results.study.experiments.values()})
     if len(k_0) != 4:
         raise MissingEvidence("this study does not have the paper's four conductances")
     holds = k_0[0] < k_0[1] <= low and high <= k_0[2] < k_0[3]

@@ -26,7 +26,8 @@ CLEARER = {  # than the words of the name alone
     "end_stop_law.no_rest_rule": "stops without rest",
     "equilibrium_ratio.exact_root": "start at exact $P_0$",
     "friction_law.coulomb": "Coulomb friction",
-    "sign_reversal.toggle": "changed sign kept",
+    "reversal_late.half_late": "reversals half late",
+    "reversal_late.on_time": "reversals on time",
     "sonic_constant.exact_coefficient": "exact sonic constant",
     "transport.exact_transport": SAMPLING["exact"],
     "valve.leak": "leaking valve",
@@ -40,8 +41,8 @@ def alternative_name(alternative: str) -> str:
 
     Examples
     --------
-    >>> [alternative_name(name) for name in ("step.step_0_5_ms", "supply.4_bar", "transport_D.D_hold")]
-    ['step 0.5 ms', 'supply 4 bar', 'D held']
+    >>> [alternative_name(name) for name in ("step.step_0_5_ms", "supply.4_bar", "transport.all_hold")]
+    ['step 0.5 ms', 'supply 4 bar', 'all held']
     """
     assumption, _, name = alternative.partition(".")
     words = re.sub(r"(?<=\d)_(?=\d)", ".", name).split("_")

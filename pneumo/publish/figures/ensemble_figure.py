@@ -23,7 +23,7 @@ def ensemble_figure(ensemble: xr.Dataset) -> Figure:
     """
     experiments, levels = ensemble["experiment"], ensemble["level"].values
     rows = [
-        f"{e['cylinder'].item()} {e['loop'].item()}, {e['k_0'].item():g} W/K ({e.item()})"
+        f"{e['cylinder'].item()} {e['loop'].item()}, {e['k_0'].item():.2g} W/K ({e.item()})"
         for e in experiments
     ]
     rows += [f"{level}, {head}" for level in levels for head in AVERAGES.values()]

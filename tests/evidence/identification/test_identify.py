@@ -118,7 +118,8 @@ def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
     # Narrower than the real search, which takes a minute or two, and with a small population.
     monkeypatch.setattr(mechanics, "SEARCH_BOUNDS", np.array([(0.5, 8.0), (20.0, 400.0), (0.2, 0.8)]))
     found = mechanics.search_bounds(synthetic(), seed=1, mapper=map, population=4, generations=4)
-    np.testing.assert_allclose(np.exp(found.x[:2]), np.exp(TRUE[:2]), rtol=0.01)
+    # Printed milliseconds leave a valley in which both change by some 1.5 % together.
+    np.testing.assert_allclose(np.exp(found.x[:2]), np.exp(TRUE[:2]), rtol=0.02)
     assert abs(found.x[2] - TRUE[2]) < 0.1  # two experiments hardly determine the stop
     assert found.fun < 1.0  # eight cells; what is left is rounding
 
@@ -128,11 +129,11 @@ def test_what_does_not_settle_is_a_large_finite_residual_and_runs_can_be_capped(
     silly = mechanics.log_ratios(data, np.log([0.1, 1000.0, 0.9]))
     assert np.isfinite(silly).all()
     assert np.isfinite(mechanics.deviance(np.log([20.0, 1.0, 0.1]), data))
-    stuck = tuple(e._replace(push=e.push._replace(tolerance=1e-300)) for e in data.experiments)
+    stuck = tuple(e._replace(push=e.push._replace(near=-1.0)) for e in data.experiments)
     stuck = data._replace(experiments=stuck)
-    assert (mechanics.log_ratios(stuck, TRUE)[0] == mechanics.UNSETTLED_LOG).all()  # E13 never rests
-    e = STUDY.experiments["E10"]
-    assert settle(e._replace(push=e.push._replace(stop=None)), longest=10.0).status == NOT_SETTLED
+    assert (mechanics.log_ratios(stuck, TRUE)[0] == mechanics.UNSETTLED_LOG).all()  # E13 is never back
+    e = STUDY.experiments["E14"]
+    assert settle(e._replace(push=e.push._replace(stop=0.5))).status == NOT_SETTLED  # T_A swings longer
 
 
 @pytest.mark.parametrize(
@@ -177,7 +178,7 @@ def test_claims_mark_what_is_fitted():
     assert {claim.basis for claim in items if claim.table in (7, 8, 9)} == {"fitted"}
 
 
-@pytest.mark.parametrize("name", ["E06", "E10", "E14", "E16"])
+@pytest.mark.parametrize("name", ["E08", "E10", "E12", "E14", "E16"])
 def test_the_configured_end_of_a_settling_run_is_the_identified_one(name):
     e = STUDY.experiments[name]
     found = settling_stops.identified_stop(e, table5().sel(experiment=name).values)

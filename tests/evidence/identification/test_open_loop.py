@@ -59,8 +59,8 @@ def test_a_late_reversal_by_hand():
 
 def test_there_are_144_setups_and_todays_is_one_of_each_cylinders():
     assert len(set(SETUPS)) == 144 and len(SETUPS) ** 2 == 20_736
-    assert configured_setup(STUDY, "D") == (0.0, "toggled", "each stage", "hold_next", 0.8)
-    assert configured_setup(STUDY, "E") == (0.0, "toggled", "each stage", "hold", 0.3**0.5)
+    assert configured_setup(STUDY, "D") == (1.0, "toggled", "each step", "linear", 0.8)
+    assert configured_setup(STUDY, "E") == (1.0, "forced", "each step", "linear", 0.3**0.5)
     for cylinder in ("D", "E"):
         assert configured_setup(STUDY, cylinder) in SETUPS
     coordinates = setup_coordinates()
@@ -72,11 +72,11 @@ def test_there_are_144_setups_and_todays_is_one_of_each_cylinders():
 def test_todays_setup_gives_the_studys_own_cells(name):
     own = STUDY.experiments[name]._replace(steps=3000)
     setup = configured_setup(STUDY, own.cylinder)
-    e = with_setup(own._replace(drive=own.drive._replace(toggles=False)), setup)
+    e = with_setup(own._replace(drive=own.drive._replace(toggles=not own.drive.toggles, late=0.0)), setup)
     assert e == own
-    recording = record(e)
-    recorded = recording._replace(u=reversed_late(recording.u, draws_of(e), setup.late))
-    np.testing.assert_array_equal(recorded.u, recording.u)
+    on_time = record(with_setup(own, setup._replace(late=0.0)))
+    recorded = on_time._replace(u=reversed_late(on_time.u, draws_of(e), setup.late))
+    np.testing.assert_array_equal(recorded.u, record(e).u)
     expected = replayed_grid(own, STUDY.n, record(own), own.sampling, own.steps)
     for values, quantity in zip(joined_cells(STUDY, e, recorded), ("mean_error", "mse"), strict=True):
         np.testing.assert_array_equal(values, expected[quantity].mean("chamber").transpose("model", "n"))

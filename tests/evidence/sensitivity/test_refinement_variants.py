@@ -42,10 +42,10 @@ def test_what_does_not_reach_the_grid_is_left_out_and_physics_is_what_it_says(fo
     ledger = alternatives.ledger_alternatives(TINY)
     left_out = {name.partition(".")[0] for name in set(ledger) - set(found)}
     same = {"settling_E", "hold", "settling_change", "valve_leak", "settling_stop", "error_sign"}
-    same |= {"transport", "transport_D", "transport_E_closed", "transport_E_open", "lag", "step_halving"}
+    same |= {"transport", "transport_D_closed", "transport_E_closed", "transport_open", "lag", "step_halving"}
     # In closed loop an amplitude and the reversal of the sign mean nothing.
-    open_loop = {"amplitude_D", "amplitude_E", "sign_reversal", "sign_reversal_tested"}
-    assert left_out == same | open_loop | {"variance_of_means"}
+    open_loop = {"amplitude_D", "amplitude_E", "sign_reversal", "sign_reversal_tested", "reversal_late"}
+    assert left_out == same | open_loop | {"variance_of_means", "percentiles"}
     assert next(iter(found)) == AS_TAKEN
     assert set(alternatives.OTHER_PHYSICS) < set(found)
 

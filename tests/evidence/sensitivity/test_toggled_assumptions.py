@@ -29,7 +29,7 @@ from pneumo.publish.text.markdown_tables import assumptions_table
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.settling import Settling, settle
+from pneumo.simulation.settling import QUANTITIES, Settling, settle
 from pneumo.simulation.signals import study_sampling
 from pneumo.statistics.averages import statistics
 from pneumo.statistics.settling_times import settling_table
@@ -51,7 +51,7 @@ CLAIMS = read_claims(PAPER_FOLDER)
 @pytest.fixture(scope="module")
 def tiny() -> xr.DataArray:
     chosen = (AS_TAKEN, "mass_D.mass_D_1", "settling_change.largest_excursion", "transport.exact_transport")
-    chosen += ("error_sign.reduced_minus_full", "variance_of_means.population", "hold.hold_shorter")
+    chosen += ("error_sign.reduced_minus_full", "variance_of_means.population", "hold.back_within_0_4_K")
     every = ledger_alternatives(TINY)
     return toggled_tables({name: every[name] for name in chosen}, CLAIMS.items, 2)["reproduced"]
 
@@ -78,7 +78,7 @@ MASS = "{cylinders.D.mass_kg: 1.0}"
         (MASS, "{cylinders.D.mass_g: 1.0}", "mass_D.mass_D_1: cylinders.D.mass_g = 1.0: unknown key"),
         (MASS, "{cylinders.D.mass_kg: -1.0}", "mass_D.mass_D_1: cylinders.D.mass_kg = -1.0: must be a"),
         ("    population: N\n", "    unheard_of: N\n", "variance_of_means.unheard_of: no code for 'N'"),
-        ("  left_out:", "  left_off:", "valve_leak.left_off: Extra inputs are not permitted"),
+        ("  left_out:", "  left_off:", "hold.left_off: Extra inputs are not permitted"),
     ],
 )
 def test_what_cannot_be_run_is_one_line(tmp_path, old, new, words):
@@ -123,7 +123,7 @@ def test_an_alternative_changes_what_it_touches_only(tiny):
 
     assert {table for table, _ in changed("mass_D.mass_D_1")} >= {5, 7, 9}
     assert {column for _, column in changed("settling_change.largest_excursion")} == {"P_A"}
-    assert {table for table, _ in changed("hold.hold_shorter")} == {5}
+    assert {table for table, _ in changed("hold.back_within_0_4_K")} == {5}
     assert {table for table, _ in changed("transport.exact_transport")} >= {7, 9}
     assert not [table for table, _ in changed("transport.exact_transport") if table == 5]
     assert changed("error_sign.reduced_minus_full") == {(7, "mu"), (9, "mu")}
@@ -167,7 +167,10 @@ def test_largest_excursions_and_a_stop_that_only_clips():
     # From 0 to rest at 1, up to 4: 1 % of the largest excursion from rest is 0.03, of the change 0.01.
     overshoot = np.array([0.0, 2.0, 4.0, 3.0, 2.0, 1.5, 1.035, 1.025, 1.0, 1.0])
     settling = Settling(np.zeros(4), np.outer(np.r_[9.0, overshoot], np.ones(6)), 1)
-    np.testing.assert_allclose(alternatives.largest_excursions(settling, 0.1), 0.7)
+    for alternative, judged in (("largest_excursion", "P"), ("temperatures_to_last_value", "T")):
+        times = alternatives.IN_WORDS[f"settling_change.{alternative}"](alternatives.Alternative(PAPER)).times
+        expected = [0.7 if quantity.startswith(judged) else 0.0 for quantity in QUANTITIES]
+        np.testing.assert_allclose(times(settling, 0.1), expected)
     cylinder = PAPER.experiments["E06"].plant.cylinder
     assert motion(cylinder.x_min, 0.0, -1.0, cylinder) == (0.0, 0.0)
     assert motion(cylinder.x_min, 0.0, -1.0, cylinder._replace(rests=False)) == (0.0, -1.0)
