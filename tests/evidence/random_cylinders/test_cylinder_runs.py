@@ -146,9 +146,9 @@ def test_groups_and_time_between_reversals_by_hand():
     found, p = known_groups(e), e.plant
     assert found["breath"] * found["thermal"] == pytest.approx(found["exchange"])
     # of m c_v / k_0 times flow over m the air drops out; c_v = R / (gamma - 1) = 717.5 J/(kg K)
-    assert found["exchange"] == pytest.approx(0.0404 * 7e5 * 1e-6 / 293**0.5 * 717.5 / 2.5)
+    assert found["exchange"] == pytest.approx(0.0404 * 7e5 * 1e-6 / 293**0.5 * 717.5 / p.k_0)
     air = 0.8077 * 7e5 * 1.1 * 1.571e-5 / (287 * 293)  # Table 2
-    time_constant = air * 717.5 / 2.5
+    time_constant = air * 717.5 / p.k_0
     between = 0.05 * 2  # a new draw has the other sign every second time; 1200 draws tell that to a 35th
     assert found["thermal"] == pytest.approx(time_constant / between, rel=3 / 35)
     assert found["command"] == 1.0  # a jump of 24 mm at 1000 V/m saturates
