@@ -11,6 +11,7 @@ from rich.table import Table
 
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
 from pneumo.fit.fitted_parameters import CAUSES, FULL_ORDER, QUANTITIES, VALVE
+from pneumo.papers.paper_2006.inferred_cells import inferred_cells, rms_of_inferred
 from pneumo.publish.labels import AVERAGES, SAMPLING, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
@@ -298,6 +299,14 @@ def open_loop_tables(ledger: xr.Dataset) -> Iterator[Table]:
         row = ledger["reversals"].sel(open_loop=name)
         cylinder = int(ledger["cylinder_of"].sel(open_loop=name))
         table.add_row(name, *(str(row.values[numbers.values[cylinder]]) for numbers in (best, today)))
+    yield table
+    cells = inferred_cells(ledger["mse"])
+    caption = f"rms of log10(best pair / implied) {rms_of_inferred(cells):.3f}"
+    heads = ("level", "model", "n", "experiment", "implied (Pa2)", "best pair (Pa2)")
+    table = Table(*heads, title="Mean square errors that Fig. 11's 10 % percentiles imply", caption=caption)
+    for cell in cells.itertuples(index=False):
+        numbers = f"{cell.n:.2f}", cell.experiment, f"{cell.inferred:.3g}", f"{cell.reproduced:.3g}"
+        table.add_row(cell.level, cell.model, *numbers)
     yield table
 
 
