@@ -58,23 +58,16 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
 
 def numbers(cost: dict[str, Any]) -> dict[str, str]:
     """Numbers of the sentences about cost by name."""
-    double, single = (cost["rows"]["chambers"][precision] for precision in ("double", "float"))
-
-    def over(row: str, other: str) -> tuple[str, str]:
-        ns = double[row]["ns"]["RK4"] / double[other]["ns"]["RK4"]
-        count = single[row]["instructions"]["RK4"] / single[other]["instructions"]["RK4"]
-        return f"{ns:.2f}", f"{count:.2f}"
-
-    found: dict[str, str] = {
+    single = cost["rows"]["chambers"]["float"]
+    full, *others = (
+        single[row]["instructions"]["RK4"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL)
+    )
+    names = [f"full over {name} instructions" for name in ("M8", "M6", "M8 polynomial")]
+    return {
         "experiment": cost["experiment"],
         "processor": " ".join(cost["processor"].split()),
         "shared": "while other programs ran on it" if cost["shared"] else "otherwise idle",
         "compilers": "; ".join([cost["compiler"], *cost["arm"]]),
         "degree": str(cost["polynomial"]["degree"]),
         "polynomial error": f"{cost['polynomial']['largest_relative_error']:.0e}",
-        "full ns": _count(double[FULL_ORDER]["ns"]["RK4"]),
-        "full instructions": _count(single[FULL_ORDER]["instructions"]["RK4"]),
-    }
-    for name, row in (("M8", "M8"), ("M6", "M6"), ("M8 polynomial", "M8" + POLYNOMIAL)):
-        found[f"full over {name} ns"], found[f"full over {name} instructions"] = over(FULL_ORDER, row)
-    return found
+    } | {name: f"{full / other:.2f}" for name, other in zip(names, others, strict=True)}

@@ -120,7 +120,7 @@ def configured_plant(study: Study, cylinder: str | None = None, k_0: float | Non
     if k_0 is None:
         configured = sorted({e.plant.k_0 for e in study.experiments.values() if e.cylinder == cylinder})
         if len(configured) > 1:
-            values = ", ".join(f"{value:g}" for value in configured)
+            values = ", ".join(f"{value:.3g}" for value in configured)
             raise InputError(f"--k0: missing; cylinder {cylinder} has {values} W/K")
         k_0 = configured[0]
     _check_conductance(k_0)

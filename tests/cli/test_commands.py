@@ -140,7 +140,7 @@ def test_a_choice_between_cylinders_or_conductances_is_left_to_the_user(command,
     command = [*command, "--config", ROOT / "config/paper.yaml"]
     assert_one_line(inside(*command), "--cylinder: missing; there are D, E")
     assert_one_line(inside(*command, "--cylinder", "F"), "no such cylinder; there are D, E")
-    assert_one_line(inside(*command, "--cylinder", "D"), "--k0: missing; cylinder D has 0.02, 0.1")
+    assert_one_line(inside(*command, "--cylinder", "D"), "--k0: missing; cylinder D has 0.02, 0.0999")
     assert inside(*command, "--cylinder", "D", "--k0", 0.1)[0] == 0
 
 
