@@ -304,9 +304,8 @@ def open_loop_tables(ledger: xr.Dataset) -> Iterator[Table]:
     caption = f"rms of log10(best pair / implied) {rms_of_inferred(cells):.3f}"
     heads = ("level", "model", "n", "experiment", "implied (Pa2)", "best pair (Pa2)")
     table = Table(*heads, title="Mean square errors that Fig. 11's 10 % percentiles imply", caption=caption)
-    for cell in cells.itertuples(index=False):
-        numbers = f"{cell.n:.2f}", cell.experiment, f"{cell.inferred:.3g}", f"{cell.reproduced:.3g}"
-        table.add_row(cell.level, cell.model, *numbers)
+    for level, model, n, experiment, *errors in cells.itertuples(index=False, name=None):
+        table.add_row(level, model, f"{n:.2f}", experiment, *(f"{error:.3g}" for error in errors))
     yield table
 
 
