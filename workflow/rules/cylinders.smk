@@ -65,3 +65,20 @@ rule contest_block:
         "The full order in the contest: random cylinders from {wildcards.first} on"
     script:
         "../scripts/contest_block.py"
+
+
+rule contest:
+    input:
+        blocks=expand(rules.contest_block.output, first=CONTEST_BLOCKS),
+        rule=kept("cylinders.nc"),
+    output:
+        cells="results/contest.nc",
+    log:
+        "results/logs/contest.log",
+    params:
+        compared=COMPARED,
+        code=code_behind("contest.py"),
+    message:
+        "The full order in the contest: tables of the half held out"
+    script:
+        "../scripts/contest.py"

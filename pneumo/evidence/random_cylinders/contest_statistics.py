@@ -1,0 +1,221 @@
+"""Tables of decision 75's contest: each choice's error over the best in hindsight, on the half held out."""
+
+from collections.abc import Iterator, Mapping
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+from pneumo.evidence.random_cylinders.direct_rule import GROUP
+from pneumo.evidence.random_cylinders.full_order_contest import FIXED_MODELS, WITH_K_0, WITHOUT_K_0
+from pneumo.evidence.random_cylinders.regimes import INTERVAL
+from pneumo.statistics.intervals import quotient_interval
+from pneumo.statistics.model_pairs import REFINED_MODELS
+from pneumo.storage.layout import described
+
+CONFIGURED_N = 1.35
+RULED = ("M6", "M8")  # models with an n by a rule of `GROUP`
+RULE_A, RULE_B = np.linspace(1.2, 1.4, 9), np.linspace(0.0, 0.5, 21)
+RULE_C = np.geomspace(0.1, 100.0, 25)
+LIMIT = 0.95  # of the upper end of a quotient, for an answer
+FEWEST_CYLINDERS = 200  # held out, for an answer
+LARGE = 0.01  # of the swing: least error of the best model for a run that counts as large
+BEFOREHAND = "best of a simulation"
+QUANTITIES = ("mean", "nine_tenths", "within", "median", "of_swing")
+
+Choices = dict[str, xr.DataArray]  # mean square error by (cylinder, loop), perhaps (k_0_told, valve_told)
+
+
+def model_cells(cells: xr.Dataset, model: str) -> xr.DataArray:
+    """Mean square errors of a model by n, and by k_0 told where it has one."""
+    if model in WITHOUT_K_0:
+        return cells["mse_without_k_0"].sel(model_without_k_0=model, drop=True)
+    return cells["mse_with_k_0"].sel(model_with_k_0=model, drop=True)
+
+
+def best_in_hindsight(cells: xr.Dataset, models: tuple[str, ...] = REFINED_MODELS) -> xr.DataArray:
+    """Lowest mean square error of some models at the true k_0 and any n, by (cylinder, loop)."""
+    lowest = [model_cells(cells, model).min("n") for model in models]
+    true = [each.sel(k_0_told=1.0, drop=True) if "k_0_told" in each.dims else each for each in lowest]
+    return xr.concat(true, "model", coords="minimal", compat="override").min("model")
+
+
+def ruled_place(group: np.ndarray, a: float, b: float, c: float, grid: np.ndarray) -> np.ndarray:
+    """Place in an even grid of the n next to a - b/(1 + c group)."""
+    n = np.clip(a - b / (1 + c * group), grid[0], grid[-1])
+    return np.rint((n - grid[0]) / (grid[1] - grid[0])).astype(int)
+
+
+def at_place(mse: xr.DataArray, place: xr.DataArray) -> xr.DataArray:
+    """Errors at a place in the grid of n for each run."""
+    return mse.isel(n=place).drop_vars("n", errors="ignore")
+
+
+def told_group(cells: xr.Dataset) -> xr.DataArray:
+    """`GROUP` by the k_0 that a row is told: a thermal time constant is inversely proportional to it."""
+    return cells[GROUP] / cells["k_0_told"]
+
+
+def fitted_rule(cells: xr.Dataset, model: str) -> tuple[float, float, float]:
+    """Rule's a, b, c of the least mean square of the logarithm of the error over the best's.
+
+    Only runs of the fitted half, at the true k_0.
+    """
+    fitted = cells.sel(cylinder=cells["held_out"] == 0)
+    mse = model_cells(fitted, model)
+    mse = mse.sel(k_0_told=1.0, drop=True) if "k_0_told" in mse.dims else mse
+    ratio: xr.DataArray = mse / best_in_hindsight(fitted)
+    logs = np.log(ratio.transpose("cylinder", "loop", "n").values)
+    group, grid = fitted[GROUP].transpose("cylinder", "loop").values, fitted["n"].values
+    counts = np.isfinite(logs).all(axis=-1)
+    group, squares = group[counts], logs[counts] ** 2
+    best = (np.inf, np.nan, np.nan, np.nan)
+    for a, b, c in product(RULE_A.tolist(), RULE_B.tolist(), RULE_C.tolist()):
+        place = ruled_place(group, a, b, c, grid)
+        best = min(best, (float(squares[np.arange(len(place)), place].mean()), a, b, c))
+    return best[1:]
+
+
+def choices(
+    cells: xr.Dataset, threshold: float, sides: tuple[str, str]
+) -> tuple[Choices, Mapping[str, tuple[float, ...]]]:
+    """Mean square error of every choice of decision 75, and the rules fitted.
+
+    `threshold` and `sides` are those of the rule of decision 57, model below and from it on. `cells` are
+    joined runs with `held_out` by cylinder.
+    """
+    rules = {model: fitted_rule(cells, model) for model in RULED}
+    grid, group = cells["n"].values, told_group(cells)
+    made: Choices = {}
+    for model in (*WITHOUT_K_0, *WITH_K_0):
+        made[f"{model} at {CONFIGURED_N}"] = model_cells(cells, model).sel(n=CONFIGURED_N, drop=True)
+        made[f"{model} in hindsight"] = model_cells(cells, model).min("n")
+    for model, rule in rules.items():
+        place = group.copy(data=ruled_place(group.values, *rule, grid))
+        made[f"{model} by rule"] = at_place(model_cells(cells, model), place)
+    below, above = (made[f"{model} by rule"] for model in sides)
+    made["rule of decision 57"] = xr.where(group < threshold, below, above)
+    simulated = cells["mse_simulated"]
+    made[BEFOREHAND] = simulated.sel(carried="best", drop=True)
+    for model in FIXED_MODELS:
+        made[f"{model}, n of a simulation"] = simulated.sel(carried=model, drop=True)
+    for law in cells["law"].values:
+        full = cells["mse_full"].sel(law=law, drop=True)
+        if law == "true":  # told the truth it is the run itself
+            full = full.where((full["k_0_told"] != 1) | (full["valve_told"] != 1))
+        made[f"full order, {law} law"] = full
+    made["full order, adiabatic"] = cells["mse_adiabatic"]
+    return made, rules
+
+
+def runs_counted(cells: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Which held-out runs count, by the name of a part of them."""
+    best = best_in_hindsight(cells)
+    good = (cells["held_out"] == 1) & (cells["run_status"] == 0) & best.notnull()
+    group, everywhere = cells[GROUP], xr.ones_like(best, dtype=bool)
+    edges = np.quantile(group.values[good.transpose(*group.dims).values], [0, 1 / 3, 2 / 3, 1])
+    parts = {"all": good} | {loop: good & (cells["loop"] == loop) for loop in cells["loop"].values}
+    for i, third in enumerate(("lowest", "middle", "highest")):
+        parts[f"{third} third"] = good & (group >= edges[i]) & (group <= edges[i + 1])
+    parts["not cut"] = good & (cells["cut"] == 0)
+    parts["large errors"] = good & (best > (LARGE * cells["swing"]) ** 2)
+    return {name: (part & everywhere).transpose("cylinder", "loop") for name, part in parts.items()}
+
+
+def mean_of_logs(logs: np.ndarray, counted: np.ndarray) -> np.ndarray:
+    """Geometric mean over runs with its interval over cylinders; both of shape (cylinder, loop)."""
+    inside = counted & np.isfinite(logs)
+    sums = np.where(inside, np.nan_to_num(logs), 0.0).sum(axis=1)
+    return np.exp(quotient_interval(sums, inside.sum(axis=1)))
+
+
+def summaries(logs: np.ndarray, swing: np.ndarray, counted: np.ndarray) -> np.ndarray:
+    """`QUANTITIES` with an interval for the first, as one row: mean, low, high, and the others."""
+    values = np.where(np.isnan(logs), np.inf, logs)[counted]  # a failed replay is the worst
+    rest = [np.quantile(values, 0.9), np.median(values)]
+    within = (values <= np.log(1.1)).mean()
+    of_swing = np.exp(np.mean(np.log(swing[counted & np.isfinite(swing)])))
+    return np.array([*mean_of_logs(logs, counted), np.exp(rest[0]), within, np.exp(rest[1]), of_swing])
+
+
+def told_cases(values: xr.DataArray, cells: xr.Dataset) -> Iterator[tuple[float, float, xr.DataArray]]:
+    """Each k_0 and valve told at which a choice was tried; where it needs neither, at the true ones."""
+    k_values = cells["k_0_told"].values if "k_0_told" in values.dims else [1.0]
+    valves = cells["valve_told"].values if "valve_told" in values.dims else [1.0]
+    for k_0 in k_values:
+        for valve in valves:
+            at = values.sel(k_0_told=k_0) if "k_0_told" in values.dims else values
+            at = at.sel(valve_told=valve) if "valve_told" in at.dims else at
+            if at.notnull().any():
+                yield float(k_0), float(valve), at.transpose("cylinder", "loop")
+
+
+def contest_statistics(cells: xr.Dataset, threshold: float, sides: tuple[str, str]) -> xr.Dataset:
+    """Errors of every choice over the best in hindsight, and the full order's over the choice beforehand.
+
+    From the blocks joined along `cylinder`, with `held_out`. A row is a choice at a k_0 and valve told. By
+    (row, part): `error` with an interval over cylinders, `nine_tenths`, `within` (fraction within 10 %),
+    `median`, `of_swing` (geometric mean of RMS error over the run's standard deviation). By (case, part,
+    bound): `full_quotient`, the full order over `BEFOREHAND` with the same knowledge. `rule_n` by (ruled,
+    coefficient).
+    """
+    made, rules = choices(cells, threshold, sides)
+    parts, best = runs_counted(cells), best_in_hindsight(cells).transpose("cylinder", "loop")
+    swing = cells["swing"].transpose("cylinder", "loop")
+    labels, rows = list[tuple[str, float, float]](), list[np.ndarray]()
+    kept: dict[tuple[str, float, float], np.ndarray] = {}
+    for name, values in made.items():
+        for k_0, valve, mse in told_cases(values, cells):
+            logs = np.log(mse.values / best.values)
+            relative = np.sqrt(mse.values) / swing.values
+            kept[name, k_0, valve] = logs
+            labels.append((name, k_0, valve))
+            rows.append(np.array([summaries(logs, relative, part.values) for part in parts.values()]))
+    cases = [key for key in kept if key[0].startswith("full order, ") and (BEFOREHAND, *key[1:]) in kept]
+    quotients = [
+        [mean_of_logs(kept[key] - kept[BEFOREHAND, *key[1:]], part.values) for part in parts.values()]
+        for key in cases
+    ]
+    values = np.array(rows)
+    choice, k_0, valve = (list(column) for column in zip(*labels, strict=True))
+    full, full_k_0, full_valve = (list(column) for column in zip(*cases, strict=True))
+    dataset = xr.Dataset(
+        {
+            "error": (("row", "part", "bound"), values[..., :3]),
+            **{name: (("row", "part"), values[..., 3 + i]) for i, name in enumerate(QUANTITIES[1:])},
+            "full_quotient": (("case", "part", "bound"), np.array(quotients)),
+            "runs": ("part", [int(part.sum()) for part in parts.values()]),
+            "cylinders": ("part", [int(part.any("loop").sum()) for part in parts.values()]),
+            "rule_n": (("ruled", "coefficient"), list(rules.values())),
+        },
+        {"part": list(parts), "bound": list(INTERVAL), "ruled": list(rules), "coefficient": list("abc")},
+    )
+    dataset = dataset.assign_coords(
+        choice=("row", choice),
+        row_k_0=("row", k_0),
+        row_valve=("row", valve),
+        full=("case", full),
+        case_k_0=("case", full_k_0),
+        case_valve=("case", full_valve),
+    )
+    words = "mean square error over that of the best of M5 to M10 in hindsight"
+    about = {
+        "error": ("1", f"geometric mean of the {words}"),
+        "nine_tenths": ("1", f"90 per cent quantile of the {words}"),
+        "within": ("1", "fraction of the runs within 10 per cent of it"),
+        "median": ("1", f"median of the {words}"),
+        "of_swing": ("1", "geometric mean of the RMS error over the pressures' standard deviation"),
+        "full_quotient": ("1", "mean square error over that of the best of a simulation, same knowledge"),
+        "rule_n": ("1", "coefficients of n = a - b/(1 + c thermal), fitted on the half that is not held out"),
+    }
+    return described(dataset, about)
+
+
+def answer(statistics: xr.Dataset) -> str:
+    """Answer by the criterion of decision 75."""
+    if statistics["cylinders"].sel(part="all") < FEWEST_CYLINDERS:
+        return f"no answer: fewer than {FEWEST_CYLINDERS} cylinders held out"
+    high = statistics["full_quotient"].sel(bound="high", part=["open", "closed"])
+    told = ~statistics["full"].str.contains("adiabatic")  # which is told no k_0
+    pays = (high < LIMIT) | ~told
+    return "carry the full order" if bool(pays.all()) else "depends on what is known"

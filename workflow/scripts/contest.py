@@ -1,0 +1,28 @@
+"""The full order in the contest: every run, and the tables of the half held out."""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from pneumo.evidence.random_cylinders.contest_statistics import answer, contest_statistics
+from pneumo.jobs.wrapper import run_job
+from pneumo.storage.files import attributes, read, write
+
+
+def main(blocks: list[Path], rule: Path, compared: int, cells: Path, code: str) -> None:
+    runs: xr.Dataset = xr.concat([read(block) for block in blocks], "cylinder").sortby("cylinder")
+    runs["held_out"] = ("cylinder", (runs["cylinder"].values >= compared).astype(np.int8))
+    direct = read(rule)
+    below, above = direct["rule_model"].values.tolist()
+    statistics = contest_statistics(runs, direct["rule_threshold"].item(), (below, above))
+    about = attributes(
+        "The full order in the contest with the reduced models",
+        f"Errors of every row by what it is told beforehand; {answer(statistics)}",
+        "none: cylinders are drawn in pneumo.evidence.random_cylinders.random_plants",
+        code,
+    )
+    write(runs.merge(statistics, compat="no_conflicts"), cells, about, digits=3)
+
+
+run_job(main, globals())
