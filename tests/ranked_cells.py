@@ -12,11 +12,14 @@ N = [1.2, 1.3, 1.4]
 PAPER_LEVEL = dict(zip(PAPER_MODELS, (900, 80, 100, 3000, 20, 8, 6, 3, 2.5, 2.4), strict=True))
 LEVEL = {name: PAPER_LEVEL.get(name, 5000.0 + i) for i, name in enumerate(MODELS)}
 
+FULL_ORDER = 0.5  # of the same measure, where its k_0 is right within the range
+
 
 def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e6, ends=(1.0, 1.0)):
     """Cells with a given MSE for each model at n = `best`, more elsewhere, and noise that models share.
 
-    With walls, it is as many times that as `ends` say where the cylinder's k_0 is the lowest or the highest.
+    With walls, it is as many times that as `ends` say where the cylinder's k_0 is the lowest or the highest;
+    so is the full order's, `FULL_ORDER`.
     """
     rng = np.random.default_rng(1)
     shape = (len(experiments), runs, len(MODELS), len(N), 2)
@@ -33,6 +36,8 @@ def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e
     meanings = {"flag_meanings": "ok diverged"}
     data = {"mse": (dims, values), "mse_of_wrong_k_0": (("k_0_end", *dims), wrong)}
     data["mse_of_right_k_0"] = (("k_0_end", *dims), np.stack([values, values]))
+    full = np.stack([scale * FULL_ORDER * times * common[:, :, 0, 0] * np.ones(2) for times in ends])
+    data["mse_of_full_order"] = (("k_0_end", "experiment", "run", "chamber"), full)
     data["run_status"] = (dims[:2], np.zeros(shape[:2], np.int8), meanings)
     data["run_failure_time"] = (dims[:2], np.full(shape[:2], np.nan))
     same = {"random": np.int8(1), "duration": 20.0, "time_constant": 0.7, "k_0_factor": 2.0}

@@ -18,6 +18,7 @@ from pneumo.errors import InputError
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.full_order import record
+from pneumo.simulation.full_order_replay import FullRow, full_order_mse
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.statistics.ranking import Ranking, rank_models
@@ -74,11 +75,11 @@ def simulated_time(study: Study) -> float:
 
 def mse_at_other_k_0(
     experiment: Experiment, n: tuple[float, ...], ratio: float
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean square errors, Pa^2, if the cylinder's true k_0 is `ratio` times the experiment's.
 
-    Two arrays by (model, n, chamber): of models with the experiment's k_0, and of models with the true one.
-    NaN for replays that fail.
+    Two arrays by (model, n, chamber): of models with the experiment's k_0, and of models with the true one;
+    and by (chamber) that of the full order with the experiment's k_0. NaN for replays that fail.
     """
     gamma = experiment.plant.gas.gamma
     recording = record(experiment._replace(plant=experiment.plant._replace(k_0=ratio * experiment.plant.k_0)))
@@ -86,7 +87,8 @@ def mse_at_other_k_0(
     wrong = [row._replace(wall_scale=row.wall_scale / ratio) for row in right]
     cells = replay(recording, lane_array([*wrong, *right]), EXACT_SAMPLING, experiment.steps)
     mse = np.where(cells.status != 0, np.nan, cells.mse).reshape(2, len(MODELS), len(n), 2)
-    return mse[0], mse[1]
+    full = full_order_mse(recording, [FullRow(wall_scale=1 / ratio)], EXACT_SAMPLING)[0]
+    return mse[0], mse[1], full
 
 
 def one_run(
@@ -95,20 +97,22 @@ def one_run(
     """Cells of one full-order run and of the replays of the whole grid on it.
 
     The variables of `replayed_grid` without the pressures; `run_outcome`; `mse_of_wrong_k_0` and
-    `mse_of_right_k_0` by (k_0_end, model, n, chamber), from runs at both ends of the range of k_0; where
-    `traced`, the first samples of all pressures.
+    `mse_of_right_k_0` by (k_0_end, model, n, chamber), from runs at both ends of the range of k_0, and
+    `mse_of_full_order`, with the configured k_0, by (k_0_end, chamber); where `traced`, the first samples of
+    all pressures.
     """
     recording = record(experiment)
     stride = experiment.pressure_stride if traced else experiment.steps
     cells = replayed_grid(experiment, n, recording, EXACT_SAMPLING, stride)
     pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
     ends = [mse_at_other_k_0(experiment, n, ratio) for ratio in (1 / k_0_factor, k_0_factor)]
-    wrong, right = (np.stack(arrays) for arrays in zip(*ends, strict=True))
+    wrong, right, full = (np.stack(arrays) for arrays in zip(*ends, strict=True))
     dims = ("k_0_end", "model", "n", "chamber")
     about = {"units": "Pa2", "long_name": "mean square error where the cylinder's k_0 is at the end"}
     cells = cells.drop_vars(["pressure", "t"]).assign(
         mse_of_wrong_k_0=(dims, wrong, about | {"comment": "the models take the configured k_0"}),
         mse_of_right_k_0=(dims, right, about | {"comment": "the models take the cylinder's k_0"}),
+        mse_of_full_order=(("k_0_end", "chamber"), full, about | {"comment": "by the full order"}),
         **run_outcome(recording),
     )
     if traced:

@@ -32,6 +32,7 @@ CELLS = (
     "failure_time",
     "mse_of_wrong_k_0",
     "mse_of_right_k_0",
+    "mse_of_full_order",
 )  # 4 bytes
 
 ABOUT = {  # unit, long name

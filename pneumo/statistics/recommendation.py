@@ -47,6 +47,7 @@ def recommend(ranking: Ranking, cells: xr.Dataset) -> Ranking:
     advice = [
         *_more_seeds(ranking, [ranking.row(row.model) for row in (choice, *cheaper)]),
         _about_k_0(robust, choice),
+        *_about_full_order(robust, choice),
         *_longer_runs(cells),
         *_wider_grid(cells, {choice.model: choice.n} | {first.model: first.n}),
         *_other_winners(ranking),
@@ -95,6 +96,18 @@ def _about_k_0(robust: UnknownConductance, choice: RobustModel) -> str:
     )
     pays = choice.worst**2 > (1 + MATERIAL) * robust.known**2
     return f"{'Measure k_0, above all' if pays else 'k_0 is known well enough'}: {known}"
+
+
+def _about_full_order(robust: UnknownConductance, choice: RobustModel) -> list[str]:
+    """Advice on the full order as the model to take, where it was tried and is materially better."""
+    full = robust.full_order
+    if full is None or not full.worst**2 * (1 + MATERIAL) < choice.worst**2:
+        return []
+    return [
+        f"Or take the full order: with the same k_0 it has at most {_kpa(full.worst)} RMS, and a step costs"
+        " about as much (docs/export.md); but these runs are its own equations, and only a measured cylinder"
+        " can confirm them (docs/fit.md)."
+    ]
 
 
 def _longer_runs(cells: xr.Dataset) -> list[str]:

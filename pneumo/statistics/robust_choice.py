@@ -11,6 +11,8 @@ import xarray as xr
 
 from pneumo.physics.models import MODELS
 
+FULL_ORDER = "full order"  # name of its row
+
 
 class RobustModel(NamedTuple):
     """One model at the n of its lowest worst case."""
@@ -34,6 +36,14 @@ class UnknownConductance(NamedTuple):
     # Pa, the largest over k_0 of the lowest RMS error at that k_0: the best model, n, and conductance of the
     # model (true or assumed) are chosen at each.
     known: float
+    #: The full order with the assumed k_0, which is the truth at that k_0; None in cells of earlier code.
+    full_order: RobustModel | None = None
+
+    @property
+    def rows(self) -> tuple[RobustModel, ...]:
+        """Models and full order, lowest worst case first."""
+        every = self.models if self.full_order is None else (*self.models, self.full_order)
+        return tuple(sorted(every, key=lambda row: row.worst))
 
     def model(self, name: str) -> RobustModel:
         """Row of a model."""
@@ -60,4 +70,13 @@ def robust_choice(cells: xr.Dataset) -> UnknownConductance:
     known = float(either.min(("taken", "model", "n")).max("k_0", skipna=False))
     factor, k_0 = float(cells["k_0_factor"].max()), np.unique(cells["k_0"].values)
     assumed = float(k_0[0]) if len(k_0) == 1 else np.nan
-    return UnknownConductance(factor, assumed, tuple(sorted(rows, key=lambda row: row.worst)), known)
+    models = tuple(sorted(rows, key=lambda row: row.worst))
+    return UnknownConductance(factor, assumed, models, known, _full_order(cells))
+
+
+def _full_order(cells: xr.Dataset) -> RobustModel | None:
+    if "mse_of_full_order" not in cells:
+        return None
+    mean = cells["mse_of_full_order"].mean(("experiment", "run", "chamber"), skipna=False)
+    low, high = (float(mean.sel(k_0_end=end)) ** 0.5 for end in ("low", "high"))
+    return RobustModel(FULL_ORDER, np.nan, (low, 0.0, high))

@@ -12,6 +12,7 @@ from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.selection import cylinder_ranking
 from pneumo.selection.cylinder_ranking import K_0_ENDS, mse_at_other_k_0, one_run, run_study, seeds_of
 from pneumo.simulation.full_order import DIVERGED, record
+from pneumo.simulation.full_order_replay import FullRow, full_order_mse
 from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.storage.files import write_json
 
@@ -83,7 +84,7 @@ def test_a_signal_that_is_not_random_runs_once_and_a_run_that_fails_is_a_status(
 def test_a_wrong_k_0_is_the_cylinders():
     """The run has the cylinder's k_0; the models take the configured one, or know the cylinder's."""
     e, n = lasting("E02", 2.0), (1.2, 1.3)
-    wrong, right = mse_at_other_k_0(e, n, 4.0)
+    wrong, right, full = mse_at_other_k_0(e, n, 4.0)
     recording = record(e._replace(plant=e.plant._replace(k_0=4 * e.plant.k_0)))
     knowing = lane_array([lane(model, value, 1.4) for model in MODELS.values() for value in n])
     mistaken = knowing.copy()
@@ -91,6 +92,12 @@ def test_a_wrong_k_0_is_the_cylinders():
     for found, lanes in ((wrong, mistaken), (right, knowing)):
         expected = replay(recording, lanes, EXACT_SAMPLING, e.steps).mse
         np.testing.assert_array_equal(found, expected.reshape(found.shape))
+    # The full order with a quarter of the run's k_0: both runs start alike, so its signals are the run's.
+    assert full.shape == (2,) and (full > 0).all()
+    np.testing.assert_allclose(
+        full, full_order_mse(recording, [FullRow(wall_scale=0.25)], EXACT_SAMPLING)[0], rtol=1e-12
+    )
+    assert (mse_at_other_k_0(e, n, 1.0)[2] < 1e-9 * full).all()  # told the truth it is the run
     walled = np.isin(list(MODELS), WITH_WALL)
     assert np.array_equal(wrong[~walled], right[~walled])
     assert (wrong[walled] != right[walled]).all()

@@ -86,6 +86,22 @@ def test_with_k_0_known_the_error_left_is_that_of_its_worst_value():
     assert ranked(cells, "mine").unknown_k_0.known ** 2 == pytest.approx(2 * 2.4e6, rel=1e-3)
 
 
+def test_the_full_order_is_a_row_under_the_same_uncertainty():
+    cells = made(noise=1e-6, ends=(2.0, 4.0))
+    robust = ranked(cells, "mine").unknown_k_0
+    full = robust.full_order
+    # It has the assumed k_0, and is the run itself where that is the cylinder's.
+    assert np.array(full.rms) ** 2 == pytest.approx([0.5 * 2e6, 0.0, 0.5 * 4e6], rel=1e-3)
+    assert [row.worst for row in robust.rows] == sorted(row.worst for row in robust.rows)
+    assert robust.rows[0] == full and full not in robust.models
+    (line,) = [line for line in ranked(cells, "mine").advice if "full order" in line]
+    assert "at most 1.41 kPa RMS" in line and "measured cylinder" in line
+    cells["mse_of_full_order"][:] = 8e6  # as M6, which is recommended
+    assert not any("full order" in line for line in ranked(cells, "mine").advice)
+    earlier = ranked(cells.drop_vars("mse_of_full_order"), "mine").unknown_k_0
+    assert earlier.full_order is None and earlier.rows == earlier.models
+
+
 def test_a_factor_of_one_and_experiments_with_another_k_0_are_said_so():
     cells = made(noise=1e-6, experiments=("X", "Y"))
     cells["k_0_factor"][:] = 1.0

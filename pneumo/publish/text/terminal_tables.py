@@ -100,7 +100,7 @@ def study_tables(ranking: Ranking) -> list[Table]:
         _table("Reduction of the MSE", ("refinement", "models", "gain"), gains),
     ]
     if robust := ranking.unknown_k_0:
-        worst = map(robust_cells, robust.models)
+        worst = map(robust_cells, robust.rows)
         tables.append(_table(ROBUST_TITLE, robust_heads(robust), worst, chosen, numbers=True))
     return tables
 
