@@ -117,13 +117,15 @@ def _report(chosen: "Study", cells: "Dataset", folder: Path) -> None:
 
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import save_study
-    from pneumo.publish.text.terminal_tables import study_tables
+    from pneumo.publish.text.terminal_tables import regime_text, study_tables
     from pneumo.selection.cylinder_ranking import rankings
     from pneumo.selection.plants import study_notes
 
     console, ranked = Console(), rankings(cells)
     for note in study_notes(chosen):
         console.print(note, markup=False)
+    for name, e in chosen.experiments.items():
+        console.print(f"{name}: {regime_text(e)}", markup=False)
     for ranking in ranked:
         for table in study_tables(ranking):
             console.print(table)

@@ -13,6 +13,7 @@ from rich.console import Console
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
+from pneumo.evidence.random_cylinders.dimensionless_groups import known_groups
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import with_indices
@@ -54,7 +55,10 @@ def test_page_holds_every_model_and_the_recommendation_and_loads_nothing(page):
         assert line in page
     best = ranking.unknown_k_0.models[0]
     assert f"{with_indices('k_0 = 0.15 W/K')}</th>" in page and "Take M9 with <i>n</i> = 1.3" in page
-    for row in ranking.unknown_k_0.models:
+    e = STUDY.experiments["E06"]
+    groups = [f"{name} {known_groups(e)[name]:.3g}" for name in ("thermal", "exchange")]
+    assert ", ".join(groups) in page
+    for row in ranking.unknown_k_0.rows:
         line = "".join(f"<td>{text}</td>" for text in robust_cells(row))
         assert line in page and robust_cells(row)[-1] == no_exponent(max(row.rms) / 1e3)
     assert best.model == "M10" and "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])

@@ -17,6 +17,7 @@ from pneumo.publish.text.terminal_tables import (
     STUDY_HEADS,
     gain_text,
     ranking_cells,
+    regime_text,
     robust_cells,
     robust_heads,
 )
@@ -100,7 +101,7 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
     for e in experiments:
         length = f"{e.duration:g} s in steps of {e.h:g} s"
         text = f"{e.loop} loop, {e.excitation.signal} signal, k_0 = {e.plant.k_0:.4g} W/K, {length}"
-        inputs.append((e.name, text))
+        inputs.append((e.name, f"{text}; {regime_text(e)}"))
     return inputs
 
 

@@ -9,6 +9,8 @@ import xarray as xr
 from rich import box
 from rich.table import Table
 
+from pneumo.configuration.experiment import Experiment
+from pneumo.evidence.random_cylinders.dimensionless_groups import known_groups
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
 from pneumo.fit.fitted_parameters import CAUSES, FULL_ORDER, QUANTITIES, VALVE
 from pneumo.papers.paper_2006.inferred_cells import inferred_cells, rms_of_inferred
@@ -72,6 +74,12 @@ def gain_text(percent: Interval) -> str:
         return "–"
     interval = f" ({percent.low:.0f} to {percent.high:.0f})" if percent.known else ""
     return f"{percent.value:.0f} %{interval}"
+
+
+def regime_text(experiment: Experiment) -> str:
+    """Groups of an experiment by which the map of regimes is drawn, in words."""
+    groups = known_groups(experiment)
+    return f"thermal {groups['thermal']:.3g}, exchange {groups['exchange']:.3g}"
 
 
 def robust_heads(robust: UnknownConductance) -> list[str]:
