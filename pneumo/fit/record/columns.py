@@ -14,11 +14,11 @@ from pneumo.fit.record.formats import plain_unit
 GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
 ANR = 1.185  # kg/m^3, air at the reference atmosphere of ISO 8778
 ZERO_CELSIUS = 273.15
-LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
+LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 PRESSURE = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168361, "MPa": 1e6, "mbar": 1e2}
 FLOW = {"kg/s": 1.0, "g/s": 1e-3, "kg/h": 1 / 3600, "dm3/s(ANR)": 1e-3 * ANR, "l/min(ANR)": 1e-3 / 60 * ANR}
 UNITS: dict[str, dict[str, float]] = {  # factors to SI by quantity
-    "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
     "u": {"V": 1.0, "mV": 1e-3},
     "x": LENGTH,
     "v": {f"{unit}/s": factor for unit, factor in LENGTH.items()},
@@ -26,10 +26,13 @@ UNITS: dict[str, dict[str, float]] = {  # factors to SI by quantity
     **dict.fromkeys(("m_A", "m_B"), FLOW),
     "T": {"K": 1.0, "degC": 1.0},
 }
-KNOWN_UNITS = {unit for units in UNITS.values() for unit in units} | {f"{unit}{GAUGE}" for unit in PRESSURE}
+KNOWN_UNITS = {unit for units in UNITS.values() for unit in units} | {
+    f"{unit}{end}" for unit in PRESSURE for end in (GAUGE, "g")
+}
 HEADER = re.compile(
     r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g)?))\s*$"
 )
+ROS_FIELD = "field."  # before the names that `rostopic echo -p` writes
 TIME = ("time", "zeit", "x_value")  # names of t that instruments write
 
 
@@ -38,14 +41,18 @@ class Column(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
     column: Annotated[str, Field(min_length=1, max_length=200)]
-    unit: Annotated[str, Field(max_length=20)]
+    unit: Annotated[str, Field(max_length=20)]  # of `scale` times the number in the file, plus `offset`
+    scale: Annotated[float, Field(allow_inf_nan=False)] = 1.0
+    offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
 
     def factor_and_offset(self, path: Path, quantity: str, P_atm: float) -> tuple[float, float]:
-        """Factor and offset of the unit to SI; one that ends with `GAUGE` counts from the atmosphere, Pa.
+        """Factor and offset to SI; a unit that ends with `GAUGE` or g counts from the atmosphere, Pa.
 
         `InputError` if the quantity has no such unit.
         """
         unit, units = plain_unit(self.unit), UNITS[quantity]
+        if units is PRESSURE and unit.endswith("g") and unit[:-1] in units:  # barg, psig
+            unit = f"{unit[:-1]}{GAUGE}"
         gauge = unit.endswith(GAUGE) and units is PRESSURE
         factor = units.get(unit.removesuffix(GAUGE).strip() if gauge else unit)
         if factor is None:
@@ -54,7 +61,8 @@ class Column(BaseModel):
             raise InputError(
                 f"{path}: column {printable(self.column, 30)}: {problem}; must be one of {allowed}"
             )
-        return factor, P_atm if gauge else ZERO_CELSIUS if unit == "degC" else 0.0
+        zero = P_atm if gauge else ZERO_CELSIUS if unit == "degC" else 0.0
+        return factor * self.scale, factor * self.offset + zero
 
 
 Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
@@ -78,7 +86,7 @@ def read_mapping(path: Path) -> dict[str, Column]:
 def columns_by_header(names: list[str], units: Mapping[str, str]) -> dict[str, Column]:
     """Columns by quantity, from headers such as `P_A_kPa`, `P_A [kPa]` or `P_A (bar(g))`."""
     columns: dict[str, Column] = {}
-    spelled = [_name_and_unit(name) for name in names]
+    spelled = [_name_and_unit(name.removeprefix(ROS_FIELD)) for name in names]
     if all(quantity != "t" for quantity, _ in spelled):
         spelled = [("t" if quantity.lower() in TIME else quantity, unit) for quantity, unit in spelled]
     for name, (quantity, header_unit) in zip(names, spelled, strict=True):

@@ -1,4 +1,4 @@
-"""Tables of a measurement from files: text, LabVIEW .lvm, MATLAB .mat, NetCDF. `FORMATS` has a row for each.
+"""Tables of a measurement from files of text, spreadsheets and instruments; `FORMATS` has a row for each.
 
 A text file may begin with comments or any other lines; its table is the first run of numbers, with a row of
 names above it, and perhaps one of units between. Readers import their libraries themselves: the help of the
@@ -6,11 +6,17 @@ command line lists the formats without loading any.
 """
 
 import csv
+import gzip
+import importlib
+import io
 import re
-from collections.abc import Callable
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable, Mapping
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pneumo.errors import InputError, printable
 
@@ -25,7 +31,8 @@ NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?")
 WITHOUT_COMMA = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")  # where commas separate columns
 PLAIN = str.maketrans({"°": "deg", "µ": "u", "μ": "u", "³": "3"})
 LVM, END_OF_HEADER = "LabVIEW Measurement", "***End_of_Header***"
-NUMERIC = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)} | {"double", "single"}
+ROS_TIME = "%time,"  # `rostopic echo -p`: nanoseconds
+COMPRESSED, CHUNK = 15, 1 << 20  # type of a packed variable of MATLAB; bytes unpacked at once
 
 
 class Table(NamedTuple):
@@ -69,45 +76,191 @@ def _netcdf(path: Path, _known_units: set[str]) -> Table:
         return Table(pd.DataFrame({str(n): data[n].values for n in signals}), units)
 
 
-def _matlab(path: Path, _known_units: set[str]) -> Table:
-    """Vectors of a .mat file, the longest and those of its length."""
-    import numpy as np
+def _of_longest(path: Path, signals: Mapping[str, Any], units: dict[str, str]) -> Table:
+    """Table of the longest vectors; shorter ones are constants or other recordings."""
     import pandas as pd
-    from scipy.io import loadmat, whosmat
 
-    with path.open("rb") as file:
-        if b"MATLAB 7.3" in file.read(128):
-            raise InputError(
-                f"{path}: MATLAB 7.3 files are not read: save(file, '-v7') in MATLAB writes one that is"
-            )
-    listed = whosmat(path, appendmat=False)  # sizes, before anything is loaded
-    _limit(path, len(listed), MOST_COLUMNS, "variables")
-    sizes = {
-        name: int(np.prod(shape, dtype=float))
-        for name, shape, kind in listed
-        if kind in NUMERIC and sum(n != 1 for n in shape) == 1
-    }
-    longest = max(sizes.values(), default=0)
+    longest = max((len(signal) for signal in signals.values()), default=0)
     _limit(path, longest, MOST_ROWS, "samples in a vector")
-    names = [name for name, size in sizes.items() if size == longest]
-    if not names:
+    if longest < 2:
         raise InputError(
             f"{path}: holds no vectors of numbers: save each signal as a vector of its own, such as P_A_kPa"
         )
-    loaded = loadmat(path, appendmat=False, variable_names=names)
-    return Table(pd.DataFrame({name: loaded[name].ravel() for name in names}), {})
+    kept = {name: signal for name, signal in signals.items() if len(signal) == longest}
+    _limit(path, len(kept), MOST_COLUMNS, "signals")
+    return Table(pd.DataFrame(kept), units)
+
+
+def _matlab(path: Path, _known_units: set[str]) -> Table:
+    """Vectors, columns of matrices and members of structs of a .mat file, if as long as the longest."""
+    from scipy.io import loadmat
+
+    with path.open("rb") as file:
+        if b"MATLAB 7.3" in file.read(128):
+            return _matlab_hdf5(path)
+    _limit(path, _unpacked_size(path), LARGEST_FILE, "bytes when unpacked")
+    loaded = loadmat(path, appendmat=False, struct_as_record=False, squeeze_me=True)
+    signals: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    for name, value in loaded.items():
+        if not name.startswith("__"):
+            _add_signals(name, value, signals, units)
+    return _of_longest(path, signals, units)
+
+
+def _unpacked_size(path: Path) -> int:
+    """Bytes that a .mat file has once its compressed variables are unpacked, or just over `LARGEST_FILE`."""
+    total = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(128)
+        if len(head) < 128 or head[124:128] not in (b"\0\1IM", b"\1\0MI"):
+            return total  # version 4 compresses nothing
+        order = "<" if head[126:128] == b"IM" else ">"
+        while len(tag := file.read(8)) == 8 and total <= LARGEST_FILE:
+            kind, size = struct.unpack(f"{order}II", tag)
+            unpack, packed = zlib.decompressobj(), file.read(size)
+            while kind == COMPRESSED and packed and total <= LARGEST_FILE:
+                total += len(unpack.decompress(packed, CHUNK))
+                packed = unpack.unconsumed_tail
+    return total
+
+
+def _add_signals(name: str, value: Any, signals: dict[str, Any], units: dict[str, str]) -> None:
+    """Add the numeric vectors in a variable of MATLAB, by their own names; structs name their members.
+
+    A struct of Simulink's block To Workspace has time and signals, one of dSPACE X and Y with Name and Data.
+    """
+    import numpy as np
+
+    members = {field: getattr(value, field) for field in getattr(value, "_fieldnames", ())}
+    if "signals" in members and "values" in getattr(members["signals"], "_fieldnames", ("values",)):
+        _add_signals("Time", members.pop("time", np.empty(0)), signals, units)
+        units["Time"] = "s"
+    if "Data" in members or "values" in members:
+        data = members.get("Data", members.get("values"))
+        named = [members.get(field) for field in ("Name", "label")]
+        label = next((text for text in named if isinstance(text, str) and text), "")
+        label = (label or ("Time" if name == "X" else name)).split("/")[-1]
+        if label == "Time":
+            units["Time"] = "s"
+        if isinstance(unit := members.get("Unit"), str):
+            units[label] = unit
+        return _add_signals(label, data, signals, units)
+    for field, member in members.items():
+        _add_signals(field, member, signals, units)
+    array = np.asarray(value) if isinstance(value, np.ndarray) else np.empty(0)
+    if array.dtype == object:
+        for member in array.ravel():
+            _add_signals(name, member, signals, units)
+    elif array.dtype.kind in "iuf" and array.ndim == 1 and len(array) > 1:
+        signals.setdefault(name, array)
+    elif array.dtype.kind in "iuf" and array.ndim == 2:
+        for number, column in enumerate(array.T if array.shape[0] > array.shape[1] else array, start=1):
+            signals.setdefault(f"{name}.{number}", column)
+    return None
+
+
+def _matlab_hdf5(path: Path) -> Table:
+    h5py = _imported("h5py", path, "MATLAB 7.3", "or save(file, '-v7') in MATLAB")
+    signals: dict[str, Any] = {}
+
+    def add(name: str, item: Any) -> None:
+        if not isinstance(item, h5py.Dataset) or name.startswith("#") or item.dtype.kind not in "iuf":
+            return
+        _limit(path, item.size, MOST_ROWS * MOST_COLUMNS, "numbers in a matrix")
+        _add_signals(name.split("/")[-1], item[()].squeeze(), signals, {})
+
+    with h5py.File(path) as file:
+        file.visititems(add)
+    return _of_longest(path, signals, {"time": "s"} if "time" in signals else {})
+
+
+def _imported(package: str, path: Path, kind: str, otherwise: str) -> Any:
+    """Module of an optional package; `InputError` with the remedy where it is not installed."""
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        remedy = f"pip install 'pneumo[formats]' (here {package.partition('.')[0]}), {otherwise}"
+        raise InputError(f"{path}: {kind} files are not read without a library: {remedy}") from None
+
+
+def _parquet(path: Path, _known_units: set[str]) -> Table:
+    parquet = _imported("pyarrow.parquet", path, "Parquet", "or export CSV")
+    file = parquet.ParquetFile(path)
+    _limit(path, file.metadata.num_rows, MOST_ROWS, "rows")
+    _limit(path, file.metadata.num_columns, MOST_COLUMNS, "columns")
+    return Table(file.read().to_pandas(), {})
+
+
+def _feather(path: Path, _known_units: set[str]) -> Table:
+    feather = _imported("pyarrow.feather", path, "Feather", "or export CSV")
+    table = feather.read_table(path, memory_map=True)
+    _limit(path, table.num_rows, MOST_ROWS, "rows")
+    _limit(path, table.num_columns, MOST_COLUMNS, "columns")
+    return Table(table.to_pandas(), {})
+
+
+def _excel(path: Path, known_units: set[str]) -> Table:
+    """First sheet of a workbook, read as the text that saving it as CSV would give."""
+    openpyxl = _imported("openpyxl", path, "Excel", "or save the sheet as CSV")
+    try:
+        sheet = openpyxl.load_workbook(path, read_only=True, data_only=True).worksheets[0]
+        _limit(path, sheet.max_row or 0, MOST_ROWS, "rows")
+        lines = [
+            "\t".join("" if cell is None else str(cell) for cell in row)
+            for row in sheet.iter_rows(values_only=True)
+        ]
+    except (zipfile.BadZipFile, KeyError) as error:
+        raise ValueError(str(error)) from None
+    return _text_table(path, "\n".join(lines).encode(), known_units)
+
+
+def _tdms(path: Path, _known_units: set[str]) -> Table:
+    """Channels of a .tdms file by name, and the time of their waveform where no channel has it."""
+    tdms = _imported("nptdms", path, "TDMS", "or export it from LabVIEW as .lvm or CSV")
+    signals: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    with tdms.TdmsFile.open(path) as file:
+        for channel in (channel for group in file.groups() for channel in group.channels()):
+            _limit(path, len(channel), MOST_ROWS, "samples in a channel")
+            signals[channel.name] = channel[:]
+            units[channel.name] = str(channel.properties.get("unit_string", ""))
+            if "wf_increment" in channel.properties:
+                signals.setdefault("Time", channel.time_track())
+                units["Time"] = "s"
+    return _of_longest(path, signals, units)
+
+
+def _mdf(path: Path, _known_units: set[str]) -> Table:
+    """Channels of an MDF file on one time axis, that of the fastest group."""
+    asammdf = _imported("asammdf", path, "MDF", "or export it as CSV or .mat")
+    with asammdf.MDF(path) as file:
+        units = {str(channel.name): str(channel.unit) for channel in file.iter_channels()}
+        table = file.to_dataframe(time_from_zero=True)
+    _limit(path, len(table), MOST_ROWS, "rows")
+    table.insert(0, "Time", table.index.to_numpy())
+    return Table(table.reset_index(drop=True), units | {"Time": "s"})
 
 
 def _text(path: Path, known_units: set[str]) -> Table:
+    return _text_table(path, path.read_bytes(), known_units)
+
+
+def _packed_text(path: Path, known_units: set[str]) -> Table:
+    with gzip.open(path) as file:
+        content = file.read(LARGEST_FILE + 1)
+    _limit(path, len(content), LARGEST_FILE, "bytes or more when unpacked")
+    return _text_table(path, content, known_units)
+
+
+def _text_table(path: Path, content: bytes, known_units: set[str]) -> Table:
     import numpy as np
     import pandas as pd
 
-    with path.open("rb") as file:
-        head = list(islice(file, HEAD_LINES))
+    head = list(islice(io.BytesIO(content), HEAD_LINES))
     if head and head[0].startswith((b"\xff\xfe", b"\xfe\xff")):  # Excel's "Unicode text"
         encoding = "utf-16"
-        with path.open(encoding=encoding) as file:
-            lines = list(islice(file, HEAD_LINES))
+        lines = list(islice(io.TextIOWrapper(io.BytesIO(content), encoding), HEAD_LINES))
     else:
         try:
             encoding = "utf-8-sig"
@@ -122,7 +275,7 @@ def _text(path: Path, known_units: set[str]) -> Table:
     _limit(path, first.width, MOST_COLUMNS, "columns")
     names, units = _names(path, lines[: first.line], first, known_units)
     table = pd.read_csv(
-        path,
+        io.BytesIO(content),
         sep=r"\s+" if first.separator == " " else first.separator,
         skiprows=first.line,
         header=None,
@@ -141,6 +294,8 @@ def _text(path: Path, known_units: set[str]) -> Table:
     table.columns = names
     if first.separator != ",":
         table = table.apply(lambda column: column.str.replace(",", "."))
+    if lines[0].startswith(ROS_TIME):
+        units = units | {names[0]: "ns"}
     if lines[0].startswith(LVM):
         return _labview(path, lines[: first.line], Table(table, units, first.line + 1))
     return Table(table, units, first.line + 1)
@@ -236,14 +391,22 @@ class Format(NamedTuple):
     remark: str  # for a format that is not read: what to do
 
 
+EXTRA = "with `pip install 'pneumo[formats]'`"
 FORMATS = (
     Format((), "CSV", _text, "separated by commas, semicolons, tabs or spaces; UTF-8, UTF-16 or Latin-1"),
+    Format((".gz",), "packed CSV", _packed_text, "a text file packed by gzip"),
     Format((".lvm",), "LabVIEW", _text, "one header, and one X column at most"),
-    Format((".mat",), "MATLAB", _matlab, "up to version 7; a vector for each signal"),
+    Format((".mat",), "MATLAB", _matlab, f"vectors, matrices, structs (To Workspace, dSPACE); 7.3 {EXTRA}"),
     Format((".nc",), "NetCDF", _netcdf, "one-dimensional variables with the attribute units"),
-    Format((".xls", ".xlsx"), "Excel", None, "save the sheet as CSV"),
-    Format((".tdms",), "TDMS", None, "export it from LabVIEW as .lvm or CSV"),
-    Format((".mdf", ".mf4"), "MDF", None, "export it as CSV or .mat"),
+    Format((".parquet",), "Parquet", _parquet, EXTRA),
+    Format((".feather",), "Feather", _feather, EXTRA),
+    Format((".xlsx",), "Excel", _excel, f"the first sheet; {EXTRA}"),
+    Format((".tdms",), "TDMS", _tdms, EXTRA),
+    Format((".mdf", ".mf4"), "MDF", _mdf, EXTRA),
+    Format((".xls", ".ods"), "old Excel, OpenDocument", None, "save the sheet as CSV"),
+    Format(
+        (".h5", ".hdf5", ".mcap", ".npz", ".bag"), "HDF5, MCAP, NumPy, ROS", None, "export CSV or Parquet"
+    ),
     Format((".idf",), "ControlDesk", None, "export it from ControlDesk as CSV or .mat"),
 )
 
@@ -267,6 +430,15 @@ def read_table(path: Path, known_units: set[str]) -> Table:
         raise
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError, LookupError, RuntimeError, TypeError, csv.Error) as error:
+    except (
+        OSError,
+        ValueError,
+        LookupError,
+        RuntimeError,
+        TypeError,
+        EOFError,
+        csv.Error,
+        zlib.error,
+    ) as error:
         text = printable(" ".join(str(error).split()), 200)
         raise InputError(f"{path}: not a readable {kind.name} file ({text})") from None

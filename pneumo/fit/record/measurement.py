@@ -89,6 +89,18 @@ def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str
     return np.interp(row, present, numbers[present])
 
 
+def _seconds(column: pd.Series) -> np.ndarray | None:
+    """Seconds since the first of ISO time stamps, None where the column has others."""
+    if pd.api.types.is_datetime64_any_dtype(column):
+        stamps = column
+    elif pd.api.types.is_numeric_dtype(column) or str(column.iloc[0])[:10].count("-") != 2:
+        return None
+    else:
+        stamps = pd.to_datetime(column, errors="coerce", format="ISO8601", utc=True)
+    seconds = (stamps - stamps.iloc[0]).dt.total_seconds().to_numpy()
+    return seconds if np.isfinite(seconds).all() else None
+
+
 def read_measurement(
     path: Path | str,
     plant: Plant,
@@ -137,6 +149,9 @@ def read_measurement(
         name = column.column
         if name not in names:
             raise InputError(f"{path}: no column {printable(name)!r}, which the mapping names as {quantity}")
+        if quantity == "t" and (stamps := _seconds(table.loc[:, name])) is not None:
+            values[quantity] = stamps
+            continue
         factor, offset = column.factor_and_offset(path, quantity, plant.conditions.P_atm)
         values[quantity] = factor * _numbers(samples, quantity, table.loc[:, name], notes) + offset
     if from_end:
@@ -151,7 +166,7 @@ def read_measurement(
         notes.append("column u: not used, since the flows m_A and m_B were measured")
     if measured_flow or "u" not in values:
         values["u"] = np.zeros_like(values["t"])
-    period, on_time = check_time(samples)
+    period, on_time = check_time(samples, closed)
     notes += on_time + check_signals(samples, plant, from_end, closed)
     values = _uniform(values, period)
     notes += check_velocity(samples._replace(values=values), period)

@@ -10,7 +10,10 @@ from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
 from pneumo.fit.record.columns import PRESSURE
 
+PERIODS = (1e-5, 0.1)  # s, between samples of a cylinder at work: its chambers fill within a second
+PERIODS_CLOSED = (1e-5, 10.0)  # of closed chambers, which settle within minutes
 GAP = 3.0  # periods between samples that are a gap
+TO_AND_FRO = 0.2  # of half the stroke, that a piston moves both ways
 UNEVEN = 1e-3  # deviation from a uniform grid, in periods, that is negligible
 SUPPLY = (0.4, 1.6)  # of the configured supply pressure, between which a measured one is possible
 OF_SUPPLY = 1.3  # measured pressure over the supply's that is possible
@@ -34,12 +37,23 @@ class Samples(NamedTuple):
             raise InputError(f"{self.path}: {row}, column {quantity}: {problem(first, len(indices) - 1)}")
 
 
-def check_time(samples: Samples) -> tuple[float, list[str]]:
-    """Sampling period of the time column, s, and remarks; `InputError` if time has gaps or goes back."""
+def check_time(samples: Samples, closed: bool = False) -> tuple[float, list[str]]:
+    """Sampling period of the time column, s, and remarks.
+
+    `InputError` if time has gaps or goes back, or if no cylinder at work could be seen at such a period;
+    `closed` chambers change more slowly.
+    """
     t = samples.values["t"]
     steps = np.diff(t, prepend=-np.inf)  # each sample's from the one before
     samples.refuse(steps <= 0, "t", lambda k, _: f"{t[k]:.9g} s follows {t[k - 1]:.9g} s: time must increase")
     usual = float(np.median(steps[1:]))
+    shortest, longest = PERIODS_CLOSED if closed else PERIODS
+    if not shortest <= usual <= longest:
+        factor, unit = (1e3, "ms") if usual > longest else (1e-3, "s")
+        raise InputError(
+            f"{samples.path}: column t: samples are {usual:.3g} s apart: must be {shortest:g} to {longest:g}"
+            " s" + (f"; is t in {unit}?" if shortest <= usual / factor <= longest else "")
+        )
     samples.refuse(
         np.isfinite(steps) & (steps > GAP * usual),
         "t",
@@ -81,6 +95,14 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool, closed: bool =
     for name in ("x", "P_A", "P_B", *(("m_A", "m_B") if "m_A" in values else ("u",))):
         if np.ptp(values[name]) == 0 and not closed:
             raise InputError(f"{path}: column {name}: {values[name][0]:.4g} in every sample: nothing to fit")
+    if not closed and "m_A" not in values and _one_sided(values, half):
+        low, high = float(values["u"].min()), float(values["u"].max())
+        middle = f"{(low + high) / 2:.2g}"
+        raise InputError(
+            f"{path}: column u: {low:.4g} to {high:.4g} V, of one sign, while the piston moves both ways:"
+            f" must be negative where chamber B is filled; if the valve is shut at, say, {middle} V, give the"
+            f" column an `offset: -{middle}` in the file of --columns"
+        )
     if "T" in values and not 200 < np.mean(values["T"]) < 400:
         raise InputError(
             f"{path}: column T: {np.mean(values['T']):.4g} K on average: must lie between 200 and 400 K;"
@@ -91,6 +113,13 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool, closed: bool =
     if not c.P_atm < c.P_s:
         raise InputError(f"P_s = {c.P_s:g} Pa: must exceed P_atm")
     return notes
+
+
+def _one_sided(values: dict[str, np.ndarray], half: float) -> bool:
+    """Whether a command never changes sign although the piston goes far to and fro."""
+    u, x = values["u"], values["x"]
+    forth, back = (x - np.minimum.accumulate(x)).max(), (np.maximum.accumulate(x) - x).max()
+    return bool((u.min() >= 0 or u.max() <= 0) and min(forth, back) > TO_AND_FRO * half)
 
 
 def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> list[str]:

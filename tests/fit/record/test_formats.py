@@ -1,7 +1,11 @@
 """Formats that benches write: files of one record give the same measurement, others name a remedy."""
 
+import gzip
 import io
+import sys
+import tempfile
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -73,7 +77,37 @@ def labview(point, columns):
     return LVM.format(point=point, columns=columns, step=str(PERIOD).replace(".", point))
 
 
+def simulink():
+    """Struct of Simulink's block To Workspace, and one of ControlDesk's recorder."""
+    block = [{"values": v, "label": f"{n}_{UNITS[n]}", "dimensions": 1} for n, v in signals().items()]
+    return matlab_of({"out": {"time": TIME, "signals": block, "blockName": "bench/log"}})
+
+
+def controldesk():
+    Y = [{"Name": f"Model Root/{n}", "Data": v, "Unit": UNITS[n]} for n, v in signals().items()]
+    return matlab_of({"rec1_001": {"X": {"Name": "", "Data": TIME}, "Y": Y, "Description": {"General": {}}}})
+
+
+def in_memory(write):
+    file = io.BytesIO()
+    write(file)
+    return file.getvalue()
+
+
+def frame():
+    return pd.DataFrame({"t_s": TIME, **{f"{n} [{UNITS[n]}]": v for n, v in signals().items()}})
+
+
+def rostopic():
+    stamps = (1_715_594_400_000_000_000 + np.round(1e9 * TIME)).astype(np.int64)
+    units = ",".join(f"field.{name}_{unit}" for name, unit in UNITS.items())
+    return f"%time,{units}\n" + rows(stamps)
+
+
 FILES = {
+    "packed": ("a.csv.gz", lambda: gzip.compress((named(",") + rows(MS)).encode())),
+    "MATLAB, To Workspace": ("a.mat", simulink),
+    "MATLAB, dSPACE": ("a.mat", controldesk),
     "commas, time in ms": ("a.csv", lambda: named(",") + rows(MS)),
     "semicolons, decimal commas, Latin-1": (
         "a.csv",
@@ -149,14 +183,125 @@ def test_a_few_missing_samples_are_filled_and_said(tmp_path, monkeypatch):
     assert np.array_equal(found.P[1], read(tmp_path, "b.csv", named(",", time="t_s") + rows()).P[1])
 
 
+def test_stamps_of_ros_and_iso_are_seconds_from_the_first(tmp_path):
+    iso = pd.Timestamp("2024-05-13T10:11:12") + pd.to_timedelta(TIME, unit="s")
+    text = named(",", time="Time") + rows([stamp.isoformat() for stamp in iso])
+    for name, content in (("a.csv", rostopic()), ("b.csv", text)):
+        found = read(tmp_path, name, content)
+        # A double holds nanoseconds since 1970 to 256 ns; periods are the mean of 119.
+        assert found.period == pytest.approx(PERIOD, rel=1e-5)
+        np.testing.assert_allclose(found.x, known().x[:ROWS], rtol=1e-14, atol=1e-15)
+
+
+def test_a_matrix_has_columns_that_a_mapping_names(tmp_path):
+    content = matlab_of({"log": np.column_stack([TIME, *signals().values()]), "gain": 2.0})
+    units = {"t": "s", **UNITS}
+    mapping = {q: Column(column=f"log.{k}", unit=unit) for k, (q, unit) in enumerate(units.items(), start=1)}
+    found = read(tmp_path, "a.mat", content, mapping=mapping)
+    np.testing.assert_allclose(found.P, known().P[:, :ROWS], rtol=1e-14)
+
+
+def test_scale_and_offset_of_a_current_loop(tmp_path):
+    """4 to 20 mA for 0 to 10 bar of gauge pressure."""
+    P = {name: 4 + 1.6 * (signals()[name] - 1.01325) for name in ("P_A", "P_B")}
+    table = pd.DataFrame({"t": TIME, **signals(), **P})
+    mapping = {"t": Column(column="t", unit="s")}
+    mapping |= {name: Column(column=name, unit=UNITS[name]) for name in ("u", "x")}
+    loop = {"unit": "barg", "scale": 1 / 1.6, "offset": -4 / 1.6}
+    mapping |= {name: Column(column=name, **loop) for name in ("P_A", "P_B")}
+    found = read(tmp_path, "a.csv", table.to_csv(index=False), mapping=mapping)
+    np.testing.assert_allclose(found.P, known().P[:, :ROWS], rtol=1e-12)
+
+
+LIBRARIES = {
+    "Parquet": ("a.parquet", "pyarrow", lambda: in_memory(lambda f: frame().to_parquet(f))),
+    "Feather": ("a.feather", "pyarrow", lambda: in_memory(lambda f: frame().to_feather(f))),
+    "Excel": ("a.xlsx", "openpyxl", lambda: in_memory(lambda f: frame().to_excel(f, index=False))),
+    "MATLAB 7.3": ("a.mat", "h5py", lambda: matlab_73()),
+    "TDMS": ("a.tdms", "nptdms", lambda: tdms()),
+    "MDF": ("a.mf4", "asammdf", lambda: mdf()),
+}
+
+
+def matlab_73():
+    h5py = pytest.importorskip("h5py")
+    file = io.BytesIO()
+    with h5py.File(file, "w", userblock_size=512) as h5:
+        for name, signal in frame().items():
+            h5[name.replace(" [", "_").removesuffix("]")] = np.asarray(signal)[None]
+    return b"MATLAB 7.3 MAT-file".ljust(128) + file.getvalue()[128:]
+
+
+def tdms():
+    nptdms = pytest.importorskip("nptdms")
+    waveform = {"wf_increment": PERIOD, "wf_start_offset": 0.0, "wf_samples": ROWS}
+    channels = [
+        nptdms.ChannelObject("bench", name, signal, properties={"unit_string": UNITS[name], **waveform})
+        for name, signal in signals().items()
+    ]
+
+    def write(file):
+        with nptdms.TdmsWriter(file) as writer:
+            writer.write_segment(channels)
+
+    return in_memory(write)
+
+
+def mdf():
+    asammdf = pytest.importorskip("asammdf")
+    columns = [asammdf.Signal(v, TIME, name=n, unit=UNITS[n]) for n, v in signals().items()]
+    file = asammdf.MDF(version="4.10")
+    file.append(columns)
+    with tempfile.TemporaryDirectory() as folder:
+        return file.save(Path(folder) / "a.mf4", overwrite=True).read_bytes()
+
+
+@pytest.mark.parametrize("kind", LIBRARIES)
+def test_formats_of_other_libraries(tmp_path, kind):
+    name, package, content = LIBRARIES[kind]
+    pytest.importorskip(package)
+    found = read(tmp_path, name, content())
+    assert found.period == pytest.approx(PERIOD, rel=1e-9)
+    np.testing.assert_allclose(found.x, known().x[:ROWS], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(found.P, known().P[:, :ROWS], rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", LIBRARIES)
+def test_a_missing_library_is_named_with_the_remedy(tmp_path, monkeypatch, kind):
+    name, package, _ = LIBRARIES[kind]
+    for module in (package, f"{package}.parquet", f"{package}.feather"):
+        monkeypatch.setitem(sys.modules, module, None)
+    content = b"MATLAB 7.3 MAT-file".ljust(600) if package == "h5py" else b"?"
+    with pytest.raises(
+        InputError, match=rf"^[^\n]*{name}: .*pip install 'pneumo\[formats\]' \(here {package}\)"
+    ):
+        read(tmp_path, name, content)
+
+
+PERIODS = [(1e3, "samples are 2 s apart: must be 1e-05 to 0.1 s; is t in ms"), (1e-3, "2e-06 s apart")]
+
+
+@pytest.mark.parametrize(("factor", "said"), PERIODS)
+def test_a_period_of_no_cylinder_is_refused_at_once(tmp_path, factor, said):
+    with pytest.raises(InputError, match=said):
+        read(tmp_path, "a.csv", named(",", time="t_s") + rows(factor * TIME))
+
+
+def test_a_command_about_another_voltage_is_asked_about(tmp_path):
+    steps = np.arange(ROWS)
+    x = 0.3e3 * known().configured.cylinder.stroke * np.sin(steps / 10)  # mm
+    table = pd.DataFrame({"t_s": TIME, **signals()}).assign(u=5 + np.cos(steps / 10), x=x)
+    table = table.rename(columns={name: f"{name}_{unit}" for name, unit in UNITS.items()})
+    with pytest.raises(InputError, match=r"column u: .* of one sign.*offset: -"):
+        read(tmp_path, "a.csv", table.to_csv(index=False))
+
+
 REFUSED = {
-    "MATLAB 7.3": ("a.mat", b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(600), ["7.3", "'-v7'"]),
     "no vectors": ("a.mat", lambda: matlab_of({"gain": 2.0}), ["no vectors", "P_A_kPa"]),
     "damaged": ("a.mat", b"MATLAB 5.0 MAT-file".ljust(200, b"?"), ["not a readable MATLAB file"]),
-    "a sheet": ("a.xlsx", b"PK", ["save the sheet as CSV"]),
-    "MDF": ("a.mf4", b"MDF", ["CSV or .mat"]),
+    "an old sheet": ("a.xls", b"PK", ["save the sheet as CSV"]),
+    "NumPy": ("a.npz", b"PK", ["CSV or Parquet"]),
     "ControlDesk's own": ("a.idf", b"IDF", ["ControlDesk as CSV or .mat"]),
-    "TDMS": ("a.tdms", b"TDSm", ["LabVIEW as .lvm or CSV"]),
     "binary": ("a.dat", bytes(range(256)), ["not a text file", "CSV"]),
     "empty": ("a.csv", b"", ["no numbers", "CSV"]),
     "no names": ("a.csv", lambda: rows().encode(), ["no row of 5 names", "P_A_kPa"]),
@@ -165,7 +310,10 @@ REFUSED = {
 
 
 def test_every_format_is_tested():
-    suffixes = {"." + name.rpartition(".")[2] for name, *_ in [*FILES.values(), *REFUSED.values()]}
+    suffixes = {
+        "." + name.rpartition(".")[2]
+        for name, *_ in [*FILES.values(), *LIBRARIES.values(), *REFUSED.values()]
+    }
     assert all(not form.suffixes or suffixes & {*form.suffixes} for form in record_formats.FORMATS)
 
 
@@ -179,9 +327,9 @@ def test_what_is_refused_is_one_line_with_the_remedy(tmp_path, kind):
 
 
 def test_a_small_matlab_file_of_a_huge_vector_is_refused_before_it_is_loaded(tmp_path, monkeypatch):
-    monkeypatch.setattr(record_formats, "MOST_ROWS", 1000)
+    monkeypatch.setattr(record_formats, "LARGEST_FILE", 1_000_000)
     monkeypatch.setattr("scipy.io.loadmat", None)
-    content = matlab_of({"t_s": np.zeros(1_000_000)}, do_compression=True)
+    content = matlab_of({"a": {"t_s": np.zeros(1_000_000)}}, do_compression=True)
     assert len(content) < 10_000
-    with pytest.raises(InputError, match="1000000 samples in a vector: must be at most 1000"):
+    with pytest.raises(InputError, match="bytes when unpacked: must be at most 1000000"):
         read(tmp_path, "a.mat", content)
