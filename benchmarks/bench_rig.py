@@ -15,7 +15,7 @@ RHO_REF, T_REF = 1.185, 293.15  # kg/m^3, K: reference atmosphere of ISO 6358
 P_ATM = 101325.0
 U_MAX = 10.0  # V, command at which the valve is fully open
 STEP = 5e-5  # s, of the classical Runge-Kutta method
-CONTROL = 1e-3  # s, period of the controller
+CONTROL = 1e-3  # s, period of the controller and of the record
 LAMINAR = 0.999  # pressure ratio above which flow is proportional to the pressure difference
 STOP_STIFFNESS, STOP_DAMPING = 1e6, 1e3  # N/m, N s/m
 STICTION = 1e-3  # m/s, speed below which Coulomb friction falls to zero
@@ -45,6 +45,14 @@ class Rig(NamedTuple):
     dead_time: float = 0.0  # s, from command to valve
     null: float = 0.0  # V, command at which the valve is shut
     weak_supply: float = 0.0  # conductance of the supply line over C; 0: the supply never sags
+    e_A: float = 1.0  # exponents of the wall's area and of P T in the law of its conductance
+    e_PT: float = 0.5
+    side_B: float = 1.0  # C of the valve's side of B over that of A
+    dead_band: float = 0.0  # V, command to either side of the null that opens nothing
+    hysteresis: float = 0.0  # V, play between command and spool, to either side
+    piston_leak: float = 0.0  # conductance past the piston over C
+    valve_leak: float = 0.0  # conductance of each closed path over C
+    warming: float = 0.0  # K/s, of wall and incoming air
 
 
 def drawn_rig(rng: np.random.Generator) -> Rig:
@@ -89,9 +97,24 @@ def _flow(C: float, b: float, P_1: float, P_2: float, T_1: float) -> float:
 
 
 @njit(cache=True)
-def _rates(y: np.ndarray, u: float, rig: Rig, dy: np.ndarray) -> None:
+def _spool(u: float, rig: Rig) -> float:
+    """Opening of the valve at rest, -1 to 1, at a command, V."""
+    beyond = u - rig.null
+    return max(abs(beyond) - rig.dead_band, 0.0) * (1.0 if beyond > 0 else -1.0) / U_MAX
+
+
+@njit(cache=True)
+def _through(C: float, b: float, P_1: float, P_2: float, T_1: float, T_2: float) -> float:
+    """Mass flow from 1 to 2, kg/s, negative where it goes back."""
+    return _flow(C, b, P_1, P_2, T_1) if P_1 >= P_2 else -_flow(C, b, P_2, P_1, T_2)
+
+
+@njit(cache=True)
+def _rates(y: np.ndarray, u: float, time: float, rig: Rig, dy: np.ndarray) -> None:
     """Rates of x, v, opening, supply pressure, and mass and internal energy of the air in A and B."""
     x, v, opening, P_s = y[0], y[1], y[2], y[3]
+    T_amb = rig.T_amb + rig.warming * time
+    pressures, temperatures = (0.0, 0.0), (0.0, 0.0)
     area = pi / 4 * rig.bore**2
     areas = (area, area - pi / 4 * rig.rod**2)
     wall_mid = pi / 2 * rig.bore**2 + pi * rig.bore * rig.stroke / 2
@@ -103,36 +126,43 @@ def _rates(y: np.ndarray, u: float, rig: Rig, dy: np.ndarray) -> None:
         V, m, U = dead + areas[side] * reach, y[4 + 2 * side], y[5 + 2 * side]
         T = U / (m * C_V)
         P = m * R * T / V
-        gain = rig.C * abs(opening)
-        flow, enthalpy = 0.0, 0.0
-        if sign * opening >= 0:
-            flow = _flow(gain, rig.b, P_s, P, rig.T_amb) if P_s >= P else -_flow(gain, rig.b, P, P_s, T)
-            drawn += flow
-        else:
-            gain *= rig.exhaust
-            flow = -_flow(gain, rig.b, P, P_ATM, T) if P >= P_ATM else _flow(gain, rig.b, P_ATM, P, rig.T_amb)
-        enthalpy = C_P * flow * (rig.T_amb if flow > 0 else T)
+        gain = rig.C * abs(opening) * (1.0 if side == 0 else rig.side_B)
+        from_supply = rig.valve_leak * rig.C + (gain if sign * opening >= 0 else 0.0)
+        to_exhaust = rig.valve_leak * rig.C + (rig.exhaust * gain if sign * opening < 0 else 0.0)
+        fed = _through(from_supply, rig.b, P_s, P, T_amb, T)
+        vented = _through(to_exhaust, rig.b, P, P_ATM, T, T_amb)
+        drawn += fed
+        enthalpy = C_P * (fed * (T_amb if fed > 0 else T) - vented * (T if vented > 0 else T_amb))
         wall = pi / 2 * rig.bore**2 + pi * rig.bore * reach
-        k = rig.k_0 * wall / wall_mid * sqrt(P * T / (rig.P_0 * rig.T_amb))
-        dy[4 + 2 * side] = flow
-        dy[5 + 2 * side] = enthalpy + k * (rig.T_amb - T) - P * sign * areas[side] * v
+        k = rig.k_0 * (wall / wall_mid) ** rig.e_A * (P * T / (rig.P_0 * rig.T_amb)) ** rig.e_PT
+        dy[4 + 2 * side] = fed - vented
+        dy[5 + 2 * side] = enthalpy + k * (T_amb - T) - P * sign * areas[side] * v
         force += sign * P * areas[side]
+        pressures, temperatures = (pressures[1], P), (temperatures[1], T)
+    if rig.piston_leak > 0:
+        (P_A, P_B), (T_A, T_B) = pressures, temperatures
+        leak = _through(rig.piston_leak * rig.C, rig.b, P_A, P_B, T_A, T_B)
+        enthalpy = C_P * leak * (T_A if leak > 0 else T_B)
+        dy[4] -= leak
+        dy[5] -= enthalpy
+        dy[6] += leak
+        dy[7] += enthalpy
     beyond = max(x - rig.stroke / 2, 0.0) + min(x + rig.stroke / 2, 0.0)
     if beyond != 0:
         force -= STOP_STIFFNESS * beyond + STOP_DAMPING * v
     dy[0] = v
     dy[1] = (force - rig.coulomb * tanh(v / STICTION) - rig.viscous * v) / rig.mass
-    wanted = (u - rig.null) / U_MAX
+    wanted = _spool(u, rig)
     dy[2] = (wanted - opening) / rig.lag if rig.lag > 0 else 0.0
     dy[3] = 0.0
     if rig.weak_supply > 0:
-        feed = _flow(rig.weak_supply * rig.C, rig.b, rig.P_s, P_s, rig.T_amb) if rig.P_s > P_s else 0.0
-        dy[3] = R * rig.T_amb / CAPACITY * (feed - drawn)
+        feed = _flow(rig.weak_supply * rig.C, rig.b, rig.P_s, P_s, T_amb) if rig.P_s > P_s else 0.0
+        dy[3] = R * T_amb / CAPACITY * (feed - drawn)
 
 
 @njit(cache=True)
-def _run(rig: Rig, target: np.ndarray, gain: float, late: int) -> np.ndarray:
-    """Follow a target of every control period; rows of u, x, P_A, P_B, P_s at the start of each."""
+def _run(rig: Rig, target: np.ndarray, gain: float, late: int, period: float) -> np.ndarray:
+    """Follow a target of every control period, s; rows of u, x, P_A, P_B, P_s at the start of each."""
     area = pi / 4 * rig.bore**2
     areas = (area, area - pi / 4 * rig.rod**2)
     y, dy, k, trial = np.zeros(8), np.zeros(8), np.zeros((4, 8)), np.zeros(8)
@@ -141,7 +171,7 @@ def _run(rig: Rig, target: np.ndarray, gain: float, late: int) -> np.ndarray:
         dead = rig.V_A if side == 0 else rig.V_B
         y[4 + 2 * side] = rig.P_0 * (dead + areas[side] * rig.stroke / 2) / (R * rig.T_amb)
         y[5 + 2 * side] = y[4 + 2 * side] * C_V * rig.T_amb
-    result = np.empty((len(target), 5))
+    result, spool = np.empty((len(target), 5)), 0.0
     sent = np.empty(len(target))
     for n in range(len(target)):
         for side in range(2):
@@ -153,37 +183,46 @@ def _run(rig: Rig, target: np.ndarray, gain: float, late: int) -> np.ndarray:
         result[n, 0], result[n, 1] = sent[n], y[0]
         result[n, 4] = y[3]
         u = sent[max(n - late, 0)]
+        spool = min(max(spool, u - rig.hysteresis), u + rig.hysteresis)
         if rig.lag == 0:
-            y[2] = (u - rig.null) / U_MAX
-        for _ in range(round(CONTROL / STEP)):
+            y[2] = _spool(spool, rig)
+        for step in range(round(period / STEP)):
             for stage in range(4):
                 part = (0.0, 0.5, 0.5, 1.0)[stage] * STEP
                 trial[:] = y + part * k[stage - 1] if stage > 0 else y
-                _rates(trial, u, rig, dy)
+                _rates(trial, spool, n * period + step * STEP, rig, dy)
                 k[stage] = dy
             y += STEP / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3])
     return result
 
 
-def bench_record(rig: Rig, rng: np.random.Generator, duration: float) -> dict[str, np.ndarray]:
-    """Columns t, u, x, P_A, P_B, P_s at 1 kHz: random targets under a proportional controller, noise on top.
+def bench_record(
+    rig: Rig,
+    rng: np.random.Generator,
+    duration: float,
+    period: float = CONTROL,
+    noise: tuple[float, float] = (PRESSURE_NOISE, POSITION_NOISE),
+) -> dict[str, np.ndarray]:
+    """Columns t, u, x, P_A, P_B, P_s: random targets under a proportional controller, noise on top.
 
-    The run is one second longer; its start from rest is cut off.
+    The controller's `period`, s, is that of the record; `noise` is in Pa and m. The run is one second longer;
+    its start from rest is cut off.
     """
-    warm_up = round(1.0 / CONTROL)
-    target = np.empty(warm_up + round(duration / CONTROL) + 1)
+    warm_up = round(1.0 / period)
+    target = np.empty(warm_up + round(duration / period) + 1)
     at = 0
     while at < len(target):
-        hold = round(rng.uniform(0.2, 1.0) / CONTROL)
+        hold = round(rng.uniform(0.2, 1.0) / period)
         target[at : at + hold] = rng.uniform(-0.42, 0.42) * rig.stroke
         at += hold
-    rows = _run(rig, target, 1.5 * U_MAX / rig.stroke, round(rig.dead_time / CONTROL))[warm_up:]
+    rows = _run(rig, target, 1.5 * U_MAX / rig.stroke, round(rig.dead_time / period), period)[warm_up:]
     count = len(rows)
     return {
-        "t": CONTROL * np.arange(count),
+        "t": period * np.arange(count),
         "u": rows[:, 0],
-        "x": rows[:, 1] + rng.normal(0.0, POSITION_NOISE, count),
-        "P_A": rows[:, 2] + rng.normal(0.0, PRESSURE_NOISE, count),
-        "P_B": rows[:, 3] + rng.normal(0.0, PRESSURE_NOISE, count),
-        "P_s": rows[:, 4] + rng.normal(0.0, PRESSURE_NOISE, count),
+        "x": rows[:, 1] + rng.normal(0.0, noise[1], count),
+        **{
+            name: rows[:, 2 + i] + rng.normal(0.0, noise[0], count)
+            for i, name in enumerate(("P_A", "P_B", "P_s"))
+        },
     }

@@ -1,5 +1,8 @@
 """Judge `pneumo fit` on benches whose truth is known, undisturbed and with what goes wrong on real ones.
 
+The user of a bench knows it as data sheets do: what he configures is drawn off the truth by the accuracies
+that the configuration states by default. The wall's law, the rate and the resolution of the record are drawn.
+
 Rules, fixed before any result was seen:
 
 - Judged is the row "full" of a fit, else the best model of the ranking: its k_0, C and both dead volumes
@@ -7,23 +10,26 @@ Rules, fixed before any result was seen:
 - A parameter is *outside* if the truth is not in its 95 per cent interval; an open end sets no limit.
 - It is *wrong* if it is outside and off by more than `TOLERANCE`, which is what a bench engineer would mind.
 - A case is *silent* if a parameter is wrong and the fit neither refused the record nor warned.
+- Of a disturbance with a cause that a warning can name, it is *right* (the only one named), *none* (none is
+  named), *tied* (there, among others) or *wrong* (others only).
 """
 
 import argparse
 import json
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import yaml
 
-from benchmarks.bench_rig import U_MAX, Rig, bench_record, drawn_rig, purpose_rig
+from benchmarks.bench_rig import P_ATM, U_MAX, Rig, bench_record, drawn_rig, purpose_rig
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import load, study
+from pneumo.configuration.parameters import Accuracy, accuracy, load, study
 from pneumo.errors import InputError
 from pneumo.fit.estimate import fit_measurement
 from pneumo.fit.mistaken_columns import check_columns
@@ -35,6 +41,12 @@ from pneumo.selection.plants import configured_plant
 ROOT = Path(__file__).parents[1]
 TOLERANCE = {"k_0": 0.25, "C": 0.05, "V_A": 0.1, "V_B": 0.1}  # of the truth
 DURATION, SHORT = 10.0, 4.0  # s
+RATES = (100.0, 200.0, 500.0, 1000.0, 2000.0)  # Hz
+USUAL_RATE = 1000.0  # Hz, of a disturbed record: its cause is judged, not its rate
+WALL_LAWS = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5))  # exponents of area and of PT
+BITS = (12, 16)
+FULL_SCALE = 1.6e6  # Pa, of the pressure sensors
+LIMITS = 1.96  # limits of what is stated, in standard deviations
 MODELS: tuple[str, ...] = ()  # beside the full order
 FIRST_SEED = 5_000  # the warnings' limits were chosen on lower ones
 Columns = dict[str, np.ndarray]
@@ -49,6 +61,7 @@ class Disturbance(NamedTuple):
     logged: Callable[[Columns], Columns] = lambda columns: columns
     duration: float = DURATION
     supply: bool = False  # whether the supply pressure is logged
+    cause: str = ""  # name of the cause that a warning should have
 
 
 def _tubes(rig: Rig, volume: float = 12.6e-6) -> Rig:
@@ -59,28 +72,59 @@ def _scaled(columns: Columns, factor: float, offset: float = 0.0) -> Columns:
     return columns | {name: factor * columns[name] + offset for name in ("P_A", "P_B", "P_s")}
 
 
+def _averaged(columns: Columns, samples: int) -> Columns:
+    window = np.ones(samples) / samples
+    means = {name: np.convolve(columns[name], window)[: len(columns[name])] for name in ("P_A", "P_B")}
+    return columns | {
+        name: np.concatenate([columns[name][:samples], v[samples:]]) for name, v in means.items()
+    }
+
+
+def _late(columns: Columns, samples: int) -> Columns:
+    x = columns["x"]
+    return columns | {"x": np.concatenate([np.repeat(x[0], samples), x[:-samples]])}
+
+
+def _rig(**fields: float) -> Callable[[Rig], Rig]:
+    return lambda rig: rig._replace(**fields)
+
+
 DISTURBANCES = {
     "none": Disturbance("undisturbed"),
-    "lag2": Disturbance("valve lag 2 ms", rig=lambda r: r._replace(lag=2e-3)),
-    "lag5": Disturbance("valve lag 5 ms", rig=lambda r: r._replace(lag=5e-3)),
-    "dead": Disturbance("dead time 4 ms", rig=lambda r: r._replace(dead_time=4e-3)),
-    "null": Disturbance("null offset 2 %", rig=lambda r: r._replace(null=0.02 * U_MAX)),
-    "area": Disturbance("exhaust area 0.75", rig=lambda r: r._replace(exhaust=0.75)),
+    "lag2": Disturbance("valve lag 2 ms", rig=_rig(lag=2e-3)),
+    "lag5": Disturbance("valve lag 5 ms", rig=_rig(lag=5e-3)),
+    "dead": Disturbance("dead time 4 ms", rig=_rig(dead_time=4e-3)),
+    "null": Disturbance("null offset 2 %", rig=_rig(null=0.02 * U_MAX)),
+    "area": Disturbance("exhaust area 0.75", rig=_rig(exhaust=0.75), cause="exhaust"),
     "tube": Disturbance("tubes 12.6 cm3 each", rig=_tubes),
-    "sags": Disturbance("sagging supply", rig=lambda r: r._replace(weak_supply=0.5)),
-    "logs": Disturbance("the same, P_s logged", rig=lambda r: r._replace(weak_supply=0.5), supply=True),
-    "P_s": Disturbance("P_s wrong by 1 bar", believed=lambda r, sign: r._replace(P_s=r.P_s + sign * 1e5)),
+    "sags": Disturbance("sagging supply", rig=_rig(weak_supply=0.5), cause="sag"),
+    "logs": Disturbance("the same, P_s logged", rig=_rig(weak_supply=0.5), supply=True),
+    "P_s": Disturbance(
+        "P_s wrong by 1 bar", believed=lambda r, sign: r._replace(P_s=r.P_s + sign * 1e5), cause="P_s"
+    ),
     "stroke": Disturbance(
         "stroke wrong by 50 mm", believed=lambda r, sign: r._replace(stroke=r.stroke + sign * 0.05)
     ),
-    "rod": Disturbance("rod forgotten", believed=lambda r, _: r._replace(rod=0.0)),
+    "rod": Disturbance("rod forgotten", believed=lambda r, _: r._replace(rod=0.0), cause="A_B"),
     "swap": Disturbance("chambers swapped", logged=lambda c: c | {"P_A": c["P_B"], "P_B": c["P_A"]}),
     "sign": Disturbance("u inverted", logged=lambda c: c | {"u": -c["u"]}),
     "gauge": Disturbance("gauge pressures", logged=lambda c: _scaled(c, 1.0, -101325.0)),
     "unit": Disturbance("bar in a column of kPa", logged=lambda c: _scaled(c, 1e-2)),
     "slow": Disturbance("100 Hz record", logged=lambda c: {name: v[::10] for name, v in c.items()}),
     "short": Disturbance("4 s record", duration=SHORT),
-    "offset": Disturbance("P_A sensor off by 10 kPa", logged=lambda c: c | {"P_A": c["P_A"] + 1e4}),
+    "offset": Disturbance(
+        "P_A sensor off by 10 kPa", logged=lambda c: c | {"P_A": c["P_A"] + 1e4}, cause="offset_A"
+    ),
+    "scale": Disturbance("x too large by 3 %", logged=lambda c: c | {"x": 1.03 * c["x"]}, cause="x_scale"),
+    "zero": Disturbance("zero of x off by 5 mm", logged=lambda c: c | {"x": c["x"] + 5e-3}, cause="x_zero"),
+    "skew": Disturbance("x late by 3 ms", logged=lambda c: _late(c, 3), cause="skew"),
+    "mean": Disturbance("P averaged over 5 ms", logged=lambda c: _averaged(c, 5), cause="filter"),
+    "band": Disturbance("dead band 3 %", rig=_rig(dead_band=0.03 * U_MAX), cause="dead_band"),
+    "play": Disturbance("hysteresis 1 %", rig=_rig(hysteresis=0.005 * U_MAX), cause="hysteresis"),
+    "piston": Disturbance("piston leak 2 %", rig=_rig(piston_leak=0.02), cause="piston_leak"),
+    "leak": Disturbance("valve leak 2 %", rig=_rig(valve_leak=0.02), cause="valve_leak"),
+    "side": Disturbance("valve's side B 15 % smaller", rig=_rig(side_B=0.85), cause="C_B"),
+    "warm": Disturbance("T_amb drifts 7 K", rig=_rig(warming=0.7), cause="drift"),
 }
 
 
@@ -114,12 +158,46 @@ class Outcome(NamedTuple):
         return bool(self.refused or self.warnings)
 
 
-def believed_plant(rig: Rig, folder: Path) -> Plant:
+def imperfect(rig: Rig, known: Accuracy, rng: np.random.Generator) -> tuple[Rig, dict[str, float]]:
+    """Rig as its user knows it, and the keys of its section supply that a rig does not have."""
+
+    def off(size: float) -> float:
+        return float(rng.normal(0.0, size / LIMITS))
+
+    supply = {
+        "P_atm_Pa": P_ATM * (1 + off(known.P_atm)),
+        "T_amb_K": rig.T_amb + off(known.T_amb),
+        "T_in_K": rig.T_amb + off(known.T_in),
+    }
+    guess = rig._replace(
+        b=float(np.clip(rig.b + off(known.b), 0.05, 0.6)),
+        exhaust=rig.exhaust * (1 + off(known.exhaust)),
+        P_s=rig.P_s * (1 + off(known.P_s)),
+        bore=rig.bore * (1 + off(known.bore)),
+        stroke=rig.stroke + off(known.stroke),
+    )
+    return guess, supply
+
+
+def imperfect_sensors(columns: Columns, known: Accuracy, bits: int, rng: np.random.Generator) -> Columns:
+    """Columns as sensors of the stated accuracy log them, quantised."""
+    result, step = dict(columns), FULL_SCALE / 2**bits
+    x_zero, x_scale = (rng.normal(0.0, size / LIMITS) for size in (known.x_zero, known.x_scale))
+    result["x"] = columns["x"] * (1 + x_scale) + x_zero
+    for name in ("P_A", "P_B", "P_s"):
+        P = columns[name] * (1 + rng.normal(0.0, known.P_gain / LIMITS))
+        result[name] = np.round(P / step) * step
+    return result
+
+
+def believed_plant(
+    rig: Rig, folder: Path, supply: Mapping[str, float] = MappingProxyType({}), exhaust: float = 1.0
+) -> Plant:
     """Plant that the user configures, from the template of `pneumo init`; the dead volume is the default."""
     content = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
-    content["supply"] |= {"P_s_Pa": rig.P_s, "P_0_per_P_s": rig.P_0 / rig.P_s}
+    content["supply"] |= {"P_s_Pa": rig.P_s, "P_0_per_P_s": rig.P_0 / rig.P_s, **supply}
     sizes = {"bore_mm": 1e3 * rig.bore, "stroke_mm": 1e3 * rig.stroke, "rod_mm": 1e3 * rig.rod}
-    valve = {"C_dm3_per_sbar": 1e8 * rig.C, "b": rig.b}
+    valve = {"C_dm3_per_sbar": 1e8 * rig.C, "b": rig.b, "exhaust_ratio": exhaust}
     content["cylinders"]["mine"] |= sizes | {"valve": valve, "u_max_V": U_MAX}
     file = folder / "cylinder.yaml"
     file.write_text(yaml.safe_dump(content), encoding="utf-8")
@@ -129,10 +207,16 @@ def believed_plant(rig: Rig, folder: Path) -> Plant:
 def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None = None) -> Outcome:
     """Outcome of a record that is made and then fitted as `pneumo fit` does."""
     d, rng = DISTURBANCES[disturbance], np.random.default_rng(seed)
-    rig = d.rig(drawn_rig(rng) if rig is None else rig)
-    guess = rig._replace(C=rig.C * rng.uniform(0.85, 1.15))
+    known = accuracy()
+    rig = drawn_rig(rng) if rig is None else rig
+    e_A, e_PT = WALL_LAWS[rng.integers(len(WALL_LAWS))]
+    rate, bits = float(rng.choice(RATES)), int(rng.choice(BITS))
+    guess, supply = imperfect(rig._replace(C=rig.C * rng.uniform(0.85, 1.15)), known, rng)
     believed = d.believed(guess, float(rng.choice([-1.0, 1.0])))
-    columns = d.logged(bench_record(rig, rng, d.duration))
+    rig = d.rig(rig)._replace(e_A=e_A, e_PT=e_PT)
+    period = 1 / (rate if disturbance == "none" else USUAL_RATE)
+    columns = bench_record(rig, rng, d.duration, period)
+    columns = d.logged(imperfect_sensors(columns, known, bits, rng))
     begun = time.process_time()
 
     def outcome(refused: str, warnings: list[str], found: dict[str, list[float]]) -> Outcome:
@@ -140,7 +224,7 @@ def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None =
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        plant = believed_plant(believed, folder)
+        plant = believed_plant(believed, folder, supply, believed.exhaust)
         units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_kPa", "P_B": "P_B_kPa", "P_s": "P_s_kPa"}
         kept = {name: values for name, values in _scaled(columns, 1e-3).items() if d.supply or name != "P_s"}
         table = pd.DataFrame(kept).rename(columns=units)

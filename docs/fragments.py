@@ -94,7 +94,7 @@ def fitted_parameters() -> str:
     for name, row in PARAMETERS.items():
         unit = f"times `{row.search.times}`" if row.search.times else row.quantity.unit
         bounds = f"{row.search.low:g} to {row.search.high:g} {unit}".removesuffix(" 1")
-        also = f"`--also {name}`" if row.group == "cause" else ""
+        also = f"`--also {name}`" if row.group in ("configured", "cause") else ""
         rows.append([f"`{name}`", row.quantity.name, bounds, also, f"`{row.key}`" if row.key else ""])
     return table(["parameter", "meaning", "searched", "fitted with", "key of `fitted.yaml`"], rows)
 

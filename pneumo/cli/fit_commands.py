@@ -10,7 +10,7 @@ import typer
 from typer import Argument, Option
 
 from pneumo.cli.options import Config, Cylinder, output_to, read_configuration
-from pneumo.fit.fitted_parameters import CAUSES
+from pneumo.fit.fitted_parameters import ALSO
 from pneumo.fit.record.formats import FORMATS
 
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
@@ -39,7 +39,7 @@ def fit(
     trust: Annotated[bool, Option("--trust", help="skip the check for swapped or wrong columns")] = False,
     also: Annotated[
         list[str] | None,
-        Option(help=f"possible cause of a poor fit, fitted too: {', '.join(CAUSES)}; may be repeated"),
+        Option(help=f"fitted too, without prior knowledge: {', '.join(ALSO)}; may be repeated"),
     ] = None,
     closed: Annotated[
         Literal["A", "B", "both"] | None,
@@ -60,7 +60,7 @@ def fit(
     from rich.console import Console
 
     from pneumo.catalogue import default_conductance
-    from pneumo.configuration.parameters import sonic_conductance, study
+    from pneumo.configuration.parameters import accuracy, sonic_conductance, study
     from pneumo.configuration.sampling import HELD, INTERPOLATED
     from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
@@ -106,7 +106,8 @@ def fit(
         if not trust:
             check_columns(measured, plant, command=rule)
         causes = tuple(dict.fromkeys(also or ()))
-        fitted = fit_measurement(measured, plant, names, command=rule, part=part, also=causes, progress=say)
+        options = {"command": rule, "part": part, "also": causes, "known": accuracy(configuration)}
+        fitted = fit_measurement(measured, plant, names, **options, progress=say)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu

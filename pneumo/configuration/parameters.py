@@ -17,7 +17,13 @@ from pneumo.configuration.cylinder_table import CylinderTable, read_table, with_
 from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Study
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import SAMPLINGS
-from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection, GasSection
+from pneumo.configuration.schema import (
+    AccuracySection,
+    Configuration,
+    CylinderSection,
+    ExperimentSection,
+    GasSection,
+)
 from pneumo.configuration.schema_messages import Written, error_line
 from pneumo.configuration.signal_file import read_column
 from pneumo.errors import ConfigurationError, printable
@@ -112,6 +118,41 @@ def study(configuration: Configuration) -> Study:
     digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
     levels = {name: tuple(values) for name, values in c.levels.items()}
     return Study(c.name, experiments, tuple(c.n), levels, digest, c.percentile_rule, c.run.seeds)
+
+
+class Accuracy(NamedTuple):
+    """Half-widths of the 95 per cent intervals within which the rig is known; relative without a unit."""
+
+    b: float  # absolute
+    exhaust: float
+    P_s: float
+    bore: float
+    stroke: float  # m
+    x_zero: float  # m
+    x_scale: float
+    T_amb: float  # K
+    T_in: float  # K
+    P_atm: float
+    P_gain: float  # of each pressure sensor
+
+
+def accuracy(configuration: Configuration | None = None) -> Accuracy:
+    """Accuracy of the rig in SI units, as configured or by default."""
+    s = (configuration and configuration.accuracy) or AccuracySection()
+    percent, mm = 1e-2, 1e-3
+    return Accuracy(
+        b=s.b,
+        exhaust=s.exhaust_percent * percent,
+        P_s=s.P_s_percent * percent,
+        bore=s.bore_percent * percent,
+        stroke=s.stroke_mm * mm,
+        x_zero=s.x_zero_mm * mm,
+        x_scale=s.x_scale_percent * percent,
+        T_amb=s.T_amb_K,
+        T_in=s.T_in_K,
+        P_atm=s.P_atm_percent * percent,
+        P_gain=s.P_gain_percent * percent,
+    )
 
 
 STANDARD_GRAVITY = 9.80665  # m/s^2

@@ -25,6 +25,7 @@ Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
 Fraction = Annotated[Number, Field(gt=0, lt=1)]
 Seconds = Annotated[Number, Field(gt=0, le=1e5)]
 Frequency = Annotated[Number, Field(gt=0, le=1e4)]
+Percent = Annotated[Number, Field(gt=0, le=50)]
 Level = Annotated[Number, Field(ge=-100, le=100)]
 Conductance = Annotated[Number, Field(ge=0, le=1e4)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")]
@@ -281,6 +282,26 @@ class ExperimentSection(_Section):
         return self
 
 
+class AccuracySection(_Section):
+    """How accurately the rig is known, for `pneumo fit`: limits of errors, as data sheets state them.
+
+    A limit is half of a 95 % interval. b, exhaust ratio and supply pressure are fitted within theirs; the
+    other quantities cannot be fitted, and widen the intervals of what is.
+    """
+
+    b: Number = _key("of the critical pressure ratio", 0.1, gt=0, le=1)
+    exhaust_percent: Percent = _key("of the exhaust ratio", 5.0)
+    P_s_percent: Percent = _key("of the supply pressure", 2.0)
+    bore_percent: Percent = _key("of the bore", 0.2)
+    stroke_mm: Number = _key("of the stroke", 0.5, gt=0, le=1000)
+    x_zero_mm: Number = _key("of the position's zero", 0.5, gt=0, le=1000)
+    x_scale_percent: Percent = _key("of the position's scale", 0.1)
+    T_amb_K: Number = _key("of the temperature of walls and surroundings", 3.0, gt=0, le=100)
+    T_in_K: Number = _key("of the temperature of incoming air", 3.0, gt=0, le=100)
+    P_atm_percent: Percent = _key("of the atmospheric pressure", 2.0)
+    P_gain_percent: Percent = _key("of the gain of each pressure sensor", 0.1)
+
+
 class RunSection(_Section):
     """Which experiments run, how long at most, how often, and how many cylinders of a table in one job."""
 
@@ -327,6 +348,9 @@ class Configuration(_Section):
         "linear",
     )
     run: RunSection = RunSection()
+    accuracy: AccuracySection | None = _key(
+        "how accurately the rig is known, for pneumo fit", None, exclude_if=lambda value: value is None
+    )
 
     @model_validator(mode="after")
     def _names_exist(self) -> Self:

@@ -1,26 +1,49 @@
 """Models fitted to a measurement: estimates, intervals, and the error of each on the part held out."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
+from pneumo.configuration.parameters import Accuracy, accuracy
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
-from pneumo.fit.fit_problem import FULL, Problem, offsets, replayed_pressures, si_value, with_causes
-from pneumo.fit.fit_result import Estimate, FitResult, equally_good, fit_data, rms_of_chambers
-from pneumo.fit.fit_warnings import disagreements, fit_warnings
-from pneumo.fit.fitted_parameters import CAUSES, REPORTED, STARTS
-from pneumo.fit.least_squares import descend, fit
-from pneumo.fit.parameter_intervals import covariances, parameter_interval
+from pneumo.fit.configured_quantities import prior_shifts, shifts
+from pneumo.fit.fit_problem import (
+    FULL,
+    LIMITS,
+    Prior,
+    Problem,
+    offsets,
+    priors,
+    replayed_pressures,
+    si_value,
+    with_causes,
+)
+from pneumo.fit.fit_result import AS_GOOD, Estimate, FitResult, equally_good, fit_data, rms_of_chambers
+from pneumo.fit.fit_warnings import DISTRUST, disagreements, doubtful, fit_warnings
+from pneumo.fit.fitted_parameters import ALSO, REPORTED, SHIFTING, STARTS
+from pneumo.fit.least_squares import Fit, descend, fit
+from pneumo.fit.parameter_intervals import (
+    covariances,
+    inverse_curvature,
+    parameter_interval,
+    remainder_shifts,
+)
 from pneumo.fit.record.measurement import Measurement
-from pneumo.fit.residuals import residuals
+from pneumo.fit.residuals import residuals, sensor_noise
 from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
 from pneumo.fit.valve_signal import behind_valve
-from pneumo.physics.models import MODELS, Model
+from pneumo.physics.models import MODELS, Model, Wall
 
 PART = 0.6  # of the record that is fitted
+MOST_STEPS = 120_000  # of the part fitted: two minutes at 1 kHz; more tells no more and takes gigabytes
+NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
+OTHER_WALLS: tuple[Wall, ...] = ("k_0", "lambda_0 A_q")  # beside that of the full order
+ALONE_STEPS = 15  # of a search with one configured quantity free
+LAW_STEPS = 4  # from one wall's law to another's minimum
 
 
 def estimate(
@@ -33,6 +56,9 @@ def estimate(
     part: float = PART,
     reference: np.ndarray | None = None,
     also: tuple[str, ...] = (),
+    prior: Mapping[str, Prior] = NO_PRIORS,
+    known: Accuracy | None = None,
+    start: np.ndarray | None = None,
 ) -> Estimate:
     """Estimate of a model, fitted to the first `part` of a record; the rest is replayed.
 
@@ -46,39 +72,103 @@ def estimate(
         Best known pressures without noise, Pa, by (chamber, sample). Intervals then allow for the model's
         own error, which is its difference from these.
     also
-        `CAUSES` that are fitted too.
+        Names of `ALSO` that are fitted too, without prior knowledge.
+    prior
+        Prior knowledge of the parameters of `CONFIGURED` that are fitted too.
+    known
+        Accuracy of what is configured and not fitted; intervals then allow for it.
+    start
+        Parameters at which the search begins, on its scale.
     """
     split = split_of(record, part)
-    problem = Problem(model, plant, record.part(0, split), {}, noisy, also)
+    problem = Problem(model, plant, record.part(0, split), {}, noisy, also, prior)
     few = problem if noisy is None else problem._replace(noisy=noisy[: 2 * FEW_PAIRS])
-    rough = best = fit(few)
+    rough = best = fit(few, start=start)
     if noisy is not None and len(noisy) > 2 * FEW_PAIRS:
         best = descend(problem, rough.theta, most=2)  # so near, two steps are enough
     fitted = replayed_pressures(problem, best.theta[None])[0, 0]
     model_error = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
-    both = covariances(best, model_error / plant.conditions.P_s**2)
+    moved = configured_shifts(problem, best, known)
+    both = covariances(best, model_error / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
+    laws = wall_law_shifts(few, best) if model is FULL and intervals else np.zeros((1, len(best.theta)))
     values = problem.values(best.theta)
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
         if name in intervals:
             ends = parameter_interval(few, rough, best, i, both)
+            ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
             low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
     # No model predicts the first pressures of the part held out: these alone are fitted.
-    known = {name: value for name, value in values.items() if name not in STARTS}
-    rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), known)
+    fixed = {name: value for name, value in values.items() if name not in STARTS}
+    rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), fixed)
     predicted = replayed_pressures(rest, fit(rest).theta[None])[0, 0]
     rms, held_out = (
         np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
         for signals, P in ((problem.signals, fitted), (rest.signals, predicted))
     )
     pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
-    return Estimate(values, low, high, rms, held_out, pressure)
+    remainder = dict(zip(problem.names, remainder_shifts(best).tolist(), strict=True))
+    moved_by = parameter_shifts(problem, best, moved)
+    return Estimate(values, low, high, rms, held_out, pressure, moved_by, remainder)
+
+
+def best_start(problem: Problem) -> Fit:
+    """Plain fit of the full order, begun again with one configured quantity off where that is far nearer.
+
+    With a supply wrong by 1 bar, the search from the configured values ends in another minimum.
+    """
+    first = fit(problem)
+    if not any(residual.far_from_noise for residual in residuals(problem, first.theta)):
+        return first
+    tried = [first]
+    for name in problem.priors:
+        alone = problem._replace(priors=NO_PRIORS, also=(*problem.also, name))
+        trial = alone.values(fit(alone, tolerance=1e-3, most=ALONE_STEPS).theta)
+        guess = problem.values(problem.guess())
+        tried.append(fit(problem, start=problem.inner(guess | trial)))
+    return min(tried, key=lambda fitted: fitted.squares)
+
+
+def configured_shifts(problem: Problem, best: Fit, known: Accuracy | None) -> np.ndarray:
+    """Shifts of the parameters by `SHIFTING`, each off by its accuracy, shape (quantity, parameter)."""
+    if known is None:
+        return np.zeros((len(SHIFTING), len(best.theta)))
+    inverse = inverse_curvature(best)
+    unfitted = shifts(problem, best.theta, best.jacobian, inverse, known)
+    result = np.append(unfitted, prior_shifts(problem, inverse, best.prior, known), axis=0)
+    # A parameter that the record does not determine gets no limit from what is configured.
+    low, high = problem.bounds()
+    return np.clip(result, low - high, high - low)
+
+
+def parameter_shifts(problem: Problem, best: Fit, moved: np.ndarray) -> dict[str, np.ndarray]:
+    """`configured_shifts` in SI units by parameter, shape (quantity,)."""
+    upper = best.theta + moved
+    return {
+        name: np.array([si_value(name, end) - si_value(name, best.theta[i]) for end in upper[:, i]])
+        for i, name in enumerate(problem.names)
+    }
+
+
+def wall_law_shifts(problem: Problem, best: Fit) -> np.ndarray:
+    """Shifts of the parameters with other laws of the wall that fit as well, shape (law, parameter).
+
+    Nobody knows a wall's law: its conductance may be constant, or follow the area, or area and root of PT.
+    """
+    plain = problem._replace(noisy=None)
+    fits = {
+        wall: descend(plain._replace(model=FULL._replace(wall=wall)), best.theta, most=LAW_STEPS)
+        for wall in (FULL.wall, *OTHER_WALLS)
+    }
+    lowest = min(fitted.squares for fitted in fits.values())
+    alike = [f for wall, f in fits.items() if wall == FULL.wall or f.squares <= AS_GOOD**2 * lowest]
+    return np.array([fitted.theta - fits[FULL.wall].theta for fitted in alike])
 
 
 def split_of(record: StageSignals, part: float = PART) -> int:
-    """Index of the last sample that is fitted."""
-    return round(part * (record.P.shape[1] - 1))
+    """Index of the last sample that is fitted: of long records, no more than `MOST_STEPS` of the replay."""
+    return min(round(part * (record.P.shape[1] - 1)), MOST_STEPS // record.stride)
 
 
 def at_temperature(plant: Plant, T: float) -> Plant:
@@ -106,6 +196,7 @@ def fit_measurement(
     command: Sampling = HELD,
     part: float = PART,
     also: tuple[str, ...] = (),
+    known: Accuracy | None = None,
     progress: Callable[[str], None] = lambda _text: None,
 ) -> FitResult:
     """Fit models to a measurement, the full order first where it can be fitted.
@@ -117,8 +208,10 @@ def fit_measurement(
     part
         Fraction of the record that is fitted.
     also
-        `CAUSES` that are fitted too, with the full order; the reduced models then get the corrected plant and
-        pressures.
+        Names of `ALSO` that are fitted without prior knowledge, with the full order; the reduced models then
+        get the corrected plant and pressures.
+    known
+        Accuracy of what is configured; by default that of `pneumo.configuration.parameters.accuracy`.
     progress
         Is called with a line after each model.
 
@@ -136,8 +229,10 @@ def fit_measurement(
     noisy = with_added_noise(first)
     few = noisy[: 2 * FEW_PAIRS]
     estimates: dict[str, Estimate] = {}
+    known = known or accuracy()
+    prior: Mapping[str, Prior] = NO_PRIORS
     reported, off = (*REPORTED, *also), np.zeros((2, 1))
-    options: dict[str, Any] = {"intervals": reported, "part": part}
+    options: dict[str, Any] = {"intervals": reported, "part": part, "known": known}
 
     def add(model: Model, plant: Plant, signals: StageSignals, motions: np.ndarray) -> None:
         result = estimate(model, plant, signals, noisy=motions, **options)
@@ -146,30 +241,45 @@ def fit_measurement(
 
     corrected, opened = plant, record
     if full:
-        plain = Problem(FULL, plant, first, {}, also=also)
-        far = any(residual.far_from_noise for residual in residuals(plain, fit(plain).theta))
-        options |= {"intervals": ()} if far else {}
-        options["also"] = also
+        prior = priors(plant, first, known, sensor_noise(first.P, first.P))
+        plain = Problem(FULL, plant, first, {}, also=also, priors=prior)
+        rough = best_start(plain)
+        noise = sensor_noise(first.P, rough.residual * plant.conditions.P_s)
+        prior = priors(plant, first, known, noise)
+        remainder = dict(zip(plain.names, remainder_shifts(rough).tolist(), strict=True))
+        far = doubtful(residuals(plain, rough.theta), remainder, DISTRUST)
+        reported = tuple(dict.fromkeys((*reported, *prior)))
+        options |= {"intervals": () if far else reported}
+        options |= {"also": also, "prior": prior, "start": rough.theta}
         add(FULL, plant, record, few)
         values = estimates[FULL.name].values
-        # The reduced models get the valve's opening and the causes from the fit of the full order.
+        # The reduced models get the valve's opening and the plant from the fit of the full order.
         corrected, off = with_causes(plant, values), offsets(values)
         opened = record._replace(u=behind_valve(record.u, record.h, values), P=record.P - off)
         reference = (m.P if far else estimates[FULL.name].pressure) - off
-        options |= {"intervals": reported, "also": (), "reference": reference}
+        options |= {"intervals": reported, "also": (), "prior": NO_PRIORS, "start": None}
+        options["reference"] = reference
     for name in models:
         add(MODELS[name], corrected, opened, noisy)
     estimates = ranked(estimates)
     judged = FULL if FULL.name in estimates else MODELS[next(iter(estimates))]
-    problem = Problem(judged, plant, first, {}, few, also)
+    problem = Problem(judged, plant, first, {}, few, also, prior if judged is FULL else NO_PRIORS)
     warnings = fit_warnings(problem, estimates[judged.name]) + disagreements(estimates)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
     return FitResult(
         data=fit_data(measurement, estimates, reported),
-        notes=(*measurement.notes, *alike_notes(reduced)),
+        notes=(*measurement.notes, *long_notes(record, split, part), *alike_notes(reduced)),
         warnings=tuple(warnings),
         held_out_from=float(measurement.t[split]),
     )
+
+
+def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
+    """Note on a record that is longer than what is fitted of it."""
+    if split >= round(part * (record.P.shape[1] - 1)):
+        return []
+    fitted, rest = split * record.period, (record.P.shape[1] - 1 - split) * record.period
+    return [f"a long record: the first {fitted:.4g} s are fitted, the other {rest:.4g} s held out"]
 
 
 def alike_notes(alike: Sequence[str]) -> list[str]:
@@ -180,8 +290,8 @@ def alike_notes(alike: Sequence[str]) -> list[str]:
 
 def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> None:
     """Raise an `InputError` for a cause that cannot be fitted."""
-    for unknown in (name for name in also if name not in CAUSES):
-        raise InputError(f"--also {unknown}: must be one of {', '.join(CAUSES)}")
+    for unknown in (name for name in also if name not in ALSO):
+        raise InputError(f"--also {unknown}: must be one of {', '.join(ALSO)}")
     if "P_s" in also and measurement.P_s is not None:
         raise InputError(f"--also P_s: {measurement.name} has the supply pressure as a column")
     if also and not full:

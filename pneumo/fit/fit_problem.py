@@ -5,14 +5,17 @@ flows): measured minus replayed pressure is the model's error and the noise (out
 a dead volume, since hoses differ.
 """
 
+from collections.abc import Mapping
 from operator import attrgetter
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
-from pneumo.fit.fitted_parameters import CAUSES, FULL_ORDER, PARAMETERS, VALVE
+from pneumo.configuration.parameters import Accuracy
+from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, PARAMETERS, VALVE
 from pneumo.fit.stage_signals import StageSignals
 from pneumo.fit.valve_signal import behind_valve
 from pneumo.physics.cylinder import heat_area
@@ -20,8 +23,9 @@ from pneumo.physics.models import Lane, Model, lane, lane_array
 from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
-# Parameters that all sets of one replay have in common: those of the valve, and causes in the plant.
-SHARED = (*VALVE, *(name for name in CAUSES if isinstance(PARAMETERS[name].search.start, str)))
+LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
+# Parameters that all sets of one replay have in common: those of the valve, and fields of the plant.
+SHARED = (*VALVE, *(name for name in ALSO if isinstance(PARAMETERS[name].search.start, str)))
 # The full-order chambers, as a row of the table of models; their temperature is a state.
 FULL = Model(FULL_ORDER, "gamma", "gamma", "gamma", "constant", True, "lambda A_q")
 
@@ -36,6 +40,31 @@ def si_value(name: str, value: float) -> float:
     return float(np.exp(value)) if PARAMETERS[name].search.logarithmic else float(value)
 
 
+class Prior(NamedTuple):
+    """Prior knowledge of a parameter, on the scale of its search."""
+
+    centre: float
+    deviation: float  # standard deviation
+    weight: float  # of the squared distance from it, where a residual of P_s counts 1
+
+
+def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -> dict[str, Prior]:
+    """Priors of the `CONFIGURED` parameters that can be fitted, by name.
+
+    Those are fitted with the full order; b only of a valve by ISO 6358, the supply where it was not measured.
+    `noise`, Pa, is that of the pressure sensors, against which a prior is weighed.
+    """
+    result: dict[str, Prior] = {}
+    for name in CONFIGURED:
+        if (name == "b" and not plant.gas.elliptic) or (name == "P_s" and signals.P_s is not None):
+            continue
+        configured = attrgetter(str(PARAMETERS[name].search.start))(plant)
+        deviation = getattr(known, name) / LIMITS
+        weight = (noise / plant.conditions.P_s / deviation) ** 2
+        result[name] = Prior(search_value(name, configured), deviation, weight)
+    return result
+
+
 class Problem(NamedTuple):
     """A model to be fitted to a measurement."""
 
@@ -44,19 +73,33 @@ class Problem(NamedTuple):
     signals: StageSignals
     fixed: dict[str, float]  # parameters that are not fitted, in SI units
     noisy: np.ndarray | None = None  # motions from `with_added_noise`; None for plain least squares
-    also: tuple[str, ...] = ()  # `CAUSES` that are fitted too; of the full order only
+    also: tuple[str, ...] = ()  # of `ALSO`, fitted without prior knowledge; of the full order only
+    priors: Mapping[str, Prior] = MappingProxyType({})  # of `CONFIGURED` parameters that are fitted too
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the fitted parameters."""
         full = self.model.name == FULL_ORDER
         fitted = {"index": self.model.has_n, "wall": self.model.wall != "none", "valve": full}
-        fitted |= {"flow": self.signals.flow is None, "first temperature": full, "cause": False}
+        fitted |= {
+            "flow": self.signals.flow is None,
+            "first temperature": full,
+            "configured": False,
+            "cause": False,
+        }
+        added = {*self.also, *self.priors}
         return tuple(
             name
             for name, parameter in PARAMETERS.items()
-            if (fitted.get(parameter.group, True) or name in self.also) and name not in self.fixed
+            if (fitted.get(parameter.group, True) or name in added) and name not in self.fixed
         )
+
+    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances of the parameters from their priors' centres, and the weights of their squares."""
+        none = Prior(0.0, np.inf, 0.0)
+        held = [self.priors.get(name, none) if name not in self.also else none for name in self.names]
+        centre, _, weight = np.array(held).T
+        return theta - centre, weight
 
     def bounds(self) -> np.ndarray:
         """Lower and upper bounds on the scale of the search, shape (2, parameter)."""
@@ -137,8 +180,8 @@ def _lane(problem: Problem, value: dict[str, float]) -> Lane:
 
 
 def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
-    """Plant with the `CAUSES` that were fitted in place of the configured values."""
-    for name in CAUSES:
+    """Plant with the parameters of `ALSO` that were fitted in place of the configured values."""
+    for name in ALSO:
         field = PARAMETERS[name].search.start
         if isinstance(field, str) and name in values:
             part, number = field.split(".")

@@ -3,12 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
+from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES, SHIFTING
 from pneumo.fit.record.measurement import Measurement
 from pneumo.hashing import code_hash
 from pneumo.statistics.intervals import Interval
@@ -26,6 +27,10 @@ class Estimate(NamedTuple):
     rms: np.ndarray  # Pa, root mean square of measured minus replayed pressure on the part fitted
     held_out: np.ndarray  # Pa, the same on the part held out
     pressure: np.ndarray  # Pa, replayed, by (chamber, sample): each part from its own start
+    # By parameter: shifts, SI units, by each configured quantity of `SHIFTING`, off by its accuracy.
+    moved: Mapping[str, np.ndarray] = MappingProxyType({})
+    # By parameter, on the scale of its search: half-width by which unexplained residuals may have moved it.
+    remainder: Mapping[str, float] = MappingProxyType({})
 
 
 def rms_of_chambers(errors: np.ndarray) -> float:
@@ -121,8 +126,8 @@ def fit_data(
 ) -> xr.Dataset:
     """Dataset of several estimates, in their order.
 
-    Estimates and intervals by (model, parameter), errors by (model, chamber), measured and replayed pressures
-    by (chamber, t) and (model, chamber, t).
+    Estimates, intervals and shifts by (model, parameter), errors by (model, chamber), measured and replayed
+    pressures by (chamber, t) and (model, chamber, t).
     """
 
     def values(field: str) -> np.ndarray:
@@ -135,6 +140,12 @@ def fit_data(
     interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
     rms, Pa = "root mean square error on the part", {"units": "Pa"}
     flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
+    moved = {}
+    if any(estimate.moved for estimate in estimates.values()):
+        none = np.full(len(SHIFTING), np.nan)
+        by_model = [[e.moved.get(p, none) for p in parameters] for e in estimates.values()]
+        text = "shift if a configured quantity is off by its accuracy, in parameter_unit"
+        moved = {"moved_by": ((*by_parameter, "quantity"), np.array(by_model), {"long_name": text})}
     u, m = {"u": ("t", measurement.u)}, {"m": (t, measurement.m, flow)}
     return xr.Dataset(
         {
@@ -147,6 +158,7 @@ def fit_data(
             "P": (t, measurement.P, {"long_name": "measured absolute pressure"}),
             **(u if measurement.m is None else m),
             "x": ("t", measurement.x),
+            **moved,
         },
         coords={
             "model": list(estimates),
@@ -154,5 +166,6 @@ def fit_data(
             "parameter_unit": ("parameter", [QUANTITIES[name].unit for name in parameters]),
             "chamber": ["A", "B"],
             "t": measurement.t,
+            **({"quantity": list(SHIFTING)} if moved else {}),
         },
     )

@@ -14,13 +14,22 @@ from pneumo.fit.fit_problem import FULL, Problem, si_value
 from pneumo.fit.fit_result import Estimate, equally_good
 from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES
 from pneumo.fit.least_squares import fit
-from pneumo.fit.residuals import Residual, residuals
+from pneumo.fit.residuals import BLOCK, Residual, block_means, residuals
 
 EXPLAINED = 0.5  # rms with a cause over that without, below which the cause is named
 STEPS = 15  # of a search for a cause
 ON_BOUND = 0.01  # of the distance between the bounds
 VAGUE = 3.0  # upper over lower end of an interval that says little
 UNLIKELY = 2.0  # factor between a fitted and the configured dead volume
+# Half-widths, on the search's scale, by which residuals that are not noise may move a parameter unsaid.
+TOLERATED = {"k_0": 0.15, "k_xu": 0.03, "V_d_A": 0.05, "V_d_B": 0.05}
+DISTRUST = 5.0  # times that, beyond which intervals mean nothing
+SEEN = 0.2  # coloured residual over the sensor's noise, below which it is not seen
+AROUND = 0.05  # s, after an event
+AT_STOP = 0.02  # of half the stroke, from its end
+SMALL = 0.1  # command over its limit
+MOSTLY, CONCENTRATED = 0.5, 2.0  # fraction of a misfit, also over that of the time, that makes a place
+OUTSIDE = 3.0  # standard deviations of its accuracy, beyond which a configured quantity is wrong
 EARLY = 0.1  # samples by which a valve may act before its command: no clock is better
 BEYOND = 0.02  # of n outside 1..gamma that noise explains
 CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
@@ -29,10 +38,87 @@ CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
 def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of unexplained residuals and their likely cause, else of odd parameters."""
     name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
-    symptoms = residual_warnings(name, dict(zip("AB", split, strict=True)))
+    if name == FULL.name:
+        symptoms = (
+            [remainder_warning(problem, estimate, split)] if doubtful(split, estimate.remainder) else []
+        )
+    else:
+        symptoms = residual_warnings(name, dict(zip("AB", split, strict=True)))
     cause = cause_warnings(problem, split) if symptoms and name == FULL.name else []
     # With a wrong rig all parameters are odd: its cause says more.
+    cause = cause or configured_warnings(problem, estimate)
     return symptoms + (cause or parameter_warnings(problem, estimate))
+
+
+def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
+    """Warnings of configured quantities that the record places outside their stated accuracy."""
+    result: list[str] = []
+    distances, weights = problem.prior_terms(problem.inner(estimate.values))
+    for name, distance, weight in zip(problem.names, distances, weights, strict=True):
+        if weight > 0 and abs(distance) > OUTSIDE * problem.priors[name].deviation:
+            factor, configured = QUANTITIES[name].factor, si_value(name, problem.priors[name].centre)
+            numbers = factor * estimate.values[name], factor * configured
+            known = "the record knows it better than the configuration, whose accuracy it contradicts"
+            result.append(f"{PARAMETERS[name].explanation.format(*numbers)}: {known}")
+    return result
+
+
+def doubtful(split: Sequence[Residual], remainder: Mapping[str, float], factor: float = 1.0) -> bool:
+    """Whether residuals that are not noise may move a parameter by more than `factor` times `TOLERATED`."""
+    seen = any(residual.coloured > SEEN * residual.noise for residual in split)
+    return seen and any(remainder.get(name, 0.0) > factor * most for name, most in TOLERATED.items())
+
+
+def remainder_warning(problem: Problem, estimate: Estimate, split: Sequence[Residual]) -> str:
+    """Warning of residuals of the full order that are not noise: their size, place and effect."""
+
+    def both(field: str) -> str:
+        return " and ".join(f"{getattr(residual, field) / 1e3:.2g}" for residual in split)
+
+    moved = [
+        f"{QUANTITIES[name].heading} by {100 * np.expm1(estimate.remainder[name]):.0f} %"
+        for name in TOLERATED
+        if name in estimate.remainder
+    ]
+    effect = f"this moves {', '.join(moved)}, or more"
+    if doubtful(split, estimate.remainder, DISTRUST):
+        effect = "do not trust these parameters"
+    return (
+        f"P_A and P_B: full is off by {both('rms')} kPa rms, of which {both('coloured')} kPa are not noise"
+        f" (sensors: {both('noise')} kPa){place_of_misfit(problem, estimate)}: rig, record or configuration"
+        f" is not as assumed; {effect}"
+    )
+
+
+def place_of_misfit(problem: Problem, estimate: Estimate) -> str:
+    """Where most of the residual that is not noise is, if it is at a place that takes little of the time."""
+    signals, samples = problem.signals, problem.signals.P.shape[1]
+    length = max(1, round(BLOCK / signals.period))
+    residual = signals.P - estimate.pressure[:, :samples]
+    power = np.mean(block_means(residual, length) ** 2, axis=0)
+    u = np.append(signals.u[:: signals.stride, 0], signals.u[-1, -1])
+    x = np.append(signals.motion[:: signals.stride, 0, 0], signals.motion[-1, -1, 0])
+    half, around = problem.plant.cylinder.stroke / 2, max(1, round(AROUND / signals.period))
+    reversal = np.append(np.sign(u[1:]) != np.sign(u[:-1]), False)
+    highest, u_max = float(np.max(signals.P)), problem.plant.valve.u_max
+    places = {
+        f"within {1e3 * AROUND:g} ms of a reversal of u": _near(reversal, around),
+        f"within {1e3 * AROUND:g} ms of a stop": _near(np.abs(x) > (1 - AT_STOP) * half, around),
+        f"where u is below {100 * SMALL:g} % of its limit": np.abs(u) < SMALL * u_max,
+        f"above {0.8 * highest / 1e3:.3g} kPa": (0.8 * highest < signals.P).any(axis=0),
+    }
+    best, text = MOSTLY, ""
+    for name, at in places.items():
+        fraction = block_means(at.astype(float), length)
+        part, time = float(np.sum(power * fraction) / np.sum(power)), float(np.mean(fraction))
+        if part > best and part > CONCENTRATED * time:
+            best, text = part, f", {100 * part:.0f} % of it {name} ({100 * time:.0f} % of the time)"
+    return text
+
+
+def _near(events: np.ndarray, samples: int) -> np.ndarray:
+    """Whether an event is at most so many samples before."""
+    return np.convolve(events, np.ones(samples + 1))[: len(events)] > 0
 
 
 def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[str]:
@@ -50,8 +136,7 @@ def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
     """The one of `CAUSES` that, fitted too, explains most of a full-order fit's residuals, if any does."""
     before = float(np.sqrt(np.mean([residual.rms**2 for residual in split])))
     best, warning = EXPLAINED * before, []
-    known = problem.also if problem.signals.P_s is None else (*problem.also, "P_s")
-    for cause in (name for name in CAUSES if name not in known):
+    for cause in (name for name in CAUSES if name not in problem.also):
         trial = problem._replace(noisy=None, also=(*problem.also, cause))
         fitted = fit(trial, tolerance=1e-3, most=STEPS)
         after = problem.plant.conditions.P_s * float(np.sqrt(np.mean(fitted.residual**2)))

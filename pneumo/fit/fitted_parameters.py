@@ -1,8 +1,9 @@
 """Table of the parameters of `pneumo fit`: one row each, for the fit, warnings, tables, files, help and docs.
 
-A row of the group "cause" is something that a user may have configured or connected wrongly. A cause that
-starts at a field of the plant replaces that field in the replay; the exception are the offsets of the
-pressure sensors, which `fit_problem.offsets` adds. The table imports no numerics: help texts read it too.
+A row of the group "configured" is known within a stated accuracy, and is fitted within it. A row of the group
+"cause" is something that a user may have configured or connected wrongly. Rows of both that start at a field
+of the plant replace that field in the replay; the exception are the offsets of the pressure sensors, which
+`fit_problem.offsets` adds. The table imports no numerics: help texts read it too.
 """
 
 from typing import Literal, NamedTuple
@@ -35,7 +36,9 @@ class Parameter(NamedTuple):
 
     quantity: Quantity
     search: Search
-    group: Literal["index", "wall", "flow", "dead volume", "start", "valve", "first temperature", "cause"]
+    group: Literal[
+        "index", "wall", "flow", "dead volume", "start", "valve", "first temperature", "configured", "cause"
+    ]
     key: str = ""  # of the configuration, below its section
     explanation: str = ""  # of a cause: sentence with its value and the configured one, in `shown_unit`
 
@@ -95,21 +98,29 @@ PARAMETERS: dict[str, Parameter] = {
         )
         for c in "AB"
     },
-    # Fitted only where `Problem.also` names them.
+    # Fitted within the configuration's accuracy, or freely where `Problem.also` names them.
+    "b": Parameter(
+        Quantity("the critical pressure ratio", "b", "1"),
+        Search(0.02, 0.8, "gas.critical_ratio", logarithmic=False),
+        "configured",
+        key="cylinders.valve.b",
+        explanation="a critical pressure ratio b of {:.3g} (configured: {:.3g})",
+    ),
     "P_s": Parameter(
         Quantity("the supply pressure", "supply", "Pa", "kPa", 1e-3),
         Search(0.5, 2.0, "conditions.P_s", times="conditions.P_s"),
-        "cause",
+        "configured",
         key="supply.P_s_Pa",
         explanation="a supply of {:.4g} kPa (configured: {:.4g})",
     ),
     "exhaust": Parameter(
         Quantity("the exhaust path", "exhaust over supply path", "1"),
         Search(0.2, 5.0, "valve.exhaust"),
-        "cause",
+        "configured",
         key="cylinders.valve.exhaust_ratio",
         explanation="an exhaust path of {:.3g} times the area of the supply's (configured: {:.3g})",
     ),
+    # Fitted only where `Problem.also` names them.
     "A_B": Parameter(
         Quantity("the piston area of B", "piston area of B", "m2", "mm²", 1e6),
         Search(0.5, 2.0, "cylinder.A_B", times="cylinder.A_B"),
@@ -134,9 +145,18 @@ def of_group(*groups: str) -> tuple[str, ...]:
 
 
 CAUSES = of_group("cause")
+CONFIGURED = of_group("configured")
+ALSO = (*CONFIGURED, *CAUSES)
 VALVE = of_group("valve")
 STARTS = of_group("start", "first temperature")
-REPORTED = tuple(name for name in PARAMETERS if name not in (*STARTS, *CAUSES))
+REPORTED = tuple(name for name in PARAMETERS if name not in (*STARTS, *ALSO))
+
+# Quantities that are configured and not fitted; `configured_quantities` has the problem with each changed.
+UNFITTED = (
+    *("the bore", "the stroke", "the zero of x", "the scale of x", "T_amb", "T_in", "P_atm"),
+    *("the gain of P_A", "the gain of P_B", "the gain of P_s"),
+)
+SHIFTING = (*UNFITTED, *(PARAMETERS[name].quantity.name for name in CONFIGURED))
 
 # Found in fits of closed chambers besides n, k_0 and the dead volumes.
 OF_CLOSED_CHAMBERS = {

@@ -4,6 +4,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.optimize import least_squares
 
 from pneumo.errors import InputError
@@ -12,6 +13,9 @@ from pneumo.fit.fit_problem import Problem, pressure_and_jacobian
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
 SETTLED = 0.03  # change of the sum of squares, over the variance of a residual, that is negligible
 ROUNDS = 8
+SPIKE = 3.0  # of a derivative's usual maximum, by which it may differ from the median of its neighbours
+USUAL_MAXIMUM = 99  # percentile of a derivative's magnitude
+NEIGHBOURS = 5  # samples of that median
 FLAT = 1e-2  # curvature over the largest, below which a direction is flat and left out of the first guess
 
 
@@ -28,6 +32,19 @@ class Fit(NamedTuple):
     slope: np.ndarray  # minus half its gradient
     curvature: np.ndarray  # half its second derivative (Gauss and Newton's)
     scatter: np.ndarray  # covariance of the slope due to noise in the position, by (parameter, parameter)
+    prior: np.ndarray  # weights of the squared distances from the priors, by parameter; part of the sum
+
+
+def without_spikes(J: np.ndarray) -> np.ndarray:
+    """Derivative by (motion, chamber, samples, parameter), limited about that of motions and neighbours.
+
+    Where a chamber meets its port's pressure eq (1) has no slope, and the derivative of one sample may be
+    larger than that of all others together.
+    """
+    middle = np.median(J, axis=0)
+    limit = SPIKE * np.percentile(np.abs(middle), USUAL_MAXIMUM, axis=1, keepdims=True)
+    usual = median_filter(middle, size=(1, NEIGHBOURS, 1))
+    return np.clip(J, usual - limit, usual + limit)
 
 
 def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
@@ -43,6 +60,7 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     which a first-order covariance of the pressure alone misses.
     """
     P, J = pressure_and_jacobian(problem, theta)
+    J = without_spikes(J)
     count, number = len(theta), len(P) - 1
     pressure, jacobian = P[0], J[0]
     excess, excess_slope, excess_curvature = 0.0, np.zeros(count), np.zeros((count, count))
@@ -62,15 +80,18 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     J = jacobian.reshape(-1, count)
     squares = float(np.sum(residual**2)) - (excess if np.isfinite(excess) else 0.0)
     slope = J.T @ residual.ravel() + excess_slope
-    return Fit(theta, residual, jacobian, squares, slope, J.T @ J - excess_curvature, scatter)
+    distance, prior = problem.prior_terms(theta)
+    squares, slope = squares + float(prior @ distance**2), slope - prior * distance
+    curvature = J.T @ J - excess_curvature + np.diag(prior)
+    return Fit(theta, residual, jacobian, squares, slope, curvature, scatter, prior)
 
 
-def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
+def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.ndarray | None = None) -> Fit:
     """Fit a model: plain least squares first, then corrected for noise in the position.
 
-    Plain least squares ends after `most` evaluations, or where the sum of squares or the parameters change
-    by less than `tolerance`, relative. `InputError` if the valve leaks or is partly laminar, which the replay
-    of a fit does not model.
+    The search begins at `start`, on its own scale, or at `Problem.guess`. Plain least squares ends after
+    `most` evaluations, or where the sum of squares or the parameters change by less than `tolerance`,
+    relative. `InputError` if the valve leaks or is partly laminar, which the replay of a fit does not model.
     """
     valve = problem.plant.valve
     if problem.signals.flow is None and (valve.leak or valve.laminar):
@@ -84,10 +105,18 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40) -> Fit:
     def at(*theta: float) -> Fit:
         return evaluate(plain, np.array(theta))
 
+    def residual(theta: np.ndarray) -> np.ndarray:
+        distance, prior = problem.prior_terms(theta)
+        return np.append(at(*theta).residual, np.sqrt(prior) * distance)
+
+    def slopes(theta: np.ndarray) -> np.ndarray:
+        prior = problem.prior_terms(theta)[1]
+        return np.append(-at(*theta).jacobian.reshape(-1, len(theta)), np.diag(np.sqrt(prior)), axis=0)
+
     optimum = least_squares(
-        lambda theta: at(*theta).residual.ravel(),
-        problem.guess(),
-        jac=lambda theta: -at(*theta).jacobian.reshape(-1, len(theta)),  # type: ignore[arg-type]
+        residual,
+        problem.guess() if start is None else start,
+        jac=slopes,  # type: ignore[arg-type]
         bounds=problem.bounds(),
         x_scale="jac",
         ftol=tolerance,
@@ -115,7 +144,7 @@ def descend(
         if fixed is not None:
             free[fixed] = False
         J = best.jacobian.reshape(-1, len(slope))[:, free]
-        scale = np.sqrt(np.maximum(np.sum(J**2, axis=0), np.finfo(float).tiny))
+        scale = np.sqrt(np.maximum(np.sum(J**2, axis=0) + best.prior[free], np.finfo(float).tiny))
         size, axes = np.linalg.eigh(best.curvature[np.ix_(free, free)] / np.outer(scale, scale))
         # In a direction without positive curvature, damping alone limits the step.
         move = axes @ ((axes.T @ (slope[free] / scale)) / (np.maximum(size, 0.0) + damping)) / scale
@@ -145,7 +174,7 @@ def fit_with_one_fixed(
     if start is None:
         H, move = best.curvature, value - best.theta[index]
         J = best.jacobian.reshape(-1, len(H))
-        scale = np.sqrt(np.diag(J.T @ J))[others]
+        scale = np.sqrt(np.diag(J.T @ J) + best.prior)[others]
         size, axes = np.linalg.eigh(H[np.ix_(others, others)] / np.outer(scale, scale))
         kept = np.where(size > FLAT * size.max(), size, np.inf)
         start = best.theta.copy()

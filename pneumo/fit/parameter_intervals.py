@@ -48,6 +48,17 @@ def correlations(residual: np.ndarray) -> np.ndarray:
     return np.array(full)[:, :, samples - 1 - L : samples + L] / samples * taper
 
 
+def residual_scatter(fit: Fit) -> np.ndarray:
+    """Covariance of the slope due to the residual, from its correlations: J' Gamma J."""
+    J, gamma = fit.jacobian, correlations(fit.residual)
+    terms = [
+        J[a].T @ fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
+        for a in range(2)
+        for b in range(2)
+    ]
+    return np.sum(terms, axis=0)
+
+
 def covariances(fit: Fit, model_error: float = 0.0) -> np.ndarray:
     """Two covariances of the parameters on the scale of the search, shape (2, parameter, parameter).
 
@@ -60,17 +71,22 @@ def covariances(fit: Fit, model_error: float = 0.0) -> np.ndarray:
     flat_J = J.reshape(-1, J.shape[2])
     # Correlated errors change little from sample to sample: differences are those of white noise.
     white = np.mean(np.diff(fit.residual, axis=1) ** 2) / 2
-    gamma = correlations(fit.residual)
-    middle = sum(
-        J[a].T @ fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
-        for a in range(2)
-        for b in range(2)
+    # The error of a prior's centre moves the slope by its weight.
+    inner = np.array([fit.scatter + white * flat_J.T @ flat_J, residual_scatter(fit)]) + white * np.diag(
+        fit.prior
     )
-    inner = np.array([fit.scatter + white * flat_J.T @ flat_J, middle])
-    seen = np.sqrt(np.sum(flat_J**2, axis=0))
+    seen = np.sqrt(np.sum(flat_J**2, axis=0) + fit.prior)
     # The record does not determine a parameter that changes nothing: infinite variance.
     of_model = model_error / HALF_WIDTH**2 * inverse
     return inverse @ inner @ inverse + of_model + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, UNKNOWN))
+
+
+def remainder_shifts(fit: Fit) -> np.ndarray:
+    """Half-widths by which coloured residuals may have moved the parameters, on the scale of the search."""
+    J, inverse = fit.jacobian.reshape(-1, len(fit.theta)), inverse_curvature(fit)
+    white = np.mean(np.diff(fit.residual, axis=1) ** 2) / 2
+    added = inverse @ (residual_scatter(fit) - white * J.T @ J) @ inverse
+    return HALF_WIDTH * np.sqrt(np.maximum(np.diag(added), 0.0))
 
 
 def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
@@ -85,11 +101,23 @@ def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
 
 def inverse_curvature(fit: Fit) -> np.ndarray:
     """Inverse of the curvature, shape (parameter, parameter), with flat directions at `SMALLEST`."""
-    J = fit.jacobian.reshape(-1, len(fit.theta))
-    scale = np.sqrt(np.sum(J**2, axis=0))
-    scale = np.maximum(scale, UNSEEN * scale.max())
-    size, axes = np.linalg.eigh(fit.curvature / np.outer(scale, scale))
+    size, axes, scale = principal_curvatures(fit)
+    if size.min() <= 0:
+        size, axes, scale = principal_curvatures(fit._replace(curvature=plain_curvature(fit)))
     return (axes / np.maximum(size, SMALLEST * size.max())) @ axes.T / np.outer(scale, scale)
+
+
+def plain_curvature(fit: Fit) -> np.ndarray:
+    """Curvature without the correction for noise in the position, which is never negative."""
+    J = fit.jacobian.reshape(-1, len(fit.theta))
+    return J.T @ J + np.diag(fit.prior)
+
+
+def principal_curvatures(fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Eigenvalues and eigenvectors of the curvature in the parameters' natural units, and these units."""
+    scale = np.sqrt(np.diag(plain_curvature(fit)))
+    scale = np.maximum(scale, UNSEEN * scale.max())
+    return *np.linalg.eigh(fit.curvature / np.outer(scale, scale)), scale
 
 
 def parameter_interval(

@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumo.fit.fit_problem import Problem, replayed_pressures
-from pneumo.fit.stage_signals import smoothing
 
 BLOCK = 0.02  # s, over which white noise averages out
 COLOURED = 0.4  # rms of the coloured part over the sensor's noise, above which noise does not explain it
+THIRD_DIFFERENCE = 0.6745 * 20**0.5  # median size of third differences of white noise with variance 1
+QUANTISED = 0.5  # distinct values over samples, below which a signal was quantised
 FAR = 1.0  # the same, above which intervals mean nothing
 
 
@@ -28,6 +29,29 @@ class Residual(NamedTuple):
     def far_from_noise(self) -> bool:
         """Whether it is so large that no interval would mean anything."""
         return self.coloured > FAR * self.noise
+
+
+def sensor_noise(P: np.ndarray, residual: np.ndarray) -> float:
+    """Standard deviation of the noise of both pressures P, Pa, from their residuals, by (chamber, sample)."""
+    return float(np.sqrt(np.mean([noise_of(*pair) ** 2 for pair in zip(P, residual, strict=True)])))
+
+
+def noise_of(P: np.ndarray, residual: np.ndarray) -> float:
+    """Standard deviation of the noise of one pressure, Pa, from its residual.
+
+    White noise from the median of third differences, which neither slow errors nor those of single moments
+    change; not less than that of the steps in which P was quantised.
+    """
+    white = float(np.median(np.abs(np.diff(residual, n=3)))) / THIRD_DIFFERENCE
+    return max(white, quantum(P) / 12**0.5)
+
+
+def quantum(P: np.ndarray) -> float:
+    """Step in which a signal was quantised; 0 where none shows."""
+    levels = np.unique(P)
+    if len(levels) > QUANTISED * len(P) or len(levels) < 2:
+        return 0.0
+    return float(np.median(np.diff(levels)))
 
 
 def block_means(signal: np.ndarray, length: int) -> np.ndarray:
@@ -59,8 +83,10 @@ def split_residuals(P: np.ndarray, residual: np.ndarray, period: float, noisy: n
         spread = np.nan_to_num(np.mean(block_means(noisy - noisy.mean(axis=0), length) ** 2, axis=(0, 2)))
     result: list[Residual] = []
     for side in range(len(P)):
-        _, noise = smoothing(P[side], period)
-        excess = float(np.mean(block_means(residual[side], length) ** 2)) - noise**2 / length - spread[side]
+        noise, steps = noise_of(P[side], residual[side]), quantum(P[side]) ** 2 / 12
+        # Steps do not average out where a pressure is constant.
+        excess = float(np.mean(block_means(residual[side], length) ** 2)) - spread[side]
+        excess -= max(noise**2 / length, steps)
         rms = float(np.sqrt(np.mean(residual[side] ** 2)))
         result.append(Residual(rms, float(np.sqrt(max(excess, 0.0))), noise))
     return result

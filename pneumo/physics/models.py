@@ -11,6 +11,7 @@ import numpy as np
 from pneumo.physics.chamber import dP_dt, wall_conductance, wall_heat
 
 Index = Literal["n", "gamma"] | float
+Wall = Literal["none", "k_0", "lambda_0 A_q", "lambda A_q"]
 
 
 class Model(NamedTuple):
@@ -23,7 +24,7 @@ class Model(NamedTuple):
     temperature: Literal["constant", "polytropic"]  #: T = T_0 or eq (6)
     mixing: bool  #: whether inflow enters at T_in (mixing) or at the chamber's T
     #: Explicit wall heat by eq (13), eq (11) or eq (7), or none.
-    wall: Literal["none", "k_0", "lambda_0 A_q", "lambda A_q"]
+    wall: Wall
 
     @property
     def has_n(self) -> bool:

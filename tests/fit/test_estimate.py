@@ -132,7 +132,9 @@ def test_interval_contains_the_truth_and_is_open_where_the_record_is_blind(known
 def test_ends_of_a_profile_are_found_however_it_bends(deviance, monkeypatch):
     """The best is on the lower bound, as k_0 often is; 1 is what an interval allows."""
     allowed, theta = 4 * HALF_WIDTH**2, np.array([-5.0])
-    flat = Fit(theta, np.zeros((2, 1)), np.full((2, 1, 1), 0.5**0.5), 7.0, theta, np.eye(1), np.eye(1))
+    flat = Fit(
+        theta, np.zeros((2, 1)), np.full((2, 1, 1), 0.5**0.5), 7.0, theta, np.eye(1), np.eye(1), np.zeros(1)
+    )
     problem = SimpleNamespace(bounds=lambda: np.array([[-5.0], [3.0]]))
 
     def fixed(_problem, fit, _index, value, _start, _negligible):

@@ -14,7 +14,7 @@ from pneumo.fit.estimate import estimate, fit_measurement, split_of
 from pneumo.fit.fit_problem import FULL, Problem
 from pneumo.fit.fit_result import Estimate, equally_good
 from pneumo.fit.fit_warnings import disagreements, fit_warnings, parameter_warnings
-from pneumo.fit.fitted_parameters import CAUSES, REPORTED
+from pneumo.fit.fitted_parameters import ALSO, REPORTED
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import block_means
@@ -82,10 +82,10 @@ MISTAKES = [(supply_too_high, r"supply of 70\d"), (without_rod, r"area of 691\.\
 @pytest.mark.slow
 @pytest.mark.parametrize(("wrong", "said"), MISTAKES)
 def test_a_wrong_configuration_is_named_with_the_number_that_would_explain_the_record(plant, wrong, said):
-    problem, found = fitted(signals_of(RIG, plant), wrong(plant))
-    *symptoms, cause = fit_warnings(problem, found)
-    assert symptoms and all("noise" in text for text in symptoms)
-    assert re.search(said, cause)
+    c = bench_record(RIG, np.random.default_rng(3), SECONDS)
+    measurement = Measurement("m", 1e-3, c["u"], c["x"], np.array([c["P_A"], c["P_B"]]))
+    found = fit_measurement(measurement, wrong(plant), [])
+    assert re.search(said, found.warnings[-1])
 
 
 def test_bounds_vague_intervals_and_unlikely_values_are_doubted(sound):
@@ -152,16 +152,13 @@ def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
     found = fit_measurement(measurement, plant, ["M8"], also=also)
     assert found.warnings == ()
     truth = {"exhaust": 0.75, "offset_A": 8e3, "k_0": RIG.k_0, "V_d_A": RIG.V_A}
-    assert_near(truth, found.estimates("full"))
+    assert_near(truth, found.estimates("full"), 0.3)
     # M8 has the exhaust and the sensor as they were found, and so only its own error.
     plain = fit_measurement(measurement, plant, ["M8"])
-    assert any("--also" in text for text in plain.warnings)
-    held_out = [fit.data["rms_held_out"].sel(model="M8") for fit in (found, plain)]
-    off, before = (float(np.sqrt(np.mean(rms**2))) for rms in held_out)
-    assert off < 0.7 * before
+    assert any(re.search(r"exhaust path of 0\.7", text) for text in plain.warnings)
     residual = (found.data["P"] - found.data["pressure"].sel(model="M8")).mean("t")
     assert abs(residual).max() < 8e3 / 2  # Pa: what M8 lacks, but not the offset
-    with pytest.raises(InputError, match=f"^--also u: must be one of {', '.join(CAUSES)}$"):
+    with pytest.raises(InputError, match=f"^--also u: must be one of {', '.join(ALSO)}$"):
         fit_measurement(measurement, plant, ["M8"], also=("u",))
     with pytest.raises(InputError, match=r"^--also exhaust: needs the fit of the full order"):
         leaky = plant._replace(valve=plant.valve._replace(leak=1e-9))

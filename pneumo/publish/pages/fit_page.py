@@ -4,7 +4,14 @@ from pneumo.fit.fit_result import ClosedChambersResult, FitResult
 from pneumo.publish.figures.fit_figures import held_out_figure, residual_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
-from pneumo.publish.text.terminal_tables import fit_heads, fit_rows, valve_text, wall_text
+from pneumo.publish.text.terminal_tables import (
+    RIG_HEADS,
+    fit_heads,
+    fit_rows,
+    rig_rows,
+    valve_text,
+    wall_text,
+)
 
 
 def fit_page(fit: FitResult, name: str) -> str:
@@ -16,6 +23,8 @@ def fit_page(fit: FitResult, name: str) -> str:
         headings=fit_heads(fit),
         closed=closed,
         rows=fit_rows(fit),
+        rig=rig_rows(fit),
+        rig_headings=RIG_HEADS,
         samples=fit.data.sizes["t"],
         duration=f"{fit.data['t'].values[-1]:.4g}",
         held_out_from=f"{fit.held_out_from:.4g}",

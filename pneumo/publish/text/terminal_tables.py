@@ -12,7 +12,7 @@ from rich.table import Table
 from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.random_cylinders.dimensionless_groups import known_groups
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
-from pneumo.fit.fitted_parameters import CAUSES, FULL_ORDER, QUANTITIES, VALVE
+from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, VALVE
 from pneumo.papers.paper_2006.inferred_cells import inferred_cells, rms_of_inferred
 from pneumo.publish.labels import AVERAGES, SAMPLING, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
@@ -124,7 +124,7 @@ def fitted_quantities(fit: FitResult) -> dict[str, tuple[str, str, float]]:
 
     The valve is shown as it was configured: k_x k_u or C.
     """
-    names = [name for name in fit.data["parameter"].values if name not in (*VALVE, *CAUSES)]
+    names = [name for name in fit.data["parameter"].values if name not in (*VALVE, *ALSO)]
     looks = {name: (q.heading, q.shown_unit, q.factor) for name in names for q in [QUANTITIES[name]]}
     if "k_xu" in looks and fit.C_per_k_xu is not None:
         looks["k_xu"] = ("C", "dm³/(s bar)", fit.C_per_k_xu)
@@ -153,15 +153,46 @@ def fit_rows(fit: FitResult) -> list[list[str]]:
     return rows
 
 
+RIG_TITLE = "The rig, by the full order; the interval allows for what is configured within its accuracy"
+RIG_HEADS = ("of the rig", "95 % interval", "configuration moves it by", "mostly")
+
+
+def rig_rows(fit: FitResult) -> list[list[str]]:
+    """Cells by `RIG_HEADS` of the full order's parameters: how far configured quantities may move each."""
+    if "moved_by" not in fit.data or FULL_ORDER not in fit.models:
+        return []
+    rows: list[list[str]] = []
+    looks = fitted_quantities(fit) | {
+        name: (QUANTITIES[name].heading, QUANTITIES[name].shown_unit, QUANTITIES[name].factor)
+        for name in CONFIGURED
+        if name in fit.data["parameter"]
+    }
+    for name, (heading, unit, factor) in looks.items():
+        cell = fit.data.sel(model=FULL_ORDER, parameter=name)
+        interval = Interval(*(factor * cell[key].item() for key in ("estimate", "low", "high")))
+        moved = factor * cell["moved_by"].values
+        if not np.isfinite(interval.value) or not np.isfinite(moved).all():
+            continue
+        largest = str(cell["quantity"].values[np.argmax(np.abs(moved))])
+        value = f"{significant(interval.value)} ({interval.ends_text('.4g')})"
+        rows.append(
+            [f"{heading} ({unit})" if unit else heading, value, f"± {np.sqrt(moved @ moved):.2g}", largest]
+        )
+    return rows
+
+
 def fit_tables(fit: FitResult) -> list[Table]:
-    """Ranking with n and k_0, then valve and dead volumes, with 95 per cent intervals: 80 columns each."""
+    """Ranking with n and k_0, then valve and dead volumes, with 95 per cent intervals: 80 columns each.
+
+    Then, where the full order was fitted, how far configured quantities move its parameters.
+    """
     if isinstance(fit, ClosedChambersResult):
         return closed_tables(fit)
     heads, rows = [head.removeprefix("rms ").replace(" (", "\n(") for head in fit_heads(fit)], fit_rows(fit)
     return [
         _table(title, [heads[i] for i in columns], [[row[i] for i in columns] for row in rows])
         for title, columns in ((RANKED, (0, 1, 2, 3, 4)), ("Valve and dead volumes", (0, 5, 6, 7)))
-    ]
+    ] + [_table(RIG_TITLE, RIG_HEADS, rows) for rows in [rig_rows(fit)] if rows]
 
 
 def closed_tables(fit: FitResult) -> list[Table]:
@@ -193,7 +224,7 @@ def valve_text(fit: FitResult) -> str:
     if FULL_ORDER not in fit.models:
         return ""
     parts: list[str] = []
-    for name in (name for name in (*VALVE, *CAUSES) if name in fit.data["parameter"]):
+    for name in (name for name in (*VALVE, *ALSO) if name in fit.data["parameter"]):
         quantity, cell = QUANTITIES[name], fit.data.sel(model=FULL_ORDER, parameter=name)
         interval = Interval(*(quantity.factor * cell[key].item() for key in ("estimate", "low", "high")))
         form, unit = ".2g" if name in VALVE else ".4g", quantity.shown_unit

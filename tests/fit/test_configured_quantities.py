@@ -1,0 +1,122 @@
+"""Quantities configured a little wrong are fitted within their accuracy, or widen the intervals."""
+
+import numpy as np
+import pytest
+
+from benchmarks.bench_rig import bench_record, purpose_rig
+from benchmarks.fit_bench import believed_plant
+from pneumo.configuration.parameters import accuracy
+from pneumo.fit.configured_quantities import CHANGED, shifts
+from pneumo.fit.estimate import estimate, fit_measurement, split_of
+from pneumo.fit.fit_problem import FULL, Problem, priors
+from pneumo.fit.fitted_parameters import SHIFTING
+from pneumo.fit.least_squares import fit, without_spikes
+from pneumo.fit.parameter_intervals import inverse_curvature
+from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.residuals import quantum, sensor_noise
+from pneumo.fit.stage_signals import stage_signals
+
+pytestmark = pytest.mark.xdist_group("fit doubts")  # its fixtures take seconds
+RIG, SECONDS = purpose_rig(), 5.0
+
+
+@pytest.fixture(scope="module")
+def columns():
+    return bench_record(RIG, np.random.default_rng(3), SECONDS)
+
+
+def plant_of(rig, tmp_path_factory):
+    return believed_plant(rig, tmp_path_factory.mktemp("rig"))
+
+
+@pytest.fixture(scope="module")
+def problem(columns, tmp_path_factory):
+    plant = plant_of(RIG, tmp_path_factory)
+    P = np.array([columns["P_A"], columns["P_B"]])
+    record = stage_signals(1e-3, columns["u"], columns["x"], P, plant)
+    first = record.part(0, split_of(record))
+    return Problem(FULL, plant, first, {}, priors=priors(plant, first, accuracy(), 1e3))
+
+
+@pytest.fixture(scope="module")
+def optimum(problem):
+    return fit(problem, tolerance=1e-8)
+
+
+def test_b_exhaust_and_supply_that_are_configured_a_little_wrong_are_fitted(columns, tmp_path_factory):
+    believed = RIG._replace(b=RIG.b + 0.05, P_s=0.995 * RIG.P_s, C=1.1 * RIG.C)
+    plant = plant_of(believed, tmp_path_factory)
+    P = np.array([columns["P_A"], columns["P_B"]])
+    found = fit_measurement(Measurement("m", 1e-3, columns["u"], columns["x"], P), plant, [])
+    assert found.warnings == ()
+    full = found.estimates("full")
+    # Before, an error of b of 0.005 alone was 40 % of k_0.
+    assert full["k_0"].value == pytest.approx(RIG.k_0, rel=0.1)
+    assert full["b"].value == pytest.approx(RIG.b, abs=0.02)
+    assert full["P_s"].value == pytest.approx(RIG.P_s, rel=1e-3)
+    assert full["exhaust"].value == pytest.approx(1.0, abs=0.02)
+    truth = {"k_0": RIG.k_0, "b": RIG.b, "P_s": RIG.P_s, "exhaust": 1.0, "V_d_A": RIG.V_A, "V_d_B": RIG.V_B}
+    for name, value in truth.items():
+        assert full[name].low < value < full[name].high, name
+
+
+@pytest.mark.parametrize("quantity", ["the zero of x", "T_amb", "P_atm"])
+def test_shifts_are_those_of_a_fit_with_the_quantity_changed(problem, optimum, quantity):
+    # A tenth of the accuracy: 3 K of T_amb are too much for the first order.
+    known = type(accuracy())(*(0.1 * limit for limit in accuracy()))
+    moved = shifts(problem, optimum.theta, optimum.jacobian, inverse_curvature(optimum), known)
+    row = SHIFTING.index(quantity)
+    changed = CHANGED[quantity](problem, known)
+    again = fit(changed, tolerance=1e-8, start=optimum.theta)
+    expected = again.theta - optimum.theta
+    for name in ("k_0", "k_xu", "V_d_A", "V_d_B"):
+        i = problem.names.index(name)
+        # The search ends where the sum of squares changes by 1e-8: 2e-4 of k_0, the least known.
+        assert moved[row, i] == pytest.approx(expected[i], rel=0.2, abs=2e-4), name
+
+
+def test_a_wrong_zero_of_x_is_a_dead_volume(problem, optimum):
+    moved = shifts(problem, optimum.theta, optimum.jacobian, inverse_curvature(optimum), accuracy())
+    volume = problem.plant.cylinder.A_A * accuracy().x_zero
+    V_d = problem.values(optimum.theta)["V_d_A"]
+    shift = moved[SHIFTING.index("the zero of x"), problem.names.index("V_d_A")]
+    assert shift * V_d == pytest.approx(-volume, rel=0.05)  # the wall's area changes too
+
+
+def test_intervals_allow_for_what_is_configured(problem):
+    split = {"part": 0.6, "prior": problem.priors}
+    narrow, wide = (
+        estimate(FULL, problem.plant, problem.signals, noisy=None, known=known, **split)
+        for known in (None, accuracy())
+    )
+    width = {name: [e.high[name] - e.low[name] for e in (narrow, wide)] for name in ("V_d_A", "V_d_B")}
+    volume = 2 * problem.plant.cylinder.A_A * accuracy().x_zero  # both ends
+    for before, after in width.values():
+        assert after > before and after > 0.8 * volume  # the zero of x alone, of the smaller area of B
+
+
+def test_a_derivative_at_a_port_counts_like_others():
+    J = np.ones((1, 2, 1000, 1))
+    J[0, 0, 500] = 1e4
+    limited = without_spikes(J)
+    assert np.ptp(limited[0, 1]) == 0
+    # Its square was 1e5 times the sum of all others; some ten times the rms is left.
+    assert np.sum(limited[0, 0] ** 2) < 0.02 * np.sum(J[0, 0] ** 2)
+    steady = np.exp(-np.arange(1000) / 20.0)[None, None, :, None]  # of a first pressure
+    np.testing.assert_array_equal(without_spikes(steady), steady)
+
+
+@pytest.mark.parametrize("every", [1, 2, 5, 10])
+def test_noise_is_that_of_the_sensor_at_every_rate(problem, optimum, every):
+    residual = optimum.residual[:, ::every] * problem.plant.conditions.P_s
+    noise = sensor_noise(problem.signals.P[:, ::every], residual)
+    assert noise == pytest.approx(1e3, rel=0.15)  # 300 samples of 10 ms give the median within 7 %
+
+
+def test_a_quantised_signal_has_the_noise_of_its_steps():
+    t = np.arange(2000) / 1e3
+    P = 4e5 + 1e5 * np.sin(3 * t)
+    rounded = np.round(P / 244.0) * 244.0
+    assert quantum(rounded) == pytest.approx(244.0) and quantum(P) == 0
+    noise = sensor_noise(np.array([rounded, rounded]), np.array([rounded - P] * 2))
+    assert noise == pytest.approx(244.0 / 12**0.5, rel=0.5)
