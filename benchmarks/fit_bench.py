@@ -16,6 +16,7 @@ Rules, fixed before any result was seen:
 
 import argparse
 import json
+import re
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,7 +28,16 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from benchmarks.bench_rig import P_ATM, U_MAX, Rig, bench_record, drawn_rig, purpose_rig
+from benchmarks.bench_rig import (
+    P_ATM,
+    POSITION_NOISE,
+    PRESSURE_NOISE,
+    U_MAX,
+    Rig,
+    bench_record,
+    drawn_rig,
+    purpose_rig,
+)
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy, load, study
 from pneumo.errors import InputError
@@ -49,6 +59,7 @@ FULL_SCALE = 1.6e6  # Pa, of the pressure sensors
 LIMITS = 1.96  # limits of what is stated, in standard deviations
 MODELS: tuple[str, ...] = ()  # beside the full order
 FIRST_SEED = 5_000  # the warnings' limits were chosen on lower ones
+VERDICTS = ("right", "tied", "none", "wrong")
 Columns = dict[str, np.ndarray]
 
 
@@ -62,6 +73,9 @@ class Disturbance(NamedTuple):
     duration: float = DURATION
     supply: bool = False  # whether the supply pressure is logged
     cause: str = ""  # name of the cause that a warning should have
+    rate: float = USUAL_RATE  # Hz
+    bits: int = 0  # of the pressures, of a `SINGLE` case; 0: not quantised
+    noise: float = PRESSURE_NOISE  # Pa
 
 
 def _tubes(rig: Rig, volume: float = 12.6e-6) -> Rig:
@@ -128,6 +142,33 @@ DISTURBANCES = {
 }
 
 
+def _off(**factors: float) -> Callable[[Rig, float], Rig]:
+    """Configured rig with some fields multiplied."""
+    return lambda rig, _sign: rig._replace(**{name: f * getattr(rig, name) for name, f in factors.items()})
+
+
+def _b_off(by: float) -> Callable[[Rig, float], Rig]:
+    return lambda rig, _sign: rig._replace(b=rig.b + by)
+
+
+# One thing off at a time, of the bench of a first user, whose wall has another law than the full order.
+SINGLE = {
+    "exact": Disturbance("configured exactly"),
+    "b005": Disturbance("b too large by 0.005", believed=_b_off(0.005)),
+    "b02": Disturbance("b too large by 0.02", believed=_b_off(0.02)),
+    "b05": Disturbance("b too large by 0.05", believed=_b_off(0.05)),
+    "P_s02": Disturbance("P_s too large by 0.2 %", believed=_off(P_s=1.002)),
+    "x3": DISTURBANCES["scale"],
+    "zero": DISTURBANCES["zero"],
+    "stroke6": Disturbance("stroke too long by 3 %", believed=_off(stroke=1.03)),
+    "rate100": Disturbance("100 Hz, controller too", rate=100.0),
+    "rate200": Disturbance("200 Hz, controller too", rate=200.0),
+    "bits": Disturbance("12 bit, no noise", bits=12, noise=0.0),
+    "good": Disturbance("sensors of 0.1 kPa", noise=100.0),
+    "poor": Disturbance("sensors of 10 kPa", noise=1e4),
+}
+
+
 class Outcome(NamedTuple):
     """Result of the fit of one case."""
 
@@ -151,6 +192,15 @@ class Outcome(NamedTuple):
             for name in self.outside
             if abs(self.found[name][1] / self.found[name][0] - 1) > TOLERANCE[name]
         ]
+
+    @property
+    def named(self) -> str:
+        """How warnings name the cause: right, tied, none or wrong."""
+        names = {*re.findall(r"--also (\w+)", " ".join(self.warnings))}
+        cause = (SINGLE | DISTURBANCES)[self.disturbance].cause
+        if not names:
+            return "none"
+        return "wrong" if cause not in names else "right" if len(names) == 1 else "tied"
 
     @property
     def warned(self) -> bool:
@@ -205,7 +255,7 @@ def believed_plant(
 
 
 def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None = None) -> Outcome:
-    """Outcome of a record that is made and then fitted as `pneumo fit` does."""
+    """Outcome of a record of a random bench that is made and then fitted as `pneumo fit` does."""
     d, rng = DISTURBANCES[disturbance], np.random.default_rng(seed)
     known = accuracy()
     rig = drawn_rig(rng) if rig is None else rig
@@ -214,13 +264,38 @@ def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None =
     guess, supply = imperfect(rig._replace(C=rig.C * rng.uniform(0.85, 1.15)), known, rng)
     believed = d.believed(guess, float(rng.choice([-1.0, 1.0])))
     rig = d.rig(rig)._replace(e_A=e_A, e_PT=e_PT)
-    period = 1 / (rate if disturbance == "none" else USUAL_RATE)
-    columns = bench_record(rig, rng, d.duration, period)
+    columns = bench_record(rig, rng, d.duration, 1 / (rate if disturbance == "none" else d.rate))
     columns = d.logged(imperfect_sensors(columns, known, bits, rng))
+    return fitted_outcome(disturbance, d, seed, models, rig, believed, supply, columns)
+
+
+def judged_alone(case: str, seed: int, models: Sequence[str]) -> Outcome:
+    """Outcome of a record of the first user's bench with one thing off, from `SINGLE`."""
+    d, rng = SINGLE[case], np.random.default_rng(seed)
+    rig = purpose_rig()._replace(e_PT=0.0)
+    columns = bench_record(rig, rng, d.duration, 1 / d.rate, (d.noise, POSITION_NOISE))
+    if d.bits:
+        step = FULL_SCALE / 2**d.bits
+        columns |= {name: np.round(columns[name] / step) * step for name in ("P_A", "P_B")}
+    believed = d.believed(rig._replace(C=1.1 * rig.C), 1.0)
+    return fitted_outcome(case, d, seed, models, rig, believed, {}, d.logged(columns))
+
+
+def fitted_outcome(
+    case: str,
+    d: Disturbance,
+    seed: int,
+    models: Sequence[str],
+    rig: Rig,
+    believed: Rig,
+    supply: Mapping[str, float],
+    columns: Columns,
+) -> Outcome:
+    """Outcome of the fit of a record of a rig whose user believes in another."""
     begun = time.process_time()
 
     def outcome(refused: str, warnings: list[str], found: dict[str, list[float]]) -> Outcome:
-        return Outcome(disturbance, seed, time.process_time() - begun, refused, warnings, found)
+        return Outcome(case, seed, time.process_time() - begun, refused, warnings, found)
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -269,6 +344,7 @@ def summary(outcomes: Iterable[Outcome]) -> pd.DataFrame:
         row["outside"] = sum(bool(o.outside) for o in group)
         row["wrong"] = sum(bool(o.wrong) for o in group)
         row["silent"] = sum(bool(o.wrong) and not o.warned for o in group)
+        row |= {f"cause {verdict}": sum(o.named == verdict for o in group) for verdict in VERDICTS}
         rows[name] = row
     return pd.DataFrame.from_dict(rows, orient="index")
 
@@ -286,24 +362,45 @@ def markdown(outcomes: Sequence[Outcome], models: Sequence[str]) -> str:
         "",
     ]
     heads = ["disturbance", "records", "k_0", "C", "V_d A", "V_d B"]
-    heads += ["refused", "warned", "outside", "wrong", "silent"]
+    heads += [
+        "refused",
+        "warned",
+        "outside",
+        "wrong",
+        "silent",
+        *(f"cause {verdict}" for verdict in VERDICTS),
+    ]
     rows: list[list[str]] = []
     for name, row in table.iterrows():
-        label = DISTURBANCES[str(name)].text if str(name) in DISTURBANCES else str(name)
+        label = (SINGLE | DISTURBANCES)[str(name)].text
         ratios = ["" if np.isnan(row[p]) else f"{row[p]:.2f}" for p in TOLERANCE]
-        counts = [f"{row[c]:.0f}" for c in ("refused", "warned", "outside", "wrong", "silent")]
+        counts = [f"{row[c]:.0f}" for c in heads[6:]]
         rows.append([label, f"{row['records']:.0f}", *ratios, *counts])
     total = f"Wrong in silence: {table['silent'].sum():.0f} of {len(outcomes)}."
     seconds = [o.seconds for o in outcomes if not o.refused]
     if seconds:
         total += f" Processor time of a fit: median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s."
-    lines += [markdown_table(heads, rows), "", total, ""]
+    lines += [markdown_table(heads, rows), "", total, "", coverage_text(outcomes), ""]
     for name in table.index:
         first = next(o for o in outcomes if o.disturbance == name)
         said = [first.refused] if first.refused else first.warnings
-        label = DISTURBANCES[name].text if name in DISTURBANCES else name
+        label = (SINGLE | DISTURBANCES)[str(name)].text
         lines += [f"- {label} (seed {first.seed}): {text}" for text in said or ["nothing said"]]
     return "\n".join(lines) + "\n"
+
+
+def coverage_text(outcomes: Sequence[Outcome]) -> str:
+    """How often intervals held the truth, by parameter, and median errors; without records warned of."""
+    parts: list[str] = []
+    for parameter in TOLERANCE:
+        rows = [o.found[parameter] for o in outcomes if parameter in o.found and not o.warned]
+        held = [low <= truth <= high for truth, _, low, high in rows]
+        errors = [abs(estimate / truth - 1) for truth, estimate, _, _ in rows]
+        if rows:
+            parts.append(
+                f"{parameter} {sum(held)} of {len(held)} (median error {100 * np.median(errors):.1f} %)"
+            )
+    return f"Intervals that hold the truth, of records without a warning: {', '.join(parts)}."
 
 
 def write(outcomes: Sequence[Outcome], models: Sequence[str], folder: Path) -> None:
@@ -328,6 +425,7 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=FIRST_SEED, help=f"of the first record [{FIRST_SEED}]")
     parser.add_argument("--output", type=Path, default=ROOT / "results", help="folder [results]")
+    parser.add_argument("--single", action="store_true", help="one thing off at a time, of one bench")
     chosen = parser.parse_args()
     outcomes: list[Outcome] = []
 
@@ -337,12 +435,20 @@ def main() -> None:
         print(f"{one.disturbance} {one.seed}: {verdict} ({one.seconds:.1f} s)", flush=True)
         write(outcomes, chosen.models, chosen.output)  # keep finished cases
 
+    if chosen.single:
+        for case in SINGLE:
+            add(judged_alone(case, chosen.seed, chosen.models))
+        for one in outcomes:
+            rows = [
+                f"{p} {v[1]:.4g} ({v[2]:.4g} to {v[3]:.4g}), truth {v[0]:.4g}" for p, v in one.found.items()
+            ]
+            print(f"{SINGLE[one.disturbance].text}: {'; '.join(rows)} {one.warnings}")
+        return
     for name in chosen.only or DISTURBANCES:
         for number in range(chosen.undisturbed if name == "none" else chosen.count):
             add(judged(name, chosen.seed + number, chosen.models))
     if not chosen.only:
-        purpose = judged("none", chosen.seed, chosen.models, purpose_rig())
-        add(purpose._replace(disturbance="32 x 200 mm, k_0 = 0.6 W/K"))
+        add(judged("none", chosen.seed, chosen.models, purpose_rig()))
     print(markdown(outcomes, chosen.models))
 
 

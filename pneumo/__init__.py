@@ -6,6 +6,7 @@ if TYPE_CHECKING:
     from pneumo.catalogue import default_conductance as default_conductance
     from pneumo.catalogue import measured_conductances as measured_conductances
     from pneumo.configuration.experiment import Plant as Plant
+    from pneumo.configuration.parameters import load as load
     from pneumo.equations.chamber_rate import chamber_rate as chamber_rate
     from pneumo.errors import ConfigurationError as ConfigurationError
     from pneumo.errors import DamagedError as DamagedError
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from pneumo.linear.linear_model import linearise as linearise
     from pneumo.linear.observer import Estimate as Estimate
     from pneumo.linear.observer import ekf as ekf
+    from pneumo.notebook import RecordFit as RecordFit
+    from pneumo.notebook import fit as fit
+    from pneumo.notebook import read_record as read_record
     from pneumo.physics.cylinder import Cylinder as Cylinder
     from pneumo.physics.models import MODELS as MODELS
     from pneumo.physics.models import Model as Model
@@ -35,13 +39,32 @@ if TYPE_CHECKING:
     __version__: str
 else:
     import re
+    import sys
+    from importlib import import_module
     from pathlib import Path
+    from types import ModuleType
 
     # The imports above are the one list of public names; they are loaded on first use.
     _source = Path(__file__).read_text(encoding="utf-8")
     _names = re.findall(r"from (pneumo\.\S+) import (\w+) as \2\n", _source)
     _MODULE_OF = {name: module for module, name in _names}
     __all__ = ["__version__", *sorted(_MODULE_OF)]
+
+    class _Room(ModuleType):
+        """Room with the name of a public function, `pneumo.fit`: calling it calls the function."""
+
+        def __call__(self, *args: object, **kwargs: object) -> object:
+            name = self.__name__.removeprefix("pneumo.")
+            return getattr(import_module(_MODULE_OF[name]), name)(*args, **kwargs)
+
+    class _Package(ModuleType):
+        def __setattr__(self, name: str, value: object) -> None:
+            """Set an attribute; imports set rooms so."""
+            if name in _MODULE_OF and isinstance(value, ModuleType):
+                value.__class__ = _Room
+            super().__setattr__(name, value)
+
+    sys.modules[__name__].__class__ = _Package
 
     def __dir__() -> list[str]:
         """Public names, loaded or not."""
@@ -55,6 +78,4 @@ else:
             return version("pneumo")
         if name not in _MODULE_OF:
             raise AttributeError(f"module 'pneumo' has no attribute {name!r}")
-        from importlib import import_module
-
         return getattr(import_module(_MODULE_OF[name]), name)

@@ -48,6 +48,12 @@ def fit(
         ),
     ] = None,
     closed_from: Annotated[float, Option(min=0.0, help="time from which the chambers are closed, s")] = 0.0,
+    validate: Annotated[
+        Path | None, Option(help="another record of the rig, on which the fitted models are judged")
+    ] = None,
+    as_json: Annotated[
+        bool, Option("--json", help="print the result as JSON, SI units, in place of tables")
+    ] = False,
     output: Annotated[Path | None, output_to("folder for fit.html, fit.nc, fitted.yaml")] = None,
 ) -> None:
     """Fit models to a measured record: k_0, n, valve, dead volumes.
@@ -55,6 +61,7 @@ def fit(
     The models are ranked on the part of the record that is held out. Closed chambers (u, or m_A and m_B,
     zero, or `--closed both`) are fitted with thermal laws instead: k_0, n, leakage.
     """
+    import json
     from dataclasses import replace
 
     from rich.console import Console
@@ -66,7 +73,7 @@ def fit(
     from pneumo.errors import InputError
     from pneumo.fit.closed.closed_fit import fit_closed
     from pneumo.fit.closed.thermal_time_constant import transient
-    from pneumo.fit.estimate import fit_measurement
+    from pneumo.fit.estimate import fit_measurement, validation
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
     from pneumo.fit.mistaken_columns import check_columns
@@ -88,16 +95,18 @@ def fit(
     plant = configured_plant(configured, cylinder, 1.0)
     names = [model_row(name).name for name in model or MODELS]
     mapping = read_mapping(columns) if columns else None
-    measured = read_measurement(
-        measurement, plant, mapping, from_end=x_from == "end", closed=closed is not None
-    )
+    from_end = x_from == "end"
+    measured = read_measurement(measurement, plant, mapping, from_end=from_end, closed=closed is not None)
+    other = read_measurement(validate, plant, mapping, from_end=from_end) if validate else None
     for note in measured.notes:
         say(f"note: {note}")
     if closed is not None and closed != "both":
         return typer.echo(shown.transient_text(transient(measured, plant, closed, closed_from)))
     rule = HELD if command == "held" else INTERPOLATED
     if measured.closed:
-        for option in [name for name, given in (("model", model), ("also", also)) if given]:
+        for option in [
+            name for name, given in (("model", model), ("also", also), ("validate", other)) if given
+        ]:
             raise InputError(f"--{option}: closed chambers are fitted with thermal laws; leave it out")
         fitted = fit_closed(measured.since(closed_from), plant, part=part, check=not trust, progress=say)
         for note in fitted.notes[len(measured.notes) :]:
@@ -112,19 +121,25 @@ def fit(
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
         fitted = replace(fitted, C_per_k_xu=C_per_k_xu)
-    for table in shown.fit_tables(fitted):
+    errors = validation(fitted, other, plant, command=rule) if other else {}
+    if as_json:
+        validated = {name: rms.tolist() for name, rms in errors.items()}
+        typer.echo(json.dumps(fitted.summary() | ({"rms_validated": validated} if errors else {}), indent=1))
+    for table in [] if as_json else [*shown.fit_tables(fitted), *shown.validation_tables(errors)]:
         Console().print(table)
     if isinstance(fitted, ClosedChambersResult):
-        typer.echo(shown.wall_text(fitted))
+        typer.echo(shown.wall_text(fitted), err=as_json)
     for text in filter(None, [shown.valve_text(fitted), *(f"warning: {text}" for text in fitted.warnings)]):
-        typer.echo(text)
+        typer.echo(text, err=as_json)
     start = default_conductance(plant.cylinder)
     ends = f"95 % of such cylinders {start.k_0_low:.2g} to {start.k_0_high:.2g}"
-    typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})")
+    typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})", err=as_json)
     if output is not None:
         fitted.save(configured.config_sha256, output / "fit.nc")
         write_text(fit_page(fitted, measurement.name), output / "fit.html")
         text = fitted_configuration(configuration, named, plant, fitted, measurement.name, T=measured.T)
         write_text(text, output / "fitted.yaml")
-        typer.echo(f"{output / 'fit.html'}, {output / 'fit.nc'} and {output / 'fitted.yaml'}: written")
+        typer.echo(
+            f"{output / 'fit.html'}, {output / 'fit.nc'} and {output / 'fitted.yaml'}: written", err=as_json
+        )
     return None

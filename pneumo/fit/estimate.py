@@ -27,6 +27,7 @@ from pneumo.fit.fit_warnings import DISTRUST, disagreements, doubtful, fit_warni
 from pneumo.fit.fitted_parameters import ALSO, REPORTED, SHIFTING, STARTS
 from pneumo.fit.least_squares import Fit, descend, fit
 from pneumo.fit.parameter_intervals import (
+    correlation,
     covariances,
     inverse_curvature,
     parameter_interval,
@@ -110,7 +111,9 @@ def estimate(
     pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
     remainder = dict(zip(problem.names, remainder_shifts(best).tolist(), strict=True))
     moved_by = parameter_shifts(problem, best, moved)
-    return Estimate(values, low, high, rms, held_out, pressure, moved_by, remainder)
+    rows = zip(problem.names, correlation(both).tolist(), strict=True)
+    related = {name: dict(zip(problem.names, row, strict=True)) for name, row in rows}
+    return Estimate(values, low, high, rms, held_out, pressure, moved_by, remainder, related)
 
 
 def best_start(problem: Problem) -> Fit:
@@ -280,6 +283,30 @@ def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
         return []
     fitted, rest = split * record.period, (record.P.shape[1] - 1 - split) * record.period
     return [f"a long record: the first {fitted:.4g} s are fitted, the other {rest:.4g} s held out"]
+
+
+def validation(
+    fitted: FitResult, measurement: Measurement, plant: Plant, *, command: Sampling = HELD
+) -> dict[str, np.ndarray]:
+    """Root mean square errors of fitted models on another record, Pa, by model: of both chambers.
+
+    Nothing but first pressures and temperatures is fitted there. `plant` is that which the fit began with.
+    """
+    m, plant = measurement, at_temperature(plant, measurement.T)
+    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
+    values = {name: {p: i.value for p, i in fitted.estimates(name).items()} for name in fitted.models}
+    corrected, opened = plant, record
+    if FULL.name in values:
+        corrected, off = with_causes(plant, values[FULL.name]), offsets(values[FULL.name])
+        opened = record._replace(u=behind_valve(record.u, record.h, values[FULL.name]), P=record.P - off)
+    errors: dict[str, np.ndarray] = {}
+    for name, fixed in values.items():
+        full = name == FULL.name
+        model, of_model = (FULL, (plant, record)) if full else (MODELS[name], (corrected, opened))
+        problem = Problem(model, *of_model, fixed)
+        best = fit(problem)
+        errors[name] = plant.conditions.P_s * np.sqrt(np.mean(best.residual**2, axis=1))
+    return errors
 
 
 def alike_notes(alike: Sequence[str]) -> list[str]:

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import lfilter
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
@@ -23,9 +24,10 @@ from pneumo.physics.models import Lane, Model, lane, lane_array
 from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
+SUPPLY_LINE = 0.05  # s, time constant of the volume behind a supply that sags
 LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
-# Parameters that all sets of one replay have in common: those of the valve, and fields of the plant.
-SHARED = (*VALVE, *(name for name in ALSO if isinstance(PARAMETERS[name].search.start, str)))
+# Parameters that all sets of one replay have in common.
+SHARED = (*VALVE, *ALSO)
 # The full-order chambers, as a row of the table of models; their temperature is a state.
 FULL = Model(FULL_ORDER, "gamma", "gamma", "gamma", "constant", True, "lambda A_q")
 
@@ -159,10 +161,45 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
     for rows in alike.values():
         value = values[rows[0]]
         plant = with_causes(problem.plant, value)._replace(k_0=1.0)
-        sets = lanes[rows], V_d[rows], plant, *steps, start[rows], start_T[rows], signals.P_s
         u = behind_valve(signals.u, signals.h, value)
-        result[:, rows] = pressures_of_sets(u, motions, *sets)
+        P_s = sagging_supply(signals, u, plant, value["sag"]) if "sag" in value else signals.P_s
+        sets = *steps, start[rows], start_T[rows], P_s
+        result[:, rows] = pressures_of_sets(u, motions, lanes[rows], V_d[rows], plant, *sets)
+        if "C_B" in value:
+            other = plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
+            result[:, rows, 1] = pressures_of_sets(u, motions, lanes[rows], V_d[rows], other, *sets)[:, :, 1]
+        result[:, rows] = as_logged(result[:, rows], signals.period, value)
     return result + np.array([offsets(value) for value in values])
+
+
+def sagging_supply(signals: StageSignals, u: np.ndarray, plant: Plant, sag: float) -> np.ndarray:
+    """Supply pressure that falls by a fraction `sag` at the largest flow, Pa, by (step, stage).
+
+    The flow is that through the opening `u`, V, at the measured pressures, smoothed over `SUPPLY_LINE`.
+    """
+    steps = np.arange(len(u)) / signals.stride
+    A, B = (np.interp(steps, np.arange(signals.P.shape[1]), side) for side in signals.P)
+    ratio = np.where(u[:, 0] > 0, A, B) / plant.conditions.P_s
+    above = np.clip((ratio - plant.gas.critical_ratio) / (1 - plant.gas.critical_ratio), 0.0, 1.0)
+    flow = np.abs(u[:, 0]) / plant.valve.u_max * np.sqrt(1 - above**2)
+    decay = np.exp(-signals.h / SUPPLY_LINE)
+    smooth = lfilter([1 - decay], [1.0, -decay], flow)
+    return np.broadcast_to((plant.conditions.P_s * (1 - sag * smooth))[:, None], u.shape)
+
+
+def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarray:
+    """Pressures, with samples along the last axis, earlier by the `skew` and behind a `filter`, both in s."""
+    if skew := value.get("skew", 0.0):
+        last = P.shape[-1] - 1
+        at = np.clip(np.arange(last + 1) + skew / period, 0, last)
+        before = np.minimum(at.astype(int), last - 1)
+        P = P[..., before] + (at - before) * (P[..., before + 1] - P[..., before])
+    if lag := value.get("filter", 0.0):
+        decay = np.exp(-period / lag)
+        # Exact for pressures that are linear between samples.
+        late = lag / period * (1 - decay)
+        P, _ = lfilter([1 - late, late - decay], [1.0, -decay], P, zi=P[..., :1] * late)
+    return P
 
 
 def offsets(value: dict[str, float]) -> np.ndarray:

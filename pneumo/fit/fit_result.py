@@ -31,6 +31,7 @@ class Estimate(NamedTuple):
     moved: Mapping[str, np.ndarray] = MappingProxyType({})
     # By parameter, on the scale of its search: half-width by which unexplained residuals may have moved it.
     remainder: Mapping[str, float] = MappingProxyType({})
+    correlation: Mapping[str, Mapping[str, float]] = MappingProxyType({})  # of two parameters
 
 
 def rms_of_chambers(errors: np.ndarray) -> float:
@@ -86,6 +87,29 @@ class FitResult:
         intervals = dict(zip(self.data["parameter"].values.tolist(), map(Interval, *columns), strict=True))
         return {name: interval for name, interval in intervals.items() if np.isfinite(interval.value)}
 
+    def summary(self) -> dict[str, Any]:
+        """Estimates, errors, notes and warnings as plain numbers and texts, SI units; None where open."""
+
+        def plain(value: float) -> float | None:
+            return float(value) if np.isfinite(value) else None
+
+        models = {
+            model: {
+                **{
+                    name: self.data[name].sel(model=model).values.tolist()
+                    for name in ("rms_fitted", "rms_held_out")
+                },
+                "parameters": {
+                    name: {key: plain(end) for key, end in interval._asdict().items()}
+                    | {"unit": QUANTITIES[name].unit}
+                    for name, interval in self.estimates(model).items()
+                },
+            }
+            for model in self.models
+        }
+        texts = {"notes": list(self.notes), "warnings": list(self.warnings)}
+        return {"held_out_from": self.held_out_from, "models": models} | texts
+
     def attributes(self) -> dict[str, Any]:
         """Global attributes of the file."""
         texts = {"notes": "\n".join(self.notes), "warnings": "\n".join(self.warnings)}
@@ -140,12 +164,21 @@ def fit_data(
     interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
     rms, Pa = "root mean square error on the part", {"units": "Pa"}
     flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
-    moved = {}
+    moved: dict[str, Any] = {}
     if any(estimate.moved for estimate in estimates.values()):
         none = np.full(len(SHIFTING), np.nan)
         by_model = [[e.moved.get(p, none) for p in parameters] for e in estimates.values()]
         text = "shift if a configured quantity is off by its accuracy, in parameter_unit"
         moved = {"moved_by": ((*by_parameter, "quantity"), np.array(by_model), {"long_name": text})}
+    related: dict[str, Any] = {}
+    if any(estimate.correlation for estimate in estimates.values()):
+        table = [
+            [[e.correlation.get(p, {}).get(q, np.nan) for q in parameters] for p in parameters]
+            for e in estimates.values()
+        ]
+        related = {
+            "correlation": ((*by_parameter, "other"), np.array(table), {"long_name": "of two parameters"})
+        }
     u, m = {"u": ("t", measurement.u)}, {"m": (t, measurement.m, flow)}
     return xr.Dataset(
         {
@@ -159,6 +192,7 @@ def fit_data(
             **(u if measurement.m is None else m),
             "x": ("t", measurement.x),
             **moved,
+            **related,
         },
         coords={
             "model": list(estimates),
@@ -167,5 +201,6 @@ def fit_data(
             "chamber": ["A", "B"],
             "t": measurement.t,
             **({"quantity": list(SHIFTING)} if moved else {}),
+            **({"other": list(parameters)} if related else {}),
         },
     )

@@ -16,8 +16,9 @@ from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES
 from pneumo.fit.least_squares import fit
 from pneumo.fit.residuals import BLOCK, Residual, block_means, residuals
 
-EXPLAINED = 0.5  # rms with a cause over that without, below which the cause is named
-STEPS = 15  # of a search for a cause
+EXPLAINED = 0.5  # rms of what is not noise with a cause over that without, below which the cause is named
+TIED = 1.5  # rms of what is not noise with a cause over that with the best, up to which both are named
+STEPS = 20  # of a search for a cause
 ON_BOUND = 0.01  # of the distance between the bounds
 VAGUE = 3.0  # upper over lower end of an interval that says little
 UNLIKELY = 2.0  # factor between a fitted and the configured dead volume
@@ -58,8 +59,8 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
         if weight > 0 and abs(distance) > OUTSIDE * problem.priors[name].deviation:
             factor, configured = QUANTITIES[name].factor, si_value(name, problem.priors[name].centre)
             numbers = factor * estimate.values[name], factor * configured
-            known = "the record knows it better than the configuration, whose accuracy it contradicts"
-            result.append(f"{PARAMETERS[name].explanation.format(*numbers)}: {known}")
+            explanation = PARAMETERS[name].explanation.format(*numbers)
+            result.append(f"{explanation} is outside its stated accuracy (--also {name} fits it freely)")
     return result
 
 
@@ -133,21 +134,38 @@ def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[st
 
 
 def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
-    """The one of `CAUSES` that, fitted too, explains most of a full-order fit's residuals, if any does."""
-    before = float(np.sqrt(np.mean([residual.rms**2 for residual in split])))
-    best, warning = EXPLAINED * before, []
+    """The one of `CAUSES` that, fitted too, explains most of a full-order fit's residuals, if any does.
+
+    Causes that explain about as much are named together: the record cannot tell them apart.
+    """
+    before = _coloured(split)
+    explained: dict[str, tuple[float, str]] = {}
     for cause in (name for name in CAUSES if name not in problem.also):
         trial = problem._replace(noisy=None, also=(*problem.also, cause))
         fitted = fit(trial, tolerance=1e-3, most=STEPS)
-        after = problem.plant.conditions.P_s * float(np.sqrt(np.mean(fitted.residual**2)))
-        if after < best:
+        after = _coloured(residuals(trial, fitted.theta))
+        if after < EXPLAINED * before:
             configured = si_value(cause, trial.guess()[trial.names.index(cause)])
             factor = QUANTITIES[cause].factor
             numbers = factor * trial.values(fitted.theta)[cause], factor * configured
-            best, explanation = after, PARAMETERS[cause].explanation.format(*numbers)
-            change = f"would reduce the error from {before / 1e3:.3g} to {after / 1e3:.3g} kPa rms"
-            warning = [f"{explanation} {change} (--also {cause} fits it)"]
-    return warning
+            explained[cause] = (
+                after,
+                f"{PARAMETERS[cause].explanation.format(*numbers)} (--also {cause} fits it)",
+            )
+    if not explained:
+        return []
+    noise = float(np.sqrt(np.mean([residual.noise**2 for residual in split])))
+    least = min(after for after, _ in explained.values())
+    alike = [pair for pair in explained.values() if pair[0] <= max(TIED * least, SEEN * noise)]
+    texts = " or ".join(text for _, text in sorted(alike))
+    tied = ": this record cannot tell which" if len(alike) > 1 else ""
+    change = f"would reduce what is not noise from {before / 1e3:.2g} to {least / 1e3:.2g} kPa rms"
+    return [f"{texts} {change}{tied}"]
+
+
+def _coloured(split: Sequence[Residual]) -> float:
+    """Root mean square of both chambers' residuals that are not noise, Pa."""
+    return float(np.sqrt(np.mean([residual.coloured**2 for residual in split])))
 
 
 def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:

@@ -127,6 +127,42 @@ PARAMETERS: dict[str, Parameter] = {
         "cause",
         explanation="a piston area of {:.4g} mm² in chamber B (configured: {:.4g}; is the rod right?)",
     ),
+    "C_B": Parameter(
+        Quantity("the valve's side of B", "side of B over that of A", "1"),
+        Search(0.3, 3.0, 1.0),
+        "cause",
+        explanation="a valve whose side of B has {:.3g} times the area of that of A (configured: {:.3g})",
+    ),
+    "dead_band": Parameter(
+        Quantity("the valve's dead band", "dead band", "V", "V"),
+        Search(0.0, 0.2, 0.0, times="valve.u_max", logarithmic=False),
+        "cause",
+        explanation="a dead band of the valve of {:.2g} V to either side",
+    ),
+    "hysteresis": Parameter(
+        Quantity("the valve's hysteresis", "hysteresis", "V", "V"),
+        Search(0.0, 0.1, 0.0, times="valve.u_max", logarithmic=False),
+        "cause",
+        explanation="a hysteresis of the valve of {:.2g} V to either side",
+    ),
+    "sag": Parameter(
+        Quantity("the sag of the supply", "sag of the supply", "1"),
+        Search(0.0, 0.6, 0.0, logarithmic=False),
+        "cause",
+        explanation="a supply that sags by a fraction of {:.2g} at full flow",
+    ),
+    "skew": Parameter(
+        Quantity("the delay of x", "delay of x", "s", "ms", 1e3),
+        Search(-0.03, 0.03, 0.0, logarithmic=False),
+        "cause",
+        explanation="an x logged {:.2g} ms later than the pressures",
+    ),
+    "filter": Parameter(
+        Quantity("the filter of the pressures", "filter of the pressures", "s", "ms", 1e3),
+        Search(0.0, 0.05, 0.0, logarithmic=False),
+        "cause",
+        explanation="pressures filtered or averaged over some {:.2g} ms",
+    ),
     **{
         f"offset_{c}": Parameter(
             Quantity(f"the offset of the sensor of P_{c}", f"offset of P_{c}", "Pa", "kPa", 1e-3),

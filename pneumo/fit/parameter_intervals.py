@@ -81,6 +81,13 @@ def covariances(fit: Fit, model_error: float = 0.0) -> np.ndarray:
     return inverse @ inner @ inverse + of_model + np.diag(np.where(seen > UNSEEN * seen.max(), 0.0, UNKNOWN))
 
 
+def correlation(both: np.ndarray) -> np.ndarray:
+    """Correlation of the parameters by the larger of two covariances from `covariances`."""
+    larger = max(both, key=lambda c: float(np.trace(c)))
+    scale = np.sqrt(np.diag(larger))
+    return larger / np.outer(scale, scale)
+
+
 def remainder_shifts(fit: Fit) -> np.ndarray:
     """Half-widths by which coloured residuals may have moved the parameters, on the scale of the search."""
     J, inverse = fit.jacobian.reshape(-1, len(fit.theta)), inverse_curvature(fit)

@@ -1,4 +1,6 @@
-"""Opening of a valve that follows its command with dead time, first-order lag and null offset."""
+"""Opening of a valve that follows its command with dead time, lag, null offset, hysteresis and dead band."""
+
+from itertools import accumulate
 
 import numpy as np
 from scipy.signal import lfilter
@@ -27,6 +29,14 @@ def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null:
 
 
 def behind_valve(u: np.ndarray, h: float, valve: dict[str, float]) -> np.ndarray:
-    """`valve_signal` of a command at every stage, V, shape (steps, stages)."""
+    """`valve_signal` of a command at every stage, V, shape (steps, stages).
+
+    Behind it come the play `hysteresis` and the dead band, V to either side, where `valve` has them.
+    """
     dynamics = {name: valve[name] for name in ("dead_time", "lag", "null")}
-    return np.broadcast_to(valve_signal(u.mean(axis=1), h, **dynamics)[:, None], u.shape)
+    opening = valve_signal(u.mean(axis=1), h, **dynamics)
+    if play := valve.get("hysteresis", 0.0):
+        opening = np.array(list(accumulate(opening.tolist(), lambda at, v: min(max(at, v - play), v + play))))
+    if band := valve.get("dead_band", 0.0):
+        opening = np.sign(opening) * np.maximum(np.abs(opening) - band, 0.0)
+    return np.broadcast_to(opening[:, None], u.shape)

@@ -215,7 +215,8 @@ def _intervals(solved: Solved) -> tuple[dict[str, float], dict[str, float]]:
     residual, jacobian = (a.reshape(len(problem.chambers), -1, *a.shape[1:]) for a in (optimum.fun, J))
     if len(residual) == 1:  # add a second chamber, with the same noise, that depends on no parameter
         residual, jacobian = np.concatenate([residual] * 2), np.concatenate([jacobian, 0 * jacobian])
-    fit = Fit(theta, residual, jacobian, squares, -J.T @ optimum.fun, J.T @ J, np.zeros(2 * theta.shape))
+    none = np.zeros(2 * theta.shape), np.zeros(theta.shape)  # no scatter, no priors
+    fit = Fit(theta, residual, jacobian, squares, -J.T @ optimum.fun, J.T @ J, *none)
     far = any(residual.far_from_noise for residual in solved.residuals.values())
     variances = np.array([np.diag(c) for c in covariances(fit, squares if far else 0.0)]).max(axis=0)
     half, curvature = HALF_WIDTH * np.sqrt(variances), np.diag(inverse_curvature(fit))

@@ -22,6 +22,7 @@ from pneumo.errors import InputError, printable
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 MOST_ROWS, MOST_COLUMNS = 2_000_000, 200
 LARGEST_FILE = 200_000_000  # bytes
@@ -62,7 +63,6 @@ def _limit(path: Path, number: int, most: int, things: str) -> None:
 
 
 def _netcdf(path: Path, _known_units: set[str]) -> Table:
-    import pandas as pd
     import xarray as xr
     from netCDF4 import Dataset
 
@@ -71,9 +71,7 @@ def _netcdf(path: Path, _known_units: set[str]) -> Table:
         for name, dimension in file.dimensions.items():
             _limit(path, dimension.size, MOST_ROWS, f"samples along {printable(name, 30)}")
     with xr.open_dataset(path.absolute(), engine="netcdf4", decode_times=False) as data:
-        signals = [name for name in data.variables if data[name].ndim == 1]
-        units = {str(n): str(data[n].attrs.get("units", "")).replace(" s-1", "/s") for n in signals}
-        return Table(pd.DataFrame({str(n): data[n].values for n in signals}), units)
+        return _one_dimensional(data)
 
 
 def _of_longest(path: Path, signals: Mapping[str, Any], units: dict[str, str]) -> Table:
@@ -89,6 +87,24 @@ def _of_longest(path: Path, signals: Mapping[str, Any], units: dict[str, str]) -
     kept = {name: signal for name, signal in signals.items() if len(signal) == longest}
     _limit(path, len(kept), MOST_COLUMNS, "signals")
     return Table(pd.DataFrame(kept), units)
+
+
+def given_table(source: "pd.DataFrame | xr.Dataset") -> Table:
+    """Table from one in memory; the index of a data frame is a column if it has a name."""
+    import xarray as xr
+
+    if isinstance(source, xr.Dataset):
+        return _one_dimensional(source)
+    return Table(source.reset_index() if source.index.name else source, {})
+
+
+def _one_dimensional(data: "xr.Dataset") -> Table:
+    """Signals of a dataset with their units."""
+    import pandas as pd
+
+    signals = [name for name in data.variables if data[name].ndim == 1]
+    units = {str(n): str(data[n].attrs.get("units", "")).replace(" s-1", "/s") for n in signals}
+    return Table(pd.DataFrame({str(n): data[n].values for n in signals}), units)
 
 
 def _matlab(path: Path, _known_units: set[str]) -> Table:

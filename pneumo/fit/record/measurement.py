@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
 from pneumo.fit.record.columns import KNOWN_UNITS, UNITS, Column, columns_by_header
-from pneumo.fit.record.formats import read_table
+from pneumo.fit.record.formats import given_table, read_table
 from pneumo.fit.record.plausibility import GAP, UNEVEN, Samples, check_signals, check_time, check_velocity
 
 REQUIRED = ("t", "x", "P_A", "P_B")
@@ -102,19 +103,19 @@ def _seconds(column: pd.Series) -> np.ndarray | None:
 
 
 def read_measurement(
-    path: Path | str,
+    source: Path | str | pd.DataFrame | xr.Dataset,
     plant: Plant,
     mapping: Mapping[str, Column] | None = None,
     *,
     from_end: bool = False,
     closed: bool = False,
 ) -> Measurement:
-    """Measurement from a file, checked against cylinder, valve and supply of the plant.
+    """Measurement from a file or table, checked against cylinder, valve and supply of the plant.
 
     Parameters
     ----------
-    path
-        File in one of the `FORMATS` of `pneumo.fit.record.formats`.
+    source
+        File in one of the `FORMATS` of `pneumo.fit.record.formats`, or a table of columns named as in a file.
     mapping
         Column and unit of each quantity; by default as the file's header names them.
     from_end
@@ -128,8 +129,11 @@ def read_measurement(
     InputError
         If the file or one of its values is not usable; the text names the place and what is allowed.
     """
-    path = Path(path)
-    table, units, first_line = read_table(path, KNOWN_UNITS)
+    if isinstance(source, Path | str):
+        path = Path(source)
+        table, units, first_line = read_table(path, KNOWN_UNITS)
+    else:
+        path, (table, units, first_line) = Path("record"), given_table(source)
     names = [str(name) for name in table.columns]
     columns = dict(mapping) if mapping else columns_by_header(names, units)
     measured_flow = any(quantity in columns for quantity in FLOWS)

@@ -1,7 +1,7 @@
 """Tables for the terminal; pages show the rows of some of them too."""
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -193,6 +193,13 @@ def fit_tables(fit: FitResult) -> list[Table]:
         _table(title, [heads[i] for i in columns], [[row[i] for i in columns] for row in rows])
         for title, columns in ((RANKED, (0, 1, 2, 3, 4)), ("Valve and dead volumes", (0, 5, 6, 7)))
     ] + [_table(RIG_TITLE, RIG_HEADS, rows) for rows in [rig_rows(fit)] if rows]
+
+
+def validation_tables(errors: Mapping[str, np.ndarray]) -> list[Table]:
+    """Errors of fitted models on another record, Pa, by model and chamber; no table without them."""
+    rows = [[name, *(f"{rms / KILO:.3g}" for rms in pair)] for name, pair in errors.items()]
+    title = "Errors on the other record, of which only first pressures and temperatures were fitted"
+    return [_table(title, ("model", "A (kPa)", "B (kPa)"), rows)] if rows else []
 
 
 def closed_tables(fit: FitResult) -> list[Table]:

@@ -1,0 +1,213 @@
+"""Fits for notebooks and scripts: `pneumo.fit` returns an object with tables, figures and checks.
+
+Progress goes to the logger `pneumo`: `logging.basicConfig(level="INFO")` shows it.
+"""
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+import pandas as pd
+import xarray as xr
+from matplotlib.figure import Figure
+
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.parameters import accuracy, load, study
+from pneumo.configuration.sampling import HELD, INTERPOLATED
+from pneumo.configuration.schema import Configuration
+from pneumo.equations.chamber_rate import model_row
+from pneumo.fit.estimate import PART, fit_measurement, validation
+from pneumo.fit.fit_result import FitResult
+from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
+from pneumo.fit.fitted_yaml import fitted_configuration
+from pneumo.fit.mistaken_columns import check_columns
+from pneumo.fit.record.columns import Column
+from pneumo.fit.record.measurement import Measurement, read_measurement
+from pneumo.physics.models import MODELS
+from pneumo.publish.figures.fit_figures import residual_figure
+from pneumo.publish.pages.fit_page import fit_page
+from pneumo.selection.plants import configured_plant
+from pneumo.storage.files import check_output, write_text
+
+Record = Path | str | pd.DataFrame | xr.Dataset
+LOGGER = logging.getLogger("pneumo")
+
+
+@dataclass(frozen=True)
+class RecordFit:
+    """Models fitted to a record, from `pneumo.fit`."""
+
+    result: FitResult
+    measurement: Measurement
+    plant: Plant  # as configured
+    configuration: Configuration
+    cylinder: str
+    command: Literal["held", "linear"]
+
+    @property
+    def warnings(self) -> list[str]:
+        """Reasons not to believe the fit, a sentence each."""
+        return list(self.result.warnings)
+
+    @property
+    def notes(self) -> list[str]:
+        """Remarks on the record, a sentence each."""
+        return list(self.result.notes)
+
+    @cached_property
+    def estimates(self) -> pd.DataFrame:
+        """Estimates by (model, parameter), SI units: value, ends of the 95 per cent interval, unit."""
+        rows = [
+            {"model": model, "parameter": name, **interval._asdict(), "unit": QUANTITIES[name].unit}
+            for model in self.result.models
+            for name, interval in self.result.estimates(model).items()
+        ]
+        return pd.DataFrame(rows).set_index(["model", "parameter"])
+
+    @property
+    def errors(self) -> pd.DataFrame:
+        """Root mean square errors, Pa, by model and chamber, on the part fitted and on that held out."""
+        return self.result.data[["rms_fitted", "rms_held_out"]].to_dataframe().unstack("chamber")
+
+    @property
+    def residuals(self) -> xr.DataArray:
+        """Measured minus replayed pressures, Pa, by (model, chamber, t)."""
+        return (self.result.data["P"] - self.result.data["pressure"]).rename("residual")
+
+    @property
+    def correlation(self) -> pd.DataFrame:
+        """Correlation of the parameters of the full order, or else of the best model."""
+        models = self.result.models
+        model = FULL_ORDER if FULL_ORDER in models else models[0]
+        table = self.result.data["correlation"].sel(model=model).to_pandas()
+        return table.dropna(axis=0, how="all").dropna(axis=1, how="all")
+
+    def plot(self) -> Figure:
+        """Figure of measured and replayed pressures of the best model, with residuals."""
+        return residual_figure(self.result)
+
+    def validate(self, other: Record, columns: Mapping[str, Column] | None = None) -> pd.DataFrame:
+        """Root mean square errors, Pa, of the fitted models on another record, by model and chamber.
+
+        Nothing but first pressures and temperatures is fitted there.
+        """
+        measurement = read_record(other, self.configuration, self.cylinder, columns=columns)
+        errors = validation(self.result, measurement, self.plant, command=_SAMPLING[self.command])
+        return pd.DataFrame.from_dict(errors, orient="index", columns=["A", "B"]).rename_axis("model")
+
+    def save(self, folder: Path | str) -> None:
+        """Write fit.html, fit.nc and fitted.yaml into a folder."""
+        folder = Path(folder)
+        check_output(folder)
+        self.result.save(study(self.configuration).config_sha256, folder / "fit.nc")
+        name, T = Path(self.measurement.name).name, self.measurement.T
+        write_text(fit_page(self.result, name), folder / "fit.html")
+        rest = self.configuration, self.cylinder, self.plant, self.result, name
+        write_text(fitted_configuration(*rest, T=T), folder / "fitted.yaml")
+
+    def _repr_html_(self) -> str:
+        """Table of the estimates with warnings, for notebooks."""
+        warnings = "".join(f"<p><strong>Warning:</strong> {_escaped(text)}</p>" for text in self.warnings)
+        return warnings + self.estimates.to_html(float_format="{:.4g}".format)
+
+
+_SAMPLING = {"held": HELD, "linear": INTERPOLATED}
+
+
+def _escaped(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;")
+
+
+def _configuration(configuration: Configuration | Path | str) -> Configuration:
+    return configuration if isinstance(configuration, Configuration) else load(configuration)
+
+
+def read_record(
+    record: Record,
+    configuration: Configuration | Path | str,
+    cylinder: str | None = None,
+    *,
+    columns: Mapping[str, Column] | None = None,
+    x_from: Literal["mid", "end"] = "mid",
+) -> Measurement:
+    """Record of a cylinder in SI units, uniform in time, checked as `pneumo fit` does.
+
+    Parameters
+    ----------
+    record
+        File, or a table whose columns are named as those of a file (`P_A_kPa`).
+    configuration
+        Configuration or its file.
+    cylinder
+        Its name in the configuration; may be left out if there is one.
+    columns
+        Column and unit of each quantity, if not as the headers name them.
+    x_from
+        Whether x is zero in mid-stroke or at chamber A's end.
+
+    Raises
+    ------
+    InputError
+        If the record cannot be read, or one of its values is impossible.
+    """
+    plant = configured_plant(study(_configuration(configuration)), cylinder, 1.0)
+    return read_measurement(record, plant, columns, from_end=x_from == "end")
+
+
+def fit(
+    record: Record,
+    configuration: Configuration | Path | str,
+    cylinder: str | None = None,
+    *,
+    models: Sequence[str] = tuple(MODELS),
+    columns: Mapping[str, Column] | None = None,
+    x_from: Literal["mid", "end"] = "mid",
+    command: Literal["held", "linear"] = "held",
+    part: float = PART,
+    also: Sequence[str] = (),
+    trust: bool = False,
+) -> RecordFit:
+    """Fit models to a record of a cylinder at work, as the command `pneumo fit` does.
+
+    Parameters
+    ----------
+    record, configuration, cylinder, columns, x_from
+        As in `pneumo.read_record`.
+    models
+        Names of the reduced models; the full order is fitted in any case.
+    command
+        Whether the command was held between samples, or changed linearly.
+    part
+        Fraction of the record that is fitted; the rest is held out.
+    also
+        What is fitted too, without prior knowledge: a row of the table in {doc}`fit`.
+    trust
+        Skip the check for swapped or wrong columns.
+
+    Raises
+    ------
+    InputError
+        If the record cannot be used, or an argument is none of those allowed.
+    """
+    configuration = _configuration(configuration)
+    configured = study(configuration)
+    plant = configured_plant(configured, cylinder, 1.0)
+    measurement = read_record(record, configuration, cylinder, columns=columns, x_from=x_from)
+    rule = _SAMPLING[command]
+    if not trust:
+        check_columns(measurement, plant, command=rule)
+    result = fit_measurement(
+        measurement,
+        plant,
+        [model_row(name).name for name in models],
+        command=rule,
+        part=part,
+        also=tuple(dict.fromkeys(also)),
+        known=accuracy(configuration),
+        progress=LOGGER.info,
+    )
+    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
+    return RecordFit(result, measurement, plant, configuration, named, command)

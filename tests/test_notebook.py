@@ -1,0 +1,80 @@
+"""The object of a fit in a notebook, and that the room `pneumo.fit` can be called."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import pneumo
+from benchmarks.bench_rig import bench_record, purpose_rig
+from benchmarks.fit_bench import believed_plant
+from pneumo.errors import InputError
+
+pytestmark = pytest.mark.xdist_group("fit doubts")
+RIG = purpose_rig()
+
+
+def table(seed, seconds=3.0):
+    columns = bench_record(RIG, np.random.default_rng(seed), seconds)
+    units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_Pa", "P_B": "P_B_Pa"}
+    return pd.DataFrame({header: columns[name] for name, header in units.items()})
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("rig")
+    believed_plant(RIG, folder)
+    return folder / "cylinder.yaml"
+
+
+@pytest.fixture(scope="module")
+def fit(file):
+    return pneumo.fit(table(3), file, models=["M8"])
+
+
+def test_tables_have_the_fits_numbers(fit):
+    k_0 = fit.estimates.loc[("full", "k_0")]
+    assert k_0["low"] < RIG.k_0 < k_0["high"] and k_0["unit"] == "W K-1"
+    assert fit.errors.shape == (2, 4) and isinstance(fit.warnings, list)
+    residuals = fit.residuals.sel(model="full").values
+    assert np.sqrt(np.mean(residuals**2)) == pytest.approx(1e3, rel=0.1)  # the sensors' noise
+    correlation = fit.correlation
+    assert list(correlation.index) == list(correlation.columns)
+    np.testing.assert_allclose(np.diag(correlation), 1.0, rtol=1e-9)
+    assert correlation.loc["k_xu", "b"] < -0.5  # a smaller b and a larger C carry the same flow
+    assert fit._repr_html_().count("<tr") > 10
+    assert fit.plot().get_axes()
+
+
+def test_another_record_judges_the_models(fit, file):
+    errors = fit.validate(table(4))
+    assert errors.loc["full"].to_numpy() == pytest.approx([1e3, 1e3], rel=0.15)
+    assert (errors.loc["M8"] > errors.loc["full"]).all()
+    stronger = table(4).assign(P_A_Pa=lambda t: t["P_A_Pa"] + 2e4)
+    assert fit.validate(stronger).loc["full", "A"] > 1e4
+
+
+def test_records_may_be_datasets(file):
+    frame = table(3)
+    data = xr.Dataset({name: ("row", values) for name, values in frame.items()})
+    read = pneumo.read_record(data, file)
+    np.testing.assert_array_equal(read.P, pneumo.read_record(frame, file).P)
+    with pytest.raises(InputError, match=r"^record: no column x"):
+        pneumo.read_record(frame.drop(columns="x_m"), file)
+
+
+def test_files_are_written(fit, tmp_path):
+    fit.save(tmp_path)
+    assert {"fit.html", "fit.nc", "fitted.yaml"} == {path.name for path in tmp_path.iterdir()}
+    summary = json.loads(json.dumps(fit.result.summary()))
+    full = summary["models"]["full"]["parameters"]["k_0"]
+    assert full["value"] == pytest.approx(fit.estimates.loc[("full", "k_0"), "value"])
+
+
+def test_the_room_is_callable(file):
+    import pneumo.fit.estimate  # sets the room in place of the function
+
+    with pytest.raises(InputError, match=r"absent.csv: no such file"):
+        pneumo.fit("absent.csv", file)
