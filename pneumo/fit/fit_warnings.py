@@ -47,7 +47,9 @@ def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
         symptoms = residual_warnings(name, dict(zip("AB", split, strict=True)))
     cause = cause_warnings(problem, split) if symptoms and name == FULL.name else []
     # With a wrong rig all parameters are odd: its cause says more.
-    cause = cause or configured_warnings(problem, estimate)
+    # Where residuals remain, b, exhaust and supply make up for what is wrong elsewhere.
+    if name == FULL.name and not cause and not any(residual.unexplained for residual in split):
+        cause = configured_warnings(problem, estimate)
     return symptoms + (cause or parameter_warnings(problem, estimate))
 
 
