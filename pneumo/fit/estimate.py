@@ -23,12 +23,13 @@ from pneumo.fit.fit_problem import (
     with_causes,
 )
 from pneumo.fit.fit_result import AS_GOOD, Estimate, FitResult, equally_good, fit_data, rms_of_chambers
-from pneumo.fit.fit_warnings import DISTRUST, disagreements, doubtful, fit_warnings
+from pneumo.fit.fit_warnings import DISTRUST, bounds_of_reduced, disagreements, doubtful, fit_warnings
 from pneumo.fit.fitted_parameters import ALSO, REPORTED, SHIFTING, STARTS
 from pneumo.fit.least_squares import Fit, descend, fit
 from pneumo.fit.parameter_intervals import (
     correlation,
     covariances,
+    definite,
     inverse_curvature,
     parameter_interval,
     remainder_shifts,
@@ -113,7 +114,19 @@ def estimate(
     moved_by = parameter_shifts(problem, best, moved)
     rows = zip(problem.names, correlation(both).tolist(), strict=True)
     related = {name: dict(zip(problem.names, row, strict=True)) for name, row in rows}
-    return Estimate(values, low, high, rms, held_out, pressure, moved_by, remainder, related)
+    return Estimate(
+        values,
+        low,
+        high,
+        rms,
+        held_out,
+        pressure,
+        moved_by,
+        remainder,
+        related,
+        problem.at_bound(best.theta),
+        not definite(best),
+    )
 
 
 def best_start(problem: Problem) -> Fit:
@@ -268,10 +281,17 @@ def fit_measurement(
     judged = FULL if FULL.name in estimates else MODELS[next(iter(estimates))]
     problem = Problem(judged, plant, first, {}, few, also, prior if judged is FULL else NO_PRIORS)
     warnings = fit_warnings(problem, estimates[judged.name]) + disagreements(estimates)
+    if judged is FULL:
+        warnings += bounds_of_reduced(estimates, reported)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
     return FitResult(
-        data=fit_data(measurement, estimates, reported),
-        notes=(*measurement.notes, *long_notes(record, split, part), *alike_notes(reduced)),
+        data=fit_data(measurement, estimates, (*reported, *STARTS)),
+        notes=(
+            *measurement.notes,
+            *long_notes(record, split, part),
+            *alike_notes(reduced),
+            *uncorrected_notes(estimates),
+        ),
         warnings=tuple(warnings),
         held_out_from=float(measurement.t[split]),
     )
@@ -285,6 +305,13 @@ def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
     return [f"a long record: the first {fitted:.4g} s are fitted, the other {rest:.4g} s held out"]
 
 
+def uncorrected_notes(estimates: Mapping[str, Estimate]) -> list[str]:
+    """Note on models whose curvature, corrected for noise in the position, is not positive."""
+    names = [name for name, estimate in estimates.items() if estimate.uncorrected]
+    text = "the curvature corrected for noise in the position is not positive: intervals without that"
+    return [f"{', '.join(names)}: {text}"] if names else []
+
+
 def validation(
     fitted: FitResult, measurement: Measurement, plant: Plant, *, command: Sampling = HELD
 ) -> dict[str, np.ndarray]:
@@ -294,7 +321,10 @@ def validation(
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
-    values = {name: {p: i.value for p, i in fitted.estimates(name).items()} for name in fitted.models}
+    values = {
+        name: {p: i.value for p, i in fitted.estimates(name).items() if p not in STARTS}
+        for name in fitted.models
+    }
     corrected, opened = plant, record
     if FULL.name in values:
         corrected, off = with_causes(plant, values[FULL.name]), offsets(values[FULL.name])

@@ -24,6 +24,7 @@ from pneumo.physics.models import Lane, Model, lane, lane_array
 from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
+ON_BOUND = 0.01  # of the distance between the bounds
 SUPPLY_LINE = 0.05  # s, time constant of the volume behind a supply that sags
 LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
 # Parameters that all sets of one replay have in common.
@@ -113,6 +114,13 @@ class Problem(NamedTuple):
                 scale = heat_area(0.0, self.plant.cylinder)
             result.append([search_value(name, end * scale) for end in (search.low, search.high)])
         return np.array(result).T
+
+    def at_bound(self, theta: np.ndarray) -> tuple[str, ...]:
+        """Names of the parameters on a bound of the search; a lag of zero is normal."""
+        low, high = self.bounds()
+        margin = ON_BOUND * (high - low)
+        reached = (theta >= high - margin) | ((theta <= low + margin) & (np.array(self.names) != "lag"))
+        return tuple(np.array(self.names)[reached].tolist())
 
     def guess(self) -> np.ndarray:
         """Start of the search: the configured values and the first measured pressures."""

@@ -32,6 +32,8 @@ class Estimate(NamedTuple):
     # By parameter, on the scale of its search: half-width by which unexplained residuals may have moved it.
     remainder: Mapping[str, float] = MappingProxyType({})
     correlation: Mapping[str, Mapping[str, float]] = MappingProxyType({})  # of two parameters
+    at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
+    uncorrected: bool = False  # whether intervals come from plain least squares
 
 
 def rms_of_chambers(errors: np.ndarray) -> float:
@@ -65,8 +67,11 @@ class FitResult:
 
     @property
     def best_model(self) -> str:
-        """Name of the best reduced model: the one to replay or export."""
-        return next(name for name in self.models if name != FULL_ORDER)
+        """Name of the best reduced model without a parameter on its bound: the one to replay or export."""
+        reduced = [name for name in self.models if name != FULL_ORDER]
+        at_bound = self.data.get("at_bound")
+        inside = [name for name in reduced if at_bound is None or not at_bound.sel(model=name).any()]
+        return (inside or reduced)[0]
 
     @property
     def model_of_rig(self) -> str:
@@ -161,6 +166,7 @@ def fit_data(
         return np.array([getattr(e, field) for e in estimates.values()])
 
     by_parameter, by_chamber, t = ("model", "parameter"), ("model", "chamber"), ("chamber", "t")
+    on_bounds = np.array([[np.int8(p in e.at_bound) for p in parameters] for e in estimates.values()])
     interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
     rms, Pa = "root mean square error on the part", {"units": "Pa"}
     flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
@@ -187,6 +193,7 @@ def fit_data(
             "high": (by_parameter, values("high"), {"long_name": f"upper {interval}"}),
             "rms_fitted": (by_chamber, arrays("rms"), {"long_name": f"{rms} fitted"} | Pa),
             "rms_held_out": (by_chamber, arrays("held_out"), {"long_name": f"{rms} held out"} | Pa),
+            "at_bound": (by_parameter, on_bounds, {"long_name": "whether it is on a bound of the search"}),
             "pressure": (("model", *t), arrays("pressure")),
             "P": (t, measurement.P, {"long_name": "measured absolute pressure"}),
             **(u if measurement.m is None else m),

@@ -19,7 +19,6 @@ from pneumo.fit.residuals import BLOCK, Residual, block_means, residuals
 EXPLAINED = 0.5  # rms of what is not noise with a cause over that without, below which the cause is named
 TIED = 1.5  # rms of what is not noise with a cause over that with the best, up to which both are named
 STEPS = 20  # of a search for a cause
-ON_BOUND = 0.01  # of the distance between the bounds
 VAGUE = 3.0  # upper over lower end of an interval that says little
 UNLIKELY = 2.0  # factor between a fitted and the configured dead volume
 # Half-widths, on the search's scale, by which residuals that are not noise may move a parameter unsaid.
@@ -174,11 +173,10 @@ def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of parameters on a bound, without a narrow interval, or unlikely for this cylinder."""
     result: list[str] = []
     values, low, high = estimate.values, estimate.low, estimate.high
-    cylinder, bounds = problem.plant.cylinder, problem.bounds().T
-    for name, theta, (least, most) in zip(problem.names, problem.inner(values), bounds, strict=True):
-        quantity, margin = QUANTITIES[name], ON_BOUND * (most - least)
-        without_lag = name == "lag" and theta < most - margin  # a lag of zero is normal
-        if not (least + margin < theta < most - margin or without_lag):
+    cylinder, at_bound = problem.plant.cylinder, problem.at_bound(problem.inner(values))
+    for name in problem.names:
+        quantity = QUANTITIES[name]
+        if name in at_bound:
             result.append(on_bound(name, values[name]))
         elif PARAMETERS[name].search.logarithmic and name in low and not high[name] / low[name] < VAGUE:
             remedy = CLOSED_TEST if name == "k_0" else "excite the cylinder more, or record longer"
@@ -204,6 +202,18 @@ def on_bound(name: str, value: float) -> str:
 def index_warnings(n: float, gamma: float, meaning: str) -> list[str]:
     """Warning of an index n that no process of a gas has."""
     return [] if 1 - BEYOND < n < gamma + BEYOND else [f"n = {n:.3g} is outside 1 to {gamma:g}: {meaning}"]
+
+
+def bounds_of_reduced(estimates: Mapping[str, Estimate], parameters: Sequence[str]) -> list[str]:
+    """Warnings of reduced models that rank above the first without a parameter on its bound."""
+    result: list[str] = []
+    for name in (name for name in estimates if name != FULL.name):
+        reached = [p for p in estimates[name].at_bound if p in parameters]
+        if not reached:
+            break
+        texts = ", ".join(on_bound(p, estimates[name].values[p]) for p in reached)
+        result.append(f"{name}: {texts}; not offered for a replay")
+    return result
 
 
 def dead_volume_warnings(name: str, ratio: float) -> list[str]:

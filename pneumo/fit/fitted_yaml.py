@@ -9,7 +9,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.schema import Configuration
 from pneumo.errors import printable
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
-from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, QUANTITIES, of_group
+from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, QUANTITIES, VALVE, of_group
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
@@ -17,7 +17,7 @@ LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
 # Section and key by parameter.
 KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
-NOTED = (*dict.fromkeys((*KEYS, *ALSO)), "k_0_A", "k_0_B", "leak")
+NOTED = (*dict.fromkeys((*KEYS, *VALVE, *ALSO)), "k_0_A", "k_0_B", "leak")
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
 
 

@@ -109,9 +109,15 @@ def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
 def inverse_curvature(fit: Fit) -> np.ndarray:
     """Inverse of the curvature, shape (parameter, parameter), with flat directions at `SMALLEST`."""
     size, axes, scale = principal_curvatures(fit)
-    if size.min() <= 0:
+    if not definite(fit):
         size, axes, scale = principal_curvatures(fit._replace(curvature=plain_curvature(fit)))
     return (axes / np.maximum(size, SMALLEST * size.max())) @ axes.T / np.outer(scale, scale)
+
+
+def definite(fit: Fit) -> bool:
+    """Whether the curvature is positive in every direction that the record shows at all."""
+    size, *_ = principal_curvatures(fit)
+    return bool(size.min() > -SMALLEST * size.max())
 
 
 def plain_curvature(fit: Fit) -> np.ndarray:

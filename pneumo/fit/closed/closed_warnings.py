@@ -7,9 +7,9 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
 from pneumo.fit.closed.thermal_laws import LAWS, LOW, ClosedRecord
+from pneumo.fit.fit_problem import ON_BOUND
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.fit_warnings import (
-    ON_BOUND,
     VAGUE,
     apart,
     dead_volume_warnings,

@@ -12,7 +12,7 @@ from rich.table import Table
 from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.random_cylinders.dimensionless_groups import known_groups
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
-from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, VALVE
+from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.papers.paper_2006.inferred_cells import inferred_cells, rms_of_inferred
 from pneumo.publish.labels import AVERAGES, SAMPLING, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
@@ -124,7 +124,7 @@ def fitted_quantities(fit: FitResult) -> dict[str, tuple[str, str, float]]:
 
     The valve is shown as it was configured: k_x k_u or C.
     """
-    names = [name for name in fit.data["parameter"].values if name not in (*VALVE, *ALSO)]
+    names = [name for name in fit.data["parameter"].values if name not in (*VALVE, *ALSO, *STARTS)]
     looks = {name: (q.heading, q.shown_unit, q.factor) for name in names for q in [QUANTITIES[name]]}
     if "k_xu" in looks and fit.C_per_k_xu is not None:
         looks["k_xu"] = ("C", "dm³/(s bar)", fit.C_per_k_xu)
