@@ -27,7 +27,7 @@ from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.columns import Column
 from pneumo.fit.record.measurement import Measurement, read_measurement
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.fit_figures import residual_figure
+from pneumo.publish.figures.fit_figures import record_figure, residual_figure
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import check_output, write_text
@@ -84,6 +84,10 @@ class RecordFit:
         model = FULL_ORDER if FULL_ORDER in models else models[0]
         table = self.result.data["correlation"].sel(model=model).to_pandas()
         return table.dropna(axis=0, how="all").dropna(axis=1, how="all")
+
+    def plot_record(self) -> Figure:
+        """Figure of the record's signals as the fit read them."""
+        return record_figure(self.measurement)
 
     def plot(self) -> Figure:
         """Figure of measured and replayed pressures of the best model, with residuals."""

@@ -10,7 +10,7 @@ import typer
 from typer import Option
 
 from pneumo.cli.cylinder_commands import check, init, study
-from pneumo.cli.fit_commands import fit
+from pneumo.cli.fit_commands import fit, show
 from pneumo.cli.model_commands import export, linearise, models
 from pneumo.cli.paper_commands import assumptions, ensemble, explain, identify, setups, verdict, verify
 
@@ -23,7 +23,7 @@ app = typer.Typer(
 paper = typer.Typer(help="Reproduction of the paper: verdict and evidence.")
 app.add_typer(paper, name="paper")
 
-for command in (init, check, study, fit, linearise, export, models):
+for command in (init, check, study, show, fit, linearise, export, models):
     app.command()(command)
 for command in (verdict, explain, assumptions, identify, setups, ensemble, verify):
     paper.command()(command)

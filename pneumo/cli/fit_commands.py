@@ -1,4 +1,4 @@
-"""``pneumo fit``: models fitted to a measured record.
+"""``pneumo show`` and ``pneumo fit``: a measured record, and models fitted to it.
 
 Modules are imported inside the function, so that help and errors of usage are fast.
 """
@@ -16,20 +16,49 @@ from pneumo.fit.record.formats import FORMATS
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 
 
-def fit(
-    measurement: Annotated[
-        Path, Argument(help=f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}")
-    ],
+Record = Annotated[
+    Path, Argument(help=f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}")
+]
+Columns = Annotated[
+    Path | None,
+    Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: kPa}` ..."),
+]
+Origin = Annotated[Literal["mid", "end"], Option(help="where x is zero: in mid-stroke or at chamber A's end")]
+
+
+def show(
+    measurement: Record,
     cylinder: Cylinder = None,
     config: Config = None,
-    columns: Annotated[
-        Path | None,
-        Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: kPa}` ..."),
-    ] = None,
+    columns: Columns = None,
+    x_from: Origin = "mid",
+    output: Annotated[Path, output_to("name of the figures, without .svg and .png")] = Path("record"),
+) -> None:
+    """Draw a measured record as a fit reads it, and say what is odd in it."""
+    from pneumo.configuration.parameters import study
+    from pneumo.fit.record.columns import read_mapping
+    from pneumo.fit.record.measurement import read_measurement
+    from pneumo.publish.figures.fit_figures import record_figure
+    from pneumo.publish.style import save
+    from pneumo.selection.plants import configured_plant
+
+    plant = configured_plant(study(read_configuration(config)), cylinder, 1.0)
+    mapping = read_mapping(columns) if columns else None
+    record = read_measurement(measurement, plant, mapping, from_end=x_from == "end")
+    for note in record.notes:
+        typer.echo(f"note: {note}", err=True)
+    typer.echo(f"{len(record.u)} samples, {record.period:.4g} s apart, {record.t[-1]:.4g} s")
+    svg, png = save(record_figure(record), output)
+    typer.echo(f"{svg} and {png}: written")
+
+
+def fit(
+    measurement: Record,
+    cylinder: Cylinder = None,
+    config: Config = None,
+    columns: Columns = None,
     model: Annotated[list[str] | None, Option(help="one of `pneumo models`; may be repeated [all]")] = None,
-    x_from: Annotated[
-        Literal["mid", "end"], Option(help="where x is zero: in mid-stroke or at chamber A's end")
-    ] = "mid",
+    x_from: Origin = "mid",
     command: Annotated[
         Literal["held", "linear"], Option(help="command between two samples: held or linear")
     ] = "held",

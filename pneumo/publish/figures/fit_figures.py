@@ -1,14 +1,45 @@
-"""Figures of `pneumo fit`: pressures of the best model with their residuals, and every model's error."""
+"""Figures of a record and of its fit: signals, pressures with residuals, and every model's error."""
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from pneumo.fit.fit_result import FitResult, rms_of_chambers
+from pneumo.fit.fitted_parameters import QUANTITIES
+from pneumo.fit.record.measurement import Measurement
 from pneumo.publish.figures.panels import one_two_five
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, PALE, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
 
 MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
+LONGEST_LAG = 0.2  # s, of an autocorrelation
+
+
+@paper_style()
+def record_figure(record: Measurement) -> Figure:
+    """Signals of a record as the fit reads them: command or flows, position and pressures."""
+    fig = new_figure(DOUBLE_MM, 110)
+    panels = fig.subplots(3, 1, sharex=True, height_ratios=[1, 1, 2])
+    every = max(1, len(record.t) // MOST_SAMPLES)
+    t = record.t[::every]
+    if record.m is None:
+        panels[0].plot(t, record.u[::every], color=INK, lw=0.6)
+        panels[0].set_ylabel(axis_label("$u$", "V"))
+    else:
+        for flow, chamber, color in zip(record.m, "AB", (ACCENT, INK), strict=True):
+            panels[0].plot(t, flow[::every] * KILO, color=color, lw=0.6, label=f"into {chamber}")
+        panels[0].set_ylabel(axis_label("flow", "g/s"))
+    panels[1].plot(t, record.x[::every] * KILO, color=INK, lw=0.6)
+    panels[1].set_ylabel(axis_label("$x$", "mm"))
+    curves = [("P_A", record.P[0], ACCENT), ("P_B", record.P[1], INK)]
+    curves += [] if record.P_s is None else [("P_s", record.P_s, GREY)]
+    for name, pressure, color in curves:
+        panels[2].plot(t, pressure[::every] / KILO, color=color, lw=0.6, label=f"${name}$")
+    panels[2].set_ylabel(axis_label("pressure", "kPa"))
+    panels[2].legend(loc="upper right", ncols=3)
+    panels[2].set_xlabel(axis_label("$t$", "s"))
+    panels[2].set_xlim(t[0], t[-1])
+    return fig
 
 
 @paper_style()
@@ -34,6 +65,35 @@ def residual_figure(fit: FitResult) -> Figure:
     panels[0].legend(loc="upper left", ncols=2, bbox_to_anchor=(0.0, 1.18))
     panels[-1].set_xlabel(axis_label("$t$", "s"))
     panels[-1].set_xlim(t[0], t[-1])
+    return fig
+
+
+@paper_style()
+def diagnosis_figure(fit: FitResult) -> Figure:
+    """Autocorrelation of the first model's residuals on the part fitted, and its parameters' correlation."""
+    data, model = fit.data, fit.models[0]
+    fig = new_figure(DOUBLE_MM, 75)
+    left, right = fig.subplots(1, 2, width_ratios=[1, 1.2])
+    fitted = data.sel(t=slice(None, fit.held_out_from), model=model)
+    residual = (fitted["P"] - fitted["pressure"]).transpose("chamber", "t").values
+    period = float(data["t"].diff("t").mean())
+    lags = np.arange(min(residual.shape[1], max(2, round(LONGEST_LAG / period))))
+    for e, chamber, color in zip(
+        residual - residual.mean(axis=1, keepdims=True), "AB", (ACCENT, INK), strict=True
+    ):
+        related = [np.dot(e[: len(e) - lag], e[lag:]) / np.dot(e, e) for lag in lags]
+        left.plot(lags * period * KILO, related, color=color, lw=0.8, label=f"$P_{chamber}$")
+    white = 1.96 / np.sqrt(residual.shape[1])  # 95 % of white noise
+    left.axhspan(-white, white, color=PALE, zorder=0)
+    left.set_xlabel(axis_label("lag", "ms"))
+    left.set_ylabel("autocorrelation of the residual")
+    left.legend(loc="upper right")
+    table = fitted["correlation"].to_pandas().dropna(axis=0, how="all").dropna(axis=1, how="all")
+    names = [QUANTITIES[str(name)].heading for name in table.index]
+    right.imshow(table.to_numpy(), vmin=-1, vmax=1, cmap="RdBu_r")
+    right.set_xticks(range(len(names)), names, rotation=90)
+    right.set_yticks(range(len(names)), names)
+    right.set_title(f"correlation of {model}'s parameters: red 1, blue -1")
     return fig
 
 

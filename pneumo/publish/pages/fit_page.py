@@ -1,7 +1,7 @@
 """Page of `pneumo fit`: one self-contained HTML file."""
 
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult
-from pneumo.publish.figures.fit_figures import held_out_figure, residual_figure
+from pneumo.publish.figures.fit_figures import diagnosis_figure, held_out_figure, residual_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
 from pneumo.publish.text.terminal_tables import (
@@ -32,5 +32,6 @@ def fit_page(fit: FitResult, name: str) -> str:
         valve=wall_text(fit) if closed else valve_text(fit),
         notes=fit.notes,
         pressures=image_address(residual_figure(fit), "png"),
+        diagnosis=image_address(diagnosis_figure(fit), "png") if "correlation" in fit.data else "",
         ranking=image_address(held_out_figure(fit), "png"),
     )
