@@ -2,7 +2,7 @@
 
 Pressures give the gas's temperature only as a ratio to the wall's, which is measured or configured: all
 conductances are inversely proportional to that. `k_A` is the mean conductance in the part fitted, by the law
-itself; `k_0_A` is `k_A` converted to P_0, T_0 and mid-stroke by eqs (7) and (8), as configurations have it.
+itself; `k_0_A` is the law's conductance at P_0, T_0 and in mid-stroke, where configurations state it.
 The law "wall heat, area and root of PT" is that of the full order.
 """
 
@@ -165,9 +165,9 @@ def _estimate(solved: Solved) -> Estimate:
     values, (low, high) = problem.values(solved.optimum.x), _intervals(solved)
     # Fitted parameter, and factor from it, by reported name.
     reported: dict[str, tuple[str, float]] = {name: (name, 1.0) for name in REPORTED if name in low}
-    for side, (mean, at_0) in _conductance_factors(solved, values).items():
+    for side, mean in _mean_conductances(solved, values).items():
         if f"k_{side}" in low:
-            reported |= {f"k_{side}": (f"k_{side}", mean), f"k_0_{side}": (f"k_{side}", at_0)}
+            reported |= {f"k_{side}": (f"k_{side}", mean), f"k_0_{side}": (f"k_{side}", 1.0)}
         if f"start_{side}" in low and problem.law.explicit_heat:
             reported[f"T_{side}"] = f"start_{side}", record.T_wall
     values, low, high = (
@@ -185,23 +185,19 @@ def _estimate(solved: Solved) -> Estimate:
     return Estimate(values, low, high, *problem.errors(solved.pressure), solved.pressure)
 
 
-def _conductance_factors(solved: Solved, values: dict[str, float]) -> dict[str, tuple[float, float]]:
-    """Ratios of mean conductance and of k_0 to the fitted parameter, by chamber."""
+def _mean_conductances(solved: Solved, values: dict[str, float]) -> dict[str, float]:
+    """Ratio of the mean conductance to the fitted parameter, which is that at P_0, T_0, by chamber."""
     problem, law, fitted = solved.problem, solved.problem.law, solved.problem.fitted
     record, P, V = problem.record, problem.replay(solved.optimum.x, fitted), problem.volumes(values)
     leaked = values.get("leak", 0.0) * record.h * np.cumsum(P[0] - P[1])
-    result: dict[str, tuple[float, float]] = {}
+    result: dict[str, float] = {}
     for side in Side:
         PV = P[side] * V[side, :fitted]
         ratio: Any = record.area_ratio[side, :fitted]
         start = values.get(f"start_{side.name}", 1.0)
         mass = PV[0] / (record.R * record.T_wall * start) - side.sign * leaked
         PT = P[side] * PV / (mass * record.R) / record.PT_0
-        mean, at_0 = (  # (7), (8)
-            float(np.mean(wall_conductance(1.0, ratio, PT, *exponents)))
-            for exponents in ((law.e_A, law.e_PT), (1.0, 0.5))
-        )
-        result[side.name] = mean, mean / at_0
+        result[side.name] = float(np.mean(wall_conductance(1.0, ratio, PT, law.e_A, law.e_PT)))  # (7), (8)
     return result
 
 

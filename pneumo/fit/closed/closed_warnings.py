@@ -24,6 +24,8 @@ from pneumo.fit.residuals import Residual
 from pneumo.fit.stage_signals import smoothing
 from pneumo.physics.cylinder import chamber_of
 
+SHUT = 0.02  # command over its limit, below which a valve passes next to nothing
+SELDOM = 0.01  # of the samples, that a command may be larger
 BLOCKS = 20  # of a record, whose mean pressures are compared
 VISIBLE = 10.0  # range of the means over their noise, above which a pressure changes
 OPEN = 0.1  # standard deviation of ln P over that of ln V, below which a chamber is not closed
@@ -41,6 +43,13 @@ def check_closed(
     `InputError` if there is none, or, with `check`, if chambers look swapped.
     """
     chambers, notes, reasons = [], [], []
+    driven = float(np.mean(np.abs(measurement.u) > SHUT * plant.valve.u_max))
+    if check and driven > SELDOM:
+        raise InputError(
+            f"{record.name}: column u: beyond {100 * SHUT:g} % of u_max in {100 * driven:.2g} % of samples:"
+            " must be about zero in closed chambers; --closed-from names the time when the valve shuts,"
+            " --trust skips this check"
+        )
     if np.any(measurement.u != 0) or (measurement.m is not None and np.any(measurement.m != 0)):
         notes.append("command or flows are not zero: not used, since --closed says that no gas flows")
     for side, (P, length) in enumerate(zip(record.P, record.uncovered, strict=True)):

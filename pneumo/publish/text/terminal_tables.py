@@ -221,7 +221,7 @@ def wall_text(fit: ClosedChambersResult) -> str:
     """Conventions of a fit of closed chambers."""
     T, P = fit.T_wall, fit.P_0 / KILO
     return (
-        f"mean k: of the part fitted; k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by eqs (7) and (8).\n"
+        f"mean k: of the part fitted; k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by the law of the row.\n"
         f"Assumed for the wall: {T:.5g} K; every k scales with its inverse, predictions do not depend on it"
     )
 

@@ -75,6 +75,20 @@ def test_what_made_the_record_of_a_moving_piston_is_found(found):
     assert any("k_0 of A and of B do not overlap" in text for text in found.warnings)
 
 
+def test_k_0_is_the_laws_own_at_P_0(found):
+    """A constant conductance is its mean; converted by the root of PT it was another."""
+    constant = found.data["estimate"].sel(model="wall heat, constant")
+    for side in "AB":
+        k_0, mean = (constant.sel(parameter=f"{name}_{side}").item() for name in ("k_0", "k"))
+        assert k_0 == pytest.approx(mean, rel=1e-12)
+
+
+def test_a_driven_record_is_refused(record, plant):
+    driven = record._replace(u=np.where(TIME < 1.0, 5.0, 0.0))
+    with pytest.raises(InputError, match=r"column u: beyond 2 % of u_max in 12 % of samples.*--closed-from"):
+        fit_closed(driven, plant)
+
+
 @pytest.mark.slow
 def test_the_walls_temperature_scales_k_and_the_gas_and_changes_no_prediction(record, found, plant):
     warm = fit_closed(record._replace(T=1.1 * 293.15), plant)
