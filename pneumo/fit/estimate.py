@@ -41,7 +41,7 @@ from pneumo.fit.valve_signal import behind_valve
 from pneumo.physics.models import MODELS, Model, Wall
 
 PART = 0.6  # of the record that is fitted
-MOST_STEPS = 120_000  # of the part fitted: two minutes at 1 kHz; more tells no more and takes gigabytes
+MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more and takes gigabytes
 NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
 OTHER_WALLS: tuple[Wall, ...] = ("k_0", "lambda_0 A_q")  # beside that of the full order
 ALONE_STEPS = 15  # of a search with one configured quantity free
@@ -244,6 +244,9 @@ def fit_measurement(
     first = record.part(0, split)
     noisy = with_added_noise(first)
     few = noisy[: 2 * FEW_PAIRS]
+    long = long_notes(record, split, part)
+    for note in long:
+        progress(f"note: {note}")
     estimates: dict[str, Estimate] = {}
     known = known or accuracy()
     prior: Mapping[str, Prior] = NO_PRIORS
@@ -288,7 +291,7 @@ def fit_measurement(
         data=fit_data(measurement, estimates, (*reported, *STARTS)),
         notes=(
             *measurement.notes,
-            *long_notes(record, split, part),
+            *long,
             *alike_notes(reduced),
             *uncorrected_notes(estimates),
         ),
