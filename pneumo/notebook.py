@@ -70,7 +70,12 @@ class RecordFit:
     @property
     def errors(self) -> pd.DataFrame:
         """Root mean square errors, Pa, by model and chamber, on the part fitted and on that held out."""
-        return self.result.data[["rms_fitted", "rms_held_out"]].to_dataframe().unstack("chamber")
+        columns = {
+            (part, chamber): self.result.data[part].sel(chamber=chamber).values
+            for part in ("rms_fitted", "rms_held_out")
+            for chamber in "AB"
+        }
+        return pd.DataFrame(columns, index=pd.Index(self.result.models, name="model"))
 
     @property
     def residuals(self) -> xr.DataArray:
@@ -82,8 +87,7 @@ class RecordFit:
         """Correlation of the parameters of the full order, or else of the best model."""
         models = self.result.models
         model = FULL_ORDER if FULL_ORDER in models else models[0]
-        table = self.result.data["correlation"].sel(model=model).to_pandas()
-        return table.dropna(axis=0, how="all").dropna(axis=1, how="all")
+        return self.result.correlation(model)
 
     def plot_record(self) -> Figure:
         """Figure of the record's signals as the fit read them."""

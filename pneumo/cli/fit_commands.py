@@ -144,8 +144,10 @@ def fit(
         if not trust:
             check_columns(measured, plant, command=rule)
         causes = tuple(dict.fromkeys(also or ()))
-        options = {"command": rule, "part": part, "also": causes, "known": accuracy(configuration)}
-        fitted = fit_measurement(measured, plant, names, **options, progress=say)
+        known = accuracy(configuration)
+        fitted = fit_measurement(
+            measured, plant, names, command=rule, part=part, also=causes, known=known, progress=say
+        )
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES, SHIFTING
@@ -91,6 +92,13 @@ class FitResult:
         columns = (row[name].values.tolist() for name in ("estimate", "low", "high"))
         intervals = dict(zip(self.data["parameter"].values.tolist(), map(Interval, *columns), strict=True))
         return {name: interval for name, interval in intervals.items() if np.isfinite(interval.value)}
+
+    def correlation(self, model: str) -> pd.DataFrame:
+        """Correlation of a model's parameters, by their names."""
+        table = self.data["correlation"].sel(model=model).values
+        fitted = np.isfinite(table).any(axis=0)
+        names = self.data["parameter"].values[fitted]
+        return pd.DataFrame(table[np.ix_(fitted, fitted)], index=names, columns=names)
 
     def summary(self) -> dict[str, Any]:
         """Estimates, errors, notes and warnings as plain numbers and texts, SI units; None where open."""

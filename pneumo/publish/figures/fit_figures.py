@@ -88,7 +88,7 @@ def diagnosis_figure(fit: FitResult) -> Figure:
     left.set_xlabel(axis_label("lag", "ms"))
     left.set_ylabel("autocorrelation of the residual")
     left.legend(loc="upper right")
-    table = fitted["correlation"].to_pandas().dropna(axis=0, how="all").dropna(axis=1, how="all")
+    table = fit.correlation(model)
     names = [QUANTITIES[str(name)].heading for name in table.index]
     right.imshow(table.to_numpy(), vmin=-1, vmax=1, cmap="RdBu_r")
     right.set_xticks(range(len(names)), names, rotation=90)
