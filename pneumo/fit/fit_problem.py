@@ -191,7 +191,7 @@ def sagging_supply(signals: StageSignals, u: np.ndarray, plant: Plant, sag: floa
     above = np.clip((ratio - plant.gas.critical_ratio) / (1 - plant.gas.critical_ratio), 0.0, 1.0)
     flow = np.abs(u[:, 0]) / plant.valve.u_max * np.sqrt(1 - above**2)
     decay = np.exp(-signals.h / SUPPLY_LINE)
-    smooth = lfilter([1 - decay], [1.0, -decay], flow)
+    smooth = np.asarray(lfilter([1 - decay], [1.0, -decay], flow))
     return np.broadcast_to((plant.conditions.P_s * (1 - sag * smooth))[:, None], u.shape)
 
 

@@ -130,7 +130,8 @@ def principal_curvatures(fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Eigenvalues and eigenvectors of the curvature in the parameters' natural units, and these units."""
     scale = np.sqrt(np.diag(plain_curvature(fit)))
     scale = np.maximum(scale, UNSEEN * scale.max())
-    return *np.linalg.eigh(fit.curvature / np.outer(scale, scale)), scale
+    size, axes = np.linalg.eigh(fit.curvature / np.outer(scale, scale))
+    return size, axes, scale
 
 
 def parameter_interval(

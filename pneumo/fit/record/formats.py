@@ -171,7 +171,7 @@ def _add_signals(name: str, value: Any, signals: dict[str, Any], units: dict[str
     elif array.dtype.kind in "iuf" and array.ndim == 1 and len(array) > 1:
         signals.setdefault(name, array)
     elif array.dtype.kind in "iuf" and array.ndim == 2:
-        for number, column in enumerate(array.T if array.shape[0] > array.shape[1] else array, start=1):
+        for number, column in enumerate(array.T if array.size < len(array) ** 2 else array, start=1):
             signals.setdefault(f"{name}.{number}", column)
     return None
 
