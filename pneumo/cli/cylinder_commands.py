@@ -59,6 +59,7 @@ def check(
 
 
 def study(
+    context: typer.Context,
     files: Annotated[
         list[Path] | None, Argument(help="configuration; later files override earlier ones")
     ] = None,
@@ -75,11 +76,14 @@ def study(
         Path | None,
         Option("--from", help="folder of a fleet's results: write the page of one --cylinder from them"),
     ] = None,
-    output: Annotated[Path | None, output_to("folder for study.html and study.nc [study-NAME]")] = None,
+    output: Annotated[
+        Path | None, output_to("folder for study.html and study.nc [study-, with the files' names]")
+    ] = None,
 ) -> None:
     """Rank all models on your cylinder and recommend one."""
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import check_folder
+    from pneumo.storage.files import output_folder
 
     if stored is not None:
         if not cylinder or len(cylinder) > 1 or files or experiment or seeds:
@@ -87,6 +91,7 @@ def study(
         from pneumo.selection.fleet import stored_cylinder
 
         folder = output or Path(f"study-{cylinder[0]}")
+        context.with_resource(output_folder(folder))
         check_folder(folder)
         return _report(*stored_cylinder(stored, cylinder[0]), folder)
     if not files:
@@ -102,7 +107,8 @@ def study(
     configured = in_SI(configuration)
     configured = configured._replace(seeds=seeds or configured.seeds)
     chosen = selected(configured, cylinder or (), experiment or ())
-    folder = output or Path(f"study-{chosen.name}")
+    folder = output or Path("-".join(["study", *(file.stem for file in files)]))
+    context.with_resource(output_folder(folder))
     check_folder(folder)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("full-order runs and replays", total=simulated_time(chosen))

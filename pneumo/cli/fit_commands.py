@@ -53,6 +53,7 @@ def show(
 
 
 def fit(
+    context: typer.Context,
     measurement: Record,
     cylinder: Cylinder = None,
     config: Config = None,
@@ -112,13 +113,13 @@ def fit(
     from pneumo.publish.pages.fit_page import fit_page
     from pneumo.publish.text import terminal_tables as shown
     from pneumo.selection.plants import configured_plant
-    from pneumo.storage.files import check_output, write_text
+    from pneumo.storage.files import output_folder, write_text
 
     def say(text: str) -> None:
         typer.echo(text, err=True)
 
     if output is not None:
-        check_output(output)
+        context.with_resource(output_folder(output))
     configuration = read_configuration(config)
     configured = study(configuration)
     plant = configured_plant(configured, cylinder, 1.0)

@@ -110,6 +110,7 @@ def assumptions(results: Results = RESULTS) -> None:
 
 
 def identify(
+    context: typer.Context,
     files: Annotated[list[Path] | None, Argument(help="configuration [config/paper.yaml]")] = None,
     cylinder: Annotated[
         Literal["D", "E", "both"], Option(help="which cylinder; amplitudes and signal sampling need both")
@@ -130,9 +131,9 @@ def identify(
     from pneumo.evidence.identification.identify import identify as identified
     from pneumo.evidence.identification.identify import save_identification
     from pneumo.publish.text.terminal_tables import identification_tables
-    from pneumo.storage.files import check_output
+    from pneumo.storage.files import output_folder
 
-    check_output(output.parent)
+    context.with_resource(output_folder(output.parent))
     start = time.perf_counter()
 
     def progress(text: str) -> None:

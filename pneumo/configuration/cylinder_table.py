@@ -14,6 +14,7 @@ from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import dotted, resolved
 from pneumo.configuration.text_file import csv_rows, read_text
 from pneumo.errors import ConfigurationError, printable, shown
+from pneumo.regular_file import regular_file
 
 LARGEST_TABLE = 100_000_000  # bytes as text; ten thousand cylinders have one or two million
 OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys that may differ between rows
@@ -138,7 +139,7 @@ def _parquet_rows(file: Path, named: str) -> Iterator[list[str]]:
         raise ConfigurationError(f"{named}: a Parquet file needs pyarrow; pip install pyarrow") from None
     too_large = ConfigurationError(f"{named}: must have at most {LARGEST_TABLE} bytes when written as text")
     try:
-        with file.open("rb") as stream, ParquetFile(stream) as table:
+        with regular_file(file, LARGEST_TABLE) as stream, ParquetFile(stream) as table:
             about = table.metadata
             yield table.schema_arrow.names
             if (

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.errors import ConfigurationError, printable
+from pneumo.regular_file import regular_file
 
 csv.field_size_limit(100_000_000)  # the largest file read here
 
@@ -12,18 +13,14 @@ csv.field_size_limit(100_000_000)  # the largest file read here
 def read_text(file: Path, largest: int, named: str) -> str:
     """Return the text of a file; `ConfigurationError` if it cannot be read or has over `largest` bytes.
 
-    The file may be a device, whose size is unknown. `named` is its name in the error message.
+    `named` is its name in the error message.
     """
     try:
-        with file.open("rb") as stream:
-            content = stream.read(largest + 1)
-        text = content.decode("utf-8-sig") if len(content) <= largest else None
+        with regular_file(file, largest) as stream:
+            return stream.read(largest).decode("utf-8-sig")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise ConfigurationError(f"{named}: cannot be read: {printable(reason, 300)}") from None
-    if text is None:
-        raise ConfigurationError(f"{named}: must have at most {largest} bytes")
-    return text
 
 
 def csv_rows(text: str) -> Any:

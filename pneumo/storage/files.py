@@ -7,18 +7,21 @@ import json
 import math
 import os
 import threading
-from collections.abc import Container, Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Container, Generator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from glob import escape
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
 import xarray as xr
+from netCDF4 import Dataset
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.study_json import from_json, plain
-from pneumo.errors import DamagedError, InputError, ResultError
+from pneumo.errors import DamagedError, InputError, ResultError, printable
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.storage.seal import seal, unsealed
+from pneumo.storage.seal import check_seal, seal, unsealed
 
 DOI = "https://doi.org/10.1243/09596518JSCE203"
 COMMON = {
@@ -31,6 +34,9 @@ COMMON = {
     "creator_name": "pneumo developers",
 }
 LOCK = threading.Lock()  # HDF5 serves one thread at a time
+PART = ".part"  # ends the names of files that are being written
+LARGEST_IN_MEMORY = 8_000_000_000  # bytes of the variables that are read from a file
+NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)
 EXPERIMENT_LABELS = ("cylinder", "loop", "k_0")  # scalar coordinates of every per-experiment file
 SEALED_JSON = ("parameters.json", "verdict.json", "findings.json")
 
@@ -39,15 +45,50 @@ GRID = ("mean_error", "variance", "mse", "status", "failure_time")  # of every c
 
 @contextmanager
 def atomic(path: Path) -> Generator[Path]:
-    """Yield a temporary path; rename it on success, delete it on failure."""
+    """Yield a temporary path; rename it on success, delete it on failure.
+
+    The file is made under a random name, so that nobody can have prepared a link there. Remains of a killed
+    process go; locks of runs and output folders keep others from writing the same file.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.part")
+    for remains in path.parent.glob(f".{escape(path.name)}.*{PART}"):
+        remains.unlink(missing_ok=True)
+    part = path.with_name(f".{path.name}.{token_hex(8)}{PART}")
+    os.close(os.open(part, NEW_FILE, 0o666))
     try:
         yield part
         part.replace(path)
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+@contextmanager
+def output_folder(folder: Path) -> Generator[None]:
+    """Make a folder for output and lock it while the block runs; in the end an empty one is removed.
+
+    `InputError` if it cannot be written, or if another process has the lock. Windows has no such lock.
+    """
+    check_output(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        if os.name != "nt":
+            from fcntl import LOCK_EX, LOCK_NB, flock
+
+            descriptor = os.open(folder, os.O_RDONLY)
+            stack.callback(os.close, descriptor)
+            try:
+                flock(descriptor, LOCK_EX | LOCK_NB)
+            except BlockingIOError:
+                problem = "another pneumo writes there; wait, or name another folder with -o"
+                raise InputError(f"{folder}: {problem}") from None
+            stack.callback(_remove_if_empty, folder)
+        yield
+
+
+def _remove_if_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
 
 
 def check_output(folder: Path) -> None:
@@ -150,11 +191,33 @@ def _absent(path: Path | str) -> ResultError:
     return ResultError(f"{path}: no such file; `snakemake -j2` makes the results")
 
 
+def check_sizes(path: Path, largest: int, variables: Sequence[str] = ()) -> None:
+    """Raise ValueError if variables of a NetCDF file, or all, have over `largest` bytes in memory.
+
+    Coordinates always count: xarray loads them when it opens the file. `variables` that are not there do not.
+    """
+    with Dataset(path.absolute()) as file:
+        names = {*variables, *file.dimensions} & file.variables.keys() if variables else file.variables
+        sizes = {name: _bytes_in_memory(file.variables[name]) for name in names}
+    if sum(sizes.values()) > largest:
+        name = max(sizes, key=lambda name: sizes[name])
+        raise ValueError(f"{printable(name, 40)} would have {sizes[name]} bytes: at most {largest} for all")
+
+
+def _bytes_in_memory(variable: Any) -> int:
+    return math.prod(variable.shape) * getattr(variable.dtype, "itemsize", 8)  # text: at least a pointer
+
+
 @contextmanager
-def _checked(path: Path) -> Generator[xr.Dataset]:
-    """Open a sealed NetCDF file of pneumo and check that it is about the experiment of its name."""
+def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]:
+    """Open a sealed NetCDF file of pneumo and check that it is about the experiment of its name.
+
+    Without `variables` all of its variables must fit into memory.
+    """
     try:
-        unsealed(path)
+        check_seal(path)
+        with LOCK:
+            check_sizes(path, LARGEST_IN_MEMORY, variables)
         # Absolute: a relative name might look like a network address.
         with LOCK, xr.open_dataset(path.absolute(), engine="netcdf4") as dataset:
             if dataset.attrs.get("source") != COMMON["source"]:
@@ -183,9 +246,9 @@ def damaged(folder: Path) -> list[DamagedError]:
     for path in sealed_files(folder):
         try:
             if path.suffix == ".json":
-                unsealed(path)
+                check_seal(path)
             else:
-                with _checked(path):
+                with _checked(path, ["experiment"]):
                     pass
         except DamagedError as error:
             errors.append(error)
@@ -200,7 +263,7 @@ def read(path: Path | str, *variables: str) -> xr.Dataset:
     ResultError
         If the file is missing, damaged, truncated or foreign, or lacks a variable.
     """
-    with _checked(Path(path)) as dataset:
+    with _checked(Path(path), variables) as dataset:
         missing = [name for name in variables if name not in dataset]
         if missing:
             raise ResultError(

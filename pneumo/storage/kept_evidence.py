@@ -4,6 +4,9 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
+from pneumo.regular_file import regular_file
+from pneumo.storage.seal import LARGEST_JSON, LARGEST_RESULT
+
 KEPT = Path(__file__).resolve().parents[2] / "paper" / "evidence"
 NO_CONFIGURATION = "none: "  # begins `config_sha256` of evidence that no configuration made
 
@@ -40,8 +43,9 @@ def _made_from(file: Path, config_sha256: str) -> bool:
 
 def _about(file: Path) -> Mapping[str, str]:
     """Attributes of a file: its configuration, code and perhaps date."""
-    if file.suffix == ".json":
-        return json.loads(file.read_bytes())
+    with regular_file(file, LARGEST_JSON if file.suffix == ".json" else LARGEST_RESULT) as opened:
+        if file.suffix == ".json":
+            return json.load(opened)
     from netCDF4 import Dataset  # here, since showing a stored verdict needs none of it
 
     with Dataset(file.absolute()) as dataset:

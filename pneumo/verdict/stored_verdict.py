@@ -11,8 +11,9 @@ from typing import Any
 
 from pneumo.errors import DamagedError
 from pneumo.hashing import code_hash
+from pneumo.regular_file import regular_file
 from pneumo.storage.kept_evidence import KEPT
-from pneumo.storage.seal import unsealed
+from pneumo.storage.seal import LARGEST_RESULT, unsealed
 
 OF_PAPER = ("*.yaml", "published/*.csv", "seed_deviations.csv")  # what a verdict reads
 OF_EVIDENCE = ("assumptions.nc", "power.nc")
@@ -34,7 +35,7 @@ def hashes_behind_verdict(results: Path, paper: Path, module: str, reads: Sequen
 
 
 def _end(file: Path) -> bytes:
-    with file.open("rb") as opened:
+    with regular_file(file, LARGEST_RESULT) as opened:
         opened.seek(max(0, file.stat().st_size - SEAL))
         return opened.read()
 

@@ -154,7 +154,7 @@ def test_init_then_study(inside, tmp_path):
     assert code == 0 and all(f" M{i} " in out for i in range(1, 11))
     assert "mine: open, closed, 2 runs each" in out and "Recommended: M" in out
     assert "open: thermal " in out and ", exchange " in out and " full order " in out
-    files = sorted(file.name for file in (tmp_path / "study-my-cylinder").iterdir())
+    files = sorted(file.name for file in (tmp_path / "study-cylinder-quick").iterdir())
     assert files == ["study.html", "study.nc"]
     options = ["--experiment", "open", "--seeds", 1, "-o", "one"]
     code, out, _ = inside("study", "cylinder.yaml", "quick.yaml", *options)
@@ -213,7 +213,7 @@ def test_a_study_whose_runs_all_fail_says_so_and_writes_its_page(inside, tmp_pat
     code, out, err = inside("study", "cylinder.yaml", "wild.yaml")
     assert "Left out: open, seed 1: " in out and "Recommended: none" in out
     assert code == 2 and err.splitlines()[-1].startswith("pneumo: mine: no full-order run succeeded")
-    assert (tmp_path / "study-my-cylinder" / "study.html").exists()
+    assert (tmp_path / "study-cylinder-wild" / "study.html").exists()
 
 
 def run_with_output(output, *arguments):
@@ -253,13 +253,13 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(arguments, i
 
 def test_a_disk_that_fills_up_is_one_line(inside, tmp_path, monkeypatch):
     def full(*_arguments, **_options):
-        raise OSError(errno.ENOSPC, "No space left on device", "study-my-cylinder/study.nc.part")
+        raise OSError(errno.ENOSPC, "No space left on device", "study-cylinder-quick/study.nc.part")
 
     inside("init")
     (tmp_path / "quick.yaml").write_text(QUICK)
     monkeypatch.setattr("pneumo.publish.pages.study_page.save_cells", full)
     code, _, err = inside("study", "cylinder.yaml", "quick.yaml", "--experiment", "open", "--seeds", 1)
-    line = "pneumo: study-my-cylinder/study.nc.part: No space left on device"
+    line = "pneumo: study-cylinder-quick/study.nc.part: No space left on device"
     assert (code, err.splitlines()[-1]) == (2, line)
 
 
@@ -318,7 +318,7 @@ def test_what_was_fitted_is_studied_linearised_and_exported(inside, tmp_path):
     (tmp_path / "quick.yaml").write_text("run: {seeds: 1, duration_limit_s: 0.3}\n")
     code, out, err = inside("study", "fitted.yaml", "quick.yaml")
     assert code == 0, err
-    with xr.open_dataset("study-my-cylinder-fitted/study.nc") as cells:
+    with xr.open_dataset("study-fitted-quick/study.nc") as cells:
         assert cells["k_0"].values == pytest.approx(found["k_0"], rel=1e-5)  # six digits are written
     code, out, err = inside("check", "fitted.yaml")
     assert code == 0 and f"k_0 = {found['k_0']:.6g} W/K" in out, err

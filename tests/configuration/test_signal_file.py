@@ -62,6 +62,6 @@ def test_limits_of_size(tmp_path, monkeypatch):
     with pytest.raises(ConfigurationError, match="must have at most 7 bytes"):
         read_column(file, "u", "here")
     monkeypatch.undo()
-    endless = r"^x\.file = '/dev/zero': must have at most 20000000 bytes$"
+    endless = r"^x\.file = '/dev/zero': cannot be read: not a regular file$"
     with pytest.raises(ConfigurationError, match=endless):
         read_column(Path("/dev/zero"), "u", "x")

@@ -205,7 +205,7 @@ def test_an_interrupted_write_leaves_what_was_there(tmp_path, monkeypatch, error
         write(small(), path, ATTRIBUTES)
     assert (path.read_bytes() if path.exists() else None) == before
     assert {file.name for file in tmp_path.iterdir()} <= {"a.nc"}
-    path.with_name(f"{path.name}.part").write_text("of a process that was killed")
+    path.with_name(f".{path.name}.0123.part").write_text("of a process that was killed")
     monkeypatch.undo()
     write(small(), path, ATTRIBUTES)  # the remains are no obstacle
     assert [file.name for file in tmp_path.iterdir()] == ["a.nc"]

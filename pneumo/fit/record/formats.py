@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pneumo.errors import InputError, printable
+from pneumo.regular_file import regular_file
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -436,9 +437,8 @@ def read_table(path: Path, known_units: set[str]) -> Table:
     suffix = path.suffix.lower()
     kind = next((form for form in FORMATS if suffix in form.suffixes), FORMATS[0])
     try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: must be a file of at most {LARGEST_FILE} bytes")
-        _limit(path, path.stat().st_size, LARGEST_FILE, "bytes")
+        with regular_file(path, LARGEST_FILE):
+            pass
         if kind.read is None:
             raise InputError(f"{path}: {suffix} files are not read: {kind.remark}")
         return kind.read(path, known_units)

@@ -25,7 +25,7 @@ from pneumo.selection.cylinder_ranking import TITLE, save_cells
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
 from pneumo.statistics.recommendation import MATERIAL
-from pneumo.storage.files import check_output, read, write_text
+from pneumo.storage.files import read, write_text
 
 MM2, CM3 = 1e6, 1e6  # in a m², in a m³
 MARK = "pneumo study"  # in the page, so that another run may overwrite it
@@ -106,8 +106,7 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise `InputError` if a folder cannot be written, or contains a page or cells of another origin."""
-    check_output(folder)
+    """Raise `InputError` if a folder contains a page or cells of another origin."""
     for file, is_ours in ((folder / PAGE, _is_our_page), (folder / CELLS, _are_our_cells)):
         if file.exists() and not is_ours(file):
             raise InputError(f"{file}: not written by `{MARK}`, not overwritten; name another folder with -o")
