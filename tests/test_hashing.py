@@ -120,6 +120,8 @@ def test_the_hash_is_the_same_in_every_version_of_python():
         ("physics/chamber.py", "", "\nEDITED = 1\n", {"datum.py", "settling.py", "replay.py"}),
         ("statistics/averages.py", "", "\nEDITED = 1\n", {"statistics.py"}),
         ("publish/style.py", "", "\nEDITED = 1\n", set()),
+        ("storage/files.py", "", "\nEDITED = 1\n", set()),
+        ("storage/layout.py", "", "\nEDITED = 1\n", {"datum.py", "settling.py", "replay.py"}),
     ],
 )
 def test_which_steps_of_the_workflow_an_edit_concerns(copy, file, old, new, changed):
