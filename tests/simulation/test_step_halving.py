@@ -7,6 +7,7 @@ from scipy.integrate import RK45
 
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
+from pneumo.simulation import full_order
 from pneumo.simulation.full_order import RAN, failure, record, run
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay, replay_by_reference
@@ -122,3 +123,20 @@ def test_halvings_are_stored():
     # The paper's runs keep their step.
     assert {e.most_halvings for e in STUDY.experiments.values()} == {0}
     assert {e.most_halvings for e in STUDY.with_halvings().experiments.values()} == {MOST_HALVINGS}
+
+
+@pytest.mark.parametrize("state", [2, 3, 4, 5])
+def test_each_error_is_judged_on_its_own_scale(state, monkeypatch):
+    e = STUDY.experiments["E14"]
+    error = np.zeros(6)
+    error[state] = -7.0
+    monkeypatch.setattr(
+        full_order, "_estimate", lambda _y, _context, _h, _K, into: into.__setitem__(slice(None), error)
+    )
+    Y = np.ones((STAGES + 1, 6))
+    conditions = e.plant.conditions
+    scale = {2: conditions.P_0, 3: conditions.T_0, 4: conditions.P_0, 5: conditions.T_0}[state]
+    context = (0.0, 0.0, e.drive, e.plant)
+    assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 7.0 / scale
+    error[0] = 1.0  # m, over the stroke
+    assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 1.0 / e.plant.cylinder.stroke

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from ranked_cells import LEVEL, made, ranked
@@ -29,6 +30,16 @@ def test_order_n_recommendation_and_numbers_of_a_row():
     low, high = stats.t.interval(0.95, 3, loc=per_run.mean(), scale=stats.sem(per_run))
     assert (row.mse.low, row.mse.high) == pytest.approx((low, high))
     assert row.rms == pytest.approx(tuple(own.mean(("experiment", "run")).values ** 0.5))
+
+
+def test_the_best_n_is_that_of_all_runs_and_experiments_together():
+    cells = made(experiments=("X", "Y"), runs=4, noise=0.0)
+    times = np.ones((2, 4, 3))
+    times[0, 0] = 0.1, 3.0, 3.0  # the first run asks for 1.2, all others for 1.4
+    times[0, 1:], times[1] = (3.0, 3.0, 0.5), (3.0, 3.0, 0.5)
+    dims = ("experiment", "run", "n")
+    found = ranked(cells.assign(mse=cells["mse"] * xr.DataArray(times, dims=dims)), "mine")
+    assert found.row("M6").n == 1.4
 
 
 def test_paired_comparison_is_sharper_than_two_intervals_and_gains_are_per_cent():

@@ -121,6 +121,24 @@ def test_the_command_gives_the_third_derivative_that_was_asked_for(x, v, P_A, P_
         assert jerk_of(y, a, found, PLANT, MODEL) == pytest.approx(asked, rel=1e-6, abs=1e-6)
 
 
+@settings(max_examples=30)
+@given(
+    st.floats(-1e-4, 1e-4),
+    st.floats(-1e-3, 1e-3),
+    st.floats(-0.02, 0.02),
+    st.floats(-1e-6, 1e-6),
+    st.floats(10.0, 80.0),
+)
+def test_an_error_is_answered_by_four_equal_poles(e, de, dde, integral, w):
+    y = np.array([0.01, 0.1, 3.9e5, 4.1e5])
+    a = acceleration(*y[1:], 0.0, PLANT.cylinder)
+    _, c_2, c_1, c_0, c_i = np.poly([-w] * 4)  # s^4 + 4 w s^3 + 6 w^2 s^2 + 4 w^3 s + w^4, of the integral
+    jerk = c_2 * dde + c_1 * de + c_0 * e + c_i * integral
+    found = commanded(y, np.array([y[0] + e, y[1] + de, a + dde, 0.0]), integral, w, PLANT, LANE)
+    asked = commanded(y, np.array([y[0], y[1], a, jerk]), 0.0, w, PLANT, LANE)
+    assert found == pytest.approx(asked, rel=1e-9, abs=1e-9)
+
+
 def test_a_controller_with_the_perfect_model_and_state_tracks():
     t = np.arange(1501) * H
     reference = minimum_jerk(t - 0.1, 0.02, 0.5)
@@ -245,6 +263,13 @@ def test_losses_are_ratios_to_the_best_with_intervals():
     found = statistics.losses(used)
     np.testing.assert_array_equal(found[1], 1.0)
     assert found[0, 1] < 1.3 < found[0, 2] and found[2, 2] < 1.1 < found[0, 1]
+
+
+def test_the_best_model_has_the_lowest_mean_and_not_the_lowest_single_error():
+    used = np.exp([[0.0, 0.1, -0.1, 0.0], [-3.0, 4.0, 4.0, 4.0]])
+    found = statistics.losses(used)
+    np.testing.assert_array_equal(found[0], 1.0)
+    assert found[1, 0] == pytest.approx(np.exp(9 / 4))
 
 
 def invented_cells(order: dict[str, float]) -> xr.Dataset:

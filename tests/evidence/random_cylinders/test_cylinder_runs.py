@@ -311,6 +311,38 @@ def test_the_direct_rule_finds_a_threshold_and_is_judged_on_cylinders_it_has_not
     assert found["rule_quotient"].sel(bound="high") > 0.95
 
 
+def test_the_direct_rule_does_not_see_the_half_held_out():
+    lowest, thermal = errors(400, sigma=0.02), np.exp(np.random.default_rng(7).normal(size=(400, 2)))
+    below = thermal[:200] < 0.7
+    lowest[:200, :, M["M6"]] *= np.where(below, 0.5, 2.0)
+    lowest[:200, :, M["M8"]] *= np.where(below, 1.0, 0.8)
+    lowest[200:, :, M["M10"]] *= 0.1  # another rule would be better there
+    cells = invented(lowest)
+    cells["thermal"] = (("cylinder", "loop"), thermal)
+    found = direct_rule(regime.with_answers(cells, 200))
+    assert found["rule_model"].values.tolist() == ["M6", "M8"]
+    assert found["rule_threshold"].item() == pytest.approx(0.7, rel=0.03)
+    # Nor is it judged on the half that it was fitted to.
+    held, names = lowest[200:], [M["M6"], M["M8"]]
+    chosen = np.where(thermal[200:] < found["rule_threshold"].item(), *(held[..., name] for name in names))
+    expected = np.exp(np.log(chosen / held[..., M["M10"]]).mean())
+    assert found["rule_error"].sel(choice="rule", bound="value").item() == pytest.approx(expected)
+
+
+def test_a_tie_is_no_gain_and_a_run_on_an_edge_is_in_both_thirds():
+    lowest = errors(31)
+    lowest[..., M["M8"]] = lowest[..., M["M7"]]
+    found = compared(lowest, 31)["share"].sel(statement="M8/M7 < 1", bound="value")
+    assert (found == 0).all()
+    group = np.arange(62.0).reshape(31, 2) + 1.0
+    lowest[..., M["M8"]] = np.where(group == 62, 1e-6, 1.0) * lowest[..., M["M7"]]
+    runs = regime.with_answers(invented(lowest, group), 31)
+    third = regime.compare_by_thirds(runs, ["exchange"]).sel(group="exchange", pair="M8/M7")
+    assert third["third_share"].sel(bound="value", third=["lowest", "middle"]).values.tolist() == [0, 0]
+    assert third["third_share"].sel(bound="value", third="highest") > 0  # the run at its upper end
+    assert third["third_from"].values[0] == 1 and third["third_to"].values[-1] == 62
+
+
 def test_intervals_are_wilsons_and_those_of_the_standard_error():
     z, p, n = 1.959963985, 0.3, 40
     centre, half = p + z**2 / 2 / n, z * (p * (1 - p) / n + z**2 / 4 / n**2) ** 0.5

@@ -10,6 +10,7 @@ from rich.console import Console
 from scipy import stats
 
 from pneumo.evidence.seeds import findings as f
+from pneumo.evidence.seeds import seed_deviations
 from pneumo.evidence.seeds.ensemble import ensemble_statistics
 from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
@@ -218,3 +219,11 @@ def test_own_seeds_give_what_the_verdict_says(evidence_file, results, transport)
                 assert a.value is None
             else:
                 assert a.value == pytest.approx(b.value, abs=0.25 * claim.seed_deviation), claim.id
+
+
+def test_a_deviation_over_seeds_is_that_of_a_sample(monkeypatch):
+    numbers = [Finding(value=value) for value in (0.0, 1.0, 4.0)]
+    monkeypatch.setattr(seed_deviations, "finding_for", lambda _claim, source: source)
+    found = seed_deviations.seed_deviations(CLAIMS, numbers)
+    # Squares about 5/3: 25/9, 4/9, 49/9, over two degrees of freedom.
+    assert found and list(found.values()) == pytest.approx([(13 / 3) ** 0.5] * len(found), rel=1e-15)
