@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent
-# How files are opened, locked, written and refused: no number of a result depends on it (paper/decisions/0110).
+# They open, lock, write and refuse files: no number of a result depends on them (paper/decisions/0110).
 WITHOUT_NUMBERS = {
     *(
         "pneumo.errors",

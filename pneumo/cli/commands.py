@@ -12,7 +12,16 @@ from typer import Option
 from pneumo.cli.cylinder_commands import check, init, study
 from pneumo.cli.fit_commands import fit, show
 from pneumo.cli.model_commands import export, linearise, models
-from pneumo.cli.paper_commands import assumptions, ensemble, explain, identify, setups, verdict, verify
+from pneumo.cli.paper_commands import (
+    assumptions,
+    check_evidence,
+    ensemble,
+    explain,
+    identify,
+    setups,
+    verdict,
+    verify,
+)
 
 app = typer.Typer(
     help="Reduced-order thermodynamic models of servo-pneumatic chambers. Begin with"
@@ -25,7 +34,7 @@ app.add_typer(paper, name="paper")
 
 for command in (init, check, study, show, fit, linearise, export, models):
     app.command()(command)
-for command in (verdict, explain, assumptions, identify, setups, ensemble, verify):
+for command in (verdict, explain, assumptions, identify, setups, ensemble, check_evidence, verify):
     paper.command()(command)
 
 

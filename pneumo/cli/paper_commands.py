@@ -193,6 +193,37 @@ def ensemble(
     console.print(findings_table(statements, headlines=False), markup=False, soft_wrap=True)
 
 
+def check_evidence() -> None:
+    """Compute samples of the kept evidence again; compare.
+
+    It takes a minute; whole files take hours: `make evidence`.
+    """
+    import time
+
+    from pneumo.errors import ResultError
+    from pneumo.evidence.kept_samples import SAMPLES, check_samples, of_this_study
+
+    row = "{:<18} {:>7}  {:<11} {:>9}  {:<8} {:>5}  {}"
+    typer.echo(row.format("file", "numbers", "", "off by", "code", "s", "farthest"))
+    wrong: list[str] = []
+    for file in SAMPLES:
+        if not of_this_study(file):
+            wrong.append(file)
+            typer.echo(row.format(file, 0, "OTHER STUDY", "", "", "", "made from another configuration"))
+            continue
+        start = time.perf_counter()
+        found = check_samples(file)
+        wrong += [] if found.good else [file]
+        words = (
+            "as kept" if found.good else "DIFFERENT",
+            f"{found.off:.1e}",
+            "this" if found.by_this_code else "earlier",
+        )
+        typer.echo(row.format(file, found.numbers, *words, f"{time.perf_counter() - start:.1f}", found.worst))
+    if wrong:
+        raise ResultError(f"{', '.join(wrong)}: not what is computed today; `make evidence` makes it anew")
+
+
 def verify(
     results: Annotated[Path, Argument(help="folder of results")] = RESULTS,
     remove: Annotated[

@@ -67,7 +67,7 @@ def test_what_check_models_and_version_print(inside):
 
 @pytest.mark.parametrize(("group", "words"), [(app, []), (paper, ["paper"])])
 def test_help_names_every_command_and_each_has_its_own(group, words, inside):
-    names = [command.callback.__name__ for command in group.registered_commands]
+    names = [command.callback.__name__.replace("_", "-") for command in group.registered_commands]
     code, out, _ = inside(*words, "--help")
     assert code == 0 and names and all(f"  {name} " in out for name in names)
     assert not re.search(r"^  \w.*\.\.\.$", out, re.MULTILINE)  # typer cuts what is too long for the line

@@ -47,7 +47,7 @@ def test_what_is_made_anew_is_compared(floor, tmp_path, capsys, factor, code):
     assert capsys.readouterr().out.endswith(", too much\n") == bool(code)
 
 
-def test_findings_are_compared_by_what_stands(floor, tmp_path):
+def test_findings_are_compared_by_value(floor, tmp_path):
     for folder, answer in (("results", "yes"), ("kept", "no")):
         text = json.dumps(MADE | {"claims": [{"stands": answer}]})
         write_json(text, tmp_path / folder / "findings.json")

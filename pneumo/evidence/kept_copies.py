@@ -1,0 +1,109 @@
+"""Copies of evidence that are kept with the source: variables, digits, and how far other numbers are off."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS
+from pneumo.storage.files import read, read_json
+
+
+class Copy(NamedTuple):
+    """Digits and variables that are kept of a file of evidence."""
+
+    digits: int | None = 4  # of floating-point numbers; None: all
+    variables: tuple[str, ...] = ()  # that pages, statements and checks read; none: all
+
+
+OF_COVERAGE = ("truth", "low", "high", "full_k_0", "full_true_k_0", "full_low", "full_high")
+OF_CYLINDERS = ("lowest", "counts", "held_out", "ratio", "share", "cylinders")
+OF_CYLINDERS += ("map_ratio", "thermal_edge", "exchange_edge", *KNOWN_GROUPS)
+OF_CYLINDERS += tuple(f"third_{name}" for name in ("from", "to", "ratio", "share"))
+OF_CYLINDERS += tuple(f"rule_{name}" for name in ("threshold", "model", "error", "quotient"))
+PARTS = ("model_error", "transport_error", "discretisation_error", "cross_term", "total", "total_exact")
+PARTS += ("regularised_discretisation", "chatter", "regularised_law", "halving", "sampled", "told_apart")
+PARTS += tuple(f"reference_{name}" for name in ("model_error", "coarse", "fine"))
+OF_BUDGET = tuple(f"level_{part}" for part in PARTS)
+COPIES = {  # the others as `Copy` has it
+    "assumptions.nc": Copy(digits=None),  # as taken they are the study, which a test compares
+    "cylinders.nc": Copy(4, OF_CYLINDERS),
+    "error_budget.nc": Copy(4, (*OF_BUDGET, "constant_n", "best_n", "told_apart", "order")),
+    "open_loop.nc": Copy(digits=6),  # places of pairs: scores differ by tenths
+    "variants.nc": Copy(None, ("ratio", "share", "counted")),
+    "seed_sets.nc": Copy(digits=5),
+    # Six digits hardly move a truth across an interval's end.
+    "fit_coverage.nc": Copy(6, (*OF_COVERAGE, "full_held_out", "full_seconds")),
+}
+MEASURED_TIMES = {"full_seconds"}  # differ from run to run
+TOLERANCE = 10.0  # times what the digits explain: another processor, another order of sums
+NOTHING = 1e-12  # of the largest number of a variable: what a kept zero may be elsewhere, by rounding
+
+
+def tolerance(name: str) -> float:
+    """Relative difference from a kept file that its digits explain."""
+    return TOLERANCE * 10 ** -(COPIES.get(name, Copy()).digits or 15)
+
+
+def difference(kept: np.ndarray, again: np.ndarray) -> float:
+    """Largest difference of two arrays of one shape, over the kept number of the same place.
+
+    Infinite where only one is NaN, or where the kept one is zero and the other more than `NOTHING`; text and
+    whole numbers are equal, or infinitely different.
+    """
+    if kept.shape != again.shape:
+        return np.inf
+    if kept.dtype.kind != "f":
+        return 0.0 if (kept == again).all() else np.inf
+    kept, again = kept.astype(float), again.astype(float)
+    if (np.isnan(kept) != np.isnan(again)).any():
+        return np.inf
+    known = np.isfinite(kept)
+    if (kept[~known & ~np.isnan(kept)] != again[~known & ~np.isnan(kept)]).any():
+        return np.inf
+    kept, again = kept[known], again[known]
+    off = np.abs(again - kept)
+    off[(kept == 0) & (off <= NOTHING * np.abs(kept).max(initial=0.0))] = 0.0
+    with np.errstate(divide="ignore"):
+        return float(np.divide(off, np.abs(kept), out=np.zeros_like(off), where=off > 0).max(initial=0.0))
+
+
+def _numbers(content: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Every value of a JSON text with its path."""
+    if isinstance(content, dict | list):
+        pairs = content.items() if isinstance(content, dict) else enumerate(content)
+        for key, inner in pairs:
+            yield from _numbers(inner, f"{path}.{key}" if path else str(key))
+    else:
+        yield path, content
+
+
+def differences(kept: Path, again: Path) -> dict[str, float]:
+    """`difference` of every variable of a kept file from another file; of findings, of every value."""
+    if kept.suffix == ".json":
+        old, new = (dict(_numbers(json.loads(read_json(file)))) for file in (kept, again))
+        about = {"code_sha256", "config_sha256", "date_created"}
+        names = [name for name in old | new if name not in about]
+        pairs = {name: (np.asarray(old.get(name, "")), np.asarray(new.get(name, ""))) for name in names}
+        return {name: _of_values(*pair) for name, pair in pairs.items()}
+    copy: xr.Dataset = read(kept)
+    names = list(map(str, copy.variables))
+    made = read(again, *names)
+    return {
+        name: difference(copy[name].values, made[name].transpose(*copy[name].dims).values)
+        for name in names
+        if name not in MEASURED_TIMES
+    }
+
+
+def _of_values(old: np.ndarray, new: np.ndarray) -> float:
+    """`difference` of two values of a JSON text."""
+    numeric = {old.dtype.kind, new.dtype.kind} <= {"f", "i"}
+    return (
+        difference(old.astype(float), new.astype(float))
+        if numeric
+        else float(old.dtype.kind != new.dtype.kind or old != new)
+    )
