@@ -22,6 +22,8 @@ from pneumo.cli.paper_commands import (
     verdict,
     verify,
 )
+from pneumo.cli.paper_commands import assumptions, ensemble, explain, identify, setups, verdict, verify
+from pneumo.cli.rig_commands import rig
 
 app = typer.Typer(
     help="Reduced-order thermodynamic models of servo-pneumatic chambers. Begin with"
@@ -32,7 +34,7 @@ app = typer.Typer(
 paper = typer.Typer(help="Reproduction of the paper: verdict and evidence.")
 app.add_typer(paper, name="paper")
 
-for command in (init, check, study, show, fit, linearise, export, models):
+for command in (init, check, study, show, fit, rig, linearise, export, models):
     app.command()(command)
 for command in (verdict, explain, assumptions, identify, setups, ensemble, check_evidence, verify):
     paper.command()(command)

@@ -16,6 +16,8 @@ DRAWN = {
         ("regimes", "cylinders", "regimes_figure", "regime_map"),
         ("variants", "variants", "alternatives_figures", "variants_figure"),
         ("measurements", "measurements", "measurements_figure", "measurements_figure"),
+        ("pulses", "measured_air", "measured_air_figure", "pulses_figure"),
+        ("vessel", "measured_air", "measured_air_figure", "vessel_figure"),
         ("at_work", "at_work", "at_work_figure", "at_work_figure"),
     ]
 }
@@ -207,10 +209,30 @@ rule measured_records:
         "../scripts/measurements.py"
 
 
+rule measured_air:
+    input:
+        records=[
+            "data/valve_driven/pulses.nc",
+            "data/valve_driven/rig.yaml",
+            *[f"data/tank/{run}.{kind}" for run in ["discharge", "filling"] for kind in ["nc", "yaml"]],
+        ],
+    output:
+        cells="results/measured_air.nc",
+    log:
+        "results/logs/measured_air.log",
+    params:
+        code=code_behind("measured_air.py"),
+    message:
+        "Models on measured air with flow"
+    script:
+        "../scripts/measured_air.py"
+
+
 rule measurements:
     input:
         rules.measured_records.output,
-        expand("results/figures/measurements.{kind}", kind=["svg", "png"]),
+        rules.measured_air.output,
+        expand("results/figures/{drawn}.{kind}", drawn=["measurements", "pulses", "vessel"], kind=["svg", "png"]),
 
 
 rule variants:

@@ -252,6 +252,28 @@ def transient_text(transient: "Transient") -> str:
     )
 
 
+# --- pneumo rig ------------------------------------------------------------------------------------
+
+
+def rig_table(result: xr.Dataset) -> Table:
+    """Models by their error on what was held out, with their estimates, from `judged_models`."""
+    rows = list[list[str]]()
+    for name in result["model"].values[np.argsort(result["held_out"].values)]:
+        row = result.sel(model=name)
+        errors = [significant(row[error].item() / KILO) for error in ("fitted", "held_out")]
+        T = row["T_error"].item()
+        cells = (row.sel(parameter=parameter) for parameter in result["parameter"].values)
+        estimates = [
+            f"{cell['parameter'].item()} {significant(cell['estimate'].item())}"
+            f" ({ends_text(cell['low'].item(), cell['high'].item())})"
+            for cell in cells
+            if np.isfinite(cell["estimate"].item())
+        ]
+        rows.append([str(name), *errors, significant(T) if np.isfinite(T) else "–", "\n".join(estimates)])
+    heads = ("model", "fitted (kPa)", "held out (kPa)", "T (K)", "estimate (95 % interval)")
+    return _table("RMS errors", heads, rows)
+
+
 # --- pneumo paper identify -------------------------------------------------------------------------
 
 IDENTIFIED_UNIT = {"M": "kg", "k_f": "N s/m", "stop": ""}

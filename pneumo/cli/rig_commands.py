@@ -1,0 +1,59 @@
+"""``pneumo rig``: models fitted to one volume of gas, a chamber behind a valve and a hose or a vessel."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from typer import Argument, Option
+
+from pneumo.cli.options import output_to
+
+
+def rig(
+    file: Annotated[Path, Argument(help="YAML file of the rig: numbers, or [low, high] of what is fitted")],
+    record: Annotated[Path, Argument(help="record with t and P_A, of a chamber x and u, optionally T")],
+    columns: Annotated[
+        Path | None,
+        Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: bar(g)}` ..."),
+    ] = None,
+    command: Annotated[
+        Literal["column", "edges"], Option(help="the valve's command: column u, or the pressure's own edges")
+    ] = "column",
+    model: Annotated[list[str] | None, Option(help="model; may be repeated [all]")] = None,
+    temperature: Annotated[
+        bool, Option("--temperature", help="fit measured gas temperatures too, and their lag")
+    ] = False,
+    output: Annotated[Path | None, output_to("folder for rig.nc")] = None,
+) -> None:
+    """Fit models to one volume of gas: a chamber behind a valve and perhaps a hose, or a vessel.
+
+    Models are ranked on pulses, or points, that the fit does not use.
+    """
+    from rich.console import Console
+
+    from pneumo.errors import InputError, printable
+    from pneumo.fit.record.columns import read_mapping
+    from pneumo.fit.rig.rig_file import read_rig
+    from pneumo.fit.rig.rig_fit import RIG_MODELS, fitted_runs, judged_models, rig_warnings
+    from pneumo.fit.rig.rig_record import read_runs
+    from pneumo.hashing import code_hash
+    from pneumo.publish.text.terminal_tables import rig_table
+    from pneumo.storage.files import attributes, check_output, write
+
+    for name in model or ():
+        if name not in RIG_MODELS:
+            raise InputError(f"--model {printable(name)}: must be one of {', '.join(RIG_MODELS)}")
+    if output is not None:
+        check_output(output)
+    known = read_rig(file)
+    runs = read_runs(record, known, read_mapping(columns) if columns else None, from_edges=command == "edges")
+    names = tuple(dict.fromkeys(model)) if model else RIG_MODELS
+    result = judged_models(known, runs, names, temperature, lambda text: typer.echo(text, err=True))
+    Console(width=200).print(rig_table(result))
+    for warning in rig_warnings(known, fitted_runs(runs), result["fitted"].min().item()):
+        typer.echo(f"warning: {warning}", err=True)
+    if output is not None:
+        summary = "Errors of pressure on what was fitted and held out, estimates with 95 per cent intervals"
+        code = code_hash("pneumo.fit.rig.rig_fit")
+        about = attributes("Models fitted to a rig", summary, "none: a rig has a file of its own", code)
+        write(result, output / "rig.nc", about)

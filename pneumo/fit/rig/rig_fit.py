@@ -1,0 +1,330 @@
+"""Models of one volume of gas fitted to the runs of a rig, and judged on points that the fit did not use."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import OptimizeResult, least_squares
+
+from pneumo.fit.rig.rig_file import Rig, factor, key
+from pneumo.fit.rig.rig_record import Points, Run, halves
+from pneumo.physics.cylinder import wetted_area
+from pneumo.physics.models import MODELS
+from pneumo.physics.valve import choked_flow
+from pneumo.simulation.gas_network import Link, Node, full_order_lane, law, replay
+
+ADIABATIC = "full order, adiabatic"
+FULL = {  # full order by its wall: exponents of A_q / A_q0 and of PT / (P_0 T_0)
+    ADIABATIC: (0.0, 0.0),
+    "full order": (0.0, 0.0),
+    "full order, eq (7)": (1.0, 0.5),
+}
+RIG_MODELS = (*MODELS, *FULL)
+P_SCALE, T_SCALE = 1e3, 1.0  # Pa and K, by which residuals are divided
+FAR = 1e3  # residual where there is no replay
+MOST_EVALUATIONS = 80
+PART = 0.4  # of several runs, that are fitted
+ISO_RHO, ISO_T = 1.185, 293.15  # kg/m^3 and K, the reference of a sonic conductance
+STARTS = (0.5, 0.15)  # positions between the two ends, on a logarithmic scale where both are positive
+ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
+HALF_WIDTH = 1.96  # standard deviations of a 95 per cent interval
+POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
+HOSE_HELPS = 0.7  # error with a hose over that without, below which one is there
+WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k")
+
+
+class RigEstimate(NamedTuple):
+    """A model fitted to some runs."""
+
+    values: dict[str, float]  # of all quantities of the rig, SI units
+    fitted: tuple[str, ...]  # names of those that were fitted
+    low: dict[str, float]  # ends of 95 per cent intervals of those; NaN where the value is on a bound
+    high: dict[str, float]
+    rms: float  # Pa, over all points of the pressure that were fitted
+
+
+def fitted_names(rig: Rig, model: str) -> list[str]:
+    """Quantities of a rig that are fitted with a model."""
+    names = [name for name, (low, high) in rig.ends.items() if low < high]
+    row = MODELS.get(model)
+    if row is None or not row.has_n:
+        names = [name for name in names if name != "n"]
+    if (row is not None and row.wall == "none") or model == ADIABATIC:
+        names = [name for name in names if name not in WALL]
+    return [name for name in names if name != "T_lag" or row is None]
+
+
+def opening(t: np.ndarray, begin: float, lasts: float) -> np.ndarray:
+    """Fraction by which a valve has opened that begins at a time and takes another, s."""
+    return np.clip((t - begin) / lasts, 0.0, 1.0)
+
+
+def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> tuple[Points, Points]:
+    """Pressure at the sensor and temperature of the gas in the chamber, at the samples of a run's inputs."""
+    v, gas = values, rig.gas
+    t, T_amb, P_start, P_atm = run.t, v["T_surroundings"], v["P_start"], v["P_surroundings"]
+    C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
+    row = MODELS.get(model)
+    if row is not None:
+        lane, full = law(row, v["n"], gas.gamma)
+    else:
+        lane, full = full_order_lane(gas.gamma, *FULL[model]), True
+    warm = model != ADIABATIC
+    chamber = Node(lane, full, P_start, T_amb, P_start, T_amb, T_amb, *(v[name] * warm for name in WALL[:4]))
+    nodes, links, areas = [chamber], list[Link](), list[np.ndarray]()
+    if rig.has("volume"):
+        volumes = [np.full_like(t, v["volume"])]
+    else:
+        piston = np.pi / 4 * (v["bore"] ** 2 - v["rod"] ** 2)
+        volumes = [v["dead_volume"] + piston * run.x]
+    ratios = [np.ones_like(t)]
+    if rig.has("bore"):
+        area = wetted_area(volumes[0], np.array(v["bore"]))
+        ratios = [area / area[0]]
+    port = 0  # node at the valve
+    if rig.has("hose_volume"):
+        port = 1
+        nodes.append(chamber._replace(k_0=v["hose_k"] * warm, k_store=0.0, c_store=0.0, k_back=0.0))
+        volumes.append(np.full_like(t, v["hose_volume"]))
+    ends = len(nodes) + rig.has("supply_volume")  # number of the first of the surroundings
+    atmosphere, source = ends, ends + 1
+    surroundings = [(P_atm, T_amb)]
+    if port:
+        links.append(Link(1, 0, v.get("hose_b", np.nan), v["hose_out_over_in"]))
+        areas.append(np.full_like(t, C * v["hose_C"]))
+    if rig.has("orifice"):
+        links.append(Link(port, atmosphere))
+        areas.append(np.full_like(t, v["C_d"] * np.pi / 4 * v["orifice"] ** 2))
+    else:
+        is_open = opening(t, run.on + v["valve_opening_delay"], v["valve_opening"])
+        is_open = is_open - opening(t, run.off + v["valve_closing_delay"], v["valve_closing"])
+        is_open = np.clip(is_open, 0.0, 1.0)
+        surroundings.append((v["P_s"], T_amb))
+        supply = source
+        if rig.has("supply_volume"):
+            supply = len(nodes)
+            full_order = Node(full_order_lane(gas.gamma), True, v["P_s"], T_amb, v["P_s"], T_amb, T_amb)
+            nodes.append(full_order)
+            volumes.append(np.full_like(t, v["supply_volume"]))
+            links.append(Link(source, supply))
+            areas.append(np.full_like(t, C * v["regulator_C"]))
+        links += [
+            Link(supply, port, v.get("valve_b", np.nan)),
+            Link(port, atmosphere, v.get("valve_b", np.nan)),
+        ]
+        areas += [
+            C * v["valve_C_in"] * is_open,
+            C * v["valve_C_out"] * (1.0 - is_open),
+        ]
+    ratios += [np.ones_like(t)] * (len(nodes) - 1)
+    states = replay(
+        nodes, links, surroundings, np.array(volumes), np.array(areas), gas, run.h, np.array(ratios)
+    )
+    sensor = port if rig.sensor == "valve" else 0
+    return Points(t, states.P[sensor]), Points(t, lagged(states.T[0], v["T_lag"], run.h))
+
+
+def lagged(T: np.ndarray, lag: float, h: float) -> np.ndarray:
+    """Reading of a thermometer with a lag of first order, s; T is linear between samples."""
+    if lag == 0:
+        return T
+    shrink = np.exp(-h / lag)
+    reading = T.copy()
+    for k in range(1, len(T)):
+        slope = (T[k] - T[k - 1]) / h
+        reading[k] = T[k] - slope * lag + (reading[k - 1] - T[k - 1] + slope * lag) * shrink
+    return reading
+
+
+def errors(replayed: Points, measured: Points) -> np.ndarray:
+    """Replayed minus measured values at the measured times."""
+    return np.interp(measured.t, replayed.t, replayed.values) - measured.values
+
+
+def rms(values: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def run_errors(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Errors of pressure, Pa, and temperature, K, at the points of a run; empty where none was measured."""
+    P, T = replay_run(rig, model, values, run)
+    return errors(P, run.P), errors(T, run.T) if run.T is not None else np.empty(0)
+
+
+class RigProblem(NamedTuple):
+    """Least squares of a model; parameters run from 0 to 1 between their ends."""
+
+    rig: Rig
+    model: str
+    runs: Sequence[Run]
+    names: tuple[str, ...]
+    temperature: bool = False  # whether measured temperatures are fitted too
+
+    def values(self, theta: np.ndarray) -> dict[str, float]:
+        """All quantities, SI units."""
+        ends = self.rig.ends
+        fitted = {
+            name: ends[name][0] + float(part) * (ends[name][1] - ends[name][0])
+            for name, part in zip(self.names, theta, strict=True)
+        }
+        return {name: low for name, (low, _) in ends.items()} | fitted
+
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Errors of all points over their scales."""
+        parts, values = list[np.ndarray](), self.values(theta)
+        for run in self.runs:
+            P, T = run_errors(self.rig, self.model, values, run)
+            parts += [P / P_SCALE, T / T_SCALE] if self.temperature else [P / P_SCALE]
+        all_errors = np.concatenate(parts)
+        return np.where(np.isfinite(all_errors), all_errors, FAR)
+
+    def start(self, position: float) -> np.ndarray:
+        """Parameters at a position between their ends."""
+        theta = list[float]()
+        for name in self.names:
+            low, high = self.rig.ends[name]
+            at = low * (high / low) ** position if low > 0 else low + position * (high - low)
+            theta.append((at - low) / (high - low))
+        return np.array(theta)
+
+    def solve(self) -> OptimizeResult:
+        """Lowest sum of squares from several starts."""
+        return min((self._solved(self.start(position)) for position in STARTS), key=lambda o: o.cost)
+
+    def _solved(self, theta: np.ndarray) -> OptimizeResult:
+        return least_squares(
+            self.residual, theta, bounds=(0.0, 1.0), x_scale="jac", max_nfev=MOST_EVALUATIONS
+        )
+
+
+def fit_rig(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False) -> RigEstimate:
+    """Estimate of a model from some runs.
+
+    Intervals are those of least squares with coloured residuals: as if there were as many points as the
+    residual has correlation times. They say nothing of an error of the model itself.
+    """
+    problem = RigProblem(rig, model, runs, tuple(fitted_names(rig, model)), temperature)
+    if not problem.names:
+        theta, residual, J = np.empty(0), problem.residual(np.empty(0)), np.empty((0, 0))
+    else:
+        optimum = problem.solve()
+        theta, residual, J = optimum.x, optimum.fun, optimum.jac
+    values, low, high = problem.values(theta), dict[str, float](), dict[str, float]()
+    inside = (theta > ON_END) & (theta < 1 - ON_END)
+    freedom = max(1, len(residual) / correlation_time(residual) - inside.sum())
+    covariance = np.linalg.pinv(J[:, inside].T @ J[:, inside]) if inside.any() else np.empty((0, 0))
+    deviations = np.full(len(theta), np.nan)
+    deviations[inside] = np.sqrt(np.diag(covariance) * (residual @ residual) / freedom)
+    for name, deviation in zip(problem.names, deviations, strict=True):
+        half = HALF_WIDTH * deviation * (rig.ends[name][1] - rig.ends[name][0])
+        low[name], high[name] = values[name] - half, values[name] + half
+    P = np.concatenate([run_errors(rig, model, values, run)[0] for run in runs])
+    return RigEstimate(values, problem.names, low, high, rms(P))
+
+
+def correlation_time(residual: np.ndarray) -> float:
+    """Samples within which residuals repeat each other: 1 for white noise."""
+    centred = residual - residual.mean()
+    spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
+    correlation = np.fft.irfft(spectrum)[: len(centred) // 2]
+    if correlation.size == 0 or correlation[0] <= 0:
+        return 1.0
+    correlation = correlation / correlation[0]
+    negative = np.flatnonzero(correlation < 0)
+    return float(max(1.0, 2 * correlation[: negative[0] if len(negative) else None].sum() - 1))
+
+
+def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
+    """Reasons not to believe a fit, a sentence each: a line behind the valve that the rig does not have.
+
+    From the runs that were fitted and the lowest error of a model there, Pa.
+    """
+    if not rig.has("valve_C_in") or rig.has("hose_volume"):
+        return []
+    line = fit_rig(rig.changed(**POSSIBLE_HOSE), "full order", runs)
+    if line.rms > HOSE_HELPS * lowest:
+        return []
+    words = " and ".join(map(key, POSSIBLE_HOSE))
+    volume, C = (line.values[name] / factor(name) for name in POSSIBLE_HOSE)
+    return [
+        f"a hose of {volume:.3g} mL and {C:.3g} dm3/(s bar) between valve and chamber would bring the error"
+        f" from {lowest / 1e3:.3g} to {line.rms / 1e3:.3g} kPa: add {words}"
+    ]
+
+
+class Judged(NamedTuple):
+    """A fitted model, and its errors on points that its fit did not use."""
+
+    estimate: RigEstimate
+    held_out: float  # Pa
+    T: float  # K, over all temperatures; NaN where none was measured
+
+
+def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
+    """First `PART` of several runs, at least one, or a single run: those that are fitted."""
+    return runs[: max(1, round(PART * len(runs)))]
+
+
+def judged(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False) -> Judged:
+    """Estimate of a model, and its error on points held out.
+
+    Of several runs the first `PART` are fitted and the others held out. Of one run every second point of the
+    pressure is held out, both ways; the estimate itself is from all its points.
+    """
+    left = list[np.ndarray]()
+    used = fitted_runs(runs)
+    estimate = fit_rig(rig, model, used, temperature)
+    left += [run_errors(rig, model, estimate.values, run)[0] for run in runs[len(used) :]]
+    if len(runs) == 1:
+        run = runs[0]
+        for chosen, others in (halves(run.P), halves(run.P)[::-1]):
+            part = fit_rig(rig, model, [run._replace(P=chosen)], temperature)
+            left.append(run_errors(rig, model, part.values, run._replace(P=others))[0])
+    T = np.concatenate([run_errors(rig, model, estimate.values, run)[1] for run in runs])
+    return Judged(estimate, rms(np.concatenate(left)), rms(T) if len(T) else np.nan)
+
+
+def judged_models(
+    rig: Rig,
+    runs: Sequence[Run],
+    models: Sequence[str] = RIG_MODELS,
+    temperature: bool = False,
+    progress: Callable[[str], None] = lambda _text: None,
+) -> xr.Dataset:
+    """Several models fitted to a rig's runs.
+
+    Errors `fitted` and `held_out`, Pa, and `T_error`, K, by model; `estimate`, `low` and `high` by (model,
+    parameter) in the unit that the parameter's name ends with, NaN where a model does not fit it, or where
+    an end is open because the value is on a bound.
+    """
+    results = dict[str, Judged]()
+    for model in models:
+        results[model] = judged(rig, model, runs, temperature)
+        held_out = results[model].held_out
+        progress(
+            f"{model}: {results[model].estimate.rms / 1e3:.2f} kPa fitted, {held_out / 1e3:.2f} held out"
+        )
+    names = [name for name, (low, high) in rig.ends.items() if low < high]
+    estimates = [result.estimate for result in results.values()]
+
+    def by_parameter(field: str) -> tuple[tuple[str, str], list[list[float]]]:
+        rows = [
+            [getattr(e, field)[name] / factor(name) if name in e.fitted else np.nan for name in names]
+            for e in estimates
+        ]
+        return ("model", "parameter"), rows
+
+    Pa = {"units": "Pa"}
+    return xr.Dataset(
+        {
+            "fitted": ("model", [e.rms for e in estimates], Pa),
+            "held_out": ("model", [result.held_out for result in results.values()], Pa),
+            "T_error": ("model", [result.T for result in results.values()], {"units": "K"}),
+            "estimate": by_parameter("values"),
+            "low": by_parameter("low"),
+            "high": by_parameter("high"),
+        },
+        {"model": list(models), "parameter": [key(name) for name in names]},
+    )

@@ -1,0 +1,198 @@
+"""Record of one volume of gas, cut into runs that start at rest."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy.interpolate import make_smoothing_spline
+
+from pneumo.errors import InputError, printable
+from pneumo.fit.record.columns import KNOWN_UNITS, Column, columns_by_header
+from pneumo.fit.record.formats import read_table
+from pneumo.fit.rig.rig_file import Rig
+from pneumo.fit.stage_signals import smoothing
+
+RISEN = 0.015  # of the pressure's range, above which a pulse has begun
+FALLEN = 0.7  # of a pulse's largest pressure, below which the valve has closed
+BEFORE, AFTER = 10e-3, 30e-3  # s, of a run before its pulse begins and after it has ended
+UNEVEN = 0.02  # variation of the steps between samples, over their mean, that is negligible
+SHORTEST = 5  # samples between the edges of a pulse
+STEPS = 1500  # of a run without samples uniform in time
+
+
+class Points(NamedTuple):
+    """Measured values at their times."""
+
+    t: np.ndarray  # s, from the start of the run
+    values: np.ndarray  # SI units
+
+    def part(self, chosen: np.ndarray) -> "Points":
+        """The chosen points."""
+        return Points(self.t[chosen], self.values[chosen])
+
+
+class Run(NamedTuple):
+    """Part of a record that starts at rest."""
+
+    h: float  # s, between the samples of its inputs
+    x: np.ndarray  # m, position from its smallest in the record, by sample; 0 for a vessel
+    on: float  # s, edge of the pressure, or of the command, as the valve opens; NaN without valve
+    off: float  # s, the same as it closes
+    P: Points  # Pa, absolute
+    T: Points | None = None  # K, of the gas
+
+    @property
+    def t(self) -> np.ndarray:
+        """Times of the samples of its inputs, s."""
+        return self.h * np.arange(len(self.x))
+
+
+def edges(P: np.ndarray) -> list[tuple[float, float]]:
+    """Positions at which pulses of a pressure begin and end, in samples, between which nothing is missing.
+
+    A pulse begins where the pressure leaves its lowest value, and ends where it last falls through `FALLEN`
+    of its largest. Both are linear between samples.
+    """
+    low, level = P.min(), RISEN * np.ptp(P)
+    above = low + level < P
+    starts = np.flatnonzero(above[1:] & ~above[:-1])
+    ends = np.flatnonzero(above[:-1] & ~above[1:])
+    pulses = []
+    for start in starts:
+        later = ends[ends > start + SHORTEST]
+        if not len(later):
+            break
+        pulse = P[start : later[0] + 2] - low
+        falls = np.flatnonzero((pulse[:-1] >= FALLEN * pulse.max()) & (pulse[1:] < FALLEN * pulse.max()))[-1]
+        begin = start + (level - pulse[0]) / (pulse[1] - pulse[0])
+        beyond = (pulse[falls] - FALLEN * pulse.max()) / (pulse[falls] - pulse[falls + 1])
+        pulses.append((begin, start + falls + beyond))
+    return pulses
+
+
+def commanded(u: np.ndarray) -> list[tuple[float, float]]:
+    """Samples from which a two-state command is on, and from which it is off again."""
+    on = u > (u.min() + u.max()) / 2
+    starts, ends = np.flatnonzero(on[1:] & ~on[:-1]) + 1, np.flatnonzero(on[:-1] & ~on[1:]) + 1
+    return [(float(k), float(ends[ends > k][0])) for k in starts if (ends > k).any()]
+
+
+def pulses(t: np.ndarray, x: np.ndarray, P: np.ndarray, u: np.ndarray | None = None) -> list[Run]:
+    """Runs of a chamber that an on/off valve fills and vents, one for each pulse.
+
+    From time, s, uniform; position, m, which grows with the volume and is smoothed; absolute pressure, Pa;
+    and a two-state command. Without that, the pressure's own edges are taken.
+
+    Raises
+    ------
+    InputError
+        If there is no whole pulse.
+    """
+    h = float(t[-1] - t[0]) / (len(t) - 1)
+    if np.ptp(x) > 0:
+        x = make_smoothing_spline(t, x, lam=smoothing(x, h)[0])(t)
+    x = x - x.min()
+    calm = P.min() + RISEN * np.ptp(P)
+    runs = []
+    for on, off in edges(P) if u is None else commanded(u):
+        first = int(on) - round(BEFORE / h)
+        settled = np.flatnonzero(P[int(off) :] <= calm)
+        last = int(off) + (settled[0] if len(settled) else len(P)) + round(AFTER / h)
+        if first < 0 or last >= len(P):
+            continue
+        k = np.arange(first, last + 1)
+        runs.append(Run(h, x[k], (on - first) * h, (off - first) * h, Points(h * (k - first), P[k])))
+    if not runs:
+        raise InputError("no whole pulse: the pressure must rise from its lowest value and return to it")
+    return runs
+
+
+def vessel_run(P: Points, T: Points | None = None) -> Run:
+    """Run of a vessel from time 0, with samples as dense as its steps need."""
+    h = float(max(P.t[-1], T.t[-1] if T else 0.0)) / STEPS
+    return Run(h, np.zeros(STEPS + 1), np.nan, np.nan, P, T)
+
+
+def read_runs(
+    path: Path, rig: Rig, mapping: Mapping[str, Column] | None = None, *, from_edges: bool = False
+) -> list[Run]:
+    """Runs of a record of one volume of gas.
+
+    Parameters
+    ----------
+    path
+        File with t, P_A and, where they were measured, T, x and u; or NetCDF with P and T at their own times
+        t_P and t_T. A pressure or temperature that is missing in a row was not measured there.
+    rig
+        What is known of the rig: a chamber needs x, and u unless `from_edges`.
+    mapping
+        Column and unit of each quantity; by default as the file's header names them.
+    from_edges
+        Whether the edges of the pressure stand for the valve's command.
+
+    Raises
+    ------
+    InputError
+        If the file or a column is not usable, or has no whole pulse.
+    """
+    signals = _at_own_times(path) or _columns(path, rig, mapping)
+    pressure, T = signals["P_A"], signals.get("T")
+    if rig.has("volume"):
+        return [vessel_run(pressure, T)]
+    for name in ("x", *(() if from_edges else ("u",))):
+        if name not in signals:
+            instead = "; or --command edges" if name == "u" else ""
+            raise InputError(f"{path}: no column {name}: a chamber behind an on/off valve needs it{instead}")
+    t, x = signals["x"]
+    steps = np.diff(t)
+    if len(t) < SHORTEST or np.ptp(steps) > UNEVEN * np.mean(steps):
+        raise InputError(
+            f"{path}: t: samples must be equally spaced, within {100 * UNEVEN:g} % of their mean"
+        )
+    P = np.interp(t, *pressure)
+    return pulses(t, x, P, None if from_edges else np.interp(t, *signals["u"]))
+
+
+def _at_own_times(path: Path) -> dict[str, Points]:
+    """P and T of a NetCDF file in which each has its own times; nothing of any other file."""
+    if path.suffix.lower() != ".nc" or not path.is_file():
+        return {}
+    with xr.open_dataset(path.absolute(), decode_times=False) as data:
+        return {
+            name: Points(data[time].values, data[variable].values)
+            for name, variable, time in (("P_A", "P", "t_P"), ("T", "T", "t_T"))
+            if time in data.variables and variable in data.variables
+        }
+
+
+def _columns(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict[str, Points]:
+    """Signals of a table, each with the times at which it is not missing."""
+    table, units, _ = read_table(path, KNOWN_UNITS)
+    columns = dict(mapping) if mapping else columns_by_header([str(name) for name in table.columns], units)
+    values = dict[str, np.ndarray]()
+    for quantity, column in columns.items():
+        if column.column not in table.columns:
+            raise InputError(f"{path}: no column {printable(column.column)!r}, which is to be {quantity}")
+        P_atm = rig.ends["P_surroundings"][0]
+        scale, offset = column.factor_and_offset(path, quantity, P_atm)
+        numbers = np.asarray(pd.to_numeric(table.loc[:, column.column], errors="coerce"), dtype=float)
+        values[quantity] = scale * numbers + offset
+    for quantity in ("t", "P_A"):
+        if quantity not in values or np.isfinite(values[quantity]).sum() < SHORTEST:
+            raise InputError(f"{path}: no column {quantity} with at least {SHORTEST} numbers")
+    t = values.pop("t")
+    if not np.isfinite(t).all() or (np.diff(t) <= 0).any():
+        raise InputError(f"{path}: t: must be numbers that increase from row to row")
+    return {
+        name: Points(t[np.isfinite(signal)] - t[0], signal[np.isfinite(signal)])
+        for name, signal in values.items()
+    }
+
+
+def halves(points: Points) -> Sequence[Points]:
+    """Points with even and with odd number."""
+    even = np.arange(len(points.t)) % 2 == 0
+    return points.part(even), points.part(~even)

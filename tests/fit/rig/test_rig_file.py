@@ -1,0 +1,54 @@
+"""Files of a rig: units, bounds, and one clear line for each mistake."""
+
+import pytest
+
+from pneumo.errors import ConfigurationError
+from pneumo.fit.rig.rig_file import QUANTITIES, TOGETHER, key, read_rig, rig
+
+TANK = {"volume_L": 16, "orifice_mm": 2.7}
+VALVE = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
+CHAMBER = {"bore_mm": 25, "dead_volume_mL": [1, 20]} | VALVE
+
+
+def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both():
+    read = rig(CHAMBER, "rig.yaml")
+    assert read.ends["bore"] == pytest.approx((0.025, 0.025))
+    assert read.ends["dead_volume"] == pytest.approx((1e-6, 20e-6))
+    assert read.ends["P_s"] == pytest.approx((6e5, 6e5))
+    assert read.ends["P_start"] == read.ends["P_surroundings"]
+    assert read.ends["n"] == (1.0, 1.4) and not read.has("hose_volume")
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (TANK | {"volumeL": 3}, "volumeL: unknown key, perhaps volume_L"),
+        (TANK | {"C_d": "wide"}, "C_d = 'wide': must be a number, or a list of two"),
+        (TANK | {"C_d": [0.9, 0.7]}, "ascending"),
+        (TANK | {"C_d": [0.7, 0.8, 0.9]}, "a list of two"),
+        (TANK | {"C_d": True}, "C_d = True"),
+        (TANK | {"C_d": float("nan")}, "C_d = nan"),
+        (TANK | {"C_d": 11}, "at least 0.001 and at most 10"),
+        (TANK | {"gas": "helium"}, "gas = 'helium': must be air or nitrogen"),
+        (TANK | {"bore_mm": 25, "dead_volume_mL": 3}, "volume_L: conflicts with bore_mm; give only one"),
+        ({"orifice_mm": 2}, "volume_L: missing; or give bore_mm"),
+        (TANK | VALVE, "orifice_mm: conflicts with valve_C_in_dm3_per_sbar"),
+        (CHAMBER | {"hose_volume_mL": 3}, "hose_C_dm3_per_sbar: missing"),
+    ],
+)
+def test_a_mistake_is_one_line_that_names_field_value_and_what_is_allowed(content, said):
+    with pytest.raises(ConfigurationError) as error:
+        rig(content, "rig.yaml")
+    assert str(error.value).startswith("rig.yaml: ") and said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_is_read(tmp_path):
+    (tmp_path / "rig.yaml").write_text("volume_L: 16\norifice_mm: [2, 3]\n")
+    assert read_rig(tmp_path / "rig.yaml").ends["orifice"] == pytest.approx((2e-3, 3e-3))
+
+
+def test_quantities_that_are_given_together_can_be_absent():
+    for names in TOGETHER:
+        assert all(QUANTITIES[name].default is None for name in names)
+    assert len({key(name) for name in QUANTITIES}) == len(QUANTITIES)

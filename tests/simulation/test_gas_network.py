@@ -1,0 +1,161 @@
+"""A network of gas nodes: the study's own equations, what is conserved, and its limits."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from paper_study import STUDY
+from scipy.integrate import solve_ivp
+
+from pneumo import testing as some
+from pneumo.physics.cylinder import Side, chamber_of, heat_area
+from pneumo.physics.models import MODELS
+from pneumo.physics.valve import exact_gas
+from pneumo.simulation.full_order import chamber_rates
+from pneumo.simulation.gas_network import LAMINAR, Link, Node, full_order_lane, law, replay
+from pneumo.simulation.reference import lane_rate
+
+AIR = exact_gas(287.05, 1.4)
+H, SAMPLES = 1e-3, 200
+ONES = np.ones(SAMPLES)
+ROOM = (1e5, 293.0)
+SUPPLY = (7e5, 293.0)
+FULL = (full_order_lane(1.4), True)
+MODEL_NAMES = [*MODELS, None]
+
+
+def node(P=1e5, T=293.0, of=FULL, **wall):
+    return Node(*of, P, T, 5e5, 293.0, 293.0, **wall)
+
+
+def of_model(name, n=1.3):
+    return law(MODELS.get(name), n, 1.4)
+
+
+def filled(of=FULL, hose=None, supply=None, area=3e-6, V=1e-4, **wall):
+    """A chamber of growing volume on a supply, with a hose (volume, area) and a finite supply in between."""
+    nodes, volumes = [node(of=of, **wall)], [V * np.linspace(1.0, 1.5, SAMPLES)]
+    through = [(area * ONES, "source", 0)]
+    if hose:
+        nodes.append(node(of=of))
+        volumes.append(hose[0] * ONES)
+        through = [(area * ONES, "source", 1), (hose[1] * ONES, 1, 0)]
+    if supply:
+        nodes.append(node(SUPPLY[0]))
+        volumes.append(supply[0] * ONES)
+        through = [(a, len(nodes) - 1 if end == "source" else end, other) for a, end, other in through]
+        through.append((supply[1] * ONES, "source", len(nodes) - 1))
+    links = [Link(len(nodes) if end == "source" else end, other) for _, end, other in through]
+    areas = np.array([a for a, _, _ in through])
+    return replay(nodes, links, [SUPPLY], np.array(volumes), areas, AIR, H)
+
+
+@pytest.mark.parametrize("name", MODEL_NAMES)
+@pytest.mark.parametrize("u", [4.0, -4.0])
+def test_one_chamber_follows_the_equations_of_the_study(name, u):
+    plant = next(iter(STUDY.experiments.values())).plant
+    plant = plant._replace(k_0=2.0, valve=plant.valve._replace(leak=0.0, laminar=LAMINAR))
+    cylinder, c, v, P = plant.cylinder, plant.conditions, 0.3, 3e5
+    chamber = chamber_of(cylinder, Side.A)
+    lane, full = of_model(name)
+    if name is None:
+        lane = full_order_lane(plant.gas.gamma, 1.0, 0.5)
+
+    def rates(t, y):
+        if full:
+            return chamber_rates(u, v * t, v, *y, chamber, plant)
+        return [lane_rate(u, v * t, v, y[0], chamber, plant, lane)]
+
+    t = H * np.arange(SAMPLES)
+    start = [P, 300.0] if full else [P]
+    truth = solve_ivp(rates, (0, t[-1]), start, "DOP853", t, rtol=1e-10, atol=1e-4, max_step=H).y
+    x = v * t
+    V = cylinder.V_d_A + cylinder.A_A * (cylinder.stroke / 2 + x)
+    ratio = np.array([heat_area(at, cylinder) for at in x]) / heat_area(0.0, cylinder)
+    area = plant.valve.k_xu * abs(u)
+    gas_node = Node(lane, full, P, 300.0, c.P_0, c.T_0, c.T_amb, plant.k_0)
+    outside = (c.P_s if u > 0 else c.P_atm, c.T_in)
+    got = replay([gas_node], [Link(1, 0)], [outside], V[None], area * ONES[None], plant.gas, H, ratio[None])
+    # Fifth-order steps of 1 ms, against pressures that change within 10 ms; the proportional flow near equal
+    # pressures has a kink where it begins, which costs an order.
+    np.testing.assert_allclose(got.P[0], truth[0], rtol=1e-5)
+    if full:
+        np.testing.assert_allclose(got.T[0], truth[1], rtol=1e-5)
+
+
+@settings(max_examples=30)
+@given(
+    P=st.lists(some.pressures(), min_size=3, max_size=3),
+    T=st.lists(some.temperatures(), min_size=3, max_size=3),
+    V=st.lists(st.floats(1e-5, 1e-2), min_size=3, max_size=3),
+    A=st.lists(st.floats(0.0, 1e-5), min_size=3, max_size=3),
+    c=st.floats(1.0, 100.0),
+)
+def test_mass_and_energy_of_all_nodes_and_stores_are_conserved(P, T, V, A, c):
+    nodes = [node(p, t, k_store=2.0, c_store=c) for p, t in zip(P, T, strict=True)]
+    links = [Link(0, 1), Link(1, 2, 0.3), Link(2, 0)]
+    volumes, areas = np.outer(V, ONES), np.outer(A, ONES)
+    r = replay(nodes, links, [], volumes, areas, AIR, H)
+    mass = (r.P * volumes / (AIR.R * r.T)).sum(axis=0)
+    energy = (r.P * volumes / (AIR.gamma - 1) + c * r.T_store).sum(axis=0)
+    # What the steps lose: P and T are integrated, not mass and energy.
+    np.testing.assert_allclose(mass, mass[0], rtol=1e-4)
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-8)
+
+
+@settings(max_examples=20)
+@given(name=st.sampled_from(MODEL_NAMES), V=st.floats(2e-5, 1e-3), k_0=st.floats(0.0, 5.0))
+def test_a_hose_of_no_volume_and_large_conductance_is_no_hose(name, V, k_0):
+    without = filled(of_model(name), V=V, k_0=k_0).P[0]
+    short = filled(of_model(name), V=V, k_0=k_0, hose=(1e-7, 2e-5)).P[0]
+    longer = filled(of_model(name), V=V, k_0=k_0, hose=(1e-5, 2e-5)).P[0]
+    # The hose has 1/200 of the smallest chamber's volume, and its gas arrives with its own temperature,
+    # which for models without mixing is that of eq (6) at its pressure, not the chamber's.
+    np.testing.assert_allclose(short, without, rtol=1e-3)
+    assert np.abs(longer - without).max() > np.abs(short - without).max()
+
+
+@settings(max_examples=20)
+@given(name=st.sampled_from(MODEL_NAMES), V=st.floats(2e-5, 1e-3))
+def test_a_large_supply_behind_a_wide_regulator_is_infinite(name, V):
+    infinite = filled(of_model(name), V=V).P[0]
+    # 10 m^3 lose less than 1e-3 of their gas to a chamber of at most 1 L.
+    np.testing.assert_allclose(filled(of_model(name), V=V, supply=(10.0, 1e-4)).P[0], infinite, rtol=1e-3)
+    sags = filled(of_model(name), V=V, supply=(V, 1e-8))
+    assert sags.P[0, -1] < 0.9 * infinite[-1]
+    assert sags.P[1, -1] < 0.95 * SUPPLY[0]
+
+
+def test_gas_that_fills_a_vessel_brings_its_enthalpy():
+    P_1, T_1, T_s = 1e4, 280.0, SUPPLY[1]
+    r = replay([node(P_1, T_1)], [Link(1, 0)], [SUPPLY], 1e-3 * ONES[None], 2e-5 * ONES[None], AIR, H)
+    # Mass that enters has gamma T_s for its share of the energy; first steps change P by a third.
+    expected = AIR.gamma * T_s / (1 + P_1 / r.P[0] * (AIR.gamma * T_s / T_1 - 1))
+    np.testing.assert_allclose(r.T[0], expected, rtol=1e-4)
+    assert r.P[0, -1] > 5e5 and r.T[0, -1] > 1.35 * T_s
+
+
+def test_a_check_valve_lets_gas_in_only():
+    both = [node(5e5), node(1e5)]
+    V, A = 1e-4 * np.ones((2, SAMPLES)), 2e-6 * ONES[None]
+    out = replay(both, [Link(1, 0, back=0.0)], [], V, A, AIR, H)
+    np.testing.assert_array_equal(out.P, out.P[:, :1] * ONES)
+    assert replay(both, [Link(0, 1, back=0.0)], [], V, A, AIR, H).P[1, -1] > 2e5
+
+
+def test_a_wall_heats_up_to_its_temperature_in_the_time_of_its_conductance():
+    V, k, P, T = 1e-4, 2.0, 2e5, 350.0
+    r = replay([node(P, T, k_0=k)], [], [], V * ONES[None], np.empty((0, SAMPLES)), AIR, H)
+    capacity = P * V / (AIR.R * T) * AIR.R / (AIR.gamma - 1)
+    # Constant volume and mass: temperature decays exponentially, steps of fifth order.
+    expected = 293.0 + (T - 293.0) * np.exp(-k / capacity * H * np.arange(SAMPLES))
+    np.testing.assert_allclose(r.T[0], expected, rtol=1e-9)
+    np.testing.assert_allclose(r.P[0] / r.T[0], P / T, rtol=1e-9)
+
+
+def test_a_pressure_that_is_not_positive_ends_a_replay():
+    V = 1e-4 * np.linspace(1.0, 3.0, SAMPLES)
+    isothermal = replay([node(1e5, of=of_model("M1"))], [], [], V[None], np.empty((0, SAMPLES)), AIR, H)
+    assert np.isfinite(isothermal.P).all()
+    shrunk = replay([node(1e5)], [], [], -V[None] + 2e-4, np.empty((0, SAMPLES)), AIR, H)
+    assert np.isnan(shrunk.P[0, -1]) and np.isfinite(shrunk.P[0, 0])

@@ -1,0 +1,22 @@
+"""Every model on measured air with flow."""
+
+from functools import partial
+from pathlib import Path
+
+from pneumo.evidence.measured_air import measured_air
+from pneumo.jobs.wrapper import run_job
+from pneumo.storage.files import attributes, write
+
+
+def main(records: list[Path], cells: Path, code: str) -> None:
+    about = attributes(
+        "Models on measured air with flow",
+        "Each model fitted to a valve-driven cylinder and to a vessel, and judged on points left out",
+        "none: records are in data/",
+        code,
+        license="MIT; the records it was made from: MIT, jefersonjlima/wbident and andr1976/HydDown",
+    )
+    write(measured_air(records[0].parents[1], partial(print, flush=True)), cells, about, digits=4)
+
+
+run_job(main, globals())
