@@ -43,6 +43,7 @@ myst_substitutions = {
     "symbols": fragments.symbols(),
     "fitted_parameters": fragments.fitted_parameters(),
     "record_formats": fragments.record_formats(),
+    "rig_quantities": fragments.rig_quantities(),
     "files": fragments.files(examples / notebooks.SMALL),
     "results": notebooks.kind_of_results(),
     "commands": fragments.commands(),

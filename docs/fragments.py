@@ -14,6 +14,7 @@ from typer.main import get_command
 from pneumo.cli.commands import app
 from pneumo.fit.fitted_parameters import PARAMETERS
 from pneumo.fit.record.formats import FORMATS
+from pneumo.fit.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
@@ -106,6 +107,21 @@ def record_formats() -> str:
         for form in FORMATS
     ]
     return table(["format", "file ending", "", ""], rows)
+
+
+def rig_quantities() -> str:
+    """What a rig's file may hold, from the rows that everything uses."""
+    texts = [[f"`{name}`", " or ".join(choices), choices[0], ""] for name, choices in TEXTS.items()]
+    rows = [
+        [
+            f"`{key(name)}`",
+            f"{q.low:g} to {q.high:g}",
+            "" if q.default is None else f"{q.default:g}",
+            q.meaning,
+        ]
+        for name, q in QUANTITIES.items()
+    ]
+    return table(["key", "allowed", "default", "meaning"], [*texts, *rows])
 
 
 def symbols() -> str:

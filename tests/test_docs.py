@@ -58,7 +58,7 @@ def folder(tmp_path_factory) -> Path:
 
     folder = tmp_path_factory.mktemp("docs")
     small_study(folder / "results", folder / "small.yaml")
-    for name in ("config", "paper", "pneumo"):
+    for name in ("config", "data", "paper", "pneumo"):
         (folder / name).symlink_to(ROOT / name)
     return folder
 

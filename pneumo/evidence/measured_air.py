@@ -89,7 +89,10 @@ def _values(part: xr.Dataset, rig: Rig, model: str) -> dict[str, float]:
 
 def _on_other(part: xr.Dataset, rig: Rig, other: Rig, runs: list[Run]) -> xr.Dataset:
     """Errors on the other run of the vessel; its pressures and temperature before it starts are its own."""
-    own = {name: float(np.mean(other.ends[name])) for name in ("P_start", "P_surroundings", "T_surroundings")}
+    own = {
+        name: float(np.mean(other.ends[name]))
+        for name in ("P_start", "P_surroundings", "T_surroundings", "T_start")
+    }
     rows = [
         [rms(error) for error in run_errors(rig, model, _values(part, rig, model) | own, runs[0])]
         for model in part["model"].values

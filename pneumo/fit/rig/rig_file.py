@@ -72,6 +72,9 @@ QUANTITIES: dict[str, Quantity] = {
     "P_surroundings": Quantity("bar", 1e-3, 500, 1.01325, "absolute pressure of the atmosphere"),
     "T_surroundings": Quantity("K", 100, 1000, 293.15, "of walls, supply and atmosphere"),
     "P_start": Quantity("bar", 1e-3, 500, None, "before the first sample; the surroundings' where absent"),
+    "T_start": Quantity(
+        "K", 100, 1000, None, "of the gas at the first sample; the surroundings' where absent"
+    ),
     "T_lag": Quantity("s", 0, 1e3, 0, "lag of the thermometer in the gas, of first order"),
 }
 TOGETHER = (  # either all of a row or none
@@ -80,7 +83,8 @@ TOGETHER = (  # either all of a row or none
     ("valve_C_in", "valve_C_out", "P_s"),
     ("supply_volume", "regulator_C"),
 )
-ONE_OF = (("volume", "bore"), ("orifice", "valve_C_in"))
+ONE_OF = (("volume", "bore"),)
+AT_MOST_ONE = (("orifice", "valve_C_in"),)  # neither: the gas is shut in
 TEXTS = {"gas": tuple(GASES), "sensor": SENSORS}
 
 
@@ -155,8 +159,9 @@ def rig(content: Mapping[str, Any], source: str) -> Rig:
         if absent and len(absent) < len(together):
             all_keys = ", ".join(key(name) for name in together)
             raise ConfigurationError(f"{source}: {key(absent[0])}: missing; {all_keys}: give all or none")
-    for first, second in ONE_OF:
-        if (first in ends) == (second in ends):
+    for first, second in ONE_OF + AT_MOST_ONE:
+        neither = first not in ends and second not in ends
+        if (first in ends and second in ends) or (neither and (first, second) in ONE_OF):
             other = key(second)
             problem = (
                 f"conflicts with {other}; give only one" if first in ends else f"missing; or give {other}"
@@ -165,6 +170,7 @@ def rig(content: Mapping[str, Any], source: str) -> Rig:
     gas = GASES[texts["gas"]]
     ends.setdefault("n", (1.0, gas.gamma))
     ends.setdefault("P_start", ends["P_surroundings"])
+    ends.setdefault("T_start", ends["T_surroundings"])
     return Rig(gas, texts["sensor"], ends)
 
 

@@ -23,8 +23,11 @@ FULL = {  # full order by its wall: exponents of A_q / A_q0 and of PT / (P_0 T_0
 RIG_MODELS = (*MODELS, *FULL)
 P_SCALE, T_SCALE = 1e3, 1.0  # Pa and K, by which residuals are divided
 FAR = 1e3  # residual where there is no replay
-MOST_EVALUATIONS = 80
-PART = 0.4  # of several runs, that are fitted
+MOST_EVALUATIONS = 60
+TOLERANCE = 1e-6  # relative change of the sum of squares, or of the parameters, that ends a fit
+PART_OF_RUNS = 0.25  # that are fitted
+PART_OF_POINTS = 0.6  # of a run with many, in time
+FEW_POINTS = 200
 ISO_RHO, ISO_T = 1.185, 293.15  # kg/m^3 and K, the reference of a sonic conductance
 STARTS = (0.5, 0.15)  # positions between the two ends, on a logarithmic scale where both are positive
 ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
@@ -71,7 +74,10 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> t
     else:
         lane, full = full_order_lane(gas.gamma, *FULL[model]), True
     warm = model != ADIABATIC
-    chamber = Node(lane, full, P_start, T_amb, P_start, T_amb, T_amb, *(v[name] * warm for name in WALL[:4]))
+    T_start = v["T_start"]
+    chamber = Node(
+        lane, full, P_start, T_start, P_start, T_start, T_amb, *(v[name] * warm for name in WALL[:4])
+    )
     nodes, links, areas = [chamber], list[Link](), list[np.ndarray]()
     if rig.has("volume"):
         volumes = [np.full_like(t, v["volume"])]
@@ -96,7 +102,7 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> t
     if rig.has("orifice"):
         links.append(Link(port, atmosphere))
         areas.append(np.full_like(t, v["C_d"] * np.pi / 4 * v["orifice"] ** 2))
-    else:
+    elif rig.has("valve_C_in"):
         is_open = opening(t, run.on + v["valve_opening_delay"], v["valve_opening"])
         is_open = is_open - opening(t, run.off + v["valve_closing_delay"], v["valve_closing"])
         is_open = np.clip(is_open, 0.0, 1.0)
@@ -190,12 +196,21 @@ class RigProblem(NamedTuple):
         return np.array(theta)
 
     def solve(self) -> OptimizeResult:
-        """Lowest sum of squares from several starts."""
-        return min((self._solved(self.start(position)) for position in STARTS), key=lambda o: o.cost)
+        """Lowest sum of squares; from a second start too if the first leaves a parameter on an end."""
+        best = self._solved(self.start(STARTS[0]))
+        if ((best.x > ON_END) & (best.x < 1 - ON_END)).all():
+            return best
+        return min(best, self._solved(self.start(STARTS[1])), key=lambda optimum: optimum.cost)
 
     def _solved(self, theta: np.ndarray) -> OptimizeResult:
         return least_squares(
-            self.residual, theta, bounds=(0.0, 1.0), x_scale="jac", max_nfev=MOST_EVALUATIONS
+            self.residual,
+            theta,
+            bounds=(0.0, 1.0),
+            x_scale="jac",
+            ftol=TOLERANCE,
+            xtol=TOLERANCE,
+            max_nfev=MOST_EVALUATIONS,
         )
 
 
@@ -263,21 +278,28 @@ class Judged(NamedTuple):
 
 
 def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
-    """First `PART` of several runs, at least one, or a single run: those that are fitted."""
-    return runs[: max(1, round(PART * len(runs)))]
+    """Runs, or points of a single run, that are fitted."""
+    if len(runs) > 1:
+        return runs[: max(1, round(PART_OF_RUNS * len(runs)))]
+    P = runs[0].P
+    last = P.t[0] + (PART_OF_POINTS * np.ptp(P.t) if len(P.t) > FEW_POINTS else np.inf)
+    return [runs[0]._replace(P=P.part(last >= P.t))]
 
 
 def judged(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False) -> Judged:
     """Estimate of a model, and its error on points held out.
 
-    Of several runs the first `PART` are fitted and the others held out. Of one run every second point of the
-    pressure is held out, both ways; the estimate itself is from all its points.
+    Of several runs the first part is fitted and the others are held out, of one with many points the first
+    part of these. Of a few points every second is held out, both ways; the estimate itself is from all.
     """
     left = list[np.ndarray]()
     used = fitted_runs(runs)
     estimate = fit_rig(rig, model, used, temperature)
     left += [run_errors(rig, model, estimate.values, run)[0] for run in runs[len(used) :]]
-    if len(runs) == 1:
+    if len(runs) == 1 and len(used[0].P.t) < len(runs[0].P.t):
+        later = runs[0].P.part(runs[0].P.t > used[0].P.t[-1])
+        left.append(run_errors(rig, model, estimate.values, runs[0]._replace(P=later))[0])
+    elif len(runs) == 1:
         run = runs[0]
         for chosen, others in (halves(run.P), halves(run.P)[::-1]):
             part = fit_rig(rig, model, [run._replace(P=chosen)], temperature)

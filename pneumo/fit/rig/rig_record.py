@@ -20,7 +20,7 @@ FALLEN = 0.7  # of a pulse's largest pressure, below which the valve has closed
 BEFORE, AFTER = 10e-3, 30e-3  # s, of a run before its pulse begins and after it has ended
 UNEVEN = 0.02  # variation of the steps between samples, over their mean, that is negligible
 SHORTEST = 5  # samples between the edges of a pulse
-STEPS = 1500  # of a run without samples uniform in time
+STEPS = 600  # of a run without samples uniform in time
 
 
 class Points(NamedTuple):
@@ -66,6 +66,8 @@ def edges(P: np.ndarray) -> list[tuple[float, float]]:
         if not len(later):
             break
         pulse = P[start : later[0] + 2] - low
+        if pulse.max() < FALLEN * np.ptp(P):  # noise at the end of a pulse
+            continue
         falls = np.flatnonzero((pulse[:-1] >= FALLEN * pulse.max()) & (pulse[1:] < FALLEN * pulse.max()))[-1]
         begin = start + (level - pulse[0]) / (pulse[1] - pulse[0])
         beyond = (pulse[falls] - FALLEN * pulse.max()) / (pulse[falls] - pulse[falls + 1])

@@ -1,0 +1,76 @@
+"""`pneumo rig`: what it prints and writes, and one line for each mistake."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from pneumo.cli.commands import app
+
+DATA = Path(__file__).parents[2] / "data"
+TANK = str(DATA / "tank/discharge.yaml")
+POINTS = str(DATA / "tank/discharge.nc")
+VALVE = str(DATA / "valve_driven/rig.yaml")
+
+
+def invoke(*words):
+    return CliRunner().invoke(app, ["rig", *words])
+
+
+def test_models_are_ranked_and_written(tmp_path):
+    done = invoke(TANK, POINTS, "--model", "M1", "--model", "full order", "-o", str(tmp_path / "out"))
+    assert done.exit_code == 0, done.output
+    assert done.stdout.index("full order") < done.stdout.index("M1 ")
+    assert "C_d 0.8" in done.stdout and "k_0_W_per_K" in done.stdout
+    result = xr.load_dataset(tmp_path / "out/rig.nc")
+    assert list(result["model"].values) == ["M1", "full order"]
+    best = result.sel(model="full order", parameter="k_0_W_per_K")
+    assert best["low"] < best["estimate"] < best["high"]
+    assert np.isnan(result["estimate"].sel(model="M1", parameter="k_0_W_per_K"))
+
+
+def test_a_table_of_points_needs_no_temperature_in_every_row(tmp_path):
+    data = xr.load_dataset(POINTS)
+    rows = [f"{t},{P}," for t, P in zip(data["t_P"].values, data["P"].values / 1e3, strict=True)]
+    rows += [f"{t},,{T}" for t, T in zip(data["t_T"].values, data["T"].values, strict=True)]
+    rows.sort(key=lambda row: float(row.split(",")[0]))
+    (tmp_path / "points.csv").write_text("\n".join(["t_s,P_A_kPa,T_K", *rows]))
+    from_table = invoke(TANK, str(tmp_path / "points.csv"), "--model", "M1")
+    from_netcdf = invoke(TANK, POINTS, "--model", "M1")
+    assert from_table.exit_code == 0, from_table.output
+    assert "K)" in from_table.stdout and from_netcdf.exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((TANK, POINTS, "--model", "M77"), "--model M77: must be one of M1,"),
+        ((TANK, "absent.csv"), "absent.csv: no such file"),
+        (("absent.yaml", POINTS), "absent.yaml"),
+        ((VALVE, "chamber.csv"), "chamber.csv: no column x"),
+        ((VALVE, "without_u.csv"), "without_u.csv: no column u: a chamber behind an on/off valve needs"),
+        ((VALVE, "flat.csv", "--command", "edges"), "no whole pulse"),
+        ((VALVE, "uneven.csv", "--command", "edges"), "equally spaced"),
+        ((TANK, "backwards.csv"), "backwards.csv: t: must be numbers that increase"),
+        ((TANK, "without_P.csv"), "without_P.csv: no column P_A"),
+    ],
+)  # fmt: skip
+def test_a_mistake_ends_in_one_line(words, said, inside):
+    t = np.arange(40) * 0.01
+    flat = np.full(40, 101.3)
+
+    def write(name, **columns):
+        rows = zip(*columns.values(), strict=True)
+        text = "\n".join([",".join(columns), *(",".join(f"{value:.6g}" for value in row) for row in rows)])
+        Path(name).write_text(text)
+
+    write("chamber.csv", t_s=t, P_A_kPa=flat)
+    write("without_u.csv", t_s=t, P_A_kPa=flat, x_mm=flat)
+    write("flat.csv", t_s=t, P_A_kPa=flat, x_mm=flat)
+    write("uneven.csv", t_s=t**2 + t, P_A_kPa=flat, x_mm=flat)
+    write("backwards.csv", t_s=t[::-1], P_A_kPa=flat)
+    write("without_P.csv", t_s=t, P_B_kPa=flat)
+    code, out, err = inside("rig", *words)
+    assert (code, out) == (2, "") and len(err.splitlines()) == 1 and said in err
