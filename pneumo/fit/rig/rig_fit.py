@@ -30,6 +30,7 @@ PART_OF_POINTS = 0.6  # of a run with many, in time
 FEW_POINTS = 200
 ISO_RHO, ISO_T = 1.185, 293.15  # kg/m^3 and K, the reference of a sonic conductance
 STARTS = (0.5, 0.15)  # positions between the two ends, on a logarithmic scale where both are positive
+FLAT = 1e-7  # size of a direction over the largest, below which the record does not determine it
 ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
 HALF_WIDTH = 1.96  # standard deviations of a 95 per cent interval
 POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
@@ -229,9 +230,12 @@ def fit_rig(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False
     values, low, high = problem.values(theta), dict[str, float](), dict[str, float]()
     inside = (theta > ON_END) & (theta < 1 - ON_END)
     freedom = max(1, len(residual) / correlation_time(residual) - inside.sum())
-    covariance = np.linalg.pinv(J[:, inside].T @ J[:, inside]) if inside.any() else np.empty((0, 0))
     deviations = np.full(len(theta), np.nan)
-    deviations[inside] = np.sqrt(np.diag(covariance) * (residual @ residual) / freedom)
+    if inside.any():
+        scale = np.maximum(np.linalg.norm(J[:, inside], axis=0), np.finfo(float).tiny)
+        _, sizes, axes = np.linalg.svd(J[:, inside] / scale, full_matrices=False)
+        variances = ((axes.T / np.maximum(sizes, FLAT * sizes[0])) ** 2).sum(axis=1) / scale**2
+        deviations[inside] = np.sqrt(variances * (residual @ residual) / freedom)
     for name, deviation in zip(problem.names, deviations, strict=True):
         half = HALF_WIDTH * deviation * (rig.ends[name][1] - rig.ends[name][0])
         low[name], high[name] = values[name] - half, values[name] + half
