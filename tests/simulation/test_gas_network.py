@@ -107,12 +107,11 @@ def test_mass_and_energy_of_all_nodes_and_stores_are_conserved(P, T, V, A, c):
 @given(name=st.sampled_from(MODEL_NAMES), V=st.floats(2e-4, 1e-3), k_0=st.floats(0.0, 5.0))
 def test_a_hose_of_no_volume_and_large_conductance_is_no_hose(name, V, k_0):
     without = filled(of_model(name), V=V, k_0=k_0).P[0]
-    short = filled(of_model(name), V=V, k_0=k_0, hose=(1e-6, 2e-5)).P[0]
-    longer = filled(of_model(name), V=V, k_0=k_0, hose=(5e-5, 2e-5)).P[0]
-    # The hose has 1/200 of the smallest chamber's volume, and its gas arrives with its own temperature,
-    # which for models without mixing is that of eq (6) at its pressure, not the chamber's.
-    np.testing.assert_allclose(short, without, rtol=1e-3)
-    assert np.abs(longer - without).max() > np.abs(short - without).max()
+    short = filled(of_model(name), V=V, k_0=k_0, hose=(1e-6, 1e-4)).P[0]
+    longer = filled(of_model(name), V=V, k_0=k_0, hose=(5e-5, 1e-4)).P[0]
+    # The hose has 1/200 of the smallest chamber's volume, and its area is 33 times the valve's.
+    np.testing.assert_allclose(short, without, rtol=1e-2)
+    assert np.abs(longer - without).max() > 5 * np.abs(short - without).max()
 
 
 @settings(max_examples=10, deadline=None)
@@ -122,7 +121,7 @@ def test_a_large_supply_behind_a_wide_regulator_is_infinite(name, V):
     # 10 m^3 lose less than 1e-3 of their gas to a chamber of at most 1 L.
     np.testing.assert_allclose(filled(of_model(name), V=V, supply=(10.0, 1e-4)).P[0], infinite, rtol=1e-3)
     sags = filled(of_model(name), V=V, supply=(V, 1e-8))
-    assert sags.P[0, -1] < 0.9 * infinite[-1]
+    assert sags.P[0, -1] < 0.99 * infinite[-1]
     assert sags.P[1, -1] < 0.95 * SUPPLY[0]
 
 

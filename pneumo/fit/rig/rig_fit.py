@@ -30,6 +30,7 @@ PART_OF_POINTS = 0.6  # of a run with many, in time
 FEW_POINTS = 200
 ISO_RHO, ISO_T = 1.185, 293.15  # kg/m^3 and K, the reference of a sonic conductance
 STARTS = (0.5, 0.15)  # positions between the two ends, on a logarithmic scale where both are positive
+TINY = 1e-100  # a derivative that is zero
 FLAT = 1e-7  # size of a direction over the largest, below which the record does not determine it
 ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
 HALF_WIDTH = 1.96  # standard deviations of a 95 per cent interval
@@ -232,7 +233,7 @@ def fit_rig(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False
     freedom = max(1, len(residual) / correlation_time(residual) - inside.sum())
     deviations = np.full(len(theta), np.nan)
     if inside.any():
-        scale = np.maximum(np.linalg.norm(J[:, inside], axis=0), np.finfo(float).tiny)
+        scale = np.maximum(np.linalg.norm(J[:, inside], axis=0), TINY)
         _, sizes, axes = np.linalg.svd(J[:, inside] / scale, full_matrices=False)
         variances = ((axes.T / np.maximum(sizes, FLAT * sizes[0])) ** 2).sum(axis=1) / scale**2
         deviations[inside] = np.sqrt(variances * (residual @ residual) / freedom)
