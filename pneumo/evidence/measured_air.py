@@ -6,10 +6,21 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from pneumo.fit.closed.thermal_laws import T_WALL, THINNED, read_closed_record
 from pneumo.fit.record.columns import Column
 from pneumo.fit.rig.rig_file import Rig, factor, key, read_rig
-from pneumo.fit.rig.rig_fit import ADIABATIC, FULL, RIG_MODELS, judged_models, replay_run, rms, run_errors
-from pneumo.fit.rig.rig_record import Run, read_runs
+from pneumo.fit.rig.rig_file import rig as read_rig_of
+from pneumo.fit.rig.rig_fit import (
+    ADIABATIC,
+    FULL,
+    RIG_MODELS,
+    judged,
+    judged_models,
+    replay_run,
+    rms,
+    run_errors,
+)
+from pneumo.fit.rig.rig_record import Points, Run, read_runs
 from pneumo.physics.models import MODELS
 
 PULSES, DISCHARGE, FILLING = "pulses", "discharge", "filling"
@@ -19,6 +30,10 @@ WALL_FULL = [name for name in FULL if name != ADIABATIC]
 FREE_N, FREE_C_D, FREE_VOLUME = (0.5, 6.0), (0.1, 2.0), (0.5e-6, 4e-4)  # decision 101
 LAG = (0.0, 20.0)  # s, of a thermometer
 STORE_K, STORE_C = (0.0, 100.0), (0.0, 5000.0)  # W/K and J/K, of a heat store
+SPRINGS = ("2021-07-26", "2022-01-28", "friction")  # records of data/mbari with closed chambers
+SPRING_BOUNDS = {"dead_volume_mL": [5e3, 1.5e5], "k_0_W_per_K": [0, 400], "T_start_K": [200, 400]}
+ROD_MM = 38.1  # in chamber B
+FULL_ORDER = "full order"
 GAUGE = {
     "t": Column(column="t", unit="s"),
     "x": Column(column="x", unit="m"),
@@ -74,7 +89,51 @@ def measured_air(data: Path, progress: Callable[[str], None] = lambda _text: Non
     for name, (rig, runs) in rigs.items():
         joined = joined.merge(_shown(joined.sel(case=name), name, rig, runs[-1]))
     joined["shown"] = ("shown", list(SHOWN))
-    return joined
+    return joined.merge(gas_spring(data / "mbari", progress))
+
+
+def gas_spring(folder: Path, progress: Callable[[str], None] = lambda _text: None) -> xr.Dataset:
+    """Each chamber of the closed gas spring by the full order, without and with a heat store beside the gas.
+
+    Errors `spring_fitted`, `spring_held_out`, Pa, conductance `spring_k`, W/K, and the store's heat capacity
+    `spring_c`, J/K, by (record, chamber, store). The first 60 % of a record are fitted.
+    """
+    rows = list[list[list[tuple[float, ...]]]]()
+    for record in SPRINGS:
+        signals = read_closed_record(folder / f"{record}.nc")
+        chambers = list[list[tuple[float, ...]]]()
+        for side, x in enumerate(signals.uncovered):
+            P = signals.P[side]
+            run = Run(signals.h, x - x.min(), np.nan, np.nan, Points(signals.t[::THINNED], P[::THINNED]))
+            rod = 0.0 if side == 0 else ROD_MM
+            about = {
+                "gas": "nitrogen",
+                "bore_mm": 1e3 * signals.bore,
+                "rod_mm": rod,
+                "T_surroundings_K": T_WALL,
+            }
+            start = [0.97e-5 * float(P[0]), 1.03e-5 * float(P[0])]
+            rig = read_rig_of({**about, **SPRING_BOUNDS, "P_start_bar": start}, str(folder))
+            without = judged(rig, FULL_ORDER, [run])
+            near = without.estimate.values | {"store_k": STORE_K[1] / 2, "store_c": 50.0}
+            with_store = rig.changed(store_k=(0.0, 2000.0), store_c=(0.0, 2000.0))
+            both = without, judged(with_store, FULL_ORDER, [run], near=near)
+            chambers.append(
+                [
+                    (j.estimate.rms, j.held_out, *(j.estimate.values[n] for n in ("k_0", "store_c")))
+                    for j in both
+                ]
+            )
+            errors = " and ".join(f"{result.held_out / 1e3:.2f}" for result in both)
+            progress(f"{record} {'AB'[side]}: {errors} kPa held out, without and with a store")
+        rows.append(chambers)
+    names = {"spring_fitted": "Pa", "spring_held_out": "Pa", "spring_k": "W K-1", "spring_c": "J K-1"}
+    by = ("record", "chamber", "store")
+    values = np.moveaxis(np.array(rows), -1, 0)
+    return xr.Dataset(
+        {name: (by, part, {"units": unit}) for (name, unit), part in zip(names.items(), values, strict=True)},
+        {"record": list(SPRINGS), "chamber": ["A", "B"], "store": ["none", "beside the gas"]},
+    )
 
 
 def _values(part: xr.Dataset, rig: Rig, model: str) -> dict[str, float]:

@@ -206,7 +206,9 @@ def replay(
         ]
         wide = sum(open_to) / np.abs(V[s]).min()
         store = (node.k_store + node.k_back) / node.c_store if node.c_store else 0.0
-        steps += [h * (wide * slope + store) / STABLE, h * wide * sonic / ACCURATE]
+        heat = (node.k_0 * node.lane.wall_scale + node.k_store) * (gas.gamma - 1) * HOTTEST
+        heat /= min(P) * np.abs(V[s]).min()
+        steps += [h * (wide * slope + store + heat) / STABLE, h * wide * sonic / ACCURATE]
     parts = int(np.ceil(max(steps)))
     rows = np.array([(*node.lane, *node[1:]) for node in nodes], dtype=float)
     states = _replayed(

@@ -215,6 +215,7 @@ rule measured_air:
             "data/valve_driven/pulses.nc",
             "data/valve_driven/rig.yaml",
             *[f"data/tank/{run}.{kind}" for run in ["discharge", "filling"] for kind in ["nc", "yaml"]],
+            *[f"data/mbari/{name}.nc" for name in RECORDS],
         ],
     output:
         cells="results/measured_air.nc",

@@ -23,8 +23,8 @@ FULL = {  # full order by its wall: exponents of A_q / A_q0 and of PT / (P_0 T_0
 RIG_MODELS = (*MODELS, *FULL)
 P_SCALE, T_SCALE = 1e3, 1.0  # Pa and K, by which residuals are divided
 FAR = 1e3  # residual where there is no replay
-MOST_EVALUATIONS = 60
-TOLERANCE = 1e-6  # relative change of the sum of squares, or of the parameters, that ends a fit
+MOST_EVALUATIONS = 80
+TOLERANCE = 1e-8  # relative change of the sum of squares, or of the parameters, that ends a fit
 PART_OF_RUNS = 0.25  # that are fitted
 PART_OF_POINTS = 0.6  # of a run with many, in time
 FEW_POINTS = 200
@@ -32,6 +32,7 @@ ISO_RHO, ISO_T = 1.185, 293.15  # kg/m^3 and K, the reference of a sonic conduct
 STARTS = (0.5, 0.15)  # positions between the two ends, on a logarithmic scale where both are positive
 TINY = 1e-100  # a derivative that is zero
 FLAT = 1e-7  # size of a direction over the largest, below which the record does not determine it
+OFF_END = 0.01  # distance from the ends, of the same kind, at which a search begins
 ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
 HALF_WIDTH = 1.96  # standard deviations of a 95 per cent interval
 POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
@@ -197,12 +198,14 @@ class RigProblem(NamedTuple):
             theta.append((at - low) / (high - low))
         return np.array(theta)
 
-    def solve(self) -> OptimizeResult:
-        """Lowest sum of squares; from a second start too if the first leaves a parameter on an end."""
-        best = self._solved(self.start(STARTS[0]))
-        if ((best.x > ON_END) & (best.x < 1 - ON_END)).all():
-            return best
-        return min(best, self._solved(self.start(STARTS[1])), key=lambda optimum: optimum.cost)
+    def solve(self, near: Mapping[str, float] | None = None) -> OptimizeResult:
+        """Lowest sum of squares from several starts, one of them at the values of another fit if given."""
+        starts = [self.start(position) for position in STARTS]
+        if near is not None:
+            ends = self.rig.ends
+            parts = [(near[name] - ends[name][0]) / (ends[name][1] - ends[name][0]) for name in self.names]
+            starts = [np.clip(parts, OFF_END, 1 - OFF_END), starts[0]]
+        return min((self._solved(start) for start in starts), key=lambda optimum: optimum.cost)
 
     def _solved(self, theta: np.ndarray) -> OptimizeResult:
         return least_squares(
@@ -216,8 +219,14 @@ class RigProblem(NamedTuple):
         )
 
 
-def fit_rig(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False) -> RigEstimate:
-    """Estimate of a model from some runs.
+def fit_rig(
+    rig: Rig,
+    model: str,
+    runs: Sequence[Run],
+    temperature: bool = False,
+    near: Mapping[str, float] | None = None,
+) -> RigEstimate:
+    """Estimate of a model from some runs; `near` are values from which the search begins.
 
     Intervals are those of least squares with coloured residuals: as if there were as many points as the
     residual has correlation times. They say nothing of an error of the model itself.
@@ -226,7 +235,7 @@ def fit_rig(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False
     if not problem.names:
         theta, residual, J = np.empty(0), problem.residual(np.empty(0)), np.empty((0, 0))
     else:
-        optimum = problem.solve()
+        optimum = problem.solve(near)
         theta, residual, J = optimum.x, optimum.fun, optimum.jac
     values, low, high = problem.values(theta), dict[str, float](), dict[str, float]()
     inside = (theta > ON_END) & (theta < 1 - ON_END)
@@ -291,7 +300,13 @@ def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
     return [runs[0]._replace(P=P.part(last >= P.t))]
 
 
-def judged(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False) -> Judged:
+def judged(
+    rig: Rig,
+    model: str,
+    runs: Sequence[Run],
+    temperature: bool = False,
+    near: Mapping[str, float] | None = None,
+) -> Judged:
     """Estimate of a model, and its error on points held out.
 
     Of several runs the first part is fitted and the others are held out, of one with many points the first
@@ -299,7 +314,7 @@ def judged(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False)
     """
     left = list[np.ndarray]()
     used = fitted_runs(runs)
-    estimate = fit_rig(rig, model, used, temperature)
+    estimate = fit_rig(rig, model, used, temperature, near)
     left += [run_errors(rig, model, estimate.values, run)[0] for run in runs[len(used) :]]
     if len(runs) == 1 and len(used[0].P.t) < len(runs[0].P.t):
         later = runs[0].P.part(runs[0].P.t > used[0].P.t[-1])
@@ -307,7 +322,7 @@ def judged(rig: Rig, model: str, runs: Sequence[Run], temperature: bool = False)
     elif len(runs) == 1:
         run = runs[0]
         for chosen, others in (halves(run.P), halves(run.P)[::-1]):
-            part = fit_rig(rig, model, [run._replace(P=chosen)], temperature)
+            part = fit_rig(rig, model, [run._replace(P=chosen)], temperature, estimate.values)
             left.append(run_errors(rig, model, part.values, run._replace(P=others))[0])
     T = np.concatenate([run_errors(rig, model, estimate.values, run)[1] for run in runs])
     return Judged(estimate, rms(np.concatenate(left)), rms(T) if len(T) else np.nan)
@@ -328,7 +343,8 @@ def judged_models(
     """
     results = dict[str, Judged]()
     for model in models:
-        results[model] = judged(rig, model, runs, temperature)
+        best = min((r.estimate for r in results.values()), key=lambda e: e.rms, default=None)
+        results[model] = judged(rig, model, runs, temperature, best and best.values)
         held_out = results[model].held_out
         progress(
             f"{model}: {results[model].estimate.rms / 1e3:.2f} kPa fitted, {held_out / 1e3:.2f} held out"
