@@ -22,7 +22,6 @@ from pneumo.cli.paper_commands import (
     verdict,
     verify,
 )
-from pneumo.cli.paper_commands import assumptions, ensemble, explain, identify, setups, verdict, verify
 from pneumo.cli.rig_commands import rig
 
 app = typer.Typer(
