@@ -10,7 +10,6 @@ STUDY = study(load(Path(__file__).parents[1] / "config/paper.yaml"))
 EARLIER_SETUP = {
     "assumptions.nc",
     "at_work.nc",
-    "error_budget.nc",
     "findings.json",
     "floor.nc",
     "identification.nc",
