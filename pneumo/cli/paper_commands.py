@@ -3,7 +3,6 @@
 Modules are imported inside the functions, so that help and errors of usage are fast.
 """
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -29,10 +28,6 @@ def _evidence(results: Path, name: str, target: str) -> Path:
     return file
 
 
-def _counts_in_words(counts: Mapping[str, int], of: str) -> str:
-    return ", ".join(f"{number} {of if name == 'items' else name}" for name, number in counts.items())
-
-
 def verdict(
     results: Results = RESULTS,
     paper: OfPaper = "2006",
@@ -40,23 +35,17 @@ def verdict(
         bool, Option("--record", help="accept the new statuses: overwrite the paper's statuses.csv")
     ] = False,
 ) -> None:
-    """Judge every claim; print those missed or contradicted.
+    """Judge every claim; print counts, then those missed or contradicted.
 
-    Then print counts by kind of evidence: of facts (items that state the same fact count once), of items.
+    Counts are by kind of evidence: of items, and of facts (items that state the same fact count once). Items
+    come by size of deviation.
     """
     from pneumo.papers.known_papers import current_verdict
+    from pneumo.publish.text.verdict_text import verdict_lines
 
     judged = current_verdict(results, paper)
-    for basis in judged["counts_by_basis"]:
-        for item in judged["items"]:
-            if item["basis"] == basis and item["status"] in ("missed", "contradicted"):
-                words = f"{basis:10}  {item['status']:12}  {item['id']:24}  {item['printed']:>10}"
-                typer.echo(f"{words}  {item['reason']}")
-    for basis in ("measured", "fitted"):
-        typer.echo(f"{basis}, facts: {_counts_in_words(judged['headline'][basis], 'facts')}")
-    for basis, counts in judged["counts_by_basis"].items():
-        typer.echo(f"{basis}: {_counts_in_words(counts, 'items')}")
-    typer.echo(_counts_in_words(judged["counts"], "items"))
+    for line in verdict_lines(judged):
+        typer.echo(line)
     if record:
         from pneumo.papers import PAPERS
         from pneumo.storage.files import write_text

@@ -31,6 +31,8 @@ BY_CELL = (
     "class",
     "basis",
     "basis_of",
+    "fact",
+    "alike",
     "facts",
     "errata",
     "assumptions",
@@ -40,10 +42,10 @@ BY_CELL = (
 OF_CELL = ("row", "column", "level", "printed", "unit", "scale")
 
 BASES = {  # kind of evidence -> what it is
-    "measured": "nothing was fitted to it",
+    "measured": "no constant and no rule was chosen with it in view",
     "fitted": "constants or a setup that the paper leaves open were found with it in view",
     "arithmetic": "follows from the paper's own numbers and formulas",
-    "set-up": "an input, a count or an identity: it cannot fail",
+    "set-up": "an input, a count, an identity, or agreement that no known mistake would lose",
 }
 READ_OFF = "read_off"  # tolerance class of numbers read off a figure
 
@@ -175,10 +177,19 @@ def _cells_of_table(
             sigma = cell | {"printed": beside, "scale": 1} if beside else sigmas[row, cell.get("level")]
             entry["sigma"] = float(sigma["printed"]) * float(sigma.get("scale", 1))
         entry["basis"] = others.get((row, column), rule["basis"])
-        entry["fact"] = rule.get("facts", {}).get(entry["id"], "")
+        entry["fact"] = rule.get("facts", {}).get(entry["id"]) or _fact(rule, cell)
         entry["erratum"] = rule.get("errata", {}).get(entry["id"])
         entry["assumption"] = rule.get("assumptions", {}).get(entry["id"])
         yield entry
+
+
+def _fact(rule: Mapping[str, Any], cell: Mapping[str, str]) -> str:
+    """Name of the fact that a cell states with others; empty if it states one alone."""
+    pattern = rule.get("fact", "")
+    if not isinstance(pattern, str):
+        pattern = pattern.get(cell["column"], "")
+    alike = {key: rule.get("alike", {}).get(cell[key], cell[key]) for key in ("row", "column")}
+    return pattern.format(**(cell | alike))
 
 
 def _filled(value: Any, names: Mapping[str, str]) -> Any:

@@ -7,7 +7,7 @@ import math
 from decimal import Decimal
 from typing import Literal, NamedTuple
 
-from pneumo.verdict.claims import Claim, ToleranceClass
+from pneumo.verdict.claims import READ_OFF, Claim, ToleranceClass
 from pneumo.verdict.sources import Finding
 
 DEVIATION_FORMATS = {  # measure -> number format and what follows the number
@@ -94,6 +94,24 @@ def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Compar
         close = abs(deviation) <= limit + slack / scale
     close = close and not (tolerance.signed and nearest * printed < 0)
     return Comparison("exact" if exact else "close" if close else None, deviation, limit)
+
+
+def relative_deviation(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> float | None:
+    """Deviation as a fraction of the printed number; None for statements.
+
+    Of a mean error, as a fraction of the standard deviation beside it; of a logarithm, of the number itself.
+    """
+    if tolerance.measure in ("truth", "log10") or finding.holds is not None:
+        return None
+    value = finding.value
+    if finding.low is not None and finding.high is not None:
+        value = min(max(claim.value, finding.low), finding.high)
+    if value is None:
+        return None
+    if claim.unit.startswith("log10"):
+        return 10 ** (value - claim.value) - 1
+    unit = claim.sigma if tolerance.measure == "sigma" and claim.tolerance != READ_OFF else abs(claim.value)
+    return (value - claim.value) / unit if unit else None
 
 
 def _doubt(claim: Claim, tolerance: ToleranceClass) -> float:

@@ -2,14 +2,22 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import xarray as xr
 
 from pneumo.verdict.assumptions import read_assumptions
-from pneumo.verdict.claims import BASES, READ_OFF, UNITS_IN_TEXT, Claim, read_claims
-from pneumo.verdict.comparison import Comparison, as_printed, compare, deviation_in_words
+from pneumo.verdict.claims import BASES, READ_OFF, UNITS_IN_TEXT, Claim, ToleranceClass, read_claims
+from pneumo.verdict.comparison import (
+    Comparison,
+    as_printed,
+    compare,
+    deviation_in_words,
+    relative_deviation,
+)
+from pneumo.verdict.doubts import read_doubts
 from pneumo.verdict.errata import Proof, read_errata
 from pneumo.verdict.power import losing_mistakes, mistakes_table
 from pneumo.verdict.published import recorded
@@ -17,6 +25,14 @@ from pneumo.verdict.sources import Computation, Finding, MissingEvidence
 from pneumo.verdict.stored_verdict import hashes_behind_verdict
 
 STATUSES = ("exact", "close", "explained", "contradicted", "missed")
+NEAR_MISS = 0.03  # deviation up to which a missed item is counted as near
+EXACT_AS = {  # in what sense an item is exact
+    "digits": "equal at the printed digits",
+    "reading": "within two sigma of reading a figure",
+    "grid": "the same value of a grid",
+    "range": "in the range that the printed inputs allow",
+    "true": "true as stated",
+}
 AGREEING = ("exact", "close")
 OF_RESULTS = ("measured", "fitted")  # kinds of evidence of items that a mistake in the results could lose
 
@@ -28,6 +44,10 @@ Sources = Mapping[str, Any]
 
 def _not_run(results: Path, sources: Sources) -> None:
     """Return None: no alternative assumption, or no known mistake, was run."""
+
+
+def _no_pulls(sources: Sources) -> None:
+    """Return None: the deviation over seeds is not known."""
 
 
 class Paper(NamedTuple):
@@ -46,6 +66,8 @@ class Paper(NamedTuple):
     alternatives: Callable[[Path, Sources], xr.DataArray | None] = _not_run
     # Whether each item agrees under each known mistake, by (mistake, item); None if not run.
     power: Callable[[Path, Sources], xr.DataArray | None] = _not_run
+    arguments: Mapping[str, Computation] = {}  # by the name that ``doubts.yaml`` gives under ``argument``
+    pulls: Callable[[Sources], Mapping[str, float] | None] = _no_pulls  # of items, in standard deviations
 
 
 class Judge:
@@ -56,9 +78,15 @@ class Judge:
         self.claims = read_claims(paper.folder)
         self.errata = read_errata(paper.folder, paper.proofs)
         self.sources = paper.sources(results, paper.folder)
+        self.doubts = read_doubts(paper.folder, paper.arguments, next(iter(self.sources.values())))
         self.alternatives = paper.alternatives(results, self.sources)
         self.agrees = paper.power(results, self.sources)
         self.losing = {} if self.agrees is None else losing_mistakes(self.agrees)
+
+    @cached_property
+    def pulls(self) -> Mapping[str, float]:
+        """Deviation of items in standard deviations of seeds and printing together, by item."""
+        return self.paper.pulls(self.sources) or {}
 
     def finding(self, claim: Claim, source: str) -> Finding:
         """Run a claim's computation on a source; `MissingEvidence` if that lacks what it needs."""
@@ -82,25 +110,33 @@ class Judge:
             status, reason = "missed", f"not to be judged: {error}"
         else:
             comparison = compare(claim, tolerance, finding)
+            meant = self._as_meant(claim)
+            if comparison.agreement is None and meant != claim:  # an erratum comes before any deviation
+                comparison = compare(meant, tolerance, finding)._replace(agreement=None)
             refuted = shown_printed if holds_printed is False else None
             status, reason = self._status(claim, finding, comparison, refuted)
         return {
             **claim.model_dump(include={"id", "where", "statement", "printed"}),
+            "meant": self._as_meant(claim).printed,
             "reproduced": _reproduced(finding),
             "shown": _in_words(claim, finding, comparison),
             "deviation": six_digits(comparison.deviation),
+            "relative": six_digits(relative_deviation(self._as_meant(claim), tolerance, finding)),
             "tolerance": {"class": claim.tolerance, "limit": six_digits(comparison.limit)}
             | {"measure": tolerance.measure, "sense": claim.sense},
             **claim.model_dump(include={"unit", "scale", "kind", "fact"}),
             "basis": self._basis(claim, status),
+            "pull": six_digits(self.pulls.get(claim.id)) if claim.row else None,
             "lost_by": self.losing.get(claim.id),
             "status": status,
+            "exact_as": _exact_as(claim, tolerance, finding) if status == "exact" else "",
             "stands_exact": holds_exact,
             "shown_exact": shown_exact,
             "stands_printed": holds_printed,
             "shown_printed": shown_printed,
             "reason": reason,
             "erratum": claim.erratum or claim.see,
+            "doubts": [name for name, doubt in self.doubts.items() if doubt.concerns(claim.id)],
             "assumption": claim.assumption,
             "evidence": claim.evidence.model_dump()
             | {"compute": claim.compute, "command": f"{self.paper.command} {claim.id}"},
@@ -134,14 +170,16 @@ class Judge:
             if claim.tolerance == READ_OFF:
                 return "exact", f"{deviation}, within 2 sigma of the reading"
             if finding.allowed:
-                return "exact", "in the range that the printed inputs allow"
+                return "exact", f"in the range that the printed inputs allow{_width(claim, finding)}"
             return "exact", "true as stated" if statement else "equal at the printed digits"
         if comparison.agreement == "close":
             if claim.seed_deviation is not None and (finding.holds or claim.tolerance == "decade"):
                 return "close", "true, but by less than a quarter of what other seeds change"
-            return "close", f"{deviation}, inside class {claim.tolerance}"
+            return "close", f"{deviation}, inside class {claim.tolerance}{_width(claim, finding)}"
         if reason := self._explanation(claim, finding):
             return "explained", reason
+        if deviation and (meant := self._as_meant(claim)) != claim:
+            deviation += f" from {meant.printed}, meant by erratum {claim.erratum}"
         outside = f"{deviation}, outside class {claim.tolerance}" if deviation else "not so"
         if claim.basis == "arithmetic":
             return "contradicted", f"{outside}: the paper's own formulas and numbers say otherwise"
@@ -149,15 +187,22 @@ class Judge:
             return "contradicted", f"{outside}; the paper's own tables refute it too: {refuted}"
         return "missed", f"{outside}; no erratum and no alternative assumption explains it"
 
+    def _as_meant(self, claim: Claim) -> Claim:
+        """The claim with the number that a proved erratum puts in the printed one's place."""
+        erratum = self.errata[claim.erratum] if claim.erratum else None
+        if erratum is None or not erratum.passes or claim.id not in erratum.values:
+            return claim
+        return claim.model_copy(update={"printed": erratum.values[claim.id]})
+
     def _explanation(self, claim: Claim, finding: Finding) -> str:
         """Erratum or alternative assumption that brings an item inside its class; empty if none does."""
         tolerance = self.claims.classes[claim.tolerance]
         erratum = self.errata[claim.erratum] if claim.erratum else None
         if erratum and erratum.passes:
+            meant = self._as_meant(claim)
             explained = finding.holds is False
-            if claim.id in erratum.values:
-                corrected = claim.model_copy(update={"printed": erratum.values[claim.id]})
-                explained = compare(corrected, tolerance, finding).agreement is not None
+            if meant != claim:
+                explained = compare(meant, tolerance, finding).agreement is not None
             if explained:
                 return f"erratum {erratum.id}: {erratum.meant}"
         if claim.assumption and self.alternatives is not None:
@@ -166,6 +211,24 @@ class Judge:
             if compare(claim, tolerance, finding._replace(value=value)).agreement:
                 return f"assumption {claim.assumption}: {as_printed(value, claim, False)}"
         return ""
+
+
+def _exact_as(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> str:
+    """Sense, of `EXACT_AS`, in which an item is exact."""
+    if claim.tolerance == READ_OFF:
+        return "reading"
+    if tolerance.measure == "index":
+        return "grid"
+    if finding.holds is not None or tolerance.measure == "log10" or finding.value == finding.low is None:
+        return "true"
+    return "range" if finding.low is not None else "digits"
+
+
+def _width(claim: Claim, finding: Finding) -> str:
+    """Words for the width of the interval that a number is compared with; empty if there is none."""
+    if finding.low is None or finding.high is None or not claim.value:
+        return ""
+    return f", an interval {(finding.high - finding.low) / abs(claim.value):.2g} of the printed number wide"
 
 
 def _in_words(claim: Claim, finding: Finding, comparison: Comparison) -> str:
@@ -220,6 +283,14 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
         "study": about["study"],
         "counts": counts(items),
         "counts_by_basis": {basis: counts(members) for basis, members in by_basis.items()},
+        "near_misses": sum(
+            item["status"] == "missed" and item["relative"] is not None and abs(item["relative"]) <= NEAR_MISS
+            for item in items
+        ),
+        "exact_as": {
+            basis: {sense: sum(item["exact_as"] == sense for item in members) for sense in EXACT_AS}
+            for basis, members in by_basis.items()
+        },
         "headline": {basis: counts(facts(members)) for basis, members in by_basis.items()},
         "failures": about["failures"],
         "settling_failures": about["settling_failures"],
@@ -228,6 +299,7 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
         "items": items,
         "classes": {name: tolerance.model_dump() for name, tolerance in judge.claims.classes.items()},
         "errata": [erratum.model_dump() for erratum in judge.errata.values()],
+        "doubts": [doubt.model_dump() for doubt in judge.doubts.values()],
         "assumptions": {name: entry.model_dump() for name, entry in read_assumptions(paper.folder).items()},
         "assumptions_run": judge.alternatives is not None,  # whether the alternatives were
         **made_from,

@@ -3,12 +3,15 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 
 from pneumo.publish.pages.page import TEMPLATES
 from pneumo.publish.pages.verdict_page import verdict_page
 from pneumo.verdict import claims as verdict_room
 from pneumo.verdict.judging import Paper, verdict
+from pneumo.verdict.power import NO_MISTAKE
 from pneumo.verdict.sources import Finding, MissingEvidence
 
 FILES = {
@@ -108,6 +111,45 @@ def test_a_toy_paper_is_judged_and_has_its_page(toy):
     assert judged["counts"]["items"] == 5 and judged["counts_by_basis"]["arithmetic"]["contradicted"] == 1
     page = verdict_page(judged, toy.folder)
     assert "A. Toy" in page and 'id="S1.salt"' in page and "nobody tasted it" in page
+
+
+def test_an_erratum_comes_before_the_deviation(toy):
+    warm = toy._replace(
+        sources=lambda results, folder: {"water": {"density": 998.2, "boils": 103.0, "ice": 917.0}}
+    )
+    boils = verdict(toy.folder / "results", warm)["items"][1]
+    assert (boils["printed"], boils["meant"], boils["status"], boils["deviation"]) == (
+        "101",
+        "100",
+        "missed",
+        3.0,
+    )
+    assert "from 100, meant by erratum boils" in boils["reason"]
+
+
+def test_a_doubt_is_shown_beside_its_items_and_changes_nothing(toy):
+    doubt = "{where: p. 2, printed: '998', suspected: less, items: [T1.water.d], argument: %s}"
+    text = f"cold: {doubt % 'density'}\nsalty: {doubt % 'salt'}\n"
+    (toy.folder / "doubts.yaml").write_text(text, encoding="utf-8")
+    arguments = {"density": lambda water: Finding(holds=water["density"] < 998, shown="998.2 in fact")}
+    arguments["salt"] = toy.computations["salt"]
+    judged = verdict(toy.folder / "results", toy._replace(arguments=arguments))
+    assert [item["doubts"] for item in judged["items"]] == [["cold", "salty"], [], [], [], []]
+    assert [(doubt["id"], doubt["holds"]) for doubt in judged["doubts"]] == [("cold", False), ("salty", None)]
+    assert judged["items"][0]["status"] == "exact"
+    page = verdict_page(judged, toy.folder)
+    assert "998.2 in fact" in page and 'href="#doubt-salty"' in page
+
+
+def test_an_item_that_no_mistake_loses_is_set_up(toy):
+    names = ["T1.water.density", "T1.water.boils", "S1.sinks", "S1.near", "S1.salt"]
+    agrees = np.array([[1, 0, 0, 1, 0], [1, 0, 0, 0, 0]], dtype=bool)
+    power = xr.DataArray(agrees, {"mistake": [NO_MISTAKE, "cold"], "item": names})
+    judged = verdict(toy.folder / "results", toy._replace(power=lambda results, sources: power))
+    basis = {item["id"]: (item["basis"], item["lost_by"]) for item in judged["items"]}
+    assert basis["T1.water.density"] == ("set-up", []) and basis["S1.near"] == ("measured", ["cold"])
+    assert basis["S1.salt"] == ("measured", None)  # what does not agree is not excused
+    assert judged["mistakes"][0]["lost"] == 1
 
 
 def test_engine_and_templates_name_no_paper_table_or_model():

@@ -17,7 +17,7 @@ from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_b
 from pneumo.evidence.seeds.seed_sets import ERRORS, seed_sets
 from pneumo.evidence.sensitivity.alternatives import Alternative, reconfigured
 from pneumo.papers.paper_2006.computations import finding_for
-from pneumo.papers.paper_2006.numbers_of_tables import numbers_of_results, printed_numbers
+from pneumo.papers.paper_2006.numbers_of_tables import printed_numbers
 from pneumo.papers.paper_2006.results import ComputedResults, StudyResults
 from pneumo.papers.paper_2006.summary import EXPERIMENTS
 from pneumo.simulation.full_order import record
@@ -195,7 +195,7 @@ def power(
         else:
             mistaken = ComputedResults(study, PUBLISHED, mistake(grid), folder=results)
         agreeing[i] = [agrees(claim, claims, mistaken) for claim in claims.items.values()]
-        numbers.append(numbers_of_results(mistaken))
+        numbers.append(mistaken.numbers)
         print(f"{name}: {agreeing[i].sum()} of {len(claims.items)} items agree", flush=True)
     coords = {"mistake": list(MISTAKES), "item": list(claims.items), "of": printed_numbers().index.tolist()}
     variables = {"agrees": (("mistake", "item"), agreeing), "number": (("mistake", "of"), np.stack(numbers))}

@@ -14,10 +14,10 @@ import xarray as xr
 
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, STATISTICS, table7, table8, table9
-from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.verdict.published import read_cells
 
 TABLES = ("T7", "T9", "T8", "p10", "p90")  # parts of the vector, in their order
+TOLERANCE_OF_N = 0.01  # for equal n: steps are 0.05
 N_UNIT = 0.05  # step between the values of n
 IN_FIGURES = [name != "M4" for name in PAPER_MODELS]  # Figs 9 and 11 leave it out
 LEFT_OUT = "T9.isothermal.M10."  # a copy of M8's row, it seems
@@ -115,12 +115,3 @@ def numbers_of_tables(
     )
     best_n = np.asarray(n)[best][(..., *in_table_8)].reshape(*best.shape[:-2], -1)
     return np.concatenate([seven, *nine, best_n, *np.concatenate(of_figures, axis=-1)], axis=-1)
-
-
-def numbers_of_results(results: StudyResults) -> np.ndarray:
-    """The numbers of `printed_numbers` from the results of a study, shape (288,)."""
-    study = results.study
-    cells = results.cells.sel(experiment=list(study.experiments), model=list(PAPER_MODELS))
-    cells = cells.transpose("experiment", "model", "n")
-    mean_error, mse = cells["mean_error"].values, cells["mse"].values
-    return numbers_of_tables(mean_error, mse, study.n, list(study.experiments), study.experiments_by_level)

@@ -1,5 +1,6 @@
 """The paper of 2006: what `pneumo.verdict.judging` needs of it."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import xarray as xr
 from pneumo.errors import ResultError
 from pneumo.papers.known_papers import KNOWN
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
+from pneumo.papers.paper_2006.doubt_arguments import ARGUMENTS
 from pneumo.papers.paper_2006.erratum_proofs import PROOFS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.papers.paper_2006.results import PrintedTables, StudyResults
@@ -47,6 +49,15 @@ def power(results: Path, sources: Sources) -> xr.DataArray | None:
     return read(file, "agrees")["agrees"].astype(bool) if file else None
 
 
+def pulls(sources: Sources) -> Mapping[str, float]:
+    """Deviation of each number of Tables 7, 8, 9 and Figs 9, 11 in standard deviations, by item.
+
+    Empty if other sets of seeds were not run with this configuration.
+    """
+    published: StudyResults = sources["published"]
+    return published.likelihood.pulls(published.numbers) if published.likelihood else {}
+
+
 PAPER_2006 = Paper(
     PAPER_FOLDER,
     COMPUTATIONS,
@@ -59,4 +70,6 @@ PAPER_2006 = Paper(
     command="pneumo paper explain",
     alternatives=alternatives,
     power=power,
+    arguments=ARGUMENTS,
+    pulls=pulls,
 )

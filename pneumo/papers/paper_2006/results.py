@@ -5,11 +5,15 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.errors import ResultError
+from pneumo.papers.paper_2006.numbers_of_tables import numbers_of_tables
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import STATISTICS, percentiles, table5, table7, table8, table9
+from pneumo.papers.paper_2006.table_likelihood import TableLikelihood, numbers_over_seeds
 from pneumo.statistics.averages import OVERALL, concatenated, statistics
 from pneumo.storage.files import open_grid, read, read_study
 from pneumo.storage.layout import failure_text
@@ -46,6 +50,21 @@ class StudyResults:
         if missing:
             raise ResultError(f"{self.folder / self.transport}: no replays of {', '.join(sorted(missing))}")
         return concatenated(grid.sel(experiment=list(self.study.experiments)))
+
+    @cached_property
+    def numbers(self) -> np.ndarray:
+        """The 288 numbers of `numbers_of_tables`."""
+        names, study = list(self.study.experiments), self.study
+        cells = self.cells.sel(experiment=names, model=list(PAPER_MODELS))
+        cells = cells.transpose("experiment", "model", "n")
+        errors = cells["mean_error"].values, cells["mse"].values
+        return numbers_of_tables(*errors, study.n, names, study.experiments_by_level)
+
+    @cached_property
+    def likelihood(self) -> TableLikelihood | None:
+        """Likelihood of `numbers`; None if other sets of seeds were not run with this configuration."""
+        over_seeds = numbers_over_seeds(self.folder, self.study)
+        return None if over_seeds is None else TableLikelihood(over_seeds)
 
     def failures(self, kind: str) -> dict[str, str]:
         """When and how each failed run of a kind, ``datum`` or ``settling``, ended, by experiment."""

@@ -10,13 +10,27 @@ import statistics
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
+from pneumo.papers.paper_2006.numbers_of_tables import TABLES
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
+from pneumo.papers.paper_2006.results import StudyResults
+from pneumo.papers.paper_2006.table_likelihood import TableLikelihood
 from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINEMENT_PAIRS
+from pneumo.storage.files import read
+from pneumo.storage.kept_evidence import evidence_file
 from pneumo.verdict.judging import Item, Sources, six_digits
+from pneumo.verdict.power import NO_MISTAKE
 
+TABLE_NAMES = {
+    "T7": "Table 7",
+    "T8": "Table 8",
+    "T9": "Table 9",
+    "p10": "10 % percentiles of Figs 9 and 11",
+    "p90": "90 % percentiles of Figs 9 and 11",
+}
 EXPERIMENTS = [f"E{number:02d}" for number in range(1, 17)]
 LEVELS = ("adiabatic", "typical", "isothermal")
 ORIGINS = ("printed", *STUDY_SAMPLINGS)
@@ -25,12 +39,12 @@ ORIGINS = ("printed", *STUDY_SAMPLINGS)
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
     """Summary of the verdict: results of the functions below by name.
 
-    The last three are None for a study that is not the paper's, or in which an experiment failed.
+    All but the scores are None for a study that is not the paper's, or in which an experiment failed.
     """
     published = sources["published"]
     summary: dict[str, Any] = {"scores": scores(items)}
     whole = list(published.study.experiments) == EXPERIMENTS and not published.failures("datum")
-    for part in (wrong_row, transport, by_experiment):
+    for part in (fit, wrong_row, transport, by_experiment):
         summary[part.__name__] = part(sources) if whole else None
     return summary
 
@@ -54,6 +68,48 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
         exact, close = statuses.count("exact"), statuses.count("close")
         result[f"table_{table}"] = {"cells": len(statuses), "exact": exact, "exact_or_close": exact + close}
     return result
+
+
+def fit(sources: Sources) -> dict[str, Any] | None:
+    """Agreement of Tables 7, 8, 9 and Figs 9, 11 on the scale of other seeds; None if these were not run.
+
+    `tables`: chi-square of each, as meant and as printed, with its degrees of freedom; `seeds`: place of the
+    paper's seeds among all sets; `mistakes`: rise of the chi-square of all tables by each known mistake.
+    """
+    published: StudyResults = sources["published"]
+    likelihood = published.likelihood
+    if likelihood is None:
+        return None
+    names = {name: (table,) for table, name in TABLE_NAMES.items()} | {"all": TABLES}
+    tables = [
+        {"table": name}
+        | {
+            column: {
+                "numbers": likelihood.degrees_of_freedom(tables, column),
+                "chi_square": six_digits(float(likelihood.chi_square(published.numbers, tables, column))),
+            }
+            for column in ("meant", "printed")
+        }
+        for name, tables in names.items()
+    ]
+    seeds: dict[str, Any] = {"sets": len(likelihood.over_seeds)}
+    for table in ("T7", "T9"):
+        rms = likelihood.rms_of_ln_mse(likelihood.over_seeds, table)
+        place, others = 1 + int(np.count_nonzero(rms[1:] < rms[0])), float(rms[1:].mean())
+        seeds[table] = {"place": place, "rms": six_digits(float(rms[0])), "rms_of_others": six_digits(others)}
+    return {"tables": tables, "seeds": seeds, "mistakes": _rises(published, likelihood)}
+
+
+def _rises(published: StudyResults, likelihood: TableLikelihood) -> dict[str, float | None]:
+    """Rise of the chi-square of all tables by each known mistake; empty if they were not run."""
+    file = evidence_file(published.folder, "power.nc", published.study.config_sha256)
+    numbers = read(file).get("number") if file else None
+    if numbers is None:
+        return {}
+    chi_square = likelihood.chi_square(numbers.values, TABLES)
+    before = chi_square[numbers["mistake"].values.tolist().index(NO_MISTAKE)]
+    rises = zip(numbers["mistake"].values.tolist(), (chi_square - before).tolist(), strict=True)
+    return {mistake: six_digits(rise) for mistake, rise in rises}
 
 
 def wrong_row(sources: Sources) -> list[dict[str, Any]]:
