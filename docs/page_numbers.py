@@ -104,7 +104,7 @@ def from_the_study(results: Path) -> Numbers:
     verdict = json.loads((results / "verdict.json").read_text(encoding="utf-8"))
     return {
         "table_7": {"table": (results / "table7.md").read_text(encoding="utf-8").strip()},
-        "verdict": {kind: verdict[kind] for kind in ("counts", "counts_by_basis", "headline")},
+        "verdict": {kind: verdict[kind] for kind in ("counts", "counts_by_basis", "headline", "near_misses")},
         "which_model": named(which_model.numbers(levels, mse), which_model.tables(levels, mse)),
     }
 

@@ -7,6 +7,7 @@ from checkout import ROOT
 from typer.testing import CliRunner
 
 from pneumo.cli.commands import app
+from pneumo.verdict.judging import AGREEING, read_statuses
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCK = r"<!--generated: print\((\w+)\(\)\) -->\n(.*?)\n<!--end-->"
@@ -84,3 +85,5 @@ def test_named_commands_answer(results):
     commands = re.findall(r"`pneumo ((?:paper )?explain [^`]+)`", README)
     assert len(commands) == 2
     assert all("M8" in pneumo(command) for command in commands)
+    shown = commands[0].split()[-1]
+    assert read_statuses(ROOT / "paper/2006")[shown] in AGREEING, "README shows an item that agrees"

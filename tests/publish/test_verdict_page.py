@@ -10,7 +10,7 @@ from page_checks import Structure, assert_accessible, assert_quiet, assert_reada
 from pneumo.errors import ResultError
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.publish.pages.page import STATUS_LOOKS
-from pneumo.publish.pages.verdict_page import verdict_page
+from pneumo.publish.pages.verdict_page import deviation_text, size_class, verdict_page
 from pneumo.publish.text.explain import cell_text, item_text
 
 pytestmark = pytest.mark.xdist_group("printed")
@@ -46,7 +46,7 @@ def test_every_item_has_an_anchor_every_link_a_target_and_every_cell_stands_once
     anchors = {item["id"] for item in judged["items"]} | {f"erratum-{one['id']}" for one in judged["errata"]}
     targets = {link[1:] for link in structure.links if link.startswith("#")}
     assert anchors | targets <= set(structure.ids)
-    cells = re.findall(r'<td class="(\w+)" data-id="([^"]+)">', page)
+    cells = re.findall(r'<td class="[\w-]+" data-status="(\w+)" data-id="([^"]+)">', page)
     expected = [(item["status"], item["id"]) for item in judged["items"] if item["table"]]
     assert sorted(cells) == sorted(expected)
 
@@ -55,7 +55,7 @@ def test_counts_by_kind_of_evidence(judged, page):
     for basis, counts in judged["counts_by_basis"].items():
         row = re.search(rf'<tr data-basis="{basis}">(.*?)</tr>', page, re.DOTALL)[1]
         assert re.findall(r"<td>(\d+)</td>", row) == [str(number) for number in counts.values()]
-    head = re.search(r"Nothing was fitted to (\d+) facts:</strong> (\d+) exact", page)
+    head = re.search(r"No choice was made with (\d+) facts in view:</strong> (\d+) exact", page)
     measured = judged["headline"]["measured"]
     assert [*map(int, head.groups())] == [measured["items"], measured["exact"]]
     for item in judged["items"]:
@@ -71,15 +71,30 @@ def test_text_is_escaped_and_symbols_tell_statuses_without_colour(judged, page):
     text = verdict_page(spoilt, PAPER_FOLDER)
     assert "&lt;b&gt;kg&lt;/b&gt;" in text
     assert "<b>kg</b>" not in text
-    cells = re.findall(r'<td class="(\w+)" data-id=.*?class="symbol"[^>]*>(.*?)</', page)
+    cells = re.findall(r'<td class="[\w-]+" data-status="(\w+)" .*?class="symbol"[^>]*>(.*?)</', page)
     symbols = {status: html.unescape(symbol) for status, symbol in cells}
     assert symbols == {status: STATUS_LOOKS[status][0] for status in symbols}
     assert {"exact", "explained", "missed"} <= set(symbols)
     assert len({symbol for symbol, _ in STATUS_LOOKS.values()}) == len(STATUS_LOOKS)
 
 
+def test_a_cell_is_coloured_by_the_size_of_its_deviation():
+    def item(relative, status="missed"):
+        return {"status": status, "relative": relative, "pull": None}
+
+    sizes = {0.0: "1", 0.01: "1", -0.0101: "2", 0.02: "2", 0.05: "3", -0.051: "4", 9.0: "4", None: "none"}
+    assert {deviation: size_class(item(deviation)) for deviation in sizes} == {
+        deviation: f"size-{size}" for deviation, size in sizes.items()
+    }
+    assert size_class(item(0.03, "exact")) == "size-0"  # within the digits, or the reading
+    deviations = item(0.0123), item(-0.5) | {"pull": -3.21}, item(1e-9)
+    words = tuple(map(deviation_text, deviations))
+    assert words == ("+1.23 %", "-50 %, pull -3.2", "0 %")
+
+
 def test_findings_stand_before_the_items_and_another_study_says_so(page, judged):
-    heads = ["Counts", "Finding 1", "Finding 2", "The paper's tables", "Items", "Errata", "Assumptions"]
+    heads = ["Counts", "Reproduced over printed", "Finding 1", "Finding 2"]
+    heads += ["The paper's tables", "Items", "Errata", "Doubts", "Assumptions"]
     places = [re.search(rf"<h2[^>]*>{head}", page).start() for head in heads]
     assert places == sorted(places)
     none = dict.fromkeys(("wrong_row", "transport", "by_experiment"))
@@ -121,7 +136,10 @@ class TestInBrowser:
         for control, count in [*clicks, ("input[value=exact]", every - counts["exact"]), ("#reset", every)]:
             browser.run(f"document.querySelector('{control}').click()")
             assert self.shown(browser) == count, control
-        typed = ("search", "e07 m7", "input", 1), ("search", "nothing like it", "input", 0)
+        typed = ("search", "t8.e07.m7", "input", 1), ("search", "nothing like it", "input", 0)
+        of_table_7 = sum("Table 7" in item["where"] for item in judged["items"])
+        assert 30 < of_table_7 < 40
+        typed += (("search", "table 7", "input", of_table_7),)
         for control, value, event, count in (("part", "table-8", "change", 96), *typed):
             change = f"c.value = '{value}'; c.dispatchEvent(new Event('{event}'))"
             browser.run(f"{{const c = document.getElementById('{control}'); {change}}}")

@@ -35,6 +35,7 @@ def page_text(template: str, folder: Path | None = None, **content: Any) -> str:
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, **lines)
     filters: dict[str, Any] = {"math": with_indices, "percent": percent_text, "on_log_axis": axis_fraction}
     filters["unit"] = lambda unit: UNITS_IN_TEXT.get(unit, unit)
+    filters["ordinal"] = lambda number: {1: "", 2: "second", 3: "third"}.get(number, f"{number}th")
     environment.filters.update(filters)
     return environment.get_template(template).render(**content)
 

@@ -5,6 +5,7 @@ findings beyond the items.
 """
 
 import itertools
+import math
 import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -15,7 +16,17 @@ from pneumo.publish.labels import ORIGINS
 from pneumo.publish.pages.page import STATUS_LOOKS, page_text
 from pneumo.verdict.claims import BASES
 from pneumo.verdict.entries import Entry, read_entries
+from pneumo.verdict.judging import EXACT_AS, NEAR_MISS
 from pneumo.verdict.published import read_cells
+
+SIZES = {  # largest deviation of a class of the colour scale, and its heading
+    0.0: "within the digits",
+    0.01: "1 %",
+    0.02: "2 %",
+    0.05: "5 %",
+    math.inf: "more",
+}
+BAND, LARGEST = 0.02, 0.1  # deviations of the shaded band and of the edges of the scatter
 
 
 class Layout(Entry):
@@ -48,6 +59,17 @@ class Page(Entry):
     tables: Mapping[int, Layout] = {}
 
 
+class Point(NamedTuple):
+    """A number of the paper in the scatter."""
+
+    id: str
+    x: float  # from 0 to 1 in its group, by printed number
+    deviation: float  # as a fraction, at most `LARGEST`
+    beyond: bool  # whether it is larger
+    size: str
+    text: str
+
+
 class Grid(NamedTuple):
     """A table of the paper in the layout of the page."""
 
@@ -75,9 +97,70 @@ def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[st
         origins=ORIGINS,
         bases=BASES,
         short=lambda item: _short(item, page),
+        size=size_class,
+        sizes=SIZES,
+        deviation=deviation_text,
+        scatter=_scatter(verdict["items"], page),
+        band=BAND,
+        largest=LARGEST,
+        near=NEAR_MISS,
+        senses=EXACT_AS,
         grids=[_grid(table, page, folder, verdict["items"]) for table in page.tables],
         groups=_groups(verdict["items"], page),
     )
+
+
+def size_class(item: Mapping[str, Any]) -> str:
+    """Class of an item on the colour scale, by the size of its deviation; ``size-none`` without a number."""
+    if item["status"] == "exact":
+        return "size-0"
+    if item["relative"] is None:
+        return "size-none"
+    limits = list(SIZES)
+    return f"size-{next(i for i, limit in enumerate(limits) if i and abs(item['relative']) <= limit)}"
+
+
+def deviation_text(item: Mapping[str, Any]) -> str:
+    """Deviation of an item in per cent, with its pull if there is one; empty for statements."""
+    if item["relative"] is None:
+        return ""
+    pull = "" if item["pull"] is None else f", pull {item['pull']:+.1f}"
+    per_cent = (
+        f"{100 * item['relative']:+.2f}" if abs(item["relative"]) < 0.1 else f"{100 * item['relative']:+.0f}"
+    )
+    return f"{'0' if float(per_cent) == 0 else per_cent} %{pull}"
+
+
+def _scatter(items: Sequence[Mapping[str, Any]], page: Page) -> list[tuple[str, int, list[Point]]]:
+    """Numbers of tables and figures over the printed ones: heading, how many are beyond the edges, points."""
+    groups: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
+    for item in items:
+        if item["row"] and item["relative"] is not None and item["basis"] != "set-up":
+            groups[_group(item, page)[1].partition(",")[0]].append(item)
+    result: list[tuple[str, int, list[Point]]] = []
+    for heading, members in groups.items():
+        members = sorted(members, key=lambda item: abs(float(item["meant"]) * item["scale"]))
+        points = [
+            Point(
+                item["id"],
+                (i + 0.5) / len(members),
+                min(max(item["relative"], -LARGEST), LARGEST),
+                abs(item["relative"]) > LARGEST,
+                size_class(item),
+                f"{item['id']}: printed {item['meant']}, reproduced {item['shown']}, {deviation_text(item)}",
+            )
+            for i, item in enumerate(members)
+        ]
+        result.append((heading, sum(point.beyond for point in points), points))
+    return result
+
+
+def _group(item: Mapping[str, Any], page: Page) -> tuple[str, str]:
+    """Anchor and heading of the table, figure or section that an item belongs to."""
+    if item["table"]:
+        return f"table-{item['table']}", f"Table {item['table']}"
+    part = item["id"].split(".")[0]
+    return f"{'figure' if item['row'] else 'text'}-{part}", page.titles.get(part, part)
 
 
 def _short(item: Mapping[str, Any], page: Page) -> str:
@@ -92,11 +175,7 @@ def _groups(items: Sequence[Mapping[str, Any]], page: Page) -> list[tuple[str, s
     """Items by table, or by section of the text, with an anchor and a heading."""
     groups: dict[str, tuple[str, str, list[Mapping[str, Any]]]] = {}
     for item in items:
-        if item["table"]:
-            key, title = f"table-{item['table']}", f"Table {item['table']}"
-        else:
-            part = item["id"].split(".")[0]
-            key, title = f"{'figure' if item['row'] else 'text'}-{part}", page.titles.get(part, part)
+        key, title = _group(item, page)
         groups.setdefault(key, (key, title, []))[2].append(item)
     return sorted(groups.values(), key=lambda group: not group[0].startswith("text"))
 

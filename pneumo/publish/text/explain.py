@@ -32,7 +32,10 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str 
         ("tolerance", f"class {tolerance['class']}{sense}: {tolerance['limit']:g}, {tolerance['measure']}"),
         ("kind", item["kind"]),
         ("basis", f"{item['basis']}: {BASES[item['basis']]}"),
-        ("same fact as", item["fact"]),
+        ("fact", item["fact"]),
+        ("lost by", "; ".join(item["lost_by"] or [])),
+        ("pull", "" if item["pull"] is None else f"{item['pull']:+.2g} standard deviations"),
+        ("doubt", ", ".join(item["doubts"])),
     ]
     for key, label in (("exact", "with exact signals"), ("printed", "by the paper's own tables")):
         if (stands := item[f"stands_{key}"]) is not None:

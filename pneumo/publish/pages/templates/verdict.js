@@ -7,19 +7,22 @@ const tiles = [...document.querySelectorAll(".tile")];
 const part = document.getElementById("part");
 const search = document.getElementById("search");
 const falls = document.getElementById("falls");
-const words = new Map(items.map((item) => [item, item.textContent.toLowerCase().replace(/\s+/g, " ")]));
+// Words of an item itself, not those of items that it links to; "table 7" is one word, and 7 is not in 17 or 7.5.
+const normal = (text) => text.toLowerCase().replace(/\s+/g, " ").replace(/\b(tables?|figs?\.?|sections?) (\d+)/g, "$1_$2");
+const words = new Map(items.map((item) => [item, ` ${normal(item.dataset.words)} `]));
+const pattern = (word) => new RegExp(`[^\\p{L}\\d_]${word.replace(/[^\p{L}\d_]/gu, "\\$&")}${/\d$/.test(word) ? "(?![\\d.]*\\d)" : ""}`, "u");
 const initially = new Map(groups.map((group) => [group, group.open]));
 
 function filter() {
   const statuses = new Set(boxes.filter((box) => box.checked).map((box) => box.value));
-  const wanted = search.value.trim().toLowerCase().split(/\s+/).filter(Boolean);
+  const wanted = normal(search.value.trim()).split(" ").filter(Boolean).map(pattern);
   const everything = statuses.size === boxes.length && !wanted.length && !part.value && !falls.checked;
   const shown = new Set();
   for (const item of items) {
     const fits = statuses.has(item.dataset.status)
       && (!part.value || item.parentElement.dataset.part === part.value)
       && (!falls.checked || item.dataset.falls === "1")
-      && wanted.every((word) => words.get(item).includes(word));
+      && wanted.every((word) => word.test(words.get(item)));
     item.hidden = !fits;
     if (fits) shown.add(item.id);
   }
