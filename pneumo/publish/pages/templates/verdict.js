@@ -7,7 +7,7 @@ const tiles = [...document.querySelectorAll(".tile")];
 const part = document.getElementById("part");
 const search = document.getElementById("search");
 const falls = document.getElementById("falls");
-// Words of an item itself, not those of items that it links to; "table 7" is one word, and 7 is not in 17 or 7.5.
+// Words of an item itself, not of items that it links to; "table" with its number is one word, and a number ends where its digits end.
 const normal = (text) => text.toLowerCase().replace(/\s+/g, " ").replace(/\b(tables?|figs?\.?|sections?) (\d+)/g, "$1_$2");
 const words = new Map(items.map((item) => [item, ` ${normal(item.dataset.words)} `]));
 const pattern = (word) => new RegExp(`[^\\p{L}\\d_]${word.replace(/[^\p{L}\d_]/gu, "\\$&")}${/\d$/.test(word) ? "(?![\\d.]*\\d)" : ""}`, "u");
