@@ -189,7 +189,7 @@ def _fact(rule: Mapping[str, Any], cell: Mapping[str, str]) -> str:
     if not isinstance(pattern, str):
         pattern = pattern.get(cell["column"], "")
     alike = {key: rule.get("alike", {}).get(cell[key], cell[key]) for key in ("row", "column")}
-    return pattern.format(**(cell | alike))
+    return pattern.format(**({**cell, **alike}))
 
 
 def _filled(value: Any, names: Mapping[str, str]) -> Any:

@@ -43,7 +43,7 @@ def read_doubts(folder: Path, computations: Mapping[str, Computation], source: A
         try:
             finding = computations[entry["argument"]](source)
             outcome = {"holds": finding.holds, "evidence": finding.shown}
-        except MissingEvidence as error:
+        except (MissingEvidence, KeyError) as error:  # as of a study with fewer experiments
             outcome = {"holds": None, "evidence": f"not to be judged: {error}"}
         doubts[name] = Doubt.read(folder / FILE, name, entry | {"id": name} | outcome)
     return doubts

@@ -27,13 +27,12 @@ def numbers_over_seeds(results: Path, study: Study) -> np.ndarray | None:
     file = evidence_file(results, "seed_sets.nc", study.config_sha256)
     if file is None:
         return None
-    names = {"experiment": list(study.experiments), "model": list(PAPER_MODELS)}
-    cells = read(file, "mean_error", "mse").sel(transport=PUBLISHED, **names).squeeze("chamber", drop=True)
+    names = list(study.experiments)
+    cells = read(file, "mean_error", "mse").squeeze("chamber", drop=True)
+    cells = cells.sel(transport=PUBLISHED, experiment=names, model=list(PAPER_MODELS))
     cells = cells.transpose("seeds", "experiment", "model", "n").astype(float)
     levels = study.experiments_by_level
-    return numbers_of_tables(
-        cells["mean_error"].values, cells["mse"].values, study.n, names["experiment"], levels
-    )
+    return numbers_of_tables(cells["mean_error"].values, cells["mse"].values, study.n, names, levels)
 
 
 class TableLikelihood:
