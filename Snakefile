@@ -9,7 +9,7 @@ from snakemake.utils import min_version
 
 from pneumo.configuration.parameters import validated
 from pneumo.hashing import code_hash
-from pneumo.jobs.checked_study import checked_study, k_0_factors, user_cylinders
+from pneumo.jobs.checked_study import as_written, checked_study, k_0_factors, user_cylinders
 from pneumo.jobs.fleet_plan import checked_fleet, resources
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
 from pneumo.jobs.run_lock import take_run_lock
@@ -28,6 +28,7 @@ onstart:
 
 # Cylinders in a table are planned without the paper's study; jobs need not check every row again.
 SETTINGS = workflow.config_settings
+config.update(as_written(SETTINGS.configfiles, SETTINGS.config))
 FLEET = checked_fleet(config, SETTINGS.configfiles, SETTINGS.config, check=workflow.is_main_process)
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import typer
 from typer import Argument, Option
 
-from pneumo.cli.options import Config, Cylinder, output_to, read_configuration
+from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, output_to, read_configuration
 from pneumo.fit.fitted_parameters import ALSO
 from pneumo.fit.record.formats import FORMATS
 
@@ -58,7 +58,7 @@ def fit(
     cylinder: Cylinder = None,
     config: Config = None,
     columns: Columns = None,
-    model: Annotated[list[str] | None, Option(help="one of `pneumo models`; may be repeated [all]")] = None,
+    model: Annotated[list[str] | None, MODELS_OF_FIT] = None,
     x_from: Origin = "mid",
     command: Annotated[
         Literal["held", "linear"], Option(help="command between two samples: held or linear")

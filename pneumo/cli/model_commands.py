@@ -9,7 +9,16 @@ from typing import Annotated, Literal
 import typer
 from typer import Option
 
-from pneumo.cli.options import MODEL, Conductance, Config, Cylinder, Index, configured_study, output_to
+from pneumo.cli.options import (
+    MODEL,
+    Conductance,
+    Config,
+    Cylinder,
+    Index,
+    check_index,
+    configured_study,
+    output_to,
+)
 
 
 def linearise(
@@ -43,6 +52,7 @@ def linearise(
     from pneumo.linear.linear_model import linearise as linear_model
     from pneumo.selection.plants import configured_plant
 
+    check_index(model, n)
     plant = configured_plant(configured_study(config), cylinder, k0)
     names = system(model, n, plant, piston=states == "actuator")
     least, most = plant.conditions.P_atm, plant.conditions.P_s
@@ -94,6 +104,7 @@ def export(
     suffix = {"c": ".c", "fmu": ".fmu"}.get(to)
     if suffix and (output is None or output.suffix != suffix):
         raise InputError(f"--to {to}: needs --output FILE{suffix}")
+    check_index(model, n)
     files = exported(
         model,
         n,

@@ -9,8 +9,21 @@ if TYPE_CHECKING:
     from pneumo.configuration.experiment import Study
     from pneumo.configuration.schema import Configuration
 
+
+def _known(names: Any) -> Any:
+    """Refuse a model's name in other letters than its own, and say which is meant."""
+    from pneumo.errors import InputError
+    from pneumo.physics.models import MODELS
+
+    for name in [names] if isinstance(names, str) else names or ():
+        if name not in MODELS and name.upper() in MODELS:
+            raise InputError(f"model {name!r}: no such model, perhaps {name.upper()}")
+    return names
+
+
 PAPER = Path("config/paper.yaml")  # in a checkout
-MODEL = Argument(help="one of `pneumo models`, or full for the full-order model")
+MODEL = Argument(help="one of `pneumo models`, or full for the full-order model", callback=_known)
+MODELS_OF_FIT = Option("--model", help="one of `pneumo models`; may be repeated [all]", callback=_known)
 Config = Annotated[
     list[Path] | None,
     Option(
@@ -33,6 +46,15 @@ Threads = Annotated[int, Option(min=1, help="parallel runs; the result does not 
 def output_to(what: str) -> Any:
     """Return the option that names the file or folder to write."""
     return Option("--output", "-o", help=what)
+
+
+def check_index(model: str, n: float | None) -> None:
+    """Raise `InputError` if an index is given to a model that has none."""
+    from pneumo.errors import InputError
+    from pneumo.physics.models import MODELS
+
+    if n is not None and (model == "full" or (model in MODELS and not MODELS[model].has_n)):
+        raise InputError(f"--n = {n:g}: {model} has no polytropic index; leave it out")
 
 
 def read_configuration(files: list[Path] | None) -> "Configuration":

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import dotted, resolved
-from pneumo.configuration.text_file import csv_rows, read_text
+from pneumo.configuration.text_file import NUMBER, csv_rows, read_text
 from pneumo.errors import ConfigurationError, printable, shown
 from pneumo.regular_file import regular_file
 
@@ -176,10 +176,11 @@ def _check_head(where: str, head: Sequence[str]) -> None:
 
 def _value(text: str) -> int | float | str:
     """Number in a cell, else its text."""
-    for kind in (int, float):
-        with suppress(ValueError):
-            return kind(text)
-    return text
+    if not NUMBER.fullmatch(text):
+        return text
+    with suppress(ValueError):
+        return int(text)
+    return float(text)
 
 
 def _add_row(table: CylinderTable, head: Sequence[str], number: int, cells: Sequence[str]) -> None:

@@ -1,24 +1,28 @@
 """Configuration files: plain YAML of a reasonable size.
 
-Refused are tags, anchors, aliases, merges, repeated keys and keys that are not text: a configuration needs
-none of them, and they can create objects, fill the memory or hide a value.
+Words and numbers are those of YAML 1.2: 010 is ten, and 1:30, 2_5 and yes are text. Refused are tags,
+anchors, aliases, merges, repeated keys and keys that are not text: a configuration needs none of them, and
+they can create objects, fill the memory or hide a value.
 """
 
+import re
 from collections.abc import Hashable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 from yaml.composer import ComposerError
 from yaml.constructor import ConstructorError
 
-from pneumo.configuration.text_file import read_text
+from pneumo.configuration.text_file import NUMBER, read_text
 from pneumo.errors import ConfigurationError, printable, shown
 
 LARGEST_CONFIGURATION = 1_000_000  # bytes; the paper's configuration has 3 500
 
 
 class _PlainLoader(yaml.SafeLoader):
+    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # not those of YAML 1.1
+
     def compose_node(self, parent: Any, index: Any) -> Any:
         event = self.peek_event()
         tag = getattr(event, "tag", None)
@@ -44,6 +48,22 @@ class _PlainLoader(yaml.SafeLoader):
                 raise ConstructorError(None, None, problem, key.start_mark)
             names.add(name)
         return super().construct_mapping(node, deep)
+
+
+def _decimal(loader: _PlainLoader, node: Any) -> int:
+    return int(loader.construct_scalar(node))  # PyYAML's own takes 010 for eight
+
+
+INTEGER = re.compile(r"[+-]?[0-9]+\Z")
+FLOAT = re.compile(rf"(?:{NUMBER.pattern}|[+-]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z")
+for _tag, _pattern, _first in (
+    ("bool", re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"), "tTfF"),
+    ("null", re.compile(r"(?:~|null|Null|NULL|)\Z"), ["~", "n", "N", ""]),
+    ("int", INTEGER, "+-0123456789"),
+    ("float", FLOAT, "+-.0123456789"),
+):
+    _PlainLoader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", _pattern, _first)
+_PlainLoader.add_constructor("tag:yaml.org,2002:int", _decimal)
 
 
 def read_yaml(file: Path) -> dict[str, Any]:

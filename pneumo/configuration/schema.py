@@ -4,6 +4,7 @@ Keys name their unit (bore_mm); `pneumo.configuration.parameters` converts to SI
 """
 
 import itertools
+import unicodedata
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
@@ -11,12 +12,13 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 from pydantic_core import PydanticCustomError
 
 from pneumo.configuration.experiment import MOST_HALVINGS
+from pneumo.configuration.text_file import NUMBER
 from pneumo.errors import printable
 
 
 def _number(value: Any) -> Any:
-    """Refuse booleans, which pydantic would turn into numbers."""
-    if isinstance(value, bool):
+    """Refuse what pydantic would turn into numbers: booleans, 1_000 as text, digits other than ASCII."""
+    if isinstance(value, bool) or (isinstance(value, str) and not NUMBER.fullmatch(value.strip())):
         raise ValueError("must be a number")
     return value
 
@@ -351,6 +353,18 @@ class Configuration(_Section):
     accuracy: AccuracySection | None = _key(
         "how accurately the rig is known, for pneumo fit", None, exclude_if=lambda value: value is None
     )
+
+    @model_validator(mode="after")
+    def _names_can_be_told_apart(self) -> Self:
+        for section in ("cylinders", "experiments", "levels"):
+            by_look: dict[str, str] = {}
+            for name in getattr(self, section):
+                if not all(c.isalnum() or c in "_-" for c in name):
+                    raise _conflict(name, "contains a character that cannot be seen", (section, name))
+                other = by_look.setdefault(unicodedata.normalize("NFKC", name).casefold(), name)
+                if other != name:
+                    raise _conflict(name, f"differs from {other} by case or look only", (section, name))
+        return self
 
     @model_validator(mode="after")
     def _names_exist(self) -> Self:

@@ -1,9 +1,9 @@
 """Signals from a user's file: one column of a CSV file."""
 
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 
-from pneumo.configuration.text_file import csv_rows, read_text
+from pneumo.configuration.text_file import NUMBER, csv_rows, read_text
 from pneumo.errors import ConfigurationError, printable
 
 LARGEST_SIGNAL_FILE = 20_000_000  # bytes
@@ -38,7 +38,7 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
         if not row:
             continue
         try:
-            value = float(row[place])
+            value = float(row[place]) if NUMBER.fullmatch(row[place].strip()) else nan
             if not isfinite(value):
                 raise ValueError
         except (ValueError, IndexError):

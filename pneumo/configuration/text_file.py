@@ -1,12 +1,14 @@
 """Text files that a user names: read up to a size; CSV files split into fields."""
 
 import csv
+import re
 from pathlib import Path
 from typing import Any
 
 from pneumo.errors import ConfigurationError, printable
 from pneumo.regular_file import regular_file
 
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")  # as YAML 1.2 and CSV have it
 csv.field_size_limit(100_000_000)  # the largest file read here
 
 

@@ -8,10 +8,25 @@ from typing import Any
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.known_within import known_within
-from pneumo.configuration.parameters import read_yaml, study, validated
+from pneumo.configuration.parameters import merged, read_yaml, study, validated
 from pneumo.errors import ConfigurationError
 
 BASE = Path("config/paper.yaml")
+
+
+def as_written(files: Sequence[Path], options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the merged configuration of a run, read as `pneumo` reads files, not by the rules of YAML 1.1.
+
+    If a file cannot be read, ends the process with exit code 2 and one line on standard error.
+    """
+    content: dict[str, Any] = {}
+    try:
+        for file in (BASE, *files):
+            content = merged(content, read_yaml(Path(os.path.relpath(file))))
+    except ConfigurationError as error:
+        print(f"pneumo: {error}", file=sys.stderr)
+        sys.exit(2)
+    return merged(content, options)
 
 
 def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any]) -> Study:

@@ -135,6 +135,20 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
     assert (code, err) == (0, "note: P_A = 5 Pa, outside 101325 (atmosphere) to 700000 (supply)\n")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["export", "M1", "--n", 1.35, "--to", "matlab"], "--n = 1.35: M1 has no polytropic index"),
+        (["linearise", "full", "--n", 1.3, "--u", 1, "--P_A", 5e5, "--P_B", 5e5], "--n = 1.3: full has no"),
+        (["export", "m8", "--n", 1.35, "--to", "matlab"], "model 'm8': no such model, perhaps M8"),
+        (["fit", "a.csv", "--model", "M7", "--model", "m8"], "model 'm8': no such model, perhaps M8"),
+    ],
+)
+def test_an_index_without_use_and_a_name_in_small_letters_are_refused(arguments, words, inside):
+    inside("init")
+    assert_one_line(inside(*arguments, "--config", "cylinder.yaml"), words)
+
+
 @pytest.mark.parametrize("command", [["linearise", "M1", *AT], ["export", "M1", "--to", "casadi"]])
 def test_a_choice_between_cylinders_or_conductances_is_left_to_the_user(command, inside):
     command = [*command, "--config", ROOT / "config/paper.yaml"]

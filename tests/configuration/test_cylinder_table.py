@@ -84,7 +84,7 @@ BORE = ROW.replace("40", "-40", 1)
     [
         ([f"a,{ROW}", "", f"b,{BORE}"], HEAD, ["row 4, column bore_mm = -40", "greater than 0 and at most"]),
         ([f"a,{BORE.replace('-40', 'wide')}"], HEAD, ["row 2, column bore_mm = 'wide': must be a number"]),
-        ([f"a,{BORE.replace('-40', 'nan')}"], HEAD, ["row 2, column bore_mm = nan: must be a number"]),
+        ([f"a,{BORE.replace('-40', 'nan')}"], HEAD, ["row 2, column bore_mm = 'nan': must be a number"]),
         ([f"a,{BORE.replace('-40', '')}"], HEAD, ["row 2, column bore_mm: missing; must be a number"]),
         ([f"a,{ROW.replace('0.9', '9')}"], HEAD, ["row 2, column open_loop.reverse_at = 9: must be"]),
         ([f"a,{ROW.replace('1e-6', '')}"], HEAD, ["column k_x_k_u_m2_per_V: missing", "section valve"]),

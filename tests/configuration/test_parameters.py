@@ -18,6 +18,7 @@ from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation
 from pneumo.configuration.known_within import K_0_FACTOR, known_within
 from pneumo.configuration.parameters import load, merged, study, validated
+from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import HELD, SAMPLINGS
 from pneumo.configuration.schema_messages import allowed
 from pneumo.configuration.study_json import from_json, to_json
@@ -437,3 +438,47 @@ def test_k_0_is_known_within_what_is_said_or_the_catalogue_or_two(tmp_path):
     override.write_text("cylinders: {mine: {k_0_factor: 0.9}}\n")
     with pytest.raises(ConfigurationError, match=r"k_0_factor = 0.9: must be a number at least 1"):
         load(TEMPLATE, override)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1:30", "1:30"),
+        ("010", 10),
+        ("2_5", "2_5"),
+        ("0x10", "0x10"),
+        ("yes", "yes"),
+        ("on", "on"),
+        ("2026-01-01", "2026-01-01"),
+        ("1e-7", 1e-7),
+        ("+.5", 0.5),
+        ("1.", 1.0),
+        ("-3", -3),
+        ("true", True),
+        ("~", None),
+        ("", None),
+        ("'010'", "010"),
+        ("\u0663\u0664", "\u0663\u0664"),
+    ],
+)
+def test_words_and_numbers_are_those_of_yaml_1_2(tmp_path, text, value):
+    (tmp_path / "a.yaml").write_text(f"key: {text}\n", encoding="utf-8")
+    found = read_yaml(tmp_path / "a.yaml")["key"]
+    assert found == value and type(found) is type(value)
+
+
+@pytest.mark.parametrize("text", ["1:30", "2_5", "1_000.0", "\u0663\u0664", "0x10", "nan"])
+def test_text_that_python_would_take_for_a_number_is_refused(text):
+    assert f"cylinders.D.mass_kg = {text!r}: must be a number" in complaint("cylinders.D.mass_kg", text)
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        ("e01", "differs from E01 by case or look only"),
+        ("\uff25\uff10\uff11", "must be text"),
+        ("E01\u200d", "cannot be seen"),
+    ],
+)
+def test_names_that_look_alike_are_refused(other, words):
+    assert words in complaint(f"experiments.{other}", BASE["experiments"]["E01"])
