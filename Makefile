@@ -15,7 +15,7 @@ SOAK_MINUTES ?= 30
 activate := . .venv/bin/activate
 unexport PYTHONDONTWRITEBYTECODE # else every job would compile all that it imports
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -115,12 +115,13 @@ slurm-test: .venv/.dev  ## run smoke study and fleet, disturbed, on a Slurm of o
 	python -m tests.torture.slurm --cylinders 200 --evidence results/evidence/slurm.json
 
 lint: .venv/.dev  ## check style, types, import contracts and the workflow
-	@echo "== lint: ruff, basedpyright, import-linter, cog, snakefmt, snakemake --lint"
+	@echo "== lint: ruff, basedpyright, import-linter, zizmor, cog, snakefmt, snakemake --lint"
 	$(activate)
 	ruff check
 	ruff format --check
 	basedpyright
 	lint-imports --no-logo
+	zizmor --offline --no-progress --quiet .github
 	$(cog) --check --check-fail-msg="run: make numbers" README.md
 	snakefmt --check Snakefile workflow
 	# Of snakemake --lint all is heeded but "an environment per rule": see paper/decisions/0003.
@@ -144,6 +145,12 @@ wheel: .venv/.dev  ## build sdist and wheel into dist/; try every engineer's com
 	uv build --quiet --no-build-isolation --out-dir dist
 	rm dist/.gitignore
 	pytest -n0 tests/test_wheel.py
+
+sbom: .venv/.study  ## list the packages of requirements.lock, with their hashes, in sbom.json (CycloneDX)
+	@echo "== sbom: cyclonedx-py on requirements.lock"
+	$(activate)
+	uv pip install --quiet --target .venv/sbom cyclonedx-bom
+	PYTHONPATH=.venv/sbom python -m cyclonedx_py requirements --output-reproducible --pyproject pyproject.toml -o sbom.json requirements.lock
 
 # Universal: every platform and Python from 3.11 on.
 compile = uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header --no-annotate $(if $(UPGRADE),--upgrade)
