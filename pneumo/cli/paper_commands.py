@@ -221,7 +221,8 @@ def verify(
 ) -> None:
     """Check the SHA-256 of every NetCDF and JSON file."""
     from pneumo.errors import ResultError
-    from pneumo.storage.files import damaged, sealed_files
+    from pneumo.storage.files import damaged
+    from pneumo.storage.seal import sealed_files
 
     files, errors = sealed_files(results), damaged(results)
     if not files:

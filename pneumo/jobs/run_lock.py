@@ -10,6 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
+from pneumo.errors import DamagedError
+from pneumo.storage.seal import check_seal, sealed_files
+
 # A run locks RUN_LOCK and writes its name into it; its jobs share the lock JOBS_LOCK. The system releases
 # both when a process ends, even when it is killed.
 RUN_LOCK, JOBS_LOCK = Path(".snakemake/pneumo.run"), Path(".snakemake/pneumo.jobs")
@@ -50,6 +53,22 @@ def take_run_lock() -> None:
             print("pneumo: waiting for a job of a killed run to end", file=sys.stderr)
             fcntl.flock(jobs, fcntl.LOCK_EX)
     _warn_about_future_files()
+
+
+def set_damaged_aside() -> None:
+    """Rename results whose seal is missing or wrong, with a line for each, before a run is planned.
+
+    Else the run would be planned with them, and a job that reads one would fail after Snakemake has removed
+    the job's good outputs.
+    """
+    for file in sealed_files(RESULTS):
+        try:
+            check_seal(file)
+        except DamagedError as error:
+            aside = file.replace(file.with_name(f"{file.name}.damaged"))
+            print(f"pneumo: {error}; now {aside.name}, and made again", file=sys.stderr)
+        except OSError as error:
+            print(f"pneumo: {file}: {error.strerror}", file=sys.stderr)
 
 
 @contextmanager

@@ -21,7 +21,7 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.study_json import from_json, plain
 from pneumo.errors import DamagedError, InputError, ResultError, printable
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.storage.seal import check_seal, seal, unsealed
+from pneumo.storage.seal import check_seal, seal, sealed_files, unsealed
 
 DOI = "https://doi.org/10.1243/09596518JSCE203"
 COMMON = {
@@ -38,7 +38,6 @@ PART = ".part"  # ends the names of files that are being written
 LARGEST_IN_MEMORY = 8_000_000_000  # bytes of the variables that are read from a file
 NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)
 EXPERIMENT_LABELS = ("cylinder", "loop", "k_0")  # scalar coordinates of every per-experiment file
-SEALED_JSON = ("parameters.json", "verdict.json", "findings.json")
 
 GRID = ("mean_error", "variance", "mse", "status", "failure_time")  # of every cell of an experiment
 
@@ -233,11 +232,6 @@ def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]
     except (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError) as error:
         text = " ".join(str(error).split())
         raise ResultError(f"{path}: not a readable NetCDF-4 file ({text}); delete it and rerun") from None
-
-
-def sealed_files(folder: Path) -> list[Path]:
-    """Return the files under a folder of results that end with a SHA-256: those that jobs read."""
-    return sorted([*folder.rglob("*.nc"), *(file for name in SEALED_JSON for file in folder.rglob(name))])
 
 
 def damaged(folder: Path) -> list[DamagedError]:

@@ -11,12 +11,18 @@ from typing import BinaryIO
 from pneumo.errors import DamagedError
 from pneumo.regular_file import regular_file
 
+SEALED_JSON = ("parameters.json", "verdict.json", "findings.json")
 LARGEST_RESULT = 50_000_000_000  # bytes; the study's largest has 92 million
 LARGEST_JSON = 100_000_000  # bytes, read as a whole
 BLOCK = 1 << 20  # bytes hashed at a time
 
 # Before and after the digits.
 SEALS = {".nc": (b"\nsha256 ", b"\n"), ".json": (b',\n "sha256": "', b'"\n}\n')}
+
+
+def sealed_files(folder: Path) -> list[Path]:
+    """Return the files under a folder of results that end with a SHA-256: those that jobs read."""
+    return sorted([*folder.rglob("*.nc"), *(file for name in SEALED_JSON for file in folder.rglob(name))])
 
 
 def seal(file: Path, kind: str) -> None:

@@ -5,7 +5,8 @@ import time
 
 import pytest
 
-from pneumo.jobs.run_lock import RUN, RUN_LOCK, take_run_lock
+from pneumo.jobs.run_lock import RUN, RUN_LOCK, set_damaged_aside, take_run_lock
+from pneumo.storage.files import write_json
 
 
 def refusal(capsys):
@@ -41,3 +42,21 @@ def test_a_file_from_the_future_is_named_and_not_changed(run_folder, monkeypatch
     warned = capsys.readouterr().err.startswith("pneumo: results/E01.nc: modified in the future; correct the")
     assert warned == (shift > 0)
     assert file.stat().st_mtime == pytest.approx(date)
+
+
+def test_damaged_results_are_set_aside_and_good_ones_stay(run_folder, capsys):
+    results = run_folder / "results"
+    for name in ("parameters.json", "verdict.json"):
+        write_json('{"a": 1}', results / name)
+    (results / "parameters.json").write_text('{"a": ')  # half written
+    (results / "datum").mkdir()
+    (results / "datum/E01.nc").write_bytes(b"cut")
+    (results / "table7.md").write_text("has no seal")
+    os.mkfifo(results / "pipe.nc")
+    set_damaged_aside()
+    left = {str(file.relative_to(results)) for file in results.rglob("*") if not file.is_dir()}
+    assert left == {"parameters.json.damaged", "verdict.json", "datum/E01.nc.damaged", "table7.md", "pipe.nc"}
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 3 and "parameters.json: does not end with its SHA-256" in "".join(lines)
+    assert "results/pipe.nc: not a regular file" in "".join(lines)
+    assert (results / "parameters.json.damaged").read_text() == '{"a": '  # nothing is lost

@@ -18,8 +18,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from pneumo.storage.files import sealed_files, write_text
-from pneumo.storage.seal import SEALS
+from pneumo.storage.files import write_text
+from pneumo.storage.seal import SEALS, sealed_files
 from tests.checkout import ROOT
 from tests.torture.study import Study, stop
 
