@@ -219,12 +219,13 @@ def verify(
         bool, Option("--remove", help="remove damaged files; the next run makes them again")
     ] = False,
 ) -> None:
-    """Check the SHA-256 of every NetCDF and JSON file."""
+    """Check the SHA-256 of every file of results."""
     from pneumo.errors import ResultError
     from pneumo.storage.files import damaged
-    from pneumo.storage.seal import sealed_files
+    from pneumo.storage.seal import changed, manifest, sealed_files
 
-    files, errors = sealed_files(results), damaged(results)
+    files = [*sealed_files(results), *(file for file in manifest(results) if file.exists())]
+    errors = [*damaged(results), *changed(results)]
     if not files:
         raise ResultError(f"{results}: holds no results; `snakemake -j2` makes them")
     for error in errors:

@@ -8,7 +8,7 @@ they can create objects, fill the memory or hide a value.
 import re
 from collections.abc import Hashable
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import yaml
 from yaml.composer import ComposerError
@@ -21,8 +21,6 @@ LARGEST_CONFIGURATION = 1_000_000  # bytes; the paper's configuration has 3 500
 
 
 class _PlainLoader(yaml.SafeLoader):
-    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # not those of YAML 1.1
-
     def compose_node(self, parent: Any, index: Any) -> Any:
         event = self.peek_event()
         tag = getattr(event, "tag", None)
@@ -54,6 +52,7 @@ def _decimal(loader: _PlainLoader, node: Any) -> int:
     return int(loader.construct_scalar(node))  # PyYAML's own takes 010 for eight
 
 
+_PlainLoader.yaml_implicit_resolvers = {}  # not those of YAML 1.1
 INTEGER = re.compile(r"[+-]?[0-9]+\Z")
 FLOAT = re.compile(rf"(?:{NUMBER.pattern}|[+-]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z")
 for _tag, _pattern, _first in (

@@ -1,16 +1,20 @@
 """Seals of results files: the SHA-256 of the content at its end, so that no damaged or cut file is read.
 
-NetCDF readers ignore bytes behind the end of the HDF5 data; in JSON the seal is one more member.
+NetCDF readers ignore bytes behind the end of the HDF5 data; in JSON the seal is one more member. Pages,
+figures and tables have no seal: the log of the job that made them has their SHA-256.
 """
 
 import hashlib
 import os
+import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
 
 from pneumo.errors import DamagedError
 from pneumo.regular_file import regular_file
 
+LISTED = re.compile(r"^([0-9a-f]{64})  (results/.+)$", re.MULTILINE)
 SEALED_JSON = ("parameters.json", "verdict.json", "findings.json")
 LARGEST_RESULT = 50_000_000_000  # bytes; the study's largest has 92 million
 LARGEST_JSON = 100_000_000  # bytes, read as a whole
@@ -23,6 +27,36 @@ SEALS = {".nc": (b"\nsha256 ", b"\n"), ".json": (b',\n "sha256": "', b'"\n}\n')}
 def sealed_files(folder: Path) -> list[Path]:
     """Return the files under a folder of results that end with a SHA-256: those that jobs read."""
     return sorted([*folder.rglob("*.nc"), *(file for name in SEALED_JSON for file in folder.rglob(name))])
+
+
+def hashes_without_seal(files: Iterable[Path]) -> str:
+    """Return the SHA-256 of files that have no seal, a line for each, as ``sha256sum`` prints them."""
+    others = (
+        file for file in files if file.suffix != ".nc" and file.name not in SEALED_JSON and file.is_file()
+    )
+    return "".join(f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file}\n" for file in others)
+
+
+def manifest(results: Path) -> dict[Path, str]:
+    """Return the SHA-256 that pages, figures and tables had when made, from the logs of their jobs."""
+    logs = sorted(results.glob("logs/*.log"), key=lambda log: log.stat().st_mtime)
+    lines = (
+        line for log in logs for line in LISTED.findall(log.read_text(encoding="utf-8", errors="replace"))
+    )
+    return {results / Path(name).relative_to("results"): digest for digest, name in lines}
+
+
+def changed(results: Path) -> list[DamagedError]:
+    """Return an error for each page, figure or table of `manifest` that has other content now."""
+    errors: list[DamagedError] = []
+    for file, digest in manifest(results).items():
+        if file.exists():
+            with regular_file(file, LARGEST_RESULT) as opened:
+                if hashlib.sha256(opened.read()).hexdigest() != digest:
+                    errors.append(
+                        DamagedError(file, "damaged: its SHA-256 is not the one in the log of its job")
+                    )
+    return errors
 
 
 def seal(file: Path, kind: str) -> None:

@@ -23,6 +23,7 @@ from pneumo.publish.text.formatting import significant
 from pneumo.selection.plants import configured_plant
 from pneumo.selection.runs import simulate
 from pneumo.storage.files import write_json
+from pneumo.storage.seal import hashes_without_seal
 
 
 def assert_one_line(done, *words):
@@ -114,6 +115,24 @@ def test_verify_names_damaged_files_and_removes_them_on_demand(inside, tmp_path)
     code, out, _ = inside("paper", "verify", "--remove", "results")
     assert code == 0 and "; removed" in out
     assert [file.name for file in folder.iterdir()] == ["parameters.json"]
+
+
+def test_verify_finds_a_flipped_byte_in_a_page_or_figure(inside, tmp_path):
+    folder = tmp_path / "results"
+    (folder / "logs").mkdir(parents=True)
+    (folder / "figures").mkdir()
+    write_json('{\n "name": "test"\n}\n', folder / "parameters.json")
+    made = [Path("results/verdict.html"), Path("results/figures/fig01.svg"), Path("results/parameters.json")]
+    for file in made[:2]:
+        file.write_text("as it was made")
+    (folder / "logs/pages.log").write_text(f"pages: 0.10 s\n{hashes_without_seal(made)}")
+    assert inside("paper", "verify") == (0, "results: 3 files unchanged since they were written\n", "")
+    (folder / "figures/fig01.svg").write_text("as it Was made")
+    code, out, _ = inside("paper", "verify")
+    assert code == 2 and out.startswith(
+        "results/figures/fig01.svg: damaged: its SHA-256 is not the one in the log"
+    )
+    assert inside("paper", "verify", "--remove")[0] == 0 and not (folder / "figures/fig01.svg").exists()
 
 
 AT = ["--u", "1", "--P_A", "5e5", "--P_B", "6e5"]
