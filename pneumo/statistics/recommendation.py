@@ -32,7 +32,7 @@ def recommend(ranking: Ranking, cells: xr.Dataset) -> Ranking:
     needs = "needs no k_0" if MODELS[choice.model].wall == "none" else "needs k_0"
     reason = f"{_named(choice)} has at most {_kpa(choice.worst)} RMS error {_range(robust)}"
     if choice == best:
-        reason += ", the lowest worst case of all models"
+        reason += ", the lowest worst case of all reduced models"
     else:
         reason += (
             f"; it {needs} and is the cheapest model within {100 * MATERIAL:.0f} % of the lowest worst mean"
