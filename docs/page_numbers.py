@@ -13,6 +13,7 @@ from typing import Any
 import at_work
 import cluster
 import cost
+import measured_air
 import measurements
 import signal_sampling
 import which_model
@@ -32,7 +33,7 @@ from pneumo.verdict.claims import read_claims
 
 RESULTS = ROOT / "results"
 LIMIT = 0.001  # of a misfit's change that verification.md counts
-FIGURES = ("at_work", "measurements", "regimes")  # copies of results/figures/
+FIGURES = ("at_work", "measurements", "pulses", "regimes", "vessel")  # copies of results/figures/
 
 Numbers = dict[str, dict[str, Any]]  # by page or source, then by name
 
@@ -72,9 +73,17 @@ def verification(reproduced: xr.DataArray) -> dict[str, str]:
 
 def from_kept_files() -> Numbers:
     """Numbers from files that are in the repository: paper/evidence, docs/static, the catalogue."""
-    at_work_runs, measured, cylinders, fits, toggled, floor = (
+    at_work_runs, measured, air, cylinders, fits, toggled, floor = (
         xr.load_dataset(KEPT / f"{name}.nc")
-        for name in ("at_work", "measurements", "cylinders", "fit_coverage", "assumptions", "floor")
+        for name in (
+            "at_work",
+            "measurements",
+            "measured_air",
+            "cylinders",
+            "fit_coverage",
+            "assumptions",
+            "floor",
+        )
     )
     fleet, slurm, steps = (cluster.stored(name) for name in ("fleet", "slurm", "cost"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
@@ -92,6 +101,10 @@ def from_kept_files() -> Numbers:
             "of_full_order": f"{fits['full_true_k_0'].count().item()}",
             "coverage": coverage_tables(intervals_that_hold(fits), full_order_truth(fits)).strip(),
         },
+        "measured_air": named(
+            measured_air.numbers(air),
+            measured_air.tables(air) | {"walls": measured_air.wall_table(air, measured)},
+        ),
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
         "signal_sampling": named(signal_sampling.numbers(floor), {}),
         "verification": named(verification(toggled["reproduced"]), {}),

@@ -208,6 +208,40 @@ def test_sentences_of_measurements_hold():
     assert (simple > none.sel(law=SIMPLE)).all()
 
 
+def test_sentences_of_measured_air_hold():
+    from measured_air import CONSTANT_T, FULL
+
+    air = xr.load_dataset(KEPT / "measured_air.nc")
+    pulses, bare = (air["held_out"].sel(case=case) for case in ("pulses", "pulses, no hose"))
+    assert pulses.idxmin().item().startswith("full order") and pulses.sel(model=FULL) < 2.5e3  # Pa
+    assert bare.min() > 2.5 * pulses.max() and pulses.sel(model="M1") > 1.3 * pulses.sel(model="M8")
+    assert bare.min() - pulses.max() > np.ptp(pulses)  # the hose costs more than all models differ
+    wall = air.sel(case="pulses", model=FULL, parameter="k_0_W_per_K")
+    assert wall["low"] < 0  # not determined
+    fitted = air["fitted"].sel(case="discharge")
+    assert fitted.sel(model=FULL) < 2.5e3
+    assert (
+        fitted.sel(model=FULL)
+        < fitted.sel(model="M8")
+        < fitted.sel(model="M6")
+        < fitted.sel(model=CONSTANT_T).min()
+    )
+    for with_mixing, without in (("M6", "M5"), ("M8", "M7")):  # no air enters
+        assert fitted.sel(model=with_mixing).item() == pytest.approx(
+            fitted.sel(model=without).item(), rel=1e-3
+        )
+    assert air["fitted"].sel(case="discharge, free", model="M5") < fitted.sel(model=FULL)
+    assert air["T_error"].sel(case="discharge", model="M8") > 4 * air["T_error"].sel(
+        case="discharge", model=FULL
+    )
+    across, back = (air["other_P"].sel(case=case) for case in ("discharge", "filling"))
+    assert across.sel(model=FULL) < 2.5e3 < across.sel(model=["M5", "M6", "M7", "M8"]).min()
+    assert back.sel(model=FULL) < 0.5 * back.drop_sel(model=FULL).min()
+    spring = air["spring_held_out"].sel(chamber="A")
+    assert (spring.sel(store="beside the gas") < 0.65 * spring.sel(store="none")).all()
+    assert spring.sel(record="friction", store="beside the gas") < 10.5e3
+
+
 def test_sentences_of_at_work_hold():
     from at_work import CONTROLLERS, OBSERVERS, WITHOUT_WALL
 

@@ -1,0 +1,243 @@
+"""Numbers and tables of measured air with flow, on measurements.md."""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from fragments import span, table
+
+from pneumo.catalogue import measured_conductances
+from pneumo.evidence.measured_air import records
+from pneumo.fit.closed.thermal_laws import read_closed_record
+from pneumo.fit.rig.rig_fit import ADIABATIC
+from pneumo.physics.cylinder import wetted_area
+from pneumo.physics.models import MODELS
+
+DATA = Path(__file__).parents[1] / "data"
+FULL = "full order"
+CONSTANT_T = ["M1", "M2", "M3"]
+
+
+def cell(value: xr.DataArray, form: str) -> str:
+    """A number in a table; nothing where there is none."""
+    return "" if np.isnan(value.item()) else f"{value.item():{form}}"
+
+
+def kilopascals(air: xr.Dataset, variable: str, case: str, model: str) -> str:
+    """An error of pressure, kPa."""
+    return cell(air[variable].sel(case=case, model=model) / 1e3, ".2f")
+
+
+def estimate(air: xr.Dataset, case: str, model: str, parameter: str, form: str = ".3g") -> str:
+    """An estimate, in bold where it is on a bound."""
+    at = {"case": case, "model": model, "parameter": parameter}
+    text = cell(air["estimate"].sel(at), form)
+    return f"**{text}**" if text and np.isnan(air["low"].sel(at).item()) else text
+
+
+def spring_cells(part: xr.Dataset) -> list[str]:
+    """Error held out, conductance, and heat capacity of the store where there is one."""
+    cells = [cell(part["spring_held_out"] / 1e3, ".1f"), cell(part["spring_k"], ".0f")]
+    return [*cells, cell(part["spring_c"], ".0f")] if part["spring_c"].item() else cells
+
+
+def tables(air: xr.Dataset) -> dict[str, str]:
+    """Tables by name."""
+    models = [str(name) for name in air["model"].values]
+    pulses = [
+        [
+            name,
+            kilopascals(air, "held_out", "pulses", name),
+            estimate(air, "pulses", name, "n"),
+            estimate(air, "pulses", name, "k_0_W_per_K"),
+            kilopascals(air, "held_out", "pulses, free", name),
+            estimate(air, "pulses, free", name, "n"),
+            kilopascals(air, "held_out", "pulses, no hose", name),
+            estimate(air, "pulses, no hose", name, "dead_volume_mL", ".0f"),
+        ]
+        for name in models
+    ]
+    vessel = [
+        [
+            name,
+            kilopascals(air, "fitted", "discharge", name),
+            kilopascals(air, "held_out", "discharge", name),
+            cell(air["T_error"].sel(case="discharge", model=name), ".0f"),
+            estimate(air, "discharge", name, "C_d"),
+            estimate(air, "discharge", name, "n"),
+            estimate(air, "discharge", name, "k_0_W_per_K"),
+            kilopascals(air, "other_P", "filling", name),
+            kilopascals(air, "fitted", "discharge, free", name),
+            estimate(air, "discharge, free", name, "C_d"),
+            estimate(air, "discharge, free", name, "n"),
+        ]
+        for name in models
+    ]
+    filling = [
+        [
+            name,
+            kilopascals(air, "fitted", "filling", name),
+            kilopascals(air, "held_out", "filling", name),
+            cell(air["T_error"].sel(case="filling", model=name), ".0f"),
+            estimate(air, "filling", name, "C_d"),
+            kilopascals(air, "other_P", "discharge", name),
+            kilopascals(air, "fitted", "filling, free", name),
+            estimate(air, "filling, free", name, "C_d"),
+            estimate(air, "filling, free", name, "n"),
+        ]
+        for name in models
+    ]
+    head = [
+        "model",
+        "fitted",
+        "held out",
+        "T (K)",
+        "C_d",
+        "n",
+        "k (W/K)",
+        "from the filling",
+        "free: fitted",
+        "C_d",
+        "n",
+    ]
+    return {
+        "pulses": table(
+            ["model", "held out", "n", "k (W/K)", "free: held out", "n", "no hose: held out", "V_d (mL)"],
+            pulses,
+        ),
+        "discharge": table(head, vessel),
+        "spring": table(
+            [
+                "record",
+                "chamber",
+                "constant k: held out",
+                "k (W/K)",
+                "with a store: held out",
+                "k",
+                "c (J/K)",
+            ],
+            [
+                [
+                    f"`{record}`",
+                    str(chamber),
+                    *spring_cells(air.sel(record=record, chamber=chamber, store="none")),
+                    *spring_cells(air.sel(record=record, chamber=chamber, store="beside the gas")),
+                ]
+                for record in air["record"].values
+                for chamber in air["chamber"].values
+            ],
+        ),
+        "filling": table([*head[:5], "from the discharge", "free: fitted", "C_d", "n"], filling),
+    }
+
+
+def with_ends(air: xr.Dataset, case: str, parameter: str, form: str = ".2g") -> str:
+    """Estimate of the full order with its interval."""
+    values = (
+        air[name].sel(case=case, model=FULL, parameter=parameter).item()
+        for name in ("estimate", "low", "high")
+    )
+    value, low, high = values
+    return f"{value:{form}} ({max(low, 0):{form}} to {high:{form}})"
+
+
+def spring_text(air: xr.Dataset, record: str, chamber: str) -> str:
+    """Errors held out of a chamber of the gas spring, without and with a heat store."""
+    errors = air["spring_held_out"].sel(record=record, chamber=chamber) / 1e3
+    return " to ".join(f"{error:.1f}" for error in errors.values)
+
+
+def numbers(air: xr.Dataset) -> dict[str, str]:
+    """Numbers in the page's sentences by name."""
+    held, fitted = air["held_out"] / 1e3, air["fitted"] / 1e3
+    pulses, bare = held.sel(case="pulses"), held.sel(case="pulses, no hose")
+    discharge, T = fitted.sel(case="discharge"), air["T_error"].sel(case="discharge")
+    eq_6 = [name for name, model in MODELS.items() if model.temperature == "polytropic"]
+    lag = air["estimate"].sel(case="discharge, lag", model=FULL, parameter="T_lag_s").item()
+    return {
+        "hose": span(pulses, 1),
+        "no hose": span(bare, 1),
+        "pulses M1": f"{pulses.sel(model='M1').item():.2f}",
+        "pulses M3": f"{pulses.sel(model='M3').item():.2f}",
+        "pulses M6": f"{pulses.sel(model='M6').item():.2f}",
+        "pulses M8": f"{pulses.sel(model='M8').item():.2f}",
+        "pulses full": f"{pulses.sel(model=FULL).item():.2f}",
+        "pulses adiabatic": f"{pulses.sel(model=ADIABATIC).item():.2f}",
+        "pulses k high": f"{air['high'].sel(case='pulses', model=FULL, parameter='k_0_W_per_K').item():.1f}",
+        "pulses hose": with_ends(air, "pulses", "hose_volume_mL"),
+        "pulses P_s": with_ends(air, "pulses", "P_s_bar", ".3g"),
+        "discharge constant": span(discharge.sel(model=CONSTANT_T), 0),
+        "discharge M6": f"{discharge.sel(model='M6').item():.1f}",
+        "discharge M8": f"{discharge.sel(model='M8').item():.1f}",
+        "discharge full": f"{discharge.sel(model=FULL).item():.1f}",
+        "discharge k": with_ends(air, "discharge", "k_0_W_per_K"),
+        "discharge free M5": f"{fitted.sel(case='discharge, free', model='M5').item():.1f}",
+        "discharge free n": estimate(air, "discharge, free", "M5", "n", ".1f").strip("*"),
+        "discharge free C_d": estimate(air, "discharge, free", "M5", "C_d", ".2f").strip("*"),
+        "T eq 6": span(T.sel(model=eq_6), 0),
+        "other full": f"{air['other_P'].sel(case='discharge', model=FULL).item() / 1e3:.1f}",
+        "other full T": f"{air['other_T'].sel(case='discharge', model=FULL).item():.0f}",
+        "other eq 6": span(air["other_P"].sel(case="discharge", model=eq_6) / 1e3, 0),
+        "back full": f"{air['other_P'].sel(case='filling', model=FULL).item() / 1e3:.1f}",
+        "back M": span(air["other_P"].sel(case="filling", model=list(MODELS)) / 1e3, 0),
+        "T full": f"{T.sel(model=FULL).item():.0f}",
+        "T lag": f"{air['T_error'].sel(case='discharge, lag', model=FULL).item():.0f}",
+        "lag": f"{lag:.0f}",
+        "spring friction": spring_text(air, "friction", "A"),
+        **{
+            f"spring c {chamber}": span(air["spring_c"].sel(store="beside the gas", chamber=chamber), 0)
+            for chamber in "AB"
+        },
+        "store": f"{fitted.sel(case='discharge, store', model=FULL).item():.1f}",
+        "filling": span(fitted.sel(case="filling").drop_sel(model=[ADIABATIC]), 1),
+    }
+
+
+def wall_table(air: xr.Dataset, gas_spring: xr.Dataset) -> str:
+    """Measured wall conductances by size, beside the catalogue's.
+
+    lambda_0 = k / A_q, with A_q of a plain cylinder of the gas's volume (`wetted_area`).
+    """
+    rows = [
+        (f"{m.cylinder}, {m.type}", m.bore, m.V_f, m.A_q, m.k_0, "catalogue, 2007")
+        for m in measured_conductances()
+    ]
+    rigs = records(DATA)
+    travel = np.mean([run.x.mean() for run in rigs["pulses"][1]])
+    bore = rigs["pulses"][0].ends["bore"][0]
+
+    def of(case: str, parameter: str) -> float:
+        return air["estimate"].sel(case=case, model=FULL, parameter=parameter).item()
+
+    V = of("pulses", "dead_volume_mL") * 1e-6 + np.pi / 4 * bore**2 * travel
+    rows.append(
+        ("behind an on/off valve", bore, V, wetted_area(V, bore), of("pulses", "k_0_W_per_K"), "`pulses`")
+    )
+    with xr.open_dataset(DATA / "tank/discharge.nc") as tank:
+        bore, V = tank.attrs["diameter_m"], rigs["discharge"][0].ends["volume"][0]
+    rows.append(("vessel", bore, V, wetted_area(V, bore), of("discharge", "k_0_W_per_K"), "`discharge`"))
+    values = gas_spring["value"].sel(law="wall heat, constant", leakage="none")
+    for record in gas_spring["record"].values:
+        signals = read_closed_record(DATA / f"mbari/{record}.nc")
+        for side, area in zip("AB", signals.areas, strict=True):
+            at = values.sel(record=record)
+            V = at.sel(parameter=f"V_d_{side}").item() + area * signals.uncovered["AB".index(side)].mean()
+            k = at.sel(parameter=f"k_{side}").item()
+            rows.append(
+                (f"gas spring, {side}", signals.bore, V, wetted_area(V, signals.bore), k, f"`{record}`")
+            )
+    return table(
+        ["gas in", "bore (mm)", "V (L)", "k (W/K)", "λ (W/(m² K))", "λ V/A (W/(m K))", "from"],
+        [
+            [
+                name,
+                f"{1e3 * d:.0f}",
+                f"{1e3 * V:.3g}",
+                f"{k:.2g}",
+                f"{k / A:.2g}",
+                f"{k / A * V / A:.2f}",
+                source,
+            ]
+            for name, d, V, A, k, source in rows
+        ],
+    )
