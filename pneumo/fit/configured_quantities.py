@@ -10,7 +10,7 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
-from pneumo.fit.fit_problem import Problem, replayed_pressures
+from pneumo.fit.fit_problem import LIMITS, Problem, replayed_pressures
 from pneumo.fit.fitted_parameters import CONFIGURED, UNFITTED
 
 
@@ -89,17 +89,31 @@ def shifts(
     They are on the scale of the search, at the optimum `theta`. J is the derivative of the pressures, in
     units of P_s, `inverse` that of the curvature.
     """
+    change = _changes(problem, theta, known)
+    return change.reshape(len(change), -1) @ J.reshape(-1, len(theta)) @ inverse
+
+
+def misfit(problem: Problem, theta: np.ndarray, J: np.ndarray, inverse: np.ndarray, known: Accuracy) -> float:
+    """Residual that errors of the `UNFITTED` within their accuracy leave, Pa: standard deviation.
+
+    It is what the shifts of the parameters, as from `shifts`, do not take up.
+    """
+    change = _changes(problem, theta, known)
+    taken = shifts(problem, theta, J, inverse, known) @ J.reshape(-1, len(theta)).T
+    left = change.reshape(len(change), -1) - taken
+    return problem.plant.conditions.P_s * float(np.sqrt(np.sum(np.mean(left**2, axis=1)))) / LIMITS
+
+
+def _changes(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarray:
+    """Change of the residual by each of the `UNFITTED`, in units of P_s, by (quantity, chamber, sample)."""
     plain = problem._replace(noisy=None)
 
     def residual(changed: Problem) -> np.ndarray:
         return changed.signals.P - replayed_pressures(changed, theta[None])[0, 0]
 
     before = residual(plain)
-    rows: list[np.ndarray] = []
-    for changed in CHANGED.values():
-        change = np.nan_to_num(residual(changed(plain, known)) - before) / problem.plant.conditions.P_s
-        rows.append(inverse @ (J.reshape(-1, len(theta)).T @ change.ravel()))
-    return np.array(rows)
+    changes = [np.nan_to_num(residual(changed(plain, known)) - before) for changed in CHANGED.values()]
+    return np.array(changes) / problem.plant.conditions.P_s
 
 
 def prior_shifts(problem: Problem, inverse: np.ndarray, prior: np.ndarray, known: Accuracy) -> np.ndarray:

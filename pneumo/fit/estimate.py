@@ -10,7 +10,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
-from pneumo.fit.configured_quantities import prior_shifts, shifts
+from pneumo.fit.configured_quantities import misfit, prior_shifts, shifts
 from pneumo.fit.fit_problem import (
     FULL,
     LIMITS,
@@ -124,6 +124,7 @@ def estimate(
         moved_by,
         remainder,
         related,
+        0.0 if known is None else misfit(problem, best.theta, best.jacobian, inverse_curvature(best), known),
         problem.at_bound(best.theta),
         not definite(best),
     )

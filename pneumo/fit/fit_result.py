@@ -33,6 +33,9 @@ class Estimate(NamedTuple):
     # By parameter, on the scale of its search: half-width by which unexplained residuals may have moved it.
     remainder: Mapping[str, float] = MappingProxyType({})
     correlation: Mapping[str, Mapping[str, float]] = MappingProxyType({})  # of two parameters
+    of_configuration: float = (
+        0.0  # Pa, standard deviation of the residual by what is configured, within its accuracy
+    )
     at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
     uncorrected: bool = False  # whether intervals come from plain least squares
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from pneumo.fit.fit_problem import FULL, Problem, si_value
+from pneumo.fit.fit_problem import FULL, LIMITS, Problem, search_value, si_value
 from pneumo.fit.fit_result import Estimate, equally_good
 from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES
 from pneumo.fit.least_squares import fit
@@ -24,6 +24,7 @@ UNLIKELY = 2.0  # factor between a fitted and the configured dead volume
 # Half-widths, on the search's scale, by which residuals that are not noise may move a parameter unsaid.
 TOLERATED = {"k_0": 0.15, "k_xu": 0.03, "V_d_A": 0.05, "V_d_B": 0.05}
 DISTRUST = 5.0  # times that, beyond which intervals mean nothing
+ALLOWED = 2.0  # residual over that expected of a configuration within its accuracy
 SEEN = 0.2  # coloured residual over the sensor's noise, below which it is not seen
 AROUND = 0.05  # s, after an event
 AT_STOP = 0.02  # of half the stroke, from its end
@@ -39,9 +40,8 @@ def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of unexplained residuals and their likely cause, else of odd parameters."""
     name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
     if name == FULL.name:
-        symptoms = (
-            [remainder_warning(problem, estimate, split)] if doubtful(split, estimate.remainder) else []
-        )
+        odd = doubtful(split, estimate.remainder, least=ALLOWED * estimate.of_configuration)
+        symptoms = [remainder_warning(problem, estimate, split)] if odd else []
     else:
         symptoms = residual_warnings(name, dict(zip("AB", split, strict=True)))
     cause = cause_warnings(problem, split) if symptoms and name == FULL.name else []
@@ -57,7 +57,14 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     result: list[str] = []
     distances, weights = problem.prior_terms(problem.inner(estimate.values))
     for name, distance, weight in zip(problem.names, distances, weights, strict=True):
-        if weight > 0 and abs(distance) > OUTSIDE * problem.priors[name].deviation:
+        if weight == 0:
+            continue
+        ends = (estimate.values[name],) * 2
+        if name in estimate.low:
+            ends = estimate.low[name], estimate.high[name]
+        low, high = (search_value(name, end) for end in ends)
+        own = (high - low) / 2 / LIMITS  # NaN where an end is open: then nothing is contradicted
+        if abs(distance) > OUTSIDE * np.hypot(problem.priors[name].deviation, own):
             factor, configured = QUANTITIES[name].factor, si_value(name, problem.priors[name].centre)
             numbers = factor * estimate.values[name], factor * configured
             explanation = PARAMETERS[name].explanation.format(*numbers)
@@ -65,9 +72,14 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     return result
 
 
-def doubtful(split: Sequence[Residual], remainder: Mapping[str, float], factor: float = 1.0) -> bool:
-    """Whether residuals that are not noise may move a parameter by more than `factor` times `TOLERATED`."""
-    seen = any(residual.coloured > SEEN * residual.noise for residual in split)
+def doubtful(
+    split: Sequence[Residual], remainder: Mapping[str, float], factor: float = 1.0, least: float = 0.0
+) -> bool:
+    """Whether residuals that are not noise may move a parameter by more than `factor` times `TOLERATED`.
+
+    Residuals below `least`, Pa, are expected of a configuration within its accuracy.
+    """
+    seen = any(residual.coloured > max(SEEN * residual.noise, least) for residual in split)
     return seen and any(remainder.get(name, 0.0) > factor * most for name, most in TOLERATED.items())
 
 

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.configuration.parameters import accuracy
-from pneumo.fit.configured_quantities import CHANGED, shifts
+from pneumo.fit.configured_quantities import CHANGED, misfit, shifts
 from pneumo.fit.estimate import estimate, fit_measurement, split_of
 from pneumo.fit.fit_problem import FULL, Problem, priors
 from pneumo.fit.fitted_parameters import SHIFTING
@@ -81,6 +81,16 @@ def test_a_wrong_zero_of_x_is_a_dead_volume(problem, optimum):
     V_d = problem.values(optimum.theta)["V_d_A"]
     shift = moved[SHIFTING.index("the zero of x"), problem.names.index("V_d_A")]
     assert shift * V_d == pytest.approx(-volume, rel=0.05)  # the wall's area changes too
+
+
+def test_a_wrong_zero_of_x_leaves_no_residual_but_wrong_temperatures_do(problem, optimum):
+    at = problem, optimum.theta, optimum.jacobian, inverse_curvature(optimum)
+    known = accuracy()
+    exact = type(known)(*(0.0 * limit for limit in known))
+    zero, warm = (misfit(*at, exact._replace(**{name: getattr(known, name)})) for name in ("x_zero", "T_in"))
+    assert zero < 0.05 * warm  # Pa: the dead volumes take it up, but for the wall's area
+    assert misfit(*at, exact._replace(T_in=0.1 * known.T_in)) == pytest.approx(0.1 * warm, rel=0.05)
+    assert misfit(*at, known) > warm
 
 
 def test_intervals_allow_for_what_is_configured(problem):
