@@ -104,7 +104,12 @@ def test_mass_and_energy_of_all_nodes_and_stores_are_conserved(P, T, V, A, c):
 
 
 @settings(max_examples=10, deadline=None)
-@given(name=st.sampled_from(MODEL_NAMES), V=st.floats(2e-4, 1e-3), k_0=st.floats(0.0, 5.0))
+# Not M4: its indices of inflow and outflow differ, so that what flows through a hose changes.
+@given(
+    name=st.sampled_from([name for name in MODEL_NAMES if name != "M4"]),
+    V=st.floats(2e-4, 1e-3),
+    k_0=st.floats(0.0, 5.0),
+)
 def test_a_hose_of_no_volume_and_large_conductance_is_no_hose(name, V, k_0):
     without = filled(of_model(name), V=V, k_0=k_0).P[0]
     short = filled(of_model(name), V=V, k_0=k_0, hose=(1e-6, 1e-4)).P[0]
