@@ -27,5 +27,5 @@ def write_fleet(folder: Path, count: int, run: str = "") -> None:
         writer = csv.DictWriter(file, list(first), lineterminator="\n")
         writer.writeheader()
         for i in range(count):
-            own = {"name": f"c{i:05}", "stroke_mm": str(80 + i % 400), "seed": str(i + 1)}
-            writer.writerow(first | own)
+            row = {"name": f"c{i:05}", "stroke_mm": str(80 + i % 400), "seed": str(i + 1)}
+            writer.writerow(first | row)

@@ -24,9 +24,10 @@ def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e
     rng = np.random.default_rng(1)
     shape = (len(experiments), runs, len(MODELS), len(N), 2)
     common = np.exp(noise * rng.standard_normal((len(experiments), runs, 1, 1, 1)))
-    own = np.exp(noise / 10 * rng.standard_normal(shape))
+    factor = np.exp(noise / 10 * rng.standard_normal(shape))
     bowl = np.array([1.0 + 4 * abs(n - best) for n in N])
-    values = scale * np.array([level[name] for name in MODELS])[:, None, None] * bowl[:, None] * common * own
+    levels = np.array([level[name] for name in MODELS])[:, None, None]
+    values = scale * levels * bowl[:, None] * common * factor
     for i, model in enumerate(MODELS.values()):
         if not model.has_n:
             values[:, :, i] = values[:, :, i, :1]

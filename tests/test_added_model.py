@@ -43,9 +43,9 @@ def test_study_statistics_and_figures_hold_the_added_model(copy):
 
 def test_report_holds_the_added_model(copy):
     page = (copy.results / "report.html").read_text(encoding="utf-8")
-    found = re.search(r'id="data">(.*?)</script>', page, re.DOTALL)
-    assert found
-    data = json.loads(found[1])
+    block = re.search(r'id="data">(.*?)</script>', page, re.DOTALL)
+    assert block
+    data = json.loads(block[1])
     assert [model["name"] for model in data["models"]][-2:] == ["M10", "M11"]
     assert all(len(e["cells"]["exact"]["mse"]) == 11 for e in data["experiments"])
     verdict = (copy.results / "verdict.html").read_text(encoding="utf-8")

@@ -16,17 +16,18 @@ STUDY |= {"peak_memory_gib": 1.0, "results_mb": 300.0, "cpu": "a processor"}
 
 
 @pytest.fixture(scope="module")
-def found():
+def measured():
     return timing.compare(TINY, repeats=2)
 
 
 @pytest.mark.slow
-def test_all_contenders_agree_are_timed_and_shown(found, tmp_path):
-    assert set(found["ns_per_lane_evaluation"]) == set(found["checks"]) == set(HERE)
+def test_all_contenders_agree_are_timed_and_shown(measured, tmp_path):
+    assert set(measured["ns_per_lane_evaluation"]) == set(measured["checks"]) == set(HERE)
     assert {"kernel", "scalar", "numpy", "solve_ivp"} <= set(HERE)
-    assert all(value > 0 for value in found["ns_per_lane_evaluation"].values())
-    assert found["fraction_of_bound"] == found["bound_ns"] / found["ns_per_lane_evaluation"]["kernel"]
-    everything = {**found, **STUDY, "instruction_sets": {"AVX2": found}}
+    assert all(value > 0 for value in measured["ns_per_lane_evaluation"].values())
+    kernel = measured["ns_per_lane_evaluation"]["kernel"]
+    assert measured["fraction_of_bound"] == measured["bound_ns"] / kernel
+    everything = {**measured, **STUDY, "instruction_sets": {"AVX2": measured}}
     text = report.markdown(everything)
     assert all(contender.label in text for contender in CONTENDERS.values())
     assert (report.NOT_INSTALLED in text) == (len(HERE) < len(CONTENDERS))

@@ -28,15 +28,15 @@ def checkout(tmp_path):
 
 def test_it_says_what_ran_on_what_and_what_came_out(checkout):
     crate_of_run(checkout).write_zip(checkout / "crate.zip")
-    found = ROCrate(checkout / "crate.zip")
-    assert {entity.id for entity in found.root_dataset["conformsTo"]} == set(PROFILES)
-    assert found.mainEntity.id == "Snakefile" and "ComputationalWorkflow" in found.mainEntity.type
-    (run,) = found.root_dataset["mentions"]
-    assert run.type == "CreateAction" and run["instrument"] == found.mainEntity
+    crate = ROCrate(checkout / "crate.zip")
+    assert {entity.id for entity in crate.root_dataset["conformsTo"]} == set(PROFILES)
+    assert crate.mainEntity.id == "Snakefile" and "ComputationalWorkflow" in crate.mainEntity.type
+    (run,) = crate.root_dataset["mentions"]
+    assert run.type == "CreateAction" and run["instrument"] == crate.mainEntity
     assert [entity.id for entity in run["object"]] == ["config/paper.yaml"]
     assert [entity.id for entity in run["result"]] == MANIFEST
     assert run["startTime"] <= run["endTime"]
-    found.write(checkout / "out")
+    crate.write(checkout / "out")
     assert all((checkout / "out" / name).read_text() == f"content of {name}" for name in MANIFEST)
 
 

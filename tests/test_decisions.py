@@ -60,4 +60,4 @@ def test_every_reference_finds_its_decision():
         if file.suffix not in (".nc", ".png", ".csv", ".svg") and not name.endswith("decisions/README.md"):
             text = file.read_text(encoding="utf-8", errors="ignore")
             broken[name] = broken_references(text, in_decision=file.parent == FOLDER)
-    assert {name: found for name, found in broken.items() if found} == {}
+    assert {name: lines for name, lines in broken.items() if lines} == {}

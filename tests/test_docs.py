@@ -67,8 +67,8 @@ def included(match: re.Match[str]) -> str:
     """What an {include} puts in its place."""
     text = (DOCS / match.group(1)).read_text(encoding="utf-8")
     for option, mark in re.findall(r'^:([\w-]+): "(.*)"$', match.group(2), re.MULTILINE):
-        before, found, after = text.partition(mark.replace("\\n", "\n"))
-        assert found, f"{match.group(1)} has no {mark!r}"
+        before, found_mark, after = text.partition(mark.replace("\\n", "\n"))
+        assert found_mark, f"{match.group(1)} has no {mark!r}"
         text = after if option == "start-after" else before
     return text
 
@@ -245,9 +245,9 @@ def test_sentences_of_measured_air_hold():
 def test_sentences_of_at_work_hold():
     from at_work import CONTROLLERS, OBSERVERS, WITHOUT_WALL
 
-    found = xr.load_dataset(KEPT / "at_work.nc")
-    right = found.sel(factor=1.0)
-    assert found.sizes["plant"] == 7
+    at_work = xr.load_dataset(KEPT / "at_work.nc")
+    right = at_work.sel(factor=1.0)
+    assert at_work.sizes["plant"] == 7
     # M8 and M10 are nearest the best on average, and replays rank observers.
     lost = np.log(right["loss"].sel(use=OBSERVERS, bound="estimate")).mean(("use", "plant"))
     assert lost["compared"].values[np.argsort(lost.values)[:2]].tolist() == ["M10", "M8"]
@@ -266,7 +266,7 @@ def test_sentences_of_at_work_hold():
     assert not right["hardly_matters"].sel(use=OBSERVERS).any()
     enough = right["loss"].sel(use=OBSERVERS, compared=WITHOUT_WALL, bound="high") < 1.1
     assert set(enough["compared"].values[enough.any(("use", "plant"))]) == {"M6"}
-    errors = np.log(found["estimation_error"]).mean(("plant", "seed"))
+    errors = np.log(at_work["estimation_error"]).mean(("plant", "seed"))
     wrong = errors.sel(carried=["M8, 0.5 k_0", "M8, 2 k_0"]).max("carried")
     assert (wrong < errors.sel(carried=WITHOUT_WALL).min("carried")).all()
     # Controllers.
@@ -292,8 +292,8 @@ def test_sentences_of_which_model_hold(results):
     both = over_levels(results)["mse"]
     exact = both.sel(transport="exact")
     little, much = exact.sel(level="adiabatic"), exact.sel(level="isothermal")
-    one = by_experiment(results).sel(transport="exact")
-    open_D = one.sel(experiment=["E01", "E05"])
+    cells = by_experiment(results).sel(transport="exact")
+    open_D = cells.sel(experiment=["E01", "E05"])
 
     def gain(at, new, old):
         return at.sel(model=new) / at.sel(model=old)
@@ -302,10 +302,10 @@ def test_sentences_of_which_model_hold(results):
     assert gain(much, "M7", "M5") < 0.75 < 0.9 < gain(much, "M6", "M5")  # the other way round
     assert gain(little, "M6", "M7") < 1 < gain(much, "M6", "M7")
     assert (gain(both, "M6", "M5") < 1).all()
-    mixing = gain(one, "M8", "M7")
+    mixing = gain(cells, "M8", "M7")
     assert set(mixing["experiment"].values[mixing.argsort()[:2]]) == {"E04", "E08"}  # closed loop of E
     assert (gain(open_D, "M8", "M7") > 1).all()
-    open_loop = one.where(one["loop"] == "open", drop=True)
+    open_loop = cells.where(cells["loop"] == "open", drop=True)
     assert (gain(open_loop, "M5", "M6") < 1).sum() > len(open_loop["experiment"]) / 2
     for level in ("adiabatic", "typical"):
         at = both.sel(level=level)

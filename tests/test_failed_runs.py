@@ -67,9 +67,9 @@ def test_a_run_that_does_not_fail_and_a_study_in_which_everything_did():
     recording = record(broken("no mass"))
     grid = replays_of(broken("no mass"), recording).drop_vars("pressure").expand_dims("experiment")
     grid = grid.assign_coords(k_0=("experiment", [E06.plant.k_0]))
-    found = statistics(grid, STUDY.experiments_by_level)
-    assert found["experiments"].values.tolist() == [0, 0, 0, 0]
-    assert bool(found[["mse", "std", "p10", "best_n"]].isnull().all().to_array().all())
+    table = statistics(grid, STUDY.experiments_by_level)
+    assert table["experiments"].values.tolist() == [0, 0, 0, 0]
+    assert bool(table[["mse", "std", "p10", "best_n"]].isnull().all().to_array().all())
 
 
 @pytest.mark.uncompiled
@@ -106,9 +106,9 @@ def test_the_page_names_a_settling_run_that_failed(printed_once, tmp_path):
     parts = {"E06": settling_dataset(experiment, settle(experiment))}
     save(parts["E06"], folder / "settling" / "E06.nc")
     save(settling_table(parts, {"E06": 60.0}), folder / "settling.nc")
-    found = verdict(folder, PAPER_2006)
-    assert not found["failures"]
-    page = verdict_page(found, PAPER_2006.folder)
+    judged = verdict(folder, PAPER_2006)
+    assert not judged["failures"]
+    page = verdict_page(judged, PAPER_2006.folder)
     assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in page
 
 
@@ -138,26 +138,26 @@ def test_no_replays_of_a_run_that_failed(folder):
 
 
 def test_averages_leave_a_failed_run_out_and_count_the_others(folder):
-    found = read(folder / "published" / "statistics.nc")
+    table = read(folder / "published" / "statistics.nc")
     counts = {"overall": 15, "adiabatic": 7, "typical": 7, "isothermal": 8}
-    assert found["experiments"].to_series().to_dict() == counts
+    assert table["experiments"].to_series().to_dict() == counts
     others = open_grid(folder / "published").drop_sel(experiment="E06")
     expected = statistics(others, STUDY.experiments_by_level)
     for name in ("mse", "mean_error", "std", "p10", "p90", "constant_n"):
-        np.testing.assert_array_equal(found[name], expected[name])
-    assert bool(found["best_n"].sel(experiment="E06").isnull().all())
-    time = found["failure_time"]
+        np.testing.assert_array_equal(table[name], expected[name])
+    assert bool(table["best_n"].sel(experiment="E06").isnull().all())
+    time = table["failure_time"]
     assert time.dropna("experiment").to_series().to_dict() == {"E06": E06.h}
 
 
 def test_table_page_and_figure_say_that_a_run_failed(folder):
-    found = verdict(folder, PAPER_2006)
-    assert list(found["failures"]) == ["E06"]
-    assert found["highlights"]["by_experiment"] is None
-    page = verdict_page(found, PAPER_2006.folder)
+    judged = verdict(folder, PAPER_2006)
+    assert list(judged["failures"]) == ["E06"]
+    assert judged["highlights"]["by_experiment"] is None
+    page = verdict_page(judged, PAPER_2006.folder)
     assert "E06 is left out of every average:</strong> full-order run failed at t = 0.001 s" in page
-    missed = {item["id"] for item in found["items"] if item["status"] == "missed"}
-    assert {f"T8.E06.{model}" for model in MODELS} & {item["id"] for item in found["items"]} <= missed
+    missed = {item["id"] for item in judged["items"] if item["status"] == "missed"}
+    assert {f"T8.E06.{model}" for model in MODELS} & {item["id"] for item in judged["items"]} <= missed
     table = table_7(read(folder / "published" / "statistics.nc"), table7())
     assert "E06 is left out: its full-order run failed at t = 0.001 s." in table
     figure = time_traces(read(folder / "datum" / "E06.nc"), {}, {})

@@ -24,7 +24,7 @@ def runs(*cylinders_and_blocks):
 
 
 @pytest.fixture
-def found():
+def law_fit():
     sizes = [
         {"cylinders": n, "blocks": blocks, "blocks_kB": 40.0 * n + 150.0 * blocks, "index_kB": 100.0 + n}
         for n, blocks in ((5, 5), (10, 1), (110, 3))
@@ -32,24 +32,24 @@ def found():
     return {"planned": PLANNED, "runs": runs((5, 1), (5, 5), (10, 1)), "sizes": sizes}
 
 
-def test_the_law_recovers_what_runs_were_made_of(found):
-    one = law(found)
-    assert one == pytest.approx((JOB, CYLINDER, 150.0, 40.0, 100.0, 1.0), abs=1e-9)
-    small, large = rows(found)
+def test_the_law_recovers_what_runs_were_made_of(law_fit):
+    fitted = law(law_fit)
+    assert fitted == pytest.approx((JOB, CYLINDER, 150.0, 40.0, 100.0, 1.0), abs=1e-9)
+    small, large = rows(law_fit)
     assert 3600 * small["core_h"] == pytest.approx(5 + 2 * JOB + 10 * CYLINDER)
     assert 3600 * large["core_h"] == pytest.approx(8 + 201 * JOB + 10_000 * CYLINDER)
     assert large["disk_MB"] == pytest.approx((100 + 200 * 150 + 10_000 * 41) / 1000)
 
 
-def test_a_cluster_runs_blocks_in_turns(found):
+def test_a_cluster_runs_blocks_in_turns(law_fit):
     turn = JOB + 50 * CYLINDER / 4  # a block on a node's four cores
-    assert minutes(found) == pytest.approx((8 + 2 * turn + JOB) / 60)  # 200 blocks on 100 nodes
-    found["planned"][-1] = PLANNED[-1] | {"cylinders": 10_050}
-    assert minutes(found) == pytest.approx((8 + 3 * turn + JOB) / 60)
+    assert minutes(law_fit) == pytest.approx((8 + 2 * turn + JOB) / 60)  # 200 blocks on 100 nodes
+    law_fit["planned"][-1] = PLANNED[-1] | {"cylinders": 10_050}
+    assert minutes(law_fit) == pytest.approx((8 + 3 * turn + JOB) / 60)
 
 
-def test_what_is_measured_is_filled_and_what_the_law_says_is_open(found):
-    lines = [ax.lines[0] for ax in law_figure(found).axes]
+def test_what_is_measured_is_filled_and_what_the_law_says_is_open(law_fit):
+    lines = [ax.lines[0] for ax in law_figure(law_fit).axes]
     filled = {n for (n, _), line in zip(PANELS, lines, strict=True) if line.get_markerfacecolor() != "white"}
     assert filled == {"planning_s", "peak_MB", "jobs"}
 
@@ -68,7 +68,7 @@ def test_the_sentences_about_slurm_hold():
 
 def test_the_law_is_within_two_percent_of_the_runs_that_were_measured():
     measured = json.loads((ROOT / "docs/static/fleet.json").read_text(encoding="utf-8"))  # as cluster.md says
-    one, planning = law(measured), measured["planned"][0]["cpu_s"]
+    fitted, planning = law(measured), measured["planned"][0]["cpu_s"]
     for run in measured["runs"]:
-        seconds = planning + run["jobs"] * one.job_s + run["cylinders"] * one.cylinder_s
+        seconds = planning + run["jobs"] * fitted.job_s + run["cylinders"] * fitted.cylinder_s
         assert seconds == pytest.approx(run["cpu_s"], rel=0.02)

@@ -60,5 +60,5 @@ def test_the_catalog_finds_what_it_looks_for_and_no_file_names_an_index_or_a_mac
     assert 'include: "../Snakefile"' in (ROOT / "workflow/Snakefile").read_text()
     pattern = re.compile(rb"index-url|files\.pythonhosted|/(home|root|Users)/[a-z]")
     names = [name for name in sources() if not name.endswith((".png", ".js", ".py"))]
-    found = {n: m.group() for n in names if (m := pattern.search((ROOT / n).read_bytes()))}
-    assert found == {"Makefile": b"index-url"}  # of --no-emit-index-url
+    leaks = {n: m.group() for n in names if (m := pattern.search((ROOT / n).read_bytes()))}
+    assert leaks == {"Makefile": b"index-url"}  # of --no-emit-index-url

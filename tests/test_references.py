@@ -26,7 +26,7 @@ ABSENT = {  # on purpose: no such file or name in a test, a file name, a file th
 }
 
 
-def found(pattern):
+def occurrences(pattern):
     matches = {(name, match) for name, text in TEXTS.items() for match in pattern.findall(text)}
     return sorted(pair for pair in matches if pair[1] not in ABSENT)
 
@@ -48,8 +48,8 @@ def resolves(dotted):
 
 
 def test_paths_exist():
-    assert [(name, path) for name, path in found(PATH) if not (ROOT / path).exists()] == []
+    assert [(name, path) for name, path in occurrences(PATH) if not (ROOT / path).exists()] == []
 
 
 def test_dotted_names_exist():
-    assert [(name, dotted) for name, dotted in found(NAME) if not resolves(dotted)] == []
+    assert [(name, dotted) for name, dotted in occurrences(NAME) if not resolves(dotted)] == []

@@ -48,7 +48,7 @@ def test_interval_holds_every_measured_conductance_and_the_default_scales_as_sai
 
 
 def test_measurements_of_one_cylinder_count_as_one():
-    logs = [log(one.lambda_0 * one.V_f / one.A_q) for one in measured_conductances()]
+    logs = [log(c.lambda_0 * c.V_f / c.A_q) for c in measured_conductances()]
     means = [fmean(pair) for pair in zip(logs[:3], logs[3:], strict=True)]  # A, B, C of both experiments
     expected = exp(t.ppf(0.975, 2) * stdev(means) * (1 + 1 / 3) ** 0.5)
     assert coefficient_times_length()[1] == pytest.approx(expected, rel=1e-9)

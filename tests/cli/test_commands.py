@@ -344,17 +344,18 @@ def test_what_was_fitted_is_studied_linearised_and_exported(inside, tmp_path):
     code, _, err = inside("fit", "bench.csv", "--config", "cylinder.yaml", "--model", "M7", "-o", ".")
     assert code == 0, err
     with xr.open_dataset("fit.nc") as fit:
-        found = {name: fit["estimate"].sel(model="full", parameter=name).item() for name in ("k_0", "k_xu")}
+        of_full = fit["estimate"].sel(model="full")
+        estimates = {name: of_full.sel(parameter=name).item() for name in ("k_0", "k_xu")}
         n, k_0 = (fit["estimate"].sel(model="M7", parameter=name).item() for name in ("n", "k_0"))
     # The rig's own: intervals are within 3 %.
-    assert found == pytest.approx({"k_0": plant.k_0, "k_xu": plant.valve.k_xu}, rel=0.05)
+    assert estimates == pytest.approx({"k_0": plant.k_0, "k_xu": plant.valve.k_xu}, rel=0.05)
     (tmp_path / "quick.yaml").write_text("run: {seeds: 1, duration_limit_s: 0.3}\n")
     code, out, err = inside("study", "fitted.yaml", "quick.yaml")
     assert code == 0, err
     with xr.open_dataset("study-fitted-quick/study.nc") as cells:
-        assert cells["k_0"].values == pytest.approx(found["k_0"], rel=1e-5)  # six digits are written
+        assert cells["k_0"].values == pytest.approx(estimates["k_0"], rel=1e-5)  # six digits are written
     code, out, err = inside("check", "fitted.yaml")
-    assert code == 0 and f"k_0 = {found['k_0']:.6g} W/K" in out, err
+    assert code == 0 and f"k_0 = {estimates['k_0']:.6g} W/K" in out, err
     at = ["--u", "0.1", "--P_A", "5e5", "--P_B", "5e5"]
     options = ["--n", f"{n:.6g}", "--k0", f"{k_0:.6g}"]
     assert f"M7 {' '.join(options)}" in (tmp_path / "fitted.yaml").read_text(encoding="utf-8")
@@ -363,4 +364,4 @@ def test_what_was_fitted_is_studied_linearised_and_exported(inside, tmp_path):
     code, out, err = inside("export", "M7", *options, "--to", "matlab", "--config", "fitted.yaml")
     assert code == 0, err
     k_xu = next(line for line in out.splitlines() if line.strip().startswith("k_xu"))
-    assert float(k_xu.split("=")[1].split(";")[0]) == pytest.approx(found["k_xu"], rel=1e-5)
+    assert float(k_xu.split("=")[1].split(";")[0]) == pytest.approx(estimates["k_xu"], rel=1e-5)

@@ -39,7 +39,7 @@ LONGEST_LINE = 2000
 in_printed = pytest.mark.xdist_group("printed")
 
 tried: Counter[str] = Counter()  # by kind of mistake
-found: Counter[str] = Counter()  # tracebacks, files_written, accepted
+totals: Counter[str] = Counter()  # tracebacks, files_written, accepted
 written: list[str] = []
 watching = [False]
 
@@ -71,7 +71,7 @@ def evidence():
     start = time.perf_counter()
     yield
     if RECORD:
-        counts = {"tracebacks": found["tracebacks"], "files_written": found["files_written"]}
+        counts = {"tracebacks": totals["tracebacks"], "files_written": totals["files_written"]}
         record = {"tried": tried.total(), **counts, "by_kind": dict(sorted(tried.items()))}
         (ROOT / "results" / "evidence").mkdir(parents=True, exist_ok=True)
         (ROOT / "results" / "evidence" / "fuzz.json").write_text(json.dumps(record, indent=1) + "\n")
@@ -91,12 +91,12 @@ def run(*arguments):
     except SystemExit as error:
         code = error.code or 0
     except BaseException:
-        found["tracebacks"] += 1
+        totals["tracebacks"] += 1
         code, _ = 1, err.write(traceback.format_exc())
     finally:
         watching[0] = False
         sys.argv = argv
-    found["files_written"] += len(written)
+    totals["files_written"] += len(written)
     return code, out.getvalue(), err.getvalue()
 
 
@@ -251,8 +251,8 @@ def test_a_key_given_twice_and_an_endless_file_are_refused(folder):
 def test_a_write_would_be_noticed(folder, monkeypatch):
     monkeypatch.setattr(cli, "app", lambda **_: (folder / "oops").write_text("x"))
     run("models")
-    assert written and found["files_written"]
-    found["files_written"] -= len(written)
+    assert written and totals["files_written"]
+    totals["files_written"] -= len(written)
 
 
 EXPLAINED = ([], ["a", "b"], ["T99"], ["E07", "M8", "x"], ["../x", "M8", "1"])
@@ -273,6 +273,6 @@ def test_real_command(folder, arguments):
     command = [*PNEUMO, *map(os.fsencode, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     tried["real command"] += 1
-    found["tracebacks"] += "Traceback" in done.stderr
+    totals["tracebacks"] += "Traceback" in done.stderr
     assert_one_line(done.returncode, done.stdout, done.stderr)
     assert sorted(folder.rglob("*")) == before

@@ -44,12 +44,12 @@ def test_each_row_is_a_cylinder_with_every_experiment_that_runs(fleet):
     head = f"{HEAD},rod_mm,k_0_W_per_K,duration_s"
     rows = f"a,{ROW},,,", "", f" b-2 , {ROW},16,0.5,3", ",,"
     file = fleet(*rows, head=head, experiments=experiments, run={"experiments": ["slow", "long"]})
-    found = study(load(file)).experiments
-    assert list(found) == ["a-slow", "a-long", "b-2-slow", "b-2-long"]
-    assert [e.cylinder for e in found.values()] == ["a", "a", "b-2", "b-2"]
-    assert [e.plant.k_0 for e in found.values()] == [0.3, 0.3, 0.5, 0.5]
-    assert [e.steps for e in found.values()] == [2000, 4000, 3000, 3000]
-    plain, rodded = found["a-slow"].plant.cylinder, found["b-2-slow"].plant.cylinder
+    experiments = study(load(file)).experiments
+    assert list(experiments) == ["a-slow", "a-long", "b-2-slow", "b-2-long"]
+    assert [e.cylinder for e in experiments.values()] == ["a", "a", "b-2", "b-2"]
+    assert [e.plant.k_0 for e in experiments.values()] == [0.3, 0.3, 0.5, 0.5]
+    assert [e.steps for e in experiments.values()] == [2000, 4000, 3000, 3000]
+    plain, rodded = experiments["a-slow"].plant.cylinder, experiments["b-2-slow"].plant.cylinder
     assert plain.A_A == plain.A_B == rodded.A_A > rodded.A_B
     # Written out in the configuration, the same cylinder is the same.
     keys = HEAD.split(",")[1:-2]
@@ -57,7 +57,7 @@ def test_each_row_is_a_cylinder_with_every_experiment_that_runs(fleet):
     section |= {"open_loop": {"amplitude_V": 0.8, "reverse_at": 0.9}}
     written = SLOW | {"cylinder": "a"}
     plain_file = fleet(cylinders={"a": section}, experiments={"a-slow": written}, run={})
-    assert study(load(plain_file)).experiments["a-slow"] == found["a-slow"]
+    assert study(load(plain_file)).experiments["a-slow"] == experiments["a-slow"]
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t"])
@@ -137,11 +137,11 @@ def test_the_size_of_a_block_is_no_part_of_what_is_computed(fleet):
 
 def test_the_table_to_begin_with_holds_what_the_section_holds(tmp_path):
     table = write_table_template(tmp_path / "fleet.yaml")
-    found, plain = study(load(tmp_path / "fleet.yaml")), study(load(TEMPLATE))
+    from_table, plain = study(load(tmp_path / "fleet.yaml")), study(load(TEMPLATE))
     assert table == tmp_path / "fleet.csv"
     first = plain.experiments["open"]
-    assert found.experiments["first-open"] == first._replace(name="first-open", cylinder="first")
-    assert found.experiments["second-closed"].plant.cylinder.stroke == 0.08
+    assert from_table.experiments["first-open"] == first._replace(name="first-open", cylinder="first")
+    assert from_table.experiments["second-closed"].plant.cylinder.stroke == 0.08
     with pytest.raises(InputError, match=r"fleet\.yaml: already exists"):
         write_table_template(tmp_path / "fleet.yaml")
     (tmp_path / "fleet.yaml").unlink()

@@ -123,8 +123,8 @@ def test_catalogue_valve_passes_the_choked_flow_of_ISO_6358_and_may_leak():
     assert e.plant.gas.elliptic and e.plant.gas.critical_ratio == 0.35
     C, P, T = ureg.Quantity(1.5, "dm^3/(s bar)"), ureg.Quantity(7.0, "bar"), ureg.Quantity(310.0, "K")
     wanted = C * ureg.Quantity(1.185, "kg/m^3") * P * (ureg.Quantity(293.15, "K") / T) ** 0.5
-    found = choked_flow(e.plant.valve.k_xu * 5.0, 7e5, 310.0, e.plant.gas)
-    assert found == pytest.approx(wanted.to("kg/s").magnitude, rel=1e-12)
+    flow = choked_flow(e.plant.valve.k_xu * 5.0, 7e5, 310.0, e.plant.gas)
+    assert flow == pytest.approx(wanted.to("kg/s").magnitude, rel=1e-12)
     plain = on_own_cylinder(valve=None, k_x_k_u_m2_per_V=1e-7)
     assert not plain.plant.gas.elliptic and plain.plant.gas.critical_ratio == 0.5283
     # Asymmetry and leak.
@@ -174,8 +174,8 @@ def test_a_file_as_signal(tmp_path, monkeypatch):
     file = tmp_path / "mine.csv"
     file.write_text("t,u\n0,0.5\n0.1,-1.5\n")
     x = {"signal": {"kind": "csv", "file": "mine.csv", "column": "u", "hold_s": 0.1}}
-    found = on_own_cylinder(x).excitation
-    assert (found.amplitude, found.levels, found.every) == (1.0, (0.5, -1.5), 100)
+    excitation = on_own_cylinder(x).excitation
+    assert (excitation.amplitude, excitation.levels, excitation.every) == (1.0, (0.5, -1.5), 100)
 
     override = {"experiments": {"E01": x}}
     before = made(override).config_sha256

@@ -127,16 +127,16 @@ def simulated(path, run, kind, **options):
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_held_inputs_of_co_simulation_are_a_replay_with_held_samples(fmi, run, plant, fmus):
-    found = simulated(fmus("M8", fmi), run, "CoSimulation")
+    pressures = simulated(fmus("M8", fmi), run, "CoSimulation")
     # fmpy repeats times, so that inputs and step ends differ by roundings of t, slopes times 1e-16 s.
-    np.testing.assert_allclose(found, replayed(run, plant, "M8", HELD), rtol=1e-10)
+    np.testing.assert_allclose(pressures, replayed(run, plant, "M8", HELD), rtol=1e-10)
 
 
 def test_slopes_of_inputs_make_a_replay_with_interpolated_samples(run, plant, fmus, tmp_path):
     """In calls of our own: fmpy takes the slope of a table before each sample, not that after it."""
     linear = replayed(run, plant, "M8", INTERPOLATED)
     slave, inputs, outputs = opened(fmi2.FMU2Slave, fmus("M8", 2), tmp_path)
-    table, found = np.column_stack([run.u, run.x, run.v]), [slave.getReal(outputs)]
+    table, outputs_at = np.column_stack([run.u, run.x, run.v]), [slave.getReal(outputs)]
     for k, slopes in enumerate(np.diff(table, axis=0) / H):
         slave.setReal(inputs, table[k].tolist())
         arguments = [
@@ -147,9 +147,11 @@ def test_slopes_of_inputs_make_a_replay_with_interpolated_samples(run, plant, fm
         ]
         slave.fmi2SetRealInputDerivatives(slave.component, *arguments)
         slave.doStep(currentCommunicationPoint=k * H, communicationStepSize=H)
-        found.append(slave.getReal(outputs))
+        outputs_at.append(slave.getReal(outputs))
     slave.freeInstance()
-    np.testing.assert_allclose(np.transpose(found), linear, rtol=1e-10)  # slopes and their products round
+    np.testing.assert_allclose(
+        np.transpose(outputs_at), linear, rtol=1e-10
+    )  # slopes and their products round
     effect = np.max(np.abs(simulated(fmus("M8", 2), run, "CoSimulation") - linear))
     assert 100 < effect < 5000  # Pa: what holding the inputs for 1 ms does
 
@@ -235,9 +237,9 @@ def test_a_tuned_parameter_is_the_plant_s(plant, fmus, tmp_path):
     options = {"input": table, "stop_time": 0.3, "fmi_type": "CoSimulation"}
     tuned = fmpy.simulate_fmu(fmus("M8", 2), start_values={"k_0": 0.05}, **options)
     (tmp_path / "own.fmu").write_bytes(content)
-    own = fmpy.simulate_fmu(str(tmp_path / "own.fmu"), **options)
+    exported_run = fmpy.simulate_fmu(str(tmp_path / "own.fmu"), **options)
     untuned = fmpy.simulate_fmu(fmus("M8", 2), **options)
-    assert tuned["P_A"][-1] == own["P_A"][-1] != untuned["P_A"][-1]
+    assert tuned["P_A"][-1] == exported_run["P_A"][-1] != untuned["P_A"][-1]
 
 
 def test_an_fmu_is_the_same_on_every_run_and_has_no_model_exchange_with_dry_friction(plant):

@@ -50,16 +50,16 @@ def test_all_models_and_the_full_order_are_python_s(page, plant, visit):
     command = 2.5 * np.sign(np.sin(25 * t)) + np.sin(90 * t)
     changed = {"k_0": 0.8, "M": 3.0, "k_xu": 2e-7, "n": N}
     script = "".join(f"live.set('{name}', {value!r});" for name, value in changed.items())
-    found = browser.run(
+    in_browser = browser.run(
         f"(() => {{{PAUSE};{script} live.start(); const good = live.advance({command.tolist()});"
         "const [state, pressures, squares] = [live.state, live.pressures, live.squares].map((a) => [...a]);"
         "return {good, state, pressures, squares}})()"
     )
-    own = plant._replace(
+    actuator = plant._replace(
         k_0=0.8, cylinder=plant.cylinder._replace(M=3.0), valve=plant.valve._replace(k_xu=2e-7)
     )
-    method, P_0, T_0 = METHODS["DORMAND_PRINCE"], own.conditions.P_0, own.conditions.T_0
-    full, models = system("full", None, own, piston=True), [system(name, N, own) for name in MODELS]
+    method, P_0, T_0 = METHODS["DORMAND_PRINCE"], actuator.conditions.P_0, actuator.conditions.T_0
+    full, models = system("full", None, actuator, piston=True), [system(name, N, actuator) for name in MODELS]
     state, pressures = [0.0, 0.0, P_0, T_0, P_0, T_0], [[P_0, P_0] for _ in models]
     squares = np.zeros(2 * len(models))
     for u in command.tolist():
@@ -68,11 +68,11 @@ def test_all_models_and_the_full_order_are_python_s(page, plant, visit):
         pairs = zip(models, pressures, strict=True)
         pressures = [step(model, method, P, before, [u, *state[:2]], H) for model, P in pairs]
         squares += (np.ravel(pressures) - np.tile([state[2], state[4]], len(models))) ** 2
-    assert found["good"]
+    assert in_browser["good"]
     assert abs(state[0]) > 0.005  # it moved
-    np.testing.assert_allclose(found["state"], state, rtol=1e-9)
-    np.testing.assert_allclose(found["pressures"], np.ravel(pressures), rtol=1e-9)
-    np.testing.assert_allclose(found["squares"], squares, rtol=1e-6)  # differences of pressures
+    np.testing.assert_allclose(in_browser["state"], state, rtol=1e-9)
+    np.testing.assert_allclose(in_browser["pressures"], np.ravel(pressures), rtol=1e-9)
+    np.testing.assert_allclose(in_browser["squares"], squares, rtol=1e-6)  # differences of pressures
 
 
 @CLANG

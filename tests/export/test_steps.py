@@ -52,16 +52,16 @@ def some_states(plant, count, seed=7):
 
 @pytest.mark.parametrize("form", [lambda plant: plant, rough])
 def test_equations_in_their_order_are_the_study_s_right_hand_side_to_the_bit(form, plant):
-    own = form(plant)
-    chosen, expected = system("full", None, own, piston=True), np.empty(6)
-    for *state, u, force in some_states(own, 300):
-        full_order_rates(np.array(state), 0, (u, force, Drive(False, 0.0, np.inf), own), expected)
+    formed = form(plant)
+    chosen, expected = system("full", None, formed, piston=True), np.empty(6)
+    for *state, u, force in some_states(formed, 300):
+        full_order_rates(np.array(state), 0, (u, force, Drive(False, 0.0, np.inf), formed), expected)
         assert rates(chosen, state, [u, force]) == expected.tolist()
         work = np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
         after = np.array(state)
-        full_order_step(after, (u, force, Drive(False, 0.0, np.inf), own), 1e-4, *work)
-        found = step(chosen, METHODS["DORMAND_PRINCE"], state, [u, force], [u, force], 1e-4)
-        np.testing.assert_allclose(found, after, rtol=1e-14, atol=1e-16)  # sums may be compensated
+        full_order_step(after, (u, force, Drive(False, 0.0, np.inf), formed), 1e-4, *work)
+        stepped = step(chosen, METHODS["DORMAND_PRINCE"], state, [u, force], [u, force], 1e-4)
+        np.testing.assert_allclose(stepped, after, rtol=1e-14, atol=1e-16)  # sums may be compensated
 
 
 @pytest.fixture(scope="module")
@@ -107,12 +107,12 @@ def test_steps_of_the_chambers_are_those_of_a_replay(model, run, lopsided, tmp_p
 @C_COMPILER
 @pytest.mark.parametrize("form", [lambda plant: plant, rough])
 def test_steps_of_the_actuator_are_those_of_the_full_order_run(form, plant, tmp_path):
-    own = form(plant)
+    formed = form(plant)
     t = np.arange(1500) * H
     command = 3.0 * np.sign(np.sin(11 * t)) + 2.0 * np.sin(60 * t)
-    run = simulate(own, H, command=command)
-    assert np.sum(run.x == own.cylinder.x_max) > 10  # it met its stop
-    compiled = CompiledModel("full", None, own, tmp_path, piston=True)
+    run = simulate(formed, H, command=command)
+    assert np.sum(run.x == formed.cylinder.x_max) > 10  # it met its stop
+    compiled = CompiledModel("full", None, formed, tmp_path, piston=True)
     state, scale, worst = run.recording.states[0].tolist(), [0.1, 1.0, 1e5, 293.0, 1e5, 293.0], 0.0
     for k, u in enumerate(command[:-1].tolist()):
         parts = 1 << int(run.recording.halvings[k])
@@ -139,8 +139,8 @@ BRIEF_FORMS = [(MODELS["M8"], "double", True, True), ("full", "double", 1, 1), (
 @C_COMPILER
 @pytest.mark.parametrize(("model", "precision", "valve", "piston"), in_brief(FORMS, BRIEF_FORMS))
 def test_the_test_program_agrees_with_python(model, precision, valve, piston, plant, tmp_path):
-    own, parts = rough(plant) if model is OWN else plant, {"valve": bool(valve), "piston": bool(piston)}
-    files = exported(model, N, own, "c", precision=precision, stem="model", **parts)
+    formed, parts = rough(plant) if model is OWN else plant, {"valve": bool(valve), "piston": bool(piston)}
+    files = exported(model, N, formed, "c", precision=precision, stem="model", **parts)
     code, said = run_test_program(files, tmp_path)
     assert code == 0, said
     if precision == "float":
@@ -200,8 +200,8 @@ def test_errors_die_out_below_the_stable_step_and_grow_above(method, plant):
 def test_stable_steps_are_of_the_stiffest_point(plant):
     """Of M1 without valve only n A v / V is left, largest at a stop: eq (10)."""
     cylinder = plant.cylinder
-    found = stable_steps(system(MODELS["M1"], None, plant, valve=False))
+    steps = stable_steps(system(MODELS["M1"], None, plant, valve=False))
     V = cylinder.V_d_A + cylinder.A_A * 0.001 * cylinder.stroke / 2
     expected = 2.0 / (cylinder.A_A * 1.0 / V)
-    assert found["EULER"] == pytest.approx(expected, rel=0.01)  # the border is found in steps of 0.01
-    assert found["EULER"] < found["RK4"] < found["DORMAND_PRINCE"]
+    assert steps["EULER"] == pytest.approx(expected, rel=0.01)  # the border is found in steps of 0.01
+    assert steps["EULER"] < steps["RK4"] < steps["DORMAND_PRINCE"]

@@ -25,10 +25,10 @@ def source(model, plant, target):
     return text.decode()
 
 
-def difference(found, model, plant, states):
+def difference(computed, model, plant, states):
     """Largest difference from the right-hand side, over the size of its terms."""
     ratios = []
-    for (u, x, v, *pressures), pair in zip(states.tolist(), found, strict=True):
+    for (u, x, v, *pressures), pair in zip(states.tolist(), computed, strict=True):
         for side, P, rate in zip("AB", pressures, pair, strict=True):
             state = model, N, plant, limited(u, plant.valve.u_max), x, v, P, side
             ratios.append(abs(rate - plain_rate(*state)) / rate_size(*state))
@@ -85,16 +85,16 @@ def test_c(model, unusual, plant, random_states, tmp_path):
 @C_COMPILER
 def test_c_in_single_precision(plant, random_states, tmp_path):
     states = random_states[:1000]
-    found = run_c(MODELS["M10"], plant, states, tmp_path, "float")
-    assert 1e-9 < difference(found, MODELS["M10"], plant, states) < 1e-3
+    computed = run_c(MODELS["M10"], plant, states, tmp_path, "float")
+    assert 1e-9 < difference(computed, MODELS["M10"], plant, states) < 1e-3
     assert "double" not in (tmp_path / "M10.c").read_text()
 
 
 @pytest.mark.skipif(shutil.which("octave-cli") is None, reason="GNU Octave is not installed")
 def test_matlab(plant, random_states, tmp_path):
     models = [MODELS["M4"], MODELS["M10"]]
-    for model, found in zip(models, run_octave(models, plant, random_states, tmp_path), strict=True):
-        assert difference(found, model, plant, random_states) < 1e-12
+    for model, computed in zip(models, run_octave(models, plant, random_states, tmp_path), strict=True):
+        assert difference(computed, model, plant, random_states) < 1e-12
 
 
 @pytest.mark.parametrize("model", EVERY, ids=lambda model: model.name)
@@ -112,7 +112,7 @@ def test_full_order_rates(target, plant, random_states, tmp_path):
     if target == "casadi":
         pytest.importorskip("casadi", reason="CasADi is not installed")
         function = runpy.run_path(str(tmp_path / name))["full_dP_dt"]
-        found = np.array([[float(rate) for rate in function(*row)] for row in rows.tolist()])
+        computed = np.array([[float(rate) for rate in function(*row)] for row in rows.tolist()])
     elif shutil.which("octave-cli") is None:
         pytest.skip("GNU Octave is not installed")
     else:
@@ -123,11 +123,11 @@ def test_full_order_rates(target, plant, random_states, tmp_path):
             script + "f = fopen('r.bin', 'w'); fwrite(f, r', 'double'); fclose(f);"
         )
         subprocess.run(["octave-cli", "--norc", "--quiet", "run.m"], cwd=tmp_path, check=True)
-        found = np.fromfile(tmp_path / "r.bin").reshape(-1, 4)
+        computed = np.fromfile(tmp_path / "r.bin").reshape(-1, 4)
     chosen = system("full", None, plant)
     expected = np.array([rates(chosen, row[3:], row[:3]) for row in rows.tolist()])
     # Powers differ by some ulp, their difference in eq (1) by 1e-12 of what flows at least.
-    np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(computed, expected, rtol=1e-11, atol=1e-12 * np.abs(expected).max())
 
 
 def test_states_take_every_branch(plant, random_states):

@@ -52,10 +52,10 @@ def test_derivatives_are_those_of_finite_differences(model, plant):
         (f(y + 1e-5 * scale * unit) - f(y - 1e-5 * scale * unit)) / (2e-5 * scale)
         for scale, unit in zip(scales, np.eye(len(y)), strict=True)
     ]
-    expected, found = np.array(columns).T, np.hstack([linear.A, linear.B])
+    expected, derivatives = np.array(columns).T, np.hstack([linear.A, linear.B])
     # In each rate, over what all states and inputs together do to it.
     size = np.sum(np.abs(expected) * scales, axis=1, keepdims=True) / scales
-    assert np.max(np.abs(found - expected) / size) < FINITE_DIFFERENCE
+    assert np.max(np.abs(derivatives - expected) / size) < FINITE_DIFFERENCE
     assert list(linear.state_labels) == list(chosen.states)
     assert list(linear.input_labels) == ["u", "force"]
 
@@ -118,9 +118,9 @@ def test_natural_frequency_of_adiabatic_air_is_the_textbook_s(plant):
 def test_points_without_derivative_are_refused(changes, words, plant):
     point = {"model": "M8", "n": N, "states": "actuator"} | POINT | changes
     cylinder = plant.cylinder._replace(coulomb=point.pop("coulomb", 0.0))
-    own = plant._replace(cylinder=cylinder, valve=plant.valve._replace(leak=point.pop("leak", 0.0)))
+    leaking = plant._replace(cylinder=cylinder, valve=plant.valve._replace(leak=point.pop("leak", 0.0)))
     with pytest.raises(InputError, match=words):
-        linearise(point.pop("model"), point.pop("n"), own, **point)
+        linearise(point.pop("model"), point.pop("n"), leaking, **point)
 
 
 @pytest.mark.parametrize(("x", "P", "words"), [([0.05], [5e5], "end stops"), ([0.0], [0.0], "P = 0 Pa")])

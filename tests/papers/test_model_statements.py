@@ -22,33 +22,33 @@ FOUR = ["M7", "M8", "M9", "M10"]
 
 def results(**changes) -> StudyResults:
     """Results whose mean square errors are the same at every level, but for changes."""
-    found = StudyResults(Path(), "published")
+    study_results = StudyResults(Path(), "published")
     mse = [list((MSE | changes).values())] * 2
     coords = {"level": ["overall", "typical"], "model": MODELS}
-    found.statistics = xr.DataArray(mse, coords).to_dataset(name="mse")
-    return found
+    study_results.statistics = xr.DataArray(mse, coords).to_dataset(name="mse")
+    return study_results
 
 
 def test_wall_heat_and_mixing_by_what_they_save():
     """Wall heat: from M6 to the worst of M7 to M10, 8; mixing: from M5 to M6, 3."""
-    found = s.walls_before_mixing(results(), "overall")
-    assert found.holds and found.margin == pytest.approx(math.log10(2 * 21 / (24 + 13)))
+    finding = s.walls_before_mixing(results(), "overall")
+    assert finding.holds and finding.margin == pytest.approx(math.log10(2 * 21 / (24 + 13)))
     close = s.walls_before_mixing(results(M10=18.5), "overall")  # the worst counts, not the best
     assert not close.holds and close.margin < 0
     assert s.walls_before_mixing(results(M7=18.0, M5=24.0), "overall").margin == pytest.approx(0.0)
 
 
 def test_gaps_are_from_the_best_above_to_the_worst_below():
-    found = s.gap(results(), ["M1", "M2", "M3"], ["M5", "M6"], "overall")
-    assert found.value == pytest.approx(math.log10(60 / 24))
-    found = s.smallest_gap(results(), [["M1", "M2", "M3"], ["M5", "M6"], FOUR], "overall")
-    assert found.value == pytest.approx(math.log10(21 / 13))
+    finding = s.gap(results(), ["M1", "M2", "M3"], ["M5", "M6"], "overall")
+    assert finding.value == pytest.approx(math.log10(60 / 24))
+    finding = s.smallest_gap(results(), [["M1", "M2", "M3"], ["M5", "M6"], FOUR], "overall")
+    assert finding.value == pytest.approx(math.log10(21 / 13))
     assert s.spread(results(), ["M7", "M8", "M9"], "overall").value == pytest.approx(math.log10(13 / 11.2))
     assert s.gain(results(), ["M9", "M10"], "M8", "overall").value == pytest.approx(math.log10(11.6 / 11.2))
 
 
 @pytest.mark.parametrize(
-    ("found", "holds", "margin"),
+    ("finding", "holds", "margin"),
     [
         (s.best_models(results(), FOUR, "overall"), True, math.log10(21 / 13)),
         (s.best_models(results(M7=22.0), FOUR, "overall"), False, math.log10(21 / 22)),
@@ -59,15 +59,15 @@ def test_gaps_are_from_the_best_above_to_the_worst_below():
         (s.same_order(results(), ["typical"], 0.5), True, math.log10(500 / 120)),
     ],
 )
-def test_orders_and_how_far_they_are_from_turning_over(found, holds, margin):
-    assert found.holds is holds
-    assert found.margin == pytest.approx(margin)
+def test_orders_and_how_far_they_are_from_turning_over(finding, holds, margin):
+    assert finding.holds is holds
+    assert finding.margin == pytest.approx(margin)
 
 
 def test_the_simplest_of_the_best():
     """M9 is the best; within 0.1 decades are M7 and M8 with fewer processes, M7 with the fewest."""
-    found = s.simplest_of_the_best(results(), "M7", "overall", 0.1)
-    assert found.holds and found.margin == pytest.approx(0.1 - math.log10(13 / 11.2))
+    finding = s.simplest_of_the_best(results(), "M7", "overall", 0.1)
+    assert finding.holds and finding.margin == pytest.approx(0.1 - math.log10(13 / 11.2))
     refuted = s.simplest_of_the_best(results(M7=15.0), "M7", "overall", 0.1)
     assert not refuted.holds and refuted.margin == pytest.approx(0.1 - math.log10(15 / 11.2))
     assert not s.simplest_of_the_best(results(), "M8", "overall", 0.1).holds
@@ -78,20 +78,20 @@ def test_runs_last_ten_settling_times(share, holds):
     """The longest of four settling times is a tenth of Table 6's duration, times a share."""
     (duration,) = (cell["printed"] for cell in read_table(6) if cell["row"] == "E05")
     times = [1.0, 0.5, 0.2, share * float(duration) / 10]
-    found = StudyResults(Path(), "published")
+    study_results = StudyResults(Path(), "published")
     coords = {"experiment": ["E05"], "quantity": ["P_A", "P_B", "T_A", "T_B"]}
-    found.settling_times = xr.DataArray([times], coords)
-    assert ten_settling_times(found, "E05").holds is holds
+    study_results.settling_times = xr.DataArray([times], coords)
+    assert ten_settling_times(study_results, "E05").holds is holds
 
 
 def test_a_best_n_has_the_cost_of_the_printed_one():
-    found = StudyResults(Path(), "published")
-    found.study = STUDY
+    study_results = StudyResults(Path(), "published")
+    study_results.study = STUDY
     coords = {"experiment": ["E07"], "model": ["M8"], "n": [1.3, 1.35, 1.4]}
-    found.cells = xr.Dataset({"mse": xr.DataArray([[[12.0, 10.0, 11.0]]], coords)})
+    study_results.cells = xr.Dataset({"mse": xr.DataArray([[[12.0, 10.0, 11.0]]], coords)})
     best = xr.DataArray([[1.35]], {"experiment": ["E07"], "model": ["M8"]})
-    found.statistics = xr.Dataset({"best_n": best})
-    index = best_index(found, "E07", "M8", "1.40")
+    study_results.statistics = xr.Dataset({"best_n": best})
+    index = best_index(study_results, "E07", "M8", "1.40")
     assert index.value == 1.35
     assert index.margin == pytest.approx(math.log(1.1)) and index.varies == pytest.approx(math.log(10.0))
-    assert best_index(found, "E07", "M8", "1.35").margin == 0
+    assert best_index(study_results, "E07", "M8", "1.35").margin == 0

@@ -60,18 +60,19 @@ def test_whatever_a_claim_names_is_there_and_everything_is_used(judged):
     root = PAPER_2007.folder.parents[1]
     for claim in claims:
         assert (root / claim.evidence.path).is_file() or claim.evidence.path.startswith("results/2007/")
-        assert claim.erratum is None or claim.erratum in {one["id"] for one in judged["errata"]}
+        assert claim.erratum is None or claim.erratum in {erratum["id"] for erratum in judged["errata"]}
     for entry in judged["assumptions"].values():
         assert (root / f"{entry['code'].replace('.', '/')}.py").is_file()
 
 
 def test_one_reading_of_the_example_gives_its_numbers_and_the_others_are_excluded(judged):
-    found = judged["highlights"]
-    met = {(one["area"], one["final"]): one["met"] for one in found["readings"]}
-    assert met.pop((TAKEN.area, TAKEN.final)) == found["numbers"] == 11
+    highlights = judged["highlights"]
+    met = {(reading["area"], reading["final"]): reading["met"] for reading in highlights["readings"]}
+    assert met.pop((TAKEN.area, TAKEN.final)) == highlights["numbers"] == 11
     assert max(met.values()) <= 6
     # With the dead volume's wall in the simulation no push and no window gives the printed 0.4292 s.
-    assert all(one["tau"][1] < 0.41 for one in found["readings"] if one["area"] == "with dead volume")
+    with_dead_volume = [r for r in highlights["readings"] if r["area"] == "with dead volume"]
+    assert all(reading["tau"][1] < 0.41 for reading in with_dead_volume)
     assert {reading.push for reading in READINGS} > {TAKEN.push} and TAKEN in READINGS
 
 
@@ -96,8 +97,8 @@ def test_volumes_from_the_wrong_end_turn_dead_volumes_red(results, red_before, m
     steps = results_2007.seven_steps
 
     def wrong_end(P_i, swept_i, swept_f, fit, **gas):
-        found = steps(P_i, swept_i, swept_f, fit, **gas)
-        return found._replace(V_d=found.V_f - swept_i)
+        seven = steps(P_i, swept_i, swept_f, fit, **gas)
+        return seven._replace(V_d=seven.V_f - swept_i)
 
     monkeypatch.setattr(results_2007, "seven_steps", wrong_end)
     assert {f"T4.{column}.V_d" for column in COLUMNS} <= red(results) - red_before
@@ -132,8 +133,8 @@ def test_figures_show_the_response_its_fit_and_what_was_measured(results):
 
 
 def test_the_quoted_coefficient_lies_far_above_every_prediction(results):
-    found = trend(Results(results, PAPER_2007.folder))
-    at = found.sel(length=found["length_quoted"], method="nearest")
-    assert found["quoted"] > 5 * at["predicted_high"]
-    of_2006 = found["studied"].sel(cylinder="D").values
-    assert of_2006[0] < found["lambda_0"].min() and found["lambda_0"].max() < of_2006[1]
+    measured = trend(Results(results, PAPER_2007.folder))
+    at = measured.sel(length=measured["length_quoted"], method="nearest")
+    assert measured["quoted"] > 5 * at["predicted_high"]
+    of_2006 = measured["studied"].sel(cylinder="D").values
+    assert of_2006[0] < measured["lambda_0"].min() and measured["lambda_0"].max() < of_2006[1]

@@ -32,11 +32,11 @@ def test_scores_of_known_items():
     cell = {"table": 7, "column": "mse", "status": "exact", "reproduced": 1.0, "deviation": 0.25}
     missed, none = {"deviation": -0.2, "status": "missed"}, {"reproduced": "none", "status": "contradicted"}
     items = [cell, cell | missed, cell | none, cell | {"table": 5, "column": "P_A", "status": "close"}]
-    found = scores(items)
+    agreement = scores(items)
     ratios = {"lowest_ratio": pytest.approx(0.8), "highest_ratio": pytest.approx(1.25)}
     rms = pytest.approx(math.log(1.25), abs=1e-6)
-    assert found["table_7_mse"] == {"cells": 2, "rms_of_ln_ratio": rms} | ratios
-    assert found["table_5"] == {"cells": 1, "exact": 0, "exact_or_close": 1}
+    assert agreement["table_7_mse"] == {"cells": 2, "rms_of_ln_ratio": rms} | ratios
+    assert agreement["table_5"] == {"cells": 1, "exact": 0, "exact_or_close": 1}
 
 
 def test_extrema_are_counted_in_turn_and_ripples_are_not():

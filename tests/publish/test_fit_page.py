@@ -20,7 +20,7 @@ SAMPLES = 200
 
 
 @pytest.fixture(scope="module")
-def found():
+def a_fit():
     rng = np.random.default_rng(3)
     P = 4e5 + 1e3 * rng.normal(size=(2, SAMPLES))
     m = Measurement("m", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P, None, np.nan, ("column <b>: odd",))
@@ -35,15 +35,15 @@ def found():
     return FitResult(data=data, notes=m.notes, warnings=("P_A: <i>", "P_B: odd"), held_out_from=0.12)
 
 
-def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(found):
-    cells = [dict(zip(fit_heads(found), row, strict=True)) for row in fit_rows(found)]
+def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(a_fit):
+    cells = [dict(zip(fit_heads(a_fit), row, strict=True)) for row in fit_rows(a_fit)]
     assert [row["model"] for row in cells] == ["M8", "M3"]
     assert [row["rms held out (kPa)"] for row in cells] == ["1", "3"]
     assert cells[0]["k_0 (W/K)"] == "0.300 (at least 0.200)"
     assert cells[1]["k_0 (W/K)"] == "0.500 (0.400 to 0.600)"
     assert cells[0]["k_x k_u (mm²/V)"].startswith("0.730")
     assert cells[0]["V_d of B (cm³)"].startswith("5.00")
-    page = fit_page(found, "<script>bench</script>.csv")
+    page = fit_page(a_fit, "<script>bench</script>.csv")
     assert "<script>" not in page and "&lt;script&gt;" in page
     assert "column &lt;b&gt;: odd" in page and "P_A: &lt;i&gt;" in page and "P_B: odd" in page
     assert not re.search(r"(?:src|href)=\"(?!data:)", page)
@@ -52,10 +52,10 @@ def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(found
     assert page.index('<th scope="row">M8') < page.index('<th scope="row">M3')
 
 
-def test_tables_fit_a_terminal(found):
+def test_tables_fit_a_terminal(a_fit):
     console = Console(width=80, record=True, file=io.StringIO())
-    wide = replace(found, data=found.data.assign(estimate=found.data["estimate"] * 1.2345678))
-    for fit in (found, wide):
+    wide = replace(a_fit, data=a_fit.data.assign(estimate=a_fit.data["estimate"] * 1.2345678))
+    for fit in (a_fit, wide):
         for table in fit_tables(fit):
             console.print(table)
     text = console.export_text()
@@ -66,5 +66,5 @@ def test_tables_fit_a_terminal(found):
 @in_chromium
 @pytest.mark.xdist_group("chromium")
 @pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
-def test_page_is_readable_on_a_phone_in_both_schemes(scheme, found, visit, tmp_path):
-    assert_fit_for_a_phone(visit, fit_page(found, "bench.csv"), tmp_path / "fit.html", scheme, least=20)
+def test_page_is_readable_on_a_phone_in_both_schemes(scheme, a_fit, visit, tmp_path):
+    assert_fit_for_a_phone(visit, fit_page(a_fit, "bench.csv"), tmp_path / "fit.html", scheme, least=20)

@@ -65,9 +65,9 @@ def full(dims: str, value=BOUNDS) -> xr.DataArray:
 def invented_ensemble():
     by_level = {"value": 0.8, "low": 0.7, "high": 0.9, "resolvable": 1.05}
     dims = "ratio averaged transport level"
-    found = {f"ratio_{name}": full(dims, value) for name, value in by_level.items()}
-    found["experiment_ratio_value"] = full("ratio transport experiment", 0.8)
-    return xr.Dataset(found).assign(seed_sets=10, failed_sets=("experiment", [0, 1]))
+    ensemble = {f"ratio_{name}": full(dims, value) for name, value in by_level.items()}
+    ensemble["experiment_ratio_value"] = full("ratio transport experiment", 0.8)
+    return xr.Dataset(ensemble).assign(seed_sets=10, failed_sets=("experiment", [0, 1]))
 
 
 def invented_floor():
@@ -94,9 +94,9 @@ def invented_variants():
 
 def invented_cylinders():
     dims = {"ratio": "loop_of pair criterion bound", "share": "loop_of statement bound"}
-    found = xr.Dataset({n: full(d) for n, d in (dims | {"third_ratio": "group third pair bound"}).items()})
-    found["third_from"] = (("group", "third"), [[1.0, 2.0, 3.0], [0.01, 0.1, 4.34]])
-    return found.assign(counts=(("run", "loop"), [[1, 1], [1, 0], [1, 1]]), held_out=("run", [0, 0, 1]))
+    runs = xr.Dataset({n: full(d) for n, d in (dims | {"third_ratio": "group third pair bound"}).items()})
+    runs["third_from"] = (("group", "third"), [[1.0, 2.0, 3.0], [0.01, 0.1, 4.34]])
+    return runs.assign(counts=(("run", "loop"), [[1, 1], [1, 0], [1, 1]]), held_out=("run", [0, 0, 1]))
 
 
 @pytest.fixture(scope="module")
@@ -157,13 +157,13 @@ def test_no_number_is_typed_metadata_is_complete_and_spans_and_intervals_are_wri
 
 @pytest.mark.results
 def test_numbers_are_those_of_the_results(project):
-    found = json.loads((project / "results/manuscript.json").read_text(encoding="utf-8"))
+    quoted = json.loads((project / "results/manuscript.json").read_text(encoding="utf-8"))
     verdict = json.loads(read_json(ROOT / "results/verdict.json"))
-    assert found["verdict"]["counts"]["missed"] == str(verdict["counts"]["missed"])
-    assert found["setup"]["replays"] == "1056"
-    assert found["verdict"]["claimed"]["of_M6"] == "40 %"
-    rows = {(row["level"], row["source"]): row for row in found["verdict"]["transport"]}
-    assert found["verdict"]["exact"]["typical"] == f"{100 * float(rows['typical', 'exact']['M8/M7']):.0f} %"
+    assert quoted["verdict"]["counts"]["missed"] == str(verdict["counts"]["missed"])
+    assert quoted["setup"]["replays"] == "1056"
+    assert quoted["verdict"]["claimed"]["of_M6"] == "40 %"
+    rows = {(row["level"], row["source"]): row for row in quoted["verdict"]["transport"]}
+    assert quoted["verdict"]["exact"]["typical"] == f"{100 * float(rows['typical', 'exact']['M8/M7']):.0f} %"
 
 
 @pytest.mark.results

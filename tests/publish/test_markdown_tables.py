@@ -13,9 +13,9 @@ SHARES = [1.25, 1.0]  # reproduced over published, overall and at another level
 @pytest.fixture
 def statistics() -> xr.Dataset:
     level = xr.DataArray(SHARES, {"level": ["overall", "typical"]}, ("level",))
-    found = table7()[["mse", "mean_error", "std"]] * level
-    found["failure_time"] = ("experiment", [float("nan")])
-    return found.assign_coords(experiment=["E01"])
+    reproduced = table7()[["mse", "mean_error", "std"]] * level
+    reproduced["failure_time"] = ("experiment", [float("nan")])
+    return reproduced.assign_coords(experiment=["E01"])
 
 
 def test_rows_stand_beside_the_published_ones(statistics):

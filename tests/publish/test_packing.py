@@ -24,8 +24,8 @@ def groups(draw):
 @example([np.array([[32767, -32768], [-32768, 32767], [0, 0]], dtype=np.int16)])
 def test_what_is_packed_comes_back(traces):
     before = [trace.copy() for trace in traces]
-    found = unpacked(packed(traces), [len(trace) for trace in traces], traces[0].shape[1])
-    for trace, back, original in zip(traces, found, before, strict=True):
+    traces_read = unpacked(packed(traces), [len(trace) for trace in traces], traces[0].shape[1])
+    for trace, back, original in zip(traces, traces_read, before, strict=True):
         assert (trace == original).all()
         assert (back == original).all()
 

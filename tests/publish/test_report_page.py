@@ -88,24 +88,24 @@ def page(parts, verdict):
     return report_page(PAPER, parts, verdict, None, False)
 
 
-def errors_of(found: report.Part, transport: str, stored: int) -> list[np.ndarray]:
+def errors_of(shown: report.Part, transport: str, stored: int) -> list[np.ndarray]:
     """Errors in Pa by model and chamber, each by (n, t)."""
-    groups = unpacked(found.traces[transport], ROWS, len(shown_samples(stored, EVERY)))
-    steps = found.facts["cells"][transport]["steps"]
+    groups = unpacked(shown.traces[transport], ROWS, len(shown_samples(stored, EVERY)))
+    steps = shown.facts["cells"][transport]["steps"]
     pairs = zip(groups, steps, strict=True)
     return [np.where(group == MISSING, np.nan, group * step) for group, step in pairs]
 
 
 @pytest.mark.parametrize("transport", ["published", "exact"])
 def test_traces_are_those_of_the_results_to_half_a_step(made, parts, transport):
-    found, (datum, replays, _) = parts[5], made["E06"]
+    shown, (datum, replays, _) = parts[5], made["E06"]
     chosen = shown_samples(replays[transport].sizes["t"], EVERY)
     full = datum["P"].values[:: PAPER.experiments["E06"].pressure_stride]
-    kept = np.concatenate(unpacked(found.traces["full"], [1, 1], len(chosen)))
-    step = found.facts["step"]
+    kept = np.concatenate(unpacked(shown.traces["full"], [1, 1], len(chosen)))
+    step = shown.facts["step"]
     assert np.abs(kept.T * step - full[chosen]).max() <= step / 2 + 1e-6
-    steps = iter(found.facts["cells"][transport]["steps"])
-    groups = iter(errors_of(found, transport, len(full)))
+    steps = iter(shown.facts["cells"][transport]["steps"])
+    groups = iter(errors_of(shown, transport, len(full)))
     for name, model in MODELS.items():
         for c, chamber in enumerate("AB"):
             cells = replays[transport].sel(model=name, chamber=chamber)
@@ -133,12 +133,12 @@ def test_a_cell_that_failed_has_no_trace_and_no_number(made):
     spoilt["pressure"].loc[{"model": "M8", "n": 1.2}] = 1e30
     never = best["exact"].copy()
     never.loc[{"model": "M1"}] = np.nan
-    found = part(PAPER.experiments["E06"], datum, {"exact": spoilt}, {"exact": never}, EVERY)
-    cells = found.facts["cells"]["exact"]
+    shown = part(PAPER.experiments["E06"], datum, {"exact": spoilt}, {"exact": never}, EVERY)
+    cells = shown.facts["cells"]["exact"]
     place = PAPER.n.index(1.2)
     assert cells["mse"][7][place] == [None, None] and None not in cells["mse"][7][place + 1]
     assert cells["best"][0] is None and cells["best"][7] is not None
-    m8 = errors_of(found, "exact", spoilt.sizes["t"])[14]
+    m8 = errors_of(shown, "exact", spoilt.sizes["t"])[14]
     assert np.isnan(m8[place]).all() and np.isfinite(np.delete(m8, place, axis=0)).all()
 
 
@@ -152,9 +152,9 @@ def test_a_run_that_failed_says_so(made, verdict):
     nan = np.nan
     lost = {name: c.assign(status=c["status"] + 2, mse=c["mse"] * nan) for name, c in replays.items()}
     none = {name: xr.full_like(values, np.nan) for name, values in best.items()}
-    found = part(PAPER.experiments["E06"], failed, lost, none, EVERY)
-    assert found.facts["failed"].startswith("full-order run failed at t = 1.5 s: left the finite numbers")
-    text = report_page(PAPER, [found], verdict, None, False)
+    shown = part(PAPER.experiments["E06"], failed, lost, none, EVERY)
+    assert shown.facts["failed"].startswith("full-order run failed at t = 1.5 s: left the finite numbers")
+    text = report_page(PAPER, [shown], verdict, None, False)
     assert "<strong>E06 is left out of every average:</strong> full-order run failed" in text
 
 
@@ -209,8 +209,8 @@ def test_claims(parts, verdict, page):
 def test_links_to_what_is_there_and_text_is_escaped(parts, verdict, made):
     for there in (False, True):
         assert ('href="paper.pdf"' in report_page(PAPER, parts[:1], verdict, None, there)) == there
-    own = report_page(PAPER._replace(name="mine"), parts[:1], None, None, False)
-    assert "verdict.html" not in own and "2006" not in own and "mine: reduced models" in own
+    page = report_page(PAPER._replace(name="mine"), parts[:1], None, None, False)
+    assert "verdict.html" not in page and "2006" not in page and "mine: reduced models" in page
     text = hostile(made)
     assert HOSTILE not in text and "<b>&" not in text and "<script>alert" not in text
     assert "&lt;script&gt;alert(2)" in text
@@ -283,8 +283,8 @@ class TestInBrowser:
         stored = made["E07"][1]["exact"].sizes["t"]
         groups = errors_of(parts[6], "published", stored)
         for m, row in [(0, 0), (3, 0), (4, 3), (9, 8)]:
-            found = browser.run(f"Array.from(traces.errors[{m}][1][{row}])")
-            assert found == groups[2 * m + 1][row].tolist()
+            drawn = browser.run(f"Array.from(traces.errors[{m}][1][{row}])")
+            assert drawn == groups[2 * m + 1][row].tolist()
         full = unpacked(parts[6].traces["full"], [1, 1], len(shown_samples(stored, EVERY)))[1]
         assert browser.run("Array.from(traces.full[1])") == (full[0] * parts[6].facts["step"]).tolist()
 
@@ -299,10 +299,10 @@ class TestInBrowser:
         assert experiment_text(PAPER.experiments["E10"]) in browser.run("element('about').textContent")
         _, replays, best = made["E10"]
         for name, n, value, _ in after[1]:
-            own = best["exact"].sel(model=name).item()
-            mse = replays["exact"]["mse"].sel(model=name, chamber="A", n=own).item()
+            best_n = best["exact"].sel(model=name).item()
+            mse = replays["exact"]["mse"].sel(model=name, chamber="A", n=best_n).item()
             assert float(value) == pytest.approx(np.sqrt(mse) / 1e3, abs=0.0051)  # two decimals
-            assert n == (f"{own:.2f}" if MODELS[name].has_n else "–")
+            assert n == (f"{best_n:.2f}" if MODELS[name].has_n else "–")
         values = [float(value) for _, _, value, _ in after[1]]
         assert values == sorted(values)
 
@@ -319,8 +319,8 @@ class TestInBrowser:
         for plot in ("pressure", "error"):
             scale = browser.run(f"[plots['{plot}'].scales.x.min, plots['{plot}'].scales.x.max]")
             assert scale == pytest.approx([start, end], abs=1e-3)
-        found = browser.run(ROWS_SHOWN)
-        assert found != whole
+        rows = browser.run(ROWS_SHOWN)
+        assert rows != whole
         stored = made["E06"][1]["exact"].sizes["t"]
         t = shown_samples(stored, EVERY) * 0.01
         inside = (t >= start - 1e-3) & (t <= end + 1e-3)  # in the close-up: every stored sample
@@ -329,7 +329,7 @@ class TestInBrowser:
             name: groups[2 * m][PAPER.n.index(1.35) if model.has_n else 0][inside]
             for m, (name, model) in enumerate(MODELS.items())
         }
-        for name, _, value, _ in found:
+        for name, _, value, _ in rows:
             rms = np.sqrt(np.mean(expected[name] ** 2)) / 1e3
             assert float(value) == pytest.approx(round(rms, 2), abs=0.011)
         assert f"From the {inside.sum()} samples" in browser.run("element('sampling').textContent")

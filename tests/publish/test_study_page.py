@@ -129,10 +129,10 @@ def test_pictures_over_n_and_of_the_traces():
     cells = with_traces(made())
     ranking = ranked(cells, "mine")
     _, pressure, error = study_figures.first_run(cells, ranking, "X").axes
-    own = cells.sel(experiment="X")
-    full = own["trace_P"].sel(chamber="A").values / 1e3
+    experiment = cells.sel(experiment="X")
+    full = experiment["trace_P"].sel(chamber="A").values / 1e3
     assert pressure.lines[0].get_ydata() == pytest.approx(full)
-    best = own["trace_pressure"].sel(model="M10", n=1.3, chamber="A").values / 1e3
+    best = experiment["trace_pressure"].sel(model="M10", n=1.3, chamber="A").values / 1e3
     assert error.lines[0].get_label() == "$M_{10}$"
     assert error.lines[0].get_ydata() == pytest.approx(full - best)
     assert len(error.lines) == 2 * 3 + 1  # three models in both chambers, and zero

@@ -43,7 +43,9 @@ def test_one_file_that_loads_nothing_and_is_the_same_twice(judged, page):
 
 def test_every_item_has_an_anchor_every_link_a_target_and_every_cell_stands_once(judged, page):
     structure = Structure(page)
-    anchors = {item["id"] for item in judged["items"]} | {f"erratum-{one['id']}" for one in judged["errata"]}
+    anchors = {item["id"] for item in judged["items"]} | {
+        f"erratum-{erratum['id']}" for erratum in judged["errata"]
+    }
     targets = {link[1:] for link in structure.links if link.startswith("#")}
     assert anchors | targets <= set(structure.ids)
     cells = re.findall(r'<td class="[\w-]+" data-status="(\w+)" data-id="([^"]+)">', page)
@@ -132,7 +134,7 @@ class TestInBrowser:
         counts = judged["counts"]
         every = counts["items"]
         assert self.shown(browser) == every
-        clicks = [(f".tile.{one}", count) for one in STATUS_LOOKS for count in (counts[one], every)]
+        clicks = [(f".tile.{status}", count) for status in STATUS_LOOKS for count in (counts[status], every)]
         for control, count in [*clicks, ("input[value=exact]", every - counts["exact"]), ("#reset", every)]:
             browser.run(f"document.querySelector('{control}').click()")
             assert self.shown(browser) == count, control

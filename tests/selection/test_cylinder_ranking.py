@@ -78,10 +78,10 @@ def test_template_holds_every_key_and_right_options(with_options):
     del with_options["experiments"]["open"]["lambda_0_W_per_m2K"]
     for key in ("levels", "hold_s", "file", "column"):
         del closed["signal"][key]
-    found = study(validated(with_options, []))
-    assert found.experiments["closed"].excitation.signal == "sweep"
-    assert found.experiments["open"].push.force == -300.0
-    assert found.levels == {"mine": (0.3,)}
+    parsed = study(validated(with_options, []))
+    assert parsed.experiments["closed"].excitation.signal == "sweep"
+    assert parsed.experiments["open"].push.force == -300.0
+    assert parsed.levels == {"mine": (0.3,)}
 
 
 def test_choice_of_cylinders_and_experiments_and_their_simulated_time(template):
@@ -99,10 +99,10 @@ def test_choice_of_cylinders_and_experiments_and_their_simulated_time(template):
 
 @pytest.mark.slow
 def test_files_of_a_study_and_of_cylinders_together(short, cells, tmp_path):
-    found = rankings(cells)
-    assert [ranking.cylinder for ranking in found] == ["mine"]
+    ranked = rankings(cells)
+    assert [ranking.cylinder for ranking in ranked] == ["mine"]
     check_folder(tmp_path / "out")
-    page, stored = save_study(short, cells, found, tmp_path / "out")
+    page, stored = save_study(short, cells, ranked, tmp_path / "out")
     assert MARK in page.read_text()[:1000]
     with xr.open_dataset(stored) as again:
         assert again["mse"].dims == ("experiment", "run", "model", "n", "chamber")
@@ -111,7 +111,7 @@ def test_files_of_a_study_and_of_cylinders_together(short, cells, tmp_path):
         assert again["mse"].attrs["units"] == "Pa2"
     check_folder(tmp_path / "out")  # its own files may be replaced
     before = (page.read_bytes(), stored.read_bytes())
-    save_study(short, cells, found, tmp_path / "out")
+    save_study(short, cells, ranked, tmp_path / "out")
     assert before == (page.read_bytes(), stored.read_bytes())
     other = cells.assign_coords(cylinder=("experiment", ["other", "other"]))
     other = other.assign_coords(experiment=["a", "b"])

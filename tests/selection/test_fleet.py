@@ -73,18 +73,18 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
         worst = [stored["worst_rms"].item(), stored["worst_n"].item()]
         assert worst == pytest.approx([robust.worst, robust.n], rel=1e-5, nan_ok=True)
         for name, interval in (("best_mse", row.mse), ("over_best", row.over_best)):
-            found = [stored[f"{name}{end}"].item() for end in ("", "_low", "_high")]
-            assert found == pytest.approx(list(interval), rel=1e-5)
+            ends = [stored[f"{name}{end}"].item() for end in ("", "_low", "_high")]
+            assert ends == pytest.approx(list(interval), rel=1e-5)
     assert block["gain"].sizes["refinement"] == len(REFINEMENT_STEPS) == len(ranking.gains)
     assert mine["gain"].values == pytest.approx([gain.percent.value for gain in ranking.gains], abs=1e-3)
 
 
 def test_the_range_of_each_k_0_is_the_cylinders(short, block):
-    one = studies_of(short)["first"]
-    named = {f"first-{name}": experiment for name, experiment in one.experiments.items()}
+    first = studies_of(short)["first"]
+    named = {f"first-{name}": experiment for name, experiment in first.experiments.items()}
     wide = run_block(short._replace(experiments=named), threads=2, k_0_factors={"first": 5.0})
     assert (wide["k_0_factor"] == 5.0).all() and (block["k_0_factor"] == 2.0).all()
-    expected = run_study(one, threads=2, k_0_factors={"first": 5.0}, traced=False)["mse_of_wrong_k_0"]
+    expected = run_study(first, threads=2, k_0_factors={"first": 5.0}, traced=False)["mse_of_wrong_k_0"]
     assert np.array_equal(wide["mse_of_wrong_k_0"].values[0], expected.values.astype(np.float32))
 
 
@@ -108,16 +108,16 @@ def test_the_index_says_which_block_has_a_cylinder(results):
 
 
 def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, block):
-    found, cells = stored_cylinder(results, "first")
-    assert found == studies_of(short)["first"]
-    alone = run_study(found, threads=1)
+    cylinder, cells = stored_cylinder(results, "first")
+    assert cylinder == studies_of(short)["first"]
+    alone = run_study(cylinder, threads=1)
     assert set(cells.variables) == set(alone.variables)
     traces = "trace_t", "trace_x", "trace_P", "trace_pressure"
     for name in (*traces, "seed", "k_0", "cylinder", "time_constant"):
         xr.testing.assert_equal(cells[name].drop_vars("cylinder"), alone[name].drop_vars("cylinder"))
     (again,), stored = rankings(cells), block.sel(cylinder="first")
     assert (again.reason, "\n".join(again.advice)) == (stored["reason"].item(), stored["advice"].item())
-    assert stored["bore"] == next(iter(found.experiments.values())).plant.cylinder.bore
+    assert stored["bore"] == next(iter(cylinder.experiments.values())).plant.cylinder.bore
     # Both from what was kept, in eight bytes: four would leave 6e-8.
     errors = {row.model: row.mse.value for row in again.rows}
     assert stored["best_mse"].sel(model=list(errors)).values == pytest.approx([*errors.values()], rel=1e-12)

@@ -68,17 +68,17 @@ def test_a_signal_that_is_not_random_runs_once_and_a_run_that_fails_is_a_status(
     sweep = e._replace(excitation=e.excitation._replace(signal="sweep", band=(1e-3, 2e-3)))
     assert seeds_of(sweep, 5) == [666]
     told = []
-    found = repeated([sweep], (1.2,), seeds=5, threads=1, progress=told.append)
-    assert found.sizes["run"] == 1 and told == [pytest.approx(0.3)] and not found["random"].any()
+    cells = repeated([sweep], (1.2,), seeds=5, threads=1, progress=told.append)
+    assert cells.sizes["run"] == 1 and told == [pytest.approx(0.3)] and not cells["random"].any()
     both = repeated([sweep, e._replace(name="E98")], (1.2,), seeds=2, threads=1)
     assert both.sizes["run"] == 2
     assert both["mse"].sel(experiment="E02").std("run").max() == 0
     e = lasting("E02", 0.1)
     wild = e._replace(plant=e.plant._replace(cylinder=e.plant.cylinder._replace(M=1e-9)))
-    found = repeated([wild], (1.2,), seeds=2, threads=1)
-    assert (found["run_status"] == DIVERGED).all() or (found["run_status"] > 0).all()
-    assert (found["status"] == NO_RUN).all() and found["mse"].isnull().all()
-    assert (found["run_failure_time"] > 0).all()
+    cells = repeated([wild], (1.2,), seeds=2, threads=1)
+    assert (cells["run_status"] == DIVERGED).all() or (cells["run_status"] > 0).all()
+    assert (cells["status"] == NO_RUN).all() and cells["mse"].isnull().all()
+    assert (cells["run_failure_time"] > 0).all()
 
 
 def test_a_wrong_k_0_is_the_cylinders():
@@ -89,9 +89,9 @@ def test_a_wrong_k_0_is_the_cylinders():
     knowing = lane_array([lane(model, value, 1.4) for model in MODELS.values() for value in n])
     mistaken = knowing.copy()
     mistaken[:, Lane._fields.index("wall_scale")] /= 4
-    for found, lanes in ((wrong, mistaken), (right, knowing)):
+    for cells, lanes in ((wrong, mistaken), (right, knowing)):
         expected = replay(recording, lanes, EXACT_SAMPLING, e.steps).mse
-        np.testing.assert_array_equal(found, expected.reshape(found.shape))
+        np.testing.assert_array_equal(cells, expected.reshape(cells.shape))
     # The full order with a quarter of the run's k_0: both runs start alike, so its signals are the run's.
     assert full.shape == (2,) and (full > 0).all()
     np.testing.assert_allclose(
@@ -111,15 +111,15 @@ def test_errors_at_the_ends_of_k_0_and_traces_of_the_first_run(runs):
     for end, ratio in zip(K_0_ENDS, (0.5, 2.0), strict=True):
         at = wrong.sel(experiment="E02", k_0_end=end).isel(run=0)
         assert np.array_equal(at.values, mse_at_other_k_0(e, STUDY.n, ratio)[0])
-    one = runs.isel(run=0)
-    known = repeated([lasting("E01", 1.0)], seeds=1, k_0_factors={one["cylinder"].values[1]: 1.0})
+    first_run = runs.isel(run=0)
+    known = repeated([lasting("E01", 1.0)], seeds=1, k_0_factors={first_run["cylinder"].values[1]: 1.0})
     # A factor of one is the configured k_0 itself.
     for name in ("mse_of_wrong_k_0", "mse_of_right_k_0"):
         for end in K_0_ENDS:
             assert np.array_equal(known[name].sel(k_0_end=end).values, known["mse"].values)
-    one = runs.sel(experiment="E01")
-    kept = one["trace_t"].notnull().values
-    assert one.sizes["sample"] == cylinder_ranking.TRACED_SAMPLES and kept.sum() == 1000 // 50 + 1
-    assert one["trace_t"].values[kept][-1] == pytest.approx(1.0)
-    P = one["trace_P"].values[:, kept]
+    cell = runs.sel(experiment="E01")
+    kept = cell["trace_t"].notnull().values
+    assert cell.sizes["sample"] == cylinder_ranking.TRACED_SAMPLES and kept.sum() == 1000 // 50 + 1
+    assert cell["trace_t"].values[kept][-1] == pytest.approx(1.0)
+    P = cell["trace_P"].values[:, kept]
     assert (P[:, 0] == STUDY.experiments["E01"].plant.conditions.P_0).all() and np.ptp(P) > 1e4

@@ -51,18 +51,18 @@ def test_simulate_is_the_full_order_system_and_position_follows_its_reference(mi
 def test_replay_is_the_grids_and_measured_signals_are_interpolated(mine, run):
     row = lane_array([lane(MODELS["M8"], 1.35, 1.4)])
     expected = replay_lanes(run.recording, row, EXACT_SAMPLING)
-    found = replay("M8", 1.35, run)
-    assert np.array_equal(found.P_A, expected.pressure[0, 0])
-    assert np.array_equal(found.P_B, expected.pressure[0, 1])
-    assert np.array_equal(found.mse, expected.mse[0])
-    assert found.status == ("ok", "ok")
-    assert found.mse[0] == pytest.approx(np.mean((run.P_A - found.P_A) ** 2), rel=1e-9)
+    replayed = replay("M8", 1.35, run)
+    assert np.array_equal(replayed.P_A, expected.pressure[0, 0])
+    assert np.array_equal(replayed.P_B, expected.pressure[0, 1])
+    assert np.array_equal(replayed.mse, expected.mse[0])
+    assert replayed.status == ("ok", "ok")
+    assert replayed.mse[0] == pytest.approx(np.mean((run.P_A - replayed.P_A) ** 2), rel=1e-9)
     measured = recorded(mine, H, u=run.u, x=run.x, v=run.v, P_A=run.P_A, P_B=list(run.P_B))
-    found, exact = replay("M8", 1.35, measured), replay("M8", 1.35, run)
-    assert pytest.approx(exact.P_A, rel=0.1) == found.P_A
-    assert not np.array_equal(found.P_A, exact.P_A)
+    replayed, exact = replay("M8", 1.35, measured), replay("M8", 1.35, run)
+    assert pytest.approx(exact.P_A, rel=0.1) == replayed.P_A
+    assert not np.array_equal(replayed.P_A, exact.P_A)
     silent = replay("M8", 1.35, recorded(mine, H, u=run.u, x=run.x, v=run.v))
-    np.testing.assert_allclose(silent.P_A, found.P_A, rtol=1e-12)  # by the other kernel
+    np.testing.assert_allclose(silent.P_A, replayed.P_A, rtol=1e-12)  # by the other kernel
     assert np.isnan(silent.mse).all()
     with pytest.raises(InputError, match="x"):  # of another length
         recorded(mine, H, u=run.u, x=run.x[1:], v=run.v)
@@ -81,8 +81,8 @@ def test_signals_of_the_strategies_run(mine, data):
 
 
 def test_a_row_can_stand_for_a_models_name_and_models_without_n_need_none(run):
-    own = Model("M11", "gamma", "gamma", "gamma", "polytropic", True, "k_0")  # M8 under another name
-    assert np.array_equal(replay(own, 1.35, run).P_A, replay("M8", 1.35, run).P_A)
+    M11 = Model("M11", "gamma", "gamma", "gamma", "polytropic", True, "k_0")  # M8 under another name
+    assert np.array_equal(replay(M11, 1.35, run).P_A, replay("M8", 1.35, run).P_A)
     assert np.array_equal(replay("M1", None, run).P_A, replay("M2", 1.0, run).P_A)
 
 

@@ -135,11 +135,11 @@ def test_references_of_the_study(name):
 
 @given(st.booleans(), SEEDS)
 def test_random_signals_in_either_loop(closed, seed):
-    drive, own = CLOSED if closed else OPEN, Excitation(seed, 0.5, 10)
-    prbs = reference_series(drive, own._replace(signal="prbs"), 200)
-    gaussian = reference_series(drive, own._replace(signal="gaussian"), 200)
-    assert np.array_equal(prbs, reference_series(OPEN, own, 200))
-    assert np.array_equal(gaussian, reference_series(CLOSED, own, 200))
+    drive, excitation = CLOSED if closed else OPEN, Excitation(seed, 0.5, 10)
+    prbs = reference_series(drive, excitation._replace(signal="prbs"), 200)
+    gaussian = reference_series(drive, excitation._replace(signal="gaussian"), 200)
+    assert np.array_equal(prbs, reference_series(OPEN, excitation, 200))
+    assert np.array_equal(gaussian, reference_series(CLOSED, excitation, 200))
 
 
 def test_sweep_goes_from_its_first_frequency_to_its_last():
@@ -156,8 +156,8 @@ def test_sweep_goes_from_its_first_frequency_to_its_last():
 
 @given(st.lists(st.floats(-3, 3), min_size=1, max_size=5), st.integers(1, 20), st.integers(1, 200))
 def test_levels_are_held_and_repeated(levels, every, steps):
-    found = reference_series(CLOSED, Excitation(1, 0.5, every, "levels", levels=tuple(levels)), steps)
-    assert found.tolist() == [0.5 * levels[k // every % len(levels)] for k in range(steps + 1)]
+    series = reference_series(CLOSED, Excitation(1, 0.5, every, "levels", levels=tuple(levels)), steps)
+    assert series.tolist() == [0.5 * levels[k // every % len(levels)] for k in range(steps + 1)]
 
 
 @given(st.floats(-0.2, 0.2), some.positions())

@@ -63,16 +63,16 @@ def own_chamber(plant, i, side):
 def test_reduced_models_are_those_of_the_readable_equations(plant, model):
     u, motions = signals(5e-4)
     rows = [lane(MODELS[model], n, plant.gas.gamma) for n in (1.0, 1.2, 1.35)]
-    found = pressures_of_sets(u, motions, lane_array(rows), V_D, plant, 5e-4, 1, START)
-    assert found.shape == (2, 3, 2, 601)
-    np.testing.assert_array_equal(found[..., 0], [START] * 2)
+    pressures = pressures_of_sets(u, motions, lane_array(rows), V_D, plant, 5e-4, 1, START)
+    assert pressures.shape == (2, 3, 2, 601)
+    np.testing.assert_array_equal(pressures[..., 0], [START] * 2)
     for i, row in enumerate(rows):
 
         def rates(u, x, v, y, side, row=row, i=i):
             return [lane_rate(u, x, v, y[0], own_chamber(plant, i, side), plant, row)]
 
         # A few errors of a third-order step of 5e-4 s: the test of its order says how they fall.
-        np.testing.assert_allclose(found[:, i, :, -1], exact(rates, plant, START[i, :, None]), rtol=2e-6)
+        np.testing.assert_allclose(pressures[:, i, :, -1], exact(rates, plant, START[i, :, None]), rtol=2e-6)
 
 
 def full_order(plant, h, stride):
@@ -103,7 +103,7 @@ def test_flows_in_place_of_a_valve_give_what_the_energy_balance_says(plant):
     steps, m = len(motions[0]), np.array([2e-4, -1e-4])  # kg/s
     rows = lane_array([lane(MODELS["M3"], 1.0, plant.gas.gamma)] * 3)
     flow = np.broadcast_to(m, (steps, 3, 2))
-    found = pressures_on_flows(motions[0], flow, rows, V_D, plant, h, 1, START)
+    pressures = pressures_on_flows(motions[0], flow, rows, V_D, plant, h, 1, START)
     c, gas, T_0 = plant.cylinder, plant.gas, plant.conditions.T_0
     for i, side in np.ndindex(3, 2):
 
@@ -114,15 +114,15 @@ def test_flows_in_place_of_a_valve_give_what_the_energy_balance_says(plant):
             return gas.gamma * (gas.R * T_0 * m[side] - P * area * v) / V  # (10), M3
 
         end = solve_ivp(rate, (0, LENGTH), [START[i, side]], "DOP853", rtol=1e-11, atol=1e-6)
-        np.testing.assert_allclose(found[i, side, -1], end.y[0, -1], rtol=1e-7)
+        np.testing.assert_allclose(pressures[i, side, -1], end.y[0, -1], rtol=1e-7)
 
 
 def test_a_chamber_that_leaves_the_positive_numbers_is_nan_and_its_neighbours_go_on(plant):
     u, motions = signals(5e-4)
     rows = lane_array([lane(MODELS["M3"], 1.0, plant.gas.gamma)] * 3)
     rows[1, 0] = 1e5  # an expansion that no step can follow
-    found = pressures_of_sets(u, motions, rows, V_D, plant, 5e-4, 1, START)
-    assert np.isnan(found[:, 1, :, -1]).all() and np.isfinite(found[:, [0, 2]]).all()
+    pressures = pressures_of_sets(u, motions, rows, V_D, plant, 5e-4, 1, START)
+    assert np.isnan(pressures[:, 1, :, -1]).all() and np.isfinite(pressures[:, [0, 2]]).all()
 
 
 def test_a_supply_that_sags_is_followed(plant):
@@ -133,7 +133,7 @@ def test_a_supply_that_sags_is_followed(plant):
 
     u, motions = signals(h)
     P_s = supply(h * (np.arange(len(u))[:, None] + KUTTA.c))
-    found = pressures_of_sets(u, motions, lane_array([row]), V_D[:1], plant, h, 1, START[:1], P_s=P_s)
+    pressures = pressures_of_sets(u, motions, lane_array([row]), V_D[:1], plant, h, 1, START[:1], P_s=P_s)
     for i, size in enumerate(MOTIONS):
 
         def rate(t, P, size=size):
@@ -142,7 +142,7 @@ def test_a_supply_that_sags_is_followed(plant):
             return [lane_rate(command(t), x, v, P[0], own_chamber(plant, 0, 0), now, row)]
 
         end = solve_ivp(rate, (0, LENGTH), START[0, :1], "DOP853", rtol=1e-11, atol=1e-6, max_step=0.01)
-        np.testing.assert_allclose(found[i, 0, 0, -1], end.y[0, -1], rtol=2e-6)  # as above
+        np.testing.assert_allclose(pressures[i, 0, 0, -1], end.y[0, -1], rtol=2e-6)  # as above
 
 
 def test_gas_that_enters_a_chamber_at_supply_pressure_brings_its_temperature(plant):
@@ -156,7 +156,7 @@ def test_gas_that_enters_a_chamber_at_supply_pressure_brings_its_temperature(pla
     motion = np.stack([x, np.where(charging, v, 0.0 * at)], axis=-1)
     u = np.where(charging, 5.0, -0.5 + 0.0 * at)
     row = lane_array([lane(MODELS["M10"], 1.0, plant.gas.gamma)._replace(a=0.0)])
-    found = pressures_of_sets(
+    pressures = pressures_of_sets(
         u, motion[None], row, V_D[:1], plant, h, 1, np.array([[6e5, 2e5]]), np.full((1, 2), 293.0)
     )
     y = np.array([6e5, 293.0])
@@ -167,5 +167,5 @@ def test_gas_that_enters_a_chamber_at_supply_pressure_brings_its_temperature(pla
             return chamber_rates(volts, x, speed, y[0], y[1], own_chamber(plant, 0, 0), plant)
 
         y = solve_ivp(rates, (first, end), y, "Radau", rtol=1e-9, atol=1e-4).y[:, -1]
-        error = found[0, 0, 0, round(end / h)] - y[0]
+        error = pressures[0, 0, 0, round(end / h)] - y[0]
         assert abs(error) < 100  # Pa; gas taken as cold as the chamber's: 1.4 kPa at the end

@@ -34,8 +34,8 @@ def test_exponential_settles_after_ln_100_time_constants(tau, sign, size, end):
     t = np.arange(round(20 * tau / H) + 1) * H
     series = end + sign * size * np.exp(-t / tau)
     slack = 200 * (np.exp(-20) + EPS * (1 + end / size)) * tau
-    found = settling_time(series, series[-1], size, H)
-    assert np.log(100) * tau - slack <= found <= np.log(100) * tau + H + slack
+    settled = settling_time(series, series[-1], size, H)
+    assert np.log(100) * tau - slack <= settled <= np.log(100) * tau + H + slack
 
 
 @given(st.floats(0.5, 2.0), st.floats(0.01, 0.3))
@@ -43,10 +43,10 @@ def test_an_overshoot_out_of_the_band_counts(decay, tau):
     # A damped swing settles when it leaves the band for the last time, which is not the first time it is in.
     t = np.arange(round(40 * tau / H) + 1) * H
     series = np.exp(-t / tau) * np.cos(2 * np.pi * decay * t / tau)
-    found = round(settling_time(series, series[-1], 1.0, H) / H)
+    settled = round(settling_time(series, series[-1], 1.0, H) / H)
     inside = abs(series - series[-1]) <= 0.01
-    assert inside[found:].all() and not inside[found - 1]
-    assert found > np.argmax(inside)
+    assert inside[settled:].all() and not inside[settled - 1]
+    assert settled > np.argmax(inside)
 
 
 def test_a_constant_settles_at_once_and_what_ends_outside_has_not_settled():
@@ -62,15 +62,15 @@ def test_pressures_settle_to_their_last_value_and_temperatures_to_that_of_the_wa
     P_A, P_B = 5e5 + 1000 * decay + 5000 * hump, 5e5 - 2000 * decay
     T_A, T_B = 293 + 10 * hump, 293.02 - 3 * hump  # B's last value is inside, 0.02 K off
     rest = np.zeros_like(t)
-    found = settling_times(np.stack([rest, rest, P_A, T_A, P_B, T_B], axis=1), 293.0, H)
+    settled = settling_times(np.stack([rest, rest, P_A, T_A, P_B, T_B], axis=1), 293.0, H)
 
     def last_outside(series, limit):
         return (np.nonzero(abs(series) > limit)[0][-1] + 1) * H
 
-    assert found[0] == last_outside(1000 * decay + 5000 * hump, 0.01 * 1000)
-    assert found[1] == pytest.approx(np.log(100) * tau, abs=H)
-    assert found[2] == last_outside(hump, 0.01)
-    assert found[3] == last_outside(0.02 - 3 * hump, 0.01 * np.abs(0.02 - 3 * hump).max())
+    assert settled[0] == last_outside(1000 * decay + 5000 * hump, 0.01 * 1000)
+    assert settled[1] == pytest.approx(np.log(100) * tau, abs=H)
+    assert settled[2] == last_outside(hump, 0.01)
+    assert settled[3] == last_outside(0.02 - 3 * hump, 0.01 * np.abs(0.02 - 3 * hump).max())
 
 
 @pytest.mark.parametrize("name", ["E06", "E09", "E14", "E16"])
@@ -147,11 +147,11 @@ def test_final_values_of_fig_7_need_the_leak_which_is_for_the_closed_loop_alone(
         assert not e.plant.valve.leak
 
 
-def assert_without_times(found, status, step):
-    assert (found.status, found.failure_step) == (status, step)
-    assert found.failure_step == len(found.states) - 1  # given up at its end, not failed
-    assert np.isnan(found.times).all()
-    assert np.isfinite(found.states).all()
+def assert_without_times(settled, status, step):
+    assert (settled.status, settled.failure_step) == (status, step)
+    assert settled.failure_step == len(settled.states) - 1  # given up at its end, not failed
+    assert np.isnan(settled.times).all()
+    assert np.isfinite(settled.states).all()
 
 
 def steps_of(windows, e):
@@ -179,9 +179,9 @@ def test_air_that_never_rests_is_given_up_and_a_cylinder_without_settling_refuse
 
 def test_a_release_that_does_not_settle_is_given_up(monkeypatch):
     e = STUDY.experiments["E14"]
-    found = settle(e._replace(push=e.push._replace(stop=0.5)))  # T_A swings longer
-    assert_without_times(found, settling.NOT_SETTLED, found.release_step + 500)
+    settled = settle(e._replace(push=e.push._replace(stop=0.5)))  # T_A swings longer
+    assert_without_times(settled, settling.NOT_SETTLED, settled.release_step + 500)
     monkeypatch.setattr(settling, "LONGEST_IN_WINDOWS", 60)
     for_ever = e._replace(drive=e.drive._replace(k_p=1e6), push=e.push._replace(leak=0.0, stop=None))
-    found = settle(for_ever)
-    assert_without_times(found, settling.NOT_SETTLED, found.release_step + 60 * steps_of(1, e))
+    settled = settle(for_ever)
+    assert_without_times(settled, settling.NOT_SETTLED, settled.release_step + 60 * steps_of(1, e))

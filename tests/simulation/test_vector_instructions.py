@@ -33,12 +33,12 @@ def loops() -> set[Operations]:
         lanes, _ = grid_lanes((1.0, 1.2), E14.plant.gas.gamma)
         replay(record(E14), lanes, INTERPOLATED)
     (text,) = compiled.inspect_asm().values()
-    found = set()
+    counts = set()
     for label, block in re.findall(r"^(\.LBB\w+):\n(.*?)(?=^\.LBB|\Z)", text, re.MULTILINE | re.DOTALL):
         if re.search(rf"^\s+j\w+\s+{re.escape(label)}$", block, re.MULTILINE):
             names = Counter(PACKED.findall(block))
-            found.add(Operations(sum(names[name] for name in FUSED), names["div"], names["sqrt"]))
-    return found
+            counts.add(Operations(sum(names[name] for name in FUSED), names["div"], names["sqrt"]))
+    return counts
 
 
 @pytest.mark.slow

@@ -52,9 +52,9 @@ def direct(joined):
     average = sum(mu) / N
     squares = [(vector**2).mean() for vector in joined]
     within = sum(vector.var() for vector in joined) / N
-    between = sum((one - average) ** 2 for one in mu) / (N - 1)
-    found = {"mean_error": average, "std": np.sqrt(within + between), "mse": sum(squares) / N}
-    return found | {f"p{percent}": percentile(squares, percent) for percent in (10, 90)}
+    between = sum((mean - average) ** 2 for mean in mu) / (N - 1)
+    row = {"mean_error": average, "std": np.sqrt(within + between), "mse": sum(squares) / N}
+    return row | {f"p{percent}": percentile(squares, percent) for percent in (10, 90)}
 
 
 def matches(table, joined):
@@ -136,8 +136,8 @@ def test_best_n(values, best):
 
 def test_there_is_no_best_n_where_one_failed():
     # The n that survive are no choice among all.
-    found = best_n(mse_of([[np.nan] * 3, [np.nan, 5.0, 4.0], [4.0, np.nan, 4.0], [1.0, 2.0, 3.0]]))
-    assert np.isnan(found[:3]).all() and found[3] == 1.0
+    best = best_n(mse_of([[np.nan] * 3, [np.nan, 5.0, 4.0], [4.0, np.nan, 4.0], [1.0, 2.0, 3.0]]))
+    assert np.isnan(best[:3]).all() and best[3] == 1.0
 
 
 def failing(grid, **where):
@@ -206,11 +206,11 @@ def test_a_level_of_one_experiment_has_no_deviation_and_a_level_of_none_has_noth
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         table = statistics(grid_of(errors), {"one": ["E02"], "none": ["E09"]})
-    one = table.sel(level="one")
-    assert one["std"].isnull().all() and (one["experiments"] == 1).all()
+    row = table.sel(level="one")
+    assert row["std"].isnull().all() and (row["experiments"] == 1).all()
     for name in ("mean_error", "mse", "p10", "p90", "constant_n"):
-        assert one[name].notnull().all()
-    assert np.array_equal(one["p10"], one["mse"]) and np.array_equal(one["p90"], one["mse"])
+        assert row[name].notnull().all()
+    assert np.array_equal(row["p10"], row["mse"]) and np.array_equal(row["p90"], row["mse"])
     none = table.sel(level="none")
     assert all(none[name].isnull().all() for name in ("mean_error", "std", "mse", "p10", "p90", "constant_n"))
     assert none["experiments"] == 0

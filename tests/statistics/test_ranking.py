@@ -15,21 +15,21 @@ from pneumo.statistics.recommendation import MATERIAL
 
 
 def test_order_n_recommendation_and_numbers_of_a_row():
-    found = ranked(made(), "mine")
-    assert [row.model for row in found.rows] == sorted(LEVEL, key=lambda name: LEVEL[name])
-    assert [row.place for row in found.rows] == list(range(1, len(MODELS) + 1))
-    assert found.row("M8").n == 1.3 and np.isnan(found.row("M1").n)
+    ranking = ranked(made(), "mine")
+    assert [row.model for row in ranking.rows] == sorted(LEVEL, key=lambda name: LEVEL[name])
+    assert [row.place for row in ranking.rows] == list(range(1, len(MODELS) + 1))
+    assert ranking.row("M8").n == 1.3 and np.isnan(ranking.row("M1").n)
     # M9 costs less than M10 and lies within 10 %; M8 does not.
-    assert found.recommended == "M9"
-    assert "cheapest model within 10 %" in found.reason and "M8" in found.reason
+    assert ranking.recommended == "M9"
+    assert "cheapest model within 10 %" in ranking.reason and "M8" in ranking.reason
     cells = made(experiments=("X", "Y"))
     row = ranked(cells, "mine").row("M6")
-    own = cells["mse"].sel(model="M6", n=1.3)
-    per_run = own.mean(("experiment", "chamber")).values
+    errors = cells["mse"].sel(model="M6", n=1.3)
+    per_run = errors.mean(("experiment", "chamber")).values
     assert row.mse.value == pytest.approx(per_run.mean())
     low, high = stats.t.interval(0.95, 3, loc=per_run.mean(), scale=stats.sem(per_run))
     assert (row.mse.low, row.mse.high) == pytest.approx((low, high))
-    assert row.rms == pytest.approx(tuple(own.mean(("experiment", "run")).values ** 0.5))
+    assert row.rms == pytest.approx(tuple(errors.mean(("experiment", "run")).values ** 0.5))
 
 
 def test_the_best_n_is_that_of_all_runs_and_experiments_together():
@@ -43,8 +43,8 @@ def test_the_best_n_is_that_of_all_runs_and_experiments_together():
 
 
 def test_paired_comparison_is_sharper_than_two_intervals_and_gains_are_per_cent():
-    found = ranked(made(noise=0.3, runs=6, level=LEVEL | {"M9": 2.0, "M10": 2.4}), "mine")
-    first, second = found.rows[:2]
+    ranking = ranked(made(noise=0.3, runs=6, level=LEVEL | {"M9": 2.0, "M10": 2.4}), "mine")
+    first, second = ranking.rows[:2]
     assert first.model == "M9" and second.model == "M10"
     assert second.mse.low < first.mse.high  # one by one they overlap,
     assert second.over_best.low > 1  # run by run they don't
@@ -67,10 +67,10 @@ def test_the_worst_case_over_k_0_decides_and_exact_knowledge_has_its_price():
     M8, M6 = robust.model("M8"), robust.model("M6")
     assert np.array(M8.rms) ** 2 == pytest.approx([6e6, 3e6, 12e6], rel=1e-3) and M8.worst == M8.rms[2]
     assert np.array(M6.rms) ** 2 == pytest.approx([8e6] * 3, rel=1e-3)
-    found = ranked(cells, "mine")
-    assert found.recommended == "M6"  # M10 is better where k_0 is right, and four times 2.4 where it is not
-    assert "M6 at n = 1.3 has at most 2.83 kPa RMS error for k_0 from 0.15 to 0.6 W/K" in found.reason
-    (line,) = [line for line in found.advice if "known exactly" in line]
+    ranking = ranked(cells, "mine")
+    assert ranking.recommended == "M6"  # M10 is better where k_0 is right, and four times 2.4 where it is not
+    assert "M6 at n = 1.3 has at most 2.83 kPa RMS error for k_0 from 0.15 to 0.6 W/K" in ranking.reason
+    (line,) = [line for line in ranking.advice if "known exactly" in line]
     assert line.startswith("Measure k_0, above all") and "1.55 kPa RMS instead of 2.83 kPa" in line
     calm = ranked(made(noise=1e-6, ends=(1.05, 1.05)), "mine")
     assert calm.recommended == "M9"
@@ -135,9 +135,9 @@ def test_recommendation_goes_to_the_cheapest_within_the_limit_and_k_0_costs_most
 def test_one_run_has_no_error_bars():
     cells = made(runs=3)
     cells["random"][:] = 0
-    found = ranked(cells, "mine")
-    assert found.runs == 1 and not found.rows[0].mse.known and not found.gains[0].percent.known
-    assert found.recommended and any("no error bars" in line for line in found.advice)
+    ranking = ranked(cells, "mine")
+    assert ranking.runs == 1 and not ranking.rows[0].mse.known and not ranking.gains[0].percent.known
+    assert ranking.recommended and any("no error bars" in line for line in ranking.advice)
 
 
 def test_failed_full_order_run_is_left_out_and_told():
@@ -145,9 +145,9 @@ def test_failed_full_order_run_is_left_out_and_told():
     cells["mse"][0, 1] = np.nan
     cells["run_status"][0, 1] = 1
     cells["run_failure_time"][0, 1] = 0.25
-    found = ranked(cells, "mine")
-    assert found.runs == 3 and found.left_out == ("X, seed 1: diverged at 0.25 s",)
-    assert found.recommended == "M9" and found.row("M8").failed == 0
+    ranking = ranked(cells, "mine")
+    assert ranking.runs == 3 and ranking.left_out == ("X, seed 1: diverged at 0.25 s",)
+    assert ranking.recommended == "M9" and ranking.row("M8").failed == 0
     cells["run_status"][:] = 1
     nothing = ranked(cells, "mine")
     assert (nothing.runs, nothing.rows, nothing.recommended) == (0, (), "")
@@ -157,10 +157,10 @@ def test_failed_full_order_run_is_left_out_and_told():
 def test_failed_model_comes_last_and_an_n_that_failed_is_not_taken():
     cells = made()
     cells["mse"].loc[{"model": "M10", "run": 2}] = np.nan
-    found = ranked(cells, "mine")
-    assert found.rows[-1].model == "M10" and found.rows[-1].place == len(MODELS)
-    assert np.isnan(found.rows[-1].mse.value) and found.rows[-1].failed == 1
-    assert found.recommended == "M9"
+    ranking = ranked(cells, "mine")
+    assert ranking.rows[-1].model == "M10" and ranking.rows[-1].place == len(MODELS)
+    assert np.isnan(ranking.rows[-1].mse.value) and ranking.rows[-1].failed == 1
+    assert ranking.recommended == "M9"
     cells["mse"][:] = np.nan
     assert ranked(cells, "mine").recommended == ""
     cells = made()
@@ -176,10 +176,10 @@ def test_cylinders_are_ranked_apart_and_experiments_with_another_winner_are_told
     assert ranked(cells, "mine").rows[0].model == "M10"
     cells = made(experiments=("X", "Y"), noise=1e-6)
     cells["mse"].loc[{"experiment": "Y", "model": "M1"}] = 1.0
-    found = ranked(cells, "mine")
-    assert found.rows[0].model == "M10" and found.row("M1").wins == 4
-    assert found.by_experiment["Y"]["M1"] == pytest.approx(1.0)
-    assert any("M10 in X, M1 in Y" in line for line in found.advice)
+    ranking = ranked(cells, "mine")
+    assert ranking.rows[0].model == "M10" and ranking.row("M1").wins == 4
+    assert ranking.by_experiment["Y"]["M1"] == pytest.approx(1.0)
+    assert any("M10 in X, M1 in Y" in line for line in ranking.advice)
 
 
 def test_short_runs_narrow_grids_and_too_few_seeds_are_told():
@@ -196,12 +196,12 @@ def test_short_runs_narrow_grids_and_too_few_seeds_are_told():
 
 @given(st.lists(st.floats(0.1, 1e3), min_size=2, max_size=20))
 def test_interval_is_students(samples):
-    found = student_interval(np.array(samples))
+    interval = student_interval(np.array(samples))
     if np.ptp(samples) == 0:
         low = high = samples[0]
     else:
         low, high = stats.t.interval(0.95, len(samples) - 1, np.mean(samples), stats.sem(samples))
-    assert found == pytest.approx(Interval(float(np.mean(samples)), low, high))
+    assert interval == pytest.approx(Interval(float(np.mean(samples)), low, high))
 
 
 @given(st.lists(st.tuples(st.floats(0.1, 1e3), st.floats(0.1, 1e3)), min_size=2, max_size=20))

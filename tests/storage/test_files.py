@@ -86,8 +86,8 @@ def test_what_is_written_comes_back_and_long_traces_are_thinned(tmp_path):
 
 def test_variables_are_compressed_but_for_those_named(tmp_path):
     write(small(), tmp_path / "a.nc", ATTRIBUTES, uncompressed=("P",))
-    with xr.open_dataset(tmp_path / "a.nc") as found:
-        assert not found["P"].encoding["zlib"] and found["status"].encoding["zlib"]
+    with xr.open_dataset(tmp_path / "a.nc") as opened:
+        assert not opened["P"].encoding["zlib"] and opened["status"].encoding["zlib"]
     xr.testing.assert_equal(read(tmp_path / "a.nc"), small())
 
 
@@ -95,9 +95,9 @@ def test_variables_are_compressed_but_for_those_named(tmp_path):
 def test_rounded_numbers_keep_their_digits_and_equal_ones_stay_equal(tmp_path, digits):
     values = np.repeat(10 ** np.random.default_rng(1).uniform(-3, 9, 500), 2)
     write(xr.Dataset({"value": ("row", values)}), tmp_path / "a.nc", {}, digits=digits)
-    found = xr.load_dataset(tmp_path / "a.nc")["value"].values.astype(float)
-    np.testing.assert_allclose(found, values, rtol=10**-digits)
-    assert (found[::2] == found[1::2]).all() and (found != values).any()
+    kept = xr.load_dataset(tmp_path / "a.nc")["value"].values.astype(float)
+    np.testing.assert_allclose(kept, values, rtol=10**-digits)
+    assert (kept[::2] == kept[1::2]).all() and (kept != values).any()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -175,8 +175,8 @@ def test_damaged_files_are_listed_by_name_and_a_grid_needs_replays(results, tmp_
     (folder / "settling.nc").write_bytes(content)
     (folder / "parameters.json").write_text("{}\n")
     shutil.copy(folder / "datum/E06.nc", folder / "datum/E13.nc")
-    found = [error.path.relative_to(folder) for error in damaged(folder)]
-    assert found == [Path("datum/E13.nc"), Path("parameters.json"), Path("settling.nc")]
+    named = [error.path.relative_to(folder) for error in damaged(folder)]
+    assert named == [Path("datum/E13.nc"), Path("parameters.json"), Path("settling.nc")]
     with pytest.raises(ResultError, match=r"holds no replay/\*\.nc; `snakemake -j2`"):
         open_grid(tmp_path)
     content = (results / "exact/replay/E06.nc").read_bytes()

@@ -70,16 +70,16 @@ def statuses(study: Study) -> dict[str, str]:
 
 def compared(one: Study, other: Study) -> dict[str, Any]:
     """How far the second study's results are from the first's."""
-    expected, found = one.hashes(), other.hashes()
+    expected, hashes = one.hashes(), other.hashes()
     largest, where = 0.0, ""
     for name in sorted(expected):
-        if name.endswith(".nc") and found.get(name) != expected[name]:
+        if name.endswith(".nc") and hashes.get(name) != expected[name]:
             by, variable = largest_change(one.results / name, other.results / name)
             if by > largest:
                 largest, where = by, f"{name}: {variable}"
     return {
         "files": len(expected),
-        "identical": sum(found.get(name) == digest for name, digest in expected.items()),
+        "identical": sum(hashes.get(name) == digest for name, digest in expected.items()),
         "largest_difference": largest,
         "where": where,
         "same_statuses": statuses(one) == statuses(other),
@@ -93,7 +93,7 @@ def main() -> int:
     parser.add_argument("--variants", nargs="+", default=list(VARIANTS), choices=VARIANTS)
     parser.add_argument("--evidence", type=Path, default=ROOT / "results/evidence/determinism.json")
     options = parser.parse_args()
-    found = {}
+    outcomes = {}
     with tempfile.TemporaryDirectory(prefix="determinism ") as scratch:
 
         def study(name: str, variant: Variant) -> Study:
@@ -114,12 +114,12 @@ def main() -> int:
             result = compared(reference, study(name, variant))
             same = result["identical"] == result["files"]
             holds = same or (result["largest_difference"] <= variant.bound and result["same_statuses"])
-            found[name] = {"study": Path(options.config).stem or "paper", "bound": variant.bound} | result
-            found[name]["holds"] = holds
-            print(f"{name}: {found[name]}", flush=True)
+            outcomes[name] = {"study": Path(options.config).stem or "paper", "bound": variant.bound} | result
+            outcomes[name]["holds"] = holds
+            print(f"{name}: {outcomes[name]}", flush=True)
             shutil.rmtree(Path(scratch, name))
-    write_text(json.dumps(found, indent=1) + "\n", options.evidence)
-    return int(not all(result["holds"] for result in found.values()))
+    write_text(json.dumps(outcomes, indent=1) + "\n", options.evidence)
+    return int(not all(result["holds"] for result in outcomes.values()))
 
 
 if __name__ == "__main__":

@@ -226,13 +226,13 @@ def main() -> int:
         expected, size = study.hashes(), study.size()
         print(f"undisturbed: {len(expected)} files, {seconds:.0f} s", flush=True)
         name = Path(options.config).stem or "paper"
-        found = json.loads(options.evidence.read_text()) if options.evidence.exists() else {}
+        outcomes = json.loads(options.evidence.read_text()) if options.evidence.exists() else {}
         for fault in options.faults:
             rng = random.Random(f"{options.seed} {fault}")
             bench = Bench(study, expected, seconds, size, rng, options.kills, options.tries)
-            found[fault] = tried(fault, bench, name)
-            write_text(json.dumps(found, indent=1) + "\n", options.evidence)
-    return int(any(found[fault]["tried"] != found[fault]["identical"] for fault in options.faults))
+            outcomes[fault] = tried(fault, bench, name)
+            write_text(json.dumps(outcomes, indent=1) + "\n", options.evidence)
+    return int(any(outcomes[fault]["tried"] != outcomes[fault]["identical"] for fault in options.faults))
 
 
 if __name__ == "__main__":

@@ -32,9 +32,9 @@ def study(folder: Path, options: argparse.Namespace) -> Study:
     """Study of the configuration, or of short runs of a fleet in blocks."""
     if not options.cylinders:
         return Study(folder, options.config)
-    found = Study(folder, "fleet.yaml")
+    fleet = Study(folder, "fleet.yaml")
     write_fleet(folder, options.cylinders, f"{SHORT}\n  block_size: {options.block}")
-    return found
+    return fleet
 
 
 def on_slurm(remote: Study, log: Path, disturbances: Mapping[str, Disturbance]) -> dict[str, Any]:
@@ -77,20 +77,21 @@ def main() -> None:
         local_s = round(time.perf_counter() - start)
         print(f"local run: {local_s} s", flush=True)
         with cluster(Path(scratch)):
-            found = on_slurm(remote, Path(scratch, "log"), DISTURBANCES if options.cylinders else {})
+            disturbed = on_slurm(remote, Path(scratch, "log"), DISTURBANCES if options.cylinders else {})
             versions = {"slurm": output_of("sbatch", "--version").split()[-1]}
         versions |= {name: version(name) for name in ("snakemake", "snakemake-executor-plugin-slurm")}
         expected, hashes = local.hashes(), remote.hashes()
     same = sum(hashes.get(name) == digest for name, digest in expected.items())
-    print(f"run on Slurm: {found['wall_s']} s, {len(found['jobs'])} jobs, {found['retries']} of them retries")
-    print(*(f"{what}: {job['task']}" for what, job in found["disturbed"].items()), sep="\n")
+    jobs, retries = len(disturbed["jobs"]), disturbed["retries"]
+    print(f"run on Slurm: {disturbed['wall_s']} s, {jobs} jobs, {retries} of them retries")
+    print(*(f"{what}: {job['task']}" for what, job in disturbed["disturbed"].items()), sep="\n")
     print(f"{same} of {len(expected)} files identical", flush=True)
     if options.evidence:
         size = {"cylinders": options.cylinders, "per_job": options.block, "simulated_s_per_run": SHORT_S}
         files = {"files": len(expected), "identical": same}
-        record = {**size, **files, "local_wall_s": local_s, "slurm": found, "versions": versions}
+        record = {**size, **files, "local_wall_s": local_s, "slurm": disturbed, "versions": versions}
         write_text(json.dumps(record, indent=1) + "\n", options.evidence)
-    if hashes != expected or found["retries"] < (RETRIED if options.cylinders else 0):
+    if hashes != expected or disturbed["retries"] < (RETRIED if options.cylinders else 0):
         raise SystemExit("slurm-test: not the same files, or no retries")
 
 

@@ -32,10 +32,10 @@ def jobs(*states: str) -> list[Job]:
     return [Job(*line.split("|")) for line in listed.splitlines()]
 
 
-def awaited(found: Callable[[], T], what: str, run: subprocess.Popen[str]) -> T:
+def awaited(probe: Callable[[], T], what: str, run: subprocess.Popen[str]) -> T:
     """Ask until the answer is true and return it; stop when the run ends, or after `LONGEST`."""
     end = time.monotonic() + LONGEST
-    while not (answer := found()):
+    while not (answer := probe()):
         if run.poll() is not None or time.monotonic() > end:
             raise SystemExit(f"slurm-test: {what}: did not happen")
         time.sleep(0.5)

@@ -59,8 +59,8 @@ def test_a_filter_with_the_true_model_and_no_noise_converges(measured):
     states = model_run(u, np.array([0.0, 0.0, P_0, P_0]))
     first = np.array([P_0 + 3e4, P_0 - 3e4])
     known = np.where(np.arange(2) < measured, states[:, 2:], np.nan)
-    found, variances = kalman_filter.estimated(states[:, 0], known, u, first, MODEL, PLANT, QUIET, H)
-    errors = abs(found[:, :4] - states)[:, 2:].max(axis=1)
+    estimates, variances = kalman_filter.estimated(states[:, 0], known, u, first, MODEL, PLANT, QUIET, H)
+    errors = abs(estimates[:, :4] - states)[:, 2:].max(axis=1)
     assert errors[0] > 1e3 or measured == 2  # a pressure that is measured is known at once, within its noise
     # Within 1 % of the first error, whichever pressures are measured, and within what the filter expects.
     assert errors[-1000:].max() < 300.0
@@ -99,10 +99,11 @@ def test_the_covariance_moves_by_the_linear_model(x, v, P_A, P_B, u):
 
 
 def test_more_sensors_see_more_and_all_sets_are_observable():
-    found = [observers.observability("M8", N, PLANT, measured) for measured in range(3)]
-    assert [each.rank for each in found] == [4, 4, 4]
-    assert (found[0].deviation > found[1].deviation).all() and (found[1].deviation > found[2].deviation).all()
-    assert (found[2].deviation < PRESSURE_NOISE).all()  # of many samples
+    by_sensors = [observers.observability("M8", N, PLANT, measured) for measured in range(3)]
+    assert [each.rank for each in by_sensors] == [4, 4, 4]
+    position, with_P_A, with_both = (sensors.deviation for sensors in by_sensors)
+    assert (position > with_P_A).all() and (with_P_A > with_both).all()
+    assert (by_sensors[2].deviation < PRESSURE_NOISE).all()  # of many samples
 
 
 @settings(max_examples=30)
@@ -116,9 +117,9 @@ def test_the_command_gives_the_third_derivative_that_was_asked_for(x, v, P_A, P_
     w = 50.0
     # The reference whose third derivative makes the law ask for just that.
     wanted = np.array([x, v, a, asked])
-    found = commanded(y, wanted, 0.0, w, PLANT, MODEL)
+    command = commanded(y, wanted, 0.0, w, PLANT, MODEL)
     if abs(full - closed) > 1e-6 * abs(closed):
-        assert jerk_of(y, a, found, PLANT, MODEL) == pytest.approx(asked, rel=1e-6, abs=1e-6)
+        assert jerk_of(y, a, command, PLANT, MODEL) == pytest.approx(asked, rel=1e-6, abs=1e-6)
 
 
 @settings(max_examples=30)
@@ -228,8 +229,8 @@ def test_air_from_the_supply_is_what_the_chamber_gains():
 
 
 def test_a_carried_k_0_is_a_share_of_the_plants():
-    own = Carried("M8", 0.5).lane(N, 1.4)
-    assert own == LANE._replace(wall_scale=0.5) and Carried("M8", 0.5).name == "M8, 0.5 k_0"
+    half_wall = Carried("M8", 0.5).lane(N, 1.4)
+    assert half_wall == LANE._replace(wall_scale=0.5) and Carried("M8", 0.5).name == "M8, 0.5 k_0"
     assert len(CARRIED) == 4 + 3 * len(plant_at_work.K_0_FACTORS)
 
 
@@ -260,9 +261,9 @@ def test_losses_are_ratios_to_the_best_with_intervals():
     rng = np.random.default_rng(1)
     common = rng.lognormal(size=30)  # runs differ by much, models in a run by a stated ratio
     used = np.array([1.3, 1.0, 1.05])[:, None] * common * np.exp(0.01 * rng.standard_normal((3, 30)))
-    found = statistics.losses(used)
-    np.testing.assert_array_equal(found[1], 1.0)
-    assert found[0, 1] < 1.3 < found[0, 2] and found[2, 2] < 1.1 < found[0, 1]
+    losses = statistics.losses(used)
+    np.testing.assert_array_equal(losses[1], 1.0)
+    assert losses[0, 1] < 1.3 < losses[0, 2] and losses[2, 2] < 1.1 < losses[0, 1]
 
 
 def test_the_best_model_has_the_lowest_mean_and_not_the_lowest_single_error():
@@ -297,10 +298,10 @@ def invented_cells(order: dict[str, float]) -> xr.Dataset:
 
 def test_answers_of_invented_cells_are_those_put_in():
     order = {"M1": 9.0, "M2": 7.0, "M5": 3.0, "M6": 2.0, "M7": 1.6, "M8": 1.04, "M10": 1.0}
-    found = statistics.at_work_statistics(invented_cells(order))
-    assert list(found["use"].values) == list(statistics.USES)
+    statistics_of_uses = statistics.at_work_statistics(invented_cells(order))
+    assert list(statistics_of_uses["use"].values) == list(statistics.USES)
     observer, controller = "observer, open loop, none", "controller, tracking, both"
-    right = found.sel(factor=1.0)
+    right = statistics_of_uses.sel(factor=1.0)
     assert (right["correlation"].sel(use=observer, bound="low") == 1).all()
     assert right["mean_correlation"].sel(use=observer, bound="estimate") == 1
     assert right["mean_correlation"].sel(use=controller, bound="low") < 0.5
@@ -309,7 +310,7 @@ def test_answers_of_invented_cells_are_those_put_in():
     hardly_matters = right["hardly_matters"]
     assert hardly_matters.sel(use=controller).all() and not hardly_matters.sel(use=observer).any()
     # At a wrong k_0 the models with wall heat are twice as far off: M10 is as good as M6.
-    wrong = found.sel(factor=2.0, use=observer)
+    wrong = statistics_of_uses.sel(factor=2.0, use=observer)
     assert set(wrong["cheapest"].values) == {"M6"}
     np.testing.assert_allclose(wrong["loss"].sel(compared="M7", bound="estimate"), 1.6, rtol=0.02)
     assert statistics.carried_at(invented_cells(order), 0.5).sizes["model"] == 7
@@ -320,11 +321,11 @@ def test_a_plant_at_work_has_every_cell(monkeypatch):
     for name, value in {"SEEDS": 2, "TUNING_SEEDS": 1, "RUN": 2.0, "BANDWIDTHS": (33.0, 75.0)}.items():
         monkeypatch.setattr(plant_at_work, name, value)
     said: list[str] = []
-    found = plant_at_work.plant_at_work(STUDY.experiments["E09"], CLOSED, (1.2, 1.4), 0, said.append)
+    errors = plant_at_work.plant_at_work(STUDY.experiments["E09"], CLOSED, (1.2, 1.4), 0, said.append)
     assert len(said) == 3
-    assert all(np.isfinite(found[name]).all() for name in found.data_vars)
-    assert found.sizes["carried"] == len(CARRIED) and found.sizes["seed"] == 2
-    assert all("units" in found[name].attrs for name in found.data_vars)
-    error = found["estimation_error"].sel(loop="closed").mean("seed")
+    assert all(np.isfinite(errors[name]).all() for name in errors.data_vars)
+    assert errors.sizes["carried"] == len(CARRIED) and errors.sizes["seed"] == 2
+    assert all("units" in errors[name].attrs for name in errors.data_vars)
+    error = errors["estimation_error"].sel(loop="closed").mean("seed")
     assert (error.sel(sensors="both") < error.sel(sensors="none")).all()
-    assert (found["bandwidth"].isin([33.0, 75.0])).all()
+    assert (errors["bandwidth"].isin([33.0, 75.0])).all()

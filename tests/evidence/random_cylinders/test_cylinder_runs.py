@@ -74,8 +74,8 @@ def test_a_number_means_the_same_cylinder_and_no_other_and_records_keep_theirs()
     q = truth.cylinder
     sizes = (0.029502095392723027, 0.11932500720956772, 5.586770430928518e-06, 5.031017489630016)
     assert (q.bore, q.stroke, q.V_d_A, q.M, q.k_f) == (*sizes, 161.1358386784385)
-    found = (truth.k_0, truth.valve.k_xu, configured.valve.k_xu)
-    assert found == (0.23457589501791445, 1.0717643896914715e-07, 1.2705634687217226e-07)
+    drawn_values = (truth.k_0, truth.valve.k_xu, configured.valve.k_xu)
+    assert drawn_values == (0.23457589501791445, 1.0717643896914715e-07, 1.2705634687217226e-07)
 
 
 @pytest.mark.parametrize(
@@ -122,8 +122,10 @@ def in_units(value, units, dimensions):
         return value
     fields = value._asdict().items()
     inner = {name: in_units(field, units, dimensions) for name, field in fields if name not in dimensions}
-    own = {name: field * np.prod(units ** dimensions[name]) for name, field in fields if name in dimensions}
-    return value._replace(**inner, **own)
+    scaled = {
+        name: field * np.prod(units ** dimensions[name]) for name, field in fields if name in dimensions
+    }
+    return value._replace(**inner, **scaled)
 
 
 UNIT = st.floats(1e-3, 1e3)
@@ -143,17 +145,17 @@ def test_groups_have_no_unit(number, loop, units):
 
 def test_groups_and_time_between_reversals_by_hand():
     e = PAPER.experiments["E14"]  # D, closed loop, 2.5 W/K
-    found, p = known_groups(e), e.plant
-    assert found["breath"] * found["thermal"] == pytest.approx(found["exchange"])
+    known, p = known_groups(e), e.plant
+    assert known["breath"] * known["thermal"] == pytest.approx(known["exchange"])
     # of m c_v / k_0 times flow over m the air drops out; c_v = R / (gamma - 1) = 717.5 J/(kg K)
-    assert found["exchange"] == pytest.approx(0.0404 * 7e5 * 1e-6 / 293**0.5 * 717.5 / p.k_0)
+    assert known["exchange"] == pytest.approx(0.0404 * 7e5 * 1e-6 / 293**0.5 * 717.5 / p.k_0)
     air = 0.8077 * 7e5 * 1.1 * 1.571e-5 / (287 * 293)  # Table 2
     time_constant = air * 717.5 / p.k_0
     between = 0.05 * 2  # a new draw has the other sign every second time; 1200 draws tell that to a 35th
-    assert found["thermal"] == pytest.approx(time_constant / between, rel=3 / 35)
-    assert found["command"] == 1.0  # a jump of 24 mm at 1000 V/m saturates
-    assert found["supply"] == 7 and found["closed"] == 1 and found["dead"] == pytest.approx(0.1, rel=1e-3)
-    assert found["friction"] == pytest.approx(100 * groups.full_speed(p) / (0.8077 * 7e5 * pi / 4 * 0.02**2))
+    assert known["thermal"] == pytest.approx(time_constant / between, rel=3 / 35)
+    assert known["command"] == 1.0  # a jump of 24 mm at 1000 V/m saturates
+    assert known["supply"] == 7 and known["closed"] == 1 and known["dead"] == pytest.approx(0.1, rel=1e-3)
+    assert known["friction"] == pytest.approx(100 * groups.full_speed(p) / (0.8077 * 7e5 * pi / 4 * 0.02**2))
     opened = known_groups(PAPER.experiments["E13"])
     assert opened["command"] == pytest.approx(0.08) and opened["closed"] == 0
     t = np.arange(100_000) * 1e-3
@@ -261,16 +263,16 @@ def test_ratios_and_shares_by_hand():
     lowest[10:, :, M["M10"]] = 0.5 * lowest[10:, :, M["M8"]]
     lowest[20:] *= 1e6  # held out
     lowest[20:, :, M["M8"]] *= 100
-    found = compared(lowest, 20)
-    m8 = found["ratio"].sel(pair="M8/M7", criterion=["mean", "geometric"])
+    comparison = compared(lowest, 20)
+    m8 = comparison["ratio"].sel(pair="M8/M7", criterion=["mean", "geometric"])
     np.testing.assert_allclose(m8, 0.5)
-    m10 = found["ratio"].sel(pair="M10/M8", criterion="geometric", loop_of="both")
+    m10 = comparison["ratio"].sel(pair="M10/M8", criterion="geometric", loop_of="both")
     assert m10.sel(bound="value").item() == pytest.approx(1.0)  # ten times 2, ten times 1/2
     assert m10.sel(bound="low") < 0.9 and m10.sel(bound="high") > 1.1
-    share = found["share"].sel(loop_of="closed")
+    share = comparison["share"].sel(loop_of="closed")
     assert share.sel(statement="M8/M7 < 1", bound="value") == 1
     assert share.sel(statement="M10/M8 < 1").values == pytest.approx(fraction_interval(10, 20, "wilson"))
-    assert (found["cylinders"] == 20).all()
+    assert (comparison["cylinders"] == 20).all()
     lowest = np.full((10, 2, len(MODELS)), 2.0)
     lowest[..., M["M9"]] = 1.0
     lowest[:6, 0, M["M6"]] = 1.05
@@ -285,10 +287,10 @@ def test_thirds_show_where_a_refinement_pays():
     pays = np.where(exchange > np.quantile(exchange, 2 / 3), 0.1, 1.5)
     lowest[..., M["M8"]] = pays * lowest[..., M["M7"]]
     runs = regime.with_answers(invented(lowest, exchange), 60)
-    found = regime.compare_by_thirds(runs, ["exchange"]).sel(group="exchange", pair="M8/M7")
-    assert found["third_ratio"].sel(bound="value").values == pytest.approx([1.5, 1.5, 0.1])
-    assert found["third_share"].sel(bound="value").values == pytest.approx([0, 0, 1])
-    assert found["third_to"].values[:2] == pytest.approx(found["third_from"].values[1:])
+    by_third = regime.compare_by_thirds(runs, ["exchange"]).sel(group="exchange", pair="M8/M7")
+    assert by_third["third_ratio"].sel(bound="value").values == pytest.approx([1.5, 1.5, 0.1])
+    assert by_third["third_share"].sel(bound="value").values == pytest.approx([0, 0, 1])
+    assert by_third["third_to"].values[:2] == pytest.approx(by_third["third_from"].values[1:])
 
 
 def test_the_direct_rule_finds_a_threshold_and_is_judged_on_cylinders_it_has_not_seen():
@@ -297,18 +299,18 @@ def test_the_direct_rule_finds_a_threshold_and_is_judged_on_cylinders_it_has_not
     lowest[..., M["M8"]] *= np.where(thermal < 0.7, 1.0, 0.8)
     cells = invented(lowest)
     cells["thermal"] = (("cylinder", "loop"), thermal)
-    found = direct_rule(regime.with_answers(cells, 200))
+    rule = direct_rule(regime.with_answers(cells, 200))
     # Hundred percentiles of 400 runs: some four runs lie between two of them.
-    assert found["rule_threshold"].item() == pytest.approx(0.7, rel=0.03)
-    assert found["rule_model"].values.tolist() == ["M6", "M8"]
+    assert rule["rule_threshold"].item() == pytest.approx(0.7, rel=0.03)
+    assert rule["rule_model"].values.tolist() == ["M6", "M8"]
     below = (thermal[200:] < 0.7).mean()
-    quotient = found["rule_quotient"].sel(bound="value").item()
+    quotient = rule["rule_quotient"].sel(bound="value").item()
     assert quotient == pytest.approx(0.5**below, rel=0.02)  # the spread of the errors
-    low, high = found["rule_quotient"].sel(bound=["low", "high"]).values
+    low, high = rule["rule_quotient"].sel(bound=["low", "high"]).values
     assert low < quotient < high < 0.95
     # Where the group says nothing, neither does the rule.
-    found = direct_rule(regime.with_answers(invented(errors(400)), 200))
-    assert found["rule_quotient"].sel(bound="high") > 0.95
+    rule = direct_rule(regime.with_answers(invented(errors(400)), 200))
+    assert rule["rule_quotient"].sel(bound="high") > 0.95
 
 
 def test_the_direct_rule_does_not_see_the_half_held_out():
@@ -368,15 +370,15 @@ def test_workflow_scripts_go_from_cylinders_to_comparisons_and_map(tmp_path, mon
     script("cylinders")(blocks, 24, cells, "")
     draw = "pneumo.publish.figures.regimes_figure.regime_map"
     script("figure")(cells, draw, [tmp_path / "regimes.svg"])
-    found = read(cells)
-    assert found["cylinder"].values.tolist() == list(range(36))
-    assert found["held_out"].values.tolist() == [0] * 24 + [1] * 12
-    assert (found["counts"] == 1).all() and (found["cylinders"] == 24).all()
+    stored = read(cells)
+    assert stored["cylinder"].values.tolist() == list(range(36))
+    assert stored["held_out"].values.tolist() == [0] * 24 + [1] * 12
+    assert (stored["counts"] == 1).all() and (stored["cylinders"] == 24).all()
     assert (tmp_path / "regimes.png").exists()
     exchange = [known_groups(e)["exchange"] for e in c.random_experiments(7)]
     # Kept to four digits.
-    np.testing.assert_allclose(found["exchange"].values[7], exchange, rtol=1e-4)
-    assert found["rule_model"].sizes["side"] == 2
+    np.testing.assert_allclose(stored["exchange"].values[7], exchange, rtol=1e-4)
+    assert stored["rule_model"].sizes["side"] == 2
     assert damaged(tmp_path) == []
 
 
@@ -388,20 +390,20 @@ def test_map_has_the_mean_ratio_of_each_part_and_marks_where_it_is_not_one():
     for name, values in zip(regime.MAP_GROUPS, drawn, strict=True):
         cells[name] = (("cylinder", "loop"), values)
     runs = regime.regime_statistics(regime.with_answers(cells, 800))
-    found = runs["map_ratio"].sel(map_ratio_of="M8/M7", loop="open")
-    many = found.sel(bound="value").notnull().values
+    gains = runs["map_ratio"].sel(map_ratio_of="M8/M7", loop="open")
+    many = gains.sel(bound="value").notnull().values
     assert many.sum() > 10
     above = runs["exchange_edge"].values[:-1] > 1
     below = runs["exchange_edge"].values[1:] < 1
-    value = found.sel(bound="value").values
+    value = gains.sel(bound="value").values
     assert value[:, above][many[:, above]] == pytest.approx(0.5)
     assert value[:, below][many[:, below]] == pytest.approx(1.0)
     # By hand, in the part with the most runs of those that are compared.
     inside = np.ones(800, dtype=bool)
     place = np.argwhere(many)[0]
     for name, i in zip(regime.MAP_GROUPS, place, strict=True):
-        edges, own = runs[f"{name}_edge"].values, drawn[regime.MAP_GROUPS.index(name), :800, 0]
-        inside &= (own >= edges[i]) & (own <= edges[i + 1])
+        edges, group = runs[f"{name}_edge"].values, drawn[regime.MAP_GROUPS.index(name), :800, 0]
+        inside &= (group >= edges[i]) & (group <= edges[i + 1])
     best = lowest[:800, 0][:, [M[name] for name in REFINED_MODELS]].min(axis=1)
     logs = np.log(lowest[:800, 0, M["M6"]] / best)
     mean = runs["map_ratio"].sel(map_ratio_of="M6/best", loop="open", bound="value").values[*place]
@@ -412,6 +414,6 @@ def test_map_has_the_mean_ratio_of_each_part_and_marks_where_it_is_not_one():
     dots = len(panel.lines[0].get_xdata())
     assert many[:, above].sum() <= dots < many.sum()
     # Everything is in one dataset.
-    found = regime.regime_statistics(regime.with_answers(invented(errors(30)), 20))
-    assert found["ratio"].sizes["criterion"] == 3 and "mse" not in found
-    assert all("long_name" in v.attrs for name, v in found.data_vars.items() if name.startswith("third"))
+    everything = regime.regime_statistics(regime.with_answers(invented(errors(30)), 20))
+    assert everything["ratio"].sizes["criterion"] == 3 and "mse" not in everything
+    assert all("long_name" in v.attrs for name, v in everything.data_vars.items() if name.startswith("third"))

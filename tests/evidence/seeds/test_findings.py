@@ -43,7 +43,7 @@ def ensemble():
 
 
 @pytest.fixture(scope="module")
-def found(ensemble):
+def judged(ensemble):
     return f.findings(STUDY, f.over_seeds(STUDY, ensemble), CLAIMS, ROOT / "results")
 
 
@@ -142,13 +142,13 @@ def test_answers_and_texts():
     assert f.number_with_unit(-104.6, CLAIMS.items["S4.M7_mu"]) == "-105 Pa"
 
 
-def test_every_statement_about_models_is_there_and_three_sets_are_too_few_to_tell(found):
+def test_every_statement_about_models_is_there_and_three_sets_are_too_few_to_tell(judged):
     expected = [c.id for c in CLAIMS.items.values() if c.models and c.id[0] not in "TF"]
-    assert [row["id"] for row in found["claims"]] == expected
-    assert found["seed_sets"] == 3
-    headlines = [row["id"] for row in found["claims"] if row["headline"]]
+    assert [row["id"] for row in judged["claims"]] == expected
+    assert judged["seed_sets"] == 3
+    headlines = [row["id"] for row in judged["claims"] if row["headline"]]
     assert {"S4.alike.overall", "S4.best_choice", "S4.no_gain"} <= set(headlines) < set(expected)
-    rows = {row["id"]: row for row in found["claims"]}
+    rows = {row["id"]: row for row in judged["claims"]}
     (same, *others) = [rows[name] for name in rows if CLAIMS.items[name].compute == "same_cells"]
     assert (same["stands"], same["exact"], same["published"]) == ("in part", "3 of 3", "3 of 3")
     for row in others:
@@ -171,23 +171,23 @@ def test_a_cell_that_fails_leaves_no_average_and_is_counted(ensemble):
     lacking = ensemble.copy(deep=True)
     cell = {"seeds": 1, "transport": "exact", "experiment": "E05", "model": "M10", "n": 1.2}
     lacking["mse"].loc[cell] = np.nan
-    found = ensemble_statistics(lacking, STUDY.experiments_by_level)
-    assert found["seed_sets"] == 3
-    assert found["failed_sets"].sel(experiment="E05") == 1 == found["failed_sets"].sum()
+    lacking_one = ensemble_statistics(lacking, STUDY.experiments_by_level)
+    assert lacking_one["seed_sets"] == 3
+    assert lacking_one["failed_sets"].sel(experiment="E05") == 1 == lacking_one["failed_sets"].sum()
     of = {"transport": "exact", "level": "typical"}
-    assert found["table_mse"].sel(of | {"model": "M10"}).isnull().all()
-    assert found["table_mse"].sel(of | {"model": "M9"}).notnull().all()
-    assert found["ratio_value"].sel(of | {"ratio": "M10/M8"}).isnull().all()
+    assert lacking_one["table_mse"].sel(of | {"model": "M10"}).isnull().all()
+    assert lacking_one["table_mse"].sel(of | {"model": "M9"}).notnull().all()
+    assert lacking_one["ratio_value"].sel(of | {"ratio": "M10/M8"}).isnull().all()
     rows = f.findings(STUDY, f.over_seeds(STUDY, lacking), CLAIMS, ROOT / "results")["claims"]
     (row,) = [row for row in rows if row["id"] == "S4.alike.typical"]
     assert (row["stands"], row["why"]) == ("not run", "no number for typical, M10")
 
 
 @pytest.mark.slow
-def test_as_table_figure_and_on_the_terminal(found, ensemble, tmp_path):
-    text = findings_table(found)
-    assert text.count("\n| ") == 1 + sum(row["headline"] for row in found["claims"])  # rule and rows
-    assert findings_table(found, headlines=False).count("\n| ") == 1 + len(found["claims"])
+def test_as_table_figure_and_on_the_terminal(judged, ensemble, tmp_path):
+    text = findings_table(judged)
+    assert text.count("\n| ") == 1 + sum(row["headline"] for row in judged["claims"])  # rule and rows
+    assert findings_table(judged, headlines=False).count("\n| ") == 1 + len(judged["claims"])
     everything = ensemble_statistics(ensemble, STUDY.experiments_by_level)
     console = Console(width=80, record=True)
     console.print(ratio_table(everything), probability_table(everything, "exact", "overall"))
@@ -206,12 +206,12 @@ def test_own_seeds_give_what_the_verdict_says(evidence_file, results, transport)
     """Set 0 of the ensemble has the study's seeds, and is judged as the study is."""
     first = read_seed_sets(evidence_file("seed_sets.nc", "ensemble")).sel(seeds=0)
     judge = Judge(results, PAPER_2006)
-    own = ComputedResults(STUDY, transport, first.sel(transport=transport).drop_attrs())
+    of_first_set = ComputedResults(STUDY, transport, first.sel(transport=transport).drop_attrs())
     of_study = StudyResults(results, transport)
     for claim in judge.claims.items.values():
         if claim.about_models:
             compute = COMPUTATIONS[claim.compute]
-            a, b = compute(own, **claim.arguments), compute(of_study, **claim.arguments)
+            a, b = compute(of_first_set, **claim.arguments), compute(of_study, **claim.arguments)
             assert a.holds == b.holds, claim.id
             # The ensemble may halve steps, the study may not (paper/decisions/0036): that has to change less
             # than what the verdict's classes allow for other seeds, a quarter of their deviation (0039).

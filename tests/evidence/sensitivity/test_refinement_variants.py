@@ -26,31 +26,31 @@ LEVEL = {"adiabatic": ["E06"], "typical": ["E06", "E12"], "isothermal": []}
 
 
 @pytest.fixture(scope="module")
-def found():
+def by_alternative():
     return alternatives.grid_alternatives(TINY)
 
 
 @pytest.fixture(scope="module")
-def dataset(found):
+def dataset(by_alternative):
     chosen = (AS_TAKEN, "mass_E.mass_E_4", "step.step_0_5_ms", "friction_law.coulomb", "valve.leak")
     chosen += ("supply.10_bar", "inlet.colder")
-    made = v.study_variants({name: found[name] for name in chosen}, 2)
+    made = v.study_variants({name: by_alternative[name] for name in chosen}, 2)
     return made[["mse"]].merge(v.refinement_ratios(made["mse"], LEVEL))  # one level without experiments
 
 
-def test_what_does_not_reach_the_grid_is_left_out_and_physics_is_what_it_says(found):
+def test_what_does_not_reach_the_grid_is_left_out_and_physics_is_what_it_says(by_alternative):
     ledger = alternatives.ledger_alternatives(TINY)
-    left_out = {name.partition(".")[0] for name in set(ledger) - set(found)}
+    left_out = {name.partition(".")[0] for name in set(ledger) - set(by_alternative)}
     same = {"settling_E", "hold", "settling_change", "valve_leak", "settling_stop", "error_sign"}
     same |= {"transport", "transport_D_closed", "transport_E_closed", "transport_open", "lag", "step_halving"}
     # In closed loop an amplitude and the reversal of the sign mean nothing.
     open_loop = {"amplitude_D", "amplitude_E", "sign_reversal", "sign_reversal_tested", "reversal_late"}
     assert left_out == same | open_loop | {"variance_of_means", "percentiles"}
-    assert next(iter(found)) == AS_TAKEN
-    assert set(alternatives.OTHER_PHYSICS) < set(found)
+    assert next(iter(by_alternative)) == AS_TAKEN
+    assert set(alternatives.OTHER_PHYSICS) < set(by_alternative)
 
     def plant(name):
-        return found[name].study.experiments["E06"].plant
+        return by_alternative[name].study.experiments["E06"].plant
 
     taken = plant(AS_TAKEN)
     P_s, P_0 = (getattr(plant("supply.10_bar").conditions, name) for name in ("P_s", "P_0"))
@@ -68,8 +68,8 @@ def test_what_does_not_reach_the_grid_is_left_out_and_physics_is_what_it_says(fo
 
 
 @pytest.mark.parametrize("transport", v.BOTH_TRANSPORTS)
-def test_errors_are_those_of_plain_replays(found, dataset, transport):
-    study = found[AS_TAKEN].study
+def test_errors_are_those_of_plain_replays(by_alternative, dataset, transport):
+    study = by_alternative[AS_TAKEN].study
     e = study.experiments["E12"]
     lanes = lane_array([lane(MODELS["M8"], 1.35, 1.4), lane(MODELS["M5"], 1.2, 1.4)])
     reading = study_sampling(transport, e)
@@ -87,13 +87,13 @@ def test_an_alternative_changes_what_it_is_about_and_the_table_tells_it(dataset)
         assert differs.sel(experiment="E12")
         assert differs.sel(experiment="E06") == (name != "mass_E.mass_E_4")
     lines = variants_table(dataset).splitlines()
-    one = dataset.sel(transport="exact", criterion="mean", pair="M8/M7", level="typical")
-    pays = int((one["ratio"] < 1).sum() - (one["ratio"].sel(alternative=AS_TAKEN) < 1))
+    ratios = dataset.sel(transport="exact", criterion="mean", pair="M8/M7", level="typical")
+    pays = int((ratios["ratio"] < 1).sum() - (ratios["ratio"].sel(alternative=AS_TAKEN) < 1))
     (row,) = [line for line in lines if line.startswith("| exact signals | mean | M8/M7 |")]
     assert row.split(" | ")[5] == f"{pays} of 6"
     assert row.endswith("| 0 of 0 |")  # isothermal: no experiment
     (row,) = [line for line in lines if line.startswith("| supply.10_bar |")]
-    assert f"{one['ratio'].sel(alternative='supply.10_bar').item():.2f}" in row
+    assert f"{ratios['ratio'].sel(alternative='supply.10_bar').item():.2f}" in row
     assert row.endswith("| - |")
 
 
@@ -124,16 +124,17 @@ def by_hand():
 )
 def test_scores_by_hand(model, level, criterion, expected):
     scores = v.level_scores(by_hand(), LEVEL).sel(alternative=AS_TAKEN, model=model)
-    found = scores.sel(level=level, criterion=criterion)
-    assert found.item() == pytest.approx(expected, nan_ok=True)
+    at_level = scores.sel(level=level, criterion=criterion)
+    assert at_level.item() == pytest.approx(expected, nan_ok=True)
 
 
 def test_shares_count_alternatives_that_have_a_ratio():
     mse = by_hand()
     summary = v.refinement_ratios(mse, LEVEL)
-    one = summary.sel(pair="M6/M5", level="typical", criterion="mean")
-    assert one["ratio"].sel(alternative="b.b").item() == pytest.approx(10 / 17)
-    assert one["counted"] == 1 and one["share"] == 1  # c.c has none, and the study itself does not count
+    mixing = summary.sel(pair="M6/M5", level="typical", criterion="mean")
+    assert mixing["ratio"].sel(alternative="b.b").item() == pytest.approx(10 / 17)
+    # c.c has none, and the study itself does not count.
+    assert mixing["counted"] == 1 and mixing["share"] == 1
     equal = summary.sel(pair="M8/M7", level="typical", criterion="mean")
     assert equal["share"] == 0  # no gain is not below one
     assert summary["share"].sel(level="isothermal").isnull().all()
@@ -156,11 +157,11 @@ def test_figure_has_a_mark_for_every_ratio_and_is_unclipped(dataset, tmp_path):
 
 @pytest.mark.results
 def test_mixing_pays_at_the_adiabatic_level_unless_air_comes_in_cold(evidence_file):
-    found = read(evidence_file("variants.nc"))
-    others = found["ratio"].drop_sel(alternative=AS_TAKEN)
-    assert found["counted"].min() == others.sizes["alternative"] >= 30  # every run went through
-    np.testing.assert_allclose(found["share"], (others < 1).mean("alternative"))
-    exact = found["ratio"].sel(transport="exact", criterion="mean", level="adiabatic")
+    stored = read(evidence_file("variants.nc"))
+    others = stored["ratio"].drop_sel(alternative=AS_TAKEN)
+    assert stored["counted"].min() == others.sizes["alternative"] >= 30  # every run went through
+    np.testing.assert_allclose(stored["share"], (others < 1).mean("alternative"))
+    exact = stored["ratio"].sel(transport="exact", criterion="mean", level="adiabatic")
     mixing, inlet = exact.sel(pair=["M8/M7", "M6/M5"]), ["inlet.colder", "inlet.warmer"]
     assert (mixing.drop_sel(alternative=inlet) < 1).all()
     # Eq (6) knows T_0 only: with it, a model that is told the true T_in gets worse.

@@ -58,15 +58,15 @@ def tiny() -> xr.DataArray:
 
 
 def test_every_alternative_runs_or_carries_a_reason():
-    found = ledger_alternatives(CONFIG)
+    by_name = ledger_alternatives(CONFIG)
     ledger = read_assumptions(PAPER_FOLDER)
     named = {f"{name}.{alternative}" for name, entry in ledger.items() for alternative in entry.alternatives}
-    assert set(found) == {AS_TAKEN, *named}
+    assert set(by_name) == {AS_TAKEN, *named}
     assert set(IN_WORDS) <= named
     for name, entry in ledger.items():
         assert not set(entry.left_out) & set(entry.alternatives), name
         assert all(len(reason.split()) > 5 for reason in entry.left_out.values()), name
-    nameless = {n: case._replace(study=case.study._replace(config_sha256="")) for n, case in found.items()}
+    nameless = {n: case._replace(study=case.study._replace(config_sha256="")) for n, case in by_name.items()}
     assert [name for name, case in nameless.items() if case == nameless[AS_TAKEN]] == [AS_TAKEN]
 
 
@@ -96,20 +96,20 @@ def test_baseline_is_what_the_verdict_finds(tiny, tmp_path):
         lanes, index = grid_lanes(two.n, e.plant.gas.gamma)
         cells = replay(record(e), lanes, study_sampling("published", e))
         write(replay_dataset(e, two.n, index, cells), tmp_path / f"published/replay/{name}.nc", {})
-    found = statistics(open_grid(tmp_path / "published"), two.experiments_by_level)
-    write(found, tmp_path / "published/statistics.nc", {})
+    table = statistics(open_grid(tmp_path / "published"), two.experiments_by_level)
+    write(table, tmp_path / "published/statistics.nc", {})
     parts = {name: settling_dataset(e, settle(e)) for name, e in two.experiments.items()}
     write(settling_table(parts, dict.fromkeys(parts, 1.0)), tmp_path / "settling.nc", {})
 
     judge = Judge(tmp_path, PAPER_2006)
     numbers = 0
     for name in tiny["item"].values.tolist():
-        found = tiny.sel(alternative=AS_TAKEN, item=name).item()
+        number = tiny.sel(alternative=AS_TAKEN, item=name).item()
         try:
-            assert judge.finding(CLAIMS.items[name], "published").value == pytest.approx(found, rel=1e-12)
+            assert judge.finding(CLAIMS.items[name], "published").value == pytest.approx(number, rel=1e-12)
             numbers += 1
         except MissingEvidence:
-            assert np.isnan(found), name
+            assert np.isnan(number), name
     assert numbers == 120
     # The items are the cells of the four tables.
     assert {CLAIMS.items[name].table for name in tiny["item"].values.tolist()} == set(TOGGLED_TABLES)
@@ -135,14 +135,14 @@ def test_an_alternative_changes_what_it_touches_only(tiny):
 
 def test_a_run_that_does_not_settle_has_no_number(monkeypatch):
     monkeypatch.setattr(toggles, "LONGEST_SETTLING", 5.0)
-    found = toggled_tables({AS_TAKEN: ledger_alternatives(TINY)[AS_TAKEN]}, CLAIMS.items)["reproduced"][0]
-    assert found.sel(item=["T5.E06.P_A", "T5.E12.T_B"]).isnull().all()
-    assert found.sel(item="T7.M8.mse").notnull()
+    numbers = toggled_tables({AS_TAKEN: ledger_alternatives(TINY)[AS_TAKEN]}, CLAIMS.items)["reproduced"][0]
+    assert numbers.sel(item=["T5.E06.P_A", "T5.E12.T_B"]).isnull().all()
+    assert numbers.sel(item="T7.M8.mse").notnull()
 
 
 def test_the_same_call_gives_the_same_numbers():
-    one = {AS_TAKEN: ledger_alternatives(TINY)[AS_TAKEN]}
-    first, second = (toggled_tables(one, CLAIMS.items, threads) for threads in (1, 2))
+    as_taken = {AS_TAKEN: ledger_alternatives(TINY)[AS_TAKEN]}
+    first, second = (toggled_tables(as_taken, CLAIMS.items, threads) for threads in (1, 2))
     xr.testing.assert_identical(first, second)
 
 
@@ -159,9 +159,9 @@ def test_a_rod_takes_its_section_the_first_draw_is_skipped_and_closed_loop_runs_
     assert np.array_equal(skipped[:-every], plain[every:])
     for name, leaks in (("E13", False), ("E14", True)):
         e = PAPER.experiments[name]._replace(steps=500)
-        found, plain = alternatives.leaking(e), record(e)
-        assert found.plant == plain.plant
-        assert np.array_equal(found.states, plain.states) != leaks
+        leaking_run, plain = alternatives.leaking(e), record(e)
+        assert leaking_run.plant == plain.plant
+        assert np.array_equal(leaking_run.states, plain.states) != leaks
 
 
 def test_largest_excursions_and_a_stop_that_only_clips():
@@ -195,7 +195,7 @@ def invented() -> xr.DataArray:
 
 
 def test_effects_of_known_changes_and_a_run_that_does_not_rest_is_marked(invented):
-    found = toggle_effects(invented, CLAIMS)
+    effects = toggle_effects(invented, CLAIMS)
     for row, columns, values in (
         (AS_TAKEN, ["misfit_5", "misfit_7", "misfit_9", "changed_8", "no_number"], [0] * 5),
         (AS_TAKEN, ["exact_8", "within_5", "inside"], [96, 64, 280]),
@@ -203,17 +203,17 @@ def test_effects_of_known_changes_and_a_run_that_does_not_rest_is_marked(invente
         ("step.step_2_ms", ["largest_5", "changed_8", "inside"], [0, 0, 280 - 40]),
         ("friction.friction_80", ["changed_8", "exact_8", "rms_7"], [96, 0, 0]),
     ):
-        assert found.loc[row, columns].tolist() == pytest.approx(values)
-    text = assumptions_table(found)
+        assert effects.loc[row, columns].tolist() == pytest.approx(values)
+    text = assumptions_table(effects)
     assert "| step | step_2_ms | 0.000, 0.000 | 0.182, 0.182 | 0.182, 0.182 | 0 |" in text
-    figure = tornado(found)
+    figure = tornado(effects)
     assert labels_of(figure) == ["step 2 ms"]
     assert figure.axes[0].patches[0].get_width() == pytest.approx(np.log(1.2))
-    assert not tornado(pd.DataFrame(found.loc[[AS_TAKEN]])).axes[0].patches
+    assert not tornado(pd.DataFrame(effects.loc[[AS_TAKEN]])).axes[0].patches
     invented.loc["step.step_2_ms", "T5.E06.P_A"] = np.nan
-    found = toggle_effects(invented, CLAIMS)
-    assert found.loc["step.step_2_ms", "no_number"] == 1
-    figure = tornado(found)
+    effects = toggle_effects(invented, CLAIMS)
+    assert effects.loc["step.step_2_ms", "no_number"] == 1
+    figure = tornado(effects)
     assert labels_of(figure) == ["step 2 ms *"]
     below = figure.texts[-1].get_text() + figure._supxlabel.get_text()
     assert "* some settling runs never come to rest" in below
@@ -223,12 +223,12 @@ def test_effects_are_told_against_the_study_and_misfits_against_the_print(invent
     off = invented * np.where(MSE, 1.1, 1.0) + 0.05 * TABLE_8  # all, the study too
     nearer = off.sel(alternative=AS_TAKEN) / np.where(MSE, 1.05, 1.0)
     both = xr.concat([off, nearer.assign_coords(alternative="hold.nearer")], "alternative")
-    found = toggle_effects(both, CLAIMS)
-    larger, nearer = found.loc["step.step_2_ms"], found.loc["hold.nearer"]
+    effects = toggle_effects(both, CLAIMS)
+    larger, nearer = effects.loc["step.step_2_ms"], effects.loc["hold.nearer"]
     assert larger[["largest_7", "misfit_7", "worse_7"]].tolist() == pytest.approx(np.log([1.2, 1.32, 1.2]))
     assert nearer[["rms_9", "worse_9"]].tolist() == pytest.approx([np.log(1.05), -np.log(1.05)])
     assert all(row[["changed_8", "exact_8"]].tolist() == [0, 0] for row in (larger, nearer))
-    figure = tornado(found)
+    figure = tornado(effects)
     assert labels_of(figure) == ["nearer", "step 2 ms"]
     colours = {patch.get_width() < 0: patch.get_facecolor() for patch in figure.axes[0].patches}
     legend = {patch.get_label(): patch.get_facecolor() for patch in figure.legends[0].get_patches()}
@@ -249,8 +249,8 @@ def test_command_line_prints_the_table(invented, tmp_path):
 def test_the_recorded_baseline_is_the_study(evidence_file, results):
     toggled = read(evidence_file("assumptions.nc"))["reproduced"].sel(alternative=AS_TAKEN)
     judge = Judge(results, PAPER_2006)
-    found = [judge.finding(judge.claims.items[name], "published").value for name in toggled["item"].values]
-    np.testing.assert_allclose(toggled, found, rtol=1e-9)
+    judged = [judge.finding(judge.claims.items[name], "published").value for name in toggled["item"].values]
+    np.testing.assert_allclose(toggled, judged, rtol=1e-9)
 
 
 @pytest.mark.results

@@ -47,12 +47,12 @@ def test_parts_add_up_to_the_study_own_error(cells):
     total, coarse, fine = (b.published_error(e, LANES), *(b.exact_error(e, LANES, m) for m in (1, 16)))
     transport, discretisation = total - coarse, coarse - fine
     products = fine * transport + fine * discretisation + transport * discretisation
-    found = cells.sel(experiment="E06")
+    cell = cells.sel(experiment="E06")
     # Sums of squares of some 1e4 Pa, each to 1e-16; their difference is a cross term as large.
-    scale = found["total"].max().item()
-    np.testing.assert_allclose(found["cross_term"], 2 * products.mean(axis=-1)[INDEX], atol=1e-12 * scale)
+    scale = cell["total"].max().item()
+    np.testing.assert_allclose(cell["cross_term"], 2 * products.mean(axis=-1)[INDEX], atol=1e-12 * scale)
     parts = ("model_error", "transport_error", "discretisation_error", "cross_term")
-    np.testing.assert_allclose(sum(found[part] for part in parts), found["total"], rtol=1e-12)
+    np.testing.assert_allclose(sum(cell[part] for part in parts), cell["total"], rtol=1e-12)
 
 
 @pytest.mark.parametrize(("name", "transport"), [("total", "published"), ("total_exact", "exact")])

@@ -125,30 +125,30 @@ samplings = st.sampled_from(sorted(theory.SHIFTS))
 
 @given(known, samplings, st.floats(1e-5, 1e-1), st.floats(0.1, 10), st.booleans())
 def test_floor_is_proportional_to_the_time_between_samples(plant, known, sampling, period, factor, between):
-    found = theory.sensitivities(plant, known)
-    one, other = (theory.floor(found, s, sampling, between=between) for s in (period, factor * period))
+    delays = theory.sensitivities(plant, known)
+    one, other = (theory.floor(delays, s, sampling, between=between) for s in (period, factor * period))
     assert other == pytest.approx(factor * one, rel=1e-12)
 
 
 @given(known, st.floats(1.1, 10))
 def test_jumps_count_in_proportion_and_the_valve_less(plant, known, factor):
-    found = theory.sensitivities(plant, known)
+    delays = theory.sensitivities(plant, known)
     higher = theory.sensitivities(plant, known._replace(jump=factor * known.jump))
-    assert higher.jump == pytest.approx(factor * found.jump, rel=1e-12)
-    assert higher.apart == pytest.approx(factor * found.apart, rel=1e-12)
+    assert higher.jump == pytest.approx(factor * delays.jump, rel=1e-12)
+    assert higher.apart == pytest.approx(factor * delays.apart, rel=1e-12)
     valve = plant.valve._replace(k_xu=factor * plant.valve.k_xu)
     larger = theory.sensitivities(plant._replace(valve=valve), known)
     # A larger valve lets more wrong air in and levels it faster.
-    assert sqrt(factor) * (1 - 1e-12) <= larger.jump / found.jump <= factor * (1 + 1e-12)
-    assert larger.rest == found.rest == higher.rest
+    assert sqrt(factor) * (1 - 1e-12) <= larger.jump / delays.jump <= factor * (1 + 1e-12)
+    assert larger.rest == delays.rest == higher.rest
 
 
 @given(known, st.floats(1e-5, 1e-1))
 def test_without_jumps_lines_leave_nothing(plant, known, period):
-    found = theory.sensitivities(plant, known._replace(jump=0.0))
-    assert theory.floor(found, period, "linear") == 0.0
-    assert theory.floor(found, period, "linear", between=True) == 0.0
-    assert theory.floor(found, period, "hold") == pytest.approx(period / 2 * found.rest)
+    delays = theory.sensitivities(plant, known._replace(jump=0.0))
+    assert theory.floor(delays, period, "linear") == 0.0
+    assert theory.floor(delays, period, "linear", between=True) == 0.0
+    assert theory.floor(delays, period, "hold") == pytest.approx(period / 2 * delays.rest)
 
 
 @given(known, st.floats(1e-3, 1e3))
@@ -169,10 +169,10 @@ def test_formula_by_hand(plant):
     kept_wall, kept_level = (1 - 0.5 * r + r**2 / 6 for r in (0.05 * wall, 0.05 * level))
     J = adiabatic * sqrt((1 + 0.96 * kept_wall) / 1.96 * kept_level / 2)
     known = theory.Averages(jump, 0.8, 0.05, 0.05, 6e5, V, plant.cylinder.A_A)
-    found = theory.sensitivities(plant, known)
-    assert found.jump == pytest.approx(J, rel=3e-3)  # three digits of slope and series
-    assert theory.floor(found, 1e-3, "linear") == pytest.approx(346, rel=3e-3)  # Pa
-    assert found.rest == pytest.approx(1.4 * 565390 * plant.cylinder.A_A * 0.05 / V, rel=1e-12)
+    delays = theory.sensitivities(plant, known)
+    assert delays.jump == pytest.approx(J, rel=3e-3)  # three digits of slope and series
+    assert theory.floor(delays, 1e-3, "linear") == pytest.approx(346, rel=3e-3)  # Pa
+    assert delays.rest == pytest.approx(1.4 * 565390 * plant.cylinder.A_A * 0.05 / V, rel=1e-12)
 
 
 def test_floor_of_ones_own_run_and_what_it_refuses(fine):

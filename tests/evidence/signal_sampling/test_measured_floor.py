@@ -82,7 +82,8 @@ def test_sweeps_meet_where_they_are_the_same(dataset):
     assert dataset["reduced"].sel(experiment="E09", transport="delay").item() == pytest.approx(direct)
     # A model relaxes almost as the chamber does.
     np.testing.assert_allclose(dataset["reduced"], dataset["measured"].sel(period=1e-3), rtol=0.1)
-    assert all(found.attrs["units"] and found.attrs["long_name"] for found in dataset.data_vars.values())
+    variables = dataset.data_vars.values()
+    assert all(variable.attrs["units"] and variable.attrs["long_name"] for variable in variables)
 
 
 @pytest.mark.slow
@@ -94,17 +95,19 @@ def test_figure_shows_every_point_and_is_unclipped(dataset, tmp_path):
         for ax, name in zip(row, dataset["experiment"].values, strict=True):
             lines = ax.get_lines()
             shown = [lines[3 * i + j].get_ydata() for i in range(len(SAMPLING_LOOKS)) for j in range(3)]
-            one = dataset.sel(experiment=name)
+            of_experiment = dataset.sel(experiment=name)
             ways = ("predicted", "formula", "measured")
-            expected = [one[prefix + way].sel(transport=kind) for kind in SAMPLING_LOOKS for way in ways]
+            expected = [
+                of_experiment[prefix + way].sel(transport=kind) for kind in SAMPLING_LOOKS for way in ways
+            ]
             np.testing.assert_array_equal(shown, expected)
             np.testing.assert_allclose(lines[0].get_xdata(), dataset[dimension] * scale)
 
 
 @pytest.mark.results
 def test_theory_is_within_its_tolerance_over_two_decades(evidence_file):
-    found = read(evidence_file("floor.nc"))
-    assert found["period"].max() / found["period"].min() == pytest.approx(100)
+    floor = read(evidence_file("floor.nc"))
+    assert floor["period"].max() / floor["period"].min() == pytest.approx(100)
     for prefix in ("", "between_", "rate_", "size_"):
-        deviation = abs(found[prefix + "predicted"] / found[prefix + "measured"] - 1)
+        deviation = abs(floor[prefix + "predicted"] / floor[prefix + "measured"] - 1)
         assert (deviation < TOLERANCE).all(), prefix

@@ -44,7 +44,7 @@ def record(plant):
 
 
 @pytest.fixture(scope="module")
-def found(record, plant):
+def closed_fit(record, plant):
     return fit_closed(record, plant)
 
 
@@ -57,22 +57,22 @@ def held(plant):
 
 def assert_found(fit, **truth):
     for name, value in truth.items():
-        one = fit.data.sel(model=EXACT, parameter=name)
-        low, best, high = (one[key].item() for key in ("low", "estimate", "high"))
+        cell = fit.data.sel(model=EXACT, parameter=name)
+        low, best, high = (cell[key].item() for key in ("low", "estimate", "high"))
         # 95 % intervals, of which some miss: three times their half-width.
         assert abs(best - value) < 3 * (high - low) / 2, name
         assert high - low < 0.1 * value, name
 
 
-def test_what_made_the_record_of_a_moving_piston_is_found(found):
-    assert found.models[0] == EXACT
+def test_what_made_the_record_of_a_moving_piston_is_found(closed_fit):
+    assert closed_fit.models[0] == EXACT
     # Noise of 200 Pa, and of 10 um in positions down to 15 mm from the end: 300 Pa, mostly smoothed away.
-    assert found.data["rms_held_out"].values[0] == pytest.approx(200, rel=0.2)
+    assert closed_fit.data["rms_held_out"].values[0] == pytest.approx(200, rel=0.2)
     truth = {"k_0_A": 0.25, "k_0_B": 0.18, "V_d_A": 5e-6, "V_d_B": 6e-6, "leak": 2e-10}
-    assert_found(found, **truth, T_A=300.0, T_B=288.0)
-    one = found.data.sel(model=EXACT, parameter="k_0")
-    assert 0.18 < one["estimate"] < 0.25
-    assert any("k_0 of A and of B do not overlap" in text for text in found.warnings)
+    assert_found(closed_fit, **truth, T_A=300.0, T_B=288.0)
+    k_0 = closed_fit.data.sel(model=EXACT, parameter="k_0")
+    assert 0.18 < k_0["estimate"] < 0.25
+    assert any("k_0 of A and of B do not overlap" in text for text in closed_fit.warnings)
 
 
 def test_k_0_is_the_laws_own_at_P_0(found):
@@ -90,12 +90,12 @@ def test_a_driven_record_is_refused(record, plant):
 
 
 @pytest.mark.slow
-def test_the_walls_temperature_scales_k_and_the_gas_and_changes_no_prediction(record, found, plant):
+def test_the_walls_temperature_scales_k_and_the_gas_and_changes_no_prediction(record, closed_fit, plant):
     warm = fit_closed(record._replace(T=1.1 * 293.15), plant)
     for name, power in (("k_A", -1), ("T_A", 1), ("V_d_A", 0)):
-        ratio = (warm.data["estimate"] / found.data["estimate"]).sel(model=EXACT, parameter=name).item()
+        ratio = (warm.data["estimate"] / closed_fit.data["estimate"]).sel(model=EXACT, parameter=name).item()
         assert ratio == pytest.approx(1.1**power, rel=1e-4), name  # where least squares end
-    before, after = (fit.data["pressure"].sel(model=EXACT) for fit in (found, warm))
+    before, after = (fit.data["pressure"].sel(model=EXACT) for fit in (closed_fit, warm))
     np.testing.assert_allclose(after, before, rtol=1e-5)
 
 
@@ -107,10 +107,10 @@ def test_a_compression_and_a_hold_give_what_the_transient_alone_gives(held, plan
     assert set(alone.models) == set(HELD) and "the piston is held" in alone.notes[0]
     assert_found(alone, k_0_A=0.25, k_0_B=0.18, leak=2e-10)
     assert np.isnan(alone.data["estimate"].sel(parameter="V_d_A")).all()
-    one = transient(still, plant, "B")
+    decay = transient(still, plant, "B")
     # One exponential, without leakage, at mean P and T: within some per cent of the balance itself.
     k_0 = alone.data["estimate"].sel(model=EXACT, parameter="k_0_B").item()
-    assert one.k_0 == pytest.approx(k_0, rel=0.1)
+    assert decay.k_0 == pytest.approx(k_0, rel=0.1)
 
 
 def test_k_0_that_is_open_and_an_n_that_no_gas_has_are_said(plant):
@@ -152,21 +152,21 @@ def test_nothing_to_see_and_swapped_chambers_are_one_line(record, plant):
         fit_closed(record._replace(P=record.P[::-1]), plant)
 
 
-def test_the_configuration_gets_k_0_and_dead_volumes_and_the_page_stands_alone(found, plant, tmp_path):
+def test_the_configuration_gets_k_0_and_dead_volumes_and_the_page_stands_alone(closed_fit, plant, tmp_path):
     file = tmp_path / "fitted.yaml"
-    file.write_text(fitted_text(found, plant), encoding="utf-8")
-    k_0 = found.data["estimate"].sel(model=EXACT, parameter="k_0").item()
+    file.write_text(fitted_text(closed_fit, plant), encoding="utf-8")
+    k_0 = closed_fit.data["estimate"].sel(model=EXACT, parameter="k_0").item()
     for experiment in study(load(file)).experiments.values():
         assert experiment.plant.k_0 == pytest.approx(k_0, rel=1e-5)  # six digits are written
         cylinder = experiment.plant.cylinder
-        V_d = [found.data["estimate"].sel(model=EXACT, parameter=name).item() for name in ("V_d_A", "V_d_B")]
+        V_d = closed_fit.data["estimate"].sel(model=EXACT, parameter=["V_d_A", "V_d_B"]).values.tolist()
         assert (cylinder.V_d_A, cylinder.V_d_B) == pytest.approx(V_d, rel=1e-5)
     text = file.read_text(encoding="utf-8")
     assert "no key for k_0 of A, k_0 of B, leakage A to B" in text and "reduced model" not in text
-    found.save("0" * 64, tmp_path / "fit.nc")
+    closed_fit.save("0" * 64, tmp_path / "fit.nc")
     with xr.open_dataset(tmp_path / "fit.nc") as saved:
-        assert saved.attrs["closed_chambers"] == "A, B" and saved.attrs["T_wall_K"] == found.T_wall
-        for name, texts in (("notes", found.notes), ("warnings", found.warnings)):
+        assert saved.attrs["closed_chambers"] == "A, B" and saved.attrs["T_wall_K"] == closed_fit.T_wall
+        for name, texts in (("notes", closed_fit.notes), ("warnings", closed_fit.warnings)):
             assert saved.attrs[name] == "\n".join(texts)
-    page = fit_page(found, "closed.csv")
+    page = fit_page(closed_fit, "closed.csv")
     assert "position alone" in page and "every k scales" in page and "decisions/0022" not in page

@@ -54,13 +54,13 @@ def test_a_fit_finds_what_made_the_record():
     volumes = np.array([0.024 + 0.0127 * X, 0.051 + 0.0115 * (2.0 - X)])
     P = run(k=(25.0, 60.0), volumes=volumes)
     record = laws.ClosedRecord("made", T, X, P, (0.0127, 0.0115), 0.127, 2.0)
-    found = fit_law(record, laws.LAWS["wall heat, constant"], leaks=False)
+    law_fit = fit_law(record, laws.LAWS["wall heat, constant"], leaks=False)
     truth = {"V_d_A": 0.024, "V_d_B": 0.051, "k_A": 25.0, "k_B": 60.0, "start_A": 1.0, "start_B": 1.0}
     # The same steps made the record, without noise: what is left is where least squares ends.
-    assert {name: found.values[name] for name in truth} == pytest.approx(truth, rel=1e-3)
-    assert found.held_out.max() < 1e-4 * P_0
+    assert {name: law_fit.values[name] for name in truth} == pytest.approx(truth, rel=1e-3)
+    assert law_fit.held_out.max() < 1e-4 * P_0
     wrong = fit_law(record, laws.LAWS["free n"], leaks=False)
-    assert wrong.held_out.min() > 10 * found.held_out.max()
+    assert wrong.held_out.min() > 10 * law_fit.held_out.max()
 
 
 def test_records_travel_with_units_licence_and_provenance():

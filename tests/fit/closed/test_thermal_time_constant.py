@@ -26,12 +26,12 @@ def test_steps_give_back_the_mass_volume_and_conductance_of_an_exponential_recor
     swept_i = m * R * T_amb / 1e5 - V_d
     P_f = m * R * T_amb / (V_d + swept_i / 2)
     gas = {"bore": bore, "T_amb": T_amb, "c_v": c_v, "R": R, "P_0": P_f, "T_0": T_amb}
-    found = seven_steps(1e5, swept_i, swept_i / 2, (P_f, 0.0, m * c_v / k), **gas)
-    assert (found.m, found.V_d, found.k_av) == pytest.approx((m, V_d, k), rel=1e-9)
+    steps = seven_steps(1e5, swept_i, swept_i / 2, (P_f, 0.0, m * c_v / k), **gas)
+    assert (steps.m, steps.V_d, steps.k_av) == pytest.approx((m, V_d, k), rel=1e-9)
     # Two end faces and the mantle of the plain cylinder that holds V_f.
-    assert found.A_q == pytest.approx(2 * area + np.pi * bore * found.V_f / area, rel=1e-12)
+    assert steps.A_q == pytest.approx(2 * area + np.pi * bore * steps.V_f / area, rel=1e-12)
     # At P_0 and T_0 throughout, the square-root law changes nothing.
-    assert found.lambda_0 == found.lambda_av and found.k_0 == pytest.approx(k, rel=1e-9)
+    assert steps.lambda_0 == steps.lambda_av and steps.k_0 == pytest.approx(k, rel=1e-9)
 
 
 def test_the_held_chamber_follows_the_exact_solution():

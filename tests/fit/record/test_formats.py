@@ -141,30 +141,30 @@ def read(tmp_path, name, content, **options):
 @pytest.mark.parametrize("kind", FILES)
 def test_every_format_gives_the_same_measurement(tmp_path, kind):
     name, content = FILES[kind]
-    found = read(tmp_path, name, content())
-    assert found.notes == ()
+    signals = read(tmp_path, name, content())
+    assert signals.notes == ()
     # Text has every digit; a unit is converted with one rounding or two, and time in ms is rounded first.
-    assert found.period == pytest.approx(PERIOD, rel=1e-12)
-    np.testing.assert_allclose(found.x, known().x[:ROWS], rtol=1e-14, atol=1e-15)
-    np.testing.assert_allclose(found.P, known().P[:, :ROWS], rtol=1e-14)
-    np.testing.assert_allclose(found.u, known().u[:ROWS], rtol=1e-14)
+    assert signals.period == pytest.approx(PERIOD, rel=1e-12)
+    np.testing.assert_allclose(signals.x, known().x[:ROWS], rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(signals.P, known().P[:, :ROWS], rtol=1e-14)
+    np.testing.assert_allclose(signals.u, known().u[:ROWS], rtol=1e-14)
 
 
 def test_units_with_signs_outside_ascii(tmp_path):
     lines = [f"22,{row}\n" for row in rows(1e6 * TIME).splitlines()]
     text = "".join([named(",", time="T [°C],Zeit [µs]"), *lines])
-    found = read(tmp_path, "a.csv", text.encode("latin-1"))
-    assert abs(found.T - 295.15) < 1e-9
-    assert found.period == pytest.approx(PERIOD, rel=1e-9)
+    signals = read(tmp_path, "a.csv", text.encode("latin-1"))
+    assert abs(signals.T - 295.15) < 1e-9
+    assert signals.period == pytest.approx(PERIOD, rel=1e-9)
 
 
 def test_names_from_a_mapping_below_any_header(tmp_path):
     text = "a bench\n\nclock;c1;c2;c3;c4\n" + rows(sep=";")
     names = dict(zip(("t", "u", "x", "P_A", "P_B"), ("clock", "c1", "c2", "c3", "c4"), strict=True))
     mapping = {q: Column(column=name, unit={"t": "s", **UNITS}[q]) for q, name in names.items()}
-    found = read(tmp_path, "a.csv", text, mapping=mapping)
-    np.testing.assert_allclose(found.x, known().x[:ROWS], rtol=1e-14, atol=1e-15)
-    np.testing.assert_allclose(found.P, known().P[:, :ROWS], rtol=1e-14)
+    signals = read(tmp_path, "a.csv", text, mapping=mapping)
+    np.testing.assert_allclose(signals.x, known().x[:ROWS], rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(signals.P, known().P[:, :ROWS], rtol=1e-14)
 
 
 def test_a_few_missing_samples_are_filled_and_said(tmp_path, monkeypatch):
@@ -173,14 +173,15 @@ def test_a_few_missing_samples_are_filled_and_said(tmp_path, monkeypatch):
     for index, column in ((20, 1), (50, 3), (51, 3)):
         fields = lines[index].split(",")
         lines[index] = ",".join("NaN" if number == column else field for number, field in enumerate(fields))
-    found = read(tmp_path, "a.csv", named(",", time="t_s") + "\n".join(lines))
-    held, interpolated = found.notes
+    signals = read(tmp_path, "a.csv", named(",", time="t_s") + "\n".join(lines))
+    held, interpolated = signals.notes
     assert held == "column u: 1 of 120 samples missing, held"
     assert interpolated == "column P_A: 2 of 120 samples missing, interpolated"
-    assert found.u[20] == known().u[19]
+    assert signals.u[20] == known().u[19]
     P = known().P[0]
-    np.testing.assert_allclose(found.P[0, 50:52], P[49] + (P[52] - P[49]) * np.array([1, 2]) / 3, rtol=1e-12)
-    assert np.array_equal(found.P[1], read(tmp_path, "b.csv", named(",", time="t_s") + rows()).P[1])
+    filled = P[49] + (P[52] - P[49]) * np.array([1, 2]) / 3
+    np.testing.assert_allclose(signals.P[0, 50:52], filled, rtol=1e-12)
+    assert np.array_equal(signals.P[1], read(tmp_path, "b.csv", named(",", time="t_s") + rows()).P[1])
 
 
 def test_stamps_of_ros_and_iso_are_seconds_from_the_first(tmp_path):

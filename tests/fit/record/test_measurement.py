@@ -56,14 +56,14 @@ def at(index, value, name="x_mm"):
 
 
 def test_units_of_the_header_position_from_the_end_and_uneven_time(tmp_path):
-    found = read(tmp_path, table())
-    assert found.notes == ()
-    assert found.period == pytest.approx(known().period, rel=1e-9)
+    measured = read(tmp_path, table())
+    assert measured.notes == ()
+    assert measured.period == pytest.approx(known().period, rel=1e-9)
     # The file holds every digit; units are converted with one rounding or two.
-    np.testing.assert_allclose(found.x, known().x, rtol=1e-14, atol=1e-15)
-    np.testing.assert_allclose(found.P, known().P, rtol=1e-14)
-    found = read(tmp_path, changed("x_mm", 1e3 * (known().x + half())), from_end=True)
-    np.testing.assert_allclose(found.x, known().x, atol=1e-15)
+    np.testing.assert_allclose(measured.x, known().x, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(measured.P, known().P, rtol=1e-14)
+    measured = read(tmp_path, changed("x_mm", 1e3 * (known().x + half())), from_end=True)
+    np.testing.assert_allclose(measured.x, known().x, atol=1e-15)
 
 
 def test_a_mapping_is_read_from_its_file_and_an_unknown_quantity_is_refused(tmp_path):
@@ -122,8 +122,8 @@ def test_each_mistake_in_a_file_gives_one_line(tmp_path, columns, words):
 
 
 def test_closed_chambers_are_seen_where_nothing_flows_and_said_where_nothing_was_logged(tmp_path):
-    found = read(tmp_path, changed("u_V", 0 * known().u))
-    assert found.closed and found.notes == ("u: zero in every sample, so taken for closed chambers",)
+    measured = read(tmp_path, changed("u_V", 0 * known().u))
+    assert measured.closed and measured.notes == ("u: zero in every sample, so taken for closed chambers",)
     flows = {name: 0 * known().u for name in ("m_A_kg/s", "m_B_kg/s")}
     assert read(tmp_path, table() | flows).closed and not read(tmp_path, table()).closed
     # A held piston and pressures above the supply's are no mistakes there.
@@ -135,20 +135,20 @@ def test_closed_chambers_are_seen_where_nothing_flows_and_said_where_nothing_was
 
 
 def test_a_measured_supply_pressure_is_read_and_said(tmp_path):
-    found = read(tmp_path, table() | {"P_s_kPa": 1e-3 * supply()})
-    np.testing.assert_allclose(found.P_s, supply(), rtol=1e-12)
-    assert len(found.since(0.5).P_s) == len(found.since(0.5).u)
-    assert [note for note in found.notes if note.startswith("column P_s: ")]
+    measured = read(tmp_path, table() | {"P_s_kPa": 1e-3 * supply()})
+    np.testing.assert_allclose(measured.P_s, supply(), rtol=1e-12)
+    assert len(measured.since(0.5).P_s) == len(measured.since(0.5).u)
+    assert [note for note in measured.notes if note.startswith("column P_s: ")]
 
 
 def test_uneven_time_is_noted(tmp_path):
     t = table()["t_s"] + np.random.default_rng(0).uniform(-0.3, 0.3, len(known().u)) * known().period
     position = 300 * half() * np.sin(t)  # mm, smooth: the known record's own noise would hide what time does
-    found = read(tmp_path, changed("t_s", t) | {"x_mm": position})
-    assert "not uniform" in found.notes[0]
+    measured = read(tmp_path, changed("t_s", t) | {"x_mm": position})
+    assert "not uniform" in measured.notes[0]
     # Straight lines between samples are off by the curvature times the period squared over 8.
-    true = 0.3 * half() * np.sin(t[0] + found.t)
-    assert np.max(np.abs(found.x - true)) < 0.3 * half() * (1.6 * known().period) ** 2 / 8 * 1.01
+    true = 0.3 * half() * np.sin(t[0] + measured.t)
+    assert np.max(np.abs(measured.x - true)) < 0.3 * half() * (1.6 * known().period) ** 2 / 8 * 1.01
 
 
 def test_confused_columns_are_refused(tmp_path):
