@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.sampling import INTERPOLATED, Sampling
-from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, volume
+from pneumo.physics.cylinder import Chamber, Side, chamber_of, heat_area, volume
 from pneumo.physics.models import Lane, model_dP_dt, temperature
 from pneumo.physics.valve import choked_flow, limited
 from pneumo.simulation.full_order import Recording
@@ -127,8 +127,9 @@ def array_rate(xp: Any, case: Case) -> Callable[[Any, Any, Any, Any], Any]:
     plant, h = case.experiment.plant, case.experiment.h
     gas, c, cylinder = plant.gas, plant.conditions, plant.cylinder
     lane = Lane(*(xp.asarray(column) for column in case.lanes.T))
-    sign, both = xp.asarray([[1.0], [-1.0]]), [chamber_of(cylinder, side) for side in range(2)]
-    chamber: Any = Chamber(*(xp.asarray(own)[:, None] for own in zip(*both, strict=True)))
+    sign = xp.asarray([[side.sign] for side in Side])
+    both = [chamber_of(cylinder, side) for side in Side]
+    chamber: Any = Chamber(*(xp.asarray(pair)[:, None] for pair in zip(*both, strict=True)))
     A_q0 = heat_area(0.0, cylinder)
 
     def rate(u: Any, x: Any, v: Any, P: Any) -> Any:

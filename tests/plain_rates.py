@@ -1,7 +1,7 @@
 """Right-hand side of a replay on floats, and the size of its terms, at what an engineer gives."""
 
 from pneumo import MODELS, Model
-from pneumo.physics.cylinder import chamber_of, volume
+from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.physics.models import lane
 from pneumo.simulation.reference import lane_rate
 
@@ -10,7 +10,7 @@ EVERY = [*MODELS.values(), OWN]
 
 
 def _outward(plant, side):
-    return (1 if side == "A" else -1), chamber_of(plant.cylinder, "AB".index(side))
+    return Side[side].sign, chamber_of(plant.cylinder, Side[side])
 
 
 def plain_rate(model, n, plant, u, x, v, P, side):

@@ -1,10 +1,12 @@
 """Replays of a fit, against SciPy's high-order solver on the readable equations."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pneumo.physics.cylinder import Chamber, chamber_of
+from pneumo.physics.cylinder import Chamber, Side, chamber_of
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import exact_gas
 from pneumo.simulation.fitted_pressures import KUTTA, pressures_of_sets, pressures_on_flows
@@ -16,7 +18,6 @@ V_D = np.array([[8e-6, 12e-6], [10e-6, 10e-6], [3e-5, 2e-6]])  # m^3, by set and
 START = np.array([[5e5, 4e5], [3e5, 6e5], [2e5, 2.2e5]])  # Pa
 START_T = np.array([[293.0, 300.0], [280.0, 285.0], [310.0, 270.0]])  # K
 MOTIONS = (1.0, 1.02)  # of `position`
-SIDES = {0: 1.0, 1: -1.0}
 
 
 def command(t):
@@ -43,11 +44,11 @@ def exact(rates, plant, start):
     """Final state of both chambers, on each motion, by a solver of order eight."""
     result = []
     for size in MOTIONS:
-        for side, sign in SIDES.items():
+        for side in Side:
 
-            def f(t, y, side=side, sign=sign, size=size):
+            def f(t, y, side=side, size=size):
                 x, v = position(t, size)
-                return rates(sign * command(t), sign * x, sign * v, y, side)
+                return rates(side.sign * command(t), side.sign * x, side.sign * v, y, side)
 
             end = solve_ivp(f, (0, LENGTH), start[side], "DOP853", rtol=1e-11, atol=1e-6, max_step=0.01)
             result.append(end.y[0, -1])
@@ -105,10 +106,10 @@ def test_flows_in_place_of_a_valve_give_what_the_energy_balance_says(plant):
     flow = np.broadcast_to(m, (steps, 3, 2))
     pressures = pressures_on_flows(motions[0], flow, rows, V_D, plant, h, 1, START)
     c, gas, T_0 = plant.cylinder, plant.gas, plant.conditions.T_0
-    for i, side in np.ndindex(3, 2):
+    for i, side in itertools.product(range(3), Side):
 
         def rate(t, P, i=i, side=side):
-            x, v = (SIDES[side] * one for one in position(t, 1.0))
+            x, v = (side.sign * signal for signal in position(t, 1.0))
             area = (c.A_A, c.A_B)[side]
             V = V_D[i, side] + area * (c.stroke / 2 + x)
             return gas.gamma * (gas.R * T_0 * m[side] - P * area * v) / V  # (10), M3
