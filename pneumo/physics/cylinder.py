@@ -50,7 +50,7 @@ class Chamber(NamedTuple):
 
 
 def sign_of(side: int) -> float:
-    """Sign by which u, x and v count outward from a chamber: 1 for A, -1 for B."""
+    """Factor that turns u, x and v into outward ones of a chamber: 1 for A, -1 for B."""
     return 1.0 - 2.0 * side
 
 

@@ -154,7 +154,7 @@ def equilibrium(plant: Plant) -> np.ndarray:
 
 
 def failure(states: np.ndarray) -> tuple[int, int]:
-    """Return what became of a run: key of `RUN_STATUS`, and the step at which it failed, or -1.
+    """Status of a run, a key of `RUN_STATUS`, and the step at which it failed, or -1.
 
     A signal that is NaN from the start was not measured and does not count.
     """

@@ -6,7 +6,7 @@ from pneumo.physics.models import MODELS, lane, lane_array
 
 
 def grid_lanes(n: tuple[float, ...], gamma: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lanes of the whole grid and where each cell finds its lane.
+    """Lanes of the whole grid, and the index of each cell's lane.
 
     Returns
     -------

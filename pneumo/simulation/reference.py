@@ -74,7 +74,7 @@ def lane_rate_with_flows(
 
 @inlined
 def lane_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
-    """Write the rate of a lane's pressure y[0] at stage i into dy."""
+    """Write the rate of a lane's pressure y[0], Pa/s, at Runge-Kutta stage i into dy."""
     inputs, sign, chamber, plant, lane = context
     u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
     dy[0] = lane_rate(u, x, v, y[0], chamber, plant, lane)

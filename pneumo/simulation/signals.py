@@ -17,7 +17,7 @@ STUDY_SAMPLINGS = PUBLISHED, EXACT = "published", "exact"  # names of folders of
 
 
 def study_sampling(name: str, experiment: Experiment) -> Sampling:
-    """How the replays stored in results/`name` read the signals of an experiment's run.
+    """Sampling of an experiment's signals in the replays that are stored in results/`name`.
 
     Raises
     ------

@@ -267,14 +267,14 @@ def _replay(
 
 
 def needs(lanes: np.ndarray) -> np.ndarray:
-    """Need of each lane beyond constant temperature: 1 eq (6), 2 wall heat, 3 the root of PT as well."""
+    """Kind of each lane, by the terms it needs: 0 none, 1 eq (6), 2 wall heat too, 3 the root of PT too."""
     lane = Lane(*lanes.T)
     wall = np.where(lane.e_PT != 0, 3, 2)
     return np.where(lane.wall_scale != 0, wall, np.where(lane.a != 0, 1, 0))
 
 
 def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
-    """Whether the kernel can follow each lane, shape (lane,).
+    """Whether this kernel can replay each lane, shape (lane,).
 
     It knows the wall laws of `pneumo.physics.models.WALL_LAWS`, sizeable exponents a, and valves without leak
     or laminar flow.

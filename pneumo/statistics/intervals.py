@@ -49,7 +49,7 @@ UNKNOWN = Interval(np.nan, np.nan, np.nan)
 
 
 def student_quantile(degrees: int) -> float:
-    """Half the width of Student's interval over the standard error, by degrees of freedom."""
+    """Quantile of Student's t: half the width of an interval over the standard error."""
     return float(stdtrit(degrees, (1 + CONFIDENCE) / 2))
 
 
@@ -78,7 +78,7 @@ def fraction_interval(count: int, total: int, method: Literal["exact", "wilson"]
 
 
 def quotient_interval(sums: np.ndarray, counts: np.ndarray) -> Interval:
-    """Sum over sum, one term each per independent sample, with its bootstrap interval (percentiles).
+    """Quotient of two sums over independent samples, with its bootstrap interval (percentiles).
 
     Samples with a count of zero do not count; fewer than `FEWEST` that do have no interval: NaN.
     """

@@ -56,7 +56,7 @@ def recommend(ranking: Ranking, cells: xr.Dataset) -> Ranking:
 
 
 def _named(row: RobustModel) -> str:
-    """Model with its n."""
+    """Name of a model, with its n if it has one."""
     return f"{row.model} at n = {row.n:g}" if np.isfinite(row.n) else row.model
 
 
@@ -65,7 +65,7 @@ def _kpa(rms: float) -> str:
 
 
 def _range(robust: UnknownConductance) -> str:
-    """Range in which k_0 is known."""
+    """Write the range in which k_0 is known."""
     if robust.factor == 1:
         return "at the given k_0"
     if not np.isfinite(robust.k_0):

@@ -8,7 +8,7 @@ from pneumo.storage.files import EXPERIMENT_LABELS
 
 
 def settling_table(parts: Mapping[str, xr.Dataset], durations: Mapping[str, float]) -> xr.Dataset:
-    """Settling times beside the lengths of the full-order runs, s, from settling runs by experiment.
+    """Settling times of every experiment, and the length of its full-order run, s.
 
     `settling_time`, s, by (experiment, quantity); `failure_time`, s, `duration`, s, and
     `duration_per_settling_time` (over the longest of the experiment) by experiment.

@@ -16,7 +16,7 @@ COMPARED_FROM = "M2"  # M1 is left out of the answer whether the choice of a mod
 
 
 class Use(NamedTuple):
-    """A use of the models, and the error by which it is judged."""
+    """One use of the models, an observer or a controller, and its error among the results."""
 
     error: str  # variable of `plant_at_work`
     at: dict[str, str]  # its dimensions
@@ -24,7 +24,7 @@ class Use(NamedTuple):
 
     @property
     def paired(self) -> bool:
-        """Whether the replays are of the same runs."""
+        """Whether the replay errors come from the same runs as the errors of this use."""
         return self.error == "estimation_error"
 
 
@@ -40,7 +40,7 @@ USES = {
 
 
 def carried_at(cells: xr.Dataset, factor: float) -> xr.Dataset:
-    """Cells by model: those with wall heat at k_0 times `factor`, those without as they are."""
+    """Select the cells of each model once; models with wall heat use k_0 times `factor`."""
     pairs = zip(cells["k_0_factor"].values, cells["model"].values, strict=True)
     chosen = [k == factor or MODELS[name].wall == "none" for k, name in pairs]
     cells = cells.isel(carried=np.flatnonzero(chosen)).swap_dims(carried="model")
@@ -61,7 +61,7 @@ def spearman(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def correlations(
     replayed: np.ndarray, used: np.ndarray, paired: bool, rng: np.random.Generator
 ) -> np.ndarray:
-    """Rank correlation of RMS errors over the models: that of all seeds, then of every resampling of them.
+    """Rank correlation of RMS errors over the models: with all seeds, then with each resampling.
 
     Both are RMS errors of each run, shape (model, seed); `paired` says that both are of the same runs.
     """
@@ -79,14 +79,14 @@ def with_bounds(values: np.ndarray) -> np.ndarray:
 
 
 def predicts(low: float) -> str:
-    """Answer that the low end of a rank correlation's interval gives: paper/decisions/0049."""
+    """Whether replay errors predict a use, in words, from the low end of the rank correlation's interval."""
     if low > PREDICTS:
         return "predicts use"
     return "does not" if low <= 0 else "in part"
 
 
 def losses(used: np.ndarray) -> np.ndarray:
-    """Ratio of each model's error to the lowest, geometric mean and interval: shape (model, 3).
+    """Ratio of each model's error to the best model's, geometric mean and interval: shape (model, 3).
 
     From errors of each run, shape (model, seed); the lowest is that of the lowest geometric mean.
     """

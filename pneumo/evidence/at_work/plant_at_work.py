@@ -143,7 +143,7 @@ def full_force(plant: Plant) -> float:
 
 
 class ControlRun(NamedTuple):
-    """Mean squares of tracking error and command over a task, and the air that it took."""
+    """Mean squares of tracking error and command over a task, and the mass of air used."""
 
     tracking: float  # m^2
     by_part: np.ndarray  # m^2, for each of `PARTS`
@@ -204,7 +204,7 @@ def _observers(
 
 
 def _judged(runs: list[ControlRun]) -> dict[str, np.ndarray]:
-    """Errors of the judged runs of one controller by name."""
+    """Errors of one controller on the runs it is judged on, by variable name."""
     parts, (names, ends) = np.array([run.by_part for run in runs]), zip(*PARTS.items(), strict=True)
     lengths = np.array([end - start for start, end in ends])
     follow = np.array([name in ("sine", "handling") for name in names])

@@ -42,7 +42,7 @@ def air_from_supply(u: float, y: np.ndarray, plant: Plant) -> float:
 def held_step(
     y: np.ndarray, u: float, force: float, plant: Plant, h: float, most_halvings: int
 ) -> tuple[np.ndarray, int]:
-    """Six states one sample of h s later, and halvings of the step; u, V, and the force, N, are held."""
+    """States one sample (h s) later, and how often the step was halved; u, V, and force, N, are constant."""
     done = run(y, np.array([u, u]), force, HELD, plant, h, most_halvings)
     return done.states[1], done.halvings[0]
 

@@ -100,7 +100,7 @@ def random_experiments(number: int) -> tuple[Experiment, Experiment]:
 
 
 def _run(experiment: Experiment) -> xr.Dataset:
-    """Errors of the grid by (model, n), both chambers together, and the groups of one experiment."""
+    """Run one experiment: errors of both chambers together by (model, n), and its dimensionless groups."""
     recording = record(experiment)
     cells = replayed_grid(experiment, GRID_N, recording, EXACT_SAMPLING, experiment.steps)
     mse = cells["mse"].mean("chamber", skipna=False).drop_vars(["experiment", "cylinder", "loop", "k_0"])

@@ -18,7 +18,7 @@ PERCENTILES = np.arange(1, 100)
 
 
 def _halves(runs: xr.Dataset) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Group and logarithm of each model's error over the best, of the runs fitted and of those held out.
+    """Dimensionless group, and ln of each model's error over the best; of runs fitted, then held out.
 
     Shapes (cylinder, loop) and (cylinder, loop, model); NaN where a run does not count.
     """
@@ -33,8 +33,8 @@ def direct_rule(runs: xr.Dataset) -> xr.Dataset:
     """Fit the rule and judge it, from `pneumo.evidence.random_cylinders.regimes.with_answers`.
 
     Returns `rule_threshold`; `rule_model`, below and from it on; by (choice, bound) `rule_error`, the
-    geometric mean of the error over the best model's on the half held out; and `rule_quotient`, the rule's
-    over that of always M8.
+    geometric mean of the error over the best model's on the half held out; and `rule_quotient`, that of
+    the rule over that of always taking M8.
     """
     (group, logs), (held_group, held_logs) = _halves(runs)
     counts = np.isfinite(logs[..., 0])

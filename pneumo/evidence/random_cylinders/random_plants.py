@@ -48,9 +48,10 @@ def uniform(low: float, high: float) -> Draw:
 
 
 def random_plant(rng: np.random.Generator, ranges: Ranges) -> tuple[Plant, dict[str, float]]:
-    """Draw a cylinder with its supply and wall, and each of `Ranges.draws`, the speed limited.
+    """Draw a plant, and return it with the drawn value of each of `Ranges.draws`.
 
-    The plant's valve has 1 m^2/V; the caller chooses one for the speed.
+    The speed is at most `Ranges.strokes_per_second`. The valve's coefficient is 1 m^2/V: the caller sizes it
+    for the speed.
     """
     bore, stroke, rod_area = ranges.size(rng)
     area = pi / 4 * bore**2

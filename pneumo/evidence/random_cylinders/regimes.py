@@ -91,7 +91,7 @@ def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
 
 
 def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
-    """Compare the same pairs in the lowest, middle and highest third of the runs by some groups.
+    """Compare pairs in each third of the runs, sorted by one dimensionless group after another.
 
     By (group, third): `third_from` and `third_to`; by (group, third, pair, bound): `third_ratio`, geometric
     mean over runs, and `third_share`, the fraction of runs with a ratio below 1; intervals over cylinders.
@@ -158,7 +158,7 @@ def map_of_ratios(runs: xr.Dataset) -> xr.Dataset:
 
 
 def regime_statistics(runs: xr.Dataset) -> xr.Dataset:
-    """Every run, the comparisons and the thirds, without the errors at every n."""
+    """Join all statistics of the random cylinders in one dataset; the errors at every n are dropped."""
     kept = runs.drop_vars(["mse", "n"])
     kept["lowest"].attrs = {"units": "Pa2", "long_name": "mean square error at the run's best n"}
     kept["counts"].attrs = {"long_name": "1 where the full-order run and M5 to M10 succeeded"}

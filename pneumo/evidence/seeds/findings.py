@@ -59,7 +59,7 @@ def holds_in(source: StudyResults, claim: Claim, claims: Claims) -> tuple[bool, 
 
 
 def _stands(interval: tuple[float, float], true: tuple[float, float]) -> bool | None:
-    """Whether an interval lies within the range in which a statement is true; None if in part."""
+    """Whether a statement is true on the whole interval; None if it is true on a part of it."""
     if true[0] <= interval[0] and interval[1] <= true[1]:
         return True
     return False if interval[1] < true[0] or interval[0] > true[1] else None

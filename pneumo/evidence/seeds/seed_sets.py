@@ -46,7 +46,7 @@ def with_seeds(study: Study, seeds: Mapping[str, int], threads: int) -> xr.Datas
 
 
 def both_chambers(cells: xr.Dataset) -> xr.Dataset:
-    """Errors of the vector that joins chambers A and B, from `with_seeds`, as those of one chamber "AB"."""
+    """Errors of both chambers together, as those of one chamber "AB", from the result of `with_seeds`."""
     joined = concatenated(cells)[["mean_error", "mse"]]
     joined["failure_time"] = cells["failure_time"].max("chamber")
     return joined.expand_dims(chamber=["AB"], axis=-1)

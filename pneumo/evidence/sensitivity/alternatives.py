@@ -77,7 +77,7 @@ def _with_cylinder(plant: Plant, **fields: Any) -> Plant:
 
 
 def _elliptic(plant: Plant) -> Plant:
-    """ISO 6358 in place of eq (1), from its own equilibrium."""
+    """Replace eq (1) by the flow law of ISO 6358, and start from the equilibrium that it gives."""
     gas, c = plant.gas._replace(critical_ratio=CRITICAL_RATIO, elliptic=True), plant.conditions
     P_0 = equilibrium_pressure(c.P_s, c.P_atm, gas)
     return plant._replace(gas=gas, conditions=c._replace(P_0=P_0))

@@ -170,7 +170,7 @@ def reference_error(experiment: Experiment, lanes: np.ndarray) -> np.ndarray:
 
 
 def mean_square(series: np.ndarray) -> np.ndarray:
-    """Mean square over the samples, the last axis, with that at t = 0, as in the study."""
+    """Mean square over the last axis, the samples; the one at t = 0 counts, as in the study."""
     return (series**2).mean(axis=-1)
 
 
@@ -217,13 +217,13 @@ def budget(experiment: Experiment, n: tuple[float, ...]) -> xr.Dataset:
 
 
 def observed_order(halving: xr.DataArray) -> xr.DataArray:
-    """Order of the step's error, from halving the step: 5, the method's own, where everything is smooth."""
+    """Order of convergence, from halving the step: 5, the method's order, where everything is smooth."""
     ratio = (halving / halving.shift(step=-1)).isel(step=slice(None, -1))
     return xr.apply_ufunc(np.log2, ratio) / 2
 
 
 def told_apart(total: xr.DataArray, model_error: xr.DataArray) -> xr.DataArray:
-    """Whether the difference between two models' MSE is mostly that of their model errors, by (model, other).
+    """Whether two models' MSE differ because of the models, not of sampling and step, by (model, other).
 
     True where sampling and step change the difference of the two MSE by less than `MARGIN` of the difference
     of the model errors alone.

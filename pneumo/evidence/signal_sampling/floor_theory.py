@@ -43,7 +43,7 @@ SHIFTS = {
 
 
 def late_rest(recording: Recording, stride: int = 1) -> np.ndarray:
-    """Pressure error per second of delay of everything but jumps, Pa/s, shape (chamber, samples).
+    """Pressure error per second of delay, if all but the jumps is delayed, Pa/s, shape (chamber, samples).
 
     A delay of the whole run causes the rate of its pressure; the error of the jumps is subtracted.
     """
@@ -106,7 +106,7 @@ def averages(recording: Recording, every: int) -> Averages:
 
 
 class Sensitivities(NamedTuple):
-    """RMS pressure error per second by which a signal is late, Pa/s, for u, x and v."""
+    """RMS pressure errors per second of delay of the signals, Pa/s."""
 
     jump: float  # of jumps of the command, all by the same time: each cancels most of the one before
     rest: float  # of everything else

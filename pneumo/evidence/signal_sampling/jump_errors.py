@@ -17,7 +17,7 @@ SMALL_P, SMALL_T = 1.0, 1e-3  # Pa and K; steps of the differences that linearis
 
 @inlined
 def opened(u: float, u_max: float) -> float:
-    """Integral of max(0, command), limited to u_max, from 0 V to u, V^2."""
+    """Integral over the command from 0 V to u of its positive part, limited to u_max, V^2."""
     if u <= 0:
         return 0.0
     return u * u / 2 if u < u_max else u_max * u - u_max * u_max / 2
@@ -35,7 +35,7 @@ def mean_of_ramp(u: float, w: float, u_max: float) -> tuple[float, float]:
 def jump_rates(
     u: float, w: float, linear: bool, late: float, f: float, state: ChamberState, plant: Plant
 ) -> tuple[float, float]:
-    """Error (dP, dT) that a jump from u to w causes, per second between samples.
+    """Error (dP, dT) caused by a jump of the command from u to w, per second between samples.
 
     The jump falls at fraction 0 < f <= 1 between two samples, which are interpolated linearly; or else it is
     delayed by `late` intervals. Rates are linear in the area of each restriction: one area of each is enough.

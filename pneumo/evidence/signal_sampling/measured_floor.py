@@ -65,7 +65,7 @@ def floors(
 
 
 def reduced_floor(e: Experiment, recording: Recording, period: float) -> list[float]:
-    """Floor of one reduced model by sampling, Pa: its replay on exact less that on sampled signals."""
+    """RMS difference, Pa, between a reduced model's replays on exact and on sampled signals."""
     lanes = lane_array([lane(MODELS[FLOOR_MODEL], FLOOR_N, e.plant.gas.gamma)])
     sampled = (theory.SHIFTS[name].sampling._replace(every=round(period / e.h)) for name in SWEPT)
     exact, *others = (

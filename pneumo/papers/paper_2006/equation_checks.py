@@ -57,7 +57,7 @@ def _balances(s: State) -> tuple[float, float]:
 
 
 def _size_of_terms(s: State) -> float:
-    """Sum of the magnitudes of the pressure equation's terms, Pa/s; rounding is a fraction of it."""
+    """Sum of the magnitudes of the terms of the pressure equation, Pa/s: the scale of rounding errors."""
     flows = R * (s.m_in * max(s.T_in, s.T) + s.m_out * s.T)
     return GAMMA * (s.P * abs(s.dV_dt) + flows + abs(s.heat)) / s.V
 
@@ -180,7 +180,7 @@ def _by_model(name: str, s: State, n: float, area: float, k_0: float, T_in: floa
 
 
 def polytropic_pressure_equation(_: StudyResults) -> Finding:
-    """Whether eq (10), as M5 has it, solves eq (9) with dT/dt from eq (6)."""
+    """Whether eq (10) in the form of M5 satisfies eq (9) when dT/dt follows from eq (6)."""
 
     def rates(s: State, n: float) -> tuple[float, float]:
         T, rate = _by_model("M5", s, n, 1.0, 0.5, T_AMB)

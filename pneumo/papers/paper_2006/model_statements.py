@@ -31,7 +31,7 @@ def _quotients(mse: Mapping[str, float], pairs: Sequence[tuple[str, str]]) -> st
 def quotient(
     results: StudyResults, of: Sequence[str], over: Sequence[str], levels: Sequence[str], pick: str
 ) -> Finding:
-    """Highest or lowest quotient of some models' mean square error over that of the best of others."""
+    """Highest or lowest ratio of a model's mean square error to the lowest one of other models."""
     mse = {level: _mse_by_model(results, level) for level in levels}
     choose = max if pick == "highest" else min
     ratios: list[float] = []
@@ -44,7 +44,7 @@ def quotient(
 
 
 def smallest_gap(results: StudyResults, groups: Sequence[Sequence[str]], level: str) -> Finding:
-    """Smallest gap in mean square error from the best of a group down to the worst of the next, decades."""
+    """Smallest gap between neighbouring groups, decades: best error of one group over worst of the next."""
     mse = _mse_by_model(results, level)
     error = mse.__getitem__
     pairs = [(min(above, key=error), max(below, key=error)) for above, below in itertools.pairwise(groups)]
@@ -97,7 +97,7 @@ def in_order(results: StudyResults, models: Sequence[str], levels: Sequence[str]
 
 
 def same_order(results: StudyResults, levels: Sequence[str], apart: float) -> Finding:
-    """Whether models more than `apart` decades apart overall have the same order at every level."""
+    """Whether models whose overall errors differ by over `apart` decades keep their order at every level."""
     overall = _mse_by_model(results, OVERALL)
     by_level = {level: _mse_by_model(results, level) for level in levels}
     distances = {

@@ -73,7 +73,7 @@ def best_index(results: StudyResults, experiment: str, model: str, printed: str)
 def _with_cost(
     n: float, results: StudyResults, errors: Callable[[xr.Dataset], xr.DataArray], printed: str
 ) -> Finding:
-    """A best n, with what the printed one costs: logarithm of the quotient of their mean square errors."""
+    """Finding with the best n; its margin is ln of the error at the printed n over that at the best."""
     try:
         mse = errors(results.cells)
     except MissingEvidence:  # the printed tables, and runs of which only the tables are kept

@@ -18,7 +18,7 @@ def sources(results: Path, folder: Path) -> dict[str, Results]:
 
 
 def about(_: Sources) -> dict[str, Any]:
-    """Nothing is cut and nothing can fail."""
+    """No facts about the study: nothing is shortened and nothing can fail."""
     return {"study": "paper", "failures": {}, "settling_failures": {}}
 
 

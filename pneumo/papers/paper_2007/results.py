@@ -48,7 +48,7 @@ class Results:
         return float(self.example[name][self.example.attrs["taken"]])
 
     def follows(self, column: str, moved: np.ndarray) -> dict[str, Any]:
-        """Tables 4 and 5 from Tables 2 and 3, each input `moved` by so many half units: shape (input, ...).
+        """Tables 4 and 5 from Tables 2 and 3 with each input `moved` by some half units, shape (input, ...).
 
         The last row moves c_v within `C_V`. ``T_amb``, K, is the room temperature that T_av implies; T_av
         then follows from it again.
