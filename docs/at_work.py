@@ -2,9 +2,10 @@
 
 import numpy as np
 import xarray as xr
-from fragments import span, table, with_interval
+from fragments import span, table
 
 from pneumo.evidence.at_work.at_work_statistics import ENOUGH, USES, carried_at, predicts
+from pneumo.publish.text.formatting import with_interval
 from pneumo.statistics.intervals import Interval, student_interval
 
 SENSORS = {"none": "no pressure", "one": "P_A", "both": "both pressures"}

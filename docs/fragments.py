@@ -1,7 +1,6 @@
 """Parts of pages: numbers and tables of results, errata, models, files of results, commands."""
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -35,11 +34,6 @@ KINDS = {  # file of results -> what its kind is called
 def plain(text: Any) -> str:
     """Text with every sign of Markdown escaped."""
     return re.sub(r"([\\`*_\[\]<>|$#{}])", r"\\\1", str(text))
-
-
-def with_interval(values: Iterable[float], digits: int = 2) -> str:
-    """Value and interval in words, from value, low and high."""
-    return "{:.{d}f} ({:.{d}f} to {:.{d}f})".format(*values, d=digits)
 
 
 def span(values: xr.DataArray, digits: int | str) -> str:

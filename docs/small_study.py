@@ -8,11 +8,11 @@ from typing import Any
 
 from pneumo.configuration.parameters import load, study
 from pneumo.configuration.study_json import to_json
+from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.storage.files import write_json
 
 ROOT = Path(__file__).parents[1]
 EXPERIMENTS = ("E06", "E12")
-TRANSPORTS = ("published", "exact")
 
 
 def script(name: str) -> Any:
@@ -42,9 +42,9 @@ def small_study(results: Path, override: Path) -> None:
         compiling = "pneumo.jobs.kernels.compile_replays"
         script("settling")(parameters, compiling, each("settling"), results / "settling.nc", code)
         script("datum")(parameters, each("datum"), 1, code)
-        replays = [file for transport in TRANSPORTS for file in each(f"{transport}/replay")]
+        replays = [file for sampling in STUDY_SAMPLINGS for file in each(f"{sampling}/replay")]
         script("replay")(parameters, each("datum"), replays, 2, code)
-        statistics = [results / transport / "statistics.nc" for transport in TRANSPORTS]
+        statistics = [results / sampling / "statistics.nc" for sampling in STUDY_SAMPLINGS]
         script("statistics")(parameters, statistics, code)
         measured = results / "2007"
         script("simulated_example")(

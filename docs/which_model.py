@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from fragments import span, table, with_interval
+from fragments import span, table
 
 import pneumo
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
+from pneumo.publish.text.formatting import with_interval
 from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.statistics.averages import at_n, best_n, concatenated
 from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINED_MODELS, REFINEMENT_STEPS

@@ -26,7 +26,7 @@ from pneumo.statistics.averages import statistics
 EXPERIMENTS = ["E06", "E12"]
 LEVELS = {"adiabatic": ["E06"], "typical": ["E06", "E12"], "isothermal": []}
 N = [1.0, 1.2, 1.4]
-TRANSPORTS = ["published", "exact"]
+SAMPLINGS = ["published", "exact"]
 
 
 def a_grid(factor: float) -> xr.Dataset:
@@ -176,9 +176,9 @@ def test_residual_is_full_order_minus_reduced_and_a_failed_model_is_left_out():
         np.testing.assert_allclose(line.get_ydata(), residuals.get(model, 30.0), rtol=1e-9)
     grid = GRIDS["published"].copy(deep=True)
     grid["mse"].loc[{"model": "M5"}] = np.nan
-    failed = dict.fromkeys(TRANSPORTS, statistics(grid, LEVELS))
+    failed = dict.fromkeys(SAMPLINGS, statistics(grid, LEVELS))
     datum = a_datum(3.0)
-    replays = dict.fromkeys(TRANSPORTS, a_replay(datum, 1e3))
+    replays = dict.fromkeys(SAMPLINGS, a_replay(datum, 1e3))
     assert len(time_traces(datum, replays, failed).axes[2].lines) == 2  # zero and M1
     shown = texts(figures.fig10(failed, with_percentiles(table7(), 10)))
     assert "$M_{5}$" in shown  # its printed value still stands there

@@ -22,7 +22,7 @@ from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.assumptions import AS_TAKEN
 
 CUT_TO = 60.0  # s
-BOTH_TRANSPORTS = STUDY_SAMPLINGS[::-1]
+BOTH_SAMPLINGS = STUDY_SAMPLINGS[::-1]
 AVERAGES = ("mean", "geometric mean")  # over experiments
 
 
@@ -33,7 +33,7 @@ def refined_errors(experiment: Experiment, alternative: Alternative) -> np.ndarr
     rows = index[np.isin(list(MODELS), REFINED_MODELS)].ravel()
     recording = alternative.record(e)
     errors: list[np.ndarray] = []
-    for name in BOTH_TRANSPORTS:
+    for name in BOTH_SAMPLINGS:
         cells = replay(recording, lanes[rows], study_sampling(name, e), e.steps)
         mse = np.where(cells.status == OK, cells.mse, np.nan).mean(axis=1)
         errors.append(mse.reshape(len(REFINED_MODELS), len(n)))
@@ -50,7 +50,7 @@ def errors_by_alternative(name: str, alternatives: Mapping[str, Alternative]) ->
         errors |= dict.fromkeys(group, mse)
     taken = alternatives[AS_TAKEN].study
     print(f"{name}: {len(groups)} full-order runs under {len(alternatives)} alternatives, done", flush=True)
-    coords = {"alternative": list(alternatives), "transport": list(BOTH_TRANSPORTS)}
+    coords = {"alternative": list(alternatives), "transport": list(BOTH_SAMPLINGS)}
     coords |= {"model": list(REFINED_MODELS), "n": list(taken.n)}
     mse = tuple(coords), np.array([errors[member] for member in alternatives])
     return xr.Dataset({"mse": mse}, coords | experiment_labels(taken.experiments[name]))

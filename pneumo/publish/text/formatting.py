@@ -33,7 +33,7 @@ def ends_text(low: float, high: float) -> str:
     return f"{significant(low)} to {significant(high)}" if high < np.inf else f"at least {significant(low)}"
 
 
-def with_interval(ends: Iterable[float], digits: int) -> str:
+def with_interval(ends: Iterable[float], digits: int = 2) -> str:
     """Write a value with its interval, from (value, low, high), as in ``0.18 (0.17 to 0.19)``."""
     value, low, high = ends
     return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"

@@ -67,7 +67,7 @@ def test_what_does_not_reach_the_grid_is_left_out_and_physics_is_what_it_says(by
     assert other.gas.elliptic and not taken.gas.elliptic
 
 
-@pytest.mark.parametrize("transport", v.BOTH_TRANSPORTS)
+@pytest.mark.parametrize("transport", v.BOTH_SAMPLINGS)
 def test_errors_are_those_of_plain_replays(by_alternative, dataset, transport):
     study = by_alternative[AS_TAKEN].study
     e = study.experiments["E12"]
