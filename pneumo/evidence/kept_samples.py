@@ -237,7 +237,7 @@ def _variants() -> Iterator[Sample]:
     runs = [sliced(alternative.study.experiments[name], variants.CUT_TO) for name in levels[level]]
     mse = np.array([variants.refined_errors(e, alternative) for e in runs])[:, None]
     dims = ("experiment", "alternative", "transport", "model", "n")
-    along = (levels[level], [AS_TAKEN], variants.BOTH_TRANSPORTS, REFINED_MODELS, alternative.study.n)
+    along = (levels[level], [AS_TAKEN], variants.BOTH_SAMPLINGS, REFINED_MODELS, alternative.study.n)
     cells = xr.DataArray(mse, {name: list(values) for name, values in zip(dims, along, strict=True)}, dims)
     again = variants.refinement_ratios(cells, {level: levels[level]})["ratio"].sel(level=level)
     before = kept.sel(level=level, alternative=[AS_TAKEN]).transpose(*again.dims)

@@ -150,7 +150,7 @@ def test_the_test_program_agrees_with_python(model, precision, valve, piston, pl
 @C_COMPILER
 def test_the_test_program_sees_a_wrong_constant(plant, tmp_path):
     files = exported("M8", N, plant, "c", stem="model")
-    right, wrong = b"0.5, /* k_0 */", b"0.50001, /* k_0 */"
+    right, wrong = (f"{k_0!r}, /* k_0 */".encode() for k_0 in (plant.k_0, 1.00002 * plant.k_0))
     assert right in files["model.c"]
     code, said = run_test_program(files | {"model.c": files["model.c"].replace(right, wrong)}, tmp_path)
     assert code == 1 and "largest relative difference" in said
