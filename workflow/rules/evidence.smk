@@ -233,7 +233,9 @@ rule measurements:
     input:
         rules.measured_records.output,
         rules.measured_air.output,
-        expand("results/figures/{drawn}.{kind}", drawn=["measurements", "pulses", "vessel"], kind=["svg", "png"]),
+        expand(
+            "results/figures/{drawn}.{kind}", drawn=["measurements", "pulses", "vessel"], kind=["svg", "png"]
+        ),
 
 
 rule variants:
