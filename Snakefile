@@ -12,7 +12,7 @@ from pneumo.hashing import code_hash
 from pneumo.jobs.checked_study import as_written, checked_study, k_0_factors, user_cylinders
 from pneumo.jobs.fleet_plan import checked_fleet, resources
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
-from pneumo.jobs.run_lock import set_damaged_aside, take_run_lock
+from pneumo.jobs.run_lock import is_dry_run, set_damaged_aside, take_run_lock
 
 min_version("9.0")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
@@ -32,7 +32,7 @@ config.update(as_written(SETTINGS.configfiles, SETTINGS.config))
 FLEET = checked_fleet(config, SETTINGS.configfiles, SETTINGS.config, check=workflow.is_main_process)
 
 
-if workflow.is_main_process and not workflow.dryrun:
+if workflow.is_main_process and not is_dry_run(sys.argv[1:]):
     set_damaged_aside()
 
 

@@ -23,6 +23,8 @@ def array_command(reference, x, e):
     """Command before the limiter for arrays."""
     if e.drive.closed_loop:
         return e.drive.k_p * (reference - x)
+    if not e.drive.each_stage:
+        return reference  # it has the sign that the step began with
     forced = np.abs(x) >= e.drive.x_reverse
     return np.where(forced, -np.sign(x) * np.abs(reference), reference)
 

@@ -366,7 +366,8 @@ def test_models_and_commands_are_the_programs():
     text = commands()
     for group, name in ((cli.app, "pneumo"), (cli.paper, "pneumo paper")):
         for command in group.registered_commands:
-            assert f"## `{name} {command.callback.__name__}`" in text
+            title = command.name or command.callback.__name__.replace("_", "-")
+            assert f"## `{name} {title}`" in text
 
 
 no_site = pytest.mark.skipif(not (SITE / "index.html").exists(), reason="no site/: `make docs` builds it")

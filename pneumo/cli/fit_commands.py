@@ -34,7 +34,7 @@ def show(
     x_from: Origin = "mid",
     output: Annotated[Path, output_to("name of the figures, without .svg and .png")] = Path("record"),
 ) -> None:
-    """Draw a measured record as a fit reads it, and say what is odd in it."""
+    """Draw a record as a fit reads it, and say what is odd in it."""
     from pneumo.configuration.parameters import study
     from pneumo.fit.record.columns import read_mapping
     from pneumo.fit.record.measurement import read_measurement

@@ -35,7 +35,7 @@ def verdict(
         bool, Option("--record", help="accept the new statuses: overwrite the paper's statuses.csv")
     ] = False,
 ) -> None:
-    """Judge every claim; print counts, then those missed or contradicted.
+    """Judge every claim; print counts, then what is missed.
 
     Counts are by kind of evidence: of items, and of facts (items that state the same fact count once). Items
     come by size of deviation.

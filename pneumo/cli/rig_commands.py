@@ -25,7 +25,7 @@ def rig(
     ] = False,
     output: Annotated[Path | None, output_to("folder for rig.nc")] = None,
 ) -> None:
-    """Fit models to one volume of gas: a chamber behind a valve and perhaps a hose, or a vessel.
+    """Fit models to a chamber behind a hose, or to a vessel.
 
     Models are ranked on pulses, or points, that the fit does not use.
     """

@@ -3,9 +3,10 @@
 import errno
 import fcntl
 import os
+import re
 import sys
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
@@ -53,6 +54,17 @@ def take_run_lock() -> None:
             print("pneumo: waiting for a job of a killed run to end", file=sys.stderr)
             fcntl.flock(jobs, fcntl.LOCK_EX)
     _warn_about_future_files()
+
+
+def is_dry_run(arguments: Sequence[str]) -> bool:
+    """Whether Snakemake's arguments ask for a plan only; when a Snakefile is read, it does not tell.
+
+    Examples
+    --------
+    >>> [is_dry_run([word]) for word in ("-n", "-np", "--dry-run", "-j2", "results/seed_sets.nc")]
+    [True, True, True, False, False]
+    """
+    return any(re.fullmatch(r"-[a-z]*n[a-z]*|--dry-?run", argument) for argument in arguments)
 
 
 def set_damaged_aside() -> None:

@@ -4,6 +4,7 @@ Octave gets numbers of config/paper.yaml as they stand there, in the units of th
 """
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -37,13 +38,17 @@ def numbers(config: dict[str, Any], name: str, seconds: float) -> dict[str, floa
     opened, closed = cylinder.pop("open_loop"), cylinder.pop("closed_loop")
     del cylinder["settling"]
     is_closed = experiment["loop"] == "closed"
+    k_0 = experiment.get("k_0_W_per_K")
+    if k_0 is None:  # (12), with both end faces and the wall of half the stroke
+        bore, half = cylinder["bore_mm"] * 1e-3, cylinder["stroke_mm"] * 0.5e-3
+        k_0 = experiment["lambda_0_W_per_m2K"] * math.pi * (bore**2 / 2 + bore * half)
     return {
         **(config["gas"] | config["supply"] | cylinder),
         "closed_loop": float(is_closed),
         "amplitude": closed["variance_m2"] ** 0.5 if is_closed else opened["amplitude_V"],
         "reverse_at": opened["reverse_at"],
         "k_p_V_per_m": closed["k_p_V_per_m"],
-        "k_0_W_per_K": experiment["k_0_W_per_K"],
+        "k_0_W_per_K": k_0,
         **{"duration_s": seconds, "step_s": config["step_s"], "n": N},
         "replays_read": READINGS.index((closed if is_closed else opened)["replays_read"]),
     }

@@ -84,7 +84,7 @@ def test_the_page_runs_and_takes_the_keyboard(page, visit):
     browser.run("document.getElementById('k_0').focus()")
     k_0 = browser.run("live.get('k_0')")
     browser.press("ArrowRight")
-    assert browser.run("live.get('k_0')") == pytest.approx(k_0 + 0.02)
+    assert browser.run("live.get('k_0')") == pytest.approx(k_0 + 0.02, abs=0.01)  # on the slider's grid
     browser.run("document.getElementById('bore').focus()")
     browser.press("ArrowRight")
     assert browser.run("live.get('A_A')") == pytest.approx(np.pi / 4 * 0.021**2)

@@ -167,11 +167,11 @@ def test_bad_exports_are_refused(arguments, words, plant):
 
 
 @pytest.fixture
-def export(inside):
+def export(inside, plant):
     """Run `pneumo export M8` in an empty folder; returns exit code, output and error text."""
 
     def run(**changes):
-        options = {"n": "1.35", "cylinder": "D", "k0": "0.5", "to": "c", "config": PAPER} | changes
+        options = {"n": "1.35", "cylinder": "D", "k0": repr(plant.k_0), "to": "c", "config": PAPER} | changes
         words = (word for name, value in options.items() for word in (f"--{name}", value))
         return inside("export", "M8", *words)
 

@@ -142,11 +142,18 @@ def damage(bench: Bench, spoil: Callable[[Bench, Path], None]) -> Iterator[tuple
         named = name in study.pneumo("paper", "verify").output
         if number % 2:
             os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # only its content differs
-            refused, by = study.pneumo("paper", "verify", "--remove").code == 0, "`pneumo paper verify`"
+            refused, by = (
+                study.pneumo("paper", "verify", "--remove").code == 0,
+                "removed by `pneumo paper verify`",
+            )
+            refused = refused and not path.exists()
         else:
-            refused, by = name in study.run().refusal, "the next run"
-        refused = refused and named and not path.exists()
-        same, outcome = bench.rerun(f"named and removed by {by}, made again")
+            aside, by = path.with_name(f"{path.name}.damaged"), "set aside by the next run"
+            study.run()
+            refused = aside.exists()
+            aside.unlink(missing_ok=True)
+        refused = refused and named
+        same, outcome = bench.rerun(f"named, {by}, made again")
         yield same and refused, outcome if refused else f"{name}: NOT refused"
 
 

@@ -135,8 +135,8 @@ def test_an_error_is_answered_by_four_equal_poles(e, de, dde, integral, w):
     a = acceleration(*y[1:], 0.0, PLANT.cylinder)
     _, c_2, c_1, c_0, c_i = np.poly([-w] * 4)  # s^4 + 4 w s^3 + 6 w^2 s^2 + 4 w^3 s + w^4, of the integral
     jerk = c_2 * dde + c_1 * de + c_0 * e + c_i * integral
-    found = commanded(y, np.array([y[0] + e, y[1] + de, a + dde, 0.0]), integral, w, PLANT, LANE)
-    asked = commanded(y, np.array([y[0], y[1], a, jerk]), 0.0, w, PLANT, LANE)
+    found = commanded(y, np.array([y[0] + e, y[1] + de, a + dde, 0.0]), integral, w, PLANT, MODEL)
+    asked = commanded(y, np.array([y[0], y[1], a, jerk]), 0.0, w, PLANT, MODEL)
     assert found == pytest.approx(asked, rel=1e-9, abs=1e-9)
 
 

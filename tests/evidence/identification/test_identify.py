@@ -119,7 +119,7 @@ def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
     found = mechanics.search_bounds(synthetic(), seed=1, mapper=map, population=4, generations=4)
     # Printed milliseconds leave a valley in which both change by some 1.5 % together.
     np.testing.assert_allclose(np.exp(found.x[:2]), np.exp(TRUE[:2]), rtol=0.02)
-    assert abs(found.x[2] - TRUE[2]) < 0.1  # two experiments hardly determine the stop
+    assert abs(found.x[2] - TRUE[2]) < 0.2  # two experiments hardly determine the stop
     assert found.fun < 1.0  # eight cells; what is left is rounding
 
 

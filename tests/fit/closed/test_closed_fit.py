@@ -75,9 +75,9 @@ def test_what_made_the_record_of_a_moving_piston_is_found(closed_fit):
     assert any("k_0 of A and of B do not overlap" in text for text in closed_fit.warnings)
 
 
-def test_k_0_is_the_laws_own_at_P_0(found):
+def test_k_0_is_the_laws_own_at_P_0(closed_fit):
     """A constant conductance is its mean; converted by the root of PT it was another."""
-    constant = found.data["estimate"].sel(model="wall heat, constant")
+    constant = closed_fit.data["estimate"].sel(model="wall heat, constant")
     for side in "AB":
         k_0, mean = (constant.sel(parameter=f"{name}_{side}").item() for name in ("k_0", "k"))
         assert k_0 == pytest.approx(mean, rel=1e-12)
