@@ -152,7 +152,8 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
     held, fitted = air["held_out"] / 1e3, air["fitted"] / 1e3
     pulses, bare = held.sel(case="pulses"), held.sel(case="pulses, no hose")
     discharge, T = fitted.sel(case="discharge"), air["T_error"].sel(case="discharge")
-    eq_6 = [name for name, model in MODELS.items() if model.temperature == "polytropic"]
+    replayed = [name for name in MODELS if name in air["model"].values]  # of those that there were
+    eq_6 = [name for name in replayed if MODELS[name].temperature == "polytropic"]
     lag = air["estimate"].sel(case="discharge, lag", model=FULL, parameter="T_lag_s").item()
     return {
         "hose": span(pulses, 1),
@@ -179,7 +180,7 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
         "other full T": f"{air['other_T'].sel(case='discharge', model=FULL).item():.0f}",
         "other eq 6": span(air["other_P"].sel(case="discharge", model=eq_6) / 1e3, 0),
         "back full": f"{air['other_P'].sel(case='filling', model=FULL).item() / 1e3:.1f}",
-        "back M": span(air["other_P"].sel(case="filling", model=list(MODELS)) / 1e3, 0),
+        "back M": span(air["other_P"].sel(case="filling", model=replayed) / 1e3, 0),
         "T full": f"{T.sel(model=FULL).item():.0f}",
         "T lag": f"{air['T_error'].sel(case='discharge, lag', model=FULL).item():.0f}",
         "lag": f"{lag:.0f}",
