@@ -65,7 +65,7 @@ def test_samples_that_are_missing_are_bridged(run):
 @pytest.mark.parametrize(
     "change, told",
     [
-        ({"model": "M11"}, "no such model"),
+        ({"model": "M99"}, "no such model"),
         ({"n": None}, "needs a polytropic index"),
         ({"h": 0.0}, "h = 0: must be a positive number"),
         ({"x": [0.0, 0.0]}, "x: shape"),
