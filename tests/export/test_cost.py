@@ -11,6 +11,7 @@ from benchmarks import exported_c as cost
 from pneumo import MODELS
 from pneumo.equations.system import FULL_ORDER, METHODS, system
 from pneumo.export import exported
+from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import lane, temperature
 
 
