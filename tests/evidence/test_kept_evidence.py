@@ -1,6 +1,7 @@
 """Evidence that is kept with the source: whose it is, how much, and a sample of it computed again."""
 
 import json
+import re
 from datetime import date
 
 import netCDF4
@@ -52,6 +53,12 @@ def test_samples_computed_again_are_those_that_are_kept(file):
         pytest.skip(f"{file} is of the setup before decisions 35 and 62")
     found = kept_samples.check_samples(file)
     assert found.numbers and found.good, found
+
+
+def test_the_readme_names_the_files_of_an_earlier_setup():
+    _, _, text = README.partition("Of an earlier setup")
+    named, _, _ = text.partition("\n\n")
+    assert set(re.findall(r"`([\w.]+)`", named)) == EARLIER_SETUP
 
 
 def test_every_kept_file_has_samples():
