@@ -17,6 +17,7 @@ from pneumo.evidence.random_cylinders import regimes as regime
 from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS, known_groups
 from pneumo.evidence.random_cylinders.direct_rule import direct_rule
 from pneumo.physics.models import MODELS
+from pneumo.publish.figures.panels import symbol
 from pneumo.publish.figures.regimes_figure import regime_map
 from pneumo.selection.cylinder_ranking import one_run
 from pneumo.simulation.full_order import equilibrium, failure, record
@@ -408,7 +409,7 @@ def test_map_has_the_mean_ratio_of_each_part_and_marks_where_it_is_not_one():
     logs = np.log(lowest[:800, 0, M["M6"]] / best)
     mean = runs["map_ratio"].sel(map_ratio_of="M6/best", loop="open", bound="value").values[*place]
     assert mean == pytest.approx(np.exp(logs[inside].mean()))
-    panel = next(ax for ax in regime_map(runs).axes if "M_8" in ax.get_title())
+    panel = next(ax for ax in regime_map(runs).axes if symbol("M8") in ax.get_title())
     drawn = np.asarray(panel.collections[0].get_array()).reshape(value.T.shape)
     np.testing.assert_allclose(drawn, np.log10(value).T)
     dots = len(panel.lines[0].get_xdata())
