@@ -17,7 +17,7 @@ from pneumo.evidence.at_work import plant_at_work as work
 from pneumo.evidence.at_work.at_work_statistics import at_work_statistics
 from pneumo.evidence.fit_coverage.interval_coverage import FIRST_SEED, fit_same_model
 from pneumo.evidence.identification import open_loop_cells as open_loop
-from pneumo.evidence.identification.open_loop import Likelihood, numbers_over_seeds, penalty
+from pneumo.evidence.identification.open_loop import penalty
 from pneumo.evidence.identification.settling_stops import identified_stop
 from pneumo.evidence.kept_copies import difference, tolerance
 from pneumo.evidence.random_cylinders import regimes
@@ -37,6 +37,7 @@ from pneumo.hashing import code_hash, imports_of
 from pneumo.papers.paper_2006.numbers_of_tables import TABLES, numbers_of_tables
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, table5
 from pneumo.papers.paper_2006.results import ComputedResults
+from pneumo.papers.paper_2006.table_likelihood import TableLikelihood, numbers_of_seed_sets
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.signals import EXACT, PUBLISHED
@@ -168,7 +169,7 @@ def _open_loop() -> Iterator[Sample]:
     yield _of(file, "lowest score", kept["score"].values[places], kept["score"].min())
     if not of_this_study("seed_sets.nc"):
         return  # its covariance is that of the seed sets
-    likelihood = Likelihood(numbers_over_seeds(paper, read_seed_sets(KEPT / "seed_sets.nc"))[1:])
+    likelihood = TableLikelihood(numbers_of_seed_sets(paper, read_seed_sets(KEPT / "seed_sets.nc")))
     mean_error, mse = (kept[name].values.astype(float) for name in ("mean_error", "mse"))
     experiments = kept["experiment"].values.tolist()
     numbers = numbers_of_tables(mean_error, mse, paper.n, experiments, paper.experiments_by_level)

@@ -16,11 +16,10 @@ from pneumo.evidence.identification.open_loop_cells import (
     configured_setup,
     setup_coordinates,
 )
-from pneumo.papers.paper_2006.numbers_of_tables import TABLES, numbers_of_tables, printed_numbers
+from pneumo.papers.paper_2006.numbers_of_tables import TABLES, numbers_of_tables
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
-from pneumo.simulation.signals import PUBLISHED
+from pneumo.papers.paper_2006.table_likelihood import TableLikelihood, numbers_of_seed_sets
 from pneumo.statistics.averages import rms_of
-from pneumo.statistics.likelihood import chi_square, shrunk_covariance
 from pneumo.storage.layout import described
 
 BEST = 20  # pairs that the ledger has
@@ -55,54 +54,35 @@ def penalty(pair: Sequence[OpenLoopSetup]) -> float:
     return float(sum(2 * np.log(len(options)) * len({of_D, of_E}) for options, of_D, of_E in keys))
 
 
-def numbers_over_seeds(study: Study, seed_sets: xr.Dataset) -> np.ndarray:
-    """Numbers of the tables with each set of seeds, shape (seeds, 288), from `read_seed_sets`."""
-    cells = seed_sets.sel(transport=PUBLISHED, experiment=list(study.experiments), model=list(PAPER_MODELS))
-    cells = cells.squeeze("chamber", drop=True).transpose("seeds", "experiment", "model", "n")
-    return _numbers(study, *(cells[name].values for name in ERRORS))
-
-
 def _numbers(study: Study, mean_error: np.ndarray, mse: np.ndarray) -> np.ndarray:
     return numbers_of_tables(mean_error, mse, study.n, list(study.experiments), study.experiments_by_level)
 
 
-class Likelihood:
-    """Chi-square of the tables' numbers, with the covariance of the seed sets and of printing."""
+def scores_by_criterion(likelihood: TableLikelihood, numbers: np.ndarray) -> np.ndarray:
+    """Chi-square by each of `CRITERIA`, shape (criterion, ...), from numbers of shape (..., 288)."""
+    return np.stack(
+        [
+            likelihood.chi_square(numbers, TABLES),
+            likelihood.chi_square(numbers, TABLES, "printed"),
+            likelihood.chi_square(numbers, ("T7", "T9", "T8")),
+            likelihood.chi_square(numbers, ("p10", "p90")),
+        ]
+    )
 
-    def __init__(self, over_seeds: np.ndarray) -> None:
-        self.printed = printed_numbers()
-        seeds, self.shrinkage = shrunk_covariance(over_seeds)
-        self.covariance = seeds + np.diag(self.printed["variance"])
 
-    def chi_square(self, numbers: np.ndarray, tables: Sequence[str], column: str = "meant") -> np.ndarray:
-        """Chi-square of the numbers of some tables, shape (...), from shape (..., 288)."""
-        printed = self.printed[column].to_numpy()
-        part = np.flatnonzero(np.isfinite(printed) & self.printed["table"].isin(tables).to_numpy())
-        return chi_square(numbers[..., part] - printed[part], self.covariance[np.ix_(part, part)])
-
-    def by_criterion(self, numbers: np.ndarray) -> np.ndarray:
-        """Chi-square by each of `CRITERIA`, shape (criterion, ...)."""
-        return np.stack(
-            [
-                self.chi_square(numbers, TABLES),
-                self.chi_square(numbers, TABLES, "printed"),
-                self.chi_square(numbers, ("T7", "T9", "T8")),
-                self.chi_square(numbers, ("p10", "p90")),
-            ]
-        )
-
-    def misfits(self, numbers: np.ndarray) -> list[float]:
-        """Rms deviation by table, of Tables 7 and 9 in ln of MSE; of Table 8 the cells as printed."""
-        values: list[float] = []
-        off = numbers - self.printed["printed"].to_numpy()
-        of_mse = self.printed.index.astype(str).str.endswith(".mse")
-        for table in TABLES:
-            part = (self.printed["table"] == table).to_numpy()
-            if table == "T8":
-                values.append(float(np.count_nonzero(np.abs(off[part]) < TOLERANCE_OF_N)))
-            else:
-                values.append(rms_of(off[part & of_mse] if table in ("T7", "T9") else off[part]))
-        return values
+def misfits(likelihood: TableLikelihood, numbers: np.ndarray) -> list[float]:
+    """Rms deviation by table, of Tables 7 and 9 in ln of MSE; of Table 8 the cells as printed."""
+    values: list[float] = []
+    off = numbers - likelihood.printed["printed"].to_numpy()
+    for table in TABLES:
+        part = (likelihood.printed["table"] == table).to_numpy()
+        if table == "T8":
+            values.append(float(np.count_nonzero(np.abs(off[part]) < TOLERANCE_OF_N)))
+        elif table in ("T7", "T9"):
+            values.append(float(likelihood.rms_of_ln_mse(numbers, table)))
+        else:
+            values.append(rms_of(off[part]))
+    return values
 
 
 class PairErrors:
@@ -162,11 +142,11 @@ def choose_open_loop(
         ``mse`` of every cell with the best pair. ``seeds_chi_square`` of the seed sets, as printed.
     """
     check_all_experiments(study)
-    over_seeds = numbers_over_seeds(study, seed_sets)
-    likelihood, errors = Likelihood(over_seeds[1:]), PairErrors(study, cells)
+    over_seeds = numbers_of_seed_sets(study, seed_sets)
+    likelihood, errors = TableLikelihood(over_seeds), PairErrors(study, cells)
     numbers = np.stack([_numbers(study, *errors(i, slice(None))) for i in range(len(SETUPS))])
     penalties = np.array([[penalty((of_D, of_E)) for of_E in SETUPS] for of_D in SETUPS])
-    scores = np.nan_to_num(likelihood.by_criterion(numbers) + penalties, nan=np.inf)
+    scores = np.nan_to_num(scores_by_criterion(likelihood, numbers) + penalties, nan=np.inf)
     progress(f"{len(SETUPS) ** 2} pairs of setups, done")
 
     order = np.argsort(scores[0], axis=None, kind="stable")
@@ -186,7 +166,7 @@ def choose_open_loop(
                 "penalty": penalties[i, j],
                 "scores": scores[:, i, j],
                 "chi_square": [likelihood.chi_square(numbers[i, j], (table,)) for table in TABLES],
-                "misfit": likelihood.misfits(numbers[i, j]),
+                "misfit": misfits(likelihood, numbers[i, j]),
             }
         )
     ledger = pd.DataFrame(rows)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from pneumo.configuration.experiment import Study
 from pneumo.papers.paper_2006.numbers_of_tables import numbers_of_tables, printed_numbers
@@ -27,8 +28,13 @@ def numbers_over_seeds(results: Path, study: Study) -> np.ndarray | None:
     file = evidence_file(results, "seed_sets.nc", study.config_sha256)
     if file is None:
         return None
+    return numbers_of_seed_sets(study, read(file, "mean_error", "mse"))
+
+
+def numbers_of_seed_sets(study: Study, seed_sets: xr.Dataset) -> np.ndarray:
+    """Numbers of the tables with each set of seeds, shape (seeds, 288), from ``seed_sets.nc``."""
     names = list(study.experiments)
-    cells = read(file, "mean_error", "mse").squeeze("chamber", drop=True)
+    cells = seed_sets[["mean_error", "mse"]].squeeze("chamber", drop=True)
     cells = cells.sel(transport=PUBLISHED, experiment=names, model=list(PAPER_MODELS))
     cells = cells.transpose("seeds", "experiment", "model", "n").astype(float)
     levels = study.experiments_by_level
@@ -36,12 +42,19 @@ def numbers_over_seeds(results: Path, study: Study) -> np.ndarray | None:
 
 
 class TableLikelihood:
-    """Pulls and chi-squares of the tables' numbers, with the covariance over seeds and of printing."""
+    """Pulls and chi-squares of the tables' numbers, with the covariance over seeds and of printing.
+
+    Parameters
+    ----------
+    over_seeds : numpy.ndarray
+        From `numbers_of_seed_sets`; the first row, with the study's own seeds, is left out of the covariance.
+    """
 
     def __init__(self, over_seeds: np.ndarray) -> None:
         self.printed = printed_numbers()
         self.over_seeds = over_seeds
-        self.covariance = shrunk_covariance(over_seeds[1:]).covariance + np.diag(self.printed["variance"])
+        seeds, self.shrinkage = shrunk_covariance(over_seeds[1:])
+        self.covariance = seeds + np.diag(self.printed["variance"])
 
     def pulls(self, numbers: np.ndarray) -> dict[str, float]:
         """Deviation of each number from print, as meant, in standard deviations, by item."""

@@ -11,10 +11,8 @@ from rich.console import Console
 from pneumo.errors import ResultError
 from pneumo.evidence.identification.open_loop import (
     CRITERIA,
-    Likelihood,
     PairErrors,
     choose_open_loop,
-    numbers_over_seeds,
     penalty,
 )
 from pneumo.evidence.identification.open_loop_cells import (
@@ -33,6 +31,7 @@ from pneumo.evidence.identification.open_loop_cells import (
 from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.papers.paper_2006.numbers_of_tables import TABLES
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
+from pneumo.papers.paper_2006.table_likelihood import TableLikelihood, numbers_of_seed_sets
 from pneumo.publish.text.terminal_tables import open_loop_tables
 from pneumo.simulation.full_order import record
 from pneumo.storage.grid_layout import replayed_grid
@@ -128,9 +127,9 @@ def test_the_pair_that_meets_the_tables_is_chosen(invented):
     first = found.sel(pair="1")
     assert first["setup_number"].values.tolist() == [17, 101]
     assert int(np.argmin(found["score"].values)) == 17 * 144 + 101
-    own = numbers_over_seeds(STUDY, SEEDS)[0]
-    likelihood = Likelihood(numbers_over_seeds(STUDY, SEEDS)[1:])
-    expected = likelihood.chi_square(own, TABLES) + penalty((SETUPS[17], SETUPS[101]))
+    over_seeds = numbers_of_seed_sets(STUDY, SEEDS)
+    likelihood = TableLikelihood(over_seeds)
+    expected = likelihood.chi_square(over_seeds[0], TABLES) + penalty((SETUPS[17], SETUPS[101]))
     assert first["scores"].values[0] == pytest.approx(expected) == found["score"].min().item()
     today = found.sel(pair="today")
     assert today["scores"].values[0] > expected and today["place"] > 1
@@ -164,8 +163,8 @@ def test_a_part_of_the_study_has_no_tables(invented):
 
 
 def test_the_papers_own_seeds_are_nearest_to_its_tables():
-    over_seeds = numbers_over_seeds(STUDY, SEEDS)
-    likelihood = Likelihood(over_seeds[1:])
+    over_seeds = numbers_of_seed_sets(STUDY, SEEDS)
+    likelihood = TableLikelihood(over_seeds)
     assert likelihood.shrinkage == pytest.approx(0.0723, abs=1e-4)
     expected = {"T7": (32.6, 1), "T9": (641.2, 1), "T8": (104.0, 30), "p10": (127.4, 22), "p90": (62.0, 1)}
     for table, (own, place) in expected.items():
