@@ -101,16 +101,14 @@ def assumptions(results: Results = RESULTS) -> None:
 def identify(
     context: typer.Context,
     files: Annotated[list[Path] | None, Argument(help="configuration [config/paper.yaml]")] = None,
-    cylinder: Annotated[
-        Literal["D", "E", "both"], Option(help="which cylinder; amplitudes and signal sampling need both")
-    ] = "both",
+    cylinder: Annotated[Literal["D", "E", "both"], Option(help="which cylinder")] = "both",
     seed: Annotated[int, Option(min=0, help="seed of the search")] = 0,
     threads: Threads = 2,
     output: Annotated[Path, output_to("NetCDF file to write")] = Path("results/identification.nc"),
 ) -> None:
     """Estimate what the paper does not print from its tables.
 
-    Mass, friction, end stop, amplitudes and how replays read samples, searched within wide bounds.
+    Mass, friction, end stop and the ends of the settling runs, searched within wide bounds.
     """
     import time
 

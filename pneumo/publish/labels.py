@@ -3,13 +3,9 @@
 SAMPLING = {  # how the signals of a full-order run reach the replays -> label
     "published": "signals as in the paper",
     "exact": "exact signals",
-    "as configured": "signals as in the paper",  # so named by the identification
     "linear": "interpolated",
     "hold": "held",
     "delay": "held, one sample late",
-    "linear, 0.13 ms late": "interpolated, 0.13 ms late",
-    "linear, u a sample late": "interpolated, u a sample late",
-    "hold, end of step next": "held, end of step next",
 }
 STUDY_SAMPLING = {name: SAMPLING[name] for name in ("published", "exact")}
 ORIGINS = {  # of the numbers of a verdict's findings -> label

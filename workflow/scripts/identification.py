@@ -1,4 +1,4 @@
-"""Identify what the paper leaves open: M, k_f, stop, amplitudes and signal sampling."""
+"""Identify what the paper leaves open: M, k_f, stop and the ends of the settling runs."""
 
 from pathlib import Path
 

@@ -7,8 +7,6 @@ from pathlib import Path
 import xarray as xr
 
 from pneumo.configuration.experiment import Study
-from pneumo.errors import ResultError
-from pneumo.evidence.identification.amplitudes import BOTH_CYLINDERS, MSE_DISCREPANCY, identify_amplitudes
 from pneumo.evidence.identification.deviance import REGION_THRESHOLD, THRESHOLD
 from pneumo.evidence.identification.mechanics import (
     FITTED_EXPERIMENTS,
@@ -51,44 +49,23 @@ IDENTIFICATION_LONG_NAMES = {  # name -> (long name, unit); a parameter's own un
     "settling_stop_low": ("first time that fits about as well", "s"),
     "settling_stop_high": ("last time that fits about as well", "s"),
     "settling_stop_misfit": ("rms of ln(reproduced/printed settling time) at the stop", "1"),
-    "amplitude": ("magnitude of the open-loop command, lowest deviance", "V"),
-    "amplitude_low": ("lower end of the 95 per cent interval", "V"),
-    "amplitude_high": ("upper end of the 95 per cent interval", "V"),
-    "amplitude_value": ("magnitude of the open-loop command, held fixed", "V"),
-    "amplitude_deviance": ("lowest deviance of Table 7 over the other cylinder's amplitude", "1"),
-    "amplitude_widening": ("as widening, for Table 7", "1"),
-    "amplitude_rms": ("rms of ln(reproduced/printed mean square error)", "1"),
-    "transport_rms": ("the same by transport, each at its own best amplitudes", "1"),
-    "transport_amplitude": ("amplitude at which Table 7 has the lowest deviance with a transport", "V"),
-    "table": ("table of the paper: 7 is fitted, 9 scored", "1"),
-    "runs": ("number of full-order runs that were replayed", "1"),
 }
-
-
-def check_all_experiments(study: Study) -> None:
-    """Raise `ResultError` for a study that lacks an experiment: Tables 7 and 9 average over all."""
-    for name in table5()["experiment"].values:
-        if name not in study.experiments:
-            raise ResultError(f"{name}: missing in this study; Tables 7 and 9 need all 16 experiments")
 
 
 def identify(
     study: Study, cylinders: Sequence[str], seed: int, threads: int, progress: Callable[[str], None]
 ) -> xr.Dataset:
-    """Identify M, k_f and end stop of each cylinder; with both, also amplitudes, sampling and settling stops.
+    """Identify M, k_f and end stop of each cylinder, and the ends of its settling runs.
 
     `seed` is that of the search's random numbers; the result does not depend on `threads`; `progress` gets a
     line after each stage. `ResultError` if the study lacks an experiment that is needed.
     """
     data = {name: settling_cells(study.experiments, FITTED_EXPERIMENTS[name], table5()) for name in cylinders}
-    both = set(cylinders) >= set(BOTH_CYLINDERS)
-    if both:
-        check_all_experiments(study)
     with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run
         mechanics = [identify_mechanics(data[name], seed, pool.map, progress) for name in cylinders]
-        others = [identify_amplitudes(study, pool.map, progress)] if both else []
-        others += [identify_stops(study.experiments, pool.map)] if both else []
-    result = xr.merge([_by_cylinder(cylinders, mechanics), *others])
+        of_cylinders = {name: e for name, e in study.experiments.items() if e.cylinder in cylinders}
+        stops = identify_stops(of_cylinders, pool.map)
+    result = xr.merge([_by_cylinder(cylinders, mechanics), stops])
     for name, variable in result.variables.items():
         long_name, unit = IDENTIFICATION_LONG_NAMES.get(str(name), ("", ""))
         variable.attrs = {k: text for k, text in (("long_name", long_name), ("units", unit)) if text}
@@ -109,14 +86,12 @@ def save_identification(dataset: xr.Dataset, study: Study, seed: int, path: Path
     """Write what `identify` returned; the same bytes for the same seed."""
     about = attributes(
         "Identification of the constants that the paper leaves open",
-        "M, k_f and end stop from Table 5, open-loop amplitudes and transport from Tables 7 and 9,"
-        " from wide bounds",
+        "M, k_f and end stop from Table 5, from wide bounds",
         study.config_sha256,
         code_hash(__name__),
         comment="Deviance: sum of squared ln(reproduced/printed) over noise, above its lowest, over widening."
         " Noise: printed rounding and a discrepancy. stop is a fraction of the half-stroke.",
         discrepancy_settling_time=SETTLING_DISCREPANCY,
-        discrepancy_mse=MSE_DISCREPANCY,
         threshold_interval=THRESHOLD,
         threshold_region=REGION_THRESHOLD,
         seed=seed,

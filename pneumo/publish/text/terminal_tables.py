@@ -14,7 +14,7 @@ from pneumo.evidence.random_cylinders.dimensionless_groups import known_groups
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
 from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.papers.paper_2006.inferred_cells import inferred_cells, rms_of_inferred
-from pneumo.publish.labels import AVERAGES, SAMPLING, STUDY_SAMPLING
+from pneumo.publish.labels import AVERAGES, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.likelihood import NOT_DISTINGUISHED
@@ -280,7 +280,7 @@ IDENTIFIED_UNIT = {"M": "kg", "k_f": "N s/m", "stop": ""}
 
 
 def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
-    """Parameters of ``results/identification.nc`` by cylinder; amplitudes and signal sampling, if any."""
+    """Parameters of ``results/identification.nc`` by cylinder, and the ends of the settling runs."""
     cylinders = [(name, identified.sel(cylinder=name)) for name in identified["cylinder"].values]
 
     rows: list[Sequence[str]] = []
@@ -300,23 +300,6 @@ def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
         others = (f"{part[key].item():.2f}" for key in ("correlation", "widening"))
         rows.append([cylinder, *rms, *others, str(part["evaluations"].item())])
     yield _table("", ("cylinder", "rms fitted", "rms scored", "r(M, k_f)", "widening", "evaluations"), rows)
-    if "amplitude" not in identified:
-        return
-
-    rows = []
-    for cylinder, part in cylinders:
-        amplitude, low, high = (part[f"amplitude{end}"].item() for end in ("", "_low", "_high"))
-        rows.append([cylinder, significant(amplitude), ends_text(low, high)])
-    yield _table("Table 7", ("cylinder", "amplitude (V)", "95 % interval"), rows)
-
-    rows = []
-    for transport in identified["transport"].values:
-        part = identified.sel(transport=transport)
-        amplitudes = ", ".join(significant(value) for value in part["transport_amplitude"].values)
-        rows.append(
-            [SAMPLING[transport], *(f"{rms:.4f}" for rms in part["transport_rms"].values), amplitudes]
-        )
-    yield _table("", ("signals", "rms Table 7", "rms Table 9", "amplitudes D, E (V)"), rows)
 
     rows = []
     for name in identified["stopped"].values:
