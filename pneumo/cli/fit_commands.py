@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import typer
 from typer import Argument, Option
 
-from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, output_to, read_configuration
+from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, Trust, output_to, read_configuration
 from pneumo.fit.fitted_parameters import ALSO
 from pneumo.fit.record.formats import FORMATS
 
@@ -32,6 +32,7 @@ def show(
     config: Config = None,
     columns: Columns = None,
     x_from: Origin = "mid",
+    trust: Trust = False,
     output: Annotated[Path, output_to("name of the figures, without .svg and .png")] = Path("record"),
 ) -> None:
     """Draw a record as a fit reads it, and say what is odd in it."""
@@ -42,7 +43,7 @@ def show(
     from pneumo.publish.style import save
     from pneumo.selection.plants import configured_plant
 
-    plant = configured_plant(study(read_configuration(config)), cylinder, 1.0)
+    plant = configured_plant(study(read_configuration(config, trust)), cylinder, 1.0)
     mapping = read_mapping(columns) if columns else None
     record = read_measurement(measurement, plant, mapping, from_end=x_from == "end")
     for note in record.notes:
@@ -66,7 +67,12 @@ def fit(
     part: Annotated[
         float, Option(min=0.2, max=0.9, help="fraction of the record to fit; the rest is held out")
     ] = 0.6,
-    trust: Annotated[bool, Option("--trust", help="skip the check for swapped or wrong columns")] = False,
+    trust: Annotated[
+        bool,
+        Option(
+            "--trust", help="skip the checks for swapped or wrong columns and for units of the configuration"
+        ),
+    ] = False,
     also: Annotated[
         list[str] | None,
         Option(help=f"fitted too, without prior knowledge: {', '.join(ALSO)}; may be repeated"),
@@ -102,7 +108,7 @@ def fit(
     from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
     from pneumo.fit.closed.closed_fit import fit_closed
-    from pneumo.fit.closed.thermal_time_constant import transient
+    from pneumo.fit.closed.thermal_time_constant import FEWEST_SAMPLES, transient
     from pneumo.fit.estimate import fit_measurement, validation
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
@@ -115,12 +121,15 @@ def fit(
     from pneumo.selection.plants import configured_plant
     from pneumo.storage.files import output_folder, write_text
 
+    said: list[str] = []
+
     def say(text: str) -> None:
+        said.append(text)
         typer.echo(text, err=True)
 
     if output is not None:
         context.with_resource(output_folder(output))
-    configuration = read_configuration(config)
+    configuration = read_configuration(config, trust)
     configured = study(configuration)
     plant = configured_plant(configured, cylinder, 1.0)
     names = [model_row(name).name for name in model or MODELS]
@@ -138,9 +147,11 @@ def fit(
             name for name, given in (("model", model), ("also", also), ("validate", other)) if given
         ]:
             raise InputError(f"--{option}: closed chambers are fitted with thermal laws; leave it out")
-        fitted = fit_closed(measured.since(closed_from), plant, part=part, check=not trust, progress=say)
-        for note in fitted.notes[len(measured.notes) :]:
-            say(f"note: {note}")
+        rest = measured.since(closed_from)
+        if len(rest.u) < FEWEST_SAMPLES:
+            left = f"leaves {len(rest.u)} samples of {measured.t[-1]:g} s: must be at least {FEWEST_SAMPLES}"
+            raise InputError(f"--closed-from {closed_from:g} s: {left}")
+        fitted = fit_closed(rest, plant, part=part, check=not trust, progress=say)
     else:
         if not trust:
             check_columns(measured, plant, command=rule)
@@ -149,6 +160,9 @@ def fit(
         fitted = fit_measurement(
             measured, plant, names, command=rule, part=part, also=causes, known=known, progress=say
         )
+    for note in fitted.notes:
+        if f"note: {note}" not in said:
+            say(f"note: {note}")
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
@@ -161,8 +175,8 @@ def fit(
         Console().print(table)
     if isinstance(fitted, ClosedChambersResult):
         typer.echo(shown.wall_text(fitted), err=as_json)
-    for text in filter(None, [shown.valve_text(fitted), *(f"warning: {text}" for text in fitted.warnings)]):
-        typer.echo(text, err=as_json)
+    for text in fitted.warnings:
+        typer.echo(f"warning: {text}", err=as_json)
     start = default_conductance(plant.cylinder)
     ends = f"95 % of such cylinders {start.k_0_low:.2g} to {start.k_0_high:.2g}"
     typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})", err=as_json)

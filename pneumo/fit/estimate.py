@@ -23,17 +23,26 @@ from pneumo.fit.fit_problem import (
     with_causes,
 )
 from pneumo.fit.fit_result import AS_GOOD, Estimate, FitResult, equally_good, fit_data, rms_of_chambers
-from pneumo.fit.fit_warnings import DISTRUST, bounds_of_reduced, disagreements, doubtful, fit_warnings
+from pneumo.fit.fit_warnings import (
+    DISTRUST,
+    bounds_of_reduced,
+    disagreements,
+    doubtful,
+    fit_warnings,
+    undetermined_notes,
+)
 from pneumo.fit.fitted_parameters import ALSO, REPORTED, SHIFTING, STARTS
 from pneumo.fit.least_squares import Fit, descend, fit
 from pneumo.fit.parameter_intervals import (
     correlation,
     covariances,
     definite,
+    expected_shifts,
     inverse_curvature,
     parameter_interval,
     remainder_shifts,
 )
+from pneumo.fit.position_checks import dead_volume_notes, stop_warnings
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import residuals, sensor_noise
 from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
@@ -92,6 +101,7 @@ def estimate(
     model_error = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
     moved = configured_shifts(problem, best, known)
     both = covariances(best, model_error / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
+    of_noise, _ = both
     laws = wall_law_shifts(few, best) if model is FULL and intervals else np.zeros((1, len(best.theta)))
     values = problem.values(best.theta)
     low: dict[str, float] = {}
@@ -104,13 +114,16 @@ def estimate(
     # No model predicts the first pressures of the part held out: these alone are fitted.
     fixed = {name: value for name, value in values.items() if name not in STARTS}
     rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), fixed)
-    predicted = replayed_pressures(rest, fit(rest).theta[None])[0, 0]
+    predicted = replayed_pressures(rest, first_pressures(rest)[None])[0, 0]
     rms, held_out = (
         np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
         for signals, P in ((problem.signals, fitted), (rest.signals, predicted))
     )
     pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
-    remainder = dict(zip(problem.names, remainder_shifts(best).tolist(), strict=True))
+    remainder, expected = (
+        dict(zip(problem.names, half.tolist(), strict=True))
+        for half in (remainder_shifts(best), expected_shifts(of_noise))
+    )
     moved_by = parameter_shifts(problem, best, moved)
     rows = zip(problem.names, correlation(both).tolist(), strict=True)
     related = {name: dict(zip(problem.names, row, strict=True)) for name, row in rows}
@@ -123,11 +136,22 @@ def estimate(
         pressure,
         moved_by,
         remainder,
+        expected,
         related,
         0.0 if known is None else misfit(problem, best.theta, best.jacobian, inverse_curvature(best), known),
         problem.at_bound(best.theta),
         not definite(best),
     )
+
+
+def first_pressures(problem: Problem) -> np.ndarray:
+    """First pressures and temperatures, fitted where nothing else is, on the scale of the search.
+
+    Of a long record `MOST_STEPS` of the replay show them.
+    """
+    signals = problem.signals
+    last = min(signals.P.shape[1] - 1, MOST_STEPS // signals.stride)
+    return fit(problem._replace(signals=signals.part(0, last))).theta
 
 
 def best_start(problem: Problem) -> Fit:
@@ -256,7 +280,9 @@ def fit_measurement(
 
     def add(model: Model, plant: Plant, signals: StageSignals, motions: np.ndarray) -> None:
         result = estimate(model, plant, signals, noisy=motions, **options)
-        estimates[model.name] = result._replace(pressure=result.pressure + off)
+        # Every model keeps all pressures; of a long record in half the memory, to 0.03 Pa.
+        kept = (result.pressure + off).astype(np.float32 if long else np.float64)
+        estimates[model.name] = result._replace(pressure=kept)
         progress(error_line(model.name, result))
 
     corrected, opened = plant, record
@@ -266,8 +292,10 @@ def fit_measurement(
         rough = best_start(plain)
         noise = sensor_noise(first.P, rough.residual * plant.conditions.P_s)
         prior = priors(plant, first, known, noise)
-        remainder = dict(zip(plain.names, remainder_shifts(rough).tolist(), strict=True))
-        far = doubtful(residuals(plain, rough.theta), remainder, DISTRUST)
+        of_noise, _ = covariances(rough)
+        halves = remainder_shifts(rough), expected_shifts(of_noise)
+        remainder, expected = (dict(zip(plain.names, half.tolist(), strict=True)) for half in halves)
+        far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)
         reported = tuple(dict.fromkeys((*reported, *prior)))
         options |= {"intervals": () if far else reported}
         options |= {"also": also, "prior": prior, "start": rough.theta}
@@ -284,7 +312,8 @@ def fit_measurement(
     estimates = ranked(estimates)
     judged = FULL if FULL.name in estimates else MODELS[next(iter(estimates))]
     problem = Problem(judged, plant, first, {}, few, also, prior if judged is FULL else NO_PRIORS)
-    warnings = fit_warnings(problem, estimates[judged.name]) + disagreements(estimates)
+    of_rig = stop_warnings(m, plant, known) + fit_warnings(problem, estimates[judged.name])
+    warnings = of_rig + disagreements(estimates)
     if judged is FULL:
         warnings += bounds_of_reduced(estimates, reported)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
@@ -293,11 +322,14 @@ def fit_measurement(
         notes=(
             *measurement.notes,
             *long,
+            *undetermined_notes(problem, estimates[judged.name]),
+            *dead_volume_notes(m, plant),
             *alike_notes(reduced),
             *uncorrected_notes(estimates),
         ),
         warnings=tuple(warnings),
         held_out_from=float(measurement.t[split]),
+        doubted=bool(of_rig),
     )
 
 
@@ -338,8 +370,8 @@ def validation(
         full = name == FULL.name
         model, of_model = (FULL, (plant, record)) if full else (MODELS[name], (corrected, opened))
         problem = Problem(model, *of_model, fixed)
-        best = fit(problem)
-        errors[name] = plant.conditions.P_s * np.sqrt(np.mean(best.residual**2, axis=1))
+        replayed = replayed_pressures(problem, first_pressures(problem)[None])[0, 0]
+        errors[name] = np.sqrt(np.mean((problem.signals.P - replayed) ** 2, axis=1))
     return errors
 
 

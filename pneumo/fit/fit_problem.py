@@ -259,4 +259,5 @@ def pressure_and_jacobian(problem: Problem, theta: np.ndarray) -> tuple[np.ndarr
         for i in members:
             side = {"A": slice(0, 1), "B": slice(1, 2)}.get(problem.names[i][-1], slice(0, 2))
             jacobian[:, side, :, i] = (P[:, row, side] - P[:, 0, side]) / steps[i]
-    return P[:, 0], np.where(np.isfinite(jacobian), jacobian, 0.0)
+    np.nan_to_num(jacobian, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+    return P[:, 0], jacobian

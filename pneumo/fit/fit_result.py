@@ -4,18 +4,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES, SHIFTING
+from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, STARTS
 from pneumo.fit.record.measurement import Measurement
 from pneumo.hashing import code_hash
 from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
 
+Light = Literal["green", "yellow", "red"]  # of a parameter: determined, to be checked, not determined
+VAGUE, ROUGH = 3.0, 1.5  # upper over lower end of an interval that says little, and of one to be checked
 AS_GOOD = 1.05  # error on the part held out over the lowest, up to which models are equally good
 
 
@@ -32,6 +34,8 @@ class Estimate(NamedTuple):
     moved: Mapping[str, np.ndarray] = MappingProxyType({})
     # By parameter, on the scale of its search: half-width by which unexplained residuals may have moved it.
     remainder: Mapping[str, float] = MappingProxyType({})
+    # By parameter, on that scale: half of the interval from noise and configuration alone.
+    expected: Mapping[str, float] = MappingProxyType({})
     correlation: Mapping[str, Mapping[str, float]] = MappingProxyType({})  # of two parameters
     of_configuration: float = (
         0.0  # Pa, standard deviation of the residual by what is configured, within its accuracy
@@ -51,6 +55,15 @@ def equally_good(estimates: Mapping[str, Estimate]) -> list[str]:
     return [name for name in errors if errors[name] <= AS_GOOD * min(errors.values())]
 
 
+def light(name: str, interval: Interval, doubted: bool) -> Light:
+    """Light of a parameter by its interval; a search that begins at zero needs no lower end."""
+    search, (_, low, high) = PARAMETERS[name].search, interval
+    if not np.isfinite(high) or not (np.isfinite(low) or search.low == 0):
+        return "red"
+    ratio = high / low if search.logarithmic else 1.0
+    return "red" if ratio > VAGUE else "yellow" if doubted or ratio > ROUGH else "green"
+
+
 @dataclass(frozen=True, kw_only=True)
 class FitResult:
     """Models fitted to a measurement."""
@@ -59,6 +72,7 @@ class FitResult:
     notes: tuple[str, ...]  # remarks on the record, a sentence each
     warnings: tuple[str, ...]  # reasons not to believe the fit, a sentence each
     held_out_from: float  # s, time of the last sample that was fitted
+    doubted: bool = False  # whether warnings concern the rig, and not a reduced model alone
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
 
     title: ClassVar = "Reduced models fitted to a measurement"
@@ -96,6 +110,21 @@ class FitResult:
         intervals = dict(zip(self.data["parameter"].values.tolist(), map(Interval, *columns), strict=True))
         return {name: interval for name, interval in intervals.items() if np.isfinite(interval.value)}
 
+    @property
+    def lights(self) -> dict[str, Light]:
+        """Lights of the full order's parameters; none where it was not fitted.
+
+        Red: the interval has an open end or says little. Yellow: it is wide, or warnings concern the rig.
+        """
+        if FULL_ORDER not in self.models:
+            return {}
+        found = self.estimates(FULL_ORDER)
+        return {
+            name: light(name, interval, self.doubted)
+            for name, interval in found.items()
+            if name not in STARTS
+        }
+
     def correlation(self, model: str) -> pd.DataFrame:
         """Correlation of a model's parameters, by their names."""
         table = self.data["correlation"].sel(model=model).values
@@ -124,7 +153,8 @@ class FitResult:
             for model in self.models
         }
         texts = {"notes": list(self.notes), "warnings": list(self.warnings)}
-        return {"held_out_from": self.held_out_from, "models": models} | texts
+        lights = {"lights": self.lights} if self.lights else {}
+        return {"held_out_from": self.held_out_from, "models": models} | lights | texts
 
     def attributes(self) -> dict[str, Any]:
         """Global attributes of the file."""

@@ -11,20 +11,20 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from pneumo.fit.fit_problem import FULL, LIMITS, Problem, search_value, si_value
-from pneumo.fit.fit_result import Estimate, equally_good
+from pneumo.fit.fit_result import VAGUE, Estimate, equally_good
 from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES
 from pneumo.fit.least_squares import fit
+from pneumo.fit.position_checks import stated, stated_volume_warnings
 from pneumo.fit.residuals import BLOCK, Residual, block_means, residuals
 
 EXPLAINED = 0.5  # rms of what is not noise with a cause over that without, below which the cause is named
 TIED = 1.5  # rms of what is not noise with a cause over that with the best, up to which both are named
 STEPS = 20  # of a search for a cause
-VAGUE = 3.0  # upper over lower end of an interval that says little
 UNLIKELY = 2.0  # factor between a fitted and the configured dead volume
 # Half-widths, on the search's scale, by which residuals that are not noise may move a parameter unsaid.
 TOLERATED = {"k_0": 0.15, "k_xu": 0.03, "V_d_A": 0.05, "V_d_B": 0.05}
 DISTRUST = 5.0  # times that, beyond which intervals mean nothing
-ALLOWED = 2.0  # residual over that expected of a configuration within its accuracy
+ALLOWED = 3.0  # residual over the standard deviation of what a configuration within its accuracy leaves
 SEEN = 0.2  # coloured residual over the sensor's noise, below which it is not seen
 AROUND = 0.05  # s, after an event
 AT_STOP = 0.02  # of half the stroke, from its end
@@ -40,7 +40,8 @@ def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of unexplained residuals and their likely cause, else of odd parameters."""
     name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
     if name == FULL.name:
-        odd = doubtful(split, estimate.remainder, least=ALLOWED * estimate.of_configuration)
+        least = ALLOWED * estimate.of_configuration
+        odd = doubtful(split, estimate.remainder, estimate.expected, least=least)
         symptoms = [remainder_warning(problem, estimate, split)] if odd else []
     else:
         symptoms = residual_warnings(name, dict(zip("AB", split, strict=True)))
@@ -73,14 +74,22 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
 
 
 def doubtful(
-    split: Sequence[Residual], remainder: Mapping[str, float], factor: float = 1.0, least: float = 0.0
+    split: Sequence[Residual],
+    remainder: Mapping[str, float],
+    expected: Mapping[str, float],
+    factor: float = 1.0,
+    least: float = 0.0,
 ) -> bool:
     """Whether residuals that are not noise may move a parameter by more than `factor` times `TOLERATED`.
 
-    Residuals below `least`, Pa, are expected of a configuration within its accuracy.
+    Residuals below `least`, Pa, are expected of a configuration within its accuracy, and so are shifts
+    within `expected`, the half of an interval from noise and configuration alone.
     """
     seen = any(residual.coloured > max(SEEN * residual.noise, least) for residual in split)
-    return seen and any(remainder.get(name, 0.0) > factor * most for name, most in TOLERATED.items())
+    return seen and any(
+        remainder.get(name, 0.0) > max(factor * most, expected.get(name, 0.0))
+        for name, most in TOLERATED.items()
+    )
 
 
 def remainder_warning(problem: Problem, estimate: Estimate, split: Sequence[Residual]) -> str:
@@ -95,7 +104,7 @@ def remainder_warning(problem: Problem, estimate: Estimate, split: Sequence[Resi
         if name in estimate.remainder
     ]
     effect = f"this moves {', '.join(moved)}, or more"
-    if doubtful(split, estimate.remainder, DISTRUST):
+    if doubtful(split, estimate.remainder, estimate.expected, DISTRUST):
         effect = "do not trust these parameters"
     return (
         f"P_A and P_B: full is off by {both('rms')} kPa rms, of which {both('coloured')} kPa are not noise"
@@ -182,18 +191,15 @@ def _coloured(split: Sequence[Residual]) -> float:
 
 
 def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
-    """Warnings of parameters on a bound, without a narrow interval, or unlikely for this cylinder."""
-    result: list[str] = []
-    values, low, high = estimate.values, estimate.low, estimate.high
+    """Warnings of parameters on a bound, or unlikely for this cylinder."""
+    values, high = estimate.values, estimate.high
+    measured_volumes = problem.model.name == FULL.name and stated(problem.plant)
+    result = stated_volume_warnings(problem.plant, estimate) if measured_volumes else []
     cylinder, at_bound = problem.plant.cylinder, problem.at_bound(problem.inner(values))
     for name in problem.names:
-        quantity = QUANTITIES[name]
         if name in at_bound:
             result.append(on_bound(name, values[name]))
-        elif PARAMETERS[name].search.logarithmic and name in low and not high[name] / low[name] < VAGUE:
-            remedy = CLOSED_TEST if name == "k_0" else "excite the cylinder more, or record longer"
-            result.append(f"this record does not determine {quantity.name}: {remedy}")
-        if PARAMETERS[name].group == "dead volume":
+        if PARAMETERS[name].group == "dead volume" and not measured_volumes:
             result += dead_volume_warnings(name, values[name] / getattr(cylinder, name))
         if name == "dead_time" and high.get(name, np.nan) < -EARLY * problem.signals.period:
             result.append(
@@ -202,6 +208,17 @@ def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
             )
         if name == "n":
             result += index_warnings(values[name], problem.plant.gas.gamma, "no gas does this")
+    return result
+
+
+def undetermined_notes(problem: Problem, estimate: Estimate) -> list[str]:
+    """Notes on parameters that have an interval, but a wide or open one."""
+    result: list[str] = []
+    for name in (name for name in problem.names if name in estimate.low):
+        ratio = estimate.high[name] / estimate.low[name]
+        if PARAMETERS[name].search.logarithmic and name not in estimate.at_bound and not ratio < VAGUE:
+            remedy = CLOSED_TEST if name == "k_0" else "excite the cylinder more, or record longer"
+            result.append(f"this record does not determine {QUANTITIES[name].name}: {remedy}")
     return result
 
 

@@ -114,7 +114,7 @@ PARAMETERS: dict[str, Parameter] = {
         explanation="a supply of {:.4g} kPa (configured: {:.4g})",
     ),
     "exhaust": Parameter(
-        Quantity("the exhaust path", "exhaust over supply path", "1"),
+        Quantity("the exhaust path", "exhaust ratio", "1"),
         Search(0.2, 5.0, "valve.exhaust"),
         "configured",
         key="cylinders.valve.exhaust_ratio",
@@ -122,13 +122,13 @@ PARAMETERS: dict[str, Parameter] = {
     ),
     # Fitted only where `Problem.also` names them.
     "A_B": Parameter(
-        Quantity("the piston area of B", "piston area of B", "m2", "mm²", 1e6),
+        Quantity("the piston area of B", "area of B", "m2", "mm²", 1e6),
         Search(0.5, 2.0, "cylinder.A_B", times="cylinder.A_B"),
         "cause",
         explanation="a piston area of {:.4g} mm² in chamber B (configured: {:.4g}; is the rod right?)",
     ),
     "C_B": Parameter(
-        Quantity("the valve's side of B", "side of B over that of A", "1"),
+        Quantity("the valve's side of B", "side of B over A", "1"),
         Search(0.3, 3.0, 1.0),
         "cause",
         explanation="a valve whose side of B has {:.3g} times the area of that of A (configured: {:.3g})",
@@ -146,7 +146,7 @@ PARAMETERS: dict[str, Parameter] = {
         explanation="a hysteresis of the valve of {:.2g} V to either side",
     ),
     "sag": Parameter(
-        Quantity("the sag of the supply", "sag of the supply", "1"),
+        Quantity("the sag of the supply", "sag of supply", "1"),
         Search(0.0, 0.6, 0.0, logarithmic=False),
         "cause",
         explanation="a supply that sags by a fraction of {:.2g} at full flow",
@@ -158,14 +158,14 @@ PARAMETERS: dict[str, Parameter] = {
         explanation="an x logged {:.2g} ms later than the pressures",
     ),
     "filter": Parameter(
-        Quantity("the filter of the pressures", "filter of the pressures", "s", "ms", 1e3),
+        Quantity("the filter of the pressures", "filter of P", "s", "ms", 1e3),
         Search(0.0, 0.05, 0.0, logarithmic=False),
         "cause",
         explanation="pressures filtered or averaged over some {:.2g} ms",
     ),
     **{
         f"offset_{c}": Parameter(
-            Quantity(f"the offset of the sensor of P_{c}", f"offset of P_{c}", "Pa", "kPa", 1e-3),
+            Quantity(f"the offset of the sensor of P_{c}", f"offset P_{c}", "Pa", "kPa", 1e-3),
             Search(-1e5, 1e5, 0.0, logarithmic=False),
             "cause",
             explanation=f"an offset of {{:.3g}} kPa of the sensor of P_{c}",

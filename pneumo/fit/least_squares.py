@@ -1,6 +1,6 @@
 """Least squares over a whole replay, corrected for the bias that noise in the position causes."""
 
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from pneumo.fit.fit_problem import Problem, pressure_and_jacobian
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
 SETTLED = 0.03  # change of the sum of squares, over the variance of a residual, that is negligible
 ROUNDS = 8
+KEPT = 2  # evaluations of a search that are remembered
 SPIKE = 3.0  # of a derivative's usual maximum, by which it may differ from the median of its neighbours
 USUAL_MAXIMUM = 99  # percentile of a derivative's magnitude
 NEIGHBOURS = 5  # samples of that median
@@ -67,12 +68,14 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     scatter = np.zeros_like(excess_curvature)
     if number:
         mean_P, mean_J = P[1:].mean(axis=0), J[1:].mean(axis=0)
-        d, J_d = (P[1:] - mean_P).reshape(number, -1), (J[1:] - mean_J).reshape(number, -1, count)
-        slope_of_each = (d[:, None] @ J_d)[:, 0]
-        excess = float(np.vdot(d, d)) / number
+        slope_of_each, slopes = np.zeros((number, count)), np.zeros((number, count))
+        for b in range(number):  # one at a time: the derivatives of all take gigabytes
+            d, J_d = (P[b + 1] - mean_P).ravel(), (J[b + 1] - mean_J).reshape(-1, count)
+            slope_of_each[b] = d @ J_d
+            slopes[b] = slope_of_each[b] + d @ mean_J.reshape(-1, count)
+            excess += float(d @ d) / number
+            excess_curvature += J_d.T @ J_d / number
         excess_slope = slope_of_each.mean(axis=0)
-        excess_curvature = np.tensordot(J_d, J_d, axes=([0, 1], [0, 1])) / number
-        slopes = slope_of_each + d @ mean_J.reshape(-1, count)
         scatter = np.atleast_2d(np.cov(np.where(np.isfinite(slopes), slopes, 0.0), rowvar=False))
         pressure, jacobian = 2 * pressure - mean_P, 2 * jacobian - mean_J
     residual = problem.signals.P / problem.plant.conditions.P_s - pressure
@@ -101,7 +104,8 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.nda
         )
     plain = problem._replace(noisy=None)
 
-    @cache
+    # Each result holds the derivative at every sample: only that of the last point accepted is needed again.
+    @lru_cache(maxsize=KEPT)
     def at(*theta: float) -> Fit:
         return evaluate(plain, np.array(theta))
 

@@ -88,6 +88,11 @@ def correlation(both: np.ndarray) -> np.ndarray:
     return larger / np.outer(scale, scale)
 
 
+def expected_shifts(covariance: np.ndarray) -> np.ndarray:
+    """Half-widths of intervals, on the scale of the search, by a covariance."""
+    return HALF_WIDTH * np.sqrt(np.diag(covariance))
+
+
 def remainder_shifts(fit: Fit) -> np.ndarray:
     """Half-widths by which coloured residuals may have moved the parameters, on the scale of the search."""
     J, inverse = fit.jacobian.reshape(-1, len(fit.theta)), inverse_curvature(fit)

@@ -24,6 +24,8 @@ LONGEST_STEP, SHORTEST_STEP = 1e-3, 2e-5  # s; the first is the step of the pape
 LARGEST_CHANGE = 0.25  # of a pressure within a step, over the supply's
 SMOOTHING = np.logspace(-6, 14, 201)  # weights of the squared second difference, from none to a straight line
 PIECE = 64  # samples
+# Samples of a spline, which takes a kilobyte for each; of a longer record it is made of pieces that overlap.
+LONGEST_SPLINE, OVERLAP = 100_000, 2_000
 # Antithetic pairs, noise and its negative, cancel odd-order terms.
 FEW_PAIRS = 3  # enough to minimise the corrected sum of squares
 TINY = 1e-300  # no flow at all
@@ -131,8 +133,13 @@ def stage_signals(
     held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
     limited = np.clip(held_u if command.held else np.interp(at, t, u), -u_max, u_max)
     penalty, noise = smoothing(x, period)
-    spline = make_smoothing_spline(t, x, lam=penalty)
-    motion = np.stack([spline(at), spline.derivative()(at)], axis=-1)
+    motion = np.empty((*at.shape, 2))
+    for first in range(0, len(x) - 1, LONGEST_SPLINE):
+        last = min(first + LONGEST_SPLINE, len(x) - 1)
+        seen = slice(max(first - OVERLAP, 0), last + OVERLAP + 1)
+        spline = make_smoothing_spline(t[seen], x[seen], lam=penalty)
+        stages = slice(first * within, last * within)
+        motion[stages, :, 0], motion[stages, :, 1] = spline(at[stages]), spline.derivative()(at[stages])
     flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
     supply = None if P_s is None else np.interp(at, t, P_s)
     return StageSignals(period, h, limited, motion, P, penalty, noise, supply, flow)

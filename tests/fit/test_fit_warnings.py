@@ -13,11 +13,17 @@ from pneumo.errors import InputError
 from pneumo.fit.estimate import estimate, fit_measurement, split_of
 from pneumo.fit.fit_problem import FULL, Problem
 from pneumo.fit.fit_result import Estimate, equally_good
-from pneumo.fit.fit_warnings import disagreements, fit_warnings, parameter_warnings
+from pneumo.fit.fit_warnings import (
+    disagreements,
+    doubtful,
+    fit_warnings,
+    parameter_warnings,
+    undetermined_notes,
+)
 from pneumo.fit.fitted_parameters import ALSO, REPORTED
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.measurement import Measurement
-from pneumo.fit.residuals import block_means
+from pneumo.fit.residuals import Residual, block_means
 from pneumo.fit.stage_signals import StageSignals, stage_signals
 from pneumo.fit.valve_signal import valve_signal
 from pneumo.physics.models import MODELS
@@ -88,6 +94,15 @@ def test_a_wrong_configuration_is_named_with_the_number_that_would_explain_the_r
     assert re.search(said, found.warnings[-1])
 
 
+def test_residuals_that_move_nothing_beyond_the_interval_are_no_doubt():
+    split = [Residual(1e3, 500.0, 1e3)] * 2
+    assert doubtful(split, {"k_0": 0.2}, {"k_0": 0.1})
+    assert not doubtful(split, {"k_0": 0.2}, {"k_0": 0.3})  # a wide interval says it already
+    assert doubtful(split, {"k_0": 0.2, "k_xu": 0.05}, {"k_0": 0.3, "k_xu": 0.01})
+    assert not doubtful(split, {"k_0": 0.1}, {})
+    assert not doubtful(split, {"k_0": 0.2}, {}, least=600.0)
+
+
 def test_bounds_vague_intervals_and_unlikely_values_are_doubted(sound):
     problem, found = sound
     configured = problem.plant.cylinder.V_d_A
@@ -96,8 +111,11 @@ def test_bounds_vague_intervals_and_unlikely_values_are_doubted(sound):
         ends = {"low": found.low | dict(low), "high": found.high | dict(high)}
         return parameter_warnings(problem, found._replace(values=found.values | values, **ends))
 
-    assert any("closed-chamber test" in text for text in doubts(low={"k_0": np.nan}))
-    assert any("closed-chamber test" in text for text in doubts(high={"k_0": 10 * found.values["k_0"]}))
+    assert undetermined_notes(problem, found) == []
+    wide = found.high | {"k_0": 10 * found.values["k_0"]}
+    for ends in ({"low": found.low | {"k_0": np.nan}}, {"high": wide}):
+        (text,) = undetermined_notes(problem, found._replace(**ends))
+        assert "closed-chamber test" in text
     assert any("null offset is on the bound" in text for text in doubts(null=0.1 * U_MAX))
     assert any("2.5 times the configured" in text for text in doubts(V_d_B=2.5 * configured))
     assert any("--command linear" in text for text in doubts(dead_time=-5e-3, high={"dead_time": -4e-3}))

@@ -13,7 +13,7 @@ from pneumo.fit.fit_result import Estimate, FitResult, fit_data
 from pneumo.fit.fitted_parameters import REPORTED
 from pneumo.fit.fitted_yaml import fitted_configuration
 from pneumo.fit.record.measurement import Measurement
-from pneumo.publish.text.terminal_tables import valve_text
+from pneumo.publish.text.terminal_tables import rig_rows
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 
@@ -149,7 +149,9 @@ def test_what_was_fitted_too_goes_into_its_key_or_is_said_and_shown(mine, tmp_pa
     configuration, result = read(text, tmp_path)
     assert configuration.cylinders["mine"].valve.exhaust_ratio == 0.75
     assert result.experiments["open"].plant.conditions.P_s == 6.5e5
-    assert "offset of P_A = 8 (7.2 to 8.8) kPa" in text and re.search(r"no key for .*\boffset of P_A\b", text)
-    shown = valve_text(fit)
-    assert "supply 650 kPa (585 to 715)" in shown and "offset of P_A 8 kPa (7.2 to 8.8)" in shown
-    assert "exhaust over supply path 0.75 (0.675 to 0.825)" in shown and "lag 2 ms" in shown
+    assert "offset P_A = 8 (7.2 to 8.8) kPa" in text and re.search(r"no key for .*\boffset P_A\b", text)
+    shown = {heading: (value, light) for heading, light, value, *_ in rig_rows(fit)}
+    assert shown["supply (kPa)"] == ("650 (585 to 715)", "green")
+    assert shown["offset P_A (kPa)"] == ("8 (7.2 to 8.8)", "green")
+    assert shown["exhaust ratio"] == ("0.75 (0.675 to 0.825)", "green")
+    assert shown["lag (ms)"] == ("2 (1.8 to 2.2)", "green")

@@ -44,6 +44,16 @@ def test_steps_are_short_where_a_valve_fills_a_small_chamber_fast(plant):
     assert stage_signals(PERIOD, 0 * u, x, np.zeros((2, 50)), large).stride == 2
 
 
+def test_a_spline_in_pieces_is_the_spline(record, plant, monkeypatch):
+    _, u, x, whole = record
+    monkeypatch.setattr("pneumo.fit.stage_signals.LONGEST_SPLINE", 90)
+    monkeypatch.setattr("pneumo.fit.stage_signals.OVERLAP", 60)
+    pieces = stage_signals(PERIOD, u, x, np.zeros((2, 400)), plant)
+    # 60 samples beyond the end of a piece are as good as all: what is left is far below the noise of 0.2 mm.
+    np.testing.assert_allclose(pieces.motion[..., 0], whole.motion[..., 0], rtol=0, atol=2e-7)
+    np.testing.assert_allclose(pieces.motion[..., 1], whole.motion[..., 1], rtol=0, atol=2e-5)
+
+
 def test_added_noise_is_as_large_as_the_measured(record):
     *_, found = record
     made = with_added_noise(found, 4, seed=1)

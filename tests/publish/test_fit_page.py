@@ -6,15 +6,28 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from brief import in_brief
 from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
-from pneumo.fit.fit_result import Estimate, FitResult, fit_data
-from pneumo.fit.fitted_parameters import REPORTED
+from pneumo.fit.fit_result import Estimate, FitResult, fit_data, light
+from pneumo.fit.fitted_parameters import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
 from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.rig.rig_file import QUANTITIES as OF_RIG
+from pneumo.fit.rig.rig_file import key
+from pneumo.publish.figures.fit_figures import diagnosis_figure
 from pneumo.publish.pages.fit_page import fit_page
-from pneumo.publish.text.terminal_tables import fit_heads, fit_rows, fit_tables
+from pneumo.publish.style import paper_style
+from pneumo.publish.text.terminal_tables import (
+    fit_heads,
+    fit_rows,
+    fit_tables,
+    full_order_table,
+    rig_rows,
+    rig_tables,
+)
+from pneumo.statistics.intervals import Interval
 
 SAMPLES = 200
 
@@ -61,6 +74,81 @@ def test_tables_fit_a_terminal(a_fit):
     text = console.export_text()
     assert "…" not in text and "0.300 (at least 0.200)" in text
     assert text.count(" M8 ") == text.count(" M3 ") == 4  # a line in each table
+
+
+def of_full_order(a_fit, factor=1.0, names=REPORTED, doubted=False):
+    """Fit of the full order alone, whose every parameter has an interval `factor` wide to either side."""
+    names = [name for name in names if name != "n"]
+    # Many digits, and signs where a parameter may have one.
+    shown = {name: 12.345678 for name in VALVE} | {"null": -0.12345678}
+    value = np.array([[shown.get(name, 123.45678) / QUANTITIES[name].factor for name in names]])
+    ends = {"estimate": value, "low": value / factor, "high": value * factor}
+    data = {name: (("model", "parameter"), end) for name, end in ends.items()}
+    moved = value[..., None] * np.linspace(0.01, 0.02, len(SHIFTING))
+    data |= {"moved_by": (("model", "parameter", "quantity"), moved)}
+    coords = {"model": ["full"], "parameter": names, "quantity": list(SHIFTING)}
+    return replace(a_fit, data=xr.Dataset(data, coords), doubted=doubted)
+
+
+def test_every_parameter_of_a_rig_has_a_line_with_its_light_in_a_terminal(a_fit):
+    console = Console(width=80, record=True, file=io.StringIO())
+    fit = of_full_order(a_fit, 1.1, (*REPORTED, *ALSO))
+    console.print(full_order_table(rig_rows(fit)))
+    text = console.export_text()
+    assert "…" not in text and max(map(len, text.splitlines())) <= 80
+    for row in rig_rows(fit):
+        assert len(re.findall(rf"^ {re.escape(row[0])} .* green ", text, re.MULTILINE)) == 1
+    assert rig_rows(fit)[0][4] == "exhaust ratio"  # the last quantity moves most
+    open_ended = fit.data.assign(low=np.nan * fit.data["low"], high=np.nan * fit.data["high"])
+    _, color, value, *_ = rig_rows(replace(fit, data=open_ended))[0]
+    assert value.endswith("(not determined)") and color == "red"
+
+
+@pytest.mark.parametrize(
+    ("name", "ends", "doubted", "color"),
+    [
+        ("k_0", (0.9, 1.1), False, "green"),
+        ("k_0", (0.9, 1.1), True, "yellow"),
+        ("k_0", (0.7, 1.3), False, "yellow"),
+        ("k_0", (0.4, 1.6), False, "red"),
+        ("k_0", (np.nan, 1.1), False, "red"),
+        ("lag", (np.nan, 1.1), False, "green"),  # it may be zero
+        ("lag", (0.5, np.nan), False, "red"),
+        ("dead_time", (np.nan, 1.1), False, "red"),
+        ("null", (-0.1, 0.1), False, "green"),
+    ],
+)
+def test_a_light_says_whether_the_record_determines_a_parameter(name, ends, doubted, color):
+    assert light(name, Interval(1.0, *ends), doubted) == color
+
+
+def test_tables_of_a_rig_fit_a_terminal():
+    names = [key(name) for name in OF_RIG]
+    wide = {name: (("model", "parameter"), np.full((1, len(names)), 1.2345678)) for name in ("low", "high")}
+    wide["estimate"] = wide["low"]
+    errors = {name: ("model", [1234.5678]) for name in ("fitted", "held_out", "T_error")}
+    result = xr.Dataset(errors | wide, {"model": ["full order"], "parameter": names})
+    console = Console(width=80, record=True, file=io.StringIO())
+    for table in rig_tables(result):
+        console.print(table)
+    text = console.export_text()
+    assert "…" not in text and all(name in text for name in names)
+
+
+@paper_style()
+def test_no_label_of_a_correlation_is_cut(a_fit):
+    names = [name for name in (*REPORTED, *ALSO, *STARTS) if name != "n"]
+    table = ("model", "parameter", "other"), np.eye(len(names))[None]
+    data = a_fit.data[["P", "pressure"]].isel(model=[0])
+    data = data.assign(pressure=0.0 * data["pressure"])
+    data = data.assign_coords(parameter=names, other=names).assign(correlation=table)
+    fig = diagnosis_figure(replace(a_fit, data=data))
+    fig.draw_without_rendering()
+    right = fig.axes[1]
+    for text in [*right.get_xticklabels(), *right.get_yticklabels(), right.title]:
+        box = text.get_window_extent()
+        assert box.x0 >= 0 and box.y0 >= 0, text.get_text()
+        assert box.x1 <= fig.bbox.x1 and box.y1 <= fig.bbox.y1, text.get_text()
 
 
 @in_chromium

@@ -8,9 +8,8 @@ from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
 from pneumo.fit.closed.thermal_laws import LAWS, LOW, ClosedRecord
 from pneumo.fit.fit_problem import ON_BOUND
-from pneumo.fit.fit_result import Estimate
+from pneumo.fit.fit_result import VAGUE, Estimate
 from pneumo.fit.fit_warnings import (
-    VAGUE,
     apart,
     dead_volume_warnings,
     disagreements,

@@ -89,9 +89,10 @@ def diagnosis_figure(fit: FitResult) -> Figure:
     left.set_ylabel("autocorrelation of the residual")
     left.legend(loc="upper right")
     table = fit.correlation(model)
-    names = [QUANTITIES[str(name)].heading for name in table.index]
+    # Columns have the numbers of the rows: names below them would need half the figure.
+    names = [f"{QUANTITIES[str(name)].heading}, {row}" for row, name in enumerate(table.index, 1)]
     right.imshow(table.to_numpy(), vmin=-1, vmax=1, cmap="RdBu_r")
-    right.set_xticks(range(len(names)), names, rotation=90)
+    right.set_xticks(range(len(names)), map(str, range(1, len(names) + 1)))
     right.set_yticks(range(len(names)), names)
     right.set_title(f"correlation of {model}'s parameters: red 1, blue -1")
     return fig

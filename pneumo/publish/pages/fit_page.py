@@ -6,10 +6,10 @@ from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
 from pneumo.publish.text.terminal_tables import (
     RIG_HEADS,
+    RIG_TITLE,
     fit_heads,
     fit_rows,
     rig_rows,
-    valve_text,
     wall_text,
 )
 
@@ -25,11 +25,12 @@ def fit_page(fit: FitResult, name: str) -> str:
         rows=fit_rows(fit),
         rig=rig_rows(fit),
         rig_headings=RIG_HEADS,
+        rig_title=RIG_TITLE,
         samples=fit.data.sizes["t"],
         duration=f"{fit.data['t'].values[-1]:.4g}",
         held_out_from=f"{fit.held_out_from:.4g}",
         warnings=fit.warnings,
-        valve=wall_text(fit) if closed else valve_text(fit),
+        valve=wall_text(fit) if closed else "",
         notes=fit.notes,
         pressures=image_address(residual_figure(fit), "png"),
         diagnosis=image_address(diagnosis_figure(fit), "png") if "correlation" in fit.data else "",

@@ -1,0 +1,102 @@
+"""Stops and configured dead volumes show a wrong zero or scale of x, or stroke, in millimetres."""
+
+import numpy as np
+import pytest
+
+from pneumo.configuration.parameters import accuracy, load, study
+from pneumo.fit.fit_result import Estimate
+from pneumo.fit.position_checks import (
+    dead_volume_notes,
+    stated,
+    stated_volume_warnings,
+    stop_warnings,
+    stops_of,
+)
+from pneumo.fit.record.measurement import Measurement
+from pneumo.selection.cylinder_template import TEMPLATE
+from pneumo.selection.plants import configured_plant
+
+PLANT = configured_plant(study(load(TEMPLATE)))
+HALF, AREAS = PLANT.cylinder.stroke / 2, (PLANT.cylinder.A_A, PLANT.cylinder.A_B)
+STATED = PLANT._replace(cylinder=PLANT.cylinder._replace(V_d_A=4.1e-6, V_d_B=4.9e-6))
+NONE = np.zeros((2, 0))
+
+
+def moved(low, high, pressed=True):
+    """Record of a piston that goes from one end to the other and rests on both, perhaps under full force."""
+    to_and_fro = [
+        np.linspace(low, high, 300),
+        np.full(200, high),
+        np.linspace(high, low, 300),
+        np.full(200, low),
+    ]
+    x = np.tile(np.concatenate(to_and_fro), 2) + np.random.default_rng(1).normal(0, 2e-5, 2000)
+    up = np.tile(np.repeat([True, False], 500), 2)
+    most, least = (PLANT.conditions.P_s, PLANT.conditions.P_atm) if pressed else (5e5, 5e5)
+    P = np.array([np.where(up, most, least), np.where(up, least, most)])
+    return Measurement("m", 1e-3, np.where(up, 10.0, -10.0), x, P)
+
+
+def test_stops_are_where_the_piston_rests_under_force():
+    assert stops_of(moved(-HALF, HALF), PLANT) == pytest.approx((-HALF, HALF), abs=1e-5)
+    assert np.isnan(stops_of(moved(-HALF, HALF, pressed=False), PLANT)).all()
+    assert np.isnan(stops_of(moved(-HALF, HALF)._replace(x=np.sin(np.arange(2000) / 50)), PLANT)).all()
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        ((-HALF + 5e-3, HALF + 5e-3), "a zero of x off by 5 mm; this moves V_d of A by"),
+        ((-1.03 * HALF, 1.03 * HALF), "a stroke 4.8 mm too short or an x 3 % too large; this moves"),
+        ((-0.97 * HALF, 0.97 * HALF), "a stroke 4.8 mm too long or an x 3 % too small; this moves"),
+        ((-0.5 * HALF, HALF + 4e-3), "a zero of x off by"),
+        ((-HALF + 3e-4, HALF + 3e-4), ""),  # within the stated accuracy
+    ],
+)
+def test_stops_that_are_elsewhere_are_said_in_millimetres(ends, said):
+    texts = stop_warnings(moved(*ends), PLANT, accuracy())
+    assert said in texts[0] if said else texts == []
+
+
+def test_one_stop_alone_does_not_say_what_is_wrong():
+    record = moved(-0.5 * HALF, HALF + 4e-3)
+    one = record._replace(P=np.where(record.u > 0, record.P, 5e5))
+    (text,) = stop_warnings(one, PLANT, accuracy())
+    assert "rests at 84 mm (stops configured" in text and "a wrong zero or scale of x, or stroke" in text
+
+
+def found(shift_A, shift_B, half=0.05):
+    """Estimate whose dead volumes are off by what these shifts of the piston displace, m."""
+    c = STATED.cylinder
+    V = {"V_d_A": c.V_d_A + shift_A * c.A_A, "V_d_B": c.V_d_B + shift_B * c.A_B}
+    low, high = ({name: value * np.exp(sign * half) for name, value in V.items()} for sign in (-1, 1))
+    return Estimate(V, low, high, np.zeros(2), np.zeros(2), NONE)
+
+
+@pytest.mark.parametrize(
+    ("shifts", "said"),
+    [
+        ((-5e-3, 5e-3), "as a zero of x off by 5 mm would make them, or hoses"),
+        ((-3e-3, -3e-3), "as a stroke 6 mm too long or an x 3.8 % too small would make them"),
+        ((4e-3, 4e-3), "as a stroke 8 mm too short or an x 5 % too large would make them"),
+        ((8e-3, 0.0), "a zero of x off by -4 mm and a stroke 8 mm too short"),
+        ((5e-4, -5e-4), ""),
+    ],
+)
+def test_dead_volumes_that_are_not_those_configured_are_said_in_millimetres(shifts, said):
+    texts = stated_volume_warnings(STATED, found(*shifts))
+    assert said in texts[0] if said else texts == []
+
+
+def test_a_dead_volume_that_the_record_hardly_knows_contradicts_nothing():
+    assert stated_volume_warnings(STATED, found(-5e-3, 5e-3, half=2.0)) == []
+    blank = found(-5e-3, 5e-3)._replace(low={}, high={})
+    assert stated_volume_warnings(STATED, blank) == []
+
+
+def test_where_nothing_shows_a_wrong_zero_a_note_says_so():
+    assert stated(STATED) and not stated(PLANT)
+    (text,) = dead_volume_notes(moved(-HALF, HALF, pressed=False), PLANT)
+    assert f"1 mm of zero moves V_d of A by {1e3 * AREAS[0]:.2g} cm³" in text
+    assert dead_volume_notes(moved(-HALF, HALF), PLANT) == []
+    assert dead_volume_notes(moved(-HALF, HALF, pressed=False), STATED) == []
