@@ -1,4 +1,4 @@
-"""Cost of a step of every exported model: ``python -m benchmarks.exported_c`` writes docs/static/cost.json.
+"""Cost of a step of every exported model: ``python -m benchmarks.exported_c`` writes pneumo/export/cost.json.
 
 Steps of 1 ms follow the signals of the paper's experiment E10. Counted are the operations of the equations;
 nanoseconds in C on this processor, the best of some runs; and, where arm-none-eabi-gcc and qemu-system-arm
@@ -28,7 +28,7 @@ from pneumo.physics.models import lane
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.full_order import Recording, record
 
-FILE = Path("docs/static/cost.json")
+FILE = Path("pneumo/export/cost.json")
 EXPERIMENT, N, STEPS, RUNS = "E10", 1.35, 1000, 9
 PARTS = {  # valve, piston
     "chambers": (True, False),

@@ -1,4 +1,4 @@
-"""Tables of the cost of an exported step, from docs/static/cost.json."""
+"""Tables of the cost of an exported step, from pneumo/export/cost.json."""
 
 from typing import Any
 

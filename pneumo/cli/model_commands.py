@@ -15,6 +15,7 @@ from pneumo.cli.options import (
     Config,
     Cylinder,
     Index,
+    Trust,
     check_index,
     configured_study,
     output_to,
@@ -38,6 +39,7 @@ def linearise(
     cylinder: Cylinder = None,
     k0: Conductance = None,
     config: Config = None,
+    trust: Trust = False,
     as_json: Annotated[bool, Option("--json", help="print A and B as JSON")] = False,
     plot: Annotated[
         Path | None,
@@ -53,7 +55,7 @@ def linearise(
     from pneumo.selection.plants import configured_plant
 
     check_index(model, n)
-    plant = configured_plant(configured_study(config), cylinder, k0)
+    plant = configured_plant(configured_study(config, trust), cylinder, k0)
     names = system(model, n, plant, piston=states == "actuator")
     least, most = plant.conditions.P_atm, plant.conditions.P_s
     for name, P in (("P_A", P_A), ("P_B", P_B)):
@@ -80,12 +82,13 @@ def linearise(
 
 def export(
     model: Annotated[str, MODEL],
-    to: Annotated[str, Option(help="c, matlab (and Octave), casadi (Python) or fmu")],
+    to: Annotated[str, Option(help="c, st (IEC 61131-3), matlab (and Octave), casadi (Python) or fmu")],
     n: Index = None,
     cylinder: Cylinder = None,
     k0: Conductance = None,
     config: Config = None,
-    precision: Annotated[str, Option(help="double, or float (C only)")] = "double",
+    trust: Trust = False,
+    precision: Annotated[str, Option(help="double, or float (c and st only)")] = "double",
     valve: Annotated[
         bool, Option("--valve/--no-valve", help="with the valve's flow; without it mass flows are inputs")
     ] = True,
@@ -96,19 +99,19 @@ def export(
     fmi: Annotated[Literal["2", "3"], Option(help="version of the FMU")] = "2",
     output: Annotated[Path | None, output_to("file to write [a single file: standard output]")] = None,
 ) -> None:
-    """Write a model as C, MATLAB or CasADi source, or as an FMU."""
+    """Write a model as source code, or as an FMU."""
     from pneumo.errors import InputError
     from pneumo.export import exported, write_files
     from pneumo.selection.plants import configured_plant
 
-    suffix = {"c": ".c", "fmu": ".fmu"}.get(to)
+    suffix = {"c": ".c", "st": ".st", "fmu": ".fmu"}.get(to)
     if suffix and (output is None or output.suffix != suffix):
         raise InputError(f"--to {to}: needs --output FILE{suffix}")
     check_index(model, n)
     files = exported(
         model,
         n,
-        configured_plant(configured_study(config), cylinder, k0),
+        configured_plant(configured_study(config, trust), cylinder, k0),
         to,
         stem=output.stem if output else None,
         precision=precision,

@@ -37,7 +37,7 @@ def rig(
     from pneumo.fit.rig.rig_fit import RIG_MODELS, fitted_runs, judged_models, rig_warnings
     from pneumo.fit.rig.rig_record import read_runs
     from pneumo.hashing import code_hash
-    from pneumo.publish.text.terminal_tables import rig_table
+    from pneumo.publish.text.terminal_tables import rig_tables
     from pneumo.storage.files import attributes, check_output, write
 
     for name in model or ():
@@ -49,7 +49,8 @@ def rig(
     runs = read_runs(record, known, read_mapping(columns) if columns else None, from_edges=command == "edges")
     names = tuple(dict.fromkeys(model)) if model else RIG_MODELS
     result = judged_models(known, runs, names, temperature, lambda text: typer.echo(text, err=True))
-    Console(width=200).print(rig_table(result))
+    for table in rig_tables(result):
+        Console().print(table)
     for warning in rig_warnings(known, fitted_runs(runs), result["fitted"].min().item()):
         typer.echo(f"warning: {warning}", err=True)
     if output is not None:

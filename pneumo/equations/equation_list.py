@@ -193,6 +193,26 @@ def statements(equations: list[Equation], wanted: set[str]) -> list[Statement]:
     return result
 
 
+def _tangent(value: Any, moving: set[str]) -> Any:
+    if isinstance(value, Choice):
+        return Choice(value.condition, _tangent(value.yes, moving), _tangent(value.no, moving))
+    if isinstance(value, tuple):
+        return tuple(_tangent(part, moving) for part in value)
+    terms = (value.diff(s) * _real(f"d_{s.name}") for s in value.free_symbols if s.name in moving)
+    return sympy.Add(*terms)
+
+
+def with_tangents(given: list[Statement], moving: set[str]) -> list[Statement]:
+    """Statements, and after each the change d_... of its names for changes d_... of the moving names."""
+    result, moving = list[Statement](), set(moving)
+    for statement in given:
+        names = tuple(f"d_{name}" for name in statement.names)
+        change = exact_numbers(_tangent(statement.value, moving))
+        result += [statement, Statement(names, change, f"change of {', '.join(statement.names)}")]
+        moving |= set(statement.names)
+    return result
+
+
 def constants(plant: Plant, n: float) -> list[Constant]:
     """Every number of a plant, and the polytropic index."""
     gas, valve, c, cylinder, k_0 = plant

@@ -6,19 +6,20 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from sympy.codegen.ast import float32, real
 from sympy.printing.c import C99CodePrinter
 
 from pneumo.equations.branches import Choice
-from pneumo.equations.equation_list import Statement
-from pneumo.equations.system import METHODS, System, step
+from pneumo.equations.equation_list import Statement, with_tangents
+from pneumo.equations.system import METHODS, System
 from pneumo.errors import InputError
+from pneumo.export.known_steps import known_steps, scale
 from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
 from pneumo.linear.linear_analysis import STABLE_RANGE, stable_steps
 
 KEYWORDS = ("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
+PISTON_VARIABLES = ("x", "v", "P_A", "P_B", "force")
 TOLERANCE = {  # of the test program, relative
     "double": 1e-12,  # some hundred roundings of 1.1e-16
     "float": 1e-4,  # the same of 6e-8, and rates that cancel
@@ -92,8 +93,18 @@ class Kink(NamedTuple):
     meaning: str
 
 
-def c99(system: System, stem: str, precision: str = "double", kinks: tuple[Kink, ...] = ()) -> dict[str, str]:
-    """Files of a system in C: source, header and test program, by their names."""
+def c99(
+    system: System,
+    stem: str,
+    precision: str = "double",
+    kinks: tuple[Kink, ...] = (),
+    *,
+    derivatives: bool = False,
+) -> dict[str, str]:
+    """Files of a system in C: source, header and test program, by their names.
+
+    With kinks the source has the function of these, with derivatives that of the rates' changes.
+    """
     parts, suffix = printed(system), "f" if precision == "float" else ""
     printer, stable = printer_of(parts, precision), stable_steps(system)
     tableaus = {
@@ -105,11 +116,8 @@ def c99(system: System, stem: str, precision: str = "double", kinks: tuple[Kink,
         }
         for name, t in METHODS.items()
     }
-    c = system.plant.conditions
-    # By which the test program divides the error of each state.
-    scale = system.state(x=system.plant.cylinder.stroke, v=1.0, P=c.P_atm, T=c.T_0)
     names = {"source": f"{stem}.c", "header": f"{stem}.h", "test": f"{stem}_test.c"}
-    known = {
+    known: dict[str, Any] = {
         **names,
         "M": system.name,
         "f": precision,
@@ -133,42 +141,29 @@ def c99(system: System, stem: str, precision: str = "double", kinks: tuple[Kink,
         "range": STABLE_RANGE,
         "stable": {name: f"{h:.3g}" for name, h in stable.items()},
         "kinks": kinks,
+        "derivatives": derivatives,
+        "chamber_changes": "",
+        "piston_changes": "",
         "vectors": _vectors(system, min(1e-4, stable["EULER"]), suffix),
-        "scale": "{" + _listed(scale, suffix) + "}",
+        "scale": "{" + _listed(scale(system), suffix) + "}",
         "tolerance": TOLERANCE[precision],
     }
+    if derivatives:
+        moving = {*known["own_inputs"], *system.chamber_states}
+        changes = with_tangents(parts.chamber, moving), with_tangents(parts.piston, set(PISTON_VARIABLES))
+        known["chamber_changes"], known["piston_changes"] = (_body(s, precision, printer) for s in changes)
     templates = {"source": "model.c.j2", "header": "model.h.j2", "test": "test.c.j2"}
     return {name: TEMPLATES.get_template(templates[key]).render(known) for key, name in names.items()}
 
 
 def _vectors(system: System, h: float, suffix: str) -> list[dict[str, str]]:
-    """Steps of every method from random states; with a piston also into a stop and at rest on it."""
-    rng, c, cylinder = np.random.default_rng(2006), system.plant.conditions, system.plant.cylinder
-    flow = 0.04 * system.plant.valve.k_xu * system.plant.valve.u_max * c.P_s / c.T_0**0.5
-    most = {"u": 1.2 * system.plant.valve.u_max, "m": flow, "v": 1.0, "force": 100.0}
-    most["x"] = 0.98 * min(cylinder.stroke / 2, -cylinder.x_min, cylinder.x_max)
-
-    def draw(name: str) -> float:
-        base = name.split("_")[0]
-        low, high = {"P": (c.P_atm, c.P_s), "T": (0.8 * c.T_0, 1.2 * c.T_0)}.get(base, (-1.0, 1.0))
-        return float(rng.uniform(low, high)) * most.get(base, 1.0)
-
-    vectors = list[dict[str, str]]()
-    for name, method in METHODS.items():
-        for i in range(8):
-            start, end = ([draw(quantity) for quantity in system.inputs] for _ in range(2))
-            state = [draw(quantity) for quantity in system.states]
-            if system.piston and i == 0:
-                state[:2] = cylinder.x_max - h / 2, 1.0
-            if system.piston and i == 1:
-                state[:2] = cylinder.x_min, 0.0
-                start[-1] = end[-1] = -1e4  # N: held whatever the pressures
-            lists = {
-                "start": start,
-                "end": end,
-                "before": state,
-                "after": step(system, method, state, start, end, h),
-            }
-            texts = {key: "{" + _listed(values, suffix) + "}" for key, values in lists.items()}
-            vectors.append(texts | {"method": name, "h": digits(h) + suffix})
-    return vectors
+    """Known steps as text."""
+    return [
+        {
+            key: "{" + _listed(value, suffix) + "}"
+            for key, value in known._asdict().items()
+            if type(value) is list
+        }
+        | {"method": known.method, "h": digits(known.h) + suffix}
+        for known in known_steps(system, h)
+    ]

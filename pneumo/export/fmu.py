@@ -152,7 +152,7 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
         raise InputError(f"--fmi {fmi}: must be 2 or 3")
     parts = printed(system)
     indicators = kinks(system, parts)
-    sources = c99(system, system.name, kinks=indicators)
+    sources = c99(system, system.name, kinks=indicators, derivatives=True)
     del sources[f"{system.name}_test.c"]
     longest_step = digits(min(STEP, stable_steps(system)["DORMAND_PRINCE"]))
     # With Coulomb friction a step that reverses the velocity ends at rest, which an outer solver cannot do.

@@ -8,11 +8,13 @@ from pneumo.equations.system import system
 from pneumo.errors import InputError
 from pneumo.export.c_source import c99
 from pneumo.export.scripts import casadi, matlab
+from pneumo.export.structured_text import structured_text
 from pneumo.physics.models import Model
 from pneumo.storage.files import atomic
 
 PRECISIONS = ("double", "float")
-TARGETS = ("c", "matlab", "casadi", "fmu")
+STEPPING = {"c": c99, "st": structured_text}  # source code with steps, in either precision
+TARGETS = ("c", "st", "matlab", "casadi", "fmu")
 
 
 def exported(
@@ -38,10 +40,10 @@ def exported(
     stem : str
         Name of the files without suffix; None for that of the model.
     precision : {"double", "float"}
-        Of C.
+        Of C and Structured Text.
     valve, piston : bool
-        Of C and FMU: whether mass flows follow from the command, and position and velocity from eq (3); else
-        they are inputs.
+        Of C, Structured Text and FMU: whether mass flows follow from the command, and position and velocity
+        from eq (3); else they are inputs.
     fmi : {2, 3}
         Version of the FMU.
 
@@ -55,19 +57,20 @@ def exported(
         raise InputError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
     if precision not in PRECISIONS:
         raise InputError(f"--precision {precision}: must be one of {', '.join(PRECISIONS)}")
-    if precision == "float" and target != "c":
-        raise InputError(f"--precision float: is for C; {target} computes in double precision")
+    if precision == "float" and target not in STEPPING:
+        raise InputError(f"--precision float: is for c and st; {target} computes in double precision")
     if target in ("matlab", "casadi") and (piston or not valve):
         raise InputError(
-            f"--to {target}: rates of the chambers with valve; --piston and --no-valve are for c, fmu"
+            f"--to {target}: rates of the chambers with valve; --piston and --no-valve are for c, st, fmu"
         )
     if not (chosen.name.isascii() and chosen.name.isidentifier()):
         raise InputError(
             f"model name {chosen.name!r}: must be letters, digits and _; an exported function gets this name"
         )
     stem = chosen.name if stem is None else stem
-    if target == "c":
-        return {name: text.encode() for name, text in c99(chosen, stem, precision).items()}
+    if target in STEPPING:
+        files = STEPPING[target](chosen, stem, precision)
+        return {name: text.encode() for name, text in files.items()}
     if target == "fmu":
         from pneumo.export.fmu import fmu
 

@@ -33,6 +33,11 @@ def state_matrix(system: System, state: Sequence[float], inputs: Sequence[float]
     return _derivatives(system, [*state, *inputs], range(len(state)))
 
 
+def all_derivatives(system: System, point: Sequence[float]) -> np.ndarray:
+    """Derivatives of a system's rates by its states and then its inputs, at a point of all of them."""
+    return _derivatives(system, point, range(len(point)))
+
+
 def _derivatives(system: System, point: Sequence[float], columns: range) -> np.ndarray:
     """Derivatives by some of the states and inputs, a column for each."""
     derivatives, count = list[list[float]](), len(system.states)

@@ -68,7 +68,7 @@ def test_operations_are_those_of_the_equations(recording):
 
 
 def test_the_kept_file_has_every_row_part_and_method():
-    kept = json.loads((ROOT / "docs/static/cost.json").read_text(encoding="utf-8"))
+    kept = json.loads((ROOT / "pneumo/export/cost.json").read_text(encoding="utf-8"))
     rows = [*PAPER_MODELS, FULL_ORDER]
     rows += [name + cost.POLYNOMIAL for name in PAPER_MODELS if MODELS[name].temperature == "polytropic"]
     for part in cost.PARTS:

@@ -14,13 +14,15 @@ from scipy.integrate import solve_ivp
 
 from pneumo import recorded, simulate
 from pneumo.configuration.sampling import HELD, INTERPOLATED
+from pneumo.equations.system import system
 from pneumo.export import exported
 from pneumo.export.fmu import UNITS
+from pneumo.linear.linear_model import all_derivatives
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.replay import replay_by_reference
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
-validation, fmi2 = (pytest.importorskip(f"fmpy.{name}") for name in ("validation", "fmi2"))
+validation, fmi2, _ = (pytest.importorskip(f"fmpy.{name}") for name in ("validation", "fmi2", "fmi3"))
 pytestmark = [C_COMPILER, pytest.mark.xdist_group("fmu")]  # each is compiled once
 
 N, H = 1.35, 1e-3
@@ -240,6 +242,60 @@ def test_a_tuned_parameter_is_the_plant_s(plant, fmus, tmp_path):
     exported_run = fmpy.simulate_fmu(str(tmp_path / "own.fmu"), **options)
     untuned = fmpy.simulate_fmu(fmus("M8", 2), **options)
     assert tuned["P_A"][-1] == exported_run["P_A"][-1] != untuned["P_A"][-1]
+
+
+DERIVED = [(model, fmi, parts) for model, fmi, parts in FORMS if model != "M1"]
+
+
+@pytest.mark.parametrize(("model", "fmi", "parts"), in_brief(DERIVED, BRIEF_FORMS))
+def test_directional_derivatives_are_those_of_the_equations(model, fmi, parts, fmus, plant, tmp_path):
+    """Against central differences of the FMU's own rates, and the complex step of the equations in Python."""
+    chosen, path = system(model, N, plant, **parts), fmus(model, fmi, **parts)
+    unzipped, description = fmpy.extract(path, unzipdir=str(tmp_path)), fmpy.read_model_description(path)
+    identity = {"guid": description.guid, "unzipDirectory": unzipped, "instanceName": "i"}
+    fmu = (fmi2.FMU2Model if fmi == 2 else fmpy.fmi3.FMU3Model)(modelIdentifier=model, **identity)
+    fmu.instantiate()
+    if fmi == 2:
+        fmu.setupExperiment()
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    by_name = {variable.name: variable.valueReference for variable in description.modelVariables}
+    knowns = [by_name[name] for name in (*chosen.states, *chosen.inputs)]
+    unknowns = [by_name[f"der({name})"] for name in chosen.states]
+    get, put = (fmu.getReal, fmu.setReal) if fmi == 2 else (fmu.getFloat64, fmu.setFloat64)
+    rng, c = np.random.default_rng(3), plant.conditions
+    ranges = {"x": (-0.04, 0.04), "v": (-1, 1), "P": (1.1 * c.P_atm, 0.9 * c.P_s), "T": (250, 340)}
+    ranges |= {"u": (0.1, 9), "m": (1e-4, 1e-3), "force": (-100, 100)}
+    bounds = np.array([ranges[name.partition("_")[0]] for name in (*chosen.states, *chosen.inputs)])
+    steps = 1e-6 * np.ptp(bounds, axis=1)
+    for k in range(20):
+        point = rng.uniform(*bounds.T)
+        if k % 2:
+            flows = [i for i, name in enumerate(chosen.inputs) if name[0] in "um"]
+            point[[len(chosen.states) + i for i in flows]] *= -1
+        exact = all_derivatives(chosen, point)
+        size = np.abs(exact) @ np.abs(point)  # of the terms of each rate
+        for j, known in enumerate(knowns):
+            sides = []
+            for sign in (1, -1):
+                put(knowns, (point + sign * steps * (np.arange(len(point)) == j)).tolist())
+                sides.append(np.array(get(unknowns)))
+            put(knowns, point.tolist())
+            column = np.array(fmu.getDirectionalDerivative(unknowns, [known], [1.0]))
+            # The equations' own rounding; a difference of rates, over 2e-6 of the range, keeps ten digits.
+            assert np.all(np.abs(column - exact[:, j]) * np.ptp(bounds[j]) <= 1e-12 * size)
+            difference = (sides[0] - sides[1]) / (2 * steps[j])
+            assert np.all(np.abs(column - difference) * np.ptp(bounds[j]) <= 1e-6 * size)
+        weights = rng.normal(size=len(point))
+        together = fmu.getDirectionalDerivative(unknowns, knowns, weights.tolist())
+        np.testing.assert_allclose(together, exact @ weights, rtol=1e-9, atol=1e-12 * size.max())
+        if fmi == 3:
+            seeds = rng.normal(size=len(unknowns))
+            adjoint = fmu.getAdjointDerivative(unknowns, knowns, seeds.tolist(), len(knowns))
+            np.testing.assert_allclose(adjoint, seeds @ exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
+    outputs = [by_name[name] for name in chosen.states]
+    assert fmu.getDirectionalDerivative(outputs, [outputs[0]], [2.0]) == [2.0] + [0.0] * (len(outputs) - 1)
+    fmu.freeInstance()
 
 
 def test_an_fmu_is_the_same_on_every_run_and_has_no_model_exchange_with_dry_friction(plant):

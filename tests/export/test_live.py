@@ -1,6 +1,9 @@
 """The cylinder in the browser: its WebAssembly in Chromium against Python, and how the page behaves."""
 
+import ctypes
+import re
 import shutil
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +15,9 @@ from pneumo import MODELS
 from pneumo.equations.system import METHODS, step, system
 from pneumo.errors import InputError
 from pneumo.export import live
-from pneumo.export.live import live_page
+from pneumo.export.c_source import compiled
+from pneumo.export.live import live_page, sources
+from pneumo.export.printing import printed
 
 SOURCES = Path(__file__).parents[2] / "docs/live"
 CLANG = pytest.mark.skipif(
@@ -40,6 +45,55 @@ def test_without_clang_the_reason_is_said(plant, monkeypatch):
 def test_the_page_stands_alone(page):
     stands_alone(page.read_text())
     assert page.stat().st_size < 200_000
+
+
+SLIDER = re.compile(r'\["(\w+)", "[^"]*", "[^"]*", ([\d.e-]+), ([\d.]+), ([\d.]+), [\d.]+\]')
+
+
+@pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler is installed")
+def test_every_corner_of_the_sliders_runs(plant, tmp_path):
+    """The page's source in native code; small cylinders with the largest valve failed at steps of 1 ms."""
+    files, systems = sources(plant, 1.35)
+    (tmp_path / "live.so").write_bytes(
+        compiled(["cc", "-std=c99", "-O2", "-shared", "-fPIC", "-I."], files, "live.so", ["-lm"])
+    )
+    code = ctypes.CDLL(str(tmp_path / "live.so"))
+
+    def numbers(place, count, *of):
+        place.restype = ctypes.POINTER(ctypes.c_double)
+        return np.ctypeslib.as_array(place(*of), (count,))
+
+    constants = [[constant.name for constant in printed(each).constants] for each in systems]
+    known = [numbers(code.place_of_parameters, len(names), i) for i, names in enumerate(constants)]
+
+    def put(name, value):
+        for names, values in zip(constants, known, strict=True):
+            if name in names:
+                values[names.index(name)] = value
+
+    found = SLIDER.findall((SOURCES / "live.js").read_text())
+    limits = {name: [float(factor) * float(end) for end in ends] for name, factor, *ends in found}
+    assert list(limits) == ["bore", "stroke", "M", "k_xu", "k_0", "n", "amplitude", "frequency"]
+    amplitude, frequency = limits.pop("amplitude")[1], limits.pop("frequency")[1]
+    t = np.arange(250) * H
+    command = numbers(code.place_of_commands, len(t))
+    pressures = numbers(code.place_of_pressures, 2 * len(MODELS))
+    full = numbers(code.place_of_state, 6)
+    code.advance.argtypes = ctypes.c_int, ctypes.c_double
+    for corner in product(*limits.values()):
+        values = dict(zip(limits, corner, strict=True))
+        code.take_defaults()
+        for name, value in values.items():
+            put(name, value)
+        for side in "AB":
+            put(f"A_{side}", np.pi / 4 * values["bore"] ** 2)
+        put("x_min", -values["stroke"] / 2)
+        put("x_max", values["stroke"] / 2)
+        code.start()
+        command[:] = amplitude * np.sign(np.sin(2 * np.pi * frequency * t))
+        assert code.advance(len(t), H) == 0, values
+        assert np.all(pressures > 0.0) and np.all(np.isfinite(pressures)), values
+        assert np.all(full[2:] > 0.0) and abs(full[0]) <= values["stroke"] / 2, values
 
 
 @CLANG

@@ -183,6 +183,8 @@ def test_command_writes_or_prints_the_source(export, plant, tmp_path):
     written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert written == exported("M8", N, plant, "c", stem="m8")
     assert sorted(written) == ["m8.c", "m8.h", "m8_test.c"]
+    assert export(to="st", output="m8.st") == (0, "", "")
+    assert {f"m8{end}" for end in (".st", "_test.st", ".xml")} <= {path.name for path in tmp_path.iterdir()}
     assert export(to="casadi") == (0, source("M8", plant, "casadi"), "")
 
 
@@ -191,9 +193,10 @@ def test_command_writes_or_prints_the_source(export, plant, tmp_path):
     [
         ({"cylinder": "F"}, "there are D, E"),
         ({"k0": "-1"}, "k_0 = -1"),
-        ({"to": "fortran"}, "there are c, matlab, casadi, fmu"),
+        ({"to": "fortran"}, "there are c, st, matlab, casadi, fmu"),
         ({"output": "m8.txt"}, "--to c: needs --output FILE.c"),
         ({"to": "fmu"}, "--to fmu: needs --output FILE.fmu"),
+        ({"to": "st"}, "--to st: needs --output FILE.st"),
         ({"config": "config/none.yaml"}, "config/none.yaml"),
         ({"to": "casadi", "output": "."}, ": is a folder"),
         ({"output": "file/out.c"}, "file/out.c: cannot be written"),

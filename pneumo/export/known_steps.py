@@ -1,0 +1,51 @@
+"""Steps with known results, for the test programs of exported code."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.equations.system import METHODS, System, step
+
+
+class KnownStep(NamedTuple):
+    """A step of h s: inputs at its start and end, the state before and after it."""
+
+    method: str
+    start: list[float]
+    end: list[float]
+    h: float
+    before: list[float]
+    after: list[float]
+
+
+def scale(system: System) -> list[float]:
+    """Numbers by which a test program divides the error of each state."""
+    c = system.plant.conditions
+    return system.state(x=system.plant.cylinder.stroke, v=1.0, P=c.P_atm, T=c.T_0)
+
+
+def known_steps(system: System, h: float) -> list[KnownStep]:
+    """Steps of every method from random states; with a piston also into a stop and at rest on it."""
+    rng, c, cylinder = np.random.default_rng(2006), system.plant.conditions, system.plant.cylinder
+    flow = 0.04 * system.plant.valve.k_xu * system.plant.valve.u_max * c.P_s / c.T_0**0.5
+    most = {"u": 1.2 * system.plant.valve.u_max, "m": flow, "v": 1.0, "force": 100.0}
+    most["x"] = 0.98 * min(cylinder.stroke / 2, -cylinder.x_min, cylinder.x_max)
+
+    def draw(name: str) -> float:
+        base = name.split("_")[0]
+        low, high = {"P": (c.P_atm, c.P_s), "T": (0.8 * c.T_0, 1.2 * c.T_0)}.get(base, (-1.0, 1.0))
+        return float(rng.uniform(low, high)) * most.get(base, 1.0)
+
+    steps = list[KnownStep]()
+    for name, method in METHODS.items():
+        for i in range(8):
+            start, end = ([draw(quantity) for quantity in system.inputs] for _ in range(2))
+            state = [draw(quantity) for quantity in system.states]
+            if system.piston and i == 0:
+                state[:2] = cylinder.x_max - h / 2, 1.0
+            if system.piston and i == 1:
+                state[:2] = cylinder.x_min, 0.0
+                start[-1] = end[-1] = -1e4  # N: held whatever the pressures
+            after = step(system, method, state, start, end, h)
+            steps.append(KnownStep(name, start, end, h, state, after))
+    return steps

@@ -1,0 +1,26 @@
+"""Measured cost of an exported step, from cost.json beside this file: `python -m benchmarks.exported_c`."""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+FILE = Path(__file__).with_name("cost.json")
+PART, METHOD = "chambers", "RK4"  # both chambers with their valve
+
+
+class StepCost(NamedTuple):
+    """Cost of one step of both chambers with their valve, by the classical Runge-Kutta method."""
+
+    ns: float  #: in C, double precision, on the processor of the measurement
+    instructions: float  #: of a Cortex-M4F, single precision
+
+
+@cache
+def step_costs() -> dict[str, StepCost]:
+    """Return the cost of a step of each model and of the full order, "full"; added models have none."""
+    rows = json.loads(FILE.read_text(encoding="utf-8"))["rows"][PART]
+    return {
+        name: StepCost(double["ns"][METHOD], rows["float"][name]["instructions"][METHOD])
+        for name, double in rows["double"].items()
+    }
