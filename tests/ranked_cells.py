@@ -5,6 +5,7 @@ import xarray as xr
 
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import MODELS
+from pneumo.selection.answer import Answer, answer
 from pneumo.statistics.ranking import Ranking, rank_models
 from pneumo.statistics.recommendation import recommend
 
@@ -13,13 +14,23 @@ PAPER_LEVEL = dict(zip(PAPER_MODELS, (900, 80, 100, 3000, 20, 8, 6, 3, 2.5, 2.4)
 LEVEL = {name: PAPER_LEVEL.get(name, 5000.0 + i) for i, name in enumerate(MODELS)}
 
 FULL_ORDER = 0.5  # of the same measure, where its k_0 is right within the range
+SWING = 50e3  # Pa
 
 
-def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e6, ends=(1.0, 1.0)):
+def made(
+    level=LEVEL,
+    runs=4,
+    noise=0.02,
+    experiments=("X",),
+    best=1.3,
+    scale=1e6,
+    ends=(1.0, 1.0),
+    full=FULL_ORDER,
+):
     """Cells with a given MSE for each model at n = `best`, more elsewhere, and noise that models share.
 
     With walls, it is as many times that as `ends` say where the cylinder's k_0 is the lowest or the highest;
-    so is the full order's, `FULL_ORDER`.
+    so is the full order's, `full`.
     """
     rng = np.random.default_rng(1)
     shape = (len(experiments), runs, len(MODELS), len(N), 2)
@@ -37,8 +48,9 @@ def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e
     meanings = {"flag_meanings": "ok diverged"}
     data = {"mse": (dims, values), "mse_of_wrong_k_0": (("k_0_end", *dims), wrong)}
     data["mse_of_right_k_0"] = (("k_0_end", *dims), np.stack([values, values]))
-    full = np.stack([scale * FULL_ORDER * times * common[:, :, 0, 0] * np.ones(2) for times in ends])
-    data["mse_of_full_order"] = (("k_0_end", "experiment", "run", "chamber"), full)
+    errors = np.stack([scale * full * times * common[:, :, 0, 0] * np.ones(2) for times in ends])
+    data["mse_of_full_order"] = (("k_0_end", "experiment", "run", "chamber"), errors)
+    data["swing"] = (dims[:2], np.full(shape[:2], SWING))
     data["run_status"] = (dims[:2], np.zeros(shape[:2], np.int8), meanings)
     data["run_failure_time"] = (dims[:2], np.full(shape[:2], np.nan))
     same = {"random": np.int8(1), "duration": 20.0, "time_constant": 0.7, "k_0_factor": 2.0}
@@ -53,3 +65,7 @@ def made(level=LEVEL, runs=4, noise=0.02, experiments=("X",), best=1.3, scale=1e
 
 def ranked(cells, cylinder) -> Ranking:
     return recommend(rank_models(cells, cylinder), cells)
+
+
+def answered(cells) -> Answer:
+    return answer(cells, "mine")

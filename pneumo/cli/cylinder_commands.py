@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer import Argument, Option
 
-from pneumo.cli.options import Threads, configured_study, output_to, read_configuration
+from pneumo.cli.options import Threads, Trust, configured_study, output_to, read_configuration
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from xarray import Dataset
 
     from pneumo.configuration.experiment import Study
@@ -25,6 +27,7 @@ def init(
     source: Annotated[
         Path | None, Option("--from", help="copy this configuration, such as fitted.yaml of a fit")
     ] = None,
+    trust: Trust = False,
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""
     from pneumo.errors import InputError
@@ -38,18 +41,19 @@ def init(
             f"{file}, {rows}: written; edit them, then, in a checkout: snakemake -j2 --configfile {file}"
         )
     if source:
-        configured_study([source])
+        configured_study([source], trust)
     write_template(file, source or TEMPLATE)
     return typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
 
 
 def check(
     files: Annotated[list[Path], Argument(help="configuration; later files override earlier ones")],
+    trust: Trust = False,
 ) -> None:
     """Check a configuration and list its experiments."""
     from pneumo.selection.plants import study_notes
 
-    study = configured_study(files)
+    study = configured_study(files, trust)
     for name, e in study.experiments.items():
         time = f"{e.duration:g} s, step {e.h * 1e3:g} ms"
         typer.echo(f"{name}  cylinder {e.cylinder}  {e.loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
@@ -72,6 +76,7 @@ def study(
         Option(min=1, max=1000, help="runs of each experiment, each with its own seed [run.seeds]"),
     ] = None,
     threads: Threads = 2,
+    trust: Trust = False,
     stored: Annotated[
         Path | None,
         Option("--from", help="folder of a fleet's results: write the page of one --cylinder from them"),
@@ -93,10 +98,11 @@ def study(
         folder = output or Path(f"study-{cylinder[0]}")
         context.with_resource(output_folder(folder))
         check_folder(folder)
-        return _report(*stored_cylinder(stored, cylinder[0]), folder)
+        chosen, cells = stored_cylinder(stored, cylinder[0])
+        return _report(chosen, cells, folder, chosen)
     if not files:
         raise InputError("Missing argument 'files': a configuration; `pneumo init` writes one")
-    configuration = read_configuration(files)  # before what takes a second to import
+    configuration = read_configuration(files, trust)  # before what takes a second to import
     from rich.console import Console
     from rich.progress import Progress
 
@@ -114,34 +120,39 @@ def study(
         task = bar.add_task("full-order runs and replays", total=simulated_time(chosen))
         factors = known_within(configuration)
         cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), factors)
-    return _report(chosen, cells, folder)
+    return _report(chosen, cells, folder, configured, [str(file) for file in files])
 
 
-def _report(chosen: "Study", cells: "Dataset", folder: Path) -> None:
-    """Print the rankings of a study, and write its page and cells."""
+def _report(
+    chosen: "Study", cells: "Dataset", folder: Path, configured: "Study", files: "Sequence[str]" = ()
+) -> None:
+    """Print the answers of a study, and write its page and cells; `files` hold all that is `configured`."""
     from rich.console import Console
 
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import save_study
     from pneumo.publish.text.terminal_tables import regime_text, study_tables
-    from pneumo.selection.cylinder_ranking import rankings
+    from pneumo.selection.answer import answers, export_command
     from pneumo.selection.plants import study_notes
 
-    console, ranked = Console(), rankings(cells)
+    console, found = Console(), answers(cells)
     for note in study_notes(chosen):
         console.print(note, markup=False)
     for name, e in chosen.experiments.items():
         console.print(f"{name}: {regime_text(e)}", markup=False)
-    for ranking in ranked:
-        for table in study_tables(ranking):
+    commands = [export_command(answer, configured, files) for answer in found]
+    for answer, command in zip(found, commands, strict=True):
+        for table in study_tables(answer):
             console.print(table)
-        for reason in ranking.left_out:
+        for reason in answer.ranking.left_out:
             console.print(f"Left out: {reason}.", markup=False)
-        console.print(f"Recommended: {ranking.recommended or 'none'}. {ranking.reason}.", markup=False)
-        for advice in ranking.advice:
+        console.print(f"{answer.headline}. {answer.reason}.", markup=False)
+        for advice in answer.advice:
             console.print(f"- {advice}", markup=False)
-    page, stored = save_study(chosen, cells, ranked, folder)
+        if command:
+            console.print(f"Next: {command}", markup=False, soft_wrap=True)
+    page, stored = save_study(chosen, cells, found, folder, commands)
     console.print(f"{page}, {stored}: written", markup=False, soft_wrap=True)
-    for ranking in ranked:
-        if not ranking.recommended:
-            raise InputError(f"{ranking.cylinder}: {ranking.reason}; see {page}")
+    for answer in found:
+        if not answer.chosen:
+            raise InputError(f"{answer.ranking.cylinder}: {answer.reason}; see {page}")

@@ -39,6 +39,7 @@ _DASH_DOT_DOT = (0, (5.0, 1.4, 1.2, 1.4, 1.2, 1.4))
 
 # One hue per error level of Fig. 9 (blue: constant T; orange: polytropic T; bluish green: explicit heat
 # transfer; grey: M4), and within a hue a ladder of lightness, so that the order survives a grey printer.
+# M7 is violet: it has explicit heat transfer without mixing, and as a dark green it looked like M8.
 PAPER_LOOKS: dict[str, Look] = {
     "M1": Look("#04194a", "-", "o"),
     "M2": Look("#2f74b5", _DASH, "s"),
@@ -46,13 +47,13 @@ PAPER_LOOKS: dict[str, Look] = {
     "M4": Look("#6b6b6b", _DOT, "X"),
     "M5": Look("#b8480b", "-", "D"),
     "M6": Look("#f0922f", _DASH, "v"),
-    "M7": Look("#00503f", "-", "P"),
+    "M7": Look("#452a86", "-", "P"),
     "M8": Look("#007a62", _LONG, "<"),
     "M9": Look("#24a884", _SHORT, ">"),
     "M10": Look("#7ccfb3", _DASH_DOT_DOT, "h"),
 }
 # Models added to the paper's: hues and markers that no model of the paper has.
-_COLORS = ("#6a3d9a", "#c51b7d", "#8a6d1f")
+_COLORS = ("#8a6d1f", "#c51b7d", "#1b7f8a")
 _LINES: tuple[LineStyle, ...] = ("-", _DASH, _DASH_DOT, _LONG, _SHORT, _DASH_DOT_DOT)
 _MARKERS = ("*", "d", "p", "8", "H")  # as many as share no divisor with the line styles: 30 different pairs
 
@@ -64,6 +65,7 @@ def looks_of(models: Iterable[str]) -> dict[str, Look]:
 
 
 MODEL_LOOKS = looks_of(MODELS)
+FULL_ORDER_LOOK = Look("#a3186b", "-", "H")
 ADDED_MODELS = [name for name in MODELS if name not in PAPER_LOOKS]
 
 # Models of figures and pages that do not show all; added models join where the figure has room.

@@ -98,8 +98,8 @@ def one_run(
 
     The variables of `replayed_grid` without the pressures; `run_outcome`; `mse_of_wrong_k_0` and
     `mse_of_right_k_0` by (k_0_end, model, n, chamber), from runs at both ends of the range of k_0, and
-    `mse_of_full_order`, with the configured k_0, by (k_0_end, chamber); where `traced`, the first samples of
-    all pressures.
+    `mse_of_full_order`, with the configured k_0, by (k_0_end, chamber); `swing`, the standard deviation of
+    the run's pressures; where `traced`, the first samples of all pressures.
     """
     recording = record(experiment)
     stride = experiment.pressure_stride if traced else experiment.steps
@@ -109,10 +109,15 @@ def one_run(
     wrong, right, full = (np.stack(arrays) for arrays in zip(*ends, strict=True))
     dims = ("k_0_end", "model", "n", "chamber")
     about = {"units": "Pa2", "long_name": "mean square error where the cylinder's k_0 is at the end"}
+    swing = {
+        "units": "Pa",
+        "long_name": "standard deviation of the pressures, root mean square of both chambers",
+    }
     cells = cells.drop_vars(["pressure", "t"]).assign(
         mse_of_wrong_k_0=(dims, wrong, about | {"comment": "the models take the configured k_0"}),
         mse_of_right_k_0=(dims, right, about | {"comment": "the models take the cylinder's k_0"}),
         mse_of_full_order=(("k_0_end", "chamber"), full, about | {"comment": "by the full order"}),
+        swing=((), float(recording.states[:, [2, 4]].var(axis=0).mean() ** 0.5), swing),
         **run_outcome(recording),
     )
     if traced:

@@ -8,19 +8,26 @@ import pytest
 from brief import in_brief
 from page_checks import assert_fit_for_a_phone, in_chromium
 from paper_study import STUDY
-from ranked_cells import made, ranked
+from ranked_cells import SWING, answered, made, ranked
 from rich.console import Console
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
 from pneumo.evidence.random_cylinders.dimensionless_groups import known_groups
+from pneumo.export.step_cost import step_costs
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
 from pneumo.publish.text import terminal_tables
 from pneumo.publish.text.formatting import no_exponent
-from pneumo.publish.text.terminal_tables import STUDY_HEADS, gain_text, ranking_cells, robust_cells
+from pneumo.publish.text.terminal_tables import (
+    STUDY_HEADS,
+    contest_cells,
+    contest_heads,
+    gain_text,
+    ranking_cells,
+)
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.statistics.intervals import Interval
 
@@ -44,25 +51,26 @@ def with_traces(cells):
 def page():
     cells = with_traces(made())
     mine = STUDY._replace(name="mine", experiments={"X": STUDY.experiments["E06"]})
-    return study_page(mine, cells, [ranked(cells, "mine")])
+    return study_page(mine, cells, [answered(cells)], ["pneumo export full --config 'a<b.yaml'"])
 
 
-def test_page_holds_every_model_and_the_recommendation_and_loads_nothing(page):
-    ranking = ranked(made(), "mine")
-    assert "Take M9" in page and with_indices(ranking.reason) in page
+def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
+    found = answered(made())
+    ranking = found.ranking
+    assert "Recommended: full order" in page and with_indices(found.reason) in page
+    assert "<code>pneumo export full --config &#39;a&lt;b.yaml&#39;</code>" in page
     for row in ranking.rows:
         line = "".join(f"<td>{text}</td>" for text in ranking_cells(row))
         assert line in page
-    best = ranking.unknown_k_0.models[0]
-    assert f"{with_indices('k_0 = 0.15 W/K')}</th>" in page and "Take M9 with <i>n</i> = 1.3" in page
+    assert f"{with_indices('k_0 = 0.15')}</th>" in page
     e = STUDY.experiments["E06"]
     groups = [f"{name} {known_groups(e)[name]:.3g}" for name in ("thermal", "exchange")]
     assert ", ".join(groups) in page
-    for row in ranking.unknown_k_0.rows:
-        line = "".join(f"<td>{text}</td>" for text in robust_cells(row))
-        assert line in page and robust_cells(row)[-1] == no_exponent(max(row.rms) / 1e3)
-    assert best.model == "M10" and "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])
-    assert page.count("<img") == 4
+    for contender in found.contenders:
+        line = "".join(f"<td>{text}</td>" for text in contest_cells(contender, found.swing))
+        assert line in page
+    assert "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])
+    assert page.count("<img") == 5
     assert MARK in page[:1000]
     assert not re.findall(r'(?:src|href)="(?!data:|https://doi\.org/)[^"]*"', page)
     assert "<script" not in page
@@ -72,16 +80,17 @@ def test_inputs_are_in_the_units_of_a_catalogue(page):
     supply = STUDY.experiments["E06"].plant.conditions.P_s / 1e3
     assert "mm²/V up to" in page and f"P<sub>s</sub> = {supply:g} kPa" in page and "no leak" in page
     cells = made(experiments=("open", "closed"))
-    by_catalogue = study_page(study(load(TEMPLATE)), with_traces(cells), [ranked(cells, "mine")])
+    by_catalogue = study_page(study(load(TEMPLATE)), with_traces(cells), [answered(cells)])
     assert "C = 1.5 dm³/(s bar), b = 0.3 up to 10 V" in by_catalogue
 
 
 def test_texts_are_escaped():
     cells = made()
     cells["run_status"][:] = 1
-    ranking = ranked(cells, "mine")._replace(left_out=("<b>&",), reason="<i>")
+    found = answered(cells)
+    found = found._replace(ranking=found.ranking._replace(left_out=("<b>&",)), reason="<i>")
     mine: Study = STUDY._replace(name="<script>", experiments={"X": STUDY.experiments["E06"]})
-    page = study_page(mine, cells, [ranking])
+    page = study_page(mine, cells, [found])
     assert "<b>&" not in page and "&lt;b&gt;&amp;" in page and "&lt;i&gt;" in page
     assert "<script>" not in page and "<img" not in page
 
@@ -127,8 +136,7 @@ def test_pictures_over_n_and_of_the_traces():
     assert len(marks) == sum(model.has_n for model in MODELS.values())
     assert {line.get_xdata()[0] for line in marks} == {1.3}
     cells = with_traces(made())
-    ranking = ranked(cells, "mine")
-    _, pressure, error = study_figures.first_run(cells, ranking, "X").axes
+    _, pressure, error = study_figures.first_run(cells, answered(cells), "X").axes
     experiment = cells.sel(experiment="X")
     full = experiment["trace_P"].sel(chamber="A").values / 1e3
     assert pressure.lines[0].get_ydata() == pytest.approx(full)
@@ -139,15 +147,43 @@ def test_pictures_over_n_and_of_the_traces():
     assert [line.get_label() for line in error.lines[1:3]] == ["$M_{9}$", "$M_{8}$"]
 
 
+def test_picture_of_regret_over_k_0():
+    found = answered(made(ends=(2.0, 4.0)))
+    ax = study_figures.regret_figure(found).axes[0]
+    curves = {line.get_label(): line for line in ax.lines}
+    assert curves["full order"].get_ydata() == pytest.approx(np.zeros(3), abs=1e-9)
+    assert curves["full order"].get_linewidth() > curves["$M_{8}$, $n$ = 1.3"].get_linewidth()
+    M8, full = found.contender("M8").row, found.contender("full order").row
+    expected = (np.array(M8.rms) - full.rms) / 1e3
+    assert curves["$M_{8}$, $n$ = 1.3"].get_ydata() == pytest.approx(expected)
+    assert curves["$M_{8}$, $n$ = 1.3"].get_xdata() == pytest.approx([0.15, 0.3, 0.6])
+    assert not any(label.startswith("$M_{1}$") for label in curves)  # far above
+
+
+def test_cells_of_the_contest():
+    found = answered(made(ends=(2.0, 4.0), noise=1e-9))
+    heads = contest_heads(found.ranking.unknown_k_0)
+    texts = dict(zip(heads, contest_cells(found.contender("M8"), found.swing), strict=True))
+    worst = (3e6 * 4) ** 0.5
+    assert texts["worst"] == no_exponent(worst / 1e3) and texts["k_0 = 0.6"] == texts["worst"]
+    assert texts["worst, % of swing"] == no_exponent(100 * worst / SWING)
+    assert texts["MSE / chosen"] == "6.00 (6.00 to 6.00)"
+    assert texts["ns a step"] == f"{step_costs()['M8'].ns:.0f}"
+    full = dict(zip(heads, contest_cells(found.contender("full order"), np.nan), strict=True))
+    assert (full["k_0 = 0.3"], full["n"], full["MSE / chosen"]) == ("0.00", "–", "1.00")
+    assert full["worst, % of swing"] == "–"
+
+
 def test_tables_fit_a_terminal():
     console = Console(width=80, record=True, file=io.StringIO())
-    for table in terminal_tables.study_tables(ranked(made(), "mine")):
+    for table in terminal_tables.study_tables(answered(made(ends=(2.0, 4.0)))):
         console.print(table)
     text = console.export_text()
     assert all(f" M{i} " in text for i in range(1, 11))
     assert "…" not in text and "temperature law" in text
     assert "1.25 (1.25 to 1.25)" in text  # on one line
-    assert "k_0 = 0.15 W/K" in text and "worst" in text
+    assert "worst" in text and " full order " in text and "0.15" in text
+    assert "mine: X, 4 runs each" in text
 
 
 @in_chromium

@@ -4,6 +4,7 @@ import re
 from math import pi
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 import yaml
@@ -14,8 +15,10 @@ from pneumo.catalogue import default_conductance
 from pneumo.configuration.parameters import load, study, validated
 from pneumo.errors import InputError
 from pneumo.publish.pages.study_page import MARK, check_folder, save_study
-from pneumo.selection.cylinder_ranking import TITLE, joined, rankings, run_study, selected, simulated_time
+from pneumo.selection.answer import answers
+from pneumo.selection.cylinder_ranking import TITLE, joined, run_study, selected, simulated_time
 from pneumo.selection.cylinder_template import TEMPLATE, write_template
+from pneumo.simulation.full_order import record
 from pneumo.storage.files import write
 
 pytestmark = pytest.mark.xdist_group("own study")  # its fixtures take seconds
@@ -99,10 +102,10 @@ def test_choice_of_cylinders_and_experiments_and_their_simulated_time(template):
 
 @pytest.mark.slow
 def test_files_of_a_study_and_of_cylinders_together(short, cells, tmp_path):
-    ranked = rankings(cells)
-    assert [ranking.cylinder for ranking in ranked] == ["mine"]
+    found = answers(cells)
+    assert [answer.ranking.cylinder for answer in found] == ["mine"]
     check_folder(tmp_path / "out")
-    page, stored = save_study(short, cells, ranked, tmp_path / "out")
+    page, stored = save_study(short, cells, found, tmp_path / "out")
     assert MARK in page.read_text()[:1000]
     with xr.open_dataset(stored) as again:
         assert again["mse"].dims == ("experiment", "run", "model", "n", "chamber")
@@ -111,13 +114,19 @@ def test_files_of_a_study_and_of_cylinders_together(short, cells, tmp_path):
         assert again["mse"].attrs["units"] == "Pa2"
     check_folder(tmp_path / "out")  # its own files may be replaced
     before = (page.read_bytes(), stored.read_bytes())
-    save_study(short, cells, ranked, tmp_path / "out")
+    save_study(short, cells, found, tmp_path / "out")
     assert before == (page.read_bytes(), stored.read_bytes())
     other = cells.assign_coords(cylinder=("experiment", ["other", "other"]))
     other = other.assign_coords(experiment=["a", "b"])
     both = joined([cells, other.isel(run=[0])])
     assert both.sizes["experiment"] == 4 and both.sizes["run"] == 2
-    assert [ranking.cylinder for ranking in rankings(both)] == ["mine", "other"]
+    assert [answer.ranking.cylinder for answer in answers(both)] == ["mine", "other"]
+
+
+def test_the_swing_of_a_run_is_the_standard_deviation_of_its_pressures(short, cells):
+    states = record(short.experiments["open"]).states
+    swing = np.mean([np.std(states[:, i]) ** 2 for i in (2, 4)]) ** 0.5
+    assert cells["swing"].sel(experiment="open").values[0] == pytest.approx(swing)
 
 
 def test_foreign_files_stay(tmp_path, cells):

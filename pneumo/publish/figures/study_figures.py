@@ -3,17 +3,21 @@
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.panels import one_two_five, symbol
-from pneumo.publish.model_looks import MODEL_LOOKS
+from pneumo.publish.model_looks import FULL_ORDER_LOOK, MODEL_LOOKS
 from pneumo.publish.style import DOUBLE_MM, GREY, INK, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
+from pneumo.selection.answer import Answer
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
+from pneumo.statistics.robust_choice import FULL_ORDER
 
 RMS = axis_label("RMS error", "kPa")
 SHOWN_S = 2.0  # length of the traces
+MOST_REGRET = 4.0  # times the lowest worst case: rows with more are not in the picture of regret
 
 
 @paper_style()
@@ -40,6 +44,36 @@ def ranking_figure(ranking: Ranking) -> Figure:
     ax.set_xlabel(f"{RMS}, bars: {100 * CONFIDENCE:.0f} % over seeds")
     ax.grid(axis="x")
     one_two_five(ax.xaxis)
+    return fig
+
+
+@paper_style()
+def regret_figure(answer: Answer) -> Figure:
+    """Draw each row's RMS error above the lowest one, over the cylinder's k_0."""
+    fig = new_figure(DOUBLE_MM, 84)
+    ax = fig.subplots()
+    rows = [contender.row for contender in answer.contenders]
+    robust = answer.ranking.unknown_k_0
+    assert robust is not None
+    lowest = np.nanmin([row.rms for row in rows], axis=0)
+    assumed = robust.k_0 if np.isfinite(robust.k_0) else 1.0
+    k_0 = assumed * np.array([1 / robust.factor, 1.0, robust.factor])
+    for row in rows:
+        if row.worst > MOST_REGRET * rows[0].worst and row.model != answer.chosen:
+            continue
+        look = FULL_ORDER_LOOK if row.model == FULL_ORDER else MODEL_LOOKS[row.model]
+        n = f", $n$ = {row.n:g}" if np.isfinite(row.n) else ""
+        name = row.model if row.model == FULL_ORDER else symbol(row.model)
+        width = 2.2 if row.model == answer.chosen else 1.1
+        ax.plot(k_0, (np.array(row.rms) - lowest) / KILO, label=name + n, linewidth=width, **look.points())
+    ax.set_xscale("log")
+    ax.set_xticks(k_0, [f"{value:.2g}" for value in k_0])
+    ax.xaxis.set_minor_locator(NullLocator())
+    unit = "W/K" if np.isfinite(robust.k_0) else "times the assumed one"
+    ax.set_xlabel(axis_label("$k_0$ of the cylinder", unit))
+    ax.set_ylabel(axis_label("RMS error above the lowest", "kPa"))
+    ax.grid()
+    fig.legend(loc="outside right upper")
     return fig
 
 
@@ -91,13 +125,14 @@ def gain_figure(ranking: Ranking) -> Figure:
 
 
 @paper_style()
-def first_run(cells: xr.Dataset, ranking: Ranking, experiment: str) -> Figure:
-    """Draw the start of an experiment's first run, with the errors of the recommended and the best models."""
+def first_run(cells: xr.Dataset, answer: Answer, experiment: str) -> Figure:
+    """Draw the start of an experiment's first run, with errors of the chosen and the best reduced models."""
+    ranking = answer.ranking
     part = cells.sel(experiment=experiment)
     t = part["trace_t"].values
     shown = t <= SHOWN_S
     best = [row.model for row in ranking.rows[:3]]
-    models = best if ranking.recommended in best else [ranking.recommended, *best[:2]]
+    models = best if answer.chosen in (*best, FULL_ORDER) else [answer.chosen, *best[:2]]
     fig = new_figure(DOUBLE_MM, 96)
     position, pressure, error = fig.subplots(3, 1, sharex=True, height_ratios=[0.7, 1.2, 1])
     position.plot(t[shown], part["trace_x"].values[shown] * KILO, color=INK)

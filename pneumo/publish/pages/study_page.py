@@ -13,14 +13,15 @@ from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
 from pneumo.publish.text.formatting import KILO, percent_text
 from pneumo.publish.text.terminal_tables import (
-    ROBUST_TITLE,
+    CONTEST_TITLE,
     STUDY_HEADS,
+    contest_cells,
+    contest_heads,
     gain_text,
     ranking_cells,
     regime_text,
-    robust_cells,
-    robust_heads,
 )
+from pneumo.selection.answer import Answer, export_command
 from pneumo.selection.cylinder_ranking import TITLE, save_cells
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
@@ -32,12 +33,25 @@ MARK = "pneumo study"  # in the page, so that another run may overwrite it
 PAGE, CELLS = "study.html", "study.nc"
 
 
-def study_page(study: Study, cells: xr.Dataset, rankings: Sequence[Ranking]) -> str:
-    """Write the page, style and pictures inside, of cells of `run_study`, ranked for each cylinder.
+def study_page(
+    study: Study, cells: xr.Dataset, answers: Sequence[Answer], commands: Sequence[str] = ()
+) -> str:
+    """Write the page, style and pictures inside, of cells of `run_study`, with the answer for each cylinder.
 
-    The same results give the same text.
+    `commands` export each answer; by default those for a configuration of unknown name. The same results give
+    the same text.
     """
-    parts = [(ranking, _pictures(cells, ranking), _inputs(study, ranking)) for ranking in rankings]
+    commands = commands or [export_command(answer, study) for answer in answers]
+    parts = [
+        (
+            answer,
+            command,
+            _regimes(study, answer.ranking),
+            _pictures(cells, answer),
+            _inputs(study, answer.ranking),
+        )
+        for answer, command in zip(answers, commands, strict=True)
+    ]
     return page_text(
         "study.html.j2",
         mark=MARK,
@@ -46,19 +60,29 @@ def study_page(study: Study, cells: xr.Dataset, rankings: Sequence[Ranking]) -> 
         heads=STUDY_HEADS,
         cells=ranking_cells,
         gain=gain_text,
-        robust_title=ROBUST_TITLE,
-        robust_heads=robust_heads,
-        robust_cells=robust_cells,
+        contest_title=CONTEST_TITLE,
+        contest_heads=contest_heads,
+        contest_cells=contest_cells,
         confidence=percent_text(CONFIDENCE),
         material=percent_text(MATERIAL),
         kilo=KILO,
     )
 
 
-def _pictures(cells: xr.Dataset, ranking: Ranking) -> list[tuple[str, str]]:
+def _regimes(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
+    """Dimensionless groups of each experiment as (name, text)."""
+    return [(name, regime_text(study.experiments[name])) for name in ranking.experiments]
+
+
+def _pictures(cells: xr.Dataset, answer: Answer) -> list[tuple[str, str]]:
     """Pictures of a cylinder as (data address, caption)."""
-    if not ranking.recommended:
+    if not answer.chosen:
         return []
+    ranking = answer.ranking
+    regret = (
+        "Regret over k_0: by how much each row's RMS error exceeds the lowest at that k_0. Each row takes the"
+        " k_0 assumed, in the middle. Rows far above the others are left out."
+    )
     best = (
         "RMS error of each model if k_0 is known, both chambers together, at the one n that is best for"
         " both chambers and all experiments."
@@ -68,13 +92,14 @@ def _pictures(cells: xr.Dataset, ranking: Ranking) -> list[tuple[str, str]]:
         "position, full-order pressures, and full-order minus reduced pressure (chamber A solid, B dashed)."
     )
     pictures = [
+        (study_figures.regret_figure(answer), regret),
         (study_figures.ranking_figure(ranking), best),
         (study_figures.error_over_n(cells, ranking), over),
         (study_figures.gain_figure(ranking), "Gain of each refinement, from paired runs."),
     ]
     for name in ranking.experiments:
         if not int(cells["run_status"].sel(experiment=name).values[0]):
-            pictures.append((study_figures.first_run(cells, ranking, name), f"{name}, first run: {first}"))
+            pictures.append((study_figures.first_run(cells, answer, name), f"{name}, first run: {first}"))
     return [(image_address(fig), caption) for fig, caption in pictures]
 
 
@@ -124,9 +149,9 @@ def _are_our_cells(cells: Path) -> bool:
 
 
 def save_study(
-    study: Study, cells: xr.Dataset, rankings: Sequence[Ranking], folder: Path
+    study: Study, cells: xr.Dataset, answers: Sequence[Answer], folder: Path, commands: Sequence[str] = ()
 ) -> tuple[Path, Path]:
-    """Write page and cells of a study and return their paths."""
+    """Write page and cells of a study and return their paths; `commands` are those of `study_page`."""
     save_cells(study, cells, folder / CELLS)
-    write_text(study_page(study, cells, rankings), folder / PAGE)
+    write_text(study_page(study, cells, answers, commands), folder / PAGE)
     return folder / PAGE, folder / CELLS

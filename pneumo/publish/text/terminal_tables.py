@@ -1,6 +1,7 @@
 """Tables for the terminal; pages show the rows of some of them too."""
 
 import itertools
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -16,11 +17,12 @@ from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIE
 from pneumo.papers.paper_2006.inferred_cells import inferred_cells, rms_of_inferred
 from pneumo.publish.labels import AVERAGES, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
+from pneumo.selection.answer import Answer, Contender
 from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.likelihood import NOT_DISTINGUISHED
 from pneumo.statistics.model_pairs import CRITERIA, REFINED_MODELS
-from pneumo.statistics.ranking import RankedModel, Ranking
-from pneumo.statistics.robust_choice import RobustModel, UnknownConductance
+from pneumo.statistics.ranking import RankedModel
+from pneumo.statistics.robust_choice import UnknownConductance
 
 if TYPE_CHECKING:
     from pneumo.fit.closed.thermal_time_constant import Transient  # seconds of imports, for one table
@@ -44,7 +46,8 @@ STUDY_HEADS = (
     *("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "geom.", "wins", "A (kPa)", "B (kPa)"),
 )
 IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
-ROBUST_TITLE = "RMS error (kPa) if the cylinder's k_0 differs from the models'; n for the worst case"
+CONTEST_TITLE = "RMS error (kPa) by the cylinder's k_0 (W/K); each row takes the one assumed"
+ON_PAGE = ("worst", "instructions")  # columns of `contest_heads` that are not in the terminal
 
 
 def ranking_cells(row: RankedModel) -> list[str]:
@@ -82,34 +85,47 @@ def regime_text(experiment: Experiment) -> str:
     return f"thermal {groups['thermal']:.3g}, exchange {groups['exchange']:.3g}"
 
 
-def robust_heads(robust: UnknownConductance) -> list[str]:
-    """Headings of the worst cases: the cylinder's k_0 over the assumed one, or both in W/K."""
-    values = [robust.k_0 * scale for scale in (1 / robust.factor, 1.0, robust.factor)]
+def contest_heads(robust: UnknownConductance) -> list[str]:
+    """Headings of the contest; k_0 in W/K or, where experiments differ, over the assumed one."""
+    scales = (1 / robust.factor, 1.0, robust.factor)
     if np.isfinite(robust.k_0):
-        return ["model", "n", *(f"k_0 = {value:.2g} W/K" for value in values), "worst"]
-    return ["model", "n", f"k_0 / {robust.factor:.2g}", "k_0", f"{robust.factor:.2g} k_0", "worst"]
+        k_0 = [f"k_0 = {robust.k_0 * scale:.2g}" for scale in scales]
+    else:
+        k_0 = [f"k_0 / {robust.factor:.2g}", "k_0", f"{robust.factor:.2g} k_0"]
+    return ["model", "n", *k_0, "worst", "worst, % of swing", "MSE / chosen", "ns a step", "instructions"]
 
 
-def robust_cells(row: RobustModel) -> list[str]:
-    """Cells of a model's row, by `robust_heads`: RMS errors in kPa."""
+def contest_cells(contender: Contender, swing: float) -> list[str]:
+    """Cells of a row, by `contest_heads`: RMS errors in kPa, the worst also in per cent of the swing."""
+    row, over, step = contender
     errors = [no_exponent(value / KILO) if np.isfinite(value) else "–" for value in (*row.rms, row.worst)]
-    return [row.model, f"{row.n:g}" if np.isfinite(row.n) else "–", *errors]
+    percent = no_exponent(100 * row.worst / swing) if np.isfinite(row.worst / swing) else "–"
+    ratio = no_exponent(over.value) if np.isfinite(over.value) else "–"
+    if over.known and over.low != over.high:
+        ratio += f" ({no_exponent(over.low)} to {no_exponent(over.high)})"
+    cost = [f"{step.ns:.0f}", f"{step.instructions:.0f}"] if step else ["–", "–"]
+    return [row.model, f"{row.n:g}" if np.isfinite(row.n) else "–", *errors, percent, ratio, *cost]
 
 
-def study_tables(ranking: Ranking) -> list[Table]:
-    """Ranking of the models, their worst cases, and gain of each refinement, of one cylinder."""
-    experiments, chosen = ", ".join(ranking.experiments), ranking.recommended
+def study_tables(answer: Answer) -> list[Table]:
+    """Ranking of the models, gain of each refinement, and contest with the full order, of one cylinder."""
+    ranking = answer.ranking
     intervals = f"intervals {100 * CONFIDENCE:.0f} % over seeds"
-    title = f"{ranking.cylinder}: {experiments}, {ranking.runs} runs each; {intervals}"
+    title = f"{ranking.cylinder}: {', '.join(ranking.experiments)}, {ranking.runs} runs each; {intervals}"
+    title += "; k_0 known"
     rows = (ranking_cells(row)[:IN_TERMINAL] for row in ranking.rows)
     gains = ((g.refinement, f"{g.without} to {g.refined}", gain_text(g.percent)) for g in ranking.gains)
     tables = [
-        _table(title, STUDY_HEADS[:IN_TERMINAL], rows, chosen, numbers=True),
+        _table(title, STUDY_HEADS[:IN_TERMINAL], rows, answer.chosen, numbers=True),
         _table("Reduction of the MSE", ("refinement", "models", "gain"), gains),
     ]
     if robust := ranking.unknown_k_0:
-        worst = map(robust_cells, robust.rows)
-        tables.append(_table(ROBUST_TITLE, robust_heads(robust), worst, chosen, numbers=True))
+        heads = contest_heads(robust)
+        shown = [i for i, head in enumerate(heads) if head not in ON_PAGE]
+        broken = [re.sub(r" = | (?=/ \d|k_0|chosen|step|%|swing)", "\n", heads[i]) for i in shown]
+        contest = (contest_cells(contender, answer.swing) for contender in answer.contenders)
+        rows = ([cells[i] for i in shown] for cells in contest)
+        tables.append(_table(CONTEST_TITLE, broken, rows, answer.chosen, numbers=True))
     return tables
 
 
@@ -153,31 +169,31 @@ def fit_rows(fit: FitResult) -> list[list[str]]:
     return rows
 
 
-RIG_TITLE = "The rig, by the full order; the interval allows for what is configured within its accuracy"
-RIG_HEADS = ("of the rig", "95 % interval", "configuration moves it by", "mostly")
+RIG_TITLE = (
+    "The rig, by the full order: intervals allow for errors of the configuration.\n"
+    "Green: determined. Yellow: wide, or see the warnings. Red: not determined."
+)
+RIG_HEADS = ("of the rig", "light", "95 % interval", "moves by", "mostly by")
 
 
 def rig_rows(fit: FitResult) -> list[list[str]]:
-    """Cells by `RIG_HEADS` of the full order's parameters: how far configured quantities may move each."""
-    if "moved_by" not in fit.data or FULL_ORDER not in fit.models:
-        return []
+    """Cells by `RIG_HEADS` of the full order's parameters, and how far configured quantities move each."""
     rows: list[list[str]] = []
-    looks = fitted_quantities(fit) | {
-        name: (QUANTITIES[name].heading, QUANTITIES[name].shown_unit, QUANTITIES[name].factor)
-        for name in CONFIGURED
-        if name in fit.data["parameter"]
-    }
-    for name, (heading, unit, factor) in looks.items():
-        cell = fit.data.sel(model=FULL_ORDER, parameter=name)
+    looks = fitted_quantities(fit)
+    headings = {QUANTITIES[name].name: QUANTITIES[name].heading for name in CONFIGURED}
+    for name, light in fit.lights.items():
+        quantity, cell = QUANTITIES[name], fit.data.sel(model=FULL_ORDER, parameter=name)
+        heading, unit, factor = looks.get(name, (quantity.heading, quantity.shown_unit, quantity.factor))
         interval = Interval(*(factor * cell[key].item() for key in ("estimate", "low", "high")))
-        moved = factor * cell["moved_by"].values
-        if not np.isfinite(interval.value) or not np.isfinite(moved).all():
-            continue
-        largest = str(cell["quantity"].values[np.argmax(np.abs(moved))])
-        value = f"{significant(interval.value)} ({interval.ends_text('.4g')})"
-        rows.append(
-            [f"{heading} ({unit})" if unit else heading, value, f"± {np.sqrt(moved @ moved):.2g}", largest]
-        )
+        # Not `formatting.ends_text`: these may be negative, and an end at zero is a limit.
+        form = ".2g" if name in VALVE else ".4g" if name == "P_s" else ".3g"
+        value = f"{interval.value:{form}} ({interval.ends_text(form)})"
+        row = [f"{heading} ({unit})" if unit else heading, light, value, "–", "–"]
+        moved = factor * cell["moved_by"].values if "moved_by" in cell else np.full(1, np.nan)
+        if np.isfinite(moved).all() and moved.any():
+            largest = str(cell["quantity"].values[np.argmax(np.abs(moved))])
+            row[3:] = f"± {np.sqrt(moved @ moved):.2g}", headings.get(largest, largest).removeprefix("the ")
+        rows.append(row)
     return rows
 
 
@@ -192,7 +208,12 @@ def fit_tables(fit: FitResult) -> list[Table]:
     return [
         _table(title, [heads[i] for i in columns], [[row[i] for i in columns] for row in rows])
         for title, columns in ((RANKED, (0, 1, 2, 3, 4)), ("Valve and dead volumes", (0, 5, 6, 7)))
-    ] + [_table(RIG_TITLE, RIG_HEADS, rows) for rows in [rig_rows(fit)] if rows]
+    ] + [full_order_table(rows) for rows in [rig_rows(fit)] if rows]
+
+
+def full_order_table(rows: Sequence[Sequence[str]]) -> Table:
+    """Table of `rig_rows`, with the lights in their colours."""
+    return _table(RIG_TITLE, RIG_HEADS, ([row[0], f"[{row[1]}]{row[1]}[/]", *row[2:]] for row in rows))
 
 
 def validation_tables(errors: Mapping[str, np.ndarray]) -> list[Table]:
@@ -226,21 +247,6 @@ def wall_text(fit: ClosedChambersResult) -> str:
     )
 
 
-def valve_text(fit: FitResult) -> str:
-    """Valve and causes as fitted by the full order; an empty text where it was not fitted."""
-    if FULL_ORDER not in fit.models:
-        return ""
-    parts: list[str] = []
-    for name in (name for name in (*VALVE, *ALSO) if name in fit.data["parameter"]):
-        quantity, cell = QUANTITIES[name], fit.data.sel(model=FULL_ORDER, parameter=name)
-        interval = Interval(*(quantity.factor * cell[key].item() for key in ("estimate", "low", "high")))
-        form, unit = ".2g" if name in VALVE else ".4g", quantity.shown_unit
-        # Not `formatting.ends_text`: these may be negative, and an end at zero is a limit.
-        ends = interval.ends_text(form)
-        parts.append(f"{quantity.heading} {interval.value:{form}}{unit and ' '}{unit} ({ends})")
-    return f"valve, from the full order: {', '.join(parts)}"
-
-
 def transient_text(transient: "Transient") -> str:
     """Conductance from the transient of a closed chamber, on three lines."""
     tau = ends_text(transient.tau_low, transient.tau_high)
@@ -255,23 +261,25 @@ def transient_text(transient: "Transient") -> str:
 # --- pneumo rig ------------------------------------------------------------------------------------
 
 
-def rig_table(result: xr.Dataset) -> Table:
-    """Models by their error on what was held out, with their estimates, from `judged_models`."""
-    rows = list[list[str]]()
+def rig_tables(result: xr.Dataset) -> list[Table]:
+    """Models by their error on what was held out, then their estimates, from `judged_models`: 80 columns."""
+    errors: list[list[str]] = []
+    estimates: list[list[str]] = []
     for name in result["model"].values[np.argsort(result["held_out"].values)]:
         row = result.sel(model=name)
-        errors = [significant(row[error].item() / KILO) for error in ("fitted", "held_out")]
+        of_pressure = [significant(row[error].item() / KILO) for error in ("held_out", "fitted")]
         T = row["T_error"].item()
-        cells = (row.sel(parameter=parameter) for parameter in result["parameter"].values)
-        estimates = [
-            f"{cell['parameter'].item()} {significant(cell['estimate'].item())}"
-            f" ({ends_text(cell['low'].item(), cell['high'].item())})"
-            for cell in cells
-            if np.isfinite(cell["estimate"].item())
-        ]
-        rows.append([str(name), *errors, significant(T) if np.isfinite(T) else "–", "\n".join(estimates)])
-    heads = ("model", "fitted (kPa)", "held out (kPa)", "T (K)", "estimate (95 % interval)")
-    return _table("RMS errors", heads, rows)
+        errors.append([str(name), *of_pressure, significant(T) if np.isfinite(T) else "–"])
+        for parameter in result["parameter"].values:
+            value, low, high = (
+                row[key].sel(parameter=parameter).item() for key in ("estimate", "low", "high")
+            )
+            if np.isfinite(value):
+                estimates.append([str(name), str(parameter), significant(value), ends_text(low, high)])
+    return [
+        _table("RMS errors", ("model", *ERRORS, "temperature (K)"), errors),
+        _table("Estimates", ("model", "parameter", "estimate", "95 % interval"), estimates),
+    ]
 
 
 # --- pneumo paper identify -------------------------------------------------------------------------
