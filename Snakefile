@@ -9,13 +9,16 @@ from snakemake.utils import min_version
 
 from pneumo.configuration.parameters import validated
 from pneumo.hashing import code_hash
-from pneumo.jobs.checked_study import as_written, checked_study, k_0_factors, user_cylinders
+from pneumo.jobs.checked_study import as_written, checked_study, k_0_factors, user_cylinders, without_trust
 from pneumo.jobs.fleet_plan import checked_fleet, resources
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
-from pneumo.jobs.run_lock import is_dry_run, set_damaged_aside, take_run_lock
+from pneumo.jobs.run_lock import check_run_folder, is_dry_run, set_damaged_aside, take_run_lock
 
 min_version("9.0")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
+
+if workflow.is_main_process:
+    check_run_folder(workflow.basedir)
 
 
 configfile: "config/paper.yaml"
@@ -27,9 +30,13 @@ onstart:
 
 
 # Cylinders in a table are planned without the paper's study; jobs need not check every row again.
-SETTINGS = workflow.config_settings
-config.update(as_written(SETTINGS.configfiles, SETTINGS.config))
-FLEET = checked_fleet(config, SETTINGS.configfiles, SETTINGS.config, check=workflow.is_main_process)
+FILES = workflow.config_settings.configfiles
+OPTIONS, TRUST = without_trust(
+    workflow.config_settings.config
+)  # --config trust=true, as `pneumo study --trust`
+config.pop("trust", None)
+config.update(as_written(FILES, OPTIONS))
+FLEET = checked_fleet(config, FILES, OPTIONS, check=workflow.is_main_process, trust=TRUST)
 
 
 if workflow.is_main_process and not is_dry_run(sys.argv[1:]):
@@ -44,7 +51,7 @@ if FLEET:
     include: "workflow/rules/fleet.smk"
 
 else:
-    STUDY = checked_study(config, SETTINGS.configfiles, SETTINGS.config)
+    STUDY = checked_study(config, FILES, OPTIONS, trust=TRUST)
     TRANSPORTS = ["published", "exact"]
     USER_CYLINDERS = user_cylinders(STUDY)  # of a study that is not the paper's
     K_0_FACTORS = k_0_factors(config)  # within which k_0 is known, by cylinder

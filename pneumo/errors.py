@@ -3,9 +3,21 @@
 The command line and the jobs of the workflow turn each into one line on standard error and exit code 2.
 """
 
+import errno
 import reprlib
+from collections.abc import Sequence
 from pathlib import Path
 
+# Of a disk or of the system's limits, not of a file: full, not writable, failing, gone, too many open files.
+SYSTEM = frozenset(
+    getattr(errno, name)
+    for name in (
+        *("ENOSPC", "EDQUOT", "EROFS", "EACCES", "EPERM"),
+        *("EIO", "ESTALE", "ETIMEDOUT", "EMFILE", "ENFILE", "ENXIO", "ENODEV"),
+    )
+    if hasattr(errno, name)
+)
+MOST_ROWS = 20  # of a table, named in one message
 _REPR = reprlib.Repr()
 _REPR.maxlevel, _REPR.maxlist, _REPR.maxdict, _REPR.maxstring, _REPR.maxother = 2, 4, 3, 50, 50
 
@@ -16,6 +28,14 @@ class PneumoError(Exception):
 
 class ConfigurationError(PneumoError, ValueError):
     """Invalid configuration."""
+
+
+class BadRowsError(ConfigurationError):
+    """Several wrong rows of a table: a line for each of the first `MOST_ROWS`, then how many more."""
+
+    def __init__(self, rows: Sequence[str]) -> None:
+        more = [f"and {len(rows) - MOST_ROWS} more rows"] if len(rows) > MOST_ROWS else []
+        super().__init__("\n".join([*rows[:MOST_ROWS], *more]))
 
 
 class InputError(PneumoError, ValueError):
@@ -50,3 +70,15 @@ def shown(value: object) -> str:
         return printable(_REPR.repr(value), 200)
     except ValueError:  # Python writes no integers of more than 4300 digits
         return "an enormous number"
+
+
+def as_lines(error: Exception | str) -> str:
+    """Return the line for the user; for `BadRowsError` several.
+
+    Examples
+    --------
+    >>> as_lines(InputError("n = 0: must be  positive"))
+    'pneumo: n = 0: must be positive'
+    """
+    lines = str(error).splitlines() if isinstance(error, BadRowsError) else [str(error)]
+    return "\n".join(f"pneumo: {printable(' '.join(line.split()), 1000)}" for line in lines)

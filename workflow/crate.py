@@ -2,22 +2,41 @@
 
 from datetime import UTC, datetime
 from importlib.metadata import version
+from io import StringIO
 from pathlib import Path
 
 import yaml
 from rocrate.model.contextentity import ContextEntity
 from rocrate.rocrate import ROCrate
 
+from pneumo.storage.files import damaged
+from pneumo.storage.seal import changed, manifest, sealed_files, sha256_lines
+
 PROFILES = {
     "https://w3id.org/ro/wfrun/process/0.5": "Process Run Crate",
     "https://w3id.org/ro/wfrun/workflow/0.5": "Workflow Run Crate",
     "https://w3id.org/workflowhub/workflow-ro-crate/1.0": "Workflow RO-Crate",
 }
+HASHES = "manifest-sha256.txt"
 INPUTS = ["config/paper.yaml"]
+RECORD = "numbers as printed and as reproduced, in HEPData's form"
 
 
 def crate_of_run(root: Path) -> ROCrate:
-    """Describe the run whose results are in a checkout; `FileNotFoundError` if one of them is missing."""
+    """Describe the run whose results are in a checkout.
+
+    Its `HASHES` name the SHA-256 of every result, page and figure, also of those that stay in the checkout.
+
+    Raises
+    ------
+    FileNotFoundError
+        If one of its results is missing.
+    DamagedError
+        If a result, page or figure is not as it was made.
+    """
+    results = root / "results"
+    for error in (*damaged(results), *changed(results)):
+        raise error
     about = yaml.safe_load((root / "codecheck.yml").read_text(encoding="utf-8"))
     crate = ROCrate(version="1.1")
     crate.name = f"Reproduction of: {about['paper']['title']}"
@@ -40,6 +59,13 @@ def crate_of_run(root: Path) -> ROCrate:
         )
         for file, entry in zip(made, about["manifest"], strict=True)
     ]
+    tables = sorted((results / "records").glob("*/*.yaml"))
+    for table in tables:
+        name = str(table.relative_to(root))
+        outputs.append(crate.add_file(table, name, properties={"name": name, "description": RECORD}))
+    listed = {file for file in (*sealed_files(results), *manifest(results)) if file.exists()}
+    hashes = StringIO(sha256_lines({*listed, *made, *tables}, root))
+    crate.add_file(hashes, HASHES, properties={"name": HASHES, "description": "SHA-256 of all results"})
     times = [datetime.fromtimestamp(file.stat().st_mtime, UTC) for file in made]
     run = _entity(crate, "#run", "CreateAction", f"Run of pneumo {version('pneumo')}: snakemake -j2")
     run["startTime"], run["endTime"] = (

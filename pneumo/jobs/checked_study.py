@@ -8,8 +8,9 @@ from typing import Any
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.known_within import known_within
-from pneumo.configuration.parameters import merged, read_yaml, study, validated
-from pneumo.errors import ConfigurationError
+from pneumo.configuration.parameters import Sources, merged, read_yaml, study, validated
+from pneumo.configuration.plausible_cylinders import checked
+from pneumo.errors import ConfigurationError, as_lines
 
 BASE = Path("config/paper.yaml")
 
@@ -24,22 +25,38 @@ def as_written(files: Sequence[Path], options: Mapping[str, Any]) -> dict[str, A
         for file in (BASE, *files):
             content = merged(content, read_yaml(Path(os.path.relpath(file))))
     except ConfigurationError as error:
-        print(f"pneumo: {error}", file=sys.stderr)
+        print(as_lines(error), file=sys.stderr)
         sys.exit(2)
     return merged(content, options)
 
 
-def checked_study(config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any]) -> Study:
+def without_trust(options: Mapping[str, Any]) -> tuple[dict[str, Any], bool]:
+    """Return the ``--config`` options of a run without ``trust``, and whether it is there and true.
+
+    Examples
+    --------
+    >>> without_trust({"trust": "true", "step_s": 0.002})
+    ({'step_s': 0.002}, True)
+    """
+    trust = str(options.get("trust")).lower() == "true"  # Snakemake reads the word as text
+    return {key: value for key, value in options.items() if key != "trust"}, trust
+
+
+def checked_study(
+    config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any], *, trust: bool = False
+) -> Study:
     """Return the study of a merged Snakemake configuration.
 
-    If a value is invalid, ends the process with exit code 2 and one line on standard error, which names its
-    source among the `files` and ``--config`` `options` of the command line.
+    `trust` accepts one that is not plausible. If a value is invalid, ends the process with exit code 2 and
+    one line on standard error, which names its source among the `files` and ``--config`` `options` of the
+    command line.
     """
     try:
-        sources = [(os.path.relpath(file), read_yaml(file)) for file in (BASE, *files)]
-        return study(validated(config, [*sources, ("--config", options)]))
+        parts = [(os.path.relpath(file), read_yaml(file)) for file in (BASE, *files)]
+        sources = Sources(dict(config), [*parts, ("--config", options)], table=None)
+        return study(checked(sources, trust=trust))
     except ConfigurationError as error:
-        print(f"pneumo: {error}", file=sys.stderr)
+        print(as_lines(error), file=sys.stderr)
         sys.exit(2)
 
 

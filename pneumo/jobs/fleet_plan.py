@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 from pneumo.configuration.cylinder_table import with_table
 from pneumo.configuration.parameters import Sources, read_sources, study, validated
+from pneumo.configuration.plausible_cylinders import checked
 from pneumo.configuration.schema import Configuration, RunSection
-from pneumo.errors import ConfigurationError
+from pneumo.errors import ConfigurationError, as_lines
 
 # Of one core, per step and n of the grid: all models at three k_0; measured by benchmarks/fleet.py.
 SECONDS_PER_STEP = 5e-6
@@ -65,13 +66,19 @@ def resources(configuration: Configuration) -> Resources:
 
 
 def checked_fleet(
-    config: Mapping[str, Any], files: Sequence[Path], options: Mapping[str, Any], *, check: bool
+    config: Mapping[str, Any],
+    files: Sequence[Path],
+    options: Mapping[str, Any],
+    *,
+    check: bool,
+    trust: bool = False,
 ) -> Fleet | None:
     """Return the fleet of Snakemake's configuration, or None if its cylinders are not in a table.
 
     The configuration is that of the `files` and ``--config`` `options` of the command line, without the
-    paper's. With `check` every row is validated, which the jobs of a run need not repeat. If a value is
-    invalid, ends the process with exit code 2 and one line on standard error.
+    paper's. With `check` every row is checked, which the jobs of a run need not repeat; `trust` accepts rows
+    that are not plausible. If something is wrong, ends the process with exit code 2 and one line on standard
+    error, or one for each wrong row.
     """
     if not isinstance(config["cylinders"], str):
         return None
@@ -79,7 +86,7 @@ def checked_fleet(
         sources = read_sources(*map(os.path.relpath, files), options=options)
         assert sources.table is not None
         if check:
-            sources.validated()
+            checked(sources, trust=trust)
         size = (sources.content.get("run") or {}).get("block_size", RunSection().block_size)
         names = list(sources.table.rows)
         blocks = {f"{first:06}": names[first : first + size] for first in range(0, len(names), size)}
@@ -88,5 +95,5 @@ def checked_fleet(
             study(validated(with_table(sources.content, sources.table, names[:1]), []))
         return fleet
     except ConfigurationError as error:
-        print(f"pneumo: {error}", file=sys.stderr)
+        print(as_lines(error), file=sys.stderr)
         sys.exit(2)

@@ -9,17 +9,48 @@ import time
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from uuid import uuid4
 
-from pneumo.errors import DamagedError
+from pneumo.errors import DamagedError, as_lines
 from pneumo.storage.seal import check_seal, sealed_files
 
 # A run locks RUN_LOCK and writes its name into it; its jobs share the lock JOBS_LOCK. The system releases
 # both when a process ends, even when it is killed.
-RUN_LOCK, JOBS_LOCK = Path(".snakemake/pneumo.run"), Path(".snakemake/pneumo.jobs")
+STATE = Path(".snakemake")
+RUN_LOCK, JOBS_LOCK = STATE / "pneumo.run", STATE / "pneumo.jobs"
 RUN = "PNEUMO_RUN"  # name of the run in the environment of its jobs
 RESULTS = Path("results")
+ROOM = 2_000_000  # bytes for Snakemake's own files
 DATED = ("results", "paper", "pneumo", "workflow")  # folders of files whose times Snakemake compares
+
+
+def check_run_folder(checkout: Path) -> None:
+    """End the process with one line unless the study can run here, where Snakemake would end in a traceback.
+
+    It runs in its `checkout` only, with room for Snakemake's own files in a ``.snakemake`` that this user can
+    write.
+    """
+    try:
+        if not Path.cwd().samefile(checkout):
+            problem = f"{Path.cwd()}: the study runs in its checkout only; leave --directory out"
+            sys.exit(_refused(f"{problem}, or copy {checkout} to where results can be written"))
+        STATE.mkdir(exist_ok=True)
+        with NamedTemporaryFile(dir=STATE) as probe:
+            probe.write(bytes(ROOM))
+        for folder in filter(Path.is_dir, STATE.iterdir()):  # of another user, perhaps
+            if not os.access(folder, os.W_OK | os.X_OK):
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
+    except OSError as error:
+        folder = error.filename if error.filename and Path(error.filename).is_dir() else STATE
+        remedy = "each user needs a checkout of their own, on a disk that can be written and has room"
+        sys.exit(_refused(f"{folder}: {error.strerror}; {remedy}"))
+
+
+def _refused(problem: str) -> int:
+    """Print the line, and return the exit code."""
+    print(as_lines(problem), file=sys.stderr)
+    return 2
 
 
 def take_run_lock() -> None:
@@ -37,13 +68,11 @@ def take_run_lock() -> None:
         JOBS_LOCK.open("a").close()
     except OSError as error:
         why = "cannot be written; each user needs a checkout of their own, on a writable disk"
-        print(f"pneumo: {error.filename}: {why}", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(_refused(f"{error.filename}: {why}"))
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        print("pneumo: another run is active in this folder; wait for it or stop it", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(_refused("another run is active in this folder; wait for it or stop it"))
     os.environ[RUN] = uuid4().hex
     os.ftruncate(lock, 0)
     os.pwrite(lock, os.environ[RUN].encode(), 0)

@@ -1,6 +1,5 @@
 """Around the work of every workflow script: arguments, lock, log and errors."""
 
-import errno
 import gc
 import inspect
 import signal
@@ -13,14 +12,13 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from pneumo.errors import DamagedError, PneumoError
+from pneumo.errors import SYSTEM, DamagedError, PneumoError
 from pneumo.jobs.run_lock import job_lock
 from pneumo.storage.seal import hashes_without_seal
 
 GARBAGE = (
     100_000  # objects made between two collections; with Python's 700 they take a seventh of compile time
 )
-DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)  # full or not writable
 
 
 def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
@@ -46,7 +44,7 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
         made = hashes_without_seal(Path(file) for file in job.output)
         _log(job, f"{job.rule}: {time.perf_counter() - start:.2f} s\n{made}")
     except BaseException as error:
-        correctable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in DISK
+        correctable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in SYSTEM
         text = " ".join(str(error).split())
         if isinstance(error, DamagedError):
             error.path.unlink(missing_ok=True)

@@ -19,7 +19,7 @@ from netCDF4 import Dataset
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.study_json import from_json, plain
-from pneumo.errors import DamagedError, InputError, ResultError, printable
+from pneumo.errors import SYSTEM, DamagedError, InputError, ResultError, printable
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.storage.seal import check_seal, seal, sealed_files, unsealed
 
@@ -230,6 +230,8 @@ def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]
     except ResultError:
         raise
     except (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError) as error:
+        if isinstance(error, OSError) and error.errno in SYSTEM:  # the file may be good
+            raise ResultError(f"{path}: cannot be read ({error.strerror})") from None
         text = " ".join(str(error).split())
         raise ResultError(f"{path}: not a readable NetCDF-4 file ({text}); delete it and rerun") from None
 

@@ -46,6 +46,16 @@ def manifest(results: Path) -> dict[Path, str]:
     return {results / Path(name).relative_to("results"): digest for digest, name in lines}
 
 
+def sha256_lines(files: Iterable[Path], root: Path) -> str:
+    """Return the SHA-256 of files under a folder, sorted, for ``sha256sum --check`` in that folder."""
+    lines: list[str] = []
+    for file in sorted(files):
+        with regular_file(file, LARGEST_RESULT) as opened:
+            digest = hashlib.sha256(opened.read()).hexdigest()
+        lines.append(f"{digest}  {file.relative_to(root)}\n")
+    return "".join(lines)
+
+
 def changed(results: Path) -> list[DamagedError]:
     """Return an error for each page, figure or table of `manifest` that has other content now."""
     errors: list[DamagedError] = []

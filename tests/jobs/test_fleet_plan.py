@@ -53,6 +53,22 @@ def test_a_bad_row_is_refused_once_before_the_jobs(fleet_of, capsys):
     assert checked_fleet(CONFIG, files, {}, check=False)  # as in the jobs
 
 
+def test_all_bad_rows_are_named_and_rows_that_cannot_move_unless_they_are_trusted(fleet_of, capsys):
+    fleet_of(3)
+    table = Path("fleet.csv").read_text()
+    files = [Path("fleet.yaml").absolute()]
+    for bore, words in (("-25.0", "must be a number greater than 0"), ("0.025", "below 1 mm")):
+        text = "\n".join(row.replace(",25.0,", f",{bore},") for row in table.splitlines())
+        Path("fleet.csv").write_text(text.replace(",10.0,3.0,", ",0.0,3.0,"))
+        with pytest.raises(SystemExit):
+            checked_fleet(CONFIG, files, {}, check=True)
+        lines = capsys.readouterr().err.splitlines()
+        assert len(lines) == 3 and all(line.startswith("pneumo: fleet.csv: row ") for line in lines)
+        assert all(words in line for line in lines)
+    fleet = checked_fleet(CONFIG, files, {}, check=True, trust=True)
+    assert fleet and len(fleet.blocks) == 1
+
+
 def test_a_signal_that_cannot_be_read_is_refused_before_the_jobs(fleet_of, capsys):
     signal = {"kind": "csv", "file": "u.csv", "column": "u", "hold_s": 0.1}
     options = {"experiments": {"open": {"signal": signal}}}

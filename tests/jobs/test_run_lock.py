@@ -1,11 +1,14 @@
 """One run in a folder at a time, and files from the future."""
 
+import errno
 import os
+import tempfile
 import time
+from pathlib import Path
 
 import pytest
 
-from pneumo.jobs.run_lock import RUN, RUN_LOCK, set_damaged_aside, take_run_lock
+from pneumo.jobs.run_lock import RUN, RUN_LOCK, STATE, check_run_folder, set_damaged_aside, take_run_lock
 from pneumo.storage.files import write_json
 
 
@@ -29,6 +32,35 @@ def test_the_lock_of_another_user_is_refused_in_clear_words(run_folder, capsys):
     RUN_LOCK.unlink()
     RUN_LOCK.mkdir()  # as little to be opened, for root too
     assert "pneumo.run: cannot be written; each user needs a checkout of their own" in refusal(capsys)
+
+
+def folder_refusal(checkout, capsys):
+    with pytest.raises(SystemExit) as end:
+        check_run_folder(checkout)
+    line = capsys.readouterr().err
+    assert end.value.code == 2 and line.startswith("pneumo: ") and len(line.splitlines()) == 1
+    return line
+
+
+def test_a_run_needs_its_checkout_and_a_state_that_can_be_written(run_folder, monkeypatch, capsys):
+    (STATE / "log").mkdir()
+    before = set(STATE.iterdir())
+    check_run_folder(run_folder)
+    assert set(STATE.iterdir()) == before
+    assert "the study runs in its checkout only" in folder_refusal(run_folder.parent, capsys)
+    with monkeypatch.context() as another:
+        another.setattr(
+            os, "access", lambda path, mode: Path(path).name != "log"
+        )  # whom root may always write
+        assert ".snakemake/log: Permission denied; each user needs" in folder_refusal(run_folder, capsys)
+    for number, words in ((errno.ENOSPC, "No space left on device"), (errno.EROFS, "Read-only file system")):
+        error = OSError(number, os.strerror(number), ".snakemake/tmp123")
+
+        def failing(*_arguments, error=error, **_options):
+            raise error
+
+        monkeypatch.setattr(tempfile, "_mkstemp_inner", failing)
+        assert f".snakemake: {words}; each user needs" in folder_refusal(run_folder, capsys)
 
 
 @pytest.mark.parametrize("shift", [-1000, 1000])

@@ -2,6 +2,7 @@
 
 import errno
 import inspect
+import os
 import pkgutil
 import re
 import signal
@@ -90,9 +91,15 @@ def test_scripts_are_short():
 
 FULL = OSError(errno.ENOSPC, "no space left on device")
 FORBIDDEN = PermissionError(errno.EACCES, "permission denied")
+FAILING = [
+    OSError(number, os.strerror(number), "results/E01.nc")
+    for number in (errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.EMFILE)
+]
 
 
-@pytest.mark.parametrize("error", [ResultError("E01.nc: broken"), RunError("not settled"), FULL, FORBIDDEN])
+@pytest.mark.parametrize(
+    "error", [ResultError("E01.nc: broken"), RunError("not settled"), FULL, FORBIDDEN, *FAILING]
+)
 def test_an_error_to_mend_is_one_line_and_exit_2(job, error, capsys):
     with pytest.raises(SystemExit) as end:
         run_job(failing(error), {"snakemake": job})

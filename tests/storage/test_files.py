@@ -1,5 +1,6 @@
 """Result files: what is written comes back, whole or not at all, and reads as CF says without the package."""
 
+import errno
 import json
 import os
 import re
@@ -315,3 +316,16 @@ def test_a_netcdf_file_that_cannot_be_written_is_one_line_and_leaves_nothing(tmp
     with pytest.raises(ResultError, match=words):
         write(xr.Dataset(), tmp_path / "a.nc", ATTRIBUTES)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("number", [errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.EMFILE])
+def test_a_failing_disk_is_no_reason_to_delete_a_file(number, tmp_path, monkeypatch):
+    write(xr.Dataset({"a": 1.0}), tmp_path / "a.nc", ATTRIBUTES)
+
+    def failing(path, largest):
+        raise OSError(number, os.strerror(number), str(path))
+
+    monkeypatch.setattr("pneumo.storage.seal.regular_file", failing)
+    with pytest.raises(ResultError) as error:
+        read(tmp_path / "a.nc")
+    assert str(error.value) == f"{tmp_path / 'a.nc'}: cannot be read ({os.strerror(number)})"

@@ -4,13 +4,14 @@ from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.pages.study_page import study_page
-from pneumo.selection.cylinder_ranking import joined, rankings
+from pneumo.selection.answer import answers
+from pneumo.selection.cylinder_ranking import joined
 from pneumo.storage.files import read, read_study, write_text
 
 
 def main(parameters: Path, cells: list[Path], page: Path) -> None:
     together = joined([read(file) for file in cells])
-    write_text(study_page(read_study(parameters), together, rankings(together)), page)
+    write_text(study_page(read_study(parameters), together, answers(together)), page)
 
 
 run_job(main, globals())

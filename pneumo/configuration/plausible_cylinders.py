@@ -1,0 +1,150 @@
+"""Configurations whose piston cannot move, or that no cylinder would survive: wrong units and signs.
+
+Each of their numbers is in its own range; together they describe no actuator. No result depends on this
+module: it only refuses, and `--trust` skips it.
+"""
+
+from collections.abc import Iterator
+from math import inf, radians, sin
+from typing import Any, NamedTuple
+
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.parameters import STANDARD_GRAVITY, Sources, study
+from pneumo.configuration.schema import Configuration, CylinderSection
+from pneumo.configuration.schema_messages import error_line
+from pneumo.errors import BadRowsError, ConfigurationError
+from pneumo.physics.valve import mass_flow
+
+LEAST_MM = 1.0  # bore and stroke; the smallest of catalogues have 2.5 mm
+ATMOSPHERE = (3e4, 1.2e5)  # Pa: on the highest mountain, and in a deep mine
+FASTEST = 30.0  # m/s with the valve fully open: ten times the speed of fast pneumatic cylinders
+SLOWEST = 1000.0  # s for a stroke
+REMEDY = "correct it, or accept it with --trust (snakemake: --config trust=true)"
+
+Path = tuple[Any, ...]
+
+
+class Implausible(NamedTuple):
+    """A field that cannot be meant as it is."""
+
+    path: Path
+    value: float
+    reason: str
+
+
+def implausible(configuration: Configuration) -> Iterator[Implausible]:
+    """Yield what cannot be meant: of the supply, then of each cylinder the first.
+
+    A piston is judged by the full supply pressure on one side and the atmosphere on the other, and by the
+    flow of the valve fully open.
+    """
+    P_atm, (low, high) = configuration.supply.P_atm_Pa, ATMOSPHERE
+    if not low <= P_atm <= high:
+        reason = f"no atmosphere, which has {low:g} to {high:g} Pa; is it in another unit?"
+        yield Implausible(("supply", "P_atm_Pa"), P_atm, reason)
+        return
+    for e in study(_one_experiment_each(configuration)).experiments.values():
+        for path, value, reason in _of_cylinder(configuration.cylinders[e.cylinder], e.plant):
+            yield Implausible(("cylinders", e.cylinder, *path), value, reason)
+            break
+
+
+def _one_experiment_each(c: Configuration) -> Configuration:
+    """The configuration with one experiment of each cylinder that runs, whose signals are not read."""
+    chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
+    names = {c.experiments[name].cylinder: name for name in chosen}.values()
+    experiments = {name: c.experiments[name].model_copy(update={"signal": None}) for name in names}
+    run = c.run.model_copy(update={"experiments": "all"})
+    return c.model_copy(update={"experiments": experiments, "run": run})
+
+
+def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible]:
+    """Yield what cannot be meant in a cylinder's section; paths start in the section."""
+    for key in ("bore_mm", "stroke_mm"):
+        value = getattr(section, key)
+        if value < LEAST_MM:
+            yield Implausible((key,), value, f"below {LEAST_MM:g} mm; is it in metres?")
+    c, s = plant.cylinder, plant.conditions
+    # Full supply pressure on one side of the piston, the atmosphere on the other.
+    out, back = c.A_A * s.P_s - c.A_B * s.P_atm + c.load, c.A_B * s.P_s - c.A_A * s.P_atm - c.load
+    force = min(out, back) - c.coulomb
+    if force <= 0.0:
+        air = (c.A_A if out < back else c.A_B) * (s.P_s - s.P_atm)
+        against = {
+            "load_N": abs(section.load_N),
+            "mass_kg": abs(section.mass_kg * STANDARD_GRAVITY * sin(radians(section.incline_deg))),
+            "coulomb_N": c.coulomb,
+        }
+        key = max(against, key=lambda key: against[key])
+        reason = f"the piston cannot move {'out' if out < back else 'back'}: at P_s_Pa = {s.P_s:g} the air"
+        reason += f" pushes with {air:.3g} N, and load, weight and Coulomb friction hold it"
+        yield Implausible((key,), getattr(section, key), reason)
+        return
+    flow = mass_flow(plant.valve.k_xu * plant.valve.u_max, s.P_s, s.P_0, s.T_in, plant.gas)
+    speed = flow * plant.gas.R * s.T_0 / (s.P_0 * c.A_A)  # of a chamber at rest pressure that takes it all
+    opening: tuple[Path, float] = (("k_x_k_u_m2_per_V",), section.k_x_k_u_m2_per_V or 0.0)
+    if section.valve is not None:
+        opening = (("valve", "C_dm3_per_sbar"), section.valve.C_dm3_per_sbar)
+    if speed > FASTEST:
+        reason = f"fully open it moves the piston of {section.bore_mm:g} mm at {speed:.3g} m/s"
+        yield Implausible(*opening, f"{reason}, no cylinder survives {FASTEST:g} m/s")
+    needed: dict[tuple[Path, float], float] = {  # s for a stroke, by what slows it down
+        opening: c.stroke / speed if speed else inf,
+        (("friction_Ns_per_m",), section.friction_Ns_per_m): c.stroke * c.k_f / force,
+        (("mass_kg",), section.mass_kg): (2 * c.M * c.stroke / force) ** 0.5,
+    }
+    slowest = max(needed, key=lambda cause: needed[cause])
+    if needed[slowest] > SLOWEST:
+        reason = f"a stroke takes {needed[slowest]:.3g} s, more than {SLOWEST:g} s: the piston cannot move"
+        yield Implausible(*slowest, reason)
+
+
+def checked(sources: Sources, *, trust: bool = False) -> Configuration:
+    """Validate a configuration, and refuse it where it is `implausible`, unless it is to be trusted.
+
+    Raises
+    ------
+    ConfigurationError
+        With one line, as `Sources.validated`.
+    BadRowsError
+        With a line for each wrong row of its table, if there are several.
+    """
+    try:
+        configuration = sources.validated()
+    except ConfigurationError:
+        lines = _bad_rows(sources)
+        if len(lines) < 2:  # what is wrong is not in the rows, or in one only
+            raise
+        raise BadRowsError(lines) from None
+    lines = [] if trust else [_line(found, sources) for found in implausible(configuration)]
+    if len(lines) > 1 and sources.table is not None:
+        raise BadRowsError(lines)
+    if lines:
+        raise ConfigurationError(lines[0])
+    return configuration
+
+
+def _line(found: Implausible, sources: Sources) -> str:
+    """Return the message for a field, with its source."""
+    reason = f"{found.reason}; {REMEDY}"
+    context = {"value": found.value, "condition": reason, "fields": [found.path]}
+    error = {"type": "conflict", "loc": (), "input": found.value, "ctx": context}
+    table, experiments = sources.table, sources.content.get("experiments") or ()
+    if table is None:
+        return error_line(error, sources.parts)
+    return error_line(error, [*sources.parts, table.source], lambda path: table.written(path, experiments))
+
+
+def _bad_rows(sources: Sources) -> list[str]:
+    """Return the message for each row of a table that is wrong by itself; without a table, none."""
+    table = sources.table
+    if table is None:
+        return []
+    lines: dict[str, None] = {}  # each once: what is wrong in every row is the configuration's mistake
+    for name in table.rows:
+        row = table._replace(cylinders={name: table.cylinders[name]}, rows={name: table.rows[name]})
+        try:
+            sources._replace(table=row).validated()
+        except ConfigurationError as error:
+            lines[str(error)] = None
+    return list(lines)

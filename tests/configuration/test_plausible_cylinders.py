@@ -1,0 +1,152 @@
+"""Configurations in wrong units: refused with field and reason, all bad rows of a table at once."""
+
+import json
+
+import pytest
+import yaml
+from checkout import ROOT
+
+from pneumo.configuration.parameters import Sources, merged, read_sources, study
+from pneumo.configuration.plausible_cylinders import FASTEST, checked, implausible
+from pneumo.errors import BadRowsError, ConfigurationError, as_lines
+from pneumo.selection.cylinder_template import TEMPLATE
+from pneumo.selection.plants import study_notes
+
+MINE = yaml.safe_load(TEMPLATE.read_text())
+AREA = "k_x_k_u_m2_per_V"
+
+
+def sources(**changes):
+    """The template's configuration with other values in its cylinder's section."""
+    override = {"cylinders": {"mine": changes}}
+    return Sources(merged(MINE, override), [("cylinder.yaml", MINE), ("mine.yaml", override)], None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"load_N": 300.0}, "mine.yaml: cylinders.mine.load_N = 300.0: the piston cannot move back"),
+        (
+            {"load_N": -300.0},
+            "load_N = -300.0: the piston cannot move out: at P_s_Pa = 700000 the air pushes",
+        ),
+        ({"coulomb_N": 10_000.0}, "coulomb_N = 10000.0: the piston cannot move"),
+        ({"mass_kg": 40.0, "incline_deg": 90.0}, "mass_kg = 40.0: the piston cannot move out"),
+        ({"mass_kg": 40.0, "incline_deg": -90.0}, "mass_kg = 40.0: the piston cannot move back"),
+        ({"bore_mm": 0.025, "rod_mm": 0.01}, "bore_mm = 0.025: below 1 mm; is it in metres?"),
+        ({"stroke_mm": 0.16}, "stroke_mm = 0.16: below 1 mm"),
+        ({"valve": {"C_dm3_per_sbar": 90.0}}, "valve.C_dm3_per_sbar = 90.0: fully open it moves the piston"),
+        ({"valve": None, AREA: 7e-5}, f"{AREA} = 7e-05: fully open it moves the piston of 25 mm at"),
+        ({"valve": None, AREA: 7e-13}, f"{AREA} = 7e-13: a stroke takes"),
+        ({"valve": None, AREA: 1e-323}, f"{AREA} = 1e-323: a stroke takes inf s"),
+        ({"friction_Ns_per_m": 1e6 - 1, "stroke_mm": 500.0}, "friction_Ns_per_m = 999999.0: a stroke takes"),
+    ],
+)
+def test_a_cylinder_in_wrong_units_is_one_line_unless_it_is_trusted(changes, words):
+    wrong = sources(**changes)
+    with pytest.raises(ConfigurationError) as error:
+        checked(wrong)
+    line = str(error.value)
+    assert words in line and "\n" not in line and "accept it with --trust" in line
+    assert checked(wrong, trust=True) == wrong.validated()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"load_N": 200.0},
+        {"mass_kg": 20.0, "incline_deg": 90.0},
+        {
+            "bore_mm": 2.5,
+            "rod_mm": 1.0,
+            "stroke_mm": 2.5,
+            "coulomb_N": 0.1,
+            "valve": {"C_dm3_per_sbar": 0.05},
+        },
+        {"valve": {"C_dm3_per_sbar": 10.0}},
+    ],
+)
+def test_unusual_cylinders_are_taken(changes):
+    assert checked(sources(**changes)).cylinders["mine"]
+
+
+def test_the_speed_is_the_one_that_check_prints():
+    configuration = sources(valve={"C_dm3_per_sbar": 90.0}).validated()
+    (found,) = implausible(configuration)
+    speed = found.reason.partition(" m/s")[0].rpartition(" ")[2]
+    assert float(speed) > FASTEST and f"about {speed} m/s" in study_notes(study(configuration))[0]
+
+
+def test_a_supply_in_bar_is_named_once():
+    content = merged(MINE, {"supply": {"P_s_Pa": 7, "P_atm_Pa": 1}})
+    with pytest.raises(ConfigurationError, match=r"^a: supply\.P_atm_Pa = 1\.0: no atmosphere"):
+        checked(Sources(content, [("a", content)], None))
+
+
+def test_shipped_configurations_are_plausible():
+    paper, smoke = ROOT / "config/paper.yaml", ROOT / "config/smoke.yaml"
+    for files in ([paper], [paper, smoke], [TEMPLATE]):
+        found = read_sources(*files)
+        assert checked(found) == found.validated()
+
+
+def test_files_of_signals_are_not_read_for_it(tmp_path):
+    signal = {"kind": "csv", "file": str(tmp_path / "none.csv"), "column": "u", "hold_s": 0.1}
+    content = merged(MINE, {"experiments": {"open": {"signal": signal}}})
+    assert checked(Sources(content, [], None)).experiments["open"].signal
+
+
+@pytest.fixture
+def fleet(tmp_path):
+    """Write a table of the template's cylinder with so many rows; `bore` and `load` by number of the row."""
+
+    def write(count, bore=lambda row: 25, load=lambda row: 0, **changes):
+        section = {key: value for key, value in MINE["cylinders"]["mine"].items() if "loop" not in key}
+        section = {k: v for k, v in section.items() if k not in ("valve", "rod_mm")} | {AREA: 7e-7}
+        section |= {"open_loop.amplitude_V": 0.8, "open_loop.reverse_at": 0.9}
+        rows = [section | {"bore_mm": bore(row), "load_N": load(row)} for row in range(2, count + 2)]
+        lines = [",".join(["name", *section])]
+        lines += [",".join([f"c{i}", *map(str, row.values())]) for i, row in enumerate(rows)]
+        (tmp_path / "fleet.csv").write_text("\n".join(lines))
+        slow = {"loop": "open", "k_0_W_per_K": 0.3, "duration_s": 2.0}
+        content = MINE | {"cylinders": "fleet.csv", "experiments": {"slow": slow}, "run": {}} | changes
+        (tmp_path / "fleet.yaml").write_text(json.dumps(content))
+        return read_sources(tmp_path / "fleet.yaml")
+
+    return write
+
+
+def rows_of(error):
+    return [line.partition(": row ")[2].partition(",")[0] for line in str(error.value).splitlines()]
+
+
+def test_all_bad_rows_are_named_at_once_each_in_a_line(fleet, tmp_path):
+    wrong = fleet(6, bore=lambda row: -25 if row in (3, 5) else 25)
+    with pytest.raises(BadRowsError) as error:
+        checked(wrong, trust=True)
+    assert rows_of(error) == ["3", "5"]
+    lines = as_lines(error.value).splitlines()
+    assert all(line.startswith(f"pneumo: {tmp_path / 'fleet.csv'}: row ") for line in lines)
+    assert "column bore_mm = -25: must be a number greater than 0" in lines[0]
+
+
+def test_of_many_bad_rows_twenty_are_named_and_the_others_counted(fleet):
+    with pytest.raises(BadRowsError) as error:
+        checked(fleet(30, bore=lambda row: "wide" if row > 4 else 25))
+    *named, more = str(error.value).splitlines()
+    assert len(named) == 20 and named[0].count("row 5, ") == 1 and more == "and 7 more rows"
+
+
+def test_rows_that_are_not_plausible_are_named_at_once(fleet):
+    wrong = fleet(4, load=lambda row: 1000 if row in (2, 4) else 0)
+    with pytest.raises(BadRowsError) as error:
+        checked(wrong)
+    assert rows_of(error) == ["2", "4"] and "column load_N = 1000.0: the piston cannot" in str(error.value)
+    assert len(checked(wrong, trust=True).cylinders) == 4
+
+
+def test_one_bad_row_and_a_bad_configuration_are_one_line(fleet):
+    for wrong in (fleet(3, bore=lambda row: -1 if row == 3 else 25), fleet(3, gas={})):
+        with pytest.raises(ConfigurationError) as error:
+            checked(wrong)
+        assert not isinstance(error.value, BadRowsError) and "\n" not in str(error.value)

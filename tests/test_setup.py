@@ -1,0 +1,43 @@
+"""Set-up by the Makefile, and the profile of every run, where a home folder or a disk cannot be written."""
+
+import os
+import shutil
+import subprocess
+
+import pytest
+import yaml
+from checkout import ROOT
+
+pytestmark = pytest.mark.skipif(not shutil.which("make"), reason="make is not installed")
+
+
+def make(folder, *arguments, **environment):
+    kept = {
+        name: value for name, value in os.environ.items() if name not in ("UV_CACHE_DIR", "XDG_CACHE_HOME")
+    }
+    return subprocess.run(
+        ["make", *arguments], cwd=folder, env=kept | environment, capture_output=True, text=True
+    )
+
+
+@pytest.mark.parametrize("home", ["writable", "not writable"])
+def test_uvs_cache_is_in_the_home_folder_or_where_that_cannot_be_written_in_venv(home, tmp_path):
+    folder = str(tmp_path) if home == "writable" else "/dev/null/home"
+    database = make(ROOT, "--print-data-base", "--dry-run", "help", HOME=folder).stdout
+    assert ("UV_CACHE_DIR := .venv/uv-cache" in database) == (home != "writable")
+
+
+def test_a_checkout_whose_path_setuptools_cannot_take_is_refused_at_once(tmp_path):
+    folder = tmp_path / "a{}b"
+    folder.mkdir()
+    for name in ("Makefile", "requirements.lock", "pyproject.toml"):
+        shutil.copy(ROOT / name, folder / name)
+    done = make(folder, "reproduce")
+    assert done.returncode == 2 and not (folder / ".venv").exists()
+    assert done.stderr.splitlines()[0] == (
+        f"{folder}: setuptools installs nothing under a path with {{ or }} in it; rename the folder"
+    )
+
+
+def test_runs_take_a_scheduler_that_needs_no_temporary_files():
+    assert yaml.safe_load((ROOT / "profiles/default/config.yaml").read_text())["scheduler"] == "greedy"
