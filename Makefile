@@ -15,7 +15,12 @@ SOAK_MINUTES ?= 30
 activate := . .venv/bin/activate
 unexport PYTHONDONTWRITEBYTECODE # else every job would compile all that it imports
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel sbom lock lock-check clean
+# uv keeps its cache in the home folder, else, where that cannot be written, in .venv.
+ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir -p "$$cache" 2> /dev/null && test -w "$$cache" && echo yes),)
+export UV_CACHE_DIR := .venv/uv-cache
+endif
+
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -79,7 +84,12 @@ fuzz: .venv/.dev  ## try 10 000 bad inputs and record the outcome in results/evi
 	$(activate)
 	FUZZ=10000 pytest -q -s tests/cli/test_fuzz.py
 
-crate: .venv/.dev  ## bundle the finished study as a Workflow Run RO-Crate, results/crate.zip
+records: .venv/.dev  ## write the numbers of both papers, printed and reproduced, as HEPData tables into results/records
+	@echo "== records: results/records"
+	$(activate)
+	python workflow/records.py
+
+crate: .venv/.dev records  ## bundle the finished study as a Workflow Run RO-Crate, results/crate.zip
 	@echo "== crate: results/crate.zip"
 	$(activate)
 	python workflow/crate.py
@@ -184,7 +194,8 @@ clean:  ## remove results, documentation and caches, keep .venv
 # Stamps come last, so an interrupted set-up starts afresh. uv, itself pinned in the lock, takes seconds where pip takes
 # minutes; pip is kept for machines where only pip is configured to reach a package index.
 .venv/.study: requirements.lock pyproject.toml
-	@for candidate in "$(PYTHON)" python3; do
+	@case "$$PWD" in *[{}]*) echo "$$PWD: setuptools installs nothing under a path with { or } in it; rename the folder" >&2; exit 1;; esac
+	for candidate in "$(PYTHON)" python3; do
 	    # Not the interpreter of an active .venv: it is about to be removed.
 	    base=$$("$$candidate" -c 'import sys; print(sys._base_executable if sys.version_info >= (3, 11) else "")' 2>/dev/null) || true
 	    if [ -n "$$base" ]; then break; fi

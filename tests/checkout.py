@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PNEUMO = (sys.executable, "-c", "from pneumo.cli.commands import main; main()")
+PNEUMO = (sys.executable, "-c", "from pneumo.cli import main; main()")
 SOURCES = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
 CACHES = (".venv", ".snakemake", "pneumo.egg-info", "__pycache__")
 MADE = {"results", "site", "jupyter_execute", "build", "dist", *CACHES}

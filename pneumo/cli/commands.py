@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from typer import Option
 
+from pneumo.cli import INTERRUPTED
 from pneumo.cli.cylinder_commands import check, init, study
 from pneumo.cli.fit_commands import fit, show
 from pneumo.cli.model_commands import export, linearise, models
@@ -70,22 +71,24 @@ def options(
 
 def main() -> None:
     """Run the command line; an error that the user can correct is one line and exit code 2."""
-    from pneumo.errors import PneumoError, printable
+    from pneumo.errors import PneumoError, as_lines
 
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # for locales other than UTF-8
     try:
         code = app(prog_name="pneumo", standalone_mode=False)
         print(end="", flush=True)
+        if code == INTERRUPTED:  # typer's for Ctrl-C
+            raise KeyboardInterrupt
         sys.exit(code)
     except PneumoError as error:
-        message = str(error)
+        message = as_lines(error)
     except (OSError, SystemExit) as end:  # disk full, not writable, or a closed pipe
         # typer and rich turn a broken pipe into a SystemExit, with the OSError as its context.
         error = end.__context__ if isinstance(end, SystemExit) else end
         if not isinstance(error, OSError):
             raise
-        message = f"{error.filename or 'output'}: {error.strerror}"
+        message = as_lines(f"{error.filename or 'output'}: {error.strerror}")
         with suppress(OSError, ValueError):  # else Python tries to write the rest at exit
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
@@ -94,6 +97,6 @@ def main() -> None:
             raise
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "pneumo"
-        message = f"{describe().rstrip('.')}; see `{command} --help`"
-    print(f"pneumo: {printable(' '.join(message.split()), 1000)}", file=sys.stderr)
+        message = as_lines(f"{describe().rstrip('.')}; see `{command} --help`")
+    print(message, file=sys.stderr)
     sys.exit(2)

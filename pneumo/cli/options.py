@@ -40,6 +40,10 @@ Conductance = Annotated[
         "--k0", help="thermal conductance of each chamber's wall, W/K [the cylinder's, if it has only one]"
     ),
 ]
+Trust = Annotated[
+    bool,
+    Option("--trust", help="accept a configuration whose piston cannot move, or moves faster than any does"),
+]
 Threads = Annotated[int, Option(min=1, help="parallel runs; the result does not depend on it")]
 
 
@@ -57,18 +61,22 @@ def check_index(model: str, n: float | None) -> None:
         raise InputError(f"--n = {n:g}: {model} has no polytropic index; leave it out")
 
 
-def read_configuration(files: list[Path] | None) -> "Configuration":
-    """Return the merged configuration of files, by default the paper's; `InputError` if there is none."""
-    from pneumo.configuration.parameters import load
+def read_configuration(files: list[Path] | None, trust: bool = False) -> "Configuration":
+    """Return the merged and checked configuration of files, by default the paper's.
+
+    `InputError` if there is none; `ConfigurationError` if it is wrong or, without `trust`, not plausible.
+    """
+    from pneumo.configuration.parameters import read_sources
+    from pneumo.configuration.plausible_cylinders import checked
     from pneumo.errors import InputError
 
     if not files and not PAPER.exists():
         raise InputError("--config: missing; name a configuration, `pneumo init` writes one")
-    return load(*(files or [PAPER]))
+    return checked(read_sources(*(files or [PAPER])), trust=trust)
 
 
-def configured_study(files: list[Path] | None) -> "Study":
+def configured_study(files: list[Path] | None, trust: bool = False) -> "Study":
     """Return the study of `read_configuration` in SI units."""
     from pneumo.configuration.parameters import study
 
-    return study(read_configuration(files))
+    return study(read_configuration(files, trust))

@@ -4,7 +4,7 @@ Modules are imported inside the functions, so that help and errors of usage are 
 """
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 from typer import Argument, Option
@@ -34,16 +34,26 @@ def verdict(
     record: Annotated[
         bool, Option("--record", help="accept the new statuses: overwrite the paper's statuses.csv")
     ] = False,
+    runs: Annotated[
+        Path | None, Option(help="judge runs of another simulator instead: a folder of E01.csv or E01.nc ...")
+    ] = None,
+    tool: Annotated[
+        str, Option(help="with --runs: name of the simulator, for the page")
+    ] = "another simulator",
+    output: Annotated[Path | None, output_to("with --runs: folder of the page [RUNS/verdict]")] = None,
 ) -> None:
     """Judge every claim; print counts, then what is missed.
 
     Counts are by kind of evidence: of items, and of facts (items that state the same fact count once). Items
     come by size of deviation.
     """
+    from pneumo.errors import ResultError
     from pneumo.papers.known_papers import current_verdict
     from pneumo.publish.text.verdict_text import verdict_lines
 
-    judged = current_verdict(results, paper)
+    if runs is not None and (record or paper != "2006"):
+        raise ResultError("--runs: judged by the paper of 2006 only, and never recorded as its statuses")
+    judged = _verdict_on(runs, tool, output or runs / "verdict") if runs else current_verdict(results, paper)
     for line in verdict_lines(judged):
         typer.echo(line)
     if record:
@@ -52,6 +62,25 @@ def verdict(
         from pneumo.verdict.judging import statuses_text
 
         write_text(statuses_text(judged["items"]), PAPERS / paper / "statuses.csv")
+
+
+def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
+    """Judge another simulator's runs, write ``verdict.json`` and its page, and return the verdict."""
+    import json
+
+    from pneumo.configuration.parameters import load, study
+    from pneumo.papers import PAPERS
+    from pneumo.papers.paper_2006.other_simulators import verdict_on
+    from pneumo.publish.pages.verdict_page import verdict_page
+    from pneumo.storage.files import output_folder, write_json, write_text
+
+    paper = study(load(PAPERS.parent / "config/paper.yaml"))
+    with output_folder(out):
+        judged = verdict_on(runs, paper, tool, lambda text: typer.echo(text, err=True))
+        text = json.dumps(judged, ensure_ascii=False, indent=1, allow_nan=False)
+        write_json(f"{text}\n", out / "verdict.json")
+        write_text(verdict_page(judged, PAPERS / "2006"), out / "verdict.html")
+    return judged
 
 
 def explain(

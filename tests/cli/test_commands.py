@@ -16,6 +16,8 @@ from brief import in_brief
 from checkout import PNEUMO, ROOT
 
 from pneumo import __version__
+from pneumo.cli import INTERRUPTED
+from pneumo.cli import main as first_main
 from pneumo.cli.commands import app, paper
 from pneumo.configuration.parameters import load, sonic_conductance, study
 from pneumo.linear.linear_model import linearise
@@ -168,6 +170,48 @@ def test_an_index_without_use_and_a_name_in_small_letters_are_refused(arguments,
     assert_one_line(inside(*arguments, "--config", "cylinder.yaml"), words)
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["check", "heavy.yaml"],
+        ["init", "copy.yaml", "--from", "heavy.yaml"],
+        ["linearise", "M1", *AT, "--config", "heavy.yaml"],
+        ["export", "M1", "--to", "casadi", "--config", "heavy.yaml"],
+    ],
+)
+def test_a_piston_that_cannot_move_is_refused_unless_it_is_trusted(command, inside, tmp_path):
+    inside("init")
+    text = (tmp_path / "cylinder.yaml").read_text(encoding="utf-8")
+    assert "load_N: 0.0" in text
+    (tmp_path / "heavy.yaml").write_text(text.replace("load_N: 0.0", "load_N: 3e5"), encoding="utf-8")
+    words = "heavy.yaml: cylinders.mine.load_N = 300000.0: the piston cannot move back"
+    assert_one_line(inside(*command), words, "--trust")
+    assert inside(*command, "--trust")[0] == 0
+
+
+@pytest.mark.parametrize("command", [["study"], ["show", "a.csv", "--config"], ["fit", "a.csv", "--config"]])
+def test_trust_goes_on_to_what_comes_next(command, inside, tmp_path):
+    inside("init")
+    (tmp_path / "heavy.yaml").write_text("{cylinders: {mine: {load_N: 3e5}}, run: {experiments: [none]}}")
+    words = "run.experiments = 'none': no such experiment"  # a mistake comes before what is not plausible
+    more = ["heavy.yaml"] if command == ["study"] else ["--config", "heavy.yaml"]
+    assert_one_line(inside(*command, "cylinder.yaml", *more), words)
+    (tmp_path / "heavy.yaml").write_text("{cylinders: {mine: {load_N: 3e5}}}")
+    assert_one_line(inside(*command, "cylinder.yaml", *more), "load_N = 300000.0: the piston cannot move")
+    only = ["--cylinder", "none"]
+    assert_one_line(inside(*command, "cylinder.yaml", *more, "--trust", *only), "there are mine")
+
+
+def test_all_bad_rows_are_printed_each_in_a_line(inside, tmp_path):
+    inside("init", "plant.yaml", "--table")
+    table = (tmp_path / "plant.csv").read_text()
+    (tmp_path / "plant.csv").write_text(table.replace(",25.0,", ",-25.0,"))
+    code, out, err = inside("check", "plant.yaml")
+    assert (code, out) == (2, "") and len(err.splitlines()) == 2
+    for row, line in enumerate(err.splitlines(), start=2):
+        assert line.startswith(f"pneumo: plant.csv: row {row}, column bore_mm = -25.0: must be a number")
+
+
 @pytest.mark.parametrize("command", [["linearise", "M1", *AT], ["export", "M1", "--to", "casadi"]])
 def test_a_choice_between_cylinders_or_conductances_is_left_to_the_user(command, inside):
     command = [*command, "--config", ROOT / "config/paper.yaml"]
@@ -185,7 +229,7 @@ def test_init_then_study(inside, tmp_path):
     (tmp_path / "quick.yaml").write_text(QUICK)
     code, out, _ = inside("study", "cylinder.yaml", "quick.yaml")
     assert code == 0 and all(f" M{i} " in out for i in range(1, 11))
-    assert "mine: open, closed, 2 runs each" in out and "Recommended: M" in out
+    assert "mine: open, closed, 2 runs each" in out and "Next: pneumo export " in out
     assert "open: thermal " in out and ", exchange " in out and " full order " in out
     files = sorted(file.name for file in (tmp_path / "study-cylinder-quick").iterdir())
     assert files == ["study.html", "study.nc"]
@@ -302,6 +346,32 @@ def test_what_the_locale_cannot_write_is_escaped(tmp_path):
     done = subprocess.run([*PNEUMO, "init", "Kolben-Ω/z.yaml"], **options)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("Kolben-\\u03a9/z.yaml: written")
+
+
+def test_ctrl_c_is_one_line_at_work_and_while_pneumo_still_imports(inside, tmp_path, monkeypatch, capsys):
+    line = "pneumo: interrupted\n"
+    (tmp_path / "typer.py").write_text("raise KeyboardInterrupt")  # what is imported first
+    environment = os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
+    done = subprocess.run([*PNEUMO, "models"], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (INTERRUPTED, line)
+
+    def interrupted(*_files):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pneumo.configuration.parameters.read_sources", interrupted)
+    monkeypatch.setattr(sys, "argv", ["pneumo", "check", "a.yaml"])
+    with pytest.raises(SystemExit) as end:
+        first_main()
+    assert end.value.code == INTERRUPTED and capsys.readouterr().err.endswith(line)
+
+
+@pytest.mark.parametrize("side", ["both", "A"])
+def test_chambers_closed_after_the_end_of_the_record_are_refused(side, inside, tmp_path):
+    inside("init")
+    write_measurement(tmp_path)
+    options = ["--config", "cylinder.yaml", "--trust", "--closed", side]
+    code, _, err = inside("fit", "bench.csv", *options, "--closed-from", 10)
+    assert code == 2 and "pneumo: --closed-from 10 s: leaves 0 samples" in err
 
 
 def write_measurement(path):

@@ -44,6 +44,12 @@ def typed_numbers(source: str) -> list[str]:
     return re.findall(r"\d+(?:\.\d+)?", text)
 
 
+def test_an_apostrophe_after_a_model_is_no_prime():
+    assert not re.search(
+        r"\d'", re.sub(r"\$[^$]*\$", "", SOURCE)
+    )  # Typst sets a straight one after a digit as a prime
+
+
 COORDS = {
     **{"experiment": ["E09", "E10"], "transport": ["published", "exact"], "level": ["overall", *LEVELS]},
     **{"model": list(MODELS), "cylinder": ["D", "E"], "parameter": ["M", "k_f", "stop"]},

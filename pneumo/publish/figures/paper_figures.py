@@ -143,6 +143,7 @@ def fig09(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     fig = new_figure(DOUBLE_MM, 72)
     ax = fig.subplots()
     _ranges(ax, statistics, OVERALL, table7)
+    _explain_whiskers(ax)
     return _finished(fig, ax, statistics)
 
 
@@ -156,6 +157,7 @@ def fig10(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     for source, x in _slots(BEST_MODELS, tables, width=0.78).items():
         _whiskers(ax, x, tables[source].reindex(model=BEST_MODELS), INK)
     ax.set_ylim(bottom=0)
+    _explain_whiskers(ax)
     return _finished(fig, ax, statistics, columns=2)
 
 
@@ -173,6 +175,7 @@ def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
         _ranges(ax, statistics, level, published)
         ax.set_title(level)
         ax.label_outer()
+    _explain_whiskers(axes[0])
     return _finished(fig, axes[0], statistics)
 
 
@@ -222,7 +225,12 @@ def _whiskers(ax: Axes, x: np.ndarray, table: xr.Dataset, color: str) -> None:
         ax.plot(x, table[name], ls="none", marker="_", ms=4, color=color, mew=1.0)
 
 
-def _finished(fig: Figure, ax: Axes, statistics: Mapping[str, xr.Dataset], columns: int = 3) -> Figure:
+def _explain_whiskers(ax: Axes) -> None:
+    """Say in the legend from which to which percentile the lines go."""
+    ax.plot([], [], color=INK, lw=1.0, marker="_", ms=4, label="10 to 90 % of runs")
+
+
+def _finished(fig: Figure, ax: Axes, statistics: Mapping[str, xr.Dataset], columns: int = 4) -> Figure:
     """Add the legend, and the names of the experiments that the averages leave out."""
     time = statistics["published"]["failure_time"].dropna("experiment")
     if len(time):

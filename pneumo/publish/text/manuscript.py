@@ -93,7 +93,7 @@ def _setup(study: Study) -> dict[str, Any]:
         "replays": str(per_experiment * len(study.experiments)),
         "simulated": f"{sum(e.duration for e in experiments) / 3600:.1f} h",
         "seeds": {name: str(e.excitation.seed) for name, e in cylinders.items()},
-        "amplitude": {name: f"{e.excitation.amplitude:g} V" for name, e in cylinders.items()},
+        "amplitude": {name: f"{e.excitation.amplitude:.3g} V" for name, e in cylinders.items()},
         "P_s": f"{first.plant.conditions.P_s / 1e5:g} bar",
     }
 
