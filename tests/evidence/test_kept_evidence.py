@@ -1,13 +1,12 @@
 """Evidence that is kept with the source: whose it is, how much, and a sample of it computed again."""
 
 import json
-import re
 from datetime import date
 
 import netCDF4
 import numpy as np
 import pytest
-from paper_study import EARLIER_SETUP, STUDY
+from paper_study import STUDY
 
 from pneumo.evidence import kept_copies, kept_samples
 from pneumo.evidence.seeds.seed_sets import read_seed_sets, seed_sets
@@ -31,8 +30,7 @@ def test_each_file_names_what_made_it_and_all_are_small():
     for file in FILES:
         config, code, day = origin(file)
         assert len(code) == 64 and date.fromisoformat(day), file
-        of_today = config == STUDY.config_sha256 or config.startswith(NO_CONFIGURATION)
-        assert of_today != (file.name in EARLIER_SETUP), file
+        assert config == STUDY.config_sha256 or config.startswith(NO_CONFIGURATION), file
         assert f"`{file.name}`" in README, file
     assert sum(file.stat().st_size for file in FILES) <= 2_300_000  # bytes, in every clone
 
@@ -49,16 +47,8 @@ def test_no_set_is_kept_twice_and_the_seeds_are_those_that_are_drawn():
 @pytest.mark.slow
 @pytest.mark.parametrize("file", kept_samples.SAMPLES)
 def test_samples_computed_again_are_those_that_are_kept(file):
-    if file in EARLIER_SETUP:
-        pytest.skip(f"{file} is of the setup before decisions 35 and 62")
     found = kept_samples.check_samples(file)
     assert found.numbers and found.good, found
-
-
-def test_the_readme_names_the_files_of_an_earlier_setup():
-    _, _, text = README.partition("Of an earlier setup")
-    named, _, _ = text.partition("\n\n")
-    assert set(re.findall(r"`([\w.]+)`", named)) == EARLIER_SETUP
 
 
 def test_every_kept_file_has_samples():

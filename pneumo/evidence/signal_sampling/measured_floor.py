@@ -89,9 +89,10 @@ def measured_floor(experiment: Experiment) -> xr.Dataset:
     RMS errors, Pa: `measured`, `predicted` and `formula` by (period, transport), the same with ``between_``
     for jumps that do not fall on samples, by (rate, transport) with ``rate_`` and by (size, transport) with
     ``size_``; `reduced` by transport at the study's own period; `own_measured` and `own_predicted` of the
-    published sampling.
+    published sampling. In all but these two, reversals are recorded when they happen.
     """
-    e, short = refined(experiment, FLOOR_REFINEMENT), refined(sliced(experiment, SWEEP), FLOOR_REFINEMENT)
+    on_time = experiment._replace(drive=experiment.drive._replace(late=0.0))
+    e, short = refined(on_time, FLOOR_REFINEMENT), refined(sliced(on_time, SWEEP), FLOOR_REFINEMENT)
     recording, plant = record(e), short.plant
 
     def with_draws(every: int) -> Experiment:

@@ -5,7 +5,7 @@ import pytest
 from brief import in_brief
 from checkout import ROOT
 from invented_cells import cells_of
-from paper_study import EARLIER_SETUP, STUDY
+from paper_study import STUDY
 from rich.console import Console
 from scipy import stats
 
@@ -201,7 +201,6 @@ def test_as_table_figure_and_on_the_terminal(judged, ensemble, tmp_path):
 
 @pytest.mark.results
 @pytest.mark.parametrize("transport", in_brief(["exact", "published"], ["exact"]))
-@pytest.mark.skipif("seed_sets.nc" in EARLIER_SETUP, reason="made with the setup before")
 def test_own_seeds_give_what_the_verdict_says(evidence_file, results, transport):
     """Set 0 of the ensemble has the study's seeds, and is judged as the study is."""
     first = read_seed_sets(evidence_file("seed_sets.nc", "ensemble")).sel(seeds=0)
