@@ -20,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import fragments
 import notebooks
+import readme_blocks
 
 # A folder like a checkout, in which notebooks run; removed when the build ends.
 _examples = tempfile.TemporaryDirectory()
@@ -30,7 +31,7 @@ project = "pneumo"
 author = "pneumo developers"
 version = release = version_of("pneumo")
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
 exclude_patterns = ["static", "decisions/README.md"]
 
 myst_enable_extensions = ["colon_fence", "dollarmath", "substitution"]
@@ -38,6 +39,7 @@ myst_heading_anchors = 3
 myst_substitutions = {
     "decisions": fragments.decisions(),
     **fragments.stored_numbers(),
+    "blocks": {make.__name__: make() for make in readme_blocks.OF_PAGES},
     "errata": fragments.errata(),
     "models": fragments.models(),
     "symbols": fragments.symbols(),
@@ -48,6 +50,7 @@ myst_substitutions = {
     "results": notebooks.kind_of_results(),
     "commands": fragments.commands(),
 }
+notebooks.write_notebooks(examples / "site/notebooks", myst_substitutions)
 
 nb_execution_mode = "inline"
 nb_execution_show_tb = True
@@ -67,6 +70,7 @@ nitpick_ignore_regex = [(r"py:.*", r"(?!pneumo\.).*")]  # Python's own and other
 html_theme = "furo"
 html_title = "pneumo"
 html_static_path = ["static"]
+html_extra_path = [str(examples / "site")]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = html_show_copyright = False
@@ -89,8 +93,8 @@ def inline_formula(self: Any, node: nodes.math) -> None:
 
 def formula(self: Any, node: nodes.math_block) -> None:
     """Write a formula on a line of its own, with the equation's number."""
-    self.body.append(self.starttag(node, "div", CLASS="formula"))
-    self.body.append(f"<span>{mathml(node, as_block=True)}</span>")
+    self.body.append('<div class="formula">')  # the theme's wrapper has the equation's identifier
+    self.body.append(f'<span tabindex="0">{mathml(node, as_block=True)}</span>')
     if node["number"]:
         self.body.append(f'<span class="eqno">({get_node_equation_number(self, node)})')
         self.add_permalink_ref(node, "Link to this equation")
@@ -99,9 +103,44 @@ def formula(self: Any, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+def link_notebook(_app: Sphinx, page: str, source: list[str]) -> None:
+    """Link the notebook of a page that is one."""
+    if page in notebooks.pages():
+        source[0] = notebooks.with_link(page, source[0])
+
+
+def leave_out_of_search(app: Sphinx, _doctree: nodes.document) -> None:
+    """Leave decisions out of the search: a reader's words would find them before the pages that explain."""
+    page = app.env.current_document.docname
+    if page.startswith("decisions/"):
+        app.env.metadata[page]["nosearch"] = True
+
+
+# What axe asks for and the theme lacks: level of headings, names of landmarks, scrolling by keyboard.
+ACCESSIBLE = {
+    '<p class="caption" role="heading">': '<p class="caption" role="heading" aria-level="2">',
+    '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="Pages">',
+    '<aside class="toc-drawer': '<aside aria-label="Contents" class="toc-drawer',
+    "<pre>": '<pre tabindex="0">',
+    '<div class="table-wrapper': '<div tabindex="0" class="table-wrapper',
+}
+
+
+def make_accessible(app: Sphinx, exception: Exception | None) -> None:
+    """Complete the finished pages; a page that was not written again stays as it is."""
+    for page in [] if exception else app.outdir.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        for old, new in ACCESSIBLE.items():
+            text = text.replace(old, new)
+        page.write_text(text, encoding="utf-8")
+
+
 def setup(app: Sphinx) -> None:
     """Draw formulas as MathML: no script, no font, no other package."""
     app.add_html_math_renderer("mathml", (inline_formula, None), (formula, None))
+    app.connect("source-read", link_notebook)
+    app.connect("doctree-read", leave_out_of_search)
+    app.connect("build-finished", make_accessible)
 
 
 html_math_renderer = "mathml"

@@ -15,6 +15,7 @@ import cluster
 import cost
 import measured_air
 import measurements
+import opening_picture
 import signal_sampling
 import which_model
 import xarray as xr
@@ -25,6 +26,7 @@ from benchmarks.fleet_law import law_figure
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.evidence.fit_coverage.interval_coverage import full_order_truth, intervals_that_hold
 from pneumo.evidence.sensitivity.toggle_effects import LOGARITHMIC_TABLES, toggle_effects
+from pneumo.export.step_cost import FILE as STEP_COST
 from pneumo.publish.style import save
 from pneumo.publish.text.markdown_tables import coverage_tables
 from pneumo.storage.kept_evidence import KEPT
@@ -57,7 +59,7 @@ def verification(reproduced: xr.DataArray) -> dict[str, str]:
     effects = toggle_effects(reproduced, read_claims(ROOT / "paper/2006"))
     taken, others = effects.loc[AS_TAKEN], effects.drop(index=AS_TAKEN)
     change = others[[f"worse_{table}" for table in LOGARITHMIC_TABLES]]
-    assert (change > -LIMIT).all(axis=None)  # as the page says
+    assert (change > -LIMIT).all(axis=None) and others["inside"].max() <= taken["inside"]  # as the page says
     worse = (change > LIMIT).any(axis=1)
     return {
         "alternatives": f"{len(others)}",
@@ -66,8 +68,6 @@ def verification(reproduced: xr.DataArray) -> dict[str, str]:
         "worse": f"{worse.sum()}",
         "not distinguished": f"{(~worse).sum()}",
         "in class": f"{taken['inside']:.0f}",
-        "in class most": f"{others['inside'].max():.0f}",
-        "best alternative": str(others["inside"].idxmax()).partition(".")[2],
     }
 
 
@@ -85,7 +85,8 @@ def from_kept_files() -> Numbers:
             "floor",
         )
     )
-    fleet, slurm, steps = (cluster.stored(name) for name in ("fleet", "slurm", "cost"))
+    fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
+    steps = json.loads(STEP_COST.read_text(encoding="utf-8"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
     return {
         "at_work": named(at_work.numbers(at_work_runs), at_work.tables(at_work_runs)),
@@ -140,6 +141,9 @@ if __name__ == "__main__":
         if (RESULTS / f"figures/{name}.svg").exists():
             shutil.copyfile(RESULTS / f"figures/{name}.svg", cluster.STATIC / f"{name}.svg")
     with tempfile.TemporaryDirectory() as scratch:
+        if (RESULTS / "verdict.json").exists():
+            drawn = save(opening_picture.errors_figure(RESULTS), Path(scratch, "errors"))[1]
+            shutil.copyfile(drawn, opening_picture.PICTURE)
         shutil.copyfile(
             save(law_figure(cluster.stored("fleet")), Path(scratch, "fleet"))[0], cluster.STATIC / "fleet.svg"
         )

@@ -1,6 +1,11 @@
-"""Generated blocks of README.md: `make numbers` writes them, `make lint` checks that they are current."""
+"""Generated blocks: `answer` and `judged` of README.md, the others of pages.
+
+`make numbers` writes README's, `make lint` checks that they are current.
+"""
 
 import json
+from collections import Counter
+from collections.abc import Mapping
 
 from fragments import ROOT, stored_numbers, table
 
@@ -35,17 +40,41 @@ def _model_row(model: Model) -> list[str]:
     ]
 
 
-def answer() -> str:
-    """Table of the models, and which one to take."""
+def ten_models() -> str:
+    """Table of the paper's models in words."""
     head = ["model", "temperature of the air", "air enters at", "heat through the wall", "parameters"]
+    return table(head, map(_model_row, PAPER_MODELS.values()))
+
+
+def answer() -> str:
+    """Table of which model to take."""
     ratio = NUMBERS["which_model"]
     little, typical = ratio["M8_over_M7_adiabatic"], ratio["M8_over_M7_typical"]
-    return f"""\
-{table(head, map(_model_row, PAPER_MODELS.values()))}
+    rows = [
+        [
+            "you know the wall's conductance k_0",
+            "**M8**: temperature follows the pressure, air enters at its own, heat through the wall",
+            f"{little} times M7's where little heat passes the wall, {typical} times where a typical amount"
+            " does",
+        ],
+        ["you do not know it", "**M6**: as M8, without heat through the wall", "below M5's on average"],
+        [
+            "only the trend matters",
+            "M1 to M4: constant temperature",
+            f"at least {ratio['classical_over_M5']} times M5's",
+        ],
+    ]
+    return table(["if", "take", "its mean square error"], rows)
 
-**The answer.** Let the temperature follow the pressure: it costs one power a step. If you know the wall's
-conductance k_0, take M8: its mean square error is {little} times M7's where little heat passes the wall, and
-{typical} times where a typical amount does. If you do not, take M6."""
+
+def judged() -> str:
+    """How many items of both papers agree."""
+    verdict, second = NUMBERS["verdict"], read_statuses(ROOT / "paper/2007")
+    counts, free = verdict["counts"], verdict["headline"]["measured"]
+    of_2007 = _counted(Counter(second.values()))
+    return f"""\
+Of {counts["items"]} numbers and statements of 2006: {_counted(counts)}. With no choice made in view of them,
+{free["items"]} facts: {_counted(free)}. Of {len(second)} of the authors' paper of 2007: {of_2007}."""
 
 
 def table_7() -> str:
@@ -53,7 +82,7 @@ def table_7() -> str:
     return NUMBERS["table_7"]["table"]
 
 
-def _counted(counts: dict[str, int]) -> str:
+def _counted(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{counts[status]} {status}" for status in STATUSES)
 
 
@@ -68,10 +97,8 @@ def verdict() -> str:
     power = "An item that no known mistake would lose counts as set-up."
     if not of_this_study("power.nc"):
         power = "Items that no known mistake would lose are not yet looked for with this setup."
-    statuses = list(read_statuses(ROOT / "paper/2007").values())
-    second = {status: statuses.count(status) for status in STATUSES}
     return f"""\
-{counts["items"]} items, by status and kind of evidence (`paper/decisions/0038-kinds-of-evidence.md`):
+{counts["items"]} items, by status and kind of evidence ({{doc}}`decisions/0038-kinds-of-evidence`):
 
 {table(["status", "items", *by_basis, "meaning"], [map(str, row) for row in rows])}
 
@@ -80,13 +107,13 @@ facts in view: {_counted(facts["measured"])}.
 Constants, rules and setup that the paper leaves open were chosen with {facts["fitted"]["items"]} others
 in view: {_counted(facts["fitted"])}.
 {power} Missed by at most 3 %: {verdict["near_misses"]} of
-{counts["missed"]} items.
-
-The same program judges the authors' [paper of 2007](https://doi.org/10.1243/09596518JSCE188), which measured
-k_0 of three catalogue cylinders: {len(statuses)} items, {_counted(second)}."""
+{counts["missed"]} items."""
 
 
 def findings() -> str:
     """Statements of 2006 about models, judged over a hundred sets of seeds."""
     made = findings_table(json.loads((KEPT / "findings.json").read_text(encoding="utf-8"))).strip()
     return made if of_this_study("findings.json") else f"{EARLIER}\n\n{made}"
+
+
+OF_PAGES = (answer, ten_models, table_7, verdict, findings)

@@ -8,6 +8,7 @@ from collections import Counter
 from functools import cache
 from pathlib import Path
 
+import nbformat
 import numpy as np
 import pytest
 import xarray as xr
@@ -15,7 +16,7 @@ from browser import Tab
 from checkout import ROOT
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
-from page_checks import in_chromium
+from page_checks import assert_accessible, in_chromium
 from typer.testing import CliRunner
 
 import pneumo
@@ -39,6 +40,7 @@ NOT_RUN = {
     "uv pip install": "needs the network",
     "snakemake --profile": "needs Slurm; `make slurm-test` runs it",
     "pneumo study --from": "needs the results of a fleet; a test of the workflow runs it",
+    "pneumo paper verdict --runs": "needs another simulator's runs; tests of the papers make some",
 }
 UNKNOWN = "pneumo paper explain T7.M11.mse"
 INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -186,10 +188,27 @@ def test_every_number_is_on_a_page_and_every_name_on_a_page_has_a_number():
     made = {(page, name) for page, numbers in stored_numbers().items() for name in numbers}
     text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     on_pages = set(re.findall(r"\{\{ (\w+)\.(\w+) \}\}", text))
-    assert {name for name in on_pages if name[0] != "errata"} <= made
+    assert {name for name in on_pages if name[0] not in ("errata", "blocks")} <= made
     text_of_readme = (DOCS / "readme_blocks.py").read_text(encoding="utf-8")
     assert [name for name in made - on_pages if f'"{name[1]}"' not in text_of_readme] == []
     assert "<!--" not in text
+
+
+def test_every_block_is_on_a_page_and_no_other():
+    from readme_blocks import OF_PAGES
+
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    assert set(re.findall(r"\{\{ blocks\.(\w+) \}\}", text)) == {make.__name__ for make in OF_PAGES}
+
+
+def test_pictures_of_pages_are_of_one_width():
+    # Made by tests/readme_pictures.py; their bytes are a browser's.
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    for name in ("report", "live"):
+        picture = (ROOT / f"paper/readme/{name}.png").read_bytes()
+        assert picture[1:4] == b"PNG" and int.from_bytes(picture[16:20], "big") == 1200
+        assert len(picture) < 300_000
+        assert f"(../paper/readme/{name}.png)" in text
 
 
 def test_sentences_of_measurements_hold():
@@ -370,6 +389,39 @@ def test_models_and_commands_are_the_programs():
             assert f"## `{name} {title}`" in text
 
 
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if "file_format: mystnb" in page.read_text()], ids=str
+)
+def test_a_notebook_has_the_pages_cells_in_plain_markdown(page):
+    from fragments import stored_numbers
+    from notebooks import as_notebook, kind_of_results, pages, with_link
+
+    assert page.stem in pages()
+    notebook = as_notebook(page.stem, stored_numbers() | {"results": kind_of_results()})
+    nbformat.validate(notebook)
+    text = page.read_text(encoding="utf-8")
+    cells = [cell.source for cell in notebook.cells if cell.cell_type == "code"]
+    assert len(cells) == len(re.findall(r"^```\{(?:code-cell|literalinclude)\}", text, re.MULTILINE))
+    said = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
+    assert re.findall(r"\{[\w:]+\}`|\{\{|```\{|^:\w+:", said, re.MULTILINE) == []
+    assert said.startswith("# ") and with_link(page.stem, text).count(f"notebooks/{page.stem}.ipynb") == 1
+
+
+def test_a_notebook_brings_the_files_that_its_page_shows():
+    from notebooks import as_notebook
+
+    shown = [cell.source for cell in as_notebook("bench", {}).cells if "writefile replay.c" in cell.source]
+    assert shown == [f"%%writefile replay.c\n{(DOCS / 'replay.c').read_text()}".rstrip("\n")]
+
+
+def test_the_index_has_every_page_once_by_kind():
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    trees = dict(re.findall(r"^:caption: (.*)\n:titlesonly:\n\n((?:[\w-]+\n)+)```", index, re.MULTILINE))
+    assert list(trees) == ["Tutorials", "How-to", "Findings", "Explanation", "Reference"]
+    listed = " ".join(trees.values()).split()
+    assert sorted(listed) == sorted(page.stem for page in PAGES if page.stem != "index")
+
+
 no_site = pytest.mark.skipif(not (SITE / "index.html").exists(), reason="no site/: `make docs` builds it")
 in_site = [no_site, in_chromium, pytest.mark.xdist_group("chromium")]
 
@@ -401,10 +453,36 @@ class TestSite:
         heights = "[...document.querySelectorAll('math')].map(m => m.getBoundingClientRect().height)"
         assert min(browser.run(heights)) > 5
 
-    def test_search_finds(self, browser):
+    def test_search_finds_pages_and_no_decisions(self, browser):
         browser.open(SITE / "search.html", "?q=polytropic")
         script = """new Promise(done => {
-            const found = () => document.querySelectorAll('#search-results li').length;
-            const look = () => found() ? done(found()) : setTimeout(look, 50);
-            look(); setTimeout(() => done(0), 30000); })"""
-        assert browser.run(script) > 0
+            const found = () => [...document.querySelectorAll('#search-results li a')].map((a) => a.href);
+            const look = () => found().length ? done(found()) : setTimeout(look, 50);
+            look(); setTimeout(() => done([]), 30000); })"""
+        found = browser.run(script)
+        assert found and not any("/decisions/" in address for address in found)
+
+    def test_code_has_buttons_that_copy(self, browser):
+        browser.open(SITE / "start.html")
+        browser.wait("document.querySelectorAll('button.copybtn').length > 2")
+
+    def test_links_to_notebooks_lead_to_notebooks(self):
+        from notebooks import pages
+
+        for page in pages():
+            assert f'href="notebooks/{page}.ipynb" download' in (SITE / f"{page}.html").read_text("utf-8")
+            nbformat.read(SITE / f"notebooks/{page}.ipynb", as_version=4)
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("page", [page.stem for page in PAGES])
+    def test_pages_are_accessible(self, page, chromium):
+        tabs = []
+
+        def visit(file, **options):
+            tabs.append(Tab(chromium, **options))
+            tabs[-1].open(file)
+            return tabs[-1]
+
+        assert_accessible(visit, SITE / f"{page}.html")
+        for tab in tabs:
+            tab.context.close()

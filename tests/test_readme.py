@@ -1,13 +1,18 @@
-"""README: named files, generated blocks, pictures, code and commands; test_docs.py has its `make` targets."""
+"""README: length, links, picture, generated blocks and commands; test_docs.py has its `make` targets."""
 
 import re
 
+import numpy as np
+import pandas as pd
 import pytest
 from checkout import ROOT
 from typer.testing import CliRunner
 
 from pneumo.cli.commands import app
-from pneumo.verdict.judging import AGREEING, read_statuses
+from pneumo.configuration.parameters import load, study
+from pneumo.publish.style import save
+from pneumo.selection.plants import configured_plant
+from pneumo.selection.runs import simulate
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCK = r"<!--generated: print\((\w+)\(\)\) -->\n(.*?)\n<!--end-->"
@@ -18,19 +23,24 @@ def in_the_checkout(monkeypatch):
     monkeypatch.chdir(ROOT)
 
 
-def test_named_files_and_folders_links_and_pictures_exist():
+def test_it_is_short():
+    assert len(README.splitlines()) <= 120 and len(README.split()) <= 1000
+
+
+def test_links_and_the_picture_exist_and_no_file_is_named_without_a_link():
+    targets = re.findall(r"\]\((?!https?:)([^)#]+)\)", README)
+    assert len(targets) >= 20
+    assert [target for target in targets if not (ROOT / target).is_file()] == []
     made = ("results/", "site/")  # by the study and by `make docs`
-    names = {name for name in re.findall(r"`([\w./]+/[\w./]*)`", README) if not name.startswith(made)}
-    assert len(names) >= 9
-    assert [name for name in sorted(names) if not (ROOT / name).exists()] == []
-    for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", README):
-        assert (ROOT / target).exists(), target
-    # Made by tests/readme_pictures.py; their bytes are a browser's.
-    for name in ("report", "live"):
-        picture = (ROOT / f"paper/readme/{name}.png").read_bytes()
-        assert picture[1:4] == b"PNG" and int.from_bytes(picture[16:20], "big") == 1200
-        assert len(picture) < 300_000
-        assert f"(paper/readme/{name}.png)" in README
+    named = re.findall(r"`([\w./-]+/[\w./-]*)`", README)
+    assert [name for name in named if not name.startswith(made)] == []
+    assert re.findall(r"!\[[^]]+\]\((.*)\)", README) == ["paper/readme/errors.png"]
+
+
+def test_it_names_what_ci_runs():
+    ci = (ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8")
+    for target in ("reproduce", "test-all"):
+        assert f"make {target} " in ci and f"make {target} " in README
 
 
 def test_generated_blocks_are_current(monkeypatch):
@@ -44,46 +54,36 @@ def test_generated_blocks_are_current(monkeypatch):
 
 
 @pytest.mark.results
-def test_picture_is_the_workflows(results):
-    assert (ROOT / "paper/readme/traces.png").read_bytes() == (results / "figures/traces.png").read_bytes()
+@pytest.mark.slow
+def test_picture_is_of_these_results(results, monkeypatch, tmp_path):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    import opening_picture
+
+    _, drawn = save(opening_picture.errors_figure(results), tmp_path / "errors")
+    assert opening_picture.PICTURE.read_bytes() == drawn.read_bytes(), "run: make numbers"
 
 
-def pneumo(command: str, *more: str) -> str:
-    """Output of a command of pneumo."""
-    done = CliRunner().invoke(app, [*command.split(), *more])
-    assert done.exit_code == 0, done.output
-    return done.output
+def bench_record(configuration: str, record: str) -> None:
+    """Write the record of a simulated run of a configuration's cylinder."""
+    plant = configured_plant(study(load(configuration)))
+    steps = np.arange(1000)
+    run = simulate(plant, 1e-3, command=1.5 * np.sign(np.cos(steps / 60) + np.cos(steps / 23)) - 0.2)
+    noise = np.random.default_rng(1).normal(0.0, 500.0, (2, len(run.t)))
+    columns = {"t_s": run.t, "u_V": run.u, "x_mm": 1e3 * run.x}
+    columns |= {"P_A_Pa": run.P_A + noise[0], "P_B_Pa": run.P_B + noise[1]}
+    pd.DataFrame(columns).to_csv(record, index=False)
 
 
-def output_of_section(section: str, capsys) -> str:
-    """Output of a section's Python."""
-    code = re.search(rf"^## {section}\n(?:(?!^## ).)*?```python\n(.*?)```", README, re.DOTALL | re.MULTILINE)
-    assert code
-    exec(code.group(1), {"__name__": "__main__"})  # noqa: S102 - the project's own page
-    return capsys.readouterr().out
-
-
-@pytest.mark.results
-def test_cell_opens(results, capsys):
-    assert len(output_of_section("Open a cell", capsys).strip("[] \n").split()) == 2
-
-
-def test_use_in_code_and_export(capsys, tmp_path, monkeypatch):
-    numbers = re.findall(r"[-\d.e+]+", output_of_section("Use in code", capsys))
-    assert len(numbers) == 2 + 4
-    assert all(0 < float(mse) < 1e9 for mse in numbers[:2])
+@pytest.mark.slow
+def test_commands_run_in_an_empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    commands = re.findall(r"(?:^|`)pneumo ((?:init my|linearise|export)[^#`]+)[#`]", README, re.MULTILINE)
-    assert [command.split()[0] for command in commands] == ["init", "linearise", "export"]
+    commands = re.findall(r"^pneumo ([^#\n]+)", README, re.MULTILINE)
+    assert [command.split()[0] for command in commands] == ["init", "study", "fit", "export", "export"]
     for command in commands:
-        pneumo(command)
+        if command.startswith("fit"):
+            bench_record("my.yaml", "bench.csv")
+        done = CliRunner().invoke(app, command.split())
+        assert done.exit_code == 0, f"{command}: {done.output}"
+    assert (tmp_path / "study-my/study.html").is_file() and (tmp_path / "study-my/study.nc").is_file()
     assert "int M8_step(" in (tmp_path / "m8.c").read_text()
-
-
-@pytest.mark.results
-def test_named_commands_answer(results):
-    commands = re.findall(r"`pneumo ((?:paper )?explain [^`]+)`", README)
-    assert len(commands) == 2
-    assert all("M8" in pneumo(command) for command in commands)
-    shown = commands[0].split()[-1]
-    assert read_statuses(ROOT / "paper/2006")[shown] in AGREEING, "README shows an item that agrees"
+    assert (tmp_path / "m8.fmu").read_bytes()[:2] == b"PK"
