@@ -7,9 +7,11 @@ import tomllib
 import pytest
 import yaml
 from checkout import ROOT, sources
+from mutations import too_many
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 JOBS = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text())["jobs"]
+PAGES = yaml.safe_load((ROOT / ".github/workflows/pages.yml").read_text())["jobs"]
 FORMS = sorted((ROOT / ".github/ISSUE_TEMPLATE").glob("*.yml"))
 
 
@@ -24,6 +26,59 @@ def test_each_job_calls_one_make_target_that_exists(job):
     target = re.fullmatch(r"make ([a-z-]+) PYTHON=python", command)
     assert target and re.search(rf"^{target[1]}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
     assert set(JOBS[job].get("needs", "").split()) <= set(JOBS)
+
+
+def test_the_pages_are_made_by_targets_that_exist():
+    (command,) = (step["run"] for step in PAGES["build"]["steps"] if step.get("run", "").startswith("make"))
+    targets = command.removeprefix("make ").removesuffix(" PYTHON=python").split()
+    assert targets == ["reproduce", "docs"]
+    assert all(re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE) for target in targets)
+
+
+def test_mutations_of_each_night_are_of_modules_that_the_tool_can_judge():
+    (job,) = yaml.safe_load((ROOT / ".github/workflows/nightly.yml").read_text())["jobs"].values()
+    modules = " ".join(job["strategy"]["matrix"]["modules"]).split()
+    for room in ("physics", "simulation", "statistics", "verdict"):
+        tests = {file.stem.removeprefix("test_"): file for file in (ROOT / "tests" / room).glob("test_*.py")}
+        judged = {
+            f"{room}/{name}"
+            for name, file in tests.items()
+            if (ROOT / f"pneumo/{room}/{name}.py").exists()
+            and (room != "simulation" or "mark.uncompiled" in file.read_text(encoding="utf-8"))
+        }
+        assert {module for module in modules if module.startswith(f"{room}/")} == judged
+    assert not too_many({"a": {"killed": 95, "survived": 5}}) and too_many({"a": {"survived": 1}}) == ["a"]
+
+
+def test_the_recipe_names_the_package_its_licences_and_its_dependencies():
+    recipe = loaded("packaging/conda/recipe.yaml")
+    assert recipe["context"]["version"] == PROJECT["version"]
+    assert recipe["about"]["license_file"] == PROJECT["license-files"]
+    assert all((ROOT / file).is_file() for file in PROJECT["license-files"])
+    (point,) = recipe["build"]["python"]["entry_points"]
+    assert dict([point.split(" = ")]) == PROJECT["scripts"]
+    run = {re.split("[ >=]", line)[0] for line in recipe["requirements"]["run"]} - {"python"}
+    assert {name.replace("matplotlib-base", "matplotlib") for name in run} == {
+        re.split("[>=]", line)[0] for line in PROJECT["dependencies"]
+    }
+
+
+def test_hooks_before_a_commit_are_commands_of_lint():
+    (repository,) = loaded(".pre-commit-config.yaml")["repos"]
+    lint = (ROOT / "Makefile").read_text().partition("\nlint:")[2]
+    for hook in repository["hooks"]:
+        program = hook["entry"].removeprefix(".venv/bin/").partition(" --")[0]
+        assert re.search(rf"^\t{program}\b", lint, re.MULTILINE), hook["id"]
+
+
+def test_the_article_cites_what_the_bibliography_holds():
+    article = ROOT / "paper/joss/paper.md"
+    _, head, text = article.read_text(encoding="utf-8").split("---\n", 2)
+    held = re.findall(
+        r"^@\w+\{(\w+),", (article.parent / yaml.safe_load(head)["bibliography"]).read_text(), re.MULTILINE
+    )
+    assert set(re.findall(r"\[@(\w+)\]", text)) <= set(held)
+    assert {"# Statement of need", "# State of the field"} <= set(text.splitlines())
 
 
 def test_version_licence_and_paper_are_the_same_everywhere():
