@@ -15,6 +15,8 @@ from pathlib import Path
 from pneumo.storage.files import write_text
 from tests.checkout import ROOT, copy_checkout
 
+MOST_SURVIVE = 0.05  # of a module's mutants
+
 CONFIGURATION = """
 [cosmic-ray]
 module-path = "pneumo/{module}.py"
@@ -52,9 +54,26 @@ def mutate(module: str, checkout: Path) -> dict[str, int]:
     return {outcome.lower(): outcomes.count(outcome) for outcome in sorted(set(outcomes))}
 
 
+def too_many(counts: dict[str, dict[str, int]]) -> list[str]:
+    """Modules of whose mutants too many survive.
+
+    Examples
+    --------
+    >>> too_many({"a": {"killed": 95, "survived": 5}, "b": {"killed": 9, "survived": 1}, "c": {"killed": 1}})
+    ['b']
+    """
+    return [
+        name
+        for name, found in counts.items()
+        if found.get("survived", 0) > MOST_SURVIVE * sum(found.values())
+    ]
+
+
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory(prefix="mutations-") as folder:
         copy = copy_checkout(Path(folder, "pneumo"))
         counts = {module: mutate(module, copy) for module in sys.argv[1:]}
     write_text(json.dumps(counts, indent=1) + "\n", ROOT / "results/evidence/mutations.json")
     print(json.dumps(counts))
+    if wrong := too_many(counts):
+        sys.exit(f"more than {MOST_SURVIVE:.0%} survive in {', '.join(wrong)}")
