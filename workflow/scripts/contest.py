@@ -10,12 +10,12 @@ from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, write
 
 
-def main(blocks: list[Path], rule: Path, compared: int, cells: Path, code: str) -> None:
+def main(blocks: list[Path], paper: Path, rule: Path, compared: int, cells: Path, code: str) -> None:
     runs: xr.Dataset = xr.concat([read(block) for block in blocks], "cylinder").sortby("cylinder")
     runs["held_out"] = ("cylinder", (runs["cylinder"].values >= compared).astype(np.int8))
     direct = read(rule)
     below, above = direct["rule_model"].values.tolist()
-    statistics = contest_statistics(runs, direct["rule_threshold"].item(), (below, above))
+    statistics = contest_statistics(runs, read(paper), direct["rule_threshold"].item(), (below, above))
     about = attributes(
         "The full order in the contest with the reduced models",
         f"Errors of every row by what it is told beforehand; {answer(statistics)}",

@@ -77,14 +77,13 @@ def fitted_rule(cells: xr.Dataset, model: str) -> tuple[float, float, float]:
 
 
 def choices(
-    cells: xr.Dataset, threshold: float, sides: tuple[str, str]
-) -> tuple[Choices, Mapping[str, tuple[float, ...]]]:
-    """Mean square error of every choice of decision 75, and the rules fitted.
+    cells: xr.Dataset, rules: Mapping[str, tuple[float, ...]], threshold: float, sides: tuple[str, str]
+) -> Choices:
+    """Mean square error of every choice of decision 75.
 
-    `threshold` and `sides` are those of the rule of decision 57, model below and from it on. `cells` are
-    joined runs with `held_out` by cylinder.
+    `rules` are a, b and c of n by model. `threshold` and `sides` are those of the rule of decision 57, model
+    below and from it on. `cells` are joined runs, of random cylinders or of the paper's experiments.
     """
-    rules = {model: fitted_rule(cells, model) for model in RULED}
     grid, group = cells["n"].values, told_group(cells)
     made: Choices = {}
     for model in (*WITHOUT_K_0, *WITH_K_0):
@@ -105,7 +104,7 @@ def choices(
             full = full.where((full["k_0_told"] != 1) | (full["valve_told"] != 1))
         made[f"full order, {law} law"] = full
     made["full order, adiabatic"] = cells["mse_adiabatic"]
-    return made, rules
+    return made
 
 
 def runs_counted(cells: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -138,32 +137,43 @@ def summaries(logs: np.ndarray, swing: np.ndarray, counted: np.ndarray) -> np.nd
     return np.array([*mean_of_logs(logs, counted), np.exp(rest[0]), within, np.exp(rest[1]), of_swing])
 
 
+def at_told(values: xr.DataArray, k_0: float, valve: float) -> xr.DataArray:
+    """Errors at a k_0 and a valve told; a choice that is told neither has them at any."""
+    for name, told in (("k_0_told", k_0), ("valve_told", valve)):
+        values = values.sel({name: told}, drop=True) if name in values.dims else values
+    return values
+
+
 def told_cases(values: xr.DataArray, cells: xr.Dataset) -> Iterator[tuple[float, float, xr.DataArray]]:
     """Each k_0 and valve told at which a choice was tried; where it needs neither, at the true ones."""
     k_values = cells["k_0_told"].values if "k_0_told" in values.dims else [1.0]
     valves = cells["valve_told"].values if "valve_told" in values.dims else [1.0]
-    for k_0 in k_values:
-        for valve in valves:
-            at = values.sel(k_0_told=k_0) if "k_0_told" in values.dims else values
-            at = at.sel(valve_told=valve) if "valve_told" in at.dims else at
-            if at.notnull().any():
-                yield float(k_0), float(valve), at.transpose("cylinder", "loop")
+    for k_0, valve in product(k_values, valves):
+        at = at_told(values, k_0, valve)
+        if at.notnull().any():
+            yield float(k_0), float(valve), at.transpose("cylinder", "loop")
 
 
-def contest_statistics(cells: xr.Dataset, threshold: float, sides: tuple[str, str]) -> xr.Dataset:
+def contest_statistics(
+    cells: xr.Dataset, paper: xr.Dataset, threshold: float, sides: tuple[str, str]
+) -> xr.Dataset:
     """Errors of every choice over the best in hindsight, and the full order's over the choice beforehand.
 
-    From the blocks joined along `cylinder`, with `held_out`. A row is a choice at a k_0 and valve told. By
-    (row, part): `error` with an interval over cylinders, `nine_tenths`, `within` (fraction within 10 %),
-    `median`, `of_swing` (geometric mean of RMS error over the run's standard deviation). By (case, part,
-    bound): `full_quotient`, the full order over `BEFOREHAND` with the same knowledge. `rule_n` by (ruled,
+    From the blocks joined along `cylinder`, with `held_out`, and from the paper's runs by `experiment`. A row
+    is a choice at a k_0 and valve told. By (row, experiment): `paper_error`, of one run. By (row, part):
+    `error` with an interval over cylinders, `nine_tenths`, `within` (fraction within 10 %), `median`,
+    `of_swing` (geometric mean of RMS error over the run's standard deviation). By (case, part, bound):
+    `full_quotient`, the full order over `BEFOREHAND` with the same knowledge. `rule_n` by (ruled,
     coefficient).
     """
-    made, rules = choices(cells, threshold, sides)
+    rules = {model: fitted_rule(cells, model) for model in RULED}
+    made = choices(cells, rules, threshold, sides)
+    of_paper, paper_best = choices(paper, rules, threshold, sides), best_in_hindsight(paper)
     parts, best = runs_counted(cells), best_in_hindsight(cells).transpose("cylinder", "loop")
     swing = cells["swing"].transpose("cylinder", "loop")
     labels, rows = list[tuple[str, float, float]](), list[np.ndarray]()
     kept: dict[tuple[str, float, float], np.ndarray] = {}
+    paper_rows = list[np.ndarray]()
     for name, values in made.items():
         for k_0, valve, mse in told_cases(values, cells):
             logs = np.log(mse.values / best.values)
@@ -171,6 +181,8 @@ def contest_statistics(cells: xr.Dataset, threshold: float, sides: tuple[str, st
             kept[name, k_0, valve] = logs
             labels.append((name, k_0, valve))
             rows.append(np.array([summaries(logs, relative, part.values) for part in parts.values()]))
+            paper_mse = at_told(of_paper[name], k_0, valve)
+            paper_rows.append((paper_mse / paper_best).transpose("experiment").values)
     cases = [key for key in kept if key[0].startswith("full order, ") and (BEFOREHAND, *key[1:]) in kept]
     quotients = [
         [mean_of_logs(kept[key] - kept[BEFOREHAND, *key[1:]], part.values) for part in parts.values()]
@@ -183,6 +195,7 @@ def contest_statistics(cells: xr.Dataset, threshold: float, sides: tuple[str, st
         {
             "error": (("row", "part", "bound"), values[..., :3]),
             **{name: (("row", "part"), values[..., 3 + i]) for i, name in enumerate(QUANTITIES[1:])},
+            "paper_error": (("row", "experiment"), np.array(paper_rows)),
             "full_quotient": (("case", "part", "bound"), np.array(quotients)),
             "runs": ("part", [int(part.sum()) for part in parts.values()]),
             "cylinders": ("part", [int(part.any("loop").sum()) for part in parts.values()]),
@@ -190,6 +203,7 @@ def contest_statistics(cells: xr.Dataset, threshold: float, sides: tuple[str, st
         },
         {"part": list(parts), "bound": list(INTERVAL), "ruled": list(rules), "coefficient": list("abc")},
     )
+    dataset = dataset.assign_coords(experiment=paper["experiment"].values)
     dataset = dataset.assign_coords(
         choice=("row", choice),
         row_k_0=("row", k_0),
@@ -205,6 +219,7 @@ def contest_statistics(cells: xr.Dataset, threshold: float, sides: tuple[str, st
         "within": ("1", "fraction of the runs within 10 per cent of it"),
         "median": ("1", f"median of the {words}"),
         "of_swing": ("1", "geometric mean of the RMS error over the pressures' standard deviation"),
+        "paper_error": ("1", f"{words}, one run of the paper"),
         "full_quotient": ("1", "mean square error over that of the best of a simulation, same knowledge"),
         "rule_n": ("1", "coefficients of n = a - b/(1 + c thermal), fitted on the half that is not held out"),
     }
