@@ -24,7 +24,7 @@ from pneumo.evidence.at_work.position_control import (
 from pneumo.evidence.at_work.sampled_plant import PRESSURE_NOISE, readings, sampled_recording
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.simulation.full_order import Recording
-from pneumo.simulation.kalman_filter import FIRST_PRESSURE, estimated
+from pneumo.simulation.kalman_filter import FIRST_PRESSURE, FilterModel, estimated
 from pneumo.simulation.replay import replay
 from pneumo.storage.layout import CHAMBERS, described
 
@@ -111,11 +111,18 @@ class ObserverRun(NamedTuple):
     first: np.ndarray  # first estimate of P_A and P_B, Pa
 
 
-def observer_run(experiment: Experiment, seed: np.random.SeedSequence) -> ObserverRun:
-    """Run an experiment with a reference, sensor noise and first estimate drawn from a seed."""
+def observer_run(
+    experiment: Experiment,
+    seed: np.random.SeedSequence,
+    recorded: Callable[[Experiment, int, int], Recording] = sampled_recording,
+) -> ObserverRun:
+    """Run an experiment with a reference, sensor noise and first estimate drawn from a seed.
+
+    `recorded` returns the run, from the experiment, a seed and the number of steps.
+    """
     rng = np.random.default_rng(seed)
     steps = round(RUN / experiment.h)
-    recording = sampled_recording(experiment, int(rng.integers(1, 2**31)), steps)
+    recording = recorded(experiment, int(rng.integers(1, 2**31)), steps)
     x, P = readings(recording.states, rng)
     first = experiment.plant.conditions.P_0 + FIRST_PRESSURE * rng.standard_normal(2)
     return ObserverRun(recording, x, P, first)
@@ -152,15 +159,23 @@ class ControlRun(NamedTuple):
 
 
 def control_run(
-    experiment: Experiment, seed: np.random.SeedSequence, controller: Controller, lane: Lane
+    experiment: Experiment,
+    seed: np.random.SeedSequence,
+    controller: Controller,
+    model: FilterModel,
+    told: Plant | None = None,
 ) -> ControlRun:
-    """Run a task drawn from a seed; a run that fails has an error of one stroke."""
+    """Run a task drawn from a seed; a run that fails has an error of one stroke.
+
+    `told` is the plant as the controller knows it; the experiment's if None.
+    """
+    told = told or experiment.plant
     e, rng = experiment, np.random.default_rng(seed)
     task, cylinder = drawn_task(rng, e.plant, e.h), e.plant.cylinder
     noise = PRESSURE_NOISE * rng.standard_normal((len(task.force), 2))
     first = e.plant.conditions.P_0 + FIRST_PRESSURE * rng.standard_normal(2)
-    smooth = e.plant._replace(cylinder=cylinder._replace(coulomb=0.0))
-    done = controlled(task, noise, first, controller, reduced(lane), e.plant, smooth, e.h, e.most_halvings)
+    smooth = told._replace(cylinder=told.cylinder._replace(coulomb=0.0))
+    done = controlled(task, noise, first, controller, model, e.plant, told, smooth, e.h, e.most_halvings)
     if not np.isfinite([done.x, done.u]).all():
         square = cylinder.stroke**2
         return ControlRun(square, np.full(len(PARTS), square), e.plant.valve.u_max**2, np.nan)
@@ -227,13 +242,13 @@ def _controllers(
 
     def tried(controllers: list[Controller], row: Lane) -> tuple[int, np.ndarray]:
         """Index of the controller that tracks best on the tuning seeds, and each one's following error, m."""
-        runs = [[control_run(experiment, seed, c, row) for seed in tuning] for c in controllers]
+        runs = [[control_run(experiment, seed, c, reduced(row)) for seed in tuning] for c in controllers]
         best = np.argmin([np.mean([run.tracking for run in tuned]) for tuned in runs])
         following = [(_judged(tuned)["following_error"] ** 2).mean() ** 0.5 for tuned in runs]
         return int(best), np.array(following)
 
     def done(controller: Controller, row: Lane) -> dict[str, np.ndarray]:
-        return _judged([control_run(experiment, seed, controller, row) for seed in judged])
+        return _judged([control_run(experiment, seed, controller, reduced(row)) for seed in judged])
 
     cells: dict[str, list[np.ndarray]] = {}
     for sensors, (j, row) in product(CONTROL_SENSORS, enumerate(lanes)):

@@ -129,6 +129,7 @@ def controlled(
     controller: Controller,
     model: FilterModel,
     plant: Plant,
+    told: Plant,
     smooth: Plant,
     h: float,
     most_halvings: int,
@@ -141,24 +142,26 @@ def controlled(
         Noise of the pressure sensors, Pa, shape (samples, 2).
     first : numpy.ndarray
         First estimate of P_A and P_B, Pa.
+    told : Plant
+        The plant as the observer is told it is.
     smooth : Plant
-        The plant without Coulomb friction, whose sign at rest is noise, for the control law.
+        The same without Coulomb friction, whose sign at rest is noise, for the control law.
     """
     samples, noise = len(task.force), controller.noise
     xs, us, air, integral, state = np.empty(samples), np.empty(samples), 0.0, 0.0, equilibrium_of(plant)
-    (y, C), W = first_estimate(0.0, first, plant, noise), np.empty((4, SIZE, SIZE))
+    (y, C), W = first_estimate(0.0, first, told, noise), np.empty((4, SIZE, SIZE))
     P, u_max = np.full(2, np.nan), plant.valve.u_max
     for k in range(samples):
         x, wanted = rounded(state[0], X_STEP), task.reference[k]
         if controller.bandwidth > 0:
             for side in range(controller.measured_pressures):
                 P[side] = pressure_read(state[2 + 2 * side], sensor_noise[k, side])
-            correct_all(y, C, x, P, plant, model, noise)
+            correct_all(y, C, x, P, told, model, noise)
             free = linearising_command(y, wanted, integral, controller.bandwidth, smooth, model)
             if abs(free) < u_max:
                 integral += h * (wanted[0] - y[0])
             u = limited(free, u_max)
-            predict(y, C, u, plant, model, noise, h, W)
+            predict(y, C, u, told, model, noise, h, W)
         else:
             u = limited(controller.gain * (wanted[0] - x), u_max)
         xs[k], us[k] = state[0], u

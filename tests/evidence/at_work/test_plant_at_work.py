@@ -160,7 +160,7 @@ def held_for_2_s(x: float, force: float, controller: Controller, model: FilterMo
     samples = round(2.0 / H) + 1
     task = Task(np.tile([x, 0.0, 0.0, 0.0], (samples, 1)), np.full(samples, force))
     noise, first = np.zeros((samples, 2)), np.full(2, P_0)
-    return position_control.controlled(task, noise, first, controller, model, PLANT, PLANT, H, 6)
+    return position_control.controlled(task, noise, first, controller, model, PLANT, PLANT, PLANT, H, 6)
 
 
 def test_p_control_without_a_model_is_stable_and_a_model_is_not_read():
@@ -236,7 +236,7 @@ def test_a_carried_k_0_is_a_share_of_the_plants():
 
 def test_runs_of_a_controller_repeat_themselves():
     controller, seed = Controller(2, 50.0, 0.0, filter_noise(0.5, 1e4)), np.random.SeedSequence([1])
-    first, again = (control_run(CLOSED, seed, controller, LANE) for _ in range(2))
+    first, again = (control_run(CLOSED, seed, controller, reduced(LANE)) for _ in range(2))
     assert first.tracking == again.tracking and first.air == again.air
     lengths = [end - start for start, end in PARTS.values()]
     # The whole has one sample more than its parts.

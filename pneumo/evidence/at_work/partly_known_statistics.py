@@ -1,0 +1,97 @@
+"""Ratios of the full order, and of k_0 as a state, to the reduced models by how much of a plant is known.
+
+By the criterion of paper/decisions/0076: intervals over plants, of which `NEW` can be left out.
+"""
+
+import numpy as np
+import xarray as xr
+
+from pneumo.equations.system import FULL_ORDER
+from pneumo.evidence.at_work.partly_known import ROWS, Row
+from pneumo.statistics.intervals import student_interval
+from pneumo.storage.layout import described
+
+NEW = ("stick-slip", "sagging-supply")  # plants that were not in decision 49
+REDUCED = ("M6", "M7", "M8", "M10")
+PAYS = 0.95  # upper end of a ratio, for an answer
+BOUNDS = ("value", "low", "high", "median")
+PARTS = ("all", "without new")
+# Against the best reduced model of the same k_0: the full order, and whatever has k_0 as a state.
+COMPARED = [row for row in ROWS if row.model == FULL_ORDER or row.estimates_k_0]
+STATES = [row for row in ROWS if row.estimates_k_0]
+
+
+def _ratio(logarithms: np.ndarray) -> np.ndarray:
+    """Geometric mean over plants with its interval, and the median: shape (bound,)."""
+    known = logarithms[np.isfinite(logarithms)]
+    return np.exp([*student_interval(known), np.median(known)])
+
+
+def _of_equal_knowledge(row: Row) -> list[int]:
+    """Places in `ROWS` of the reduced models that are told the same k_0, or need none."""
+    return [
+        i
+        for i, other in enumerate(ROWS)
+        if other.model in REDUCED
+        and not other.estimates_k_0
+        and (other.model == "M6" or other.k_0_factor == row.k_0_factor)
+    ]
+
+
+def _compared(errors: xr.DataArray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """Ratios over the best reduced model and over k_0 fixed, by all dimensions but plant, row and seed."""
+    logs = np.log(errors).mean("seed").transpose(..., "row", "plant")
+    outer = tuple(map(str, logs.dims[:-2]))
+    new = np.isin(errors["plant"].values, NEW)
+    shape = logs.shape[:-2]
+    over_reduced = np.empty((*shape, len(COMPARED), len(PARTS), len(BOUNDS)))
+    best = np.empty((*shape, len(COMPARED)), dtype=np.int8)
+    over_fixed = np.empty((*shape, len(STATES), len(PARTS), len(BOUNDS)))
+    for at in np.ndindex(shape):
+        of_case = logs.values[at]
+        for c, row in enumerate(COMPARED):
+            others = _of_equal_knowledge(row)
+            chosen = others[int(np.nanmean(of_case[others], axis=1).argmin())]
+            best[*at, c] = chosen
+            ratios = of_case[ROWS.index(row)] - of_case[chosen]
+            over_reduced[*at, c] = [_ratio(ratios), _ratio(ratios[~new])]
+        for c, row in enumerate(STATES):
+            ratios = of_case[ROWS.index(row)] - of_case[ROWS.index(row._replace(estimates_k_0=False))]
+            over_fixed[*at, c] = [_ratio(ratios), _ratio(ratios[~new])]
+    return {
+        "over_reduced": ((*outer, "compared", "part", "bound"), over_reduced),
+        "best_reduced": ((*outer, "compared"), best),
+        "over_fixed": ((*outer, "state", "part", "bound"), over_fixed),
+    }
+
+
+def partly_known_statistics(cells: xr.Dataset) -> xr.Dataset:
+    """Ratios of errors by how much is known, from the cells of all plants joined along `plant`.
+
+    `observer_` and `controller_` with: `over_reduced`, the error of each of `COMPARED` over that of the best
+    reduced model that is told the same k_0, whose place in `row` is `best_reduced`; `over_fixed`, a row with
+    k_0 as a state over the same with k_0 fixed. Geometric means over plants with 95 % intervals over plants,
+    and medians, by (..., part, bound). `observer_error` is the geometric mean over seeds and plants, Pa.
+    """
+    variables: dict[str, tuple[tuple[str, ...], np.ndarray]] = {}
+    for use, name in (("observer", "estimation_error"), ("controller", "tracking_error")):
+        variables |= {f"{use}_{what}": value for what, value in _compared(cells[name]).items()}
+    for name in ("estimation_error", "tracking_error"):
+        mean = np.exp(np.log(cells[name]).mean(("seed", "plant")))
+        variables[f"mean_{name}"] = (tuple(map(str, mean.dims)), mean.values)
+    coords = {"compared": [row.name for row in COMPARED], "state": [row.name for row in STATES]}
+    coords |= {"part": list(PARTS), "bound": list(BOUNDS)}
+    about = {
+        "over_reduced": ("1", "error over that of the best reduced model with the same k_0"),
+        "best_reduced": ("1", "place of that model"),
+        "over_fixed": ("1", "error with k_0 as a state over that with k_0 fixed"),
+    }
+    words = {f"{use}_{name}": text for use in ("observer", "controller") for name, text in about.items()}
+    words["mean_estimation_error"] = ("Pa", "geometric mean over seeds and plants")
+    words["mean_tracking_error"] = ("m", "geometric mean over seeds and plants")
+    return described(xr.Dataset(variables, coords), words)
+
+
+def pays(ratios: xr.DataArray) -> xr.DataArray:
+    """Whether a row pays: the upper end of its ratio is below `PAYS`; over all plants."""
+    return ratios.sel(bound="high", part="all", drop=True) < PAYS
