@@ -176,12 +176,12 @@ def tuned_noise(tuning: list[Told], model: FilterModel, sensors: str) -> tuple[f
     return tried[int(np.argmin(squares))]
 
 
-def _seeds(plant: int, use: int) -> list[np.random.SeedSequence]:
+def seeds_of(plant: int, use: int) -> list[np.random.SeedSequence]:
     """Seeds of tuning runs, then of judged runs; `use` is the loop, or 2 for controllers."""
     return np.random.SeedSequence([ROOT_SEED, plant, use]).spawn(TUNING_SEEDS + SEEDS)
 
 
-def _signs(seed: np.random.SeedSequence) -> np.ndarray:
+def signs_of(seed: np.random.SeedSequence) -> np.ndarray:
     """Signs of what a row is told of the plant, drawn for a seed."""
     return np.random.default_rng(seed.spawn(1)[0]).choice([-1.0, 1.0], len(OFF))
 
@@ -199,10 +199,10 @@ def _observers(
     plant: PartlyKnown, experiment: Experiment, grid: tuple[float, ...], number: int, loop: int
 ) -> dict[str, np.ndarray]:
     """Results of one loop's observers by variable."""
-    seeds, true = _seeds(number, loop), plant.at(experiment)
+    seeds, true = seeds_of(number, loop), plant.at(experiment)
     recorded = sagging_recording if plant.sagging else sampled_recording
     runs = [observer_run(true, seed, recorded) for seed in seeds]
-    gamma, signs = experiment.plant.gas.gamma, [_signs(seed) for seed in seeds]
+    gamma, signs = experiment.plant.gas.gamma, [signs_of(seed) for seed in seeds]
     n = chosen_n(runs[:TUNING_SEEDS], grid, gamma)
     shape = len(SENSORS), len(SCALES), len(ROWS)
     noise, errors, found = np.empty((*shape, 2)), np.empty((*shape, SEEDS)), np.empty((*shape, SEEDS))
@@ -229,14 +229,14 @@ def _controllers(
     plant: PartlyKnown, n: np.ndarray, pressure_noise: np.ndarray, number: int
 ) -> dict[str, np.ndarray]:
     """Results of the controllers by variable; NaN with a supply that sags, where none was run."""
-    experiment, seeds = plant.at(plant.closed_loop), _seeds(number, 2)
+    experiment, seeds = plant.at(plant.closed_loop), seeds_of(number, 2)
     shape = len(CONTROL_SENSORS), len(CONTROL_SCALES), len(ROWS)
     errors, bandwidth = np.full((*shape, SEEDS), np.nan), np.full(shape, np.nan)
     if plant.sagging:
         return {"tracking_error": errors, "bandwidth": bandwidth}
     force, gamma = CONTROL_FORCE_NOISE * full_force(experiment.plant), experiment.plant.gas.gamma
     for (i, sensors), (s, scale) in product(enumerate(CONTROL_SENSORS), enumerate(CONTROL_SCALES)):
-        told = [told_plant(plant.closed_loop.plant, scale, _signs(seed)) for seed in seeds]
+        told = [told_plant(plant.closed_loop.plant, scale, signs_of(seed)) for seed in seeds]
         runs = list(zip(seeds, told, strict=True))
         tuning, judged = runs[:TUNING_SEEDS], runs[TUNING_SEEDS:]
         for j, row in enumerate(ROWS):
