@@ -183,7 +183,8 @@ def seeds_of(plant: int, use: int) -> list[np.random.SeedSequence]:
 
 def signs_of(seed: np.random.SeedSequence) -> np.ndarray:
     """Signs of what a row is told of the plant, drawn for a seed."""
-    return np.random.default_rng(seed.spawn(1)[0]).choice([-1.0, 1.0], len(OFF))
+    other = np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, 0))
+    return np.random.default_rng(other).choice([-1.0, 1.0], len(OFF))
 
 
 def chosen_n(runs: list[ObserverRun], grid: tuple[float, ...], gamma: float) -> np.ndarray:

@@ -28,6 +28,9 @@ def test_a_row_is_told_a_plant_that_is_off_by_the_scale():
     assert told.valve.k_xu == pytest.approx(1.025 * plant.valve.k_xu)
     assert told.cylinder.V_d_A == pytest.approx(1.1 * plant.cylinder.V_d_A)
     assert told.cylinder.k_f == pytest.approx(1.1 * plant.cylinder.k_f)
+    seed = known.seeds_of(3, 0)[0]
+    assert (known.signs_of(seed) == known.signs_of(seed)).all()  # the same at every scale
+    assert not all((known.signs_of(s) == known.signs_of(seed)).all() for s in known.seeds_of(3, 0))
     hidden = known.PartlyKnown(OPEN, CLOSED, hidden_coulomb=3.0)
     assert hidden.at(OPEN).plant.cylinder.coulomb == OPEN.plant.cylinder.coulomb + 3.0
 
