@@ -12,10 +12,12 @@ from typing import Any
 
 import at_work
 import cluster
+import contest
 import cost
 import measured_air
 import measurements
 import opening_picture
+import partly_known
 import signal_sampling
 import which_model
 import xarray as xr
@@ -73,7 +75,7 @@ def verification(reproduced: xr.DataArray) -> dict[str, str]:
 
 def from_kept_files() -> Numbers:
     """Numbers from files that are in the repository: paper/evidence, docs/static, the catalogue."""
-    at_work_runs, measured, air, cylinders, fits, toggled, floor = (
+    at_work_runs, measured, air, cylinders, fits, toggled, floor, contested, known = (
         xr.load_dataset(KEPT / f"{name}.nc")
         for name in (
             "at_work",
@@ -83,6 +85,8 @@ def from_kept_files() -> Numbers:
             "fit_coverage",
             "assumptions",
             "floor",
+            "contest",
+            "partly_known",
         )
     )
     fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
@@ -95,6 +99,7 @@ def from_kept_files() -> Numbers:
             "k_0": f"{min(k_0):g} to {max(k_0):g}",
         },
         "cluster": named(cluster.numbers(fleet, slurm), cluster.tables(fleet, slurm)),
+        "contest": named(contest.numbers(contested), contest.tables(contested)),
         "cost": named(cost.numbers(steps), cost.tables(steps)),
         "cylinders": named(which_model.cylinder_numbers(cylinders), which_model.cylinder_tables(cylinders)),
         "fit": {
@@ -107,6 +112,7 @@ def from_kept_files() -> Numbers:
             measured_air.tables(air) | {"walls": measured_air.wall_table(air, measured)},
         ),
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
+        "partly_known": named(partly_known.numbers(known), partly_known.tables(known)),
         "signal_sampling": named(signal_sampling.numbers(floor), {}),
         "verification": named(verification(toggled["reproduced"]), {}),
     }

@@ -7,12 +7,14 @@ import json
 from collections import Counter
 from collections.abc import Mapping
 
+import xarray as xr
 from fragments import ROOT, stored_numbers, table
 
 from pneumo.evidence.kept_samples import of_this_study
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import Model
 from pneumo.publish.text.markdown_tables import findings_table
+from pneumo.publish.text.todays_answer import todays_answer
 from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.judging import STATUSES, read_statuses
 
@@ -47,24 +49,9 @@ def ten_models() -> str:
 
 
 def answer() -> str:
-    """Table of which model to take."""
-    ratio = NUMBERS["which_model"]
-    little, typical = ratio["M8_over_M7_adiabatic"], ratio["M8_over_M7_typical"]
-    rows = [
-        [
-            "you know the wall's conductance k_0",
-            "**M8**: temperature follows the pressure, air enters at its own, heat through the wall",
-            f"{little} times M7's where little heat passes the wall, {typical} times where a typical amount"
-            " does",
-        ],
-        ["you do not know it", "**M6**: as M8, without heat through the wall", "below M5's on average"],
-        [
-            "only the trend matters",
-            "M1 to M4: constant temperature",
-            f"at least {ratio['classical_over_M5']} times M5's",
-        ],
-    ]
-    return table(["if", "take", "its mean square error"], rows)
+    """Table of which model to take, by what is known."""
+    advice = todays_answer(xr.load_dataset(KEPT / "contest.nc"), xr.load_dataset(KEPT / "measured_air.nc"))
+    return table(["you know", "take", "what the evidence says"], advice)
 
 
 def judged() -> str:

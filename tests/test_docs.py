@@ -486,3 +486,12 @@ class TestSite:
         assert_accessible(visit, SITE / f"{page}.html")
         for tab in tabs:
             tab.context.close()
+
+
+def test_only_the_answer_made_from_the_evidence_says_which_model_to_take():
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "paper/joss").glob("*.md")]
+    told = {
+        page.name: re.findall(r"(?i)\b(?:take|use|choose|recommend\w*) \**M\d+", page.read_text())
+        for page in pages
+    }
+    assert {name: words for name, words in told.items() if words} == {}

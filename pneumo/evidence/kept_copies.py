@@ -30,6 +30,7 @@ PARTS += tuple(f"reference_{name}" for name in ("model_error", "coarse", "fine")
 OF_BUDGET = tuple(f"level_{part}" for part in PARTS)
 COPIES = {  # the others as `Copy` has it
     "assumptions.nc": Copy(digits=None),  # as taken they are the study, which a test compares
+    "contest.nc": Copy(digits=3),
     "cylinders.nc": Copy(4, OF_CYLINDERS),
     "error_budget.nc": Copy(4, (*OF_BUDGET, "constant_n", "best_n", "told_apart", "order")),
     "open_loop.nc": Copy(digits=6),  # places of pairs: scores differ by tenths

@@ -13,6 +13,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, read_yaml, study
+from pneumo.evidence.at_work import partly_known
 from pneumo.evidence.at_work import plant_at_work as work
 from pneumo.evidence.at_work.at_work_statistics import at_work_statistics
 from pneumo.evidence.fit_coverage.interval_coverage import FIRST_SEED, fit_same_model
@@ -21,9 +22,17 @@ from pneumo.evidence.identification.open_loop import penalty
 from pneumo.evidence.identification.settling_stops import identified_stop
 from pneumo.evidence.kept_copies import difference, tolerance
 from pneumo.evidence.random_cylinders import regimes
+from pneumo.evidence.random_cylinders.contest_statistics import (
+    best_in_hindsight,
+    fitted_rule,
+    mean_of_logs,
+    row_of,
+    runs_counted,
+)
 from pneumo.evidence.random_cylinders.cylinder_runs import LOOPS, cylinder_cells, random_experiments
 from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS, known_groups
 from pneumo.evidence.random_cylinders.direct_rule import direct_rule
+from pneumo.evidence.random_cylinders.full_order_contest import RUN_VARIABLES, contest_cells
 from pneumo.evidence.seeds.findings import over_seed_sets
 from pneumo.evidence.seeds.seed_sets import both_chambers, read_seed_sets, seed_sets, with_seeds
 from pneumo.evidence.sensitivity import refinement_variants as variants
@@ -194,6 +203,44 @@ def _at_work() -> Iterator[Sample]:
     yield from _shared(file, "of all", kept[["loss", "cheapest", "hardly_matters"]], at_work_statistics(kept))
 
 
+def _contest() -> Iterator[Sample]:
+    """One cylinder run and replayed again; errors by what is told, and rules, from the kept runs."""
+    file = "contest.nc"
+    kept = read(KEPT / file)
+    number = int(kept["cylinder"].values[len(kept["cylinder"]) // 2])
+    cells = [name for name, about in RUN_VARIABLES.items() if about[1] != "1"]
+    again = contest_cells(number)
+    yield from _shared(file, f"cylinder {number}", kept[cells].sel(cylinder=number), again)
+    fitted = np.array([fitted_rule(kept, model) for model in kept["ruled"].values])
+    yield _of(file, "rule_n", kept["rule_n"], fitted)
+    part = runs_counted(kept)["all"]
+    logs = np.log(kept["mse_adiabatic"] / best_in_hindsight(kept)).transpose(*part.dims)
+    adiabatic = row_of(kept, "full order, adiabatic")
+    assert adiabatic is not None
+    error = adiabatic["error"].sel(part="all")
+    # Means over hundreds of runs of three digits each.
+    yield _of(file, "error, adiabatic", error, mean_of_logs(logs.values, part.values))
+
+
+def _partly_known() -> Iterator[Sample]:
+    """Observers of one plant in one judged run, with the noise that they were tuned to."""
+    file, paper = "partly_known.nc", _paper()
+    plant, loop, sensors, number = "E13-E14", "open", "one", 2
+    kept = read(KEPT / file).sel(plant=plant, loop=loop, sensors=sensors)
+    experiment = paper.experiments[plant.partition("-")[0]]
+    seed = partly_known.seeds_of(number, 0)[work.TUNING_SEEDS]
+    run, signs = work.observer_run(experiment, seed), partly_known.signs_of(seed)
+    for scale in kept["scale"].values:
+        told = partly_known.Told(run, partly_known.told_plant(experiment.plant, float(scale), signs))
+        for row in partly_known.ROWS:
+            at = kept.sel(scale=scale, row=row.name)
+            model = row.filter_model(at["n"].item(), experiment.plant.gas.gamma)
+            noise = at["force_noise"].item(), at["pressure_noise"].item()
+            square, _k_0 = partly_known.filter_errors(told, model, sensors, *noise)
+            error = at["estimation_error"].isel(seed=0)
+            yield _of(file, f"{plant}, {row.name} at {scale:g}", error, square**0.5)
+
+
 def _fit_coverage() -> Iterator[Sample]:
     """One case fitted again."""
     file, case = "fit_coverage.nc", ANY_CASE
@@ -291,6 +338,7 @@ ANY_CYLINDER, ANY_CASE = 1234, 500
 SAMPLES: dict[str, Callable[[], Iterator[Sample]]] = {
     "assumptions.nc": _assumptions,
     "at_work.nc": _at_work,
+    "contest.nc": _contest,
     "cylinders.nc": _cylinders,
     "error_budget.nc": _error_budget,
     "findings.json": _findings,
@@ -299,6 +347,7 @@ SAMPLES: dict[str, Callable[[], Iterator[Sample]]] = {
     "identification.nc": _identification,
     "measurements.nc": _measurements,
     "open_loop.nc": _open_loop,
+    "partly_known.nc": _partly_known,
     "power.nc": _power,
     "seed_sets.nc": _seed_sets,
     "variants.nc": _variants,

@@ -25,7 +25,16 @@ DRAWN = {
 # The code that makes each file of evidence of which pages say how it was made.
 EVIDENCE_CODE = {
     f"{name}.nc": code_behind(f"{name}.py")
-    for name in ["assumptions", "power", "error_budget", "floor", "variants", "cylinders"]
+    for name in [
+        "assumptions",
+        "power",
+        "error_budget",
+        "floor",
+        "variants",
+        "cylinders",
+        "contest",
+        "measured_air",
+    ]
 } | {
     "findings.json": code_behind("findings.py"),
     "identification.nc": lambda wildcards: code_hash("pneumo.evidence.identification.identify"),

@@ -226,6 +226,13 @@ def contest_statistics(
     return described(dataset, about)
 
 
+def row_of(contest: xr.Dataset, choice: str, k_0: float = 1.0, valve: float = 1.0) -> xr.Dataset | None:
+    """Row of a choice at the k_0 and the valve told; None where it was not tried."""
+    at = (contest["choice"] == choice) & np.isclose(contest["row_k_0"], k_0)
+    places = np.flatnonzero(at & np.isclose(contest["row_valve"], valve))
+    return contest.isel(row=int(places[0])) if len(places) else None
+
+
 def answer(statistics: xr.Dataset) -> str:
     """Answer by the criterion of decision 75."""
     if statistics["cylinders"].sel(part="all") < FEWEST_CYLINDERS:

@@ -16,10 +16,14 @@ from numpy.typing import ArrayLike
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.study_json import from_json
+from pneumo.equations.system import FULL_ORDER
+from pneumo.evidence.random_cylinders.contest_statistics import LIMIT, answer
 from pneumo.evidence.sensitivity.alternatives import INLET
+from pneumo.export.step_cost import step_costs
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text, with_interval
+from pneumo.publish.text.todays_answer import todays_answer
 from pneumo.simulation.signals import EXACT, STUDY_SAMPLINGS
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.model_pairs import REFINEMENT_PAIRS
@@ -58,10 +62,26 @@ def manuscript_numbers(results: Iterable[Path]) -> dict[str, Any]:
         "floor": _floor(read(files["floor.nc"])),
         "variants": _variants(read(files["variants.nc"], "ratio", "share", "counted")),
         "cylinders": _cylinders(read(files["cylinders.nc"])),
+        "contest": _contest(read(files["contest.nc"]), read(files["measured_air.nc"])),
         "statements": [{key: row[key] for key in STATED} for row in claims if row["headline"]],
         "standing": {answer: str(answers.count(answer)) for answer in ("yes", "in part", "no")}
         | {"all": str(len(answers))},
         "models": [_model(name) for name in MODELS],
+    }
+
+
+def _contest(contest: xr.Dataset, air: xr.Dataset) -> dict[str, Any]:
+    words = [
+        {key: cell.replace("*", "") for key, cell in row._asdict().items()}
+        for row in todays_answer(contest, air)
+    ]
+    return {
+        "cylinders": str(contest.sizes["cylinder"]),
+        "held_out": str(contest["cylinders"].sel(part="all").item()),
+        "limit": f"{LIMIT:g}",
+        "answer": answer(contest),
+        "cost": {"as exported": f"{full / model:.2f}", "polynomial": f"{full / polynomial:.2f}"},
+        "advice": words,
     }
 
 

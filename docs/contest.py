@@ -1,0 +1,180 @@
+"""Numbers and tables of the full order in the contest, for which-model.md: paper/decisions/0075."""
+
+import numpy as np
+import xarray as xr
+from fragments import table
+
+from pneumo.evidence.random_cylinders.contest_statistics import BEFOREHAND, LIMIT, answer, row_of
+from pneumo.publish.text.formatting import percent_text, with_interval
+
+LOOPS = ("open", "closed")
+FULL = {law: f"full order, {law} law" for law in ("true", "constant")}
+ADIABATIC = "full order, adiabatic"
+LOW, HIGH = 1 / 2.7, 2.7  # k_0 told, over the cylinder's
+TOLD = {LOW: "2.7 times too small", 1.0: "right", HIGH: "2.7 times too large"}
+WRONG_VALVES = (0.97, 1.03)
+ROWS = {  # words of the table -> choice, and whether it is told k_0
+    "full order, the wall's law as in the plant": (FULL["true"], True),
+    "full order, constant k_0": (FULL["constant"], True),
+    "full order without wall heat": (ADIABATIC, False),
+    "model and n from a simulation (`pneumo study`)": (BEFOREHAND, True),
+    "M6, n from a simulation": ("M6, n of a simulation", True),
+    "M8, n from a simulation": ("M8, n of a simulation", True),
+    "M6, n by the rule below": ("M6 by rule", True),
+    "M8, n by the rule below": ("M8 by rule", True),
+    "M6 at n = 1.35": ("M6 at 1.35", False),
+    "M8 at n = 1.35": ("M8 at 1.35", True),
+    "M1": ("M1 at 1.35", False),
+}
+
+
+def error(row: xr.Dataset | None, part: str) -> str:
+    """Error over the best's in hindsight, with its interval."""
+    return "" if row is None else with_interval(row["error"].sel(part=part).values)
+
+
+def choices_table(contest: xr.Dataset) -> str:
+    """Every choice with the valve known, by loop."""
+    rows = []
+    for words, (choice, told) in ROWS.items():
+        for k_0, told_words in TOLD.items() if told else {1.0: "not needed"}.items():
+            row = row_of(contest, choice, k_0)
+            if row is None:
+                continue
+            cells = [error(row, loop) for loop in LOOPS]
+            cells += [percent_text(row["within"].sel(part="all").item())]
+            cells += [f"{row['nine_tenths'].sel(part='all').item():.2f}"]
+            cells += [percent_text(row["of_swing"].sel(part="all").item(), 1)]
+            rows.append([words, told_words, *cells])
+    head = [
+        "choice",
+        "k_0 told",
+        "open loop",
+        "closed loop",
+        "within 10 %",
+        "nine in ten below",
+        "RMS of swing",
+    ]
+    return table(head, rows)
+
+
+def valve_table(contest: xr.Dataset) -> str:
+    """The same with the valve's coefficient off by 3 per cent; k_0 right."""
+    rows = []
+    for words, (choice, _told) in ROWS.items():
+        made = [row_of(contest, choice, 1.0, valve) for valve in (0.97, 1.0, 1.03)]
+        if made[0] is not None:
+            rows.append([words, *(error(row, "all") for row in made)])
+    return table(["choice", "told 3 % too small", "right", "told 3 % too large"], rows)
+
+
+def quotient_table(contest: xr.Dataset) -> str:
+    """The full order over the choice beforehand with the same knowledge, by part of the runs."""
+    parts = [part for part in contest["part"].values if part != "all"]
+    rows = []
+    for i in range(contest.sizes["case"]):
+        at = contest.isel(case=i)
+        k_0, valve = at["case_k_0"].item(), at["case_valve"].item()
+        if not any(np.isclose(k_0, list(TOLD))):
+            continue
+        told = TOLD[min(TOLD, key=lambda value: abs(value - k_0))]
+        cells = [with_interval(at["full_quotient"].sel(part=part).values) for part in parts]
+        rows.append([at["full"].item().removeprefix("full order, "), told, f"{valve:g}", *cells])
+    return table(["full order", "k_0 told", "valve told", *parts], rows)
+
+
+def paper_table(contest: xr.Dataset) -> str:
+    """The paper's experiments, each by itself: the full order over the choice beforehand, same knowledge."""
+    cases = {words: (FULL["constant"], k_0, 1.0) for k_0, words in TOLD.items()}
+    cases |= {"without wall heat": (ADIABATIC, 1.0, 1.0)}
+    cases |= {f"valve told {valve:g} times": (FULL["constant"], 1.0, valve) for valve in WRONG_VALVES}
+    columns = []
+    for choice, k_0, valve in cases.values():
+        full, beforehand = row_of(contest, choice, k_0, valve), row_of(contest, BEFOREHAND, k_0, valve)
+        assert full is not None and beforehand is not None
+        columns.append((full["paper_error"] / beforehand["paper_error"]).values)
+    rows = [
+        [name, *(f"{column[i]:.2g}" for column in columns)]
+        for i, name in enumerate(contest["experiment"].values)
+    ]
+    return table(["experiment", *cases], rows)
+
+
+def tables(contest: xr.Dataset) -> dict[str, str]:
+    """Tables of the page by name."""
+    return {
+        "choices": choices_table(contest),
+        "valve": valve_table(contest),
+        "quotients": quotient_table(contest),
+        "paper": paper_table(contest),
+    }
+
+
+def _of_cases(contest: xr.Dataset, valve_right: bool) -> xr.Dataset:
+    right = np.isclose(contest["case_valve"], 1.0)
+    told = ~contest["full"].str.contains("adiabatic").values
+    return contest.isel(case=np.flatnonzero((right == valve_right) & told))
+
+
+def _between(values: np.ndarray) -> str:
+    return f"{values.min():.2f} to {values.max():.2f}"
+
+
+def numbers(contest: xr.Dataset) -> dict[str, str]:
+    """Numbers of the page by name."""
+    known, wrong = _of_cases(contest, True), _of_cases(contest, False)
+    loops = known["full_quotient"].sel(part=list(LOOPS))
+    off = wrong["full_quotient"].sel(part=list(LOOPS))
+    rules = {
+        f"n_{model}": "n = {:.3g} - {:.3g}/(1 + {:.2g} thermal)".format(
+            *contest["rule_n"].sel(ruled=model).values
+        )
+        for model in contest["ruled"].values
+    }
+
+    def of(
+        choice: str, k_0: float = 1.0, valve: float = 1.0, quantity: str = "error", part: str = "all"
+    ) -> str:
+        row = row_of(contest, choice, k_0, valve)
+        assert row is not None
+        return error(row, part) if quantity == "error" else f"{row[quantity].sel(part=part).item():.2f}"
+
+    valves = [row_of(contest, BEFOREHAND, 1.0, valve) for valve in WRONG_VALVES]
+    fulls = [row_of(contest, FULL["true"], 1.0, valve) for valve in WRONG_VALVES]
+    worst = known.isel(case=int(np.argmax(loops.sel(bound="high").max("part").values)))
+    not_below = int((off.sel(bound="high") >= LIMIT).sum())
+    return {
+        "answer": answer(contest),
+        "held_out": f"{contest['cylinders'].sel(part='all').item()}",
+        "runs": f"{contest['runs'].sel(part='all').item()}",
+        "cylinders": f"{contest.sizes['cylinder']}",
+        "full_quotient": _between(loops.sel(bound="value").values),
+        "full_quotient_most": f"{loops.sel(bound='high').max().item():.2f}",
+        "full_quotient_worst": f"{worst['full'].item()} with k_0 told {worst['case_k_0'].item():.2g} times",
+        "full_quotient_wrong_valve": _between(off.sel(bound="value").values),
+        "full_quotient_wrong_valve_most": f"{off.sel(bound='high').max().item():.2f}",
+        "wrong_valve_cases": f"{off.sel(bound='high').size}",
+        "wrong_valve_not_below": f"{not_below}",
+        "wrong_valve_best": _between(
+            np.array([row["error"].sel(part="all", bound="value").item() for row in valves])
+        ),
+        "wrong_valve_full": _between(
+            np.array([row["error"].sel(part="all", bound="value").item() for row in fulls])
+        ),
+        "simulated": of(BEFOREHAND),
+        "simulated_low": of(BEFOREHAND, LOW),
+        "simulated_high": of(BEFOREHAND, HIGH),
+        "simulated_nine_tenths_high": of(BEFOREHAND, HIGH, quantity="nine_tenths"),
+        "adiabatic": of(ADIABATIC),
+        "adiabatic_open": of(ADIABATIC, part="open"),
+        "adiabatic_closed": of(ADIABATIC, part="closed"),
+        "adiabatic_low_third": of(ADIABATIC, part="lowest third"),
+        "adiabatic_nine_tenths": of(ADIABATIC, quantity="nine_tenths"),
+        "M6_rule": of("M6 by rule"),
+        "M6_rule_nine_tenths": of("M6 by rule", quantity="nine_tenths"),
+        "M8_rule": of("M8 by rule"),
+        "M6_configured": of("M6 at 1.35"),
+        "M8_configured": of("M8 at 1.35"),
+        "direct_rule": of("rule of decision 57"),
+        **rules,
+    }

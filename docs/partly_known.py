@@ -1,0 +1,97 @@
+"""Numbers and tables of models at work on plants that are known in part, for at-work.md: decision 76."""
+
+import numpy as np
+import xarray as xr
+from fragments import table
+
+from pneumo.evidence.at_work.partly_known_statistics import COMPARED, PARTS, pays
+from pneumo.publish.text.formatting import with_interval
+
+SENSORS = {"none": "no pressure", "one": "P_A", "both": "both pressures"}
+SHOWN = ("full", "full, 2 k_0", "full, k_0 estimated from 2 k_0", "M8, k_0 estimated from 2 k_0")
+FULL = [row.name for row in COMPARED if not row.estimates_k_0]
+STATES = [row.name for row in COMPARED if row.estimates_k_0]
+
+
+def percent(scale: float) -> str:
+    """Scale as a head of a table."""
+    return "all known" if scale == 0 else f"{100 * scale:g} %"
+
+
+def ratio_table(found: xr.Dataset, use: str, sensors: str, scale: str, outer: list[dict[str, str]]) -> str:
+    """Errors over those of the best reduced model with the same k_0, by how much is not known."""
+    ratios = found[f"{use}_over_reduced"].sel(part="all")
+    rows = []
+    for at in outer:
+        for name in SHOWN:
+            cells = [
+                with_interval(
+                    ratios.sel(at | {"compared": name, scale: s}).sel(bound=["value", "low", "high"]).values
+                )
+                for s in found[scale].values
+            ]
+            words = [text for key, text in at.items() if key == "loop"]
+            rows.append([*words, SENSORS[at[sensors]], name, *cells])
+    head = ["loop"] if "loop" in outer[0] else []
+    return table([*head, "measured", "model", *(percent(s) for s in found[scale].values)], rows)
+
+
+def tables(found: xr.Dataset) -> dict[str, str]:
+    """Tables of the page by name."""
+    outer = [{"loop": loop, "sensors": sensors} for loop in found["loop"].values for sensors in SENSORS]
+    control = [{"control_sensors": sensors} for sensors in found["control_sensors"].values]
+    return {
+        "observers": ratio_table(found, "observer", "sensors", "scale", outer),
+        "controllers": ratio_table(found, "controller", "control_sensors", "control_scale", control),
+        "reach": reach_table(found),
+    }
+
+
+def reach(paying: np.ndarray, scales: np.ndarray) -> str:
+    """Largest scale up to which something pays without a gap; "nowhere" where it does not if all is known."""
+    last = int(np.argmin(np.append(paying, False)))
+    return "nowhere" if last == 0 else percent(float(scales[last - 1]))
+
+
+def reach_table(found: xr.Dataset) -> str:
+    """Up to what share of `OFF` the full order and k_0 as a state pay, by the criterion."""
+    paying, fixed = pays(found["observer_over_reduced"]), pays(found["observer_over_fixed"])
+    rows = []
+    for loop in found["loop"].values:
+        for sensors, words in SENSORS.items():
+            at, scales = {"loop": loop, "sensors": sensors}, found["scale"].values
+            cells = [reach(paying.sel(at, compared=FULL).all("compared").values, scales)]
+            for model in ("full", "M8"):
+                states = [name for name in STATES if name.startswith(model)]
+                cells.append(reach(fixed.sel(at, state=states).all("state").values, scales))
+            rows.append([loop, words, *cells])
+    return table(["loop", "measured", "full order", "k_0 as a state, full order", "k_0 as a state, M8"], rows)
+
+
+def numbers(found: xr.Dataset) -> dict[str, str]:
+    """Numbers of the page by name."""
+    ratios = found["observer_over_reduced"].sel(part="all")
+    known = ratios.sel(scale=0.0, compared="full")
+    control = found["controller_over_reduced"].sel(part="all", compared=FULL)
+    largest = found["scale"].max().item()
+    full_states = [name for name in STATES if name.startswith("full")]
+    k_0 = found["k_0_found"].sel(row=full_states, scale=0.0)
+    off = np.abs(np.log(k_0)).median(("plant", "seed", "row"))
+    other = found["observer_over_reduced"].sel(compared=FULL)
+    turned = (pays(other) != (other.sel(bound="high", part=PARTS[1]) < 0.95)).sum().item()
+
+    def span(values: xr.DataArray) -> str:
+        return f"{values.min().item():.2f} to {values.max().item():.2f}"
+
+    return {
+        "plants": f"{found.sizes['plant']}",
+        "full_known_none": span(known.sel(sensors="none", bound="value")),
+        "full_known_one": span(known.sel(sensors="one", bound="value")),
+        "full_known_both": span(known.sel(sensors="both", bound="value")),
+        "full_all_unknown": span(ratios.sel(scale=largest, compared="full", bound="value")),
+        "controller": span(control.sel(bound="value")),
+        "k_0_found_one": span(np.exp(off.sel(sensors="one"))),
+        "k_0_found_both": span(np.exp(off.sel(sensors="both"))),
+        "without_new_turns": f"{turned}",
+        "cases": f"{other.isel(bound=0, part=0).size}",
+    }
