@@ -7,9 +7,10 @@ from pneumo.evidence.seeds.findings import findings as judged_statements
 from pneumo.evidence.seeds.findings import over_seeds
 from pneumo.evidence.seeds.seed_deviations import seed_deviations, seed_deviations_text
 from pneumo.evidence.seeds.seed_sets import read_seed_sets
+from pneumo.evidence.seeds.statement_sensitivity import dependences
 from pneumo.jobs.wrapper import run_job
 from pneumo.publish.text.markdown_tables import findings_table
-from pneumo.simulation.signals import PUBLISHED
+from pneumo.simulation.signals import EXACT, PUBLISHED
 from pneumo.storage.files import read_study, write_json, write_text
 from pneumo.verdict.claims import read_claims
 
@@ -18,8 +19,10 @@ def main(
     parameters: Path, errors: Path, claims: Path, findings: Path, table: Path, deviations: Path, code: str
 ) -> None:
     study, entries = read_study(parameters), read_claims(claims.parent)
-    sources = over_seeds(study, read_seed_sets(errors))
-    judged = judged_statements(study, sources, entries, findings.parent) | {"code_sha256": code}
+    ensemble = read_seed_sets(errors)
+    sources = over_seeds(study, ensemble)
+    turned = dependences(study, ensemble.sel(transport=EXACT).drop_attrs(), entries, print)
+    judged = judged_statements(study, sources, entries, findings.parent, turned) | {"code_sha256": code}
     write_json(json.dumps(judged, indent=1, ensure_ascii=False), findings)
     write_text(findings_table(judged), table)
     write_text(seed_deviations_text(seed_deviations(entries, sources[PUBLISHED])), deviations)

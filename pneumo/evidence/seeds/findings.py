@@ -33,6 +33,9 @@ def over_seeds(study: Study, ensemble: xr.Dataset) -> dict[str, list[StudyResult
     }
 
 
+DEPENDS = "depends"  # answer to a statement that another limit or one experiment turns
+
+
 class StatementOverSets(NamedTuple):
     """A statement over all seed sets; no `value` where it is only true or false."""
 
@@ -131,11 +134,16 @@ def _answer(published: StatementOverSets, exact: StatementOverSets) -> tuple[str
 
 
 def findings(
-    study: Study, sources: Mapping[str, Sequence[StudyResults]], claims: Claims, results: Path
+    study: Study,
+    sources: Mapping[str, Sequence[StudyResults]],
+    claims: Claims,
+    results: Path,
+    turned: Mapping[str, Sequence[str]] | None = None,
 ) -> dict[str, Any]:
     """Judge every statement about models over the seed sets, with published and exact signals.
 
-    `sources` is what `over_seeds` returns, `results` the folder with ``parameters.json``. Returns ``claims``,
+    `sources` is what `over_seeds` returns, `results` the folder with ``parameters.json``, `turned` what turns
+    an answer, by statement: it then "depends". Returns ``claims``,
     a list with the texts of a table's row (``claim``, ``source``, ``published``, ``exact``, ``interval``,
     ``stands``, ``why``), the item's ``id``, whether it is a ``headline``, whether the paper's own tables
     support it (``printed_stands``), and the ``numbers`` of both signal samplings; the number of
@@ -159,6 +167,9 @@ def findings(
         row |= {name: _cell(statement, claim) for name, statement in judged.items()}
         row["interval"] = _interval(judged[EXACT], claim)
         row["stands"], row["why"] = _answer(judged[PUBLISHED], judged[EXACT])
+        if (turned or {}).get(claim.id):
+            row["why"] = f"{row['stands']}, but not with {', '.join((turned or {})[claim.id])}"
+            row["stands"] = DEPENDS
         row["numbers"] = {name: statement._asdict() for name, statement in judged.items()}
     sets = len(sources[EXACT])
     note = f"{sets} sets of seeds, the whole study with each. "
@@ -167,7 +178,9 @@ def findings(
         " holds; for a ranking, the number is the factor by which the next model's mean square error is"
         " larger. The interval is that of the mean (Student), with exact signals; where there is no number,"
         " that of the fraction of sets (Clopper-Pearson). A statement is true (yes) if the whole interval"
-        " lies where it is true, for a fraction above one half; false (no) if none of it does."
+        " lies where it is true, for a fraction above one half; false (no) if none of it does. It depends if"
+        " the answer is another with one experiment left out, or with another limit for words such as"
+        " 'cannot be distinguished'."
     )
     return {"seed_sets": sets, "note": note, "claims": rows, "config_sha256": study.config_sha256}
 

@@ -21,6 +21,7 @@ CLOSE_UP = (3, 8)  # from a third of the run on, an eighth of it, every stored s
 STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
     "yes": ("✓", "close"),
     "in part": ("≈", "explained"),
+    "depends": ("±", "explained"),
     "no": ("≠", "contradicted"),
     "not run": ("?", "unknown"),
 }

@@ -64,13 +64,15 @@ def manuscript_numbers(results: Iterable[Path]) -> dict[str, Any]:
         "cylinders": _cylinders(read(files["cylinders.nc"])),
         "contest": _contest(read(files["contest.nc"]), read(files["measured_air.nc"])),
         "statements": [{key: row[key] for key in STATED} for row in claims if row["headline"]],
-        "standing": {answer: str(answers.count(answer)) for answer in ("yes", "in part", "no")}
+        "standing": {answer: str(answers.count(answer)) for answer in ("yes", "in part", "depends", "no")}
         | {"all": str(len(answers))},
         "models": [_model(name) for name in MODELS],
     }
 
 
 def _contest(contest: xr.Dataset, air: xr.Dataset) -> dict[str, Any]:
+    costs = step_costs()
+    full, model, polynomial = (costs[row].instructions for row in (FULL_ORDER, "M8", "M8 with a polynomial"))
     words = [
         {key: cell.replace("*", "") for key, cell in row._asdict().items()}
         for row in todays_answer(contest, air)

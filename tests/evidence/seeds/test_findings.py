@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from brief import in_brief
 from checkout import ROOT
 from invented_cells import cells_of
@@ -11,6 +12,7 @@ from scipy import stats
 
 from pneumo.evidence.seeds import findings as f
 from pneumo.evidence.seeds import seed_deviations
+from pneumo.evidence.seeds import statement_sensitivity as sensitivity
 from pneumo.evidence.seeds.ensemble import ensemble_statistics
 from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.papers.paper_2006.computations import COMPUTATIONS
@@ -226,3 +228,42 @@ def test_a_deviation_over_seeds_is_that_of_a_sample(monkeypatch):
     found = seed_deviations.seed_deviations(CLAIMS, numbers)
     # Squares about 5/3: 25/9, 4/9, 49/9, over two degrees of freedom.
     assert found and list(found.values()) == pytest.approx([(13 / 3) ** 0.5] * len(found), rel=1e-15)
+
+
+def three_experiments(ensemble):
+    """A part of the study, and its cells with exact signals."""
+    names = ["E01", "E03", "E14"]
+    study = STUDY._replace(experiments={name: STUDY.experiments[name] for name in names})
+    return study, ensemble.sel(transport="exact", experiment=names).drop_attrs()
+
+
+def test_a_statement_depends_on_the_limit_or_on_an_experiment_that_turns_it(ensemble):
+    study, cells = three_experiments(ensemble)
+    # M10 has 1.3 times the others' error, and 30 times in E14, which alone makes it differ on average.
+    apart = xr.where(cells["model"] == "M10", xr.where(cells["experiment"] == "E14", 30.0, 1.0), 1.0)
+    size = xr.ones_like(cells["mse"]) * apart
+    cells = cells.assign(mse=size.transpose(*cells["mse"].dims))
+    entries = {key: CLAIMS.items[key] for key in ("S4.alike.overall", "S4.walls_before_mixing")}
+    turned = sensitivity.dependences(study, cells, CLAIMS._replace(items=entries))
+    assert turned["S4.alike.overall"] == ["E14 left out"]
+    near = cells.assign(mse=xr.where(cells["model"] == "M10", 1.3, 1.0) * xr.ones_like(cells["mse"]))
+    turned = sensitivity.dependences(study, near, CLAIMS._replace(items=entries))
+    assert turned["S4.alike.overall"] == ["a limit of 1.41"]
+
+
+def test_like_for_like_compares_walls_with_mixing_from_the_same_models(ensemble):
+    study, cells = three_experiments(ensemble)
+    size = {"M5": 4.0, "M6": 3.0, "M7": 2.0, "M8": 1.0}  # wall heat saves 2, mixing 1; M9 is the worst
+    mse = xr.ones_like(cells["mse"])
+    for model, value in (size | {"M9": 2.9}).items():
+        mse = mse.where(mse["model"] != model, value)
+    entries = {"S4.walls_before_mixing": CLAIMS.items["S4.walls_before_mixing"]}
+    found = sensitivity.dependences(study, cells.assign(mse=mse), CLAIMS._replace(items=entries))
+    assert "like for like" in found["S4.walls_before_mixing"]
+
+
+def test_an_answer_that_turns_is_depends(ensemble):
+    turned = {"S4.alike.overall": ["E14 left out"]}
+    found = f.findings(STUDY, f.over_seeds(STUDY, ensemble), CLAIMS, ROOT / "results", turned)
+    row = next(row for row in found["claims"] if row["id"] == "S4.alike.overall")
+    assert row["stands"] == f.DEPENDS and row["why"].endswith(", but not with E14 left out")
