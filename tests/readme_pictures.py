@@ -6,7 +6,7 @@ from browser import Tab, chromium_launched
 
 ROOT = Path(__file__).parents[1]
 REPORT, REPORT_PICTURE = ROOT / "results/report.html", ROOT / "paper/readme/report.png"
-VIEW = "#e=E06&t=exact&c=A&n=best&m=M5 M7 M8&w=20 22"  # as in the time traces of the gallery
+VIEW = ""  # as it opens
 LIVE, LIVE_PICTURE = ROOT / "results/live.html", ROOT / "paper/readme/live.png"
 WIDTH = 1200  # px
 

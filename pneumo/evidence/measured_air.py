@@ -166,13 +166,17 @@ def _shown(part: xr.Dataset, name: str, rig: Rig, run: Run) -> xr.Dataset:
     t, thin = f"t_{name}", max(1, len(run.t) // MOST_SHOWN)
     shown = xr.Dataset(
         {
-            f"P_{name}": (("shown", t), [P.values[::thin] for P, _ in replays], {"units": "Pa"}),
+            f"P_{name}": (("shown", t), [replayed.P.values[::thin] for replayed in replays], {"units": "Pa"}),
             f"measured_P_{name}": (f"tp_{name}", run.P.values, {"units": "Pa"}),
         },
         {t: (t, run.t[::thin], {"units": "s"}), f"tp_{name}": (f"tp_{name}", run.P.t, {"units": "s"})},
     )
     if run.T is not None:
-        shown[f"T_{name}"] = (("shown", t), [T.values[::thin] for _, T in replays], {"units": "K"})
+        shown[f"T_{name}"] = (
+            ("shown", t),
+            [replayed.T.values[::thin] for replayed in replays],
+            {"units": "K"},
+        )
         shown[f"measured_T_{name}"] = (f"tt_{name}", run.T.values, {"units": "K"})
         shown.coords[f"tt_{name}"] = (f"tt_{name}", run.T.t, {"units": "s"})
     return shown

@@ -68,13 +68,34 @@ MODEL_LOOKS = looks_of(MODELS)
 FULL_ORDER_LOOK = Look("#a3186b", "-", "H")
 ADDED_MODELS = [name for name in MODELS if name not in PAPER_LOOKS]
 
+DARK = "#161616"  # background of the pages' dark form
+CONTRAST = 4.5  # of a curve with it
+
+
+def luminance(color: str) -> float:
+    """Relative luminance of a colour #rrggbb, from 0 (black) to 1, by WCAG 2."""
+    channels = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
+    return sum(weight * c for weight, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def on_dark(color: str) -> str:
+    """Mix a colour with as much white as it needs to be seen on `DARK`."""
+    channels = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
+    for percent in range(0, 101, 5):
+        mixed = "#" + "".join(f"{round(c + (255 - c) * percent / 100):02x}" for c in channels)
+        if (luminance(mixed) + 0.05) / (luminance(DARK) + 0.05) >= CONTRAST:
+            return mixed
+    return "#ffffff"
+
+
 # Models of figures and pages that do not show all; added models join where the figure has room.
 ALL_BUT_M4 = [name for name in MODELS if name != "M4"]  # Figs 9 and 11: M4's error would hide the others'
 BEST_MODELS = [*REFINED_MODELS, *ADDED_MODELS]  # Fig. 10: the paper's "six best"
 # Second and third row of the traces: without and with wall heat; section 4 compares M7 and M8.
 TRACED_MODELS = (("M1", "M5"), ("M7", "M8", *ADDED_MODELS))
 FIRST_SHOWN = (
-    "M5",
+    "M6",
     "M7",
     "M8",
-)  # on the report, before a reader chooses: M5, then M5 with wall heat, then mixing
+)  # on the report, before a reader chooses: with mixing, with wall heat, with both

@@ -55,12 +55,33 @@ rule figures:
         "../scripts/figures.py"
 
 
+rule traces:
+    input:
+        parameters=rules.parameters.output[0],
+        datum=rules.datum.output,
+        statistics=rules.statistics.output,
+    output:
+        traces=expand(
+            "results/{transport}/traces/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments
+        ),
+    log:
+        "results/logs/traces.log",
+    threads: all_cores
+    params:
+        code=code_behind("traces.py"),
+    message:
+        "Errors at every step, by interval, and the samples that the report shows"
+    script:
+        "../scripts/traces.py"
+
+
 rule report:
     input:
         parameters=rules.parameters.output[0],
         datum=rules.datum.output,
         cells=rules.replay.output,
         statistics=rules.statistics.output,
+        traces=rules.traces.output,
         verdict=[] if USER_CYLINDERS else [rules.verdict.output.judged],
         templates=page_templates("report.html.j2"),
     output:

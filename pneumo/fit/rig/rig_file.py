@@ -1,7 +1,7 @@
 """A rig as its user writes it: every quantity is a number, or two numbers between which it is fitted.
 
 `QUANTITIES` is the one table of what a rig may have. Parts that are not named are not there: without
-`hose_volume_mL` there is no hose.
+`hose_volume_mL` there is no hose, without `dead_volume_B_mL` one chamber.
 """
 
 from collections.abc import Mapping
@@ -76,6 +76,22 @@ QUANTITIES: dict[str, Quantity] = {
         "K", 100, 1000, None, "of the gas at the first sample; the surroundings' where absent"
     ),
     "T_lag": Quantity("s", 0, 1e3, 0, "lag of the thermometer in the gas, of first order"),
+    "dead_volume_B": Quantity(
+        "mL", 0.01, 1e7, None, "of the other chamber on the same 5/2 valve, at the largest x of the record"
+    ),
+    **{
+        f"{name}_B": Quantity(unit, low, high, None, f"of the other chamber; as {name} where absent")
+        for name, unit, low, high in (
+            ("rod", "mm", 0, 1e4),
+            ("k_0", "W_per_K", 0, 1e4),
+            ("hose_volume", "mL", 0.01, 1e6),
+            ("hose_C", "dm3_per_sbar", 1e-4, 1e3),
+            ("valve_C_in", "dm3_per_sbar", 1e-4, 1e3),
+            ("valve_C_out", "dm3_per_sbar", 1e-4, 1e3),
+            ("T_start", "K", 100, 1000),
+        )
+    },
+    "P_start_B": Quantity("bar", 1e-3, 500, None, "of the other chamber before a pulse; P_s where absent"),
 }
 TOGETHER = (  # either all of a row or none
     ("bore", "dead_volume"),
@@ -85,6 +101,14 @@ TOGETHER = (  # either all of a row or none
 )
 ONE_OF = (("volume", "bore"),)
 AT_MOST_ONE = (("orifice", "valve_C_in"),)  # neither: the gas is shut in
+OF_B = tuple(name for name in QUANTITIES if name.endswith("_B"))
+NEEDS = (  # the second of a row, where the first is given
+    ("dead_volume_B", "bore"),
+    ("dead_volume_B", "valve_C_in"),
+    *((name, "dead_volume_B") for name in OF_B if name != "dead_volume_B"),
+    ("hose_volume_B", "hose_volume"),
+    ("hose_C_B", "hose_volume"),
+)
 TEXTS = {"gas": tuple(GASES), "sensor": SENSORS}
 
 
@@ -167,6 +191,9 @@ def rig(content: Mapping[str, Any], source: str) -> Rig:
                 f"conflicts with {other}; give only one" if first in ends else f"missing; or give {other}"
             )
             raise ConfigurationError(f"{source}: {key(first)}: {problem}")
+    for name, needed in NEEDS:
+        if name in ends and needed not in ends:
+            raise ConfigurationError(f"{source}: {key(name)}: needs {key(needed)}, which is missing")
     gas = GASES[texts["gas"]]
     ends.setdefault("n", (1.0, gas.gamma))
     ends.setdefault("P_start", ends["P_surroundings"])

@@ -37,7 +37,7 @@ ON_END = 1e-3  # of the distance between its ends, within which a parameter is o
 HALF_WIDTH = 1.96  # standard deviations of a 95 per cent interval
 POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
 HOSE_HELPS = 0.7  # error with a hose over that without, below which one is there
-WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k")
+WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k", "k_0_B")
 
 
 class RigEstimate(NamedTuple):
@@ -66,10 +66,27 @@ def opening(t: np.ndarray, begin: float, lasts: float) -> np.ndarray:
     return np.clip((t - begin) / lasts, 0.0, 1.0)
 
 
-def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> tuple[Points, Points]:
-    """Pressure at the sensor and temperature of the gas in the chamber, at the samples of a run's inputs."""
+class RigReplay(NamedTuple):
+    """A run as a model replays it, at the samples of the run's inputs."""
+
+    P: Points  # Pa, at the sensor
+    T: Points  # K, of the chamber's gas, as the thermometer reads it
+    T_store: Points  # K, of the heat store beside the gas
+    P_B: Points | None  # Pa, at the sensor of the other chamber
+
+    @property
+    def pressures(self) -> tuple[Points, ...]:
+        """Pressures by chamber."""
+        return (self.P,) if self.P_B is None else (self.P, self.P_B)
+
+
+def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
+    """Pressures at the sensors and temperatures in the chamber.
+
+    Nodes are the chambers, then their lines, then the supply, as far as the rig has them.
+    """
     v, gas = values, rig.gas
-    t, T_amb, P_start, P_atm = run.t, v["T_surroundings"], v["P_start"], v["P_surroundings"]
+    t, T_amb, P_atm = run.t, v["T_surroundings"], v["P_surroundings"]
     C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
     row = MODELS.get(model)
     if row is not None:
@@ -77,61 +94,75 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> t
     else:
         lane, full = full_order_lane(gas.gamma, *FULL[model]), True
     warm = model != ADIABATIC
-    T_start = v["T_start"]
-    chamber = Node(
-        lane, full, P_start, T_start, P_start, T_start, T_amb, *(v[name] * warm for name in WALL[:4])
-    )
-    nodes, links, areas = [chamber], list[Link](), list[np.ndarray]()
-    if rig.has("volume"):
-        volumes = [np.full_like(t, v["volume"])]
-    else:
-        piston = np.pi / 4 * (v["bore"] ** 2 - v["rod"] ** 2)
-        volumes = [v["dead_volume"] + piston * run.x]
-    ratios = [np.ones_like(t)]
-    if rig.has("bore"):
-        area = wetted_area(volumes[0], np.array(v["bore"]))
-        ratios = [area / area[0]]
-    port = 0  # node at the valve
-    if rig.has("hose_volume"):
-        port = 1
-        nodes.append(chamber._replace(k_0=v["hose_k"] * warm, k_store=0.0, c_store=0.0, k_back=0.0))
-        volumes.append(np.full_like(t, v["hose_volume"]))
-    ends = len(nodes) + rig.has("supply_volume")  # number of the first of the surroundings
-    atmosphere, source = ends, ends + 1
-    surroundings = [(P_atm, T_amb)]
-    if port:
-        links.append(Link(1, 0, v.get("hose_b", np.nan), v["hose_out_over_in"]))
-        areas.append(np.full_like(t, C * v["hose_C"]))
-    if rig.has("orifice"):
-        links.append(Link(port, atmosphere))
-        areas.append(np.full_like(t, v["C_d"] * np.pi / 4 * v["orifice"] ** 2))
-    elif rig.has("valve_C_in"):
+    sides = ("", "_B") if rig.has("dead_volume_B") else ("",)
+    has_valve = rig.has("valve_C_in")
+    supplied = has_valve and rig.has("supply_volume")
+    lines = len(sides) * rig.has("hose_volume")
+    count = len(sides) + lines + supplied
+    atmosphere, source = count, count + 1  # the surroundings follow the nodes
+    supply = count - 1 if supplied else source
+    surroundings = [(P_atm, T_amb), (v["P_s"], T_amb)] if has_valve else [(P_atm, T_amb)]
+
+    def of(name: str, side: str) -> float:
+        """A quantity of a chamber; of B what is not named is as of A."""
+        return v.get(name + side, v[name])
+
+    nodes, volumes, ratios, links, areas = ([] for _ in range(5))
+    hoses, hose_volumes = list[Node](), list[np.ndarray]()
+    is_open = np.zeros_like(t)
+    if has_valve:
         is_open = opening(t, run.on + v["valve_opening_delay"], v["valve_opening"])
         is_open = is_open - opening(t, run.off + v["valve_closing_delay"], v["valve_closing"])
         is_open = np.clip(is_open, 0.0, 1.0)
-        surroundings.append((v["P_s"], T_amb))
-        supply = source
-        if rig.has("supply_volume"):
-            supply = len(nodes)
-            full_order = Node(full_order_lane(gas.gamma), True, v["P_s"], T_amb, v["P_s"], T_amb, T_amb)
-            nodes.append(full_order)
-            volumes.append(np.full_like(t, v["supply_volume"]))
-            links.append(Link(source, supply))
-            areas.append(np.full_like(t, C * v["regulator_C"]))
-        links += [
-            Link(supply, port, v.get("valve_b", np.nan)),
-            Link(port, atmosphere, v.get("valve_b", np.nan)),
-        ]
-        areas += [
-            C * v["valve_C_in"] * is_open,
-            C * v["valve_C_out"] * (1.0 - is_open),
-        ]
-    ratios += [np.ones_like(t)] * (len(nodes) - 1)
+    for number, side in enumerate(sides):
+        P_start = v["P_start"] if not side else v.get("P_start_B", v["P_s"])
+        T_start = of("T_start", side)
+        walls = [of("k_0", side), *(v[name] for name in WALL[1:4])]
+        chamber = Node(lane, full, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
+        nodes.append(chamber)
+        ratio = np.ones_like(t)
+        if rig.has("volume"):
+            volume = np.full_like(t, v["volume"])
+        else:
+            x = run.travel - run.x if side else run.x
+            volume = of("dead_volume", side) + np.pi / 4 * (v["bore"] ** 2 - of("rod", side) ** 2) * x
+            area = wetted_area(volume, np.array(v["bore"]))
+            ratio = area / area[0]
+        volumes.append(volume)
+        ratios.append(ratio)
+        port = number  # node at the valve
+        if lines:
+            port = len(sides) + number
+            hoses.append(chamber._replace(k_0=v["hose_k"] * warm, k_store=0.0, c_store=0.0, k_back=0.0))
+            hose_volumes.append(np.full_like(t, of("hose_volume", side)))
+            links.append(Link(port, number, v.get("hose_b", np.nan), v["hose_out_over_in"]))
+            areas.append(np.full_like(t, C * of("hose_C", side)))
+        if rig.has("orifice"):
+            links.append(Link(port, atmosphere))
+            areas.append(np.full_like(t, v["C_d"] * np.pi / 4 * v["orifice"] ** 2))
+        elif has_valve:
+            to_supply = 1.0 - is_open if side else is_open
+            b = v.get("valve_b", np.nan)
+            links += [Link(supply, port, b), Link(port, atmosphere, b)]
+            areas += [C * of("valve_C_in", side) * to_supply, C * of("valve_C_out", side) * (1.0 - to_supply)]
+    nodes += hoses
+    volumes += hose_volumes
+    if supplied:
+        nodes.append(Node(full_order_lane(gas.gamma), True, v["P_s"], T_amb, v["P_s"], T_amb, T_amb))
+        volumes.append(np.full_like(t, v["supply_volume"]))
+        links.append(Link(source, supply))
+        areas.append(np.full_like(t, C * v["regulator_C"]))
+    ratios += [np.ones_like(t)] * (count - len(sides))
     states = replay(
         nodes, links, surroundings, np.array(volumes), np.array(areas), gas, run.h, np.array(ratios)
     )
-    sensor = port if rig.sensor == "valve" else 0
-    return Points(t, states.P[sensor]), Points(t, lagged(states.T[0], v["T_lag"], run.h))
+    first = len(sides) if lines and rig.sensor == "valve" else 0
+    return RigReplay(
+        Points(t, states.P[first]),
+        Points(t, lagged(states.T[0], v["T_lag"], run.h)),
+        Points(t, states.T_store[0]),
+        Points(t, states.P[first + 1]) if len(sides) > 1 else None,
+    )
 
 
 def lagged(T: np.ndarray, lag: float, h: float) -> np.ndarray:
@@ -157,9 +188,13 @@ def rms(values: np.ndarray) -> float:
 
 
 def run_errors(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Errors of pressure, Pa, and temperature, K, at the points of a run; empty where none was measured."""
-    P, T = replay_run(rig, model, values, run)
-    return errors(P, run.P), errors(T, run.T) if run.T is not None else np.empty(0)
+    """Errors of pressure, Pa, and temperature, K, at the points of a run; empty where none was measured.
+
+    Those of both chambers follow each other.
+    """
+    replayed = replay_run(rig, model, values, run)
+    P = [errors(*pair) for pair in zip(replayed.pressures, run.pressures, strict=True)]
+    return np.concatenate(P), errors(replayed.T, run.T) if run.T is not None else np.empty(0)
 
 
 class RigProblem(NamedTuple):
@@ -295,9 +330,9 @@ def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
     """Runs, or points of a single run, that are fitted."""
     if len(runs) > 1:
         return runs[: max(1, round(PART_OF_RUNS * len(runs)))]
-    P = runs[0].P
-    last = P.t[0] + (PART_OF_POINTS * np.ptp(P.t) if len(P.t) > FEW_POINTS else np.inf)
-    return [runs[0]._replace(P=P.part(last >= P.t))]
+    t = runs[0].P.t
+    last = t[0] + (PART_OF_POINTS * np.ptp(t) if len(t) > FEW_POINTS else np.inf)
+    return [runs[0].within(-np.inf, last)]
 
 
 def judged(
@@ -317,8 +352,8 @@ def judged(
     estimate = fit_rig(rig, model, used, temperature, near)
     left += [run_errors(rig, model, estimate.values, run)[0] for run in runs[len(used) :]]
     if len(runs) == 1 and len(used[0].P.t) < len(runs[0].P.t):
-        later = runs[0].P.part(runs[0].P.t > used[0].P.t[-1])
-        left.append(run_errors(rig, model, estimate.values, runs[0]._replace(P=later))[0])
+        later = runs[0].within(used[0].P.t[-1], np.inf)
+        left.append(run_errors(rig, model, estimate.values, later)[0])
     elif len(runs) == 1:
         run = runs[0]
         for chosen, others in (halves(run.P), halves(run.P)[::-1]):

@@ -43,11 +43,23 @@ class Run(NamedTuple):
     off: float  # s, the same as it closes
     P: Points  # Pa, absolute
     T: Points | None = None  # K, of the gas
+    P_B: Points | None = None  # Pa, of the other chamber behind a 5/2 valve
+    travel: float = 0.0  # m, largest x of the record, at which that chamber is smallest
 
     @property
     def t(self) -> np.ndarray:
         """Times of the samples of its inputs, s."""
         return self.h * np.arange(len(self.x))
+
+    @property
+    def pressures(self) -> tuple[Points, ...]:
+        """Measured pressures by chamber."""
+        return (self.P,) if self.P_B is None else (self.P, self.P_B)
+
+    def within(self, first: float, last: float) -> "Run":
+        """The run with its pressures measured after one time and up to another, s."""
+        parts = [P.part((first < P.t) & (last >= P.t)) for P in self.pressures]
+        return self._replace(P=parts[0], P_B=parts[1] if self.P_B else None)
 
 
 def edges(P: np.ndarray) -> list[tuple[float, float]]:
@@ -82,11 +94,17 @@ def commanded(u: np.ndarray) -> list[tuple[float, float]]:
     return [(float(k), float(ends[ends > k][0])) for k in starts if (ends > k).any()]
 
 
-def pulses(t: np.ndarray, x: np.ndarray, P: np.ndarray, u: np.ndarray | None = None) -> list[Run]:
+def pulses(
+    t: np.ndarray,
+    x: np.ndarray,
+    P: np.ndarray,
+    u: np.ndarray | None = None,
+    P_B: np.ndarray | None = None,
+) -> list[Run]:
     """Runs of a chamber that an on/off valve fills and vents, one for each pulse.
 
     From time, s, uniform; position, m, which grows with the volume and is smoothed; absolute pressure, Pa;
-    and a two-state command. Without that, the pressure's own edges are taken.
+    a two-state command; and the pressure of the other chamber. Without command the edges of P are taken.
 
     Raises
     ------
@@ -106,7 +124,10 @@ def pulses(t: np.ndarray, x: np.ndarray, P: np.ndarray, u: np.ndarray | None = N
         if first < 0 or last >= len(P):
             continue
         k = np.arange(first, last + 1)
-        runs.append(Run(h, x[k], (on - first) * h, (off - first) * h, Points(h * (k - first), P[k])))
+        times = h * (k - first)
+        other = None if P_B is None else Points(times, P_B[k])
+        edge = (on - first) * h, (off - first) * h
+        runs.append(Run(h, x[k], *edge, Points(times, P[k]), P_B=other, travel=x.max()))
     if not runs:
         raise InputError("no whole pulse: the pressure must rise from its lowest value and return to it")
     return runs
@@ -126,10 +147,10 @@ def read_runs(
     Parameters
     ----------
     path
-        File with t, P_A and, where they were measured, T, x and u; or NetCDF with P and T at their own times
-        t_P and t_T. A pressure or temperature that is missing in a row was not measured there.
+        File with t, P_A and, where they were measured, T, x, u and P_B; or NetCDF with P and T at their own
+        times t_P and t_T. A pressure or temperature that is missing in a row was not measured there.
     rig
-        What is known of the rig: a chamber needs x, and u unless `from_edges`.
+        What is known of the rig: a chamber needs x, and u unless `from_edges`; both chambers need P_B.
     mapping
         Column and unit of each quantity; by default as the file's header names them.
     from_edges
@@ -144,10 +165,12 @@ def read_runs(
     pressure, T = signals["P_A"], signals.get("T")
     if rig.has("volume"):
         return [vessel_run(pressure, T)]
-    for name in ("x", *(() if from_edges else ("u",))):
+    both = rig.has("dead_volume_B")
+    for name in ("x", *(() if from_edges else ("u",)), *(("P_B",) if both else ())):
         if name not in signals:
-            instead = "; or --command edges" if name == "u" else ""
-            raise InputError(f"{path}: no column {name}: a chamber behind an on/off valve needs it{instead}")
+            instead = {"u": "; or --command edges", "P_B": "; or a rig without dead_volume_B_mL"}
+            problem = f"a chamber behind an on/off valve needs it{instead.get(name, '')}"
+            raise InputError(f"{path}: no column {name}: {problem}")
     t, x = signals["x"]
     steps = np.diff(t)
     if len(t) < SHORTEST or np.ptp(steps) > UNEVEN * np.mean(steps):
@@ -155,7 +178,8 @@ def read_runs(
             f"{path}: t: samples must be equally spaced, within {100 * UNEVEN:g} % of their mean"
         )
     P = np.interp(t, *pressure)
-    return pulses(t, x, P, None if from_edges else np.interp(t, *signals["u"]))
+    u = None if from_edges else np.interp(t, *signals["u"])
+    return pulses(t, x, P, u, np.interp(t, *signals["P_B"]) if both else None)
 
 
 def _at_own_times(path: Path) -> dict[str, Points]:

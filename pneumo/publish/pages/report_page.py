@@ -1,5 +1,6 @@
 """Page to explore the study: one self-contained HTML file."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,14 +11,26 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
 from pneumo.publish.labels import STUDY_SAMPLING
-from pneumo.publish.model_looks import FIRST_SHOWN, MODEL_LOOKS
+from pneumo.publish.model_looks import FIRST_SHOWN, MODEL_LOOKS, on_dark
 from pneumo.publish.pages.packing import FRACTION, packed, rounded, rounding_step
 from pneumo.publish.pages.page import STATUS_LOOKS, page_text
+from pneumo.publish.text.formatting import KILO
 from pneumo.storage.files import read
 from pneumo.storage.layout import CHAMBERS, failure_text
+from pneumo.storage.trace_layout import (
+    COMMON_N,
+    close_up,
+    interval_edges,
+    lowest_and_highest,
+    shown_steps,
+)
 
-MOST_VALUES = 6_800_000  # of all traces together: some 4 MB, so that the page stays below 5 MB
-CLOSE_UP = (3, 8)  # from a third of the run on, an eighth of it, every stored sample is on the page
+OPENING = (
+    "E12"  # run on which the paper's report opens, at its close-up: a typical conductance, in closed loop
+)
+PER_OCTAVE = 512  # steps in which a mean square error is stored: 0.07 %
+LEAST_SQUARE = 2.0**-20  # Pa^2; errors of zero count as this
+SIGNALS = {"u": 1e3, "x": 1e6}  # signals of a run -> steps per unit before rounding, mV and um
 STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
     "yes": ("✓", "close"),
     "in part": ("≈", "explained"),
@@ -31,104 +44,138 @@ DIGITS = 5  # of a mean square error
 class Part(NamedTuple):
     """Data of one experiment in the report page."""
 
-    facts: dict[str, Any]  # names, mean square errors, the steps to which traces are rounded
-    traces: dict[str, str]  # packed full-order pressures, and packed errors by sampling
-
-
-def page_stride(study: Study) -> int:
-    """Return k: outside of close-ups every k-th stored sample is on the page, so that the page fits."""
-    rows = sum(len(study.n) if model.has_n else 1 for model in MODELS.values())
-    stored = [e.steps // e.pressure_stride + 1 for e in study.experiments.values()]
-    room = MOST_VALUES / (rows * len(STUDY_SAMPLING) * len(CHAMBERS))
-    every = 1
-    while sum(len(shown_samples(count, every)) for count in stored) > room and every < max(stored):
-        every += 1
-    return every
-
-
-def close_up(stored: int) -> tuple[int, int]:
-    """Return the first and the last sample of a run's close-up."""
-    first = stored // CLOSE_UP[0]
-    return first, first + stored // CLOSE_UP[1]
-
-
-def shown_samples(stored: int, every: int) -> np.ndarray:
-    """Indices of the samples that the page shows: all in the close-up, one in `every` elsewhere."""
-    first, last = close_up(stored)
-    return np.union1d(np.arange(0, stored, every), np.arange(first, last + 1))
+    facts: dict[str, Any]  # names, mean square errors, samples and intervals, rounding steps
+    traces: dict[str, str]  # packed signals, and packed errors by sampling
 
 
 def stored_parts(study: Study, results: Path) -> list[Part]:
     """Read the data of every experiment for the page from a folder of results."""
-    every, parts = page_stride(study), []
+    parts = []
     folders = {transport: results / transport for transport in STUDY_SAMPLING}
     best_n = {name: read(path / "statistics.nc", "best_n")["best_n"] for name, path in folders.items()}
     for name, e in study.experiments.items():
-        datum = read(results / "datum" / f"{name}.nc", "P", "status", "failure_time")
-        replays = {
-            transport: read(path / "replay" / f"{name}.nc", "mse", "status", "pressure")
+        datum = read(results / "datum" / f"{name}.nc", "u", "x", "P", "status", "failure_time")
+        mse = {
+            transport: read(path / "replay" / f"{name}.nc", "mse")["mse"]
             for transport, path in folders.items()
         }
+        traces = {transport: read(path / "traces" / f"{name}.nc") for transport, path in folders.items()}
         best = {transport: of_all.sel(experiment=name) for transport, of_all in best_n.items()}
-        parts.append(part(e, datum, replays, best, every))
+        parts.append(part(e, datum, mse, traces, best))
     return parts
 
 
 def part(
     experiment: Experiment,
     datum: xr.Dataset,
-    replays: Mapping[str, xr.Dataset],
+    mse: Mapping[str, xr.DataArray],
+    traces: Mapping[str, xr.Dataset],
     best_n: Mapping[str, xr.DataArray],
-    every: int,
 ) -> Part:
     """Return the data of one experiment for the page, from its files of results by sampling.
 
-    `datum` is of ``results/datum``, `replays` of ``results/TRANSPORT/replay``; `best_n` has the best n of
-    each model; `every` is from `page_stride`.
+    `datum` is of ``results/datum``, `mse` of ``results/TRANSPORT/replay``, `traces` of
+    ``results/TRANSPORT/traces``; `best_n` has the best n of each model.
     """
-    full = datum["P"].sel(chamber=CHAMBERS).values.T[:, :: experiment.pressure_stride]
-    stored = full.shape[-1]
-    chosen = shown_samples(stored, every)
-    full = full[:, chosen]
-    step = rounding_step(0.0, float(np.nanmax(np.abs(full))))
+    shown, edges = shown_steps(experiment), interval_edges(experiment)
+    steps, packs = _signals(datum, shown, edges)
     facts: dict[str, Any] = {
         "name": experiment.name,
         "text": experiment_text(experiment),
         "failed": failure_text(datum) if datum["status"] else None,
-        "dt": experiment.h * experiment.pressure_stride,
-        "stored": stored,
-        "close_up": close_up(stored),
-        "step": step,
+        "h": experiment.h,
+        "stride": experiment.pressure_stride,
+        "close_up": close_up(experiment),
+        "finer": int(np.diff(shown).min(initial=experiment.pressure_stride)),
+        "edges": edges.tolist(),
+        "steps": steps,
         "cells": {},
     }
-    traces = {"full": packed([rounded(chamber[None], step) for chamber in full])}
-    for transport, replay in replays.items():
+    for transport, cells in traces.items():
+        of_models = (
+            mse[transport].sel(model=list(MODELS), chamber=CHAMBERS).transpose("model", "n", "chamber")
+        )
         best = best_n[transport].sel(model=list(MODELS)).values
-        cells = replay.sel(model=list(MODELS), chamber=CHAMBERS).transpose("model", "chamber", "n", ...)
-        steps, traces[transport] = _errors(cells, full, chosen)
-        n = cells["n"].values
+        n = of_models["n"].values
+        least = np.sqrt(of_models.min("n").values)  # NaN where every n failed
+        steps, errors = _errors(cells, least)
+        packs |= {f"{transport}-{name}": text for name, text in errors.items()}
         facts["cells"][transport] = {
-            "mse": _shortened(cells["mse"].transpose("model", "n", "chamber").values),
+            "mse": _shortened(of_models.values),
             "best": [int(np.abs(n - value).argmin()) if np.isfinite(value) else None for value in best],
             "steps": steps,
         }
-    return Part(facts, traces)
+    return Part(facts, packs)
 
 
-def _errors(cells: xr.Dataset, full: np.ndarray, chosen: np.ndarray) -> tuple[list[float], str]:
-    """Return rounding steps and packed errors: a group per model and chamber, a row per n if it has one."""
-    pressure, failed = cells["pressure"].values, cells["status"].values != 0
-    least = np.sqrt(cells["mse"].min("n").values)  # NaN where every n failed
-    steps, groups = [], []
+def _signals(datum: xr.Dataset, shown: np.ndarray, edges: np.ndarray) -> tuple[list[float], dict[str, str]]:
+    """Return rounding steps and packs of u, x and both pressures: samples, and limits by interval."""
+    pressures = datum["P"].sel(chamber=CHAMBERS).values.T
+    signals = [(datum[name].values, per_unit) for name, per_unit in SIGNALS.items()]
+    signals += [(chamber, 1.0) for chamber in pressures]
+    steps, samples, limits = [], [], []
+    for values, per_unit in signals:
+        largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+        step = rounding_step(np.nan, float(largest * per_unit)) / per_unit
+        steps.append(step)
+        samples.append(rounded(values[None, shown], step))
+        limits.append(rounded(lowest_and_highest(values, edges), step))
+    return steps, {"signals": packed(samples), "signal-limits": packed(limits)}
+
+
+def _errors(cells: xr.Dataset, least: np.ndarray) -> tuple[list[float], dict[str, str]]:
+    """Return rounding steps and packs of errors: samples, limits and mean squares by interval.
+
+    A group per model and chamber; a row per choice of n, one where the choices are the same. Limits have the
+    lowest and the highest error of each choice.
+    """
+    cells = cells.sel(model=list(MODELS), chamber=CHAMBERS)
+    n = cells["n_shown"].transpose("model", "choice").values
+    dims = ("model", "chamber", "choice", ...)
+    error, lowest, highest, square = (
+        cells[name].transpose(*dims).values for name in ("error", "lowest", "highest", "mean_square")
+    )
+    logarithms = np.log2(np.maximum(square, LEAST_SQUARE))
+    steps, samples, limits, squares = [], [], [], []
     for m, model in enumerate(MODELS.values()):
-        rows = slice(None) if model.has_n else slice(0, 1)
-        for c, chamber in enumerate(full):
-            error = chamber - pressure[m, c, rows][:, chosen]
-            error[failed[m, c, rows]] = np.nan
-            largest = np.abs(error[np.isfinite(error)]).max(initial=0.0)
-            steps.append(rounding_step(least[m, c], float(largest)))
-            groups.append(rounded(error, steps[-1]))
-    return steps, packed(groups)
+        rows = slice(None) if model.has_n and len(set(n[m].tolist())) > 1 else slice(0, 1)
+        for c in range(len(CHAMBERS)):
+            ends = np.stack([lowest[m, c, rows], highest[m, c, rows]], axis=1)
+            largest = np.abs(ends[np.isfinite(ends)]).max(initial=0.0)
+            step = rounding_step(least[m, c], float(largest))
+            steps.append(step)
+            samples.append(rounded(error[m, c, rows], step))
+            limits.append(rounded(ends.reshape(-1, ends.shape[-1]), step))
+            squares.append(rounded(logarithms[m, c, rows], 1 / PER_OCTAVE))
+    return steps, {"errors": packed(samples), "limits": packed(limits), "squares": packed(squares)}
+
+
+def answer(parts: Sequence[Part]) -> str:
+    """Which models are nearest to the full order, in two sentences; runs that failed do not count."""
+    cells = [part.facts["cells"]["exact"] for part in parts if not part.facts["failed"]]
+    square: dict[str, list[float]] = {}
+    for m, name in enumerate(MODELS):
+        at_best = [(run["mse"][m], run["best"][m]) for run in cells]
+        if all(place is not None for _, place in at_best):
+            square[name] = [float(np.mean(mse[place])) for mse, place in at_best]
+    if not cells or not square:
+        return "No model ran through every experiment."
+    means = {name: float(np.mean(values)) for name, values in square.items()}
+    first, *others = sorted(means, key=means.__getitem__)
+    kpa = {name: f"{np.sqrt(mean) / KILO:#.2g}".rstrip(".") for name, mean in means.items()}
+    next_ones = ", then " + ", ".join(f"{name} ({kpa[name]})" for name in others[:3]) if others else ""
+    wins = Counter(min(square, key=lambda name: square[name][run]) for run in range(len(cells)))
+    runs = "in the only run" if len(cells) == 1 else f"over all {len(cells)} runs"
+    constant = [kpa[name] for name in means if MODELS[name].temperature == "constant"]
+    last = f"; a constant temperature leaves {min(constant, key=float)} or more" if constant else ""
+    text = (
+        f"With its best n in each run, {first} is nearest to the full order: {kpa[first]} kPa RMS {runs}"
+        f"{next_ones}{last}."
+    )
+    if len(wins) == 1:
+        return f"{text} It is so in every run." if len(cells) > 1 else text
+    counts = ", ".join(f"{name} in {count}" for name, count in wins.most_common())
+    return f"{text} No model is nearest in every run: {counts}."
 
 
 def experiment_text(experiment: Experiment) -> str:
@@ -153,6 +200,7 @@ def _model(name: str) -> dict[str, Any]:
         "name": name,
         "text": f"{model.temperature} temperature, {mixing}, wall heat {model.wall}",
         "colour": look.color,
+        "on_dark": on_dark(look.color),
         "dash": [] if isinstance(look.linestyle, str) else look.linestyle[1],
         "has_n": model.has_n,
         "first": name in FIRST_SHOWN,
@@ -184,13 +232,16 @@ def report_page(
         "chambers": CHAMBERS,
         "transports": list(STUDY_SAMPLING),
         "fraction": FRACTION,
-        "every": page_stride(study),
+        "per_octave": PER_OCTAVE,
+        "common": int(np.abs(np.array(study.n) - COMMON_N).argmin()),
+        "opening": max((i for i, name in enumerate(study.experiments) if name == OPENING), default=0),
         "experiments": [part.facts for part in parts],
     }
     return page_text(
         "report.html.j2",
         study=study,
         data=data,
+        answer=answer(parts),
         sampling=STUDY_SAMPLING,
         parts=parts,
         verdict=verdict,

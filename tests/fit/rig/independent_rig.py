@@ -40,16 +40,30 @@ def position(t):
     return 0.08 * (rise - fall)
 
 
-def simulated(pulses=4, hose=True, b=0.5283, noise=0.3e3, seed=0):
-    """Time, position, command and pressure at the valve, of a record at 1 kHz."""
+OF_B = {"hose_volume": 6e-6, "hose_C": 0.9e-8, "dead_volume": 20e-6, "k_0": 0.5, "rod": 12e-3}
+TRAVEL = 0.08  # m, at which B has its dead volume
+
+
+def simulated(pulses=4, hose=True, b=0.5283, noise=0.3e3, seed=0, other=False):
+    """Time, position, command and pressure at the valve, of a record at 1 kHz.
+
+    With `other` the second chamber of the same 5/2 valve, as a record of its own: the supply fills it while
+    the valve is off, and it shrinks as the first grows.
+    """
     v, area = TRUTH, np.pi / 4 * BORE**2
+    if other:
+        v, area = TRUTH | OF_B, np.pi / 4 * (BORE**2 - OF_B["rod"] ** 2)
+
+    def distance(t):
+        return TRAVEL - position(t) if other else position(t)
 
     def opened(t):
         phase = t % PERIOD
-        return np.clip((phase - 0.02) / OPENS, 0, 1) - np.clip((phase - 0.02 - OPEN) / CLOSES, 0, 1)
+        on = np.clip((phase - 0.02) / OPENS, 0, 1) - np.clip((phase - 0.02 - OPEN) / CLOSES, 0, 1)
+        return 1 - on if other else on
 
     def state(t, y):
-        V = np.array([v["hose_volume"], v["dead_volume"] + area * position(t)])
+        V = np.array([v["hose_volume"], v["dead_volume"] + area * distance(t)])
         m, U = y[:2], y[2:]
         T = U / (m * C_V)
         return V, m, T, m * R * T / V
@@ -76,12 +90,12 @@ def simulated(pulses=4, hose=True, b=0.5283, noise=0.3e3, seed=0):
         through(v["valve_C_out"] * (1 - s), P[port], T[port], port, P_ROOM, T_ROOM, None)
         if hose:
             through(v["hose_C"], P[0], T[0], 0, P[1], T[1], 1)
-        dU[1] += v["k_0"] * (T_ROOM - T[1]) - P[1] * area * (position(t + 1e-6) - position(t - 1e-6)) / 2e-6
+        dU[1] += v["k_0"] * (T_ROOM - T[1]) - P[1] * area * (distance(t + 1e-6) - distance(t - 1e-6)) / 2e-6
         return np.concatenate([dm, dU])
 
     t = np.arange(round(pulses * PERIOD / 1e-3)) * 1e-3
-    V0 = np.array([v["hose_volume"], v["dead_volume"]])
-    m0 = P_ROOM * V0 / (R * T_ROOM)
+    V0 = state(0.0, np.ones(4))[0]
+    m0 = (v["P_s"] if other else P_ROOM) * V0 / (R * T_ROOM)
     start = np.concatenate([m0, m0 * C_V * T_ROOM])
     atol = 1e-8 * start
     y = solve_ivp(rates, (0, t[-1]), start, "LSODA", t, rtol=1e-7, atol=atol, max_step=2e-3).y

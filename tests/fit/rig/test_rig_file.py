@@ -34,6 +34,8 @@ def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both():
         ({"orifice_mm": 2}, "volume_L: missing; or give bore_mm"),
         (TANK | VALVE, "orifice_mm: conflicts with valve_C_in_dm3_per_sbar"),
         (CHAMBER | {"hose_volume_mL": 3}, "hose_C_dm3_per_sbar: missing"),
+        (TANK | {"dead_volume_B_mL": 3}, "dead_volume_B_mL: needs bore_mm, which is missing"),
+        (CHAMBER | {"k_0_B_W_per_K": 3}, "k_0_B_W_per_K: needs dead_volume_B_mL, which is missing"),
     ],
 )
 def test_a_mistake_is_one_line_that_names_field_value_and_what_is_allowed(content, said):

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from independent_rig import BORE, CLOSES, OPENS, TRUTH, simulated
+from independent_rig import BORE, CLOSES, OF_B, OPENS, TRUTH, simulated
 
 from pneumo.fit.rig.rig_file import rig
 from pneumo.fit.rig.rig_fit import (
@@ -13,10 +13,11 @@ from pneumo.fit.rig.rig_fit import (
     fitted_names,
     judged,
     lagged,
+    replay_run,
     rig_warnings,
     run_errors,
 )
-from pneumo.fit.rig.rig_record import Points, commanded, edges, halves, pulses, vessel_run
+from pneumo.fit.rig.rig_record import Points, Run, commanded, edges, halves, pulses, vessel_run
 
 ABOUT = {
     "bore_mm": 1e3 * BORE,
@@ -69,6 +70,68 @@ def test_a_rig_without_a_hose_needs_none():
     for name in ("valve_C_in", "valve_C_out", "dead_volume", "P_s"):
         assert estimate.values[name] == pytest.approx(TRUTH[name], rel=0.05), name
     assert not rig_warnings(without, runs, estimate.rms)
+
+
+@pytest.mark.slow
+def test_both_chambers_of_a_5_2_valve_are_identified_together():
+    t, x, u, P = simulated(pulses=3)
+    *_, P_B = simulated(pulses=3, other=True, seed=1)
+    runs = pulses(t, x, P, u, P_B)
+    of_B = {"dead_volume_B_mL": [1, 100], "rod_B_mm": 1e3 * OF_B["rod"]}
+    both = rig(ABOUT | HOSE | of_B, "test")
+    estimate = fit_rig(both, "full order", runs[:2])
+    # Tolerance as for one chamber; that of B is known as well as that of A.
+    for name in ("hose_volume", "hose_C", "valve_C_in", "valve_C_out", "dead_volume", "P_s"):
+        assert estimate.values[name] == pytest.approx(TRUTH[name], rel=0.1), name
+    assert estimate.values["dead_volume_B"] == pytest.approx(OF_B["dead_volume"], rel=0.1)
+    # More than for one chamber: the gas that was compressed in B is some K off when a pulse begins.
+    assert estimate.rms < 3 * 0.3e3
+    swapped = [run._replace(P=run.P_B, P_B=run.P) for run in runs[:1]]
+    P, _ = run_errors(both, "full order", estimate.values, swapped[0])
+    assert np.abs(P).max() > 4e5
+
+
+def test_of_the_other_chamber_what_is_not_named_is_as_of_the_first():
+    about = {name: value for name, value in (ABOUT | HOSE).items() if not isinstance(value, list)}
+    about |= {"dead_volume_mL": 12, "valve_C_in_dm3_per_sbar": 1.2, "valve_C_out_dm3_per_sbar": 1}
+    about |= {"P_s_bar": 6, "hose_volume_mL": 6, "hose_C_dm3_per_sbar": 0.9, "dead_volume_B_mL": 20}
+    t = np.arange(120) * 1e-3
+    points = Points(t, np.full(120, 1e5))
+    run = Run(1e-3, np.linspace(0, 0.08, 120), 0.02, 0.08, points, P_B=points, travel=0.08)
+
+    def both(**more):
+        rig_of_both = rig(about | more, "test")
+        values = {name: low for name, (low, _) in rig_of_both.ends.items()}
+        return np.array([P.values for P in replay_run(rig_of_both, "full order", values, run).pressures])
+
+    usual = both()
+    assert usual[0, 0] == 101325.0 and usual[1, 0] == 6e5  # vented, and filled from the supply
+    assert usual[1, 15] > 5.9e5  # until the valve switches
+    assert usual[0].max() > 4e5 and usual[1].min() < 4e5
+    same = both(hose_volume_B_mL=6, hose_C_B_dm3_per_sbar=0.9, valve_C_in_B_dm3_per_sbar=1.2, rod_B_mm=0)
+    np.testing.assert_array_equal(same, usual)
+    for name, value in (("hose_volume_B_mL", 12), ("rod_B_mm", 16), ("P_start_B_bar", 5)):
+        other = both(**{name: value})
+        np.testing.assert_array_equal(other[0], usual[0])
+        assert np.abs(other[1] - usual[1]).max() > 1e3, name
+
+
+def test_a_supply_that_sags_is_shared_by_both_chambers():
+    about = ABOUT | {"supply_volume_L": 0.2, "regulator_C_dm3_per_sbar": 0.05, "P_s_bar": 6}
+    about |= {"dead_volume_mL": 12, "k_0_W_per_K": 0.5, "valve_C_in_dm3_per_sbar": 1}
+    about |= {"valve_C_out_dm3_per_sbar": 1}
+    t = np.arange(120) * 1e-3
+    points = Points(t, np.full(120, 1e5))
+    run = Run(1e-3, np.linspace(0, 0.08, 120), 0.02, 0.08, points, P_B=points, travel=0.08)
+
+    def filled(**more):
+        known = rig(about | more, "test")
+        values = {name: low for name, (low, _) in known.ends.items()}
+        return replay_run(known, "full order", values, run).P.values
+
+    alone, with_other = filled(), filled(dead_volume_B_mL=20)
+    # What the other chamber drew before the valve switched, and draws after, is missing in this one.
+    assert np.abs(with_other - alone).max() > 1e3
 
 
 def tank(k=3.0, C_d=0.8, lag=0.0, T=True):
