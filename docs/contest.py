@@ -83,21 +83,27 @@ def quotient_table(contest: xr.Dataset) -> str:
     return table(["full order", "k_0 told", "valve told", *parts], rows)
 
 
-def paper_table(contest: xr.Dataset) -> str:
-    """The paper's experiments, each by itself: the full order over the choice beforehand, same knowledge."""
+def paper_quotients(contest: xr.Dataset) -> dict[str, np.ndarray]:
+    """The full order over the choice beforehand, same knowledge, in each of the paper's experiments."""
     cases = {words: (FULL["constant"], k_0, 1.0) for k_0, words in TOLD.items()}
     cases |= {"without wall heat": (ADIABATIC, 1.0, 1.0)}
     cases |= {f"valve told {valve:g} times": (FULL["constant"], 1.0, valve) for valve in WRONG_VALVES}
-    columns = []
-    for choice, k_0, valve in cases.values():
+    quotients = {}
+    for words, (choice, k_0, valve) in cases.items():
         full, beforehand = row_of(contest, choice, k_0, valve), row_of(contest, BEFOREHAND, k_0, valve)
         assert full is not None and beforehand is not None
-        columns.append((full["paper_error"] / beforehand["paper_error"]).values)
+        quotients[words] = (full["paper_error"] / beforehand["paper_error"]).values
+    return quotients
+
+
+def paper_table(contest: xr.Dataset) -> str:
+    """The paper's experiments, each by itself."""
+    quotients = paper_quotients(contest)
     rows = [
-        [name, *(f"{column[i]:.2g}" for column in columns)]
+        [name, *(f"{column[i]:.2g}" for column in quotients.values())]
         for i, name in enumerate(contest["experiment"].values)
     ]
-    return table(["experiment", *cases], rows)
+    return table(["experiment", *quotients], rows)
 
 
 def tables(contest: xr.Dataset) -> dict[str, str]:
@@ -153,6 +159,11 @@ def numbers(contest: xr.Dataset) -> dict[str, str]:
         "full_quotient_worst": f"{worst['full'].item()} with k_0 told {worst['case_k_0'].item():.2g} times",
         "full_quotient_wrong_valve": _between(off.sel(bound="value").values),
         "full_quotient_wrong_valve_most": f"{off.sel(bound='high').max().item():.2f}",
+        "experiments": f"{contest.sizes['experiment']}",
+        "paper_low_worse": f"{int((paper_quotients(contest)[TOLD[LOW]] > 1).sum())}",
+        "paper_right_worse": f"{int((paper_quotients(contest)[TOLD[1.0]] > 1).sum())}",
+        "paper_high_worse": f"{int((paper_quotients(contest)[TOLD[HIGH]] > 1).sum())}",
+        "paper_high_most": f"{paper_quotients(contest)[TOLD[HIGH]].max():.1f}",
         "wrong_valve_cases": f"{off.sel(bound='high').size}",
         "wrong_valve_not_below": f"{not_below}",
         "wrong_valve_best": _between(
