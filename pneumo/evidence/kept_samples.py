@@ -21,14 +21,8 @@ from pneumo.evidence.identification import open_loop_cells as open_loop
 from pneumo.evidence.identification.open_loop import penalty
 from pneumo.evidence.identification.settling_stops import identified_stop
 from pneumo.evidence.kept_copies import difference, tolerance
+from pneumo.evidence.random_cylinders import contest_statistics as contest
 from pneumo.evidence.random_cylinders import regimes
-from pneumo.evidence.random_cylinders.contest_statistics import (
-    best_in_hindsight,
-    fitted_rule,
-    mean_of_logs,
-    row_of,
-    runs_counted,
-)
 from pneumo.evidence.random_cylinders.cylinder_runs import LOOPS, cylinder_cells, random_experiments
 from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS, known_groups
 from pneumo.evidence.random_cylinders.direct_rule import direct_rule
@@ -204,22 +198,25 @@ def _at_work() -> Iterator[Sample]:
 
 
 def _contest() -> Iterator[Sample]:
-    """One cylinder run and replayed again; errors by what is told, and rules, from the kept runs."""
+    """One cylinder run and replayed again; errors of some choices from the kept runs and rules."""
     file = "contest.nc"
     kept = read(KEPT / file)
     number = int(kept["cylinder"].values[len(kept["cylinder"]) // 2])
     cells = [name for name, about in RUN_VARIABLES.items() if about[1] != "1"]
     again = contest_cells(number)
     yield from _shared(file, f"cylinder {number}", kept[cells].sel(cylinder=number), again)
-    fitted = np.array([fitted_rule(kept, model) for model in kept["ruled"].values])
-    yield _of(file, "rule_n", kept["rule_n"], fitted)
-    part = runs_counted(kept)["all"]
-    logs = np.log(kept["mse_adiabatic"] / best_in_hindsight(kept)).transpose(*part.dims)
-    adiabatic = row_of(kept, "full order, adiabatic")
-    assert adiabatic is not None
-    error = adiabatic["error"].sel(part="all")
-    # Means over hundreds of runs of three digits each.
-    yield _of(file, "error, adiabatic", error, mean_of_logs(logs.values, part.values))
+    direct = read(KEPT / "cylinders.nc")
+    rules = {str(model): tuple(kept["rule_n"].sel(ruled=model).values) for model in kept["ruled"].values}
+    made = contest.choices(
+        kept, rules, direct["rule_threshold"].item(), tuple(direct["rule_model"].values.tolist())
+    )
+    part, best = contest.runs_counted(kept)["all"], contest.best_in_hindsight(kept)
+    for name in ("M6 by rule", "M8 by rule", contest.BEFOREHAND, "full order, adiabatic"):
+        logs = np.log(contest.at_told(made[name], 1.0, 1.0) / best).transpose(*part.dims)
+        row = contest.row_of(kept, name)
+        assert row is not None
+        error = row["error"].sel(part="all")
+        yield _of(file, f"error, {name}", error, contest.mean_of_logs(logs.values, part.values))
 
 
 def _partly_known() -> Iterator[Sample]:
