@@ -51,7 +51,7 @@ def ten_models() -> str:
 def answer() -> str:
     """Table of which model to take, by what is known."""
     advice = todays_answer(xr.load_dataset(KEPT / "contest.nc"), xr.load_dataset(KEPT / "measured_air.nc"))
-    return table(["you know", "take", "what the evidence says"], advice)
+    return table(["if", "take", "what the evidence says"], advice)
 
 
 def judged() -> str:

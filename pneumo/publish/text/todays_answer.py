@@ -15,7 +15,7 @@ WRONG_VALVES = (0.97, 1.03)
 class Advice(NamedTuple):
     """What to take in one situation, and what the evidence says of it."""
 
-    knows: str
+    case: str
     take: str
     evidence: str
 
@@ -59,26 +59,26 @@ def todays_answer(contest: xr.Dataset, air: xr.Dataset) -> list[Advice]:
     paying, undecided = (_span(ratios.sel(bound="value").values) for ratios in (known, wrong))
     return [
         Advice(
-            "the valve, and k_0 within a factor of 2.7, as the catalogue gives it",
+            "you know the valve, and k_0 within a factor of 2.7, as the catalogue gives it",
             "the **full order**: pressure and temperature as states, constant k_0",
             f"{paying} times the mean square error of the best of M5 to M10, as a simulation with the same"
             " knowledge chooses model and n",
         ),
         Advice(
-            "k_0 like that, but the valve only within 3 %",
+            "you know k_0 like that, but the valve only within 3 %",
             "**calibrate the valve** first",
             f"until then every model's error is {lost.min():.1f} to {lost.max():.1f} times what the best"
             f" reduced one can reach; the full order's is {undecided} times the chosen one's",
         ),
         Advice(
-            "nothing yet, but you have a bench",
+            "you know neither, but have a bench",
             "`pneumo fit`, then the **full order** with what it finds",
             f"measured air: {measured['pulses', 'full order']} kPa where M8 has {measured['pulses', 'M8']},"
             f" on a cylinder behind an on/off valve; {measured['discharge', 'full order']} for"
             f" {measured['discharge', 'M8']} on a vessel that empties",
         ),
         Advice(
-            "that you can carry one state a chamber only",
+            "you can carry only one state a chamber",
             f"model and n by `pneumo study`; or **M6** with {rule_text(contest, 'M6')}",
             f"{errors_of(contest, BEFOREHAND)[0]:.2f} times the best in hindsight where k_0 is right;"
             f" {of_rule} by the rule",
