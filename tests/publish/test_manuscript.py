@@ -18,6 +18,7 @@ from pneumo.physics.models import MODELS
 from pneumo.publish.text import manuscript as m
 from pneumo.publish.text.formatting import with_interval
 from pneumo.storage.files import read_json, write, write_json
+from pneumo.storage.kept_evidence import KEPT
 
 FOLDER = ROOT / "paper/manuscript"
 SOURCE = (FOLDER / "manuscript.typ").read_text(encoding="utf-8")
@@ -115,6 +116,8 @@ def project(tmp_path_factory):
         shutil.copy(ROOT / "results" / name, results)
     for name in ("traces", "floor", "ensemble", "regimes"):
         shutil.copy(ROOT / "results/figures/traces.svg", results / f"figures/{name}.svg")
+    for name in ("contest.nc", "measured_air.nc"):
+        shutil.copy(KEPT / name, results)
     made = {"ensemble": invented_ensemble, "variants": invented_variants, "floor": invented_floor}
     made |= {"identification": invented_identification, "error_budget": invented_budget}
     for name, invented in (made | {"cylinders": invented_cylinders}).items():

@@ -5,6 +5,7 @@ typed there.
 """
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -74,7 +75,7 @@ def _contest(contest: xr.Dataset, air: xr.Dataset) -> dict[str, Any]:
     costs = step_costs()
     full, model, polynomial = (costs[row].instructions for row in (FULL_ORDER, "M8", "M8 with a polynomial"))
     words = [
-        {key: cell.replace("*", "") for key, cell in row._asdict().items()}
+        {key: re.sub("[*`]", "", cell) for key, cell in row._asdict().items()}
         for row in todays_answer(contest, air)
     ]
     return {
