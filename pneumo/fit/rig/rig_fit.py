@@ -259,7 +259,7 @@ class RigProblem(NamedTuple):
         if near is not None:
             ends = self.rig.ends
             parts = [(near[name] - ends[name][0]) / (ends[name][1] - ends[name][0]) for name in self.names]
-            starts.append(np.clip(parts, OFF_END, 1 - OFF_END))
+            starts = [np.clip(parts, OFF_END, 1 - OFF_END), starts[0]]
         return min((self._solved(start) for start in starts), key=lambda optimum: optimum.cost)
 
     def _solved(self, theta: np.ndarray) -> OptimizeResult:
