@@ -10,6 +10,7 @@ from pneumo.cli.options import output_to
 
 
 def rig(
+    context: typer.Context,
     file: Annotated[Path, Argument(help="YAML file of the rig: numbers, or [low, high] of what is fitted")],
     record: Annotated[Path, Argument(help="record with t and P_A, of a chamber x and u, optionally T")],
     columns: Annotated[
@@ -23,9 +24,9 @@ def rig(
     temperature: Annotated[
         bool, Option("--temperature", help="fit measured gas temperatures too, and their lag")
     ] = False,
-    output: Annotated[Path | None, output_to("folder for rig.nc")] = None,
+    output: Annotated[Path | None, output_to("folder for rig.html, rig.nc")] = None,
 ) -> None:
-    """Fit models to a chamber behind a hose, or to a vessel.
+    """Fit models to one chamber or both behind an on/off valve and hoses, or to a vessel.
 
     Models are ranked on pulses, or points, that the fit does not use.
     """
@@ -36,25 +37,33 @@ def rig(
     from pneumo.fit.rig.rig_file import read_rig
     from pneumo.fit.rig.rig_fit import RIG_MODELS, fitted_runs, judged_models, rig_warnings
     from pneumo.fit.rig.rig_record import read_runs
+    from pneumo.fit.rig.rig_result import unphysical, with_replays
     from pneumo.hashing import code_hash
+    from pneumo.publish.pages.rig_page import rig_page
     from pneumo.publish.text.terminal_tables import rig_tables
-    from pneumo.storage.files import attributes, check_output, write
+    from pneumo.storage.files import attributes, output_folder, write, write_text
 
     for name in model or ():
         if name not in RIG_MODELS:
             raise InputError(f"--model {printable(name)}: must be one of {', '.join(RIG_MODELS)}")
     if output is not None:
-        check_output(output)
+        context.with_resource(output_folder(output))
     known = read_rig(file)
     runs = read_runs(record, known, read_mapping(columns) if columns else None, from_edges=command == "edges")
     names = tuple(dict.fromkeys(model)) if model else RIG_MODELS
     result = judged_models(known, runs, names, temperature, lambda text: typer.echo(text, err=True))
     for table in rig_tables(result):
         Console().print(table)
-    for warning in rig_warnings(known, fitted_runs(runs), result["fitted"].min().item()):
+    odd = unphysical(known, result)
+    warnings = rig_warnings(known, fitted_runs(runs), result["fitted"].min().item())
+    for warning in [*warnings, *(f"{name}: {words}: not physical" for name, words in odd.items())]:
         typer.echo(f"warning: {warning}", err=True)
     if output is not None:
         summary = "Errors of pressure on what was fitted and held out, estimates with 95 per cent intervals"
         code = code_hash("pneumo.fit.rig.rig_fit")
         about = attributes("Models fitted to a rig", summary, "none: a rig has a file of its own", code)
-        write(result, output / "rig.nc", about)
+        result = with_replays(result, known, runs)
+        write(result, output / "rig.nc", about | result.attrs)
+        page = rig_page(result, record.name, warnings, odd, len(runs) > 1)
+        write_text(page, output / "rig.html")
+        typer.echo(f"{output / 'rig.html'} and {output / 'rig.nc'}: written")

@@ -6,34 +6,41 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from pneumo.errors import ResultError
 from pneumo.fit.closed.thermal_laws import T_WALL, THINNED, read_closed_record
 from pneumo.fit.record.columns import Column
-from pneumo.fit.rig.rig_file import Rig, factor, key, read_rig
+from pneumo.fit.rig.rig_file import Rig, read_rig
 from pneumo.fit.rig.rig_file import rig as read_rig_of
 from pneumo.fit.rig.rig_fit import (
     ADIABATIC,
     FULL,
     RIG_MODELS,
+    errors,
     judged,
     judged_models,
     replay_run,
     rms,
     run_errors,
+    values_of,
 )
 from pneumo.fit.rig.rig_record import Points, Run, read_runs
 from pneumo.physics.models import MODELS
 
-PULSES, DISCHARGE, FILLING = "pulses", "discharge", "filling"
+PULSES, DISCHARGE, FILLING, NITROGEN = "pulses", "discharge", "filling", "nitrogen"
+VESSELS = (DISCHARGE, FILLING, NITROGEN)
 SHOWN = ("M1", "M5", "M6", "M8", "full order")  # in figures
 MOST_SHOWN = 150  # samples of a replay
 WALL_FULL = [name for name in FULL if name != ADIABATIC]
 FREE_N, FREE_C_D, FREE_VOLUME = (0.5, 6.0), (0.1, 2.0), (0.5e-6, 4e-4)  # decision 101
 LAG = (0.0, 20.0)  # s, of a thermometer
 STORE_K, STORE_C = (0.0, 100.0), (0.0, 5000.0)  # W/K and J/K, of a heat store
+SKIN_K, SKIN_C = (0.0, 2000.0), (0.0, 3e5)  # of a skin of the wall, between the gas and the rest of the wall
 SPRINGS = ("2021-07-26", "2022-01-28", "friction")  # records of data/mbari with closed chambers
 SPRING_BOUNDS = {"dead_volume_mL": [5e3, 1.5e5], "k_0_W_per_K": [0, 400], "T_start_K": [200, 400]}
 ROD_MM = 38.1  # in chamber B
 FULL_ORDER = "full order"
+EQ_7 = "full order, eq (7)"
+LAWS_OF_WALL = ("constant", "eq (7)", "store beside the gas", "skin of the wall")
 GAUGE = {
     "t": Column(column="t", unit="s"),
     "x": Column(column="x", unit="m"),
@@ -46,17 +53,35 @@ def records(data: Path) -> dict[str, tuple[Rig, list[Run]]]:
     valve, tank = data / "valve_driven", data / "tank"
     rig = read_rig(valve / "rig.yaml")
     found = {PULSES: (rig, read_runs(valve / "pulses.nc", rig, GAUGE, from_edges=True))}
-    for name in (DISCHARGE, FILLING):
+    for name in VESSELS:
         vessel = read_rig(tank / f"{name}.yaml")
         found[name] = vessel, read_runs(tank / f"{name}.nc", vessel)
+    vessel, (run,) = found[NITROGEN]
+    top, bottom = run.T, nitrogen_points(data, "T_low")
+    if top is None:
+        raise ResultError(f"{tank / 'nitrogen.nc'}: no gas temperature")
+    mean = (top.values + np.interp(top.t, *bottom)) / 2
+    found[NITROGEN] = vessel, [run._replace(T=Points(top.t, mean))]
     return found
+
+
+def nitrogen_points(data: Path, name: str) -> Points:
+    """Measured temperatures of the nitrogen's vessel: T, T_low, T_wall or T_outer."""
+    with xr.open_dataset(data / "tank" / "nitrogen.nc", decode_times=False) as points:
+        return Points(points[f"t_{name}"].values, points[name].values)
+
+
+def with_skin(rig: Rig) -> Rig:
+    """The rig whose gas is in touch with a skin of the wall only; the wall behind it stays as it is."""
+    return rig.changed(k_0=0.0, store_k=SKIN_K, store_c=SKIN_C, store_back=SKIN_K)
 
 
 def measured_air(data: Path, progress: Callable[[str], None] = lambda _text: None) -> xr.Dataset:
     """Errors and estimates of every model on every record of the folder ``data``, by (case, model).
 
-    `other_P` and `other_T` are errors on the other run of the vessel, with the parameters of this one. Of
-    `SHOWN`, a run that was not fitted (of the pulses) or was (of the vessel) is replayed.
+    `other_P` and `other_T` are errors on the other run of the vessel of air, with the parameters of this one;
+    `T_wall_error` that of the skin's temperature on the wall's, which was measured around nitrogen. Of
+    `SHOWN`, a run that was not fitted (of the pulses) or was (of the vessels) is replayed.
     """
     rigs = records(data)
     with_n = [name for name, model in MODELS.items() if model.has_n]
@@ -68,22 +93,28 @@ def measured_air(data: Path, progress: Callable[[str], None] = lambda _text: Non
             *(PULSES, rigs[PULSES][0].without(*hose).changed(dead_volume=FREE_VOLUME), RIG_MODELS, False),
         ),
     }
-    for name in (DISCHARGE, FILLING):
+    for name in VESSELS:
         rig = rigs[name][0]
         cases[name] = name, rig, RIG_MODELS, False
-        cases[f"{name}, free"] = name, rig.changed(n=FREE_N, C_d=FREE_C_D), RIG_MODELS, False
-        cases[f"{name}, lag"] = name, rig.changed(T_lag=LAG), WALL_FULL, True
-        store = rig.changed(store_k=STORE_K, store_c=STORE_C)
-        cases[f"{name}, store"] = name, store, WALL_FULL, False
+        if name != NITROGEN:
+            cases[f"{name}, free"] = name, rig.changed(n=FREE_N, C_d=FREE_C_D), RIG_MODELS, False
+            cases[f"{name}, lag"] = name, rig.changed(T_lag=LAG), WALL_FULL, True
+        k, c = (SKIN_K, SKIN_C) if name == NITROGEN else (STORE_K, STORE_C)
+        cases[f"{name}, store"] = name, rig.changed(store_k=k, store_c=c), WALL_FULL, False
+        cases[f"{name}, skin"] = name, with_skin(rig), [FULL_ORDER], False
     parts = list[xr.Dataset]()
     for case, (name, rig, models, temperature) in cases.items():
         runs = rigs[name][1]
         part = judged_models(
             rig, runs, models, temperature, lambda text, case=case: progress(f"{case}: {text}")
         )
-        if name != PULSES:
+        if name in (DISCHARGE, FILLING):
             other = FILLING if name == DISCHARGE else DISCHARGE
             part = part.merge(_on_other(part, rig, *rigs[other]))
+        if case == f"{NITROGEN}, skin":
+            replayed = replay_run(rig, FULL_ORDER, values_of(part, rig, FULL_ORDER), runs[0])
+            off = rms(errors(replayed.T_store, nitrogen_points(data, "T_wall")))
+            part["T_wall_error"] = ("model", [off], {"units": "K"})
         parts.append(part.reindex(model=list(RIG_MODELS)))
     joined = xr.concat(parts, xr.Variable("case", list(cases)), join="outer")
     for name, (rig, runs) in rigs.items():
@@ -92,58 +123,59 @@ def measured_air(data: Path, progress: Callable[[str], None] = lambda _text: Non
     return joined.merge(gas_spring(data / "mbari", progress))
 
 
-def gas_spring(folder: Path, progress: Callable[[str], None] = lambda _text: None) -> xr.Dataset:
-    """Each chamber of the closed gas spring by the full order, without and with a heat store beside the gas.
+def spring_chamber(folder: Path, record: str, side: int) -> tuple[Rig, Run]:
+    """Rig and run of one closed chamber of the gas spring."""
+    signals = read_closed_record(folder / f"{record}.nc")
+    x, P = signals.uncovered[side], signals.P[side]
+    run = Run(signals.h, x - x.min(), np.nan, np.nan, Points(signals.t[::THINNED], P[::THINNED]))
+    about = {
+        "gas": "nitrogen",
+        "bore_mm": 1e3 * signals.bore,
+        "rod_mm": 0.0 if side == 0 else ROD_MM,
+        "T_surroundings_K": T_WALL,
+        "P_start_bar": [0.97e-5 * float(P[0]), 1.03e-5 * float(P[0])],
+    }
+    return read_rig_of({**about, **SPRING_BOUNDS}, str(folder)), run
 
-    Errors `spring_fitted`, `spring_held_out`, Pa, conductance `spring_k`, W/K, and the store's heat capacity
-    `spring_c`, J/K, by (record, chamber, store). The first 60 % of a record are fitted.
+
+def gas_spring(folder: Path, progress: Callable[[str], None] = lambda _text: None) -> xr.Dataset:
+    """Each chamber of the closed gas spring by the full order, with each law of wall heat.
+
+    Errors `spring_fitted`, `spring_held_out`, Pa, conductance `spring_k` from the gas to what is beside it,
+    W/K, and heat capacity `spring_c`, J/K, by (record, chamber, wall). The first 60 % of a record are fitted.
     """
     rows = list[list[list[tuple[float, ...]]]]()
     for record in SPRINGS:
-        signals = read_closed_record(folder / f"{record}.nc")
         chambers = list[list[tuple[float, ...]]]()
-        for side, x in enumerate(signals.uncovered):
-            P = signals.P[side]
-            run = Run(signals.h, x - x.min(), np.nan, np.nan, Points(signals.t[::THINNED], P[::THINNED]))
-            rod = 0.0 if side == 0 else ROD_MM
-            about = {
-                "gas": "nitrogen",
-                "bore_mm": 1e3 * signals.bore,
-                "rod_mm": rod,
-                "T_surroundings_K": T_WALL,
-            }
-            start = [0.97e-5 * float(P[0]), 1.03e-5 * float(P[0])]
-            rig = read_rig_of({**about, **SPRING_BOUNDS, "P_start_bar": start}, str(folder))
-            without = judged(rig, FULL_ORDER, [run])
-            near = without.estimate.values | {"store_k": STORE_K[1] / 2, "store_c": 50.0}
-            with_store = rig.changed(store_k=(0.0, 2000.0), store_c=(0.0, 2000.0))
-            both = without, judged(with_store, FULL_ORDER, [run], near=near)
+        for side in range(2):
+            rig, run = spring_chamber(folder, record, side)
+            constant = judged(rig, FULL_ORDER, [run])
+            near = constant.estimate.values
+            store = rig.changed(store_k=(0.0, 2000.0), store_c=(0.0, 2000.0))
+            beside = near | {"store_k": STORE_K[1] / 2, "store_c": 50.0}
+            skin = near | {"store_k": near["k_0"], "store_c": 1e3, "store_back": near["k_0"]}
+            laws = (
+                constant,
+                judged(rig, EQ_7, [run], near=near),
+                judged(store, FULL_ORDER, [run], near=beside),
+                judged(with_skin(rig), FULL_ORDER, [run], near=skin),
+            )
             chambers.append(
                 [
-                    (j.estimate.rms, j.held_out, *(j.estimate.values[n] for n in ("k_0", "store_c")))
-                    for j in both
+                    (j.estimate.rms, j.held_out, *(j.estimate.values[n] for n in (k, "store_c")))
+                    for j, k in zip(laws, ("k_0", "k_0", "k_0", "store_k"), strict=True)
                 ]
             )
-            errors = " and ".join(f"{result.held_out / 1e3:.2f}" for result in both)
-            progress(f"{record} {'AB'[side]}: {errors} kPa held out, without and with a store")
+            of_laws = ", ".join(f"{law.held_out / 1e3:.2f}" for law in laws)
+            progress(f"{record} {'AB'[side]}: {of_laws} kPa held out: {', '.join(LAWS_OF_WALL)}")
         rows.append(chambers)
     names = {"spring_fitted": "Pa", "spring_held_out": "Pa", "spring_k": "W K-1", "spring_c": "J K-1"}
-    by = ("record", "chamber", "store")
+    by = ("record", "chamber", "wall")
     values = np.moveaxis(np.array(rows), -1, 0)
     return xr.Dataset(
         {name: (by, part, {"units": unit}) for (name, unit), part in zip(names.items(), values, strict=True)},
-        {"record": list(SPRINGS), "chamber": ["A", "B"], "store": ["none", "beside the gas"]},
+        {"record": list(SPRINGS), "chamber": ["A", "B"], "wall": list(LAWS_OF_WALL)},
     )
-
-
-def _values(part: xr.Dataset, rig: Rig, model: str) -> dict[str, float]:
-    """All quantities of a rig with the estimates of a model, SI units."""
-    values = {name: low for name, (low, _) in rig.ends.items()}
-    for name in values:
-        if key(name) in part["parameter"]:
-            estimate = part["estimate"].sel(model=model, parameter=key(name)).item()
-            values[name] = estimate * factor(name) if np.isfinite(estimate) else values[name]
-    return values
 
 
 def _on_other(part: xr.Dataset, rig: Rig, other: Rig, runs: list[Run]) -> xr.Dataset:
@@ -153,7 +185,7 @@ def _on_other(part: xr.Dataset, rig: Rig, other: Rig, runs: list[Run]) -> xr.Dat
         for name in ("P_start", "P_surroundings", "T_surroundings", "T_start")
     }
     rows = [
-        [rms(error) for error in run_errors(rig, model, _values(part, rig, model) | own, runs[0])]
+        [rms(error) for error in run_errors(rig, model, values_of(part, rig, model) | own, runs[0])]
         for model in part["model"].values
     ]
     P, T = np.transpose(rows)
@@ -162,7 +194,7 @@ def _on_other(part: xr.Dataset, rig: Rig, other: Rig, runs: list[Run]) -> xr.Dat
 
 def _shown(part: xr.Dataset, name: str, rig: Rig, run: Run) -> xr.Dataset:
     """A run as it was measured and as the models of `SHOWN` replay it."""
-    replays = [replay_run(rig, model, _values(part, rig, model), run) for model in SHOWN]
+    replays = [replay_run(rig, model, values_of(part, rig, model), run) for model in SHOWN]
     t, thin = f"t_{name}", max(1, len(run.t) // MOST_SHOWN)
     shown = xr.Dataset(
         {

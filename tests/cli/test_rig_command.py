@@ -25,8 +25,12 @@ def test_models_are_ranked_and_written(tmp_path):
     assert done.exit_code == 0, done.output
     assert done.stdout.index("full order") < done.stdout.index("M1 ")
     assert re.search(r"C_d +0\.8", done.stdout) and "k_0_W_per_K" in done.stdout
-    assert max(map(len, done.stdout.splitlines())) <= 80
+    assert max(len(line) for line in done.stdout.splitlines() if "written" not in line) <= 80
+    assert "rig.html" in done.stdout
+    page = (tmp_path / "out/rig.html").read_text(encoding="utf-8")
+    assert "discharge.nc" in page and "every second point" in page and "C_d on its bound" in page
     result = xr.load_dataset(tmp_path / "out/rig.nc")
+    assert {"measured_P", "replayed_P", "measured_T"} <= set(result.data_vars)
     assert list(result["model"].values) == ["M1", "full order"]
     best = result.sel(model="full order", parameter="k_0_W_per_K")
     assert best["low"] < best["estimate"] < best["high"]
@@ -54,6 +58,7 @@ def test_a_table_of_points_needs_no_temperature_in_every_row(tmp_path):
         ((VALVE, "chamber.csv"), "chamber.csv: no column x"),
         ((VALVE, "without_u.csv"), "without_u.csv: no column u: a chamber behind an on/off valve needs"),
         ((VALVE, "flat.csv", "--command", "edges"), "no whole pulse"),
+        (("both.yaml", "flat.csv", "--command", "edges"), "flat.csv: no column P_B: a chamber behind"),
         ((VALVE, "uneven.csv", "--command", "edges"), "equally spaced"),
         ((TANK, "backwards.csv"), "backwards.csv: t: must be numbers that increase"),
         ((TANK, "without_P.csv"), "without_P.csv: no column P_A"),
@@ -74,5 +79,6 @@ def test_a_mistake_ends_in_one_line(words, said, inside):
     write("uneven.csv", t_s=t**2 + t, P_A_kPa=flat, x_mm=flat)
     write("backwards.csv", t_s=t[::-1], P_A_kPa=flat)
     write("without_P.csv", t_s=t, P_B_kPa=flat)
+    Path("both.yaml").write_text(Path(VALVE).read_text(encoding="utf-8") + "dead_volume_B_mL: 20\n")
     code, out, err = inside("rig", *words)
     assert (code, out) == (2, "") and len(err.splitlines()) == 1 and said in err

@@ -223,7 +223,11 @@ rule measured_air:
         records=[
             "data/valve_driven/pulses.nc",
             "data/valve_driven/rig.yaml",
-            *[f"data/tank/{run}.{kind}" for run in ["discharge", "filling"] for kind in ["nc", "yaml"]],
+            *[
+                f"data/tank/{run}.{kind}"
+                for run in ["discharge", "filling", "nitrogen"]
+                for kind in ["nc", "yaml"]
+            ],
             *[f"data/mbari/{name}.nc" for name in RECORDS],
         ],
     output:
@@ -233,7 +237,7 @@ rule measured_air:
     params:
         code=code_behind("measured_air.py"),
     message:
-        "Models on measured air with flow"
+        "Models on measured air and nitrogen with flow"
     script:
         "../scripts/measured_air.py"
 

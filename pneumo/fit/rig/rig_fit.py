@@ -80,11 +80,24 @@ class RigReplay(NamedTuple):
         return (self.P,) if self.P_B is None else (self.P, self.P_B)
 
 
-def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
-    """Pressures at the sensors and temperatures in the chamber.
+class Network(NamedTuple):
+    """Arguments of `replay` for a run of a rig: nodes are the chambers, then their lines, then the supply.
 
-    Nodes are the chambers, then their lines, then the supply, as far as the rig has them.
+    Volumes are linear in the position, areas in the valve's opening.
     """
+
+    nodes: list[Node]
+    links: list[Link]
+    surroundings: list[tuple[float, float]]  # atmosphere, then the source
+    volumes: np.ndarray  # m^3, by (node, sample)
+    areas: np.ndarray  # m^2, by (link, sample)
+    area_ratios: np.ndarray  # by (node, sample)
+    chambers: int
+    sensor: int  # node of the first chamber's pressure; those of the others follow
+
+
+def network(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> Network:
+    """Network of a rig with the volumes and areas of a run."""
     v, gas = values, rig.gas
     t, T_amb, P_atm = run.t, v["T_surroundings"], v["P_surroundings"]
     C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
@@ -153,15 +166,22 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
         links.append(Link(source, supply))
         areas.append(np.full_like(t, C * v["regulator_C"]))
     ratios += [np.ones_like(t)] * (count - len(sides))
-    states = replay(
-        nodes, links, surroundings, np.array(volumes), np.array(areas), gas, run.h, np.array(ratios)
-    )
-    first = len(sides) if lines and rig.sensor == "valve" else 0
+    sensor = len(sides) if lines and rig.sensor == "valve" else 0
+    arrays = np.array(volumes), np.array(areas), np.array(ratios)
+    return Network(nodes, links, surroundings, *arrays, len(sides), sensor)
+
+
+def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
+    """Pressures at the sensors and temperatures in the chamber."""
+    of_rig = network(rig, model, values, run)
+    nodes, links, surroundings, volumes, areas, ratios, chambers, sensor = of_rig
+    states = replay(nodes, links, surroundings, volumes, areas, rig.gas, run.h, ratios)
+    t = run.t
     return RigReplay(
-        Points(t, states.P[first]),
-        Points(t, lagged(states.T[0], v["T_lag"], run.h)),
+        Points(t, states.P[sensor]),
+        Points(t, lagged(states.T[0], values["T_lag"], run.h)),
         Points(t, states.T_store[0]),
-        Points(t, states.P[first + 1]) if len(sides) > 1 else None,
+        Points(t, states.P[sensor + 1]) if chambers > 1 else None,
     )
 
 
@@ -406,3 +426,13 @@ def judged_models(
         },
         {"model": list(models), "parameter": [key(name) for name in names]},
     )
+
+
+def values_of(result: xr.Dataset, rig: Rig, model: str) -> dict[str, float]:
+    """All quantities of a rig with the estimates of a model in a result of `judged_models`, SI units."""
+    values = {name: low for name, (low, _) in rig.ends.items()}
+    for name in values:
+        if key(name) in result["parameter"]:
+            estimate = result["estimate"].sel(model=model, parameter=key(name)).item()
+            values[name] = estimate * factor(name) if np.isfinite(estimate) else values[name]
+    return values

@@ -261,8 +261,14 @@ def transient_text(transient: "Transient") -> str:
 # --- pneumo rig ------------------------------------------------------------------------------------
 
 
-def rig_tables(result: xr.Dataset) -> list[Table]:
-    """Models by their error on what was held out, then their estimates, from `judged_models`: 80 columns."""
+RIG_ERRORS = ("model", *ERRORS, "temperature (K)")
+RIG_ESTIMATES = ("model", "parameter", "estimate", "95 % interval")
+ON_BOUND = "on its bound"
+SIGNED = ("valve_opening_delay_ms", "valve_closing_delay_ms")  # whose ends may be negative
+
+
+def rig_cells(result: xr.Dataset) -> tuple[list[list[str]], list[list[str]]]:
+    """Rows of `RIG_ERRORS`, best first, and of `RIG_ESTIMATES`, from `judged_models`."""
     errors: list[list[str]] = []
     estimates: list[list[str]] = []
     for name in result["model"].values[np.argsort(result["held_out"].values)]:
@@ -275,10 +281,22 @@ def rig_tables(result: xr.Dataset) -> list[Table]:
                 row[key].sel(parameter=parameter).item() for key in ("estimate", "low", "high")
             )
             if np.isfinite(value):
-                estimates.append([str(name), str(parameter), significant(value), ends_text(low, high)])
+                if np.isnan(low) and np.isnan(high):
+                    ends = ON_BOUND
+                elif parameter in SIGNED:
+                    ends = f"{significant(low)} to {significant(high)}"
+                else:
+                    ends = ends_text(low, high)
+                estimates.append([str(name), str(parameter), significant(value), ends])
+    return errors, estimates
+
+
+def rig_tables(result: xr.Dataset) -> list[Table]:
+    """Tables of `rig_cells`: 80 columns."""
+    errors, estimates = rig_cells(result)
     return [
-        _table("RMS errors", ("model", *ERRORS, "temperature (K)"), errors),
-        _table("Estimates", ("model", "parameter", "estimate", "95 % interval"), estimates),
+        _table("RMS errors", RIG_ERRORS, errors),
+        _table("Estimates", RIG_ESTIMATES, estimates),
     ]
 
 

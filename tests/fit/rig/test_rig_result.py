@@ -1,0 +1,60 @@
+"""A rig's fit as it is shown: a run replayed by every model, and estimates that are not physical."""
+
+import numpy as np
+import pytest
+
+from pneumo.fit.rig.rig_file import rig
+from pneumo.fit.rig.rig_fit import judged_models, run_errors, values_of
+from pneumo.fit.rig.rig_record import Points, vessel_run
+from pneumo.fit.rig.rig_result import MOST_SAMPLES, unphysical, with_replays
+
+TANK = {"volume_L": 10, "orifice_mm": 2, "C_d": [0.1, 2], "k_0_W_per_K": 3, "P_start_bar": 8, "n": [0.5, 6]}
+
+
+def known(**more):
+    return rig(TANK | more, "test")
+
+
+@pytest.fixture(scope="module")
+def vessel():
+    made = known(C_d=0.8)
+    t = np.linspace(0.2, 60, 20)
+    nothing = vessel_run(Points(t, np.zeros(20)), Points(t, np.zeros(20)))
+    P, T = run_errors(made, "full order", {name: low for name, (low, _) in made.ends.items()}, nothing)
+    return nothing._replace(P=Points(t, P), T=Points(t, T))
+
+
+@pytest.fixture(scope="module")
+def result(vessel):
+    return judged_models(known(), [vessel], ["M5", "full order"])
+
+
+def test_a_fit_outside_of_physics_is_named_and_one_inside_is_not(result):
+    odd = unphysical(known(), result)
+    # A free n and C_d of a model without wall heat take up the heat that the vessel's gas was given.
+    assert set(odd) == {"M5"} and "n = " in odd["M5"] and "is not from 1 to 1.4" in odd["M5"]
+    assert not unphysical(known(), result.sel(model=["full order"]))
+    poor = result.assign(estimate=result["estimate"].where(result["parameter"] != "C_d", 0.5))
+    assert "C_d = 0.5 is not from 0.7 to 0.9" in unphysical(known(), poor)["full order"]
+
+
+def test_a_result_has_the_run_as_each_model_replays_it(result, vessel):
+    shown = with_replays(result, known(), [vessel])
+    np.testing.assert_array_equal(shown["measured_P"].sel(chamber="A"), vessel.P.values)
+    for model in ("M5", "full order"):
+        error = shown["replayed_P"].sel(model=model, chamber="A") - shown["measured_P"].sel(chamber="A")
+        off, _ = run_errors(known(), model, values_of(result, known(), model), vessel)
+        np.testing.assert_allclose(error.values, off, atol=1e-6)
+    assert shown["replayed_T"].sizes == {"model": 2, "t_T": 20}
+    assert shown.attrs["fitted_until"] == vessel.P.t[-1]  # of few points every second is held out
+
+
+def test_long_runs_are_thinned_and_the_part_that_was_fitted_is_told():
+    made = known(C_d=0.8)
+    t = np.linspace(0, 60, 3 * MOST_SAMPLES)
+    run = vessel_run(Points(t, np.full(len(t), 2e5)))
+    result = judged_models(made, [run], ["M3"])
+    shown = with_replays(result, made, [run])
+    assert MOST_SAMPLES / 2 < shown.sizes["t"] <= MOST_SAMPLES
+    assert shown.attrs["fitted_until"] == pytest.approx(36, abs=0.1)
+    assert with_replays(result, made, [run, run]).attrs["fitted_until"] == 0
