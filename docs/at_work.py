@@ -4,13 +4,22 @@ import numpy as np
 import xarray as xr
 from fragments import span, table
 
-from pneumo.evidence.at_work.at_work_statistics import ENOUGH, USES, carried_at, predicts
+from pneumo.evidence.at_work.at_work_statistics import (
+    ENOUGH,
+    RESAMPLING_SEED,
+    USES,
+    carried_at,
+    correlations,
+    predicts,
+    with_bounds,
+)
 from pneumo.publish.text.formatting import with_interval
 from pneumo.statistics.intervals import Interval, student_interval
 
 SENSORS = {"none": "no pressure", "one": "P_A", "both": "both pressures"}
 CONTROL = ("none", "both")
 FIXED = 33.0  # rad/s, the slower bandwidth that the page shows beside the tuned one
+REFINED = ["M6", "M7", "M8", "M10"]
 BEST, WITHOUT_WALL = "M8", ["M1", "M2", "M5", "M6"]
 OBSERVERS, CONTROLLERS = ([use for use in USES if use.startswith(kind)] for kind in ("obs", "con"))
 CONTROL_HEADS = {  # of the controllers' quantities -> unit in SI, digits
@@ -73,6 +82,16 @@ def correlation_row(statistics: xr.Dataset, use: str) -> list[str]:
     return [use, *cells, predicts(at.sel(factor=1.0, bound="low").item())]
 
 
+def correlation_of(statistics: xr.Dataset, use: str, models: list[str]) -> str:
+    """Rank correlation of some models alone, with the right k_0: mean over the plants, with its interval."""
+    at, used = carried_at(statistics, 1.0).sel(model=models), USES[use]
+    errors = at[used.error].sel(used.at).transpose("plant", "model", "seed").values
+    replays = at["replay_error"].sel(loop=used.replayed).transpose("plant", "model", "seed").values
+    rng = np.random.default_rng(RESAMPLING_SEED)
+    resampled = [correlations(*pair, used.paired, rng) for pair in zip(replays, errors, strict=True)]
+    return with_interval(with_bounds(np.mean(resampled, axis=0)))
+
+
 def tables(statistics: xr.Dataset) -> dict[str, str]:
     """Tables of the page by name."""
     plants, right = statistics["plant"].values, statistics.sel(factor=1.0)
@@ -130,6 +149,8 @@ def numbers(statistics: xr.Dataset) -> dict[str, str]:
             worst = right["loss"].sel(use=f"controller, {kind}, {sensors}", bound="estimate").max()
             result[f"worst {kind} {sensors}"] = f"{100 * (worst.item() - 1):.1f}"
         result[f"slow {sensors}"] = span(1e6 * slow.sel(control_sensors=sensors), 0)
+    for use in OBSERVERS:
+        result[f"refined {use}"] = correlation_of(statistics, use, REFINED)
     return result
 
 
