@@ -206,17 +206,18 @@ def _contest() -> Iterator[Sample]:
     again = contest_cells(number)
     yield from _shared(file, f"cylinder {number}", kept[cells].sel(cylinder=number), again)
     direct = read(KEPT / "cylinders.nc")
-    rules = {str(model): tuple(kept["rule_n"].sel(ruled=model).values) for model in kept["ruled"].values}
-    made = contest.choices(
-        kept, rules, direct["rule_threshold"].item(), tuple(direct["rule_model"].values.tolist())
-    )
+    fitted = zip(kept["ruled"].values.tolist(), kept["rule_n"].values.tolist(), strict=True)
+    rules = {model: (a, b, c) for model, (a, b, c) in fitted}
+    below, above = direct["rule_model"].values.tolist()
+    made = contest.choices(kept, rules, direct["rule_threshold"].item(), (below, above))
     part, best = contest.runs_counted(kept)["all"], contest.best_in_hindsight(kept)
     for name in ("M6 by rule", "M8 by rule", contest.BEFOREHAND, "full order, adiabatic"):
-        logs = np.log(contest.at_told(made[name], 1.0, 1.0) / best).transpose(*part.dims)
+        ratio: xr.DataArray = contest.at_told(made[name], 1.0, 1.0) / best
+        logs = np.log(ratio.transpose(*part.dims).values)
         row = contest.row_of(kept, name)
         assert row is not None
         error = row["error"].sel(part="all")
-        yield _of(file, f"error, {name}", error, contest.mean_of_logs(logs.values, part.values))
+        yield _of(file, f"error, {name}", error, contest.mean_of_logs(logs, part.values))
 
 
 def _partly_known() -> Iterator[Sample]:

@@ -40,7 +40,8 @@ def _of_equal_knowledge(row: Row) -> list[int]:
 
 def _compared(errors: xr.DataArray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
     """Ratios over the best reduced model and over k_0 fixed, by all dimensions but plant, row and seed."""
-    logs = np.log(errors).mean("seed").transpose(..., "row", "plant")
+    every: xr.DataArray = xr.apply_ufunc(np.log, errors)
+    logs = every.mean("seed").transpose(..., "row", "plant")
     outer = tuple(map(str, logs.dims[:-2]))
     new = np.isin(errors["plant"].values, NEW)
     shape = logs.shape[:-2]
@@ -77,8 +78,9 @@ def partly_known_statistics(cells: xr.Dataset) -> xr.Dataset:
     for use, name in (("observer", "estimation_error"), ("controller", "tracking_error")):
         variables |= {f"{use}_{what}": value for what, value in _compared(cells[name]).items()}
     for name in ("estimation_error", "tracking_error"):
-        mean = np.exp(np.log(cells[name]).mean(("seed", "plant")))
-        variables[f"mean_{name}"] = (tuple(map(str, mean.dims)), mean.values)
+        logs: xr.DataArray = xr.apply_ufunc(np.log, cells[name])
+        mean = logs.mean(("seed", "plant"))
+        variables[f"mean_{name}"] = (tuple(map(str, mean.dims)), np.exp(mean.values))
     coords = {"compared": [row.name for row in COMPARED], "state": [row.name for row in STATES]}
     coords |= {"part": list(PARTS), "bound": list(BOUNDS)}
     about = {

@@ -77,7 +77,10 @@ def fitted_rule(cells: xr.Dataset, model: str) -> tuple[float, float, float]:
 
 
 def choices(
-    cells: xr.Dataset, rules: Mapping[str, tuple[float, ...]], threshold: float, sides: tuple[str, str]
+    cells: xr.Dataset,
+    rules: Mapping[str, tuple[float, float, float]],
+    threshold: float,
+    sides: tuple[str, str],
 ) -> Choices:
     """Mean square error of every choice of decision 75.
 
