@@ -88,7 +88,7 @@ def numbers(found: xr.Dataset) -> dict[str, str]:
         "full_known_none": span(known.sel(sensors="none", bound="value")),
         "full_known_one": span(known.sel(sensors="one", bound="value")),
         "full_known_both": span(known.sel(sensors="both", bound="value")),
-        "full_all_unknown": span(ratios.sel(scale=largest, compared="full", bound="value")),
+        "full_unknown": span(ratios.sel(scale=largest, compared="full", bound="value")),
         "controller": span(control.sel(bound="value")),
         "k_0_found_one": span(np.exp(off.sel(sensors="one"))),
         "k_0_found_both": span(np.exp(off.sel(sensors="both"))),
