@@ -60,10 +60,10 @@ def reach_table(found: xr.Dataset) -> str:
     for loop in found["loop"].values:
         for sensors, words in SENSORS.items():
             at, scales = {"loop": loop, "sensors": sensors}, found["scale"].values
-            cells = [reach(paying.sel(at, compared=FULL).all("compared").values, scales)]
+            cells = [reach(paying.sel(at | {"compared": FULL}).all("compared").values, scales)]
             for model in ("full", "M8"):
                 states = [name for name in STATES if name.startswith(model)]
-                cells.append(reach(fixed.sel(at, state=states).all("state").values, scales))
+                cells.append(reach(fixed.sel(at | {"state": states}).all("state").values, scales))
             rows.append([loop, words, *cells])
     return table(["loop", "measured", "full order", "k_0 as a state, full order", "k_0 as a state, M8"], rows)
 
