@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 from pneumo.selection.cylinder_template import write_table_template
+from pneumo.storage.seal import without_hash
 from tests.checkout import ROOT, edit
 from tests.torture.study import Study
 
@@ -56,6 +57,7 @@ def test_so_are_figures_and_the_paper_of_2007(smoke_study):
     assert {"table7.md", "2007/verdict.json", "2007/verdict.html"} <= made
     assert {f"figures/fig{number:02}.svg" for number in range(1, 13)} <= made
     assert {f"figures/fig{number:02}.png" for number in range(7, 12)} <= made  # the others are kept by hand
+    assert without_hash(smoke_study.results) == []  # a flipped byte in any is found
     assert not [name for name in made if name.endswith(".part")]
 
 
@@ -111,8 +113,9 @@ def test_snakemakes_own_report(smoke_study, tmp_path):
     assert {"report.html", "verdict.html", "traces.svg", "fig01.svg"} <= names
 
 
-def test_bad_configuration_is_one_line_exit_2_and_nothing_written(tmp_path):
-    study = Study(tmp_path / "checkout", "bad.yaml")
+def test_bad_configuration_is_one_line_exit_2_and_nothing_written_without_a_home_too(tmp_path):
+    without_home = {"HOME": "/dev/null/home", "XDG_CACHE_HOME": ""}  # where Snakemake has a cache by default
+    study = Study(tmp_path / "checkout", "bad.yaml", without_home)
     (study.folder / "bad.yaml").write_text("cylinders: {D: {bore_mm: -20}}")
     done = study.run()
     assert done.code == 2
