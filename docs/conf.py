@@ -51,6 +51,7 @@ myst_substitutions = {
     "commands": fragments.commands(),
 }
 notebooks.write_notebooks(examples / "site/notebooks", myst_substitutions)
+myst_substitutions["live"] = fragments.live(examples / "site")
 
 nb_execution_mode = "inline"
 nb_execution_show_tb = True
