@@ -11,22 +11,17 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from pneumo.cli.commands import app
-from pneumo.configuration.parameters import load, study
-from pneumo.export.live import installed, live_page, typical_plants
 from pneumo.fit.fitted_parameters import PARAMETERS
 from pneumo.fit.record.formats import FORMATS
 from pneumo.fit.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.publish.model_looks import colours
 from pneumo.publish.text.markdown_tables import markdown_table as table
 from pneumo.verdict.errata import Erratum, read_errata
 
 ROOT = Path(__file__).parents[1]
 NUMBERS = Path(__file__).with_name("numbers.yaml")
-LIVE_N = 1.35
-LIVE_LINKS = {"": "Move the cylinder", "#record": "drop a record of your own"}
 KINDS = {  # file of results -> what its kind is called
     "datum/E06.nc": "datum/E01.nc ...",
     "settling/E06.nc": "settling/E01.nc ...",
@@ -57,20 +52,6 @@ def decisions() -> str:
     text = (PAPER_2006.folder.parent / "decisions/README.md").read_text(encoding="utf-8").partition("\n\n")[2]
     text = re.sub(r"^## (.*)$", r"**\1**", text, flags=re.MULTILINE)
     return re.sub(r"\[(\d+)\]\((.*)\.md\)", r"{doc}`\1 <decisions/\2>`", text)
-
-
-def live(folder: Path) -> str:
-    """Link to the live page, which is written into a folder; how to make it where clang is not installed."""
-    if not installed():
-        return "`snakemake -j2 live` writes this page, `results/live.html`; it needs clang and lld."
-    study_of_2006 = study(load(ROOT / "config/paper.yaml"))
-    page = live_page(typical_plants(study_of_2006), LIVE_N, ROOT / "docs/live", colours())
-    (folder / "live.html").write_text(page, encoding="utf-8")
-    move, drop = (f'<a href="live.html{place}">{text}</a>' for place, text in LIVE_LINKS.items())
-    return (
-        f"{move}, or {drop}: all models and the full order are replayed on it in the browser,"
-        " nothing is uploaded."
-    )
 
 
 def errata() -> dict[str, str]:
