@@ -136,6 +136,7 @@ experiments:
      signal: {kind: steps, levels: [1, -1], hold_s: 0.1}}
 run: {experiments: [open, other], seeds: 2, duration_limit_s: 0.3}
 """
+RUNS = ("open", "other")
 
 
 @pytest.mark.slow
@@ -146,12 +147,17 @@ def test_cylinders_of_ones_own(tmp_path):
     (study.folder / "more.yaml").write_text(OWN)
     done = study.run("-j2", "--configfile", "my.yaml", "more.yaml")
     assert done.code == 0, done.output
-    cells = {f"{t}/replay/{name}.nc" for t in ("published", "exact") for name in ("open", "other")}
+    names = [
+        (t, kind, name) for t in ("published", "exact") for kind in ("replay", "traces") for name in RUNS
+    ]
+    cells = {f"{transport}/{kind}/{name}.nc" for transport, kind, name in names}
     cells |= {"datum/open.nc", "datum/other.nc", "study/mine.nc", "study/second.nc"}
     statistics = {"exact/statistics.nc", "published/statistics.nc"}
     assert set(study.hashes()) == cells | statistics | {"parameters.json", "report.html", "study.html"}
     page = (study.results / "report.html").read_text()
-    assert ": reduced models beside" in page and "verdict.html" not in page and "paper of 2006" not in page
+    assert (
+        "How far is each reduced model" in page and "verdict.html" not in page and "paper of 2006" not in page
+    )
     page = (study.results / "study.html").read_text()
     assert "Cylinder mine: open, 2 runs each" in page and "Cylinder second: other, 1 run each" in page
     own, grid = (study.results / name for name in ("study/mine.nc", "exact/replay/open.nc"))
