@@ -2,7 +2,8 @@
 
 Steps of 1 ms follow the signals of the paper's experiment E10. Counted are the operations of the equations;
 nanoseconds in C on this processor, the best of some runs; and, where arm-none-eabi-gcc and qemu-system-arm
-are installed, instructions on a Cortex-M4F. ``--shared`` says in the file that other work ran meanwhile.
+are installed, instructions on a Cortex-M4F. ``--shared`` says in the file that other work ran meanwhile;
+``--observers`` measures observers only, and leaves the rest of the file as it is.
 """
 
 import json
@@ -10,7 +11,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
 from shutil import which
@@ -38,6 +39,7 @@ PARTS = {  # valve, piston
 DEGREE = 4  # of the polynomial for eq (6)
 WIDE = 0.5, 1.5  # times P_atm and P_s: the pressures for which it is made
 POLYNOMIAL = " with a polynomial"  # in place of eq (6)'s power
+SENSORS = "both"  # of the observers
 MAIN = """\
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>
@@ -52,8 +54,7 @@ int main(void)
             %(f)s y[] = {%(start)s};
             struct timespec from, to;
             clock_gettime(CLOCK_MONOTONIC, &from);
-            for (int k = 0; k < %(steps)d; k++)
-                %(M)s_step(&%(M)s_defaults, method, signals[k], signals[k + 1], (%(f)s)1e-3, y);
+%(work)s
             clock_gettime(CLOCK_MONOTONIC, &to);
             const double ns = 1e9 * (double)(to.tv_sec - from.tv_sec) + (double)(to.tv_nsec - from.tv_nsec);
             if (!(y[%(M)s_P_A] > 0))
@@ -66,6 +67,18 @@ int main(void)
     return 0;
 }
 """
+WORK = """\
+            for (int k = 0; k < %(steps)d; k++)
+                %(M)s_step(&%(M)s_defaults, method, signals[k], signals[k + 1], (%(f)s)1e-3, y);"""
+OBSERVE = """\
+            %(M)s_estimate e;
+            const %(f)s P = y[%(M)s_P_A];
+            %(M)s_start(&%(M)s_defaults, &%(M)s_noise_defaults, readings[0][0], P, P, &e);
+            for (int k = 0; k < %(steps)d; k++) {
+                %(M)s_correct(&%(M)s_defaults, &%(M)s_noise_defaults, readings[k], &e);
+                %(M)s_predict(&%(M)s_defaults, &%(M)s_noise_defaults, signals[k], (%(f)s)1e-3, &e);
+            }
+            y[%(M)s_P_A] = e.state[%(M)s_P_A];"""
 # The timer of the machine mps2-an386 counts down at 25 MHz; with `-icount shift=0` an instruction takes 1 ns.
 INSTRUCTIONS_PER_TICK = 40
 ARM_MAIN = """\
@@ -117,8 +130,7 @@ int main(void)
         timer[0] = 0;
         timer[1] = timer[2] = 0xffffffff;
         timer[0] = 1;
-        for (int k = 0; k < %(steps)d; k++)
-            %(M)s_step(&%(M)s_defaults, method, signals[k], signals[k + 1], (%(f)s)1e-3, y);
+%(work)s
         print(y[%(M)s_P_A] > 0 ? 0xffffffff - timer[1] : 0);
     }
     return 0;
@@ -249,6 +261,30 @@ def with_polynomial(source: str, polynomial: Polynomial, precision: str) -> str:
     return source
 
 
+def _table(name: str, rows: np.ndarray, precision: str) -> str:
+    """Declaration of an array in C."""
+    suffix = "f" if precision == "float" else ""
+    text = ",\n".join("{" + ", ".join(f"{value:.9e}{suffix}" for value in row) + "}" for row in rows)
+    return f"static const {precision} {name}[][{rows.shape[1]}] = {{\n{text}}};\n"
+
+
+def observer_programs(recording: Recording, precision: str) -> Iterator[tuple[str, dict[str, str]]]:
+    """Name and files of the program of each observer, one cycle a sample, both pressures measured."""
+    c, suffix = recording.plant.conditions, "f" if precision == "float" else ""
+    read = recording.states[:, [0, 2, 4]]
+    for name in (*MODELS, FULL_ORDER):
+        chosen = system(name, N, recording.plant, piston=True)
+        start = chosen.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
+        words = {"M": name, "f": precision, "methods": 1, "steps": STEPS, "runs": RUNS}
+        words["signals"] = _table("signals", signals_of(recording, chosen), precision)
+        words["signals"] += _table("readings", read, precision)
+        words["start"] = ", ".join(f"{value:.9e}{suffix}" for value in start)
+        words["work"] = "(void)method;\n" + OBSERVE % words
+        files = exported(name, N, recording.plant, "c", precision=precision, observer=SENSORS)
+        texts = {file: text.decode() for file, text in files.items() if "_test" not in file}
+        yield name, texts | {"main.c": MAIN % words, "arm.c": ARM_MAIN % words, "arm.ld": LINKER_SCRIPT}
+
+
 def programs(recording: Recording, precision: str, part: str) -> Iterator[tuple[str, dict[str, str]]]:
     """Name and files of the program of each row: models, those with a polynomial, and the full order."""
     polynomial, _ = temperature_polynomial(recording)
@@ -258,10 +294,10 @@ def programs(recording: Recording, precision: str, part: str) -> Iterator[tuple[
         chosen = system(name, N, recording.plant, valve=valve, piston=piston)
         signals = signals_of(recording, chosen)
         start = chosen.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
-        rows = ",\n".join("{" + ", ".join(f"{value:.9e}{suffix}" for value in row) + "}" for row in signals)
-        table = f"static const {precision} signals[][{len(chosen.inputs)}] = {{\n{rows}}};\n"
+        table = _table("signals", signals, precision)
         words = {"M": name, "f": precision, "methods": len(METHODS), "steps": STEPS, "runs": RUNS}
         words |= {"start": ", ".join(f"{value:.9e}{suffix}" for value in start), "signals": table}
+        words["work"] = WORK % words
         files = exported(name, N, recording.plant, "c", precision=precision, valve=valve, piston=piston)
         texts = {file: text.decode() for file, text in files.items() if "_test" not in file}
         texts |= {"main.c": MAIN % words, "arm.c": ARM_MAIN % words, "arm.ld": LINKER_SCRIPT}
@@ -275,14 +311,16 @@ def _run(folder: str, command: list[str]) -> str:
     return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
 
 
-def measured(name: str, files: dict[str, str], arm: bool) -> dict[str, Any]:
+def measured(
+    name: str, files: dict[str, str], arm: bool, methods: Sequence[str] = tuple(METHODS)
+) -> dict[str, Any]:
     """Costs of a row by method: ns here; and on a Cortex-M4F instructions, bytes of code and of stack."""
     model = name.removesuffix(POLYNOMIAL)
     with TemporaryDirectory() as folder:
         write_files({file: text.encode() for file, text in files.items()}, Path(folder))
         _run(folder, ["gcc", *CC, "main.c", f"{model}.c", "-lm", "-o", "main"])
         ns = [float(line) for line in _run(folder, ["./main"]).split()]
-        found: dict[str, Any] = {"ns": dict(zip(METHODS, ns, strict=True))}
+        found: dict[str, Any] = {"ns": dict(zip(methods, ns, strict=True))}
         if arm:
             compiler = ["arm-none-eabi-gcc", *ARM, *CC]
             _run(folder, [*compiler, "-fstack-usage", "-c", f"{model}.c", "-o", "model.o"])
@@ -300,7 +338,7 @@ def measured(name: str, files: dict[str, str], arm: bool) -> dict[str, Any]:
             if not all(ticks):
                 raise ValueError(f"{name}: failed on the Cortex-M4F")
             per_step = [INSTRUCTIONS_PER_TICK * number / STEPS for number in ticks]
-            found["instructions"] = dict(zip(METHODS, per_step, strict=True))
+            found["instructions"] = dict(zip(methods, per_step, strict=True))
             sizes = _run(folder, ["arm-none-eabi-size", "model.o"]).splitlines()[1].split()
             found["code_bytes"] = int(sizes[0])
             usage = Path(folder, "model.su").read_text(encoding="utf-8").splitlines()
@@ -314,16 +352,38 @@ def _version(command: str) -> str:
     )[0]
 
 
+def observer_costs(shared: bool) -> dict[str, Any]:
+    """Costs of a cycle of every observer, by precision and row."""
+    recording, has_arm = recording_of(), _has_arm()
+    found: dict[str, Any] = {"sensors": SENSORS, "processor": _processor(), "shared": shared, "rows": {}}
+    for precision, size in (("double", 8), ("float", 4)):
+        of_precision = found["rows"].setdefault(precision, {})
+        for name, files in observer_programs(recording, precision):
+            states = len(system(name, N, recording.plant, piston=True).states)
+            cost = measured(name, files, has_arm and precision == "float", ["cycle"])
+            of_precision[name] = {"states": states, "estimate_bytes": size * (states + states**2)} | cost
+            print("observer", precision, name, of_precision[name], flush=True)
+    return found
+
+
+def _has_arm() -> bool:
+    return bool(which("arm-none-eabi-gcc") and which("qemu-system-arm"))
+
+
+def _processor() -> str:
+    cpu = re.search(r"model name\s*:\s*(.*)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
+    return cpu[1] if cpu else "unknown"
+
+
 def costs(shared: bool) -> dict[str, Any]:
     """All costs by part, precision and row."""
     recording = recording_of()
-    has_arm = bool(which("arm-none-eabi-gcc") and which("qemu-system-arm"))
+    has_arm = _has_arm()
     _, error = temperature_polynomial(recording)
-    cpu = re.search(r"model name\s*:\s*(.*)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
     found: dict[str, Any] = {
         "experiment": EXPERIMENT,
         "n": N,
-        "processor": cpu[1] if cpu else "unknown",
+        "processor": _processor(),
         "shared": shared,
         "compiler": _version("gcc"),
         "arm": [_version("arm-none-eabi-gcc"), _version("qemu-system-arm")] if has_arm else [],
@@ -345,4 +405,8 @@ def costs(shared: bool) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    FILE.write_text(json.dumps(costs("--shared" in sys.argv[1:]), indent=1) + "\n", encoding="utf-8")
+    shared = "--shared" in sys.argv[1:]
+    kept = "--observers" in sys.argv[1:]
+    every = json.loads(FILE.read_text(encoding="utf-8")) if kept else costs(shared)
+    every["observers"] = observer_costs(shared)
+    FILE.write_text(json.dumps(every, indent=1) + "\n", encoding="utf-8")

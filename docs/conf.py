@@ -19,6 +19,7 @@ from sphinx.util.math import get_node_equation_number
 sys.path.insert(0, str(Path(__file__).parent))
 
 import fragments
+import live_link
 import notebooks
 import readme_blocks
 
@@ -51,6 +52,7 @@ myst_substitutions = {
     "commands": fragments.commands(),
 }
 notebooks.write_notebooks(examples / "site/notebooks", myst_substitutions)
+myst_substitutions["live"] = live_link.live(examples / "site")
 
 nb_execution_mode = "inline"
 nb_execution_show_tb = True

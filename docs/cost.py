@@ -20,7 +20,7 @@ def _count(value: float) -> str:
 
 
 def tables(cost: dict[str, Any]) -> dict[str, str]:
-    """Tables of export.md by name: operations, chambers, and the other parts."""
+    """Tables of export.md by name: operations, chambers, the other parts, and observers."""
     chambers, parts = cost["rows"]["chambers"], cost["rows"]
     operations = [
         [_name(row), *(f"{counts.get(kind, 0):.0f}" for kind in KINDS)]
@@ -45,6 +45,15 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
         ]
         for row in chambers["double"]
     ]
+    cycles = cost["observers"]["rows"]
+    observers = []
+    for row, double in cycles["double"].items():
+        single = cycles["float"][row]
+        ns = [_count(at["ns"]["cycle"]) for at in (double, single)]
+        bytes_of = [_count(single[key]) for key in ("code_bytes", "stack_bytes", "estimate_bytes")]
+        states = f"{double['states']}"
+        observers.append([_name(row), states, *ns, _count(single["instructions"]["cycle"]), *bytes_of])
+    of_observers = ["observer", "states", "double (ns)", "float (ns)", "Cortex-M4F", "code (bytes)"]
     heads = ["row", "double, Euler", "double, RK4", "float, Euler", "float, RK4"]
     heads += ["Cortex-M4F, Euler", "Cortex-M4F, RK4", "code (bytes)", "stack (bytes)"]
     with_piston = ["with piston, double (ns)", "with piston, Cortex-M4F"]
@@ -52,6 +61,7 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
     return {
         "operations": table(["row", *KINDS.values()], operations),
         "steps": table(heads, steps),
+        "observers": table([*of_observers, "stack (bytes)", "estimate (bytes)"], observers),
         "parts": table(["row", *with_piston, *without], others),
     }
 
@@ -62,12 +72,14 @@ def numbers(cost: dict[str, Any]) -> dict[str, str]:
     full, *others = (
         single[row]["instructions"]["RK4"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL)
     )
+    cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]["cycle"]
     names = [f"full over {name} instructions" for name in ("M8", "M6", "M8 polynomial")]
     return {
         "experiment": cost["experiment"],
         "processor": " ".join(cost["processor"].split()),
         "shared": "while other programs ran on it" if cost["shared"] else "otherwise idle",
         "compilers": "; ".join([cost["compiler"], *cost["arm"]]),
+        "observer over step": f"{cycle / single['M8']['instructions']['RK4']:.1f}",
         "degree": str(cost["polynomial"]["degree"]),
         "polynomial error": f"{cost['polynomial']['largest_relative_error']:.0e}",
     } | {name: f"{full / other:.2f}" for name, other in zip(names, others, strict=True)}

@@ -17,11 +17,26 @@ def _opened(path: str, flags: int) -> int:
 
 @contextmanager
 def regular_file(path: Path, largest: int) -> Generator[BinaryIO]:
-    """Open a file to read it; OSError unless it is a regular file of at most `largest` bytes."""
+    """Open a file to read it; OSError unless it is a regular file of at most `largest` bytes.
+
+    Errors of reading name the file too, which those of the system do not.
+    """
     with open(path, "rb", opener=_opened) as stream:
         status = os.fstat(stream.fileno())
         if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "not a regular file", str(path))
         if status.st_size > largest:
             raise OSError(errno.EFBIG, f"must have at most {largest} bytes", str(path))
-        yield stream
+        with named(path):
+            yield stream
+
+
+@contextmanager
+def named(path: Path) -> Generator[None]:
+    """Add a file's name to an OSError that names none: of a failing disk, say."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None and error.errno is not None:
+            raise OSError(error.errno, error.strerror, str(path)) from None
+        raise

@@ -50,6 +50,43 @@ class CompiledModel:
         return self._step(self._parameters, list(METHODS).index(method), *arrays), list(after)
 
 
+class CompiledObserver:
+    """An observer in C at its own constants and noise."""
+
+    def __init__(self, model, n, plant, folder, sensors, precision="double"):
+        files = exported(model, n, plant, "c", stem="m", precision=precision, observer=sensors)
+        source, _ = write(files, folder)
+        subprocess.run(
+            ["gcc", *STRICT, "-shared", "-fPIC", "-o", "m.so", source, "-lm"], cwd=folder, check=True
+        )
+        self.library, self.system = ctypes.CDLL(str(folder / "m.so")), system(model, n, plant, piston=True)
+        self.real = ctypes.c_double if precision == "double" else ctypes.c_float
+        self.count = count = len(self.system.states)
+        self.numbers = (self.real * (count + count**2))()
+        defaults = ("defaults", "noise_defaults")
+        self._known = [ctypes.byref(ctypes.c_char.in_dll(self.library, self._name(d))) for d in defaults]
+
+    def _name(self, part):
+        return f"{self.system.name}_{part}"
+
+    def _call(self, part, *arguments):
+        self.library[self._name(part)](*self._known, *arguments, self.numbers)
+
+    def start(self, x, first):
+        """Begin at rest at x with two pressures."""
+        self._call("start", self.real(x), *map(self.real, first))
+
+    def correct(self, readings):
+        """Correct by readings; return states and their variances."""
+        self._call("correct", (self.real * len(readings))(*readings))
+        numbers, count = list(self.numbers), self.count
+        return numbers[:count], numbers[count :: count + 1]
+
+    def predict(self, u, h):
+        """Predict the next sample."""
+        self._call("predict", (self.real * 2)(u, 0.0), self.real(h))
+
+
 def run_test_program(files, folder):
     """Exit code and output of the test program that goes with a model."""
     sources = write(files, folder)

@@ -59,9 +59,9 @@ def test_count_of_operations_follows_the_needs_of_the_lanes():
     assert probe.bound(costs, lanes).cycles_per_8_lanes == most * 63 / 66
 
 
-def test_work_is_what_the_logs_of_scripts_say_and_a_shell_command_says_nothing(tmp_path):
+def test_work_is_what_the_logs_of_scripts_say_and_an_empty_log_says_nothing(tmp_path):
     logs = tmp_path / "results" / "logs"
     logs.mkdir(parents=True)
     (logs / "replay.log").write_text("replay: 12.50 s\n")
-    (logs / "schemes.log").write_text("")
+    (logs / "statistics.log").write_text("")
     assert work_of_jobs(tmp_path) == {"replay": 12.5}

@@ -1,5 +1,6 @@
 """Files that others made: only a regular file of a known size is read, wherever it is named."""
 
+import errno
 import os
 
 import pytest
@@ -35,6 +36,16 @@ def test_a_pipe_or_a_device_is_refused_at_once(inside, tmp_path, arguments, endl
         (tmp_path / "pipe.csv").symlink_to(endless)
     code, out, err = inside(*arguments)
     assert (code, out) == (2, "") and len(err.splitlines()) == 1 and "not a regular file" in err
+
+
+def test_an_error_while_reading_or_writing_names_the_file(tmp_path):
+    file = tmp_path / "verdict.json"
+    file.write_text("{}")
+    failing = OSError(errno.EIO, os.strerror(errno.EIO))  # as `read` and `write` of the system raise it
+    for opened in (regular_file(file, 10), atomic(file)):
+        with pytest.raises(OSError, match=r"Input/output error: '.*/verdict\.json'$"), opened:
+            raise failing
+    assert [path.name for path in tmp_path.iterdir()] == ["verdict.json"]
 
 
 @pytest.mark.parametrize("name", ["fleet.nc", "fleet.json"])

@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 from pneumo.selection.cylinder_template import write_table_template
+from pneumo.storage.seal import without_hash
 from tests.checkout import ROOT, edit
 from tests.torture.study import Study
 
@@ -56,6 +57,7 @@ def test_so_are_figures_and_the_paper_of_2007(smoke_study):
     assert {"table7.md", "2007/verdict.json", "2007/verdict.html"} <= made
     assert {f"figures/fig{number:02}.svg" for number in range(1, 13)} <= made
     assert {f"figures/fig{number:02}.png" for number in range(7, 12)} <= made  # the others are kept by hand
+    assert without_hash(smoke_study.results) == []  # a flipped byte in any is found
     assert not [name for name in made if name.endswith(".part")]
 
 
@@ -111,8 +113,9 @@ def test_snakemakes_own_report(smoke_study, tmp_path):
     assert {"report.html", "verdict.html", "traces.svg", "fig01.svg"} <= names
 
 
-def test_bad_configuration_is_one_line_exit_2_and_nothing_written(tmp_path):
-    study = Study(tmp_path / "checkout", "bad.yaml")
+def test_bad_configuration_is_one_line_exit_2_and_nothing_written_without_a_home_too(tmp_path):
+    without_home = {"HOME": "/dev/null/home", "XDG_CACHE_HOME": ""}  # where Snakemake has a cache by default
+    study = Study(tmp_path / "checkout", "bad.yaml", without_home)
     (study.folder / "bad.yaml").write_text("cylinders: {D: {bore_mm: -20}}")
     done = study.run()
     assert done.code == 2
@@ -133,6 +136,7 @@ experiments:
      signal: {kind: steps, levels: [1, -1], hold_s: 0.1}}
 run: {experiments: [open, other], seeds: 2, duration_limit_s: 0.3}
 """
+RUNS = ("open", "other")
 
 
 @pytest.mark.slow
@@ -143,12 +147,17 @@ def test_cylinders_of_ones_own(tmp_path):
     (study.folder / "more.yaml").write_text(OWN)
     done = study.run("-j2", "--configfile", "my.yaml", "more.yaml")
     assert done.code == 0, done.output
-    cells = {f"{t}/replay/{name}.nc" for t in ("published", "exact") for name in ("open", "other")}
+    names = [
+        (t, kind, name) for t in ("published", "exact") for kind in ("replay", "traces") for name in RUNS
+    ]
+    cells = {f"{transport}/{kind}/{name}.nc" for transport, kind, name in names}
     cells |= {"datum/open.nc", "datum/other.nc", "study/mine.nc", "study/second.nc"}
     statistics = {"exact/statistics.nc", "published/statistics.nc"}
     assert set(study.hashes()) == cells | statistics | {"parameters.json", "report.html", "study.html"}
     page = (study.results / "report.html").read_text()
-    assert ": reduced models beside" in page and "verdict.html" not in page and "paper of 2006" not in page
+    assert (
+        "How far is each reduced model" in page and "verdict.html" not in page and "paper of 2006" not in page
+    )
     page = (study.results / "study.html").read_text()
     assert "Cylinder mine: open, 2 runs each" in page and "Cylinder second: other, 1 run each" in page
     own, grid = (study.results / name for name in ("study/mine.nc", "exact/replay/open.nc"))

@@ -96,6 +96,10 @@ def export(
         bool,
         Option("--piston/--no-piston", help="with the equation of motion; without it x and v are inputs"),
     ] = False,
+    observer: Annotated[
+        Literal["none", "one", "both"] | None,
+        Option(help="c and st: with a filter that estimates the pressures, from x and this many measured"),
+    ] = None,
     fmi: Annotated[Literal["2", "3"], Option(help="version of the FMU")] = "2",
     output: Annotated[Path | None, output_to("file to write [a single file: standard output]")] = None,
 ) -> None:
@@ -118,6 +122,7 @@ def export(
         valve=valve,
         piston=piston,
         fmi=3 if fmi == "3" else 2,
+        observer=observer,
     )
     if output is None:
         return typer.echo("".join(text.decode() for text in files.values()), nl=False)

@@ -10,20 +10,21 @@ if TYPE_CHECKING:
     from pneumo.configuration.schema import Configuration
 
 
-def _known(names: Any) -> Any:
+def as_spelt(names: Any) -> Any:
     """Refuse a model's name in other letters than its own, and say which is meant."""
     from pneumo.errors import InputError
     from pneumo.physics.models import MODELS
 
+    spelt = {known.lower(): known for known in (*MODELS, "full", "full order")}
     for name in [names] if isinstance(names, str) else names or ():
-        if name not in MODELS and name.upper() in MODELS:
-            raise InputError(f"model {name!r}: no such model, perhaps {name.upper()}")
+        if spelt.get(name.lower(), name) != name:
+            raise InputError(f"model {name!r}: no such model, perhaps {spelt[name.lower()]}")
     return names
 
 
 PAPER = Path("config/paper.yaml")  # in a checkout
-MODEL = Argument(help="one of `pneumo models`, or full for the full-order model", callback=_known)
-MODELS_OF_FIT = Option("--model", help="one of `pneumo models`; may be repeated [all]", callback=_known)
+MODEL = Argument(help="one of `pneumo models`, or full for the full-order model", callback=as_spelt)
+MODELS_OF_FIT = Option("--model", help="one of `pneumo models`; may be repeated [all]", callback=as_spelt)
 Config = Annotated[
     list[Path] | None,
     Option(

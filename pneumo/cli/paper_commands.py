@@ -13,6 +13,7 @@ from pneumo.cli.options import Threads, output_to
 from pneumo.papers.known_papers import PaperName
 
 RESULTS = Path("results")
+MOST_NAMED = 5  # files in one line
 Results = Annotated[Path, Option(help="folder of results")]
 OfPaper = Annotated[PaperName, Option("--paper", help="which paper")]
 
@@ -246,20 +247,24 @@ def verify(
         bool, Option("--remove", help="remove damaged files; the next run makes them again")
     ] = False,
 ) -> None:
-    """Check the SHA-256 of every file of results."""
+    """Check the SHA-256 of every result, page and figure."""
     from pneumo.errors import ResultError
     from pneumo.storage.files import damaged
-    from pneumo.storage.seal import changed, manifest, sealed_files
+    from pneumo.storage.seal import changed, manifest, sealed_files, without_hash
 
-    files = [*sealed_files(results), *(file for file in manifest(results) if file.exists())]
+    files = [*sealed_files(results), *manifest(results)]
     errors = [*damaged(results), *changed(results)]
     if not files:
         raise ResultError(f"{results}: holds no results; `snakemake -j2` makes them")
     for error in errors:
         typer.echo(f"{error}{'; removed' if remove else ''}")
         if remove:
-            error.path.unlink()
+            error.path.unlink(missing_ok=True)
+    if unknown := without_hash(results):
+        names = ", ".join(str(file.relative_to(results)) for file in unknown[:MOST_NAMED])
+        more = ", ..." if len(unknown) > MOST_NAMED else ""
+        typer.echo(f"{results}: not checked, since they have no SHA-256: {len(unknown)} files: {names}{more}")
     if errors and not remove:
         remedy = "run `pneumo paper verify --remove`, then `snakemake -j2`"
-        raise ResultError(f"{results}: {len(errors)} damaged files; {remedy}")
+        raise ResultError(f"{results}: {len(errors)} damaged or missing files; {remedy}")
     typer.echo(f"{results}: {len(files) - len(errors)} files unchanged since they were written")

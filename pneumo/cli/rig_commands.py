@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 from typer import Argument, Option
 
-from pneumo.cli.options import output_to
+from pneumo.cli.options import as_spelt, output_to
 
 
 def rig(
@@ -20,7 +20,7 @@ def rig(
     command: Annotated[
         Literal["column", "edges"], Option(help="the valve's command: column u, or the pressure's own edges")
     ] = "column",
-    model: Annotated[list[str] | None, Option(help="model; may be repeated [all]")] = None,
+    model: Annotated[list[str] | None, Option(help="model; may be repeated [all]", callback=as_spelt)] = None,
     temperature: Annotated[
         bool, Option("--temperature", help="fit measured gas temperatures too, and their lag")
     ] = False,
@@ -34,6 +34,7 @@ def rig(
 
     from pneumo.errors import InputError, printable
     from pneumo.fit.record.columns import read_mapping
+    from pneumo.fit.record.formats import LARGEST_FILE
     from pneumo.fit.rig.rig_file import read_rig
     from pneumo.fit.rig.rig_fit import RIG_MODELS, fitted_runs, judged_models, rig_warnings
     from pneumo.fit.rig.rig_record import read_runs
@@ -41,13 +42,18 @@ def rig(
     from pneumo.hashing import code_hash
     from pneumo.publish.pages.rig_page import rig_page
     from pneumo.publish.text.terminal_tables import rig_tables
-    from pneumo.storage.files import attributes, output_folder, write, write_text
+    from pneumo.storage.files import attributes, check_sizes, output_folder, write, write_text
 
     for name in model or ():
         if name not in RIG_MODELS:
             raise InputError(f"--model {printable(name)}: must be one of {', '.join(RIG_MODELS)}")
     if output is not None:
         context.with_resource(output_folder(output))
+    if record.suffix.lower() == ".nc" and record.is_file():  # its variables may fill the memory
+        try:
+            check_sizes(record, LARGEST_FILE)
+        except (OSError, ValueError) as error:
+            raise InputError(f"{record}: {printable(str(error), 200)}") from None
     known = read_rig(file)
     runs = read_runs(record, known, read_mapping(columns) if columns else None, from_edges=command == "edges")
     names = tuple(dict.fromkeys(model)) if model else RIG_MODELS

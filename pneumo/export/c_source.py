@@ -14,7 +14,9 @@ from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Statement, with_tangents
 from pneumo.equations.system import METHODS, System
 from pneumo.errors import InputError
+from pneumo.export.known_estimates import SAMPLE, known_estimates
 from pneumo.export.known_steps import known_steps, scale
+from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, OBSERVER_TOLERANCE, STEPS, ObserverNoise
 from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
 from pneumo.linear.linear_analysis import STABLE_RANGE, stable_steps
 
@@ -100,12 +102,15 @@ def c99(
     kinks: tuple[Kink, ...] = (),
     *,
     derivatives: bool = False,
+    noise: ObserverNoise | None = None,
 ) -> dict[str, str]:
     """Files of a system in C: source, header and test program, by their names.
 
-    With kinks the source has the function of these, with derivatives that of the rates' changes.
+    With kinks the source has the function of these, with derivatives that of the rates' changes, with noise
+    the observer that expects it.
     """
-    parts, suffix = printed(system), "f" if precision == "float" else ""
+    parts = printed(system, CONSTANTS if noise else ())
+    suffix = "f" if precision == "float" else ""
     printer, stable = printer_of(parts, precision), stable_steps(system)
     tableaus = {
         name: {
@@ -142,6 +147,7 @@ def c99(
         "stable": {name: f"{h:.3g}" for name, h in stable.items()},
         "kinks": kinks,
         "derivatives": derivatives,
+        "noise": noise,
         "chamber_changes": "",
         "piston_changes": "",
         "vectors": _vectors(system, min(1e-4, stable["EULER"]), suffix),
@@ -152,8 +158,30 @@ def c99(
         moving = {*known["own_inputs"], *system.chamber_states}
         changes = with_tangents(parts.chamber, moving), with_tangents(parts.piston, set(PISTON_VARIABLES))
         known["chamber_changes"], known["piston_changes"] = (_body(s, precision, printer) for s in changes)
+    if noise:
+        known |= _observer(system, noise, precision)
     templates = {"source": "model.c.j2", "header": "model.h.j2", "test": "test.c.j2"}
     return {name: TEMPLATES.get_template(templates[key]).render(known) for key, name in names.items()}
+
+
+def _observer(system: System, noise: ObserverNoise, precision: str) -> dict[str, Any]:
+    """Parts of the templates about an observer."""
+    suffix = "f" if precision == "float" else ""
+    samples = [
+        {"u": digits(known.u) + suffix}
+        | {key: "{" + _listed(getattr(known, key), suffix) + "}" for key in ("readings", "estimate")}
+        for known in known_estimates(system, noise)
+    ]
+    return {
+        "steps": {name: digits(value) + suffix for name, value in STEPS.items()},
+        "first": {name: digits(value) + suffix for name, value in FIRST_VARIANCES.items()},
+        "temperature": "T" in system.chamber_states,
+        "places": [f"{system.name}_{name}" for name in noise.readings],
+        "first_pressure": f"{FIRST_VARIANCES['P'] ** 0.5:g}",
+        "samples": samples,
+        "sample_time": digits(SAMPLE) + suffix,
+        "observer_tolerance": OBSERVER_TOLERANCE[precision],
+    }
 
 
 def _vectors(system: System, h: float, suffix: str) -> list[dict[str, str]]:

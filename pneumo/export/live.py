@@ -2,23 +2,32 @@
 
 import base64
 import json
+import math
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from pneumo.configuration.experiment import MOST_HALVINGS, Plant
+import numpy as np
+
+from pneumo.configuration.experiment import MOST_HALVINGS, Plant, Study
 from pneumo.equations.system import FULL_ORDER, System, system
 from pneumo.errors import InputError
 from pneumo.export.c_source import TEMPLATES, c99, compiled
-from pneumo.export.printing import printed
+from pneumo.export.printing import digits, printed
 from pneumo.physics.models import MODELS
-from pneumo.simulation.runge_kutta import STEP_TOLERANCE
+from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE
+from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
 
 MOST_STEPS = 1000  # in one call
 MOST_PARTS = 2**MOST_HALVINGS  # of a step
-EXPORTED = ("take_defaults", "start", "advance")
+EXPORTED = ("take_defaults", "start", "advance", "start_record", "replay_record")
 FLAGS = ["--target=wasm32", "-std=c99", "-O3", "-ffreestanding", "-nostdlib", "-fno-math-errno", "-I."]
-PLACES = ("parameters", "state", "pressures", "squares", "commands")
+PLACES = ("parameters", "state", "pressures", "squares", "commands", "record", "replayed")
+GAS = "gas"  # the full order's chambers without the piston
+TOOLS = {"clang": "clang", "wasm-ld": "lld"}  # program -> Debian's package
+TYPICAL_K_0 = 0.5  # W/K
+DEAD_PER_SWEPT = 0.05  # dead volume over swept volume, as of both cylinders of the paper
 # clang has no headers for this target: roots and absolute values are its instructions, powers the browser's.
 MATH_H = """\
 double pow(double x, double y);
@@ -36,16 +45,33 @@ class Module(NamedTuple):
 
 
 def sources(plant: Plant, n: float) -> tuple[dict[str, str], list[System]]:
-    """Files in C of all models of `MODELS` at n and the full order with its piston, and these systems."""
+    """Files in C and their systems: all models at n, the full order with its piston and without."""
     systems = [system(model, n, plant) for model in MODELS.values()]
     systems.append(system(FULL_ORDER, None, plant, piston=True))
     names, files = [chosen.name for chosen in systems], dict[str, str]()
-    for chosen in systems:
-        files |= c99(chosen, chosen.name)
-        del files[f"{chosen.name}_test.c"]
+    systems.append(system(FULL_ORDER, None, plant))
+    for chosen, name in zip(systems, [*names, GAS], strict=True):
+        files |= _renamed(c99(chosen, name), chosen.name, name)
+        del files[f"{name}_test.c"]
     known = {"names": names, "most_steps": MOST_STEPS, "most_parts": MOST_PARTS, "tolerance": STEP_TOLERANCE}
+    A, b, c = (np.vectorize(digits)(values).tolist() for values in DORMAND_PRINCE[:3])
+    known |= {
+        "A": A,
+        "b": b,
+        "c": c,
+        "stages": STAGES,
+        "difference": [digits(e) for e in EMBEDDED_DIFFERENCE],
+    }
     files["live.c"] = TEMPLATES.get_template("live.c.j2").render(known)
     return files, systems
+
+
+def _renamed(files: dict[str, str], old: str, new: str) -> dict[str, str]:
+    """Change the prefix of all names in a system's files."""
+    return {
+        file: text.replace(f"{old}_", f"{new}_").replace(f"{old.upper()}_", f"{new.upper()}_")
+        for file, text in files.items()
+    }
 
 
 def module(plant: Plant, n: float) -> Module:
@@ -56,7 +82,7 @@ def module(plant: Plant, n: float) -> Module:
     InputError
         If clang or its linker for WebAssembly is not installed, or refuses the source.
     """
-    for tool, package in {"clang": "clang", "wasm-ld": "lld"}.items():
+    for tool, package in TOOLS.items():
         if shutil.which(tool) is None:
             raise InputError(f"{tool}: not installed, so that there is no page; `apt-get install {package}`")
     files, systems = sources(plant, n)
@@ -64,17 +90,44 @@ def module(plant: Plant, n: float) -> Module:
     linked = ["--no-entry", "--allow-undefined", "--strip-all", *(f"--export={name}" for name in wanted)]
     command = ["clang", *FLAGS, *(f"-Wl,{flag}" for flag in linked)]
     code = compiled(command, files | {"math.h": MATH_H}, "live.wasm")
-    return Module(code, {s.name: [c.name for c in printed(s).constants] for s in systems})
+    names = [*(chosen.name for chosen in systems[:-1]), GAS]
+    return Module(
+        code, dict(zip(names, ([c.name for c in printed(s).constants] for s in systems), strict=True))
+    )
 
 
-def live_page(plant: Plant, n: float, folder: Path) -> str:
-    """Page with everything in it, from the HTML, CSS and JavaScript in a folder."""
-    compiled = module(plant, n)
+def installed() -> bool:
+    """Whether clang and its linker for WebAssembly are installed."""
+    return all(map(shutil.which, TOOLS))
+
+
+def typical_plants(study: Study) -> dict[str, Plant]:
+    """Each cylinder of a study as in its experiment with the most typical k_0."""
+    by_k_0 = sorted(study.experiments.values(), key=lambda e: -abs(math.log(e.plant.k_0 / TYPICAL_K_0)))
+    return dict(sorted({e.cylinder: e.plant for e in by_k_0}.items()))
+
+
+def live_page(
+    plants: Mapping[str, Plant], n: float, folder: Path, colours: Mapping[str, tuple[str, str]]
+) -> str:
+    """Page with everything in it, from the HTML, CSS and JavaScript in a folder.
+
+    A reader chooses from the `plants` by name; `colours` has those of each model on light and dark ground.
+    """
+    compiled = module(next(iter(plants.values())), n)
     page = (folder / "live.html").read_text(encoding="utf-8")
+    full = {name: system(FULL_ORDER, None, plant, piston=True) for name, plant in plants.items()}
+    layout = {
+        "parameters": compiled.parameters,
+        "most_steps": MOST_STEPS,
+        "dead_per_swept": DEAD_PER_SWEPT,
+        "plants": {name: {c.name: c.value for c in printed(each).constants} for name, each in full.items()},
+        "colours": dict(colours),
+    }
     inside = {
         "/* live.css */": (folder / "live.css").read_text(encoding="utf-8"),
         "/* live.js */": (folder / "live.js").read_text(encoding="utf-8"),
-        "LAYOUT": json.dumps({"parameters": compiled.parameters, "most_steps": MOST_STEPS}),
+        "LAYOUT": json.dumps(layout),
         "WASM": base64.b64encode(compiled.code).decode(),
     }
     for mark, content in inside.items():

@@ -1,5 +1,6 @@
 """Text common to all targets: numbers, the heading, assignments with their branches."""
 
+from collections.abc import Iterable
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
@@ -32,8 +33,11 @@ class Printed(NamedTuple):
     constants: list[Constant]
 
 
-def printed(system: System) -> Printed:
-    """Statements of a system in symbols; without piston there are none for it and its stops."""
+def printed(system: System, also: Iterable[str] = ()) -> Printed:
+    """Statements of a system in symbols; without piston there are none for it and its stops.
+
+    `also` names constants that are wanted beside those of the statements.
+    """
     plant, outputs = symbols_of(system.plant), {f"d{name}_dt" for name in system.chamber_states}
     chamber = statements(
         chamber_equations(system.model, Symbol("n", real=True), plant, system.valve), outputs
@@ -43,7 +47,7 @@ def printed(system: System) -> Printed:
         piston = statements(piston_equations(plant), {"dx_dt", "dv_dt"})
         stops = statements(stop_equations(plant), {"x_after", "v_after"})
     needed = names_in(tuple(s.value for s in (*chamber, *piston, *stops))) | set().union(
-        *CHAMBER_CONSTANTS.values()
+        *CHAMBER_CONSTANTS.values(), also
     )
     used = [constant for constant in constants(system.plant, system.n) if constant.name in needed]
     return Printed(chamber, piston, stops, used)

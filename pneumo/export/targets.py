@@ -7,6 +7,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.equations.system import system
 from pneumo.errors import InputError
 from pneumo.export.c_source import c99
+from pneumo.export.observer_noise import observer_noise
 from pneumo.export.scripts import casadi, matlab
 from pneumo.export.structured_text import structured_text
 from pneumo.physics.models import Model
@@ -28,6 +29,7 @@ def exported(
     valve: bool = True,
     piston: bool = False,
     fmi: Literal[2, 3] = 2,
+    observer: str | None = None,
 ) -> dict[str, bytes]:
     """Files of a model for a plant in one of `TARGETS`, by name; the one to start with comes first.
 
@@ -46,20 +48,23 @@ def exported(
         from eq (3); else they are inputs.
     fmi : {2, 3}
         Version of the FMU.
+    observer : {"none", "one", "both"}, optional
+        With a Kalman filter that estimates the pressures from the position and this many of them (C and
+        Structured Text, with valve and piston).
 
     Raises
     ------
     InputError
         If there is no such model or target, n or an option is bad, or the model's name names no function.
     """
-    chosen = system(model, n, plant, valve=valve, piston=piston)
+    chosen = system(model, n, plant, valve=valve, piston=piston or observer is not None)
     if target not in TARGETS:
         raise InputError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
     if precision not in PRECISIONS:
         raise InputError(f"--precision {precision}: must be one of {', '.join(PRECISIONS)}")
     if precision == "float" and target not in STEPPING:
         raise InputError(f"--precision float: is for c and st; {target} computes in double precision")
-    if target in ("matlab", "casadi") and (piston or not valve):
+    if target in ("matlab", "casadi") and observer is None and (piston or not valve):
         raise InputError(
             f"--to {target}: rates of the chambers with valve; --piston and --no-valve are for c, st, fmu"
         )
@@ -67,9 +72,12 @@ def exported(
         raise InputError(
             f"model name {chosen.name!r}: must be letters, digits and _; an exported function gets this name"
         )
+    if observer is not None and (target not in STEPPING or not valve):
+        raise InputError("--observer: is for c and st, with the valve")
     stem = chosen.name if stem is None else stem
     if target in STEPPING:
-        files = STEPPING[target](chosen, stem, precision)
+        noise = None if observer is None else observer_noise(chosen, observer)
+        files = STEPPING[target](chosen, stem, precision, noise=noise)
         return {name: text.encode() for name, text in files.items()}
     if target == "fmu":
         from pneumo.export.fmu import fmu

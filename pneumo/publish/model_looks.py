@@ -89,6 +89,11 @@ def on_dark(color: str) -> str:
     return "#ffffff"
 
 
+def colours() -> dict[str, tuple[str, str]]:
+    """Colours of each model on light and on dark ground."""
+    return {name: (look.color, on_dark(look.color)) for name, look in MODEL_LOOKS.items()}
+
+
 # Models of figures and pages that do not show all; added models join where the figure has room.
 ALL_BUT_M4 = [name for name in MODELS if name != "M4"]  # Figs 9 and 11: M4's error would hide the others'
 BEST_MODELS = [*REFINED_MODELS, *ADDED_MODELS]  # Fig. 10: the paper's "six best"

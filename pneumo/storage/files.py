@@ -21,6 +21,7 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.study_json import from_json, plain
 from pneumo.errors import SYSTEM, DamagedError, InputError, ResultError, printable
 from pneumo.physics.symbols import SYMBOLS
+from pneumo.regular_file import named
 from pneumo.storage.seal import check_seal, seal, sealed_files, unsealed
 
 DOI = "https://doi.org/10.1243/09596518JSCE203"
@@ -55,7 +56,8 @@ def atomic(path: Path) -> Generator[Path]:
     part = path.with_name(f".{path.name}.{token_hex(8)}{PART}")
     os.close(os.open(part, NEW_FILE, 0o666))
     try:
-        yield part
+        with named(path):
+            yield part
         part.replace(path)
     except BaseException:
         part.unlink(missing_ok=True)

@@ -57,16 +57,23 @@ def sha256_lines(files: Iterable[Path], root: Path) -> str:
 
 
 def changed(results: Path) -> list[DamagedError]:
-    """Return an error for each page, figure or table of `manifest` that has other content now."""
+    """Return an error for each page, figure or table of `manifest` that has other content now, or is gone."""
     errors: list[DamagedError] = []
     for file, digest in manifest(results).items():
-        if file.exists():
-            with regular_file(file, LARGEST_RESULT) as opened:
-                if hashlib.sha256(opened.read()).hexdigest() != digest:
-                    errors.append(
-                        DamagedError(file, "damaged: its SHA-256 is not the one in the log of its job")
-                    )
+        if not file.exists():
+            errors.append(DamagedError(file, "missing: the log of its job lists it"))
+            continue
+        with regular_file(file, LARGEST_RESULT) as opened:
+            if hashlib.sha256(opened.read()).hexdigest() != digest:
+                errors.append(DamagedError(file, "damaged: its SHA-256 is not the one in the log of its job"))
     return errors
+
+
+def without_hash(results: Path) -> list[Path]:
+    """Return the files of results whose content no seal and no log vouches for; logs are none."""
+    known = {*sealed_files(results), *manifest(results), results / "README.md"}
+    files = {file for file in results.rglob("*") if file.is_file() and file.parent != results / "logs"}
+    return sorted(files - known)
 
 
 def seal(file: Path, kind: str) -> None:

@@ -135,6 +135,20 @@ def test_verify_finds_a_flipped_byte_in_a_page_or_figure(inside, tmp_path):
         "results/figures/fig01.svg: damaged: its SHA-256 is not the one in the log"
     )
     assert inside("paper", "verify", "--remove")[0] == 0 and not (folder / "figures/fig01.svg").exists()
+    code, out, err = inside("paper", "verify")
+    assert code == 2 and out.startswith("results/figures/fig01.svg: missing: the log of its job lists it")
+    assert "1 damaged or missing files" in err
+
+
+def test_verify_names_what_it_cannot_check(inside, tmp_path):
+    folder = tmp_path / "results"
+    (folder / "logs").mkdir(parents=True)
+    write_json('{\n "name": "test"\n}\n', folder / "parameters.json")
+    for name in ("README.md", "logs/datum.log", "bench.json", *(f"mine{number}.txt" for number in range(5))):
+        (folder / name).write_text("mine")
+    code, out, _ = inside("paper", "verify")
+    names = "6 files: bench.json, mine0.txt, mine1.txt, mine2.txt, mine3.txt, ..."
+    assert code == 0 and out.splitlines()[0].endswith(f"not checked, since they have no SHA-256: {names}")
 
 
 AT = ["--u", "1", "--P_A", "5e5", "--P_B", "6e5"]
@@ -163,6 +177,7 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
         (["linearise", "full", "--n", 1.3, "--u", 1, "--P_A", 5e5, "--P_B", 5e5], "--n = 1.3: full has no"),
         (["export", "m8", "--n", 1.35, "--to", "matlab"], "model 'm8': no such model, perhaps M8"),
         (["fit", "a.csv", "--model", "M7", "--model", "m8"], "model 'm8': no such model, perhaps M8"),
+        (["linearise", "Full", *AT], "model 'Full': no such model, perhaps full"),
     ],
 )
 def test_an_index_without_use_and_a_name_in_small_letters_are_refused(arguments, words, inside):

@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from netCDF4 import Dataset
 from typer.testing import CliRunner
 
 from pneumo.cli.commands import app
+from pneumo.errors import InputError
 
 DATA = Path(__file__).parents[2] / "data"
 TANK = str(DATA / "tank/discharge.yaml")
@@ -53,6 +55,7 @@ def test_a_table_of_points_needs_no_temperature_in_every_row(tmp_path):
     ("words", "said"),
     [
         ((TANK, POINTS, "--model", "M77"), "--model M77: must be one of M1,"),
+        ((TANK, POINTS, "--model", "m8"), "model 'm8': no such model, perhaps M8"),
         ((TANK, "absent.csv"), "absent.csv: no such file"),
         (("absent.yaml", POINTS), "absent.yaml"),
         ((VALVE, "chamber.csv"), "chamber.csv: no column x"),
@@ -82,3 +85,13 @@ def test_a_mistake_ends_in_one_line(words, said, inside):
     Path("both.yaml").write_text(Path(VALVE).read_text(encoding="utf-8") + "dead_volume_B_mL: 20\n")
     code, out, err = inside("rig", *words)
     assert (code, out) == (2, "") and len(err.splitlines()) == 1 and said in err
+
+
+def test_a_small_record_that_would_fill_the_memory_is_one_line(tmp_path):
+    with Dataset(tmp_path / "points.nc", "w") as file:
+        file.createDimension("t_P", 20_000_000_000)
+        for name in ("t_P", "P"):
+            file.createVariable(name, "f8", ("t_P",), zlib=True)
+    done = invoke(TANK, str(tmp_path / "points.nc"))
+    assert isinstance(done.exception, InputError), done.output
+    assert "would have 160000000000 bytes: at most 200000000 for all" in str(done.exception)

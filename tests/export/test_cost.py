@@ -80,3 +80,14 @@ def test_the_kept_file_has_every_row_part_and_method():
                 # Each method has more stages than the one before.
                 counts = list((of_row["instructions"] if precision == "float" else of_row["ns"]).values())
                 assert counts == sorted(counts)
+
+
+def test_the_kept_file_has_every_observer(plant):
+    kept = json.loads((ROOT / "pneumo/export/cost.json").read_text(encoding="utf-8"))["observers"]
+    for precision, size in (("double", 8), ("float", 4)):
+        rows = kept["rows"][precision]
+        assert set(rows) == {*PAPER_MODELS, FULL_ORDER}
+        for name, row in rows.items():
+            states = len(system(name, cost.N, plant, piston=True).states)
+            assert (row["states"], row["estimate_bytes"]) == (states, size * (states + states**2))
+            assert row["ns"]["cycle"] > 0 and ("instructions" in row) == (precision == "float")

@@ -13,7 +13,7 @@ from pneumo.storage import trace_layout
 from pneumo.storage.trace_layout import CHOICES, COMMON_N, close_up, interval_edges, shown_steps, traced
 
 EXPERIMENT = lasting("E12", 7.013)  # no multiple of anything
-BEST = np.array([1.0, 1.2, 1.0, 1.0, 1.4, COMMON_N, 1.05, np.nan, 1.3, 1.25][: len(MODELS)])
+BEST = np.resize([1.0, 1.2, 1.0, 1.0, 1.4, COMMON_N, 1.05, np.nan, 1.3, 1.25], len(MODELS))
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ FIGURES = ["fig07", "fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"]
 
 rule schemes:
     input:
-        expand("paper/schemes/fig{number}.svg", number=SCHEMES),
+        schemes=expand("paper/schemes/fig{number}.svg", number=SCHEMES),
     output:
-        report(
+        figures=report(
             expand("results/figures/fig{number}.svg", number=SCHEMES),
             caption="../captions/schemes.rst",
             category="Figures",
@@ -23,10 +23,12 @@ rule schemes:
         ),
     log:
         "results/logs/schemes.log",
+    params:
+        code=code_behind("schemes.py"),
     message:
         "Figures 1-6 and 12: schemes, kept by hand"
-    shell:
-        "cp {input:q} results/figures 2> {log:q}"
+    script:
+        "../scripts/schemes.py"
 
 
 rule figures:

@@ -2,15 +2,14 @@
 
 from pathlib import Path
 
-from pneumo.export.live import live_page
+from pneumo.export.live import live_page, typical_plants
 from pneumo.jobs.wrapper import run_job
+from pneumo.publish.model_looks import colours
 from pneumo.storage.files import read_study, write_text
 
 
 def main(parameters: Path, sources: list[Path], n: float, page: Path) -> None:
-    """Write the page of the first experiment's plant."""
-    plant = next(iter(read_study(parameters).experiments.values())).plant
-    write_text(live_page(plant, n, sources[0].parent), page)
+    write_text(live_page(typical_plants(read_study(parameters)), n, sources[0].parent, colours()), page)
 
 
 run_job(main, globals())

@@ -1,0 +1,72 @@
+"""Noise that an exported observer expects, from observer_noise.json.
+
+`python -m benchmarks.observer_noise` writes that file.
+"""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pneumo.equations.system import System
+from pneumo.errors import InputError
+from pneumo.linear.observer import PRESSURE_NOISE
+from pneumo.simulation.kalman_filter import DP, DT, DV, DX, FIRST_PRESSURE, FIRST_TEMPERATURE
+
+FILE = Path(__file__).with_name("templates") / "observer_noise.json"
+SENSORS = {"none": 0, "one": 1, "both": 2}  # pressures measured beside the position
+
+
+class ObserverNoise(NamedTuple):
+    """Noise of an observer, and the readings that it takes; without `tuned` the filter's own default."""
+
+    force: float  #: process noise, N s^0.5
+    pressure: float  #: process noise of the rates, Pa/s^0.5
+    x_deviation: float  #: standard deviation of a reading, m
+    pressure_deviation: float  #: likewise, Pa
+    pressures: int  #: read: none, P_A, or both
+    tuned: bool
+
+    @property
+    def readings(self) -> tuple[str, ...]:
+        """Names of the readings."""
+        return READINGS[: 1 + self.pressures]
+
+    @property
+    def origin(self) -> str:
+        """Where the process noise of the pressures comes from."""
+        kept = _kept()
+        best = f"best in {kept['loop']} loop, mean of {kept['plants']} plants at 1 ms; tune it on yours"
+        return best if self.tuned else "not tuned for this model; tune it"
+
+
+READINGS = ("x", "P_A", "P_B")
+CONSTANTS = ("P_s", "P_atm", "P_0", "T_0", "stroke", "M", "k_f", "A_A", "A_B")  # that a filter needs
+STEPS = {"x": DX, "v": DV, "P": DP, "T": DT}  # of its derivatives: x over the stroke, P over P_0
+OBSERVER_TOLERANCE = {"double": 1e-10, "float": 1e-3}  # of test programs, relative; gains rest on differences
+FIRST_VARIANCES = {"v": 1e-6, "P": FIRST_PRESSURE**2, "T": FIRST_TEMPERATURE**2}
+
+
+@cache
+def _kept() -> dict[str, Any]:
+    return json.loads(FILE.read_text(encoding="utf-8"))
+
+
+def observer_noise(system: System, sensors: str) -> ObserverNoise:
+    """Noise for a system and its sensors, a key of `SENSORS`, as tuned for docs/at-work.md.
+
+    The full order and models that were not tuned get the default of `pneumo.ekf`. `InputError` if there are
+    no such sensors.
+    """
+    if sensors not in SENSORS:
+        raise InputError(f"--observer {sensors}: must be one of {', '.join(SENSORS)}: pressures measured")
+    kept, plant = _kept(), system.plant
+    pressure = kept["pressure_noise"][sensors].get(system.name)
+    return ObserverNoise(
+        kept["force_noise_over_P_s_A_A"] * plant.conditions.P_s * plant.cylinder.A_A,
+        pressure or PRESSURE_NOISE,
+        kept["x_deviation"],
+        kept["pressure_deviation"],
+        SENSORS[sensors],
+        pressure is not None,
+    )

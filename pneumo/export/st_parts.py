@@ -1,0 +1,168 @@
+"""Parts of a unit in Structured Text: declarations, numbers, expressions, statements and their cost."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from sympy import S
+from sympy.printing.codeprinter import CodePrinter
+from sympy.printing.precedence import precedence
+
+from pneumo.equations.branches import Choice
+from pneumo.equations.equation_list import Statement
+from pneumo.export.printing import assignments
+
+KEYWORDS = ("IF {} THEN", "ELSIF {} THEN", "ELSE", "END_IF;")
+TYPES = {"double": "LREAL", "float": "REAL"}
+REALS = {"double": np.float64, "float": np.float32}
+# Names that a controller refuses, or that differ from another one only by case: it makes no difference there.
+OF_CONSTANTS = {"gamma_": "gamma", "R": "R_gas", "M": "M_moving", "n": "n_index"}
+OF_CHAMBER = {name: f"{name}_side" for name in ("u", "m", "x", "v", "P", "T")} | {
+    "V": "volume",
+    "dV_dt": "volume_rate",
+}
+OF_PISTON = {name: f"{name}_stage" for name in ("x", "v", "P_A", "P_B", "force")} | {"a": "dv_dt_free"}
+
+
+class Cost(NamedTuple):
+    """Operations on real numbers, at most."""
+
+    multiplications: int
+    divisions: int
+    roots: int
+    powers: int
+
+    def plus(self, other: "Cost") -> "Cost":
+        """Sum of both."""
+        return Cost(*(a + b for a, b in zip(self, other, strict=True)))
+
+    def times(self, count: int) -> "Cost":
+        """Product with a count."""
+        return Cost(*(count * a for a in self))
+
+
+class Variable(NamedTuple):
+    """A declared variable, an array where it has last indices."""
+
+    name: str
+    type: str
+    initial: tuple[str, ...] = ()
+    comment: str = ""
+    last: tuple[int, ...] = ()
+
+    @property
+    def declaration(self) -> str:
+        """Name, type and initial value."""
+        ranges = ", ".join(f"0..{last}" for last in self.last)
+        kind = f"ARRAY[{ranges}] OF {self.type}" if self.last else self.type
+        values = f"[{', '.join(self.initial)}]" if self.last else "".join(self.initial)
+        return f"{self.name} : {kind}" + (f" := {values}" if self.initial else "") + ";"
+
+
+class Unit(NamedTuple):
+    """A function block or program: declarations by their keyword, and the statements."""
+
+    keyword: str
+    name: str
+    comment: str
+    declarations: dict[str, list[Variable]]
+    body: str
+
+
+def number(value: float, precision: str) -> str:
+    """A real literal, the shortest that is this number in a precision; the standard wants a point in each."""
+    mantissa, _, exponent = str(REALS[precision](value)).partition("e")
+    return mantissa + ("" if "." in mantissa else ".0") + (f"E{int(exponent)}" if exponent else "")
+
+
+class Text(CodePrinter):
+    """Prints expressions of real numbers, with other names for some."""
+
+    _operators = {"and": "AND", "or": "OR", "not": "NOT "}  # noqa: RUF012 - as the base class has it
+
+    def __init__(self, precision: str, names: dict[str, str]) -> None:
+        super().__init__()
+        self.precision, self.names = precision, names
+
+    def name(self, name: str) -> str:
+        """Name of a quantity in the text."""
+        return self.names.get(name, name)
+
+    def doprint(self, expr: Any, assign_to: Any = None) -> str:  # noqa: ARG002 - as the base class has it
+        """Text of an expression."""
+        return str(self._print(expr))
+
+    def parenthesize(self, item: Any, level: int, strict: bool = False) -> str:
+        """Text of an operand, in parentheses where it needs them."""
+        if item.is_Rational and item.is_nonnegative:  # printed as a decimal number
+            return self.doprint(item)
+        return str(super().parenthesize(item, level, strict))
+
+    def _print_Symbol(self, expr: Any) -> str:
+        return self.name(expr.name)
+
+    def _print_Float(self, expr: Any) -> str:
+        return number(float(expr), self.precision)
+
+    _print_Integer = _print_Rational = _print_NumberSymbol = _print_Float
+
+    def _print_Pow(self, expr: Any, rational: bool = False) -> str:  # noqa: ARG002 - as the base class has it
+        base, exponent = expr.args
+        if expr.is_number:
+            return number(float(expr), self.precision)
+        if exponent == -1:
+            return f"1.0/{self.parenthesize(base, precedence(expr))}"
+        if exponent == 2 and base.is_Symbol:
+            return "*".join([self._print(base)] * 2)
+        if exponent == S.Half:
+            return f"SQRT({self._print(base)})"
+        if exponent == -S.Half:
+            return f"1.0/SQRT({self._print(base)})"
+        return f"EXPT({self._print(base)}, {self._print(exponent)})"
+
+    def _print_Abs(self, expr: Any) -> str:
+        return f"ABS({self._print(expr.args[0])})"
+
+    def _print_Relational(self, expr: Any) -> str:
+        sign = {"==": "=", "!=": "<>"}.get(expr.rel_op, expr.rel_op)
+        return f"{self._print(expr.lhs)} {sign} {self._print(expr.rhs)}"
+
+
+def _counted(text: str) -> Cost:
+    return Cost(text.count("*"), text.count("/"), text.count("SQRT("), text.count("EXPT("))
+
+
+def _most(value: Any, printer: Text) -> Cost:
+    """Operations of an expression, a tuple of them, or of the costliest branches of a choice."""
+    if isinstance(value, Choice):
+        branches = (_most(value.yes, printer), _most(value.no, printer))
+        return _most(value.condition, printer).plus(Cost(*map(max, *branches)))
+    if isinstance(value, tuple):
+        return Cost(*map(sum, zip(*(_most(part, printer) for part in value), strict=True)))
+    return _counted(printer.doprint(value))
+
+
+def statement_cost(statements: list[Statement], printer: Text) -> Cost:
+    """Operations of statements, of the costliest branches."""
+    return Cost(*map(sum, zip(Cost(0, 0, 0, 0), *(_most(s.value, printer) for s in statements), strict=True)))
+
+
+def lines(statements: list[Statement], printer: Text) -> list[str]:
+    """Lines of statements; a volume that is not positive ends the loop around them."""
+    result = list[str]()
+    for s in statements:
+        names = tuple(map(printer.name, s.names))
+        result.append(f"(* {', '.join(names)}: {s.comment} *)")
+        result += assignments(names, s.value, "{} := {};", printer, KEYWORDS)
+        if s.names == ("V",):  # a division by zero stops a controller
+            result += [f"IF NOT ({names[0]} > 0.0) THEN", "    failed := TRUE;", "    EXIT;", "END_IF;"]
+    return result
+
+
+def numbers(values: Any, precision: str) -> tuple[str, ...]:
+    """Real literals."""
+    return tuple(number(float(value), precision) for value in values)
+
+
+def assigned(statements: list[Statement], printer: Text, real: str) -> list[Variable]:
+    """Variables that statements assign."""
+    return [Variable(printer.name(name), real) for s in statements for name in s.names]

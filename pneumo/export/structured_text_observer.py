@@ -1,0 +1,168 @@
+"""The observer in Structured Text: a function block with one call a cycle, and its test program."""
+
+from pneumo.equations.system import System, quantity
+from pneumo.export.c_source import TEMPLATES
+from pneumo.export.known_estimates import SAMPLE, known_estimates
+from pneumo.export.known_steps import scale
+from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, OBSERVER_TOLERANCE, STEPS, ObserverNoise
+from pneumo.export.printing import heading, printed
+from pneumo.export.st_parts import (
+    OF_CHAMBER,
+    OF_CONSTANTS,
+    OF_PISTON,
+    TYPES,
+    Cost,
+    Text,
+    Unit,
+    Variable,
+    assigned,
+    lines,
+    number,
+    numbers,
+    statement_cost,
+)
+
+
+def _call_cost(states: int, own: int, readings: int, chamber: Cost, piston: Cost, stops: Cost) -> Cost:
+    """Operations of a call that predicts and corrects."""
+    probes, N, lower = own + 4, states, states * (states + 1) // 2
+    rates = chamber.times(2 * probes).plus(piston.times(2)).plus(stops)
+    slopes = Cost(1, 4 + 2 * own * (2 + own), 0, 0) if own == 1 else Cost(2, 5 + 2 * own * (2 + own), 0, 0)
+    covariance = Cost(2 * N**3 + lower * N + 2 * N**2 + 2, 0, 0, 0)
+    noise = Cost(2 + 4 + (5 if own == 2 else 0), 1 + (1 if own == 2 else 0), 0, 0)
+    correction = Cost(1 + N + 2 * lower, N, 0, 0).times(readings)
+    moved = Cost(2 + N * 2 + N, 0, 0, 0)  # dx, dP; the middle and the end of the step
+    possible = Cost(2 * 2 * 3 * own, 0, 0, 0)
+    total = rates
+    for part in (slopes, covariance, noise, correction, moved, possible):
+        total = total.plus(part)
+    return total
+
+
+def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit:
+    """Function block of an observer."""
+    parts, real = printed(system, CONSTANTS), TYPES[precision]
+    inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
+    P_0, zero = number(system.plant.conditions.P_0, precision), (number(0.0, precision),)
+    last, own = len(system.states) - 1, len(system.chamber_states)
+    probes = own + 4  # the estimate; x, v and each state of a chamber moved; the middle of the step
+
+    def described(name: str) -> str:
+        return ", ".join(quantity(name))
+
+    deviations = {"x": noise.x_deviation, "pressure": noise.pressure_deviation}
+    inputs = [
+        Variable("u", real, zero, f"{described('u')}; held since the call before"),
+        Variable("force", real, zero, f"{described('force')}, where it is known"),
+        *(Variable(f"{name}_read", real, zero, f"{described(name)}, reading") for name in noise.readings),
+        *(Variable(f"{name}_valid", "BOOL", ("TRUE",)) for name in noise.readings),
+        Variable("h", real, (number(SAMPLE, precision),), "s, time since the call before"),
+        Variable("restart", "BOOL", ("FALSE",), "begin at x_read and the pressures below"),
+        *(Variable(f"P_{side}_start", real, (P_0,), described(f"P_{side}")) for side in "AB"),
+        Variable("force_noise", real, (number(noise.force, precision),), "N s^0.5, process noise"),
+        Variable(
+            "pressure_noise", real, (number(noise.pressure, precision),), "Pa/s^0.5, the first number to tune"
+        ),
+        *(
+            Variable(
+                f"{name}_deviation", real, (number(value, precision),), "standard deviation of a reading"
+            )
+            for name, value in deviations.items()
+        ),
+        *(
+            Variable(outside.name(p.name), real, numbers([p.value], precision), p.comment)
+            for p in parts.constants
+        ),
+    ]
+    outputs = [Variable(name, real, zero, described(name)) for name in system.states]
+    outputs.append(Variable("failed", "BOOL", ("FALSE",), "no prediction was possible"))
+    matrices = ("covariance", "slope", "advance", "product")
+    own_variables = [
+        Variable("state", real, last=(last,)),
+        Variable("stage", real, last=(last,)),
+        Variable("gain", real, last=(last,)),
+        *(Variable(name, real, last=(last, last)) for name in matrices),
+        Variable("rate", real, last=(probes - 1, last)),
+        *(Variable(name, real) for name in ("dx", "dP", "most", "half", "total", "difference")),
+        *[Variable("most_T", real)] * (own - 1),
+        *(Variable(f"{name}_stage", real) for name in ("u", "force", "x", "v", "P_A", "P_B")),
+        *assigned(parts.piston, outside, real),
+        *assigned(parts.stops, outside, real),
+        Variable("v_before", real),
+        *(Variable(f"{name}_side", real) for name in (*system.chamber_states, "u", "x", "v")),
+        Variable("area", real, comment="m^2, of the piston"),
+        Variable("V_d", real, comment="m^3, dead volume"),
+        *assigned(parts.chamber, inside, real),
+        Variable("started", "BOOL", ("FALSE",)),
+        *(Variable(name, "INT") for name in ("i", "j", "k", "probe", "side", "first")),
+    ]
+    costs = (
+        statement_cost(parts.chamber, inside),
+        statement_cost(parts.piston, outside),
+        statement_cost(parts.stops, outside),
+    )
+    known = {
+        "states": system.states,
+        "own_states": system.chamber_states,
+        "temperature": own == 2,
+        "readings": noise.readings,
+        "probes": probes,
+        "steps": {name: number(value, precision) for name, value in STEPS.items()},
+        "first": {name: number(value, precision) for name, value in FIRST_VARIANCES.items()},
+        "piston": lines(parts.piston, outside),
+        "stops": lines(parts.stops, outside),
+        "chamber": lines(parts.chamber, inside),
+        "heading": heading(system),
+        "noise": noise,
+        "real": real,
+        "cost": _call_cost(len(system.states), own, len(noise.readings), *costs),
+    }
+    comment = TEMPLATES.get_template("observer_head.st.j2").render(known).rstrip()
+    body = TEMPLATES.get_template("observer.st.j2").render(known).rstrip()
+    declarations = {"VAR_INPUT": inputs, "VAR_OUTPUT": outputs, "VAR": own_variables}
+    return Unit("FUNCTION_BLOCK", f"Pneumo_{system.name}_observer", comment, declarations, body)
+
+
+def observer_program(system: System, noise: ObserverNoise, precision: str) -> Unit:
+    """Program that compares estimates of the block with those in Python."""
+    real, samples = TYPES[precision], known_estimates(system, noise)
+    last, of_state = len(samples) - 1, len(system.states) - 1
+    held = [0.0, *(s.u for s in samples[:-1])]  # since the call before
+    arrays = [
+        Variable("known_u", real, numbers(held, precision), last=(last,)),
+        Variable(
+            "known_readings",
+            real,
+            numbers((value for s in samples for value in s.readings), precision),
+            last=(last, noise.pressures),
+        ),
+        Variable(
+            "known_estimates",
+            real,
+            numbers((value for s in samples for value in s.estimate), precision),
+            last=(last, of_state),
+        ),
+        Variable("scale", real, numbers(scale(system), precision), last=(of_state,)),
+    ]
+    name = f"Pneumo_{system.name}_observer"
+    own = [
+        Variable("observer", name),
+        Variable("passed", "BOOL", ("FALSE",), "all estimates agree"),
+        Variable("largest", real, comment="largest relative difference from Python"),
+        Variable("failures", "INT", comment="calls that failed"),
+        Variable("difference", real, last=(of_state,)),
+        Variable("i", "INT"),
+        Variable("k", "INT"),
+    ]
+    known = {
+        "states": system.states,
+        "noise": noise,
+        "h": number(SAMPLE, precision),
+        "last": last,
+        "tolerance": number(OBSERVER_TOLERANCE[precision], precision),
+    }
+    comment = (
+        f"Estimates of {name} with known results, from Python in double precision: `passed` if all agree."
+    )
+    body = TEMPLATES.get_template("observer_test.st.j2").render(known).rstrip()
+    return Unit("PROGRAM", f"{name}_test", comment, {"VAR": own, "VAR CONSTANT": arrays}, body)

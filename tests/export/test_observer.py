@@ -1,0 +1,183 @@
+"""Exported observers, in C and Structured Text, against `pneumo.ekf` sample by sample."""
+
+import json
+from functools import cache
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+import xarray as xr
+from brief import in_brief
+from exported_c import C_COMPILER, CompiledObserver, run_test_program
+from plain_rates import OWN
+
+import pneumo
+from benchmarks.observer_noise import tuned
+from pneumo.equations.system import FULL_ORDER, system
+from pneumo.errors import InputError
+from pneumo.export import exported
+from pneumo.export.known_steps import scale
+from pneumo.export.observer_noise import FILE, SENSORS, observer_noise
+from pneumo.storage.kept_evidence import KEPT
+
+N, H = 1.35, 1e-3
+BLARK = pytest.mark.skipif(find_spec("blark") is None, reason="blark is not installed")
+pytestmark = pytest.mark.xdist_group("observer")
+
+
+@cache
+def readings(plant, count):
+    """Command and readings of a run: x in steps of 10 um, pressures with noise, some of each missing."""
+    rng = np.random.default_rng(38)
+    command = np.repeat(plant.valve.u_max * rng.uniform(-0.2, 0.2, count // 50 + 1), 50)[:count]
+    run = pneumo.simulate(plant, H, command=command)
+    x = np.round(run.x / 1e-5) * 1e-5
+    P = np.column_stack([run.P_A, run.P_B]) + 1e3 * rng.standard_normal((count, 2))
+    x[30:40] = P[50:55, 0] = np.nan
+    return command, np.column_stack([x, P])
+
+
+def expected(model, plant, sensors, count):
+    """Estimates and variances in Python, by the exported states."""
+    u, read = readings(plant, count)
+    chosen, pressures = system(model, N, plant, piston=True), SENSORS[sensors]
+    noise = observer_noise(chosen, sensors)
+    seen = pneumo.ekf(
+        model,
+        N,
+        plant,
+        H,
+        u=u,
+        x=read[:, 0],
+        P_A=read[:, 1] if pressures > 0 else None,
+        P_B=read[:, 2] if pressures > 1 else None,
+        force_noise=noise.force,
+        pressure_noise=noise.pressure,
+        x_deviation=noise.x_deviation,
+        pressure_deviation=noise.pressure_deviation,
+    )
+    deviation = dict(zip(("x", "v", "P_A", "P_B", "T_A", "T_B"), seen.deviation.T, strict=False))
+    estimates = np.column_stack([getattr(seen, name) for name in chosen.states])
+    return estimates, np.column_stack([deviation[name] ** 2 for name in chosen.states])
+
+
+def farthest(estimates, variances, model, plant, sensors):
+    """Largest differences from Python: of an estimate over the state's scale, and relative of a variance."""
+    right, right_variances = expected(model, plant, sensors, len(estimates))
+    size = scale(system(model, N, plant, piston=True))
+    return np.abs((estimates - right) / size).max(), np.abs(variances / right_variances - 1).max()
+
+
+FORMS = [
+    (model, sensors, precision)
+    for model in ("M1", "M8", OWN, FULL_ORDER)
+    for sensors in SENSORS
+    for precision in ("double", "float")
+]
+BRIEF = [("M8", "both", "double"), ("M8", "one", "float"), (FULL_ORDER, "none", "double")]
+
+
+@C_COMPILER
+@pytest.mark.parametrize(("model", "sensors", "precision"), in_brief(FORMS, BRIEF))
+def test_c_estimates_as_the_filter_in_python(model, sensors, precision, plant, tmp_path):
+    c, (u, read) = CompiledObserver(model, N, plant, tmp_path, sensors, precision), readings(plant, 1000)
+    c.start(read[0, 0], [plant.conditions.P_0] * 2)
+    estimates = []
+    for command, row in zip(u, read[:, : 1 + SENSORS[sensors]].tolist(), strict=True):
+        estimates.append(c.correct(row))
+        c.predict(command, H)
+    states, variances = (np.array(each) for each in zip(*estimates, strict=True))
+    off = farthest(states, variances, model, plant, sensors)
+    print(f"{c.system.name}, {sensors}, {precision}: {off[0]:.1e}, variances {off[1]:.1e}")
+    # Derivatives are differences over a thousandth of a state: a thousand roundings of 1e-16, or of 6e-8.
+    assert max(off) < (1e-10 if precision == "double" else 5e-3)
+
+
+@C_COMPILER
+@pytest.mark.parametrize("precision", ["double", "float"])
+def test_the_test_program_in_c_agrees_and_notices_a_change(precision, plant, tmp_path):
+    files = exported("M8", N, plant, "c", precision=precision, observer="both")
+    code, output = run_test_program(files, tmp_path)
+    assert code == 0 and "of the observer's estimates" in output
+    source = files["M8.c"].decode()
+    assert source.count("p->stroke, dv") == 1
+    files["M8.c"] = source.replace(f"const {precision} dx = ", f"const {precision} dx = 100 * ").encode()
+    assert run_test_program(files, tmp_path)[0] == (1 if precision == "double" else code)
+    files["M8.c"] = source.replace("gain[i] * difference", "gain[i] * difference * 2").encode()
+    assert run_test_program(files, tmp_path)[0] == 1
+
+
+@cache
+def _structured_text(model, plant, sensors, precision):
+    from structured_text import parsed
+
+    files = exported(model, N, plant, "st", stem="m", precision=precision, observer=sensors)
+    return tuple(parsed(text.decode()) for text in list(files.values())[:2])
+
+
+ST_FORMS = [(FULL_ORDER, "one", "double"), ("M8", "none", "float"), (OWN, "both", "double")]
+
+
+@BLARK
+@pytest.mark.slow
+@pytest.mark.parametrize(("model", "sensors", "precision"), ST_FORMS)
+def test_the_test_program_in_structured_text_agrees(model, sensors, precision, plant):
+    from structured_text import Block
+
+    block, program = _structured_text(model, plant, sensors, precision)
+    st = Block(*program, blocks=[block])
+    st()
+    assert st["passed"] and st["failures"] == 0
+    st.values["observer"].values["a_a"] *= 1.2
+    st()
+    assert not st["passed"]
+
+
+@BLARK
+@pytest.mark.slow
+def test_structured_text_estimates_as_the_filter_in_python(plant):
+    """Also with readings that are not valid, and with no more operations than its head says."""
+    from structured_text import Block
+
+    block, _ = _structured_text("M8", plant, "both", "double")
+    st, (u, read), estimates, most = Block(*block, count=True), readings(plant, 200), [], np.zeros(4, int)
+    held = [0.0, *u[:-1].tolist()]
+    for k, (command, row) in enumerate(zip(held, read.tolist(), strict=True)):
+        given = dict(zip(("x_read", "p_a_read", "p_b_read"), row, strict=True))
+        valid = {name.replace("read", "valid"): value == value for name, value in given.items()}
+        st.operations.clear()
+        st(**given, **valid, u=command, h=H, restart=k == 0)
+        most = np.maximum(most, [st.operations[key] for key in ("*", "/", "SQRT", "EXPT")])
+        variances = [st.values["covariance"][i, i] for i in range(4)]
+        estimates.append([[st[name] for name in ("x", "v", "P_A", "P_B")], variances])
+        assert not st["failed"]
+    states, variances = (np.array(each) for each in zip(*estimates, strict=True))
+    off = farthest(states, variances, "M8", plant, "both")
+    print(f"largest difference {off[0]:.1e}, of variances {off[1]:.1e}; operations {most}")
+    assert max(off) < 1e-10
+    head = exported("M8", N, plant, "st", observer="both")["M8.st"].decode()
+    stated = [int(w) for w in head.partition("at most: ")[2].partition("\n")[0].split() if w.isdigit()]
+    assert np.all(most <= stated) and np.all(most >= 0.6 * np.array(stated)), (most, stated)
+
+
+def test_the_kept_noise_is_that_of_the_models_at_work():
+    assert json.loads(FILE.read_text(encoding="utf-8")) == tuned(xr.load_dataset(KEPT / "at_work.nc"))
+
+
+def test_models_that_were_not_tuned_say_so(plant):
+    for name, told in (("M8", "best in closed loop"), (FULL_ORDER, "not tuned for this model")):
+        assert told in exported(name, N, plant, "c", observer="none")[f"{name}.h"].decode()
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"target": "fmu"}, "--observer: is for c and st, with the valve"),
+        ({"target": "matlab"}, "--observer: is for c and st, with the valve"),
+        ({"target": "c", "valve": False}, "--observer: is for c and st, with the valve"),
+        ({"target": "st", "observer": "three"}, "--observer three: must be one of none, one, both"),
+    ],
+)
+def test_what_has_no_observer_is_refused(options, told, plant):
+    with pytest.raises(InputError, match=told):
+        exported("M8", N, plant, options.pop("target"), **({"observer": "both"} | options))
