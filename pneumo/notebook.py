@@ -14,12 +14,13 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
+from pneumo.configuration.configured_dynamics import configured_dynamics
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import accuracy, load, study
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.equations.chamber_rate import model_row
-from pneumo.fit.estimate import PART, fit_measurement, validation
+from pneumo.fit.estimate import PART, fit_measurement, fitted_too, validation
 from pneumo.fit.fit_result import FitResult
 from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
 from pneumo.fit.fitted_yaml import fitted_configuration
@@ -203,6 +204,7 @@ def fit(
     configuration = _configuration(configuration)
     configured = study(configuration)
     plant = configured_plant(configured, cylinder, 1.0)
+    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     measurement = read_record(record, configuration, cylinder, columns=columns, x_from=x_from)
     rule = _SAMPLING[command]
     if not trust:
@@ -213,9 +215,8 @@ def fit(
         [model_row(name).name for name in models],
         command=rule,
         part=part,
-        also=tuple(dict.fromkeys(also)),
+        also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
         known=accuracy(configuration),
         progress=LOGGER.info,
     )
-    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     return RecordFit(result, measurement, plant, configuration, named, command)

@@ -103,13 +103,14 @@ def fit(
     from rich.console import Console
 
     from pneumo.catalogue import default_conductance
+    from pneumo.configuration.configured_dynamics import configured_dynamics
     from pneumo.configuration.parameters import accuracy, sonic_conductance, study
     from pneumo.configuration.sampling import HELD, INTERPOLATED
     from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
     from pneumo.fit.closed.closed_fit import fit_closed
     from pneumo.fit.closed.thermal_time_constant import FEWEST_SAMPLES, transient
-    from pneumo.fit.estimate import fit_measurement, validation
+    from pneumo.fit.estimate import fit_measurement, fitted_too, validation
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
     from pneumo.fit.mistaken_columns import check_columns
@@ -132,6 +133,7 @@ def fit(
     configuration = read_configuration(config, trust)
     configured = study(configuration)
     plant = configured_plant(configured, cylinder, 1.0)
+    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     names = [model_row(name).name for name in model or MODELS]
     mapping = read_mapping(columns) if columns else None
     from_end = x_from == "end"
@@ -155,7 +157,7 @@ def fit(
     else:
         if not trust:
             check_columns(measured, plant, command=rule)
-        causes = tuple(dict.fromkeys(also or ()))
+        causes = fitted_too(also or (), measured, configured_dynamics(configuration, named))
         known = accuracy(configuration)
         fitted = fit_measurement(
             measured, plant, names, command=rule, part=part, also=causes, known=known, progress=say
@@ -163,7 +165,6 @@ def fit(
     for note in fitted.notes:
         if f"note: {note}" not in said:
             say(f"note: {note}")
-    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
         fitted = replace(fitted, C_per_k_xu=C_per_k_xu)

@@ -48,6 +48,7 @@ from pneumo.fit.residuals import residuals, sensor_noise
 from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
 from pneumo.fit.valve_signal import behind_valve
 from pneumo.physics.models import MODELS, Model, Wall
+from pneumo.physics.valve_dynamics import ValveDynamics
 
 PART = 0.6  # of the record that is fitted
 MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more and takes gigabytes
@@ -379,6 +380,12 @@ def alike_notes(alike: Sequence[str]) -> list[str]:
     """Note on models that a record does not distinguish, if there are several."""
     text = f"this record does not distinguish {'; '.join(alike)}: their errors on the part held out are alike"
     return [text] if len(alike) > 1 else []
+
+
+def fitted_too(also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics) -> tuple[str, ...]:
+    """Names of `ALSO` that a user asks for, each once, and the dead band where one is configured."""
+    configured = ("dead_band",) if dynamics.dead_band and measurement.m is None else ()
+    return tuple(dict.fromkeys((*also, *configured)))
 
 
 def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> None:

@@ -79,16 +79,19 @@ PARAMETERS: dict[str, Parameter] = {
         Quantity("the valve's lag", "lag", "s", "ms", 1e3),
         Search(0.0, 0.05, 0.0, logarithmic=False),
         "valve",
+        key="cylinders.valve_dynamics.lag_s",
     ),
     "dead_time": Parameter(
         Quantity("the valve's dead time", "dead time", "s", "ms", 1e3),
         Search(-0.02, 0.05, 0.0, logarithmic=False),
         "valve",
+        key="cylinders.valve_dynamics.dead_time_s",
     ),
     "null": Parameter(
         Quantity("the valve's null offset", "null offset", "V", "V"),
         Search(-0.1, 0.1, 0.0, times="valve.u_max", logarithmic=False),
         "valve",
+        key="cylinders.valve_dynamics.null_V",
     ),
     **{
         f"start_T_{c}": Parameter(
@@ -137,6 +140,7 @@ PARAMETERS: dict[str, Parameter] = {
         Quantity("the valve's dead band", "dead band", "V", "V"),
         Search(0.0, 0.2, 0.0, times="valve.u_max", logarithmic=False),
         "cause",
+        key="cylinders.valve_dynamics.dead_band_V",
         explanation="a dead band of the valve of {:.2g} V to either side",
     ),
     "hysteresis": Parameter(
