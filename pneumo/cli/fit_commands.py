@@ -16,9 +16,8 @@ from pneumo.fit.record.formats import FORMATS
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 
 
-Record = Annotated[
-    Path, Argument(help=f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}")
-]
+RECORD = f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}"
+Record = Annotated[Path, Argument(help=RECORD)]
 Columns = Annotated[
     Path | None,
     Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: kPa}` ..."),
@@ -55,7 +54,10 @@ def show(
 
 def fit(
     context: typer.Context,
-    measurement: Record,
+    measurements: Annotated[
+        list[Path],
+        Argument(metavar="RECORD...", help=f"{RECORD}; several of one rig are fitted together"),
+    ],
     cylinder: Cylinder = None,
     config: Config = None,
     columns: Columns = None,
@@ -110,11 +112,12 @@ def fit(
     from pneumo.errors import InputError
     from pneumo.fit.closed.closed_fit import fit_closed
     from pneumo.fit.closed.thermal_time_constant import FEWEST_SAMPLES, transient
-    from pneumo.fit.estimate import fit_measurement, fitted_too, validation
+    from pneumo.fit.estimate import MOST_STEPS, fit_measurement, fitted_too, validation
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
     from pneumo.fit.mistaken_columns import check_columns
     from pneumo.fit.record.columns import read_mapping
+    from pneumo.fit.record.joined_records import joined
     from pneumo.fit.record.measurement import read_measurement
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page
@@ -137,7 +140,12 @@ def fit(
     names = [model_row(name).name for name in model or MODELS]
     mapping = read_mapping(columns) if columns else None
     from_end = x_from == "end"
-    measured = read_measurement(measurement, plant, mapping, from_end=from_end, closed=closed is not None)
+    records = [
+        read_measurement(file, plant, mapping, from_end=from_end, closed=closed is not None)
+        for file in measurements
+    ]
+    measured, part = joined(records, part, MOST_STEPS)
+    record_name = ", ".join(file.name for file in measurements)
     other = read_measurement(validate, plant, mapping, from_end=from_end) if validate else None
     for note in measured.notes:
         say(f"note: {note}")
@@ -156,7 +164,8 @@ def fit(
         fitted = fit_closed(rest, plant, part=part, check=not trust, progress=say)
     else:
         if not trust:
-            check_columns(measured, plant, command=rule)
+            for record in records:
+                check_columns(record, plant, command=rule)
         causes = fitted_too(also or (), measured, configured_dynamics(configuration, named))
         known = accuracy(configuration)
         fitted = fit_measurement(
@@ -183,8 +192,8 @@ def fit(
     typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})", err=as_json)
     if output is not None:
         fitted.save(configured.config_sha256, output / "fit.nc")
-        write_text(fit_page(fitted, measurement.name), output / "fit.html")
-        text = fitted_configuration(configuration, named, plant, fitted, measurement.name, T=measured.T)
+        write_text(fit_page(fitted, record_name), output / "fit.html")
+        text = fitted_configuration(configuration, named, plant, fitted, record_name, T=measured.T)
         write_text(text, output / "fitted.yaml")
         typer.echo(
             f"{output / 'fit.html'}, {output / 'fit.nc'} and {output / 'fitted.yaml'}: written", err=as_json
