@@ -209,7 +209,7 @@ def fit(
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     records = [
         read_record(one, configuration, cylinder, columns=columns, x_from=x_from)
-        for one in (record if isinstance(record, list | tuple) else [record])
+        for one in ([record] if isinstance(record, Path | str | pd.DataFrame | xr.Dataset) else record)
     ]
     measurement, part = joined(records, part, MOST_STEPS)
     rule = _SAMPLING[command]
