@@ -12,7 +12,8 @@ EVIDENCE ?= $(notdir $(wildcard paper/evidence/*.nc paper/evidence/*.json))
 UNDISTURBED ?= 20
 SOAK_MINUTES ?= 30
 
-activate := . .venv/bin/activate
+# Not .venv/bin/activate, which does not work under a path with quotes.
+activate := export PATH="$$PWD/.venv/bin:$$PATH" VIRTUAL_ENV="$$PWD/.venv"
 unexport PYTHONDONTWRITEBYTECODE # else every job would compile all that it imports
 
 # uv keeps its cache in the home folder, else, where that cannot be written, in .venv.

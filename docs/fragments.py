@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from pneumo.cli.commands import app
-from pneumo.fit.fitted_parameters import PARAMETERS
+from pneumo.fit.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE
 from pneumo.fit.record.formats import FORMATS
 from pneumo.fit.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.papers.paper_2006.paper import PAPER_2006
@@ -87,6 +87,8 @@ def fitted_parameters() -> str:
     """The parameters of a fit, from the rows that everything uses."""
     rows = []
     for name, row in PARAMETERS.items():
+        if name in STARTS and name not in STARTS_OF_ONE:
+            continue
         unit = f"times `{row.search.times}`" if row.search.times else row.quantity.unit
         bounds = f"{row.search.low:g} to {row.search.high:g} {unit}".removesuffix(" 1")
         also = f"`--also {name}`" if row.group in ("configured", "cause") else ""

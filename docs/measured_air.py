@@ -7,14 +7,23 @@ import xarray as xr
 from fragments import span, table
 
 from pneumo.catalogue import measured_conductances
-from pneumo.evidence.measured_air import records
+from pneumo.evidence.measured_air import (
+    EQ_7,
+    LAWS_OF_WALL,
+    NITROGEN,
+    SPRINGS,
+    VESSELS,
+    nitrogen_points,
+    records,
+)
 from pneumo.fit.closed.thermal_laws import read_closed_record
-from pneumo.fit.rig.rig_fit import ADIABATIC
+from pneumo.fit.rig.rig_fit import ADIABATIC, rms
 from pneumo.physics.cylinder import wetted_area
 from pneumo.physics.models import MODELS
 
 DATA = Path(__file__).parents[1] / "data"
 FULL = "full order"
+T_START = 288.0  # K, of the nitrogen and its vessel
 CONSTANT_T = ["M1", "M2", "M3"]
 
 
@@ -35,10 +44,21 @@ def estimate(air: xr.Dataset, case: str, model: str, parameter: str, form: str =
     return f"**{text}**" if text and np.isnan(air["low"].sel(at).item()) else text
 
 
-def spring_cells(part: xr.Dataset) -> list[str]:
-    """Error held out, conductance, and heat capacity of the store where there is one."""
-    cells = [cell(part["spring_held_out"] / 1e3, ".1f"), cell(part["spring_k"], ".0f")]
-    return [*cells, cell(part["spring_c"], ".0f")] if part["spring_c"].item() else cells
+def storage_rows(air: xr.Dataset) -> list[list[str]]:
+    """Errors held out by record and law of wall heat, with the store's conductances and heat capacity."""
+    rows = list[list[str]]()
+    for case in VESSELS:
+        of_laws = [(case, FULL), (case, EQ_7), (f"{case}, store", FULL), (f"{case}, skin", FULL)]
+        k = estimate(air, f"{case}, store", FULL, "store_k_W_per_K", ".2f")
+        c = estimate(air, f"{case}, store", FULL, "store_c_J_per_K", ".0f")
+        rows.append([case, *(kilopascals(air, "held_out", *law) for law in of_laws), k, c])
+    for record in SPRINGS:
+        for chamber in "AB":
+            part = air.sel(record=record, chamber=chamber)
+            held_out = [cell(part["spring_held_out"].sel(wall=law) / 1e3, ".1f") for law in LAWS_OF_WALL]
+            c = cell(part["spring_c"].sel(wall=LAWS_OF_WALL[2]), ".0f")
+            rows.append([f"gas spring `{record}`, {chamber}", *held_out, "", c])
+    return rows
 
 
 def tables(air: xr.Dataset) -> dict[str, str]:
@@ -106,25 +126,25 @@ def tables(air: xr.Dataset) -> dict[str, str]:
             pulses,
         ),
         "discharge": table(head, vessel),
-        "spring": table(
-            [
-                "record",
-                "chamber",
-                "constant k: held out",
-                "k (W/K)",
-                "with a store: held out",
-                "k",
-                "c (J/K)",
-            ],
+        "storage": table(
+            ["record", *LAWS_OF_WALL, "of the store: k (W/K)", "c (J/K)"],
+            storage_rows(air),
+        ),
+        "nitrogen": table(
+            ["model", "fitted", "held out", "T (K)", "C_d", "n", "k (W/K)"],
             [
                 [
-                    f"`{record}`",
-                    str(chamber),
-                    *spring_cells(air.sel(record=record, chamber=chamber, store="none")),
-                    *spring_cells(air.sel(record=record, chamber=chamber, store="beside the gas")),
+                    name,
+                    *(
+                        cell(air[error].sel(case=NITROGEN, model=name) / 1e3, ".0f")
+                        for error in ("fitted", "held_out")
+                    ),
+                    cell(air["T_error"].sel(case=NITROGEN, model=name), ".0f"),
+                    estimate(air, NITROGEN, name, "C_d"),
+                    estimate(air, NITROGEN, name, "n"),
+                    estimate(air, NITROGEN, name, "k_0_W_per_K"),
                 ]
-                for record in air["record"].values
-                for chamber in air["chamber"].values
+                for name in models
             ],
         ),
         "filling": table([*head[:5], "from the discharge", "free: fitted", "C_d", "n"], filling),
@@ -142,9 +162,32 @@ def with_ends(air: xr.Dataset, case: str, parameter: str, form: str = ".2g") -> 
 
 
 def spring_text(air: xr.Dataset, record: str, chamber: str) -> str:
-    """Errors held out of a chamber of the gas spring, without and with a heat store."""
-    errors = air["spring_held_out"].sel(record=record, chamber=chamber) / 1e3
-    return " to ".join(f"{error:.1f}" for error in errors.values)
+    """Errors held out of a chamber of the gas spring, with a constant conductance and with a heat store."""
+    errors = air["spring_held_out"].sel(
+        record=record, chamber=chamber, wall=[LAWS_OF_WALL[0], LAWS_OF_WALL[2]]
+    )
+    return " to ".join(f"{error:.1f}" for error in errors.values / 1e3)
+
+
+def nitrogen_numbers(air: xr.Dataset) -> dict[str, str]:
+    """Numbers of the nitrogen's vessel."""
+    fitted, T = air["fitted"].sel(case=NITROGEN) / 1e3, air["T_error"].sel(case=NITROGEN)
+    walls = {name: np.ptp(nitrogen_points(DATA, name).values) for name in ("T_wall", "T_outer")}
+    top, bottom = (nitrogen_points(DATA, name) for name in ("T", "T_low"))
+    apart = top.values - np.interp(top.t, *bottom)
+    return {
+        "constant": span(fitted.sel(model=CONSTANT_T), 0),
+        **{name: f"{fitted.sel(model=name).item():.0f}" for name in ("M6", "M8")},
+        "full": f"{fitted.sel(model=FULL).item():.0f}",
+        "eq 7": f"{fitted.sel(model=EQ_7).item():.0f}",
+        "T full": f"{T.sel(model=FULL).item():.0f}",
+        "T eq 7": f"{T.sel(model=EQ_7).item():.0f}",
+        "wall": f"{walls['T_wall']:.0f}",
+        "outer": f"{walls['T_outer']:.0f}",
+        "apart": f"{apart.max():.0f}",
+        "cold wall": f"{rms(nitrogen_points(DATA, 'T_wall').values - T_START):.0f}",
+        "skin wall": f"{air['T_wall_error'].sel(case=f'{NITROGEN}, skin', model=FULL).item():.0f}",
+    }
 
 
 def numbers(air: xr.Dataset) -> dict[str, str]:
@@ -186,12 +229,18 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
         "lag": f"{lag:.0f}",
         "spring friction": spring_text(air, "friction", "A"),
         **{
-            f"spring c {chamber}": span(air["spring_c"].sel(store="beside the gas", chamber=chamber), 0)
+            f"spring c {chamber}": span(air["spring_c"].sel(wall=LAWS_OF_WALL[2], chamber=chamber), 0)
             for chamber in "AB"
         },
         "store": f"{fitted.sel(case='discharge, store', model=FULL).item():.1f}",
         "filling": span(fitted.sel(case="filling").drop_sel(model=[ADIABATIC]), 1),
+        **{f"nitrogen {name}": text for name, text in nitrogen_numbers(air).items()},
     }
+
+
+def two_digits(value: float) -> str:
+    """A number to two digits or, where it has more before the point, to all of these."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.2g}"
 
 
 def wall_table(air: xr.Dataset, gas_spring: xr.Dataset) -> str:
@@ -214,9 +263,10 @@ def wall_table(air: xr.Dataset, gas_spring: xr.Dataset) -> str:
     rows.append(
         ("behind an on/off valve", bore, V, wetted_area(V, bore), of("pulses", "k_0_W_per_K"), "`pulses`")
     )
-    with xr.open_dataset(DATA / "tank/discharge.nc") as tank:
-        bore, V = tank.attrs["diameter_m"], rigs["discharge"][0].ends["volume"][0]
-    rows.append(("vessel", bore, V, wetted_area(V, bore), of("discharge", "k_0_W_per_K"), "`discharge`"))
+    for name, case in (("vessel", "discharge"), ("vessel, nitrogen", NITROGEN)):
+        with xr.open_dataset(DATA / f"tank/{case}.nc", decode_times=False) as tank:
+            bore, V = tank.attrs["diameter_m"], rigs[case][0].ends["volume"][0]
+        rows.append((name, bore, V, wetted_area(V, bore), of(case, "k_0_W_per_K"), f"`{case}`"))
     values = gas_spring["value"].sel(law="wall heat, constant", leakage="none")
     for record in gas_spring["record"].values:
         signals = read_closed_record(DATA / f"mbari/{record}.nc")
@@ -234,8 +284,8 @@ def wall_table(air: xr.Dataset, gas_spring: xr.Dataset) -> str:
                 name,
                 f"{1e3 * d:.0f}",
                 f"{1e3 * V:.3g}",
-                f"{k:.2g}",
-                f"{k / A:.2g}",
+                two_digits(k),
+                two_digits(k / A),
                 f"{k / A * V / A:.2f}",
                 source,
             ]

@@ -14,17 +14,19 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
+from pneumo.configuration.configured_dynamics import configured_dynamics
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import accuracy, load, study
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.equations.chamber_rate import model_row
-from pneumo.fit.estimate import PART, fit_measurement, validation
+from pneumo.fit.estimate import MOST_STEPS, PART, fit_measurement, fitted_too, validation
 from pneumo.fit.fit_result import FitResult
 from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
 from pneumo.fit.fitted_yaml import fitted_configuration
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.columns import Column
+from pneumo.fit.record.joined_records import joined
 from pneumo.fit.record.measurement import Measurement, read_measurement
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import record_figure, residual_figure
@@ -111,7 +113,8 @@ class RecordFit:
         folder = Path(folder)
         check_output(folder)
         self.result.save(study(self.configuration).config_sha256, folder / "fit.nc")
-        name, T = Path(self.measurement.name).name, self.measurement.T
+        name = ", ".join(Path(one).name for one in self.measurement.name.split(", "))
+        T = self.measurement.T
         write_text(fit_page(self.result, name), folder / "fit.html")
         rest = self.configuration, self.cylinder, self.plant, self.result, name
         write_text(fitted_configuration(*rest, T=T), folder / "fitted.yaml")
@@ -166,7 +169,7 @@ def read_record(
 
 
 def fit(
-    record: Record,
+    record: Record | Sequence[Record],
     configuration: Configuration | Path | str,
     cylinder: str | None = None,
     *,
@@ -183,7 +186,7 @@ def fit(
     Parameters
     ----------
     record, configuration, cylinder, columns, x_from
-        As in `pneumo.read_record`.
+        As in `pneumo.read_record`; several records, in a list, are fitted together.
     models
         Names of the reduced models; the full order is fitted in any case.
     command
@@ -203,19 +206,24 @@ def fit(
     configuration = _configuration(configuration)
     configured = study(configuration)
     plant = configured_plant(configured, cylinder, 1.0)
-    measurement = read_record(record, configuration, cylinder, columns=columns, x_from=x_from)
+    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
+    records = [
+        read_record(one, configuration, cylinder, columns=columns, x_from=x_from)
+        for one in ([record] if isinstance(record, Path | str | pd.DataFrame | xr.Dataset) else record)
+    ]
+    measurement, part = joined(records, part, MOST_STEPS)
     rule = _SAMPLING[command]
     if not trust:
-        check_columns(measurement, plant, command=rule)
+        for one in records:
+            check_columns(one, plant, command=rule)
     result = fit_measurement(
         measurement,
         plant,
         [model_row(name).name for name in models],
         command=rule,
         part=part,
-        also=tuple(dict.fromkeys(also)),
+        also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
         known=accuracy(configuration),
         progress=LOGGER.info,
     )
-    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     return RecordFit(result, measurement, plant, configuration, named, command)

@@ -47,6 +47,11 @@ def test_mutations_of_each_night_are_of_modules_that_the_tool_can_judge():
             and (room != "simulation" or "mark.uncompiled" in file.read_text(encoding="utf-8"))
         }
         assert {module for module in modules if module.startswith(f"{room}/")} == judged
+    of_fit = [module for module in modules if module.startswith("fit/")]
+    assert of_fit
+    for module in of_fit:
+        assert (ROOT / f"pneumo/{module}.py").exists()
+        assert (ROOT / "tests" / module.replace("/", "/test_")).with_suffix(".py").exists()
     assert not too_many({"a": {"killed": 95, "survived": 5}}) and too_many({"a": {"survived": 1}}) == ["a"]
 
 

@@ -39,5 +39,18 @@ def test_a_checkout_whose_path_setuptools_cannot_take_is_refused_at_once(tmp_pat
     )
 
 
+def test_a_path_may_have_quotes_and_spaces(tmp_path):
+    folder = tmp_path / """it's a "path" of `mine`"""
+    tool = folder / ".venv/bin/snakemake"
+    tool.parent.mkdir(parents=True)
+    tool.write_text('#!/bin/sh\necho "$VIRTUAL_ENV: $*"\n')
+    tool.chmod(0o755)
+    for name in ("Makefile", "requirements.lock", "pyproject.toml"):
+        shutil.copy(ROOT / name, folder / name)
+    (folder / ".venv/.study").touch()
+    done = make(folder, "reproduce", "JOBS=3")
+    assert done.stdout.endswith(f"{folder}/.venv: -j3\n"), done.stderr
+
+
 def test_runs_take_a_scheduler_that_needs_no_temporary_files():
     assert yaml.safe_load((ROOT / "profiles/default/config.yaml").read_text())["scheduler"] == "greedy"

@@ -116,6 +116,9 @@ def study(
     folder = output or Path("-".join(["study", *(file.stem for file in files)]))
     context.with_resource(output_folder(folder))
     check_folder(folder)
+    for name in {e.cylinder: None for e in chosen.experiments.values()}:
+        if configuration.cylinders[name].valve_dynamics:
+            typer.echo(f"note: {name}: valve_dynamics is for exports; in runs it follows at once", err=True)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("full-order runs and replays", total=simulated_time(chosen))
         factors = known_within(configuration)

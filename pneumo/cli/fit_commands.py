@@ -16,9 +16,8 @@ from pneumo.fit.record.formats import FORMATS
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 
 
-Record = Annotated[
-    Path, Argument(help=f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}")
-]
+RECORD = f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}"
+Record = Annotated[Path, Argument(help=RECORD)]
 Columns = Annotated[
     Path | None,
     Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: kPa}` ..."),
@@ -55,7 +54,10 @@ def show(
 
 def fit(
     context: typer.Context,
-    measurement: Record,
+    measurements: Annotated[
+        list[Path],
+        Argument(metavar="RECORD...", help=f"{RECORD}; several of one rig are fitted together"),
+    ],
     cylinder: Cylinder = None,
     config: Config = None,
     columns: Columns = None,
@@ -103,17 +105,19 @@ def fit(
     from rich.console import Console
 
     from pneumo.catalogue import default_conductance
+    from pneumo.configuration.configured_dynamics import configured_dynamics
     from pneumo.configuration.parameters import accuracy, sonic_conductance, study
     from pneumo.configuration.sampling import HELD, INTERPOLATED
     from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
     from pneumo.fit.closed.closed_fit import fit_closed
     from pneumo.fit.closed.thermal_time_constant import FEWEST_SAMPLES, transient
-    from pneumo.fit.estimate import fit_measurement, validation
+    from pneumo.fit.estimate import MOST_STEPS, fit_measurement, fitted_too, validation
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
     from pneumo.fit.mistaken_columns import check_columns
     from pneumo.fit.record.columns import read_mapping
+    from pneumo.fit.record.joined_records import joined
     from pneumo.fit.record.measurement import read_measurement
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page
@@ -132,10 +136,16 @@ def fit(
     configuration = read_configuration(config, trust)
     configured = study(configuration)
     plant = configured_plant(configured, cylinder, 1.0)
+    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     names = [model_row(name).name for name in model or MODELS]
     mapping = read_mapping(columns) if columns else None
     from_end = x_from == "end"
-    measured = read_measurement(measurement, plant, mapping, from_end=from_end, closed=closed is not None)
+    records = [
+        read_measurement(file, plant, mapping, from_end=from_end, closed=closed is not None)
+        for file in measurements
+    ]
+    measured, part = joined(records, part, MOST_STEPS)
+    record_name = ", ".join(file.name for file in measurements)
     other = read_measurement(validate, plant, mapping, from_end=from_end) if validate else None
     for note in measured.notes:
         say(f"note: {note}")
@@ -154,8 +164,9 @@ def fit(
         fitted = fit_closed(rest, plant, part=part, check=not trust, progress=say)
     else:
         if not trust:
-            check_columns(measured, plant, command=rule)
-        causes = tuple(dict.fromkeys(also or ()))
+            for record in records:
+                check_columns(record, plant, command=rule)
+        causes = fitted_too(also or (), measured, configured_dynamics(configuration, named))
         known = accuracy(configuration)
         fitted = fit_measurement(
             measured, plant, names, command=rule, part=part, also=causes, known=known, progress=say
@@ -163,7 +174,6 @@ def fit(
     for note in fitted.notes:
         if f"note: {note}" not in said:
             say(f"note: {note}")
-    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
         fitted = replace(fitted, C_per_k_xu=C_per_k_xu)
@@ -182,8 +192,8 @@ def fit(
     typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})", err=as_json)
     if output is not None:
         fitted.save(configured.config_sha256, output / "fit.nc")
-        write_text(fit_page(fitted, measurement.name), output / "fit.html")
-        text = fitted_configuration(configuration, named, plant, fitted, measurement.name, T=measured.T)
+        write_text(fit_page(fitted, record_name), output / "fit.html")
+        text = fitted_configuration(configuration, named, plant, fitted, record_name, T=measured.T)
         write_text(text, output / "fitted.yaml")
         typer.echo(
             f"{output / 'fit.html'}, {output / 'fit.nc'} and {output / 'fitted.yaml'}: written", err=as_json

@@ -17,7 +17,7 @@ from pneumo.cli.options import (
     Index,
     Trust,
     check_index,
-    configured_study,
+    configured_rig,
     output_to,
 )
 
@@ -52,18 +52,32 @@ def linearise(
     from pneumo.equations.system import quantity, rate_unit, system
     from pneumo.linear.linear_analysis import natural_modes, operating_range
     from pneumo.linear.linear_model import linearise as linear_model
-    from pneumo.selection.plants import configured_plant
 
     check_index(model, n)
-    plant = configured_plant(configured_study(config, trust), cylinder, k0)
-    names = system(model, n, plant, piston=states == "actuator")
+    plant, dynamics = configured_rig(config, cylinder, k0, trust)
+    names = system(model, n, plant, piston=states == "actuator", dynamics=dynamics)
     least, most = plant.conditions.P_atm, plant.conditions.P_s
     for name, P in (("P_A", P_A), ("P_B", P_B)):
         if P > 0 and not least <= P <= most:
             typer.echo(
                 f"note: {name} = {P:g} Pa, outside {least:g} (atmosphere) to {most:g} (supply)", err=True
             )
-    linear = linear_model(model, n, plant, u=u, P_A=P_A, P_B=P_B, x=x, v=v, T_A=T_A, T_B=T_B, states=states)
+    if dynamics.dead_time:
+        typer.echo(f"note: the valve's dead time, {1e3 * dynamics.dead_time:.4g} ms, is left out", err=True)
+    linear = linear_model(
+        model,
+        n,
+        plant,
+        u=u,
+        P_A=P_A,
+        P_B=P_B,
+        x=x,
+        v=v,
+        T_A=T_A,
+        T_B=T_B,
+        states=states,
+        dynamics=dynamics,
+    )
     A, B = ([[float(rate) for rate in row] for row in matrix] for matrix in (linear.A, linear.B))
     if plot is not None:
         from pneumo.publish.figures.modes_figure import modes_figure
@@ -106,16 +120,16 @@ def export(
     """Write a model as source code, or as an FMU."""
     from pneumo.errors import InputError
     from pneumo.export import exported, write_files
-    from pneumo.selection.plants import configured_plant
 
     suffix = {"c": ".c", "st": ".st", "fmu": ".fmu"}.get(to)
     if suffix and (output is None or output.suffix != suffix):
         raise InputError(f"--to {to}: needs --output FILE{suffix}")
     check_index(model, n)
+    plant, dynamics = configured_rig(config, cylinder, k0, trust)
     files = exported(
         model,
         n,
-        configured_plant(configured_study(config, trust), cylinder, k0),
+        plant,
         to,
         stem=output.stem if output else None,
         precision=precision,
@@ -123,6 +137,7 @@ def export(
         piston=piston,
         fmi=3 if fmi == "3" else 2,
         observer=observer,
+        dynamics=dynamics,
     )
     if output is None:
         return typer.echo("".join(text.decode() for text in files.values()), nl=False)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 if TYPE_CHECKING:
-    from pneumo.configuration.experiment import Study
+    from pneumo.configuration.experiment import Plant, Study
     from pneumo.configuration.schema import Configuration
+    from pneumo.physics.valve_dynamics import ValveDynamics
 
 
 def as_spelt(names: Any) -> Any:
@@ -81,3 +82,18 @@ def configured_study(files: list[Path] | None, trust: bool = False) -> "Study":
     from pneumo.configuration.parameters import study
 
     return study(read_configuration(files, trust))
+
+
+def configured_rig(
+    files: list[Path] | None, cylinder: str | None, k_0: float | None, trust: bool = False
+) -> "tuple[Plant, ValveDynamics]":
+    """Return the plant of a configured cylinder, by default of the only one, and its valve's dynamics."""
+    from pneumo.configuration.configured_dynamics import configured_dynamics
+    from pneumo.configuration.parameters import study
+    from pneumo.selection.plants import configured_plant
+
+    configuration = read_configuration(files, trust)
+    configured = study(configuration)
+    plant = configured_plant(configured, cylinder, k_0)
+    named = cylinder or next(iter(configured.experiments.values())).cylinder
+    return plant, configured_dynamics(configuration, named)

@@ -26,9 +26,9 @@ def rig(
     ] = False,
     output: Annotated[Path | None, output_to("folder for rig.html, rig.nc")] = None,
 ) -> None:
-    """Fit models to one chamber or both behind an on/off valve and hoses, or to a vessel.
+    """Fit models to chambers behind an on/off valve, or a vessel.
 
-    Models are ranked on pulses, or points, that the fit does not use.
+    One chamber or both, each behind a hose. Models are ranked on pulses, or points, that no fit uses.
     """
     from rich.console import Console
 

@@ -166,6 +166,18 @@ class ValveSection(_Section):
     leak_dm3_per_sbar: Number = _key("sonic conductance of each closed path", 0.0, ge=0, le=100)
 
 
+class ValveDynamicsSection(_Section):
+    """How the valve follows its command, as `pneumo fit` finds it: for exports and linear models.
+
+    Runs of a study have a valve that follows at once and in proportion.
+    """
+
+    lag_s: Number = _key("time constant of a first-order lag", 0.0, ge=0, le=1)
+    dead_time_s: Number = _key("time after which the valve sees its command", 0.0, ge=-0.1, le=1)
+    null_V: Number = _key("command at which the valve is shut", 0.0, ge=-1000, le=1000)
+    dead_band_V: Number = _key("command to either side of that in which it stays shut", 0.0, ge=0, le=1000)
+
+
 class CylinderSection(_Section):
     """A cylinder with its load, its valve and the signals that excite it."""
 
@@ -193,6 +205,9 @@ class CylinderSection(_Section):
     )
     valve: ValveSection | None = _key("a valve by its catalogue", None)
     u_max_V: Number = _key("limit of the command", gt=0, le=1000)
+    valve_dynamics: ValveDynamicsSection | None = _key(
+        "how the valve follows its command", None, exclude_if=lambda value: value is None
+    )
     k_0_factor: Number | None = _key(
         "pneumo study: factor within which k_0 is known; default 2, or that of the catalogue",
         None,
@@ -215,6 +230,9 @@ class CylinderSection(_Section):
         if self.settling and self.settling.stop_mm <= -self.stroke_mm / 2:
             condition = f"must lie inside the half-stroke, above {-self.stroke_mm / 2:g},"
             raise _conflict(self.settling.stop_mm, condition, ("settling", "stop_mm"), ("stroke_mm",))
+        if (dynamics := self.valve_dynamics) and abs(dynamics.null_V) + dynamics.dead_band_V >= self.u_max_V:
+            condition = f"with dead_band_V = {dynamics.dead_band_V:g} must be below {self.u_max_V:g}"
+            raise _conflict(dynamics.null_V, condition, ("valve_dynamics", "null_V"), ("u_max_V",))
         return self
 
 

@@ -16,6 +16,7 @@ from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import Chamber, Cylinder, acceleration, heat_area, motion, stopped, volume
 from pneumo.physics.models import Model, lane, model_dP_dt, temperature
 from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics, beyond_dead_band, opening_rate
 
 
 class Constant(NamedTuple):
@@ -54,15 +55,36 @@ ROOT_2 = 2**0.5  # SymPy takes it out of the root in eq (1)
 WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "lambda A_q": "eqs (7), (8)"}
 
 
-def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) -> list[Equation]:
+def valve_equations(plant: Plant, dynamics: ValveDynamics) -> list[Equation]:
+    """Equations of a valve that is not proportional, of u and, with a lag, of the opening."""
+    lag, null, dead_band = dynamics.lag, dynamics.null, dynamics.dead_band
+    limit = Equation(("u_limited",), lambda u: limited(u, plant.valve.u_max), ("u",), "V")
+    late = Equation(
+        ("dopening_dt",),
+        lambda u, opening: opening_rate(u, opening, lag),
+        ("u_limited", "opening"),
+        "V/s, first-order lag",
+    )
+    shut = Equation(
+        ("u_valve",),
+        lambda u: beyond_dead_band(u, null, dead_band),
+        ("opening" if lag else "u_limited",),
+        "V, beyond null offset and dead band",
+    )
+    return [limit, late, shut] if lag else [limit, shut]
+
+
+def chamber_equations(
+    model: Model | None, n: Any, plant: Plant, valve: bool, limit: bool = True
+) -> list[Equation]:
     """Equations of one chamber by a model, or by the full order where that is None.
 
     They need (u, x, v, P, area, V_d), the full order also T; the mass flow m in place of u without valve.
-    u, m, x and v are positive where they fill or enlarge this chamber.
+    u, m, x and v are positive where they fill or enlarge this chamber; `limit`: u is still to be limited.
     """
     gas, restrictions, c, cylinder, k_0 = plant
     g, A_q0, equations = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
-    if valve:
+    if valve and limit:
         equations.append(Equation(("u_limited",), lambda u: limited(u, restrictions.u_max), ("u",), "V"))
     row = lane(model, n, g) if model else None
     if model and row:
@@ -77,7 +99,9 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
     flows = ("m_in", "m_out")
     if valve:
         through = lambda u, P, T: chamber_flows(u, P, T, restrictions, gas, c)  # noqa: E731
-        equations.append(Equation(flows, through, ("u_limited", "P", "T"), "kg/s, eqs (1), (2)"))
+        equations.append(
+            Equation(flows, through, ("u_limited" if limit else "u", "P", "T"), "kg/s, eqs (1), (2)")
+        )
     else:
         equations.append(Equation(flows, lambda m: (m, 0.0) if m > 0 else (0.0, -m), ("m",), "kg/s"))
     equations.append(
@@ -182,6 +206,13 @@ def symbols_of(plant: Plant) -> Plant:
     )
 
 
+def symbols_of_valve(dynamics: ValveDynamics) -> ValveDynamics:
+    """Valve's dynamics of symbols, named as in `constants`; what is absent stays 0."""
+    return ValveDynamics(
+        *(_real(f"valve_{name}") if value else 0.0 for name, value in dynamics._asdict().items())
+    )
+
+
 def statements(equations: list[Equation], wanted: set[str]) -> list[Statement]:
     """Assignments that compute the wanted names; only those that they need."""
     needed, result = set(wanted), list[Statement]()
@@ -213,8 +244,8 @@ def with_tangents(given: list[Statement], moving: set[str]) -> list[Statement]:
     return result
 
 
-def constants(plant: Plant, n: float) -> list[Constant]:
-    """Every number of a plant, and the polytropic index."""
+def constants(plant: Plant, n: float, dynamics: ValveDynamics = PROPORTIONAL) -> list[Constant]:
+    """Every number of a plant and of its valve's dynamics, and the polytropic index."""
     gas, valve, c, cylinder, k_0 = plant
     return [
         Constant("R", gas.R, "J/(kg K)", "gas constant"),
@@ -226,6 +257,9 @@ def constants(plant: Plant, n: float) -> list[Constant]:
         Constant("exhaust", valve.exhaust, "1", "area to the atmosphere over area from the supply"),
         Constant("leak", valve.leak, "m^2", "area that stays open to either port"),
         Constant("u_max", valve.u_max, "V", "limit of the command"),
+        Constant("valve_lag", dynamics.lag, "s", "time constant of the valve's lag"),
+        Constant("valve_null", dynamics.null, "V", "command at which the valve is shut"),
+        Constant("valve_dead_band", dynamics.dead_band, "V", "to either side, where it stays shut"),
         Constant("P_s", c.P_s, "Pa", "supply"),
         Constant("P_atm", c.P_atm, "Pa", "atmosphere"),
         Constant("T_in", c.T_in, "K", "incoming air"),

@@ -6,9 +6,16 @@ from typing import Any, NamedTuple
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import complex_value
 from pneumo.equations.chamber_rate import model_and_index
-from pneumo.equations.equation_list import Equation, chamber_equations, piston_equations, stop_equations
+from pneumo.equations.equation_list import (
+    Equation,
+    chamber_equations,
+    piston_equations,
+    stop_equations,
+    valve_equations,
+)
 from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.models import Model
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 from pneumo.simulation.tableau import DORMAND_PRINCE, Tableau, explicit
 
 FULL_ORDER = "full"  # in place of a model's name
@@ -24,11 +31,12 @@ QUANTITIES = {
     "m": ("kg/s", "mass flow into the chamber, negative out of it"),
     "x": ("m", "piston position from mid-stroke, positive where chamber A is larger"),
     "v": ("m/s", "piston velocity"),
+    "opening": ("V", "command that the valve has followed"),
     "force": ("N", "external force on the piston, towards a larger chamber A"),
     "P": ("Pa", "absolute pressure"),
     "T": ("K", "temperature"),
 }
-RATE_UNITS = {"x": "m/s", "v": "m/s^2", "P": "Pa/s", "T": "K/s"}
+RATE_UNITS = {"opening": "V/s", "x": "m/s", "v": "m/s^2", "P": "Pa/s", "T": "K/s"}
 
 
 def quantity(name: str) -> tuple[str, str]:
@@ -51,6 +59,7 @@ class System(NamedTuple):
     plant: Plant
     valve: bool = True  # else mass flows are inputs
     piston: bool = False  # else position and velocity are
+    dynamics: ValveDynamics = PROPORTIONAL  # of the valve; its dead time is not in the equations
 
     @property
     def name(self) -> str:
@@ -66,10 +75,16 @@ class System(NamedTuple):
     def states(self) -> tuple[str, ...]:
         """Names of the states, in the order of `rates`."""
         chambers = (f"{name}_{side.name}" for side in Side for name in self.chamber_states)
-        return (*(("x", "v") if self.piston else ()), *chambers)
+        opening = ("opening",) if self.valve and self.dynamics.lag else ()
+        return (*(("x", "v") if self.piston else ()), *opening, *chambers)
+
+    @property
+    def proportional(self) -> bool:
+        """Whether the valve's opening is its limited command, or there is no valve."""
+        return not self.valve or self.dynamics.proportional
 
     def state(self, **quantities: float) -> list[float]:
-        """State in which each quantity, x, v, P or T, has one value in all chambers."""
+        """State in which each quantity, x, v, opening, P or T, has one value in all chambers."""
         return [quantities[name.partition("_")[0]] for name in self.states]
 
     @property
@@ -79,11 +94,17 @@ class System(NamedTuple):
 
 
 def system(
-    model: Model | str, n: float | None, plant: Plant, *, valve: bool = True, piston: bool = False
+    model: Model | str,
+    n: float | None,
+    plant: Plant,
+    *,
+    valve: bool = True,
+    piston: bool = False,
+    dynamics: ValveDynamics = PROPORTIONAL,
 ) -> System:
     """System of a model by its row or name, or of the full order by "full"; errors of `model_and_index`."""
     row, n = (None, 1.0) if model == FULL_ORDER else model_and_index(model, n)
-    return System(row, n, plant, valve, piston)
+    return System(row, n, plant, valve, piston, dynamics)
 
 
 def _solve(equations: list[Equation], known: dict[str, Any]) -> None:
@@ -101,7 +122,12 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
     if system.piston:
         _solve(piston_equations(system.plant), known)
         result += [known["dx_dt"], known["dv_dt"]]
-    equations = chamber_equations(system.model, system.n, system.plant, system.valve)
+    if not system.proportional:
+        _solve(valve_equations(system.plant, system.dynamics), known)
+        result += [known["dopening_dt"]] if system.dynamics.lag else []
+        known["u"] = known["u_valve"]
+    limit = system.proportional
+    equations = chamber_equations(system.model, system.n, system.plant, system.valve, limit)
     for side in Side:
         outward = {name: known[f"{name}_{side.name}"] for name in system.chamber_states}
         outward |= {"u": side.sign * known["u"]} if system.valve else {"m": known[f"m_{side.name}"]}

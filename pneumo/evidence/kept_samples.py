@@ -13,6 +13,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, read_yaml, study
+from pneumo.evidence import measured_air as air
 from pneumo.evidence.at_work import partly_known
 from pneumo.evidence.at_work import plant_at_work as work
 from pneumo.evidence.at_work.at_work_statistics import at_work_statistics
@@ -36,6 +37,7 @@ from pneumo.evidence.sensitivity.verdict_power import MISTAKES, Rerun
 from pneumo.evidence.signal_sampling.error_budget import observed_order, sliced
 from pneumo.evidence.signal_sampling.measured_floor import own_floor
 from pneumo.fit.closed.thermal_laws import LAWS, fit_law, read_closed_record
+from pneumo.fit.rig import rig_fit
 from pneumo.hashing import code_hash, imports_of
 from pneumo.papers.paper_2006.numbers_of_tables import TABLES, numbers_of_tables
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, table5
@@ -311,6 +313,45 @@ def _measurements() -> Iterator[Sample]:
     yield _of(file, "value", kept["value"], np.array(values, float))
 
 
+def _measured_air() -> Iterator[Sample]:
+    """Two models fitted again to the vessel, a chamber of the gas spring, and replays of the cylinder."""
+    file, data = "measured_air.nc", ROOT / "data"
+    kept, rigs = read(KEPT / file), air.records(data)
+    vessel, runs = rigs[air.DISCHARGE]
+    for model in ("M8", air.FULL_ORDER):
+        again, before = rig_fit.judged(vessel, model, runs), kept.sel(case=air.DISCHARGE, model=model)
+        for name, value in (
+            ("fitted", again.estimate.rms),
+            ("held_out", again.held_out),
+            ("T_error", again.T),
+        ):
+            yield _of(file, f"discharge, {model}: {name}", before[name], value)
+        kept_values = rig_fit.values_of(before.expand_dims("model"), vessel, model)
+        for name in again.estimate.fitted:
+            value = np.float64(again.estimate.values[name])
+            yield _of(file, f"discharge, {model}: {name}", np.float64(kept_values[name]), value)
+    cylinder, pulses = rigs[air.PULSES]
+    for model in ("M1", "M6", air.FULL_ORDER):
+        before = kept.sel(case=air.PULSES)
+        values = rig_fit.values_of(before, cylinder, model)
+        left = pulses[len(rig_fit.fitted_runs(pulses)) :]
+        P = np.concatenate([rig_fit.run_errors(cylinder, model, values, run)[0] for run in left])
+        # From estimates of four digits, a dozen of them.
+        yield _of(
+            file, f"pulses, {model}: held_out", before["held_out"].sel(model=model), rig_fit.rms(P), 3.0
+        )
+    record, side = "2022-01-28", 0
+    rig, run = air.spring_chamber(data / "mbari", record, side)
+    again = rig_fit.judged(rig, air.FULL_ORDER, [run])
+    before = kept.sel(record=record, wall=air.LAWS_OF_WALL[0]).isel(chamber=side)
+    for name, value in (
+        ("spring_fitted", again.estimate.rms),
+        ("spring_held_out", again.held_out),
+        ("spring_k", again.estimate.values["k_0"]),
+    ):
+        yield _of(file, f"{record} A: {name}", before[name], value)
+
+
 def _power() -> Iterator[Sample]:
     """Errors and deviations of Table 7 under mistakes that need no run, from kept cells of the study's seeds.
 
@@ -343,6 +384,7 @@ SAMPLES: dict[str, Callable[[], Iterator[Sample]]] = {
     "fit_coverage.nc": _fit_coverage,
     "floor.nc": _floor,
     "identification.nc": _identification,
+    "measured_air.nc": _measured_air,
     "measurements.nc": _measurements,
     "open_loop.nc": _open_loop,
     "partly_known.nc": _partly_known,

@@ -35,6 +35,7 @@ FREE_N, FREE_C_D, FREE_VOLUME = (0.5, 6.0), (0.1, 2.0), (0.5e-6, 4e-4)  # decisi
 LAG = (0.0, 20.0)  # s, of a thermometer
 STORE_K, STORE_C = (0.0, 100.0), (0.0, 5000.0)  # W/K and J/K, of a heat store
 SKIN_K, SKIN_C = (0.0, 2000.0), (0.0, 3e5)  # of a skin of the wall, between the gas and the rest of the wall
+VESSEL_SKIN_C = (10.0, 3e5)  # J/K: a thinner one takes ever smaller steps, as a better conductance does
 SPRINGS = ("2021-07-26", "2022-01-28", "friction")  # records of data/mbari with closed chambers
 SPRING_BOUNDS = {"dead_volume_mL": [5e3, 1.5e5], "k_0_W_per_K": [0, 400], "T_start_K": [200, 400]}
 ROD_MM = 38.1  # in chamber B
@@ -71,9 +72,9 @@ def nitrogen_points(data: Path, name: str) -> Points:
         return Points(points[f"t_{name}"].values, points[name].values)
 
 
-def with_skin(rig: Rig) -> Rig:
+def with_skin(rig: Rig, k: tuple[float, float] = SKIN_K, c: tuple[float, float] = SKIN_C) -> Rig:
     """The rig whose gas is in touch with a skin of the wall only; the wall behind it stays as it is."""
-    return rig.changed(k_0=0.0, store_k=SKIN_K, store_c=SKIN_C, store_back=SKIN_K)
+    return rig.changed(k_0=0.0, store_k=k, store_c=c, store_back=k)
 
 
 def measured_air(data: Path, progress: Callable[[str], None] = lambda _text: None) -> xr.Dataset:
@@ -101,7 +102,7 @@ def measured_air(data: Path, progress: Callable[[str], None] = lambda _text: Non
             cases[f"{name}, lag"] = name, rig.changed(T_lag=LAG), WALL_FULL, True
         k, c = (SKIN_K, SKIN_C) if name == NITROGEN else (STORE_K, STORE_C)
         cases[f"{name}, store"] = name, rig.changed(store_k=k, store_c=c), WALL_FULL, False
-        cases[f"{name}, skin"] = name, with_skin(rig), [FULL_ORDER], False
+        cases[f"{name}, skin"] = name, with_skin(rig, k, VESSEL_SKIN_C), [FULL_ORDER], False
     parts = list[xr.Dataset]()
     for case, (name, rig, models, temperature) in cases.items():
         runs = rigs[name][1]

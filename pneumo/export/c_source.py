@@ -136,6 +136,9 @@ def c99(
         "own_inputs": ["u" if system.valve else "m", "x", "v"],
         "own_states": list(system.chamber_states),
         "valve": system.valve,
+        "lag": "opening" in system.states,
+        "command": "u_valve" if parts.valve else f"inputs[{system.name}_u]",
+        "opened": _body(parts.valve, precision, printer),
         "chamber": _body(parts.chamber, precision, printer),
         "piston": _body(parts.piston, precision, printer),
         "stops": _body(parts.stops, precision, printer),
@@ -148,6 +151,7 @@ def c99(
         "kinks": kinks,
         "derivatives": derivatives,
         "noise": noise,
+        "opened_changes": "",
         "chamber_changes": "",
         "piston_changes": "",
         "vectors": _vectors(system, min(1e-4, stable["EULER"]), suffix),
@@ -156,8 +160,12 @@ def c99(
     }
     if derivatives:
         moving = {*known["own_inputs"], *system.chamber_states}
-        changes = with_tangents(parts.chamber, moving), with_tangents(parts.piston, set(PISTON_VARIABLES))
-        known["chamber_changes"], known["piston_changes"] = (_body(s, precision, printer) for s in changes)
+        changes = {
+            "opened_changes": with_tangents(parts.valve, {"u", "opening"}),
+            "chamber_changes": with_tangents(parts.chamber, moving),
+            "piston_changes": with_tangents(parts.piston, set(PISTON_VARIABLES)),
+        }
+        known |= {key: _body(changed, precision, printer) for key, changed in changes.items()}
     if noise:
         known |= _observer(system, noise, precision)
     templates = {"source": "model.c.j2", "header": "model.h.j2", "test": "test.c.j2"}

@@ -41,6 +41,7 @@ UNITS: dict[str, dict[str, int]] = {  # name: powers of the base units
     "Pa": {"kg": 1, "m": -1, "s": -2},
     "Pa/s": {"kg": 1, "m": -1, "s": -3},
     "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "V/s": {"kg": 1, "m": 2, "s": -4, "A": -1},
     "m^2/V": {"kg": -1, "s": 3, "A": 1},
     "W/K": {"kg": 1, "m": 2, "s": -3, "K": -1},
     "J/(kg K)": {"m": 2, "s": -2, "K": -1},
@@ -75,8 +76,15 @@ def _conditions(value: Any) -> list[Any]:
 def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
     """Expressions whose sign change makes a rate jump or bend: conditions of valve and walls, end stops."""
     printer, result, seen = printer_of(parts), list[Kink](), set[Any]()
+    command = f"inputs[{system.name}_u]" if system.proportional else "u_valve"
+    for condition in (c for statement in parts.valve for c in _conditions(statement.value)):
+        inner = {"u": f"inputs[{system.name}_u]", "opening": f"state[{system.name}_opening]"}
+        inner["u_limited"] = inner["u"]
+        zero = condition.lhs - condition.rhs
+        zero = zero.xreplace({s: Symbol(inner[s.name]) for s in condition.free_symbols if s.name in inner})
+        result.append(Kink(str(printer.doprint(zero)), f"{condition}, valve"))
     for side in Side:
-        outside = {"P": f"state[{system.name}_P_{side.name}]", "u": f"inputs[{system.name}_u]"}
+        outside = {"P": f"state[{system.name}_P_{side.name}]", "u": command}
         outside |= {"u_limited": outside["u"], "m": f"inputs[{system.name}_m_{side.name}]"}
         signs = {"u": int(side.sign), "u_limited": int(side.sign)}
         for condition in (c for statement in parts.chamber for c in _conditions(statement.value)):
@@ -101,13 +109,14 @@ def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
 def _start(system: System) -> list[float]:
     """State at rest in mid-stroke: where runs begin."""
     c = system.plant.conditions
-    return system.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
+    return system.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
 
 
 def _nominals(system: System) -> list[float]:
     """Size of each state."""
     c = system.plant.conditions
-    return system.state(x=system.plant.cylinder.stroke, v=1.0, P=c.P_0, T=c.T_0)
+    sizes = {"x": system.plant.cylinder.stroke, "v": 1.0, "opening": system.plant.valve.u_max}
+    return system.state(**sizes, P=c.P_0, T=c.T_0)
 
 
 def _variables(

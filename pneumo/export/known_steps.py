@@ -21,7 +21,8 @@ class KnownStep(NamedTuple):
 def scale(system: System) -> list[float]:
     """Numbers by which a test program divides the error of each state."""
     c = system.plant.conditions
-    return system.state(x=system.plant.cylinder.stroke, v=1.0, P=c.P_atm, T=c.T_0)
+    sizes = {"x": system.plant.cylinder.stroke, "v": 1.0, "opening": system.plant.valve.u_max}
+    return system.state(**sizes, P=c.P_atm, T=c.T_0)
 
 
 def known_steps(system: System, h: float) -> list[KnownStep]:
@@ -29,6 +30,7 @@ def known_steps(system: System, h: float) -> list[KnownStep]:
     rng, c, cylinder = np.random.default_rng(2006), system.plant.conditions, system.plant.cylinder
     flow = 0.04 * system.plant.valve.k_xu * system.plant.valve.u_max * c.P_s / c.T_0**0.5
     most = {"u": 1.2 * system.plant.valve.u_max, "m": flow, "v": 1.0, "force": 100.0}
+    most["opening"] = system.plant.valve.u_max
     most["x"] = 0.98 * min(cylinder.stroke / 2, -cylinder.x_min, cylinder.x_max)
 
     def draw(name: str) -> float:

@@ -19,6 +19,8 @@ from pneumo.equations.equation_list import (
     statements,
     stop_equations,
     symbols_of,
+    symbols_of_valve,
+    valve_equations,
 )
 from pneumo.equations.system import System, quantity
 from pneumo.storage.files import DOI
@@ -27,6 +29,7 @@ from pneumo.storage.files import DOI
 class Printed(NamedTuple):
     """A system's statements, and the constants that they need."""
 
+    valve: list[Statement]  # none of a proportional one
     chamber: list[Statement]
     piston: list[Statement]
     stops: list[Statement]
@@ -39,18 +42,24 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
     `also` names constants that are wanted beside those of the statements.
     """
     plant, outputs = symbols_of(system.plant), {f"d{name}_dt" for name in system.chamber_states}
-    chamber = statements(
-        chamber_equations(system.model, Symbol("n", real=True), plant, system.valve), outputs
+    equations = chamber_equations(
+        system.model, Symbol("n", real=True), plant, system.valve, limit=system.proportional
     )
+    chamber, valve = statements(equations, outputs), list[Statement]()
+    if not system.proportional:
+        valve = valve_equations(plant, symbols_of_valve(system.dynamics))
+        valve = statements(valve, {"dopening_dt", "u_valve"})
     piston, stops = list[Statement](), list[Statement]()
     if system.piston:
         piston = statements(piston_equations(plant), {"dx_dt", "dv_dt"})
         stops = statements(stop_equations(plant), {"x_after", "v_after"})
-    needed = names_in(tuple(s.value for s in (*chamber, *piston, *stops))) | set().union(
+    needed = names_in(tuple(s.value for s in (*valve, *chamber, *piston, *stops))) | set().union(
         *CHAMBER_CONSTANTS.values(), also
     )
-    used = [constant for constant in constants(system.plant, system.n) if constant.name in needed]
-    return Printed(chamber, piston, stops, used)
+    used = [
+        constant for constant in constants(system.plant, system.n, system.dynamics) if constant.name in needed
+    ]
+    return Printed(valve, chamber, piston, stops, used)
 
 
 def digits(value: float) -> str:
@@ -87,6 +96,10 @@ def heading(system: System, mark: str = "") -> str:
     if system.valve:
         lines[-1] += " The slope with respect to P is infinite where P equals the"
         lines += ["pressure of the open port, and that with respect to u jumps at u = 0."]
+    if system.valve and (dead_time := system.dynamics.dead_time):
+        when = f"{1e3 * abs(dead_time):.4g} ms {'after' if dead_time > 0 else 'before'}"
+        lines += ["", f"The valve sees a command {when} it was given."]
+        lines.append("That is not in the rates: u is the command that it sees.")
     return "\n".join((mark + line).rstrip() for line in lines)
 
 

@@ -7,7 +7,7 @@ from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
 from pneumo.equations.branches import Choice
-from pneumo.equations.equation_list import CHAMBER_CONSTANTS
+from pneumo.equations.equation_list import CHAMBER_CONSTANTS, Statement, names_in
 from pneumo.equations.system import System
 from pneumo.export.printing import assignments, block, digits, heading, indented, printed
 
@@ -28,6 +28,7 @@ def _lists(system: System) -> dict[str, str]:
     """Lists of names, for both chambers and for one, A or B or either."""
     states = system.chamber_states
     return {
+        "command": "u" if system.proportional else "u_valve",
         "arguments": ", ".join((*system.inputs, *system.states)),
         "rates": ", ".join(f"d{name}_dt" for name in system.states),
         "states_of_either": ", ".join(states),
@@ -44,20 +45,20 @@ def matlab(system: System) -> str:
     """Print a MATLAB function, to be saved as <model>_dP_dt.m; Octave runs it too."""
     outer, body, printer = list[str](), list[str](), _Octave({})
     parts, names = printed(system), _lists(system)
+    of_both = names_in(tuple(s.value for s in parts.valve)).union(*CHAMBER_CONSTANTS.values())
     for c in parts.constants:
-        (outer if any(c.name in names for names in CHAMBER_CONSTANTS.values()) else body).append(
-            f"{c.name} = {digits(c.value)}; % {c.comment}"
-        )
-    for s in parts.chamber:
-        body.append(f"% {', '.join(s.names)}: {s.comment}")
-        body += assignments(s.names, s.value, "{} = {};", printer, MATLAB_KEYWORDS)
+        (outer if c.name in of_both else body).append(f"{c.name} = {digits(c.value)}; % {c.comment}")
+    for lines, assigned in ((outer, parts.valve), (body, parts.chamber)):
+        for s in assigned:
+            lines.append(f"% {', '.join(s.names)}: {s.comment}")
+            lines += assignments(s.names, s.value, "{} = {};", printer, MATLAB_KEYWORDS)
     return f"""\
 function [{names["rates"]}] = {system.name}_dP_dt({names["arguments"]})
 {heading(system, "% ")}
 % Scalars only.
 {block(outer)}
-    [{names["rates_A"]}] = chamber(u, x, v, {names["arguments_A"]});
-    [{names["rates_B"]}] = chamber(-u, -x, -v, {names["arguments_B"]});
+    [{names["rates_A"]}] = chamber({names["command"]}, x, v, {names["arguments_A"]});
+    [{names["rates_B"]}] = chamber(-{names["command"]}, -x, -v, {names["arguments_B"]});
 end
 
 function [{names["rates_of_either"]}] = chamber(u, x, v, {names["states_of_either"]}, area, V_d)
@@ -79,17 +80,24 @@ def _nested(value: Any, i: int, printer: CodePrinter) -> list[str]:
     return ["if_else(", *indented([f"{printer.doprint(value.condition)},", *yes, *no]), ")"]
 
 
-def casadi(system: System) -> str:
-    """Print Python that makes a `casadi.Function` of scalars, named <model>_dP_dt."""
-    body, settings = list[str](), {"fully_qualified_modules": False, "user_functions": {"Abs": "fabs"}}
-    parts, names = printed(system), _lists(system)
-    for s in parts.chamber:
+def _assigned(statements: list[Statement]) -> list[str]:
+    """Lines of Python that assign CasADi's symbols."""
+    lines, settings = list[str](), {"fully_qualified_modules": False, "user_functions": {"Abs": "fabs"}}
+    for s in statements:
         for i, assigned_name in enumerate(s.names):
             first, *rest = _nested(s.value, i, _Python(settings))
-            body += [f"{assigned_name} = {first}", *rest]
-            body[-1] += f"  # {s.comment}"
+            lines += [f"{assigned_name} = {first}", *rest]
+            lines[-1] += f"  # {s.comment}"
+    return lines
+
+
+def casadi(system: System) -> str:
+    """Print Python that makes a `casadi.Function` of scalars, named <model>_dP_dt."""
+    parts, names = printed(system), _lists(system)
+    followed = "".join(f"{line}\n" for line in _assigned(parts.valve))
+    opening = "dopening_dt, " if "opening" in system.states else ""
     given = [f"{c.name} = {digits(c.value)}  # {c.comment}\n" for c in parts.constants]
-    rates = [f"d{name}_dt" for name in system.states]
+    rates, u = [f"d{name}_dt" for name in system.states], names["command"]
     return f'''\
 """
 {heading(system)}
@@ -101,16 +109,16 @@ from casadi import SX, Function, fabs, if_else, sqrt
 
 def chamber(u, x, v, {names["states_of_either"]}, area, V_d):
     """One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3."""
-{block(body)}
+{block(_assigned(parts.chamber))}
     return [{names["rates_of_either"]}]
 
 
 names = {list((*system.inputs, *system.states))!r}
 {names["arguments"]} = map(SX.sym, names)
-{system.name}_dP_dt = Function(
+{followed}{system.name}_dP_dt = Function(
     "{system.name}_dP_dt",
     [{names["arguments"]}],
-    [*chamber(u, x, v, {names["arguments_A"]}), *chamber(-u, -x, -v, {names["arguments_B"]})],
+    [{opening}*chamber({u}, x, v, {names["arguments_A"]}), *chamber(-{u}, -x, -v, {names["arguments_B"]})],
     names,
     {rates!r},
 )

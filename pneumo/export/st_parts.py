@@ -20,7 +20,8 @@ OF_CHAMBER = {name: f"{name}_side" for name in ("u", "m", "x", "v", "P", "T")} |
     "V": "volume",
     "dV_dt": "volume_rate",
 }
-OF_PISTON = {name: f"{name}_stage" for name in ("x", "v", "P_A", "P_B", "force")} | {"a": "dv_dt_free"}
+OF_PISTON = {name: f"{name}_stage" for name in ("u", "opening", "x", "v", "P_A", "P_B", "force")}
+OF_PISTON |= {"a": "dv_dt_free"}
 
 
 class Cost(NamedTuple):

@@ -56,13 +56,13 @@ def block(system: System, precision: str) -> Unit:
     parts, real = printed(system), TYPES[precision]
     inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
     c = system.plant.conditions
-    rest = system.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
+    rest = system.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
     starts = dict(zip(system.states, numbers(rest, precision), strict=True))
     methods, states, stages = METHODS.values(), len(system.states), max(len(m.b) for m in METHODS.values())
     costs = step_costs(
         system,
         statement_cost(parts.chamber, inside),
-        statement_cost(parts.piston, outside),
+        statement_cost([*parts.valve, *parts.piston], outside),
         statement_cost(parts.stops, outside),
     )
 
@@ -89,7 +89,7 @@ def block(system: System, precision: str) -> Unit:
     outputs.append(Variable("failed", "BOOL", ("FALSE",), failed))
     chamber_names = [*system.chamber_states, "u" if system.valve else "m", "x", "v"]
     piston_names = [*(name for name in system.inputs if name not in ("x", "v")), "x", "v"]
-    piston_names += ["P_A", "P_B"] * system.piston
+    piston_names += ["P_A", "P_B"] * system.piston + ["opening"] * ("opening" in system.states)
     own = [
         *(Variable(f"{name}_before", real) for name in system.inputs),
         Variable("state", real, last=(states - 1,)),
@@ -97,6 +97,7 @@ def block(system: System, precision: str) -> Unit:
         Variable("rate", real, last=(stages - 1, states - 1)),
         Variable("total", real),
         *(Variable(f"{name}_stage", real) for name in piston_names),
+        *assigned(parts.valve, outside, real),
         *assigned(parts.piston, outside, real),
         *assigned(parts.stops, outside, real),
         *[Variable("v_before", real)] * system.piston,
@@ -127,6 +128,9 @@ def block(system: System, precision: str) -> Unit:
         "own_states": system.chamber_states,
         "P_A": system.states.index("P_A"),
         "valve": system.valve,
+        "opening": system.states.index("opening") if "opening" in system.states else None,
+        "command": "u_valve" if parts.valve else "u_stage",
+        "opened": lines(parts.valve, outside),
         "piston": lines(parts.piston, outside),
         "stops": lines(parts.stops, outside),
         "chamber": lines(parts.chamber, inside),

@@ -11,6 +11,7 @@ from pneumo.export.observer_noise import observer_noise
 from pneumo.export.scripts import casadi, matlab
 from pneumo.export.structured_text import structured_text
 from pneumo.physics.models import Model
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 from pneumo.storage.files import atomic
 
 PRECISIONS = ("double", "float")
@@ -30,6 +31,7 @@ def exported(
     piston: bool = False,
     fmi: Literal[2, 3] = 2,
     observer: str | None = None,
+    dynamics: ValveDynamics = PROPORTIONAL,
 ) -> dict[str, bytes]:
     """Files of a model for a plant in one of `TARGETS`, by name; the one to start with comes first.
 
@@ -51,13 +53,18 @@ def exported(
     observer : {"none", "one", "both"}, optional
         With a Kalman filter that estimates the pressures from the position and this many of them (C and
         Structured Text, with valve and piston).
+    dynamics : ValveDynamics
+        Lag, null offset and dead band of the valve; the head of the files states its dead time.
 
     Raises
     ------
     InputError
         If there is no such model or target, n or an option is bad, or the model's name names no function.
     """
-    chosen = system(model, n, plant, valve=valve, piston=piston or observer is not None)
+    if observer is not None and not dynamics.proportional:
+        raise InputError("--observer: is for a valve without valve_dynamics, whose opening is its command")
+    moving = piston or observer is not None
+    chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics)
     if target not in TARGETS:
         raise InputError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
     if precision not in PRECISIONS:

@@ -17,6 +17,7 @@ from pneumo.fit.fit_problem import (
     Prior,
     Problem,
     offsets,
+    opened,
     priors,
     replayed_pressures,
     si_value,
@@ -31,7 +32,7 @@ from pneumo.fit.fit_warnings import (
     fit_warnings,
     undetermined_notes,
 )
-from pneumo.fit.fitted_parameters import ALSO, REPORTED, SHIFTING, STARTS
+from pneumo.fit.fitted_parameters import ALSO, REPORTED, SHIFTING, STARTS, start_name
 from pneumo.fit.least_squares import Fit, descend, fit
 from pneumo.fit.parameter_intervals import (
     correlation,
@@ -46,8 +47,8 @@ from pneumo.fit.position_checks import dead_volume_notes, stop_warnings
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import residuals, sensor_noise
 from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
-from pneumo.fit.valve_signal import behind_valve
 from pneumo.physics.models import MODELS, Model, Wall
+from pneumo.physics.valve_dynamics import ValveDynamics
 
 PART = 0.6  # of the record that is fitted
 MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more and takes gigabytes
@@ -149,9 +150,13 @@ def first_pressures(problem: Problem) -> np.ndarray:
 
     Of a long record `MOST_STEPS` of the replay show them.
     """
-    signals = problem.signals
-    last = min(signals.P.shape[1] - 1, MOST_STEPS // signals.stride)
-    return fit(problem._replace(signals=signals.part(0, last))).theta
+    signals, found = problem.signals, dict[str, float]()
+    for i, (first, last) in enumerate(signals.pieces):
+        last = min(last, first + MOST_STEPS // signals.stride)
+        alone = problem._replace(signals=signals.part(first, last))
+        values = alone.values(fit(alone).theta)
+        found |= {start_name(name, i): values[name] for name in alone.names}
+    return problem.inner(found)
 
 
 def best_start(problem: Problem) -> Fit:
@@ -264,7 +269,7 @@ def fit_measurement(
     m, plant = measurement, at_temperature(plant, measurement.T)
     full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
     _check_also(also, measurement, full)
-    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
+    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
     split = split_of(record, part)
     first = record.part(0, split)
     noisy = with_added_noise(first)
@@ -285,7 +290,7 @@ def fit_measurement(
         estimates[model.name] = result._replace(pressure=kept)
         progress(error_line(model.name, result))
 
-    corrected, opened = plant, record
+    corrected, behind = plant, record
     if full:
         prior = priors(plant, first, known, sensor_noise(first.P, first.P))
         plain = Problem(FULL, plant, first, {}, also=also, priors=prior)
@@ -303,12 +308,12 @@ def fit_measurement(
         values = estimates[FULL.name].values
         # The reduced models get the valve's opening and the plant from the fit of the full order.
         corrected, off = with_causes(plant, values), offsets(values)
-        opened = record._replace(u=behind_valve(record.u, record.h, values), P=record.P - off)
+        behind = opened(record, values)
         reference = (m.P if far else estimates[FULL.name].pressure) - off
         options |= {"intervals": reported, "also": (), "prior": NO_PRIORS, "start": None}
         options["reference"] = reference
     for name in models:
-        add(MODELS[name], corrected, opened, noisy)
+        add(MODELS[name], corrected, behind, noisy)
     estimates = ranked(estimates)
     judged = FULL if FULL.name in estimates else MODELS[next(iter(estimates))]
     problem = Problem(judged, plant, first, {}, few, also, prior if judged is FULL else NO_PRIORS)
@@ -317,8 +322,9 @@ def fit_measurement(
     if judged is FULL:
         warnings += bounds_of_reduced(estimates, reported)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
+    starts = [name for name in STARTS if any(name in one.values for one in estimates.values())]
     return FitResult(
-        data=fit_data(measurement, estimates, (*reported, *STARTS)),
+        data=fit_data(measurement, estimates, (*reported, *starts)),
         notes=(
             *measurement.notes,
             *long,
@@ -361,14 +367,13 @@ def validation(
         name: {p: i.value for p, i in fitted.estimates(name).items() if p not in STARTS}
         for name in fitted.models
     }
-    corrected, opened = plant, record
+    corrected, behind = plant, record
     if FULL.name in values:
-        corrected, off = with_causes(plant, values[FULL.name]), offsets(values[FULL.name])
-        opened = record._replace(u=behind_valve(record.u, record.h, values[FULL.name]), P=record.P - off)
+        corrected, behind = with_causes(plant, values[FULL.name]), opened(record, values[FULL.name])
     errors: dict[str, np.ndarray] = {}
     for name, fixed in values.items():
         full = name == FULL.name
-        model, of_model = (FULL, (plant, record)) if full else (MODELS[name], (corrected, opened))
+        model, of_model = (FULL, (plant, record)) if full else (MODELS[name], (corrected, behind))
         problem = Problem(model, *of_model, fixed)
         replayed = replayed_pressures(problem, first_pressures(problem)[None])[0, 0]
         errors[name] = np.sqrt(np.mean((problem.signals.P - replayed) ** 2, axis=1))
@@ -379,6 +384,12 @@ def alike_notes(alike: Sequence[str]) -> list[str]:
     """Note on models that a record does not distinguish, if there are several."""
     text = f"this record does not distinguish {'; '.join(alike)}: their errors on the part held out are alike"
     return [text] if len(alike) > 1 else []
+
+
+def fitted_too(also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics) -> tuple[str, ...]:
+    """Names of `ALSO` that a user asks for, each once, and the dead band where one is configured."""
+    configured = ("dead_band",) if dynamics.dead_band and measurement.m is None else ()
+    return tuple(dict.fromkeys((*also, *configured)))
 
 
 def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> None:

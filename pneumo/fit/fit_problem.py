@@ -16,7 +16,16 @@ from scipy.signal import lfilter
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
-from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, PARAMETERS, VALVE
+from pneumo.fit.fitted_parameters import (
+    ALSO,
+    CONFIGURED,
+    FULL_ORDER,
+    PARAMETERS,
+    STARTS,
+    STARTS_OF_ONE,
+    VALVE,
+    start_name,
+)
 from pneumo.fit.stage_signals import StageSignals
 from pneumo.fit.valve_signal import behind_valve
 from pneumo.physics.cylinder import heat_area
@@ -91,10 +100,12 @@ class Problem(NamedTuple):
             "cause": False,
         }
         added = {*self.also, *self.priors}
+        starts = {start_name(name, i) for name in STARTS_OF_ONE for i in range(len(self.signals.begins))}
+        without = {*self.fixed, *STARTS} - starts
         return tuple(
             name
             for name, parameter in PARAMETERS.items()
-            if (fitted.get(parameter.group, True) or name in added) and name not in self.fixed
+            if (fitted.get(parameter.group, True) or name in added) and name not in without
         )
 
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -124,9 +135,11 @@ class Problem(NamedTuple):
 
     def guess(self) -> np.ndarray:
         """Start of the search: the configured values and the first measured pressures."""
-        first = self.signals.P[:, : max(1, round(2e-3 / self.signals.period))].mean(axis=1)
+        samples = max(1, round(2e-3 / self.signals.period))
         values = {"k_0": default_conductance(self.plant.cylinder).k_0}
-        values |= {"start_A": first[0], "start_B": first[1]}
+        for i, (first, _) in enumerate(self.signals.pieces):
+            P = self.signals.P[:, first : first + samples].mean(axis=1)
+            values |= {start_name(f"start_{c}", i): P[side] for side, c in enumerate("AB")}
         for name in (name for name in self.names if name not in values):
             start = PARAMETERS[name].search.start
             values[name] = attrgetter(start)(self.plant) if isinstance(start, str) else start
@@ -152,6 +165,18 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
     """
     signals, values = problem.signals, [problem.values(theta) for theta in thetas]
     motions = signals.motion[None] if motions is None else motions
+    parts: list[np.ndarray] = []
+    for i, (first, last) in enumerate(signals.pieces):
+        steps = slice(first * signals.stride, last * signals.stride)
+        own = [value | {n: value.get(start_name(n, i), np.nan) for n in STARTS_OF_ONE} for value in values]
+        piece = problem._replace(signals=signals.part(first, last))
+        parts.append(_pressures_of_record(piece, own, motions[:, steps]))
+    return np.concatenate(parts, axis=-1)
+
+
+def _pressures_of_record(problem: Problem, values: list[dict[str, float]], motions: np.ndarray) -> np.ndarray:
+    """Pressures as `replayed_pressures` has them, of one record, from sets of values in SI units."""
+    signals = problem.signals
     lanes = lane_array([_lane(problem, value) for value in values])
     V_d, start = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("V_d", "start"))
     steps = signals.h, signals.stride
@@ -178,6 +203,15 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
             result[:, rows, 1] = pressures_of_sets(u, motions, lanes[rows], V_d[rows], other, *sets)[:, :, 1]
         result[:, rows] = as_logged(result[:, rows], signals.period, value)
     return result + np.array([offsets(value) for value in values])
+
+
+def opened(signals: StageSignals, values: dict[str, float]) -> StageSignals:
+    """Signals of what is behind the valve and the sensors' offsets that were fitted, for a reduced model."""
+    u = np.empty_like(signals.u)
+    for first, last in signals.pieces:
+        steps = slice(first * signals.stride, (last + 1) * signals.stride)
+        u[steps] = behind_valve(signals.u[steps], signals.h, values)
+    return signals._replace(u=u, P=signals.P - offsets(values))
 
 
 def sagging_supply(signals: StageSignals, u: np.ndarray, plant: Plant, sag: float) -> np.ndarray:

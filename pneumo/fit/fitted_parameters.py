@@ -79,16 +79,19 @@ PARAMETERS: dict[str, Parameter] = {
         Quantity("the valve's lag", "lag", "s", "ms", 1e3),
         Search(0.0, 0.05, 0.0, logarithmic=False),
         "valve",
+        key="cylinders.valve_dynamics.lag_s",
     ),
     "dead_time": Parameter(
         Quantity("the valve's dead time", "dead time", "s", "ms", 1e3),
         Search(-0.02, 0.05, 0.0, logarithmic=False),
         "valve",
+        key="cylinders.valve_dynamics.dead_time_s",
     ),
     "null": Parameter(
         Quantity("the valve's null offset", "null offset", "V", "V"),
         Search(-0.1, 0.1, 0.0, times="valve.u_max", logarithmic=False),
         "valve",
+        key="cylinders.valve_dynamics.null_V",
     ),
     **{
         f"start_T_{c}": Parameter(
@@ -137,6 +140,7 @@ PARAMETERS: dict[str, Parameter] = {
         Quantity("the valve's dead band", "dead band", "V", "V"),
         Search(0.0, 0.2, 0.0, times="valve.u_max", logarithmic=False),
         "cause",
+        key="cylinders.valve_dynamics.dead_band_V",
         explanation="a dead band of the valve of {:.2g} V to either side",
     ),
     "hysteresis": Parameter(
@@ -180,6 +184,24 @@ def of_group(*groups: str) -> tuple[str, ...]:
     return tuple(name for name, parameter in PARAMETERS.items() if parameter.group in groups)
 
 
+def start_name(name: str, record: int) -> str:
+    """Name of a first pressure or temperature, such as start_A, of one of several records, from 0."""
+    stem, side = name.rsplit("_", 1)
+    return f"{stem}_{record + 1}_{side}" if record else name
+
+
+def _of_record(row: Parameter, record: int) -> Parameter:
+    q, of = row.quantity, f" in record {record + 1}"
+    return row._replace(quantity=q._replace(name=q.name + of, heading=q.heading + of))
+
+
+MOST_RECORDS = 8  # that are fitted together; each has its own starts
+STARTS_OF_ONE = of_group("start", "first temperature")
+PARAMETERS |= {
+    start_name(name, record): _of_record(PARAMETERS[name], record)
+    for record in range(1, MOST_RECORDS)
+    for name in STARTS_OF_ONE
+}
 CAUSES = of_group("cause")
 CONFIGURED = of_group("configured")
 ALSO = (*CONFIGURED, *CAUSES)

@@ -9,7 +9,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.schema import Configuration
 from pneumo.errors import printable
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
-from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, QUANTITIES, VALVE, of_group
+from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, QUANTITIES, of_group
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
@@ -17,7 +17,8 @@ LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
 # Section and key by parameter.
 KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
-NOTED = (*dict.fromkeys((*KEYS, *VALVE, *ALSO)), "k_0_A", "k_0_B", "leak")
+DYNAMICS = "cylinders.valve_dynamics"
+NOTED = (*dict.fromkeys((*KEYS, *ALSO)), "k_0_A", "k_0_B", "leak")
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
 
 
@@ -106,6 +107,7 @@ def _put_values(
 ) -> list[str]:
     """Put the values found into their keys, but for k_0; return a note on each."""
     sections = {"supply": content["supply"], "cylinders": section, "cylinders.valve": section.get("valve")}
+    dynamics = sections[DYNAMICS] = section.pop("valve_dynamics", {})
     dead_volumes = of_group("dead volume")
     if known.keys() & {*dead_volumes}:  # else one key could change both chambers
         section |= {KEYS[name][1]: getattr(plant.cylinder, name) for name in dead_volumes}
@@ -117,10 +119,14 @@ def _put_values(
             interval = interval.scaled(section["valve"][key] / plant.valve.k_xu)
             note = f"C = {_text(interval)} dm3/(s bar) at u_max_V"
         notes.append(note)
-        if (target := sections.get(path)) is not None:
+        if path == DYNAMICS and interval.low <= 0 <= interval.high:
+            dynamics.pop(key, None)
+        elif (target := sections.get(path)) is not None:
             target[key] = _rounded(interval.value)
         elif path != "experiments":
             without.append(QUANTITIES[name].heading)
+    if dynamics:
+        section["valve_dynamics"] = dynamics
     return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
 
 

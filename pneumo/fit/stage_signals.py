@@ -8,6 +8,8 @@ The noise that remains biases a replay. `with_added_noise` adds as much again: t
 estimates the bias already there, and `pneumo.fit.least_squares` subtracts it.
 """
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -44,6 +46,7 @@ class StageSignals(NamedTuple):
     noise: float  # m, in the position
     P_s: np.ndarray | None = None  # Pa, supply pressure where measured, by (step, stage)
     flow: np.ndarray | None = None  # kg/s, where measured, by (step, stage, chamber); u then plays no role
+    begins: tuple[int, ...] = (0,)  # first samples of several records, one after another
 
     @property
     def stride(self) -> int:
@@ -55,7 +58,19 @@ class StageSignals(NamedTuple):
         steps = slice(first * self.stride, last * self.stride)
         flow, P_s = (signal if signal is None else signal[steps] for signal in (self.flow, self.P_s))
         P = self.P[:, first : last + 1]
-        return self._replace(u=self.u[steps], motion=self.motion[steps], P=P, P_s=P_s, flow=flow)
+        begins = (0, *(begin - first for begin in self.begins if first < begin < last))
+        motion = self.motion[steps]
+        return self._replace(u=self.u[steps], motion=motion, P=P, P_s=P_s, flow=flow, begins=begins)
+
+    @property
+    def pieces(self) -> list[tuple[int, int]]:
+        """First and last sample of each record."""
+        return record_ends(self.begins, self.P.shape[1])
+
+
+def record_ends(begins: Sequence[int], samples: int) -> list[tuple[int, int]]:
+    """First and last sample of each of several records, one after another."""
+    return [(first, after - 1) for first, after in pairwise((*begins, samples))]
 
 
 def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
@@ -113,6 +128,7 @@ def stage_signals(
     command: Sampling = HELD,
     P_s: np.ndarray | None = None,
     m: np.ndarray | None = None,
+    begins: tuple[int, ...] = (0,),
 ) -> StageSignals:
     """Signals at the stages of a replay, from samples `period` seconds apart.
 
@@ -125,6 +141,8 @@ def stage_signals(
     command
         `HELD` until the next sample, as by a digital controller, or `INTERPOLATED`, as flows and supply
         always are.
+    begins
+        First samples of several records, one after another; the step between two of them has no meaning.
     """
     longest, u_max = LONGEST_STEP if m is not None else longest_step(plant, u, x), plant.valve.u_max
     t, within = period * np.arange(len(u)), int(np.ceil(period / longest * (1 - 1e-9)))
@@ -132,17 +150,20 @@ def stage_signals(
     at = stage_times(steps, h)
     held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
     limited = np.clip(held_u if command.held else np.interp(at, t, u), -u_max, u_max)
-    penalty, noise = smoothing(x, period)
+    ends = record_ends(begins, len(x))
+    penalties, noises = zip(*(smoothing(x[first : last + 1], period) for first, last in ends), strict=True)
+    penalty, noise = min(penalties), float(np.sqrt(np.mean(np.square(noises))))
     motion = np.empty((*at.shape, 2))
-    for first in range(0, len(x) - 1, LONGEST_SPLINE):
-        last = min(first + LONGEST_SPLINE, len(x) - 1)
-        seen = slice(max(first - OVERLAP, 0), last + OVERLAP + 1)
-        spline = make_smoothing_spline(t[seen], x[seen], lam=penalty)
-        stages = slice(first * within, last * within)
-        motion[stages, :, 0], motion[stages, :, 1] = spline(at[stages]), spline.derivative()(at[stages])
+    for begin, end in ends:
+        for first in range(begin, end, LONGEST_SPLINE):
+            last = min(first + LONGEST_SPLINE, end)
+            seen = slice(max(first - OVERLAP, begin), min(last + OVERLAP, end) + 1)
+            spline = make_smoothing_spline(t[seen], x[seen], lam=penalty)
+            stages = slice(first * within, (last + (last == end)) * within)  # with the step to the next
+            motion[stages, :, 0], motion[stages, :, 1] = spline(at[stages]), spline.derivative()(at[stages])
     flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
     supply = None if P_s is None else np.interp(at, t, P_s)
-    return StageSignals(period, h, limited, motion, P, penalty, noise, supply, flow)
+    return StageSignals(period, h, limited, motion, P, penalty, noise, supply, flow, begins)
 
 
 def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> np.ndarray:
@@ -157,8 +178,12 @@ def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -
     rng = np.random.default_rng(seed)
 
     def smoothed(values: np.ndarray) -> np.ndarray:
-        spline = make_smoothing_spline(t, values, lam=signals.penalty)
-        return np.stack([spline(at), spline.derivative()(at)], axis=-1)
+        parts: list[np.ndarray] = []
+        for first, last in signals.pieces:
+            seen, stages = slice(first, last + 1), slice(first * stride, (last + 1) * stride)
+            spline = make_smoothing_spline(t[seen], values[seen], lam=signals.penalty)
+            parts.append(np.stack([spline(at[stages]), spline.derivative()(at[stages])], axis=-1))
+        return np.concatenate(parts)
 
     motion = smoothed(x)
     noises = smoothed(rng.normal(0.0, signals.noise, (pairs, len(x))).T).transpose(2, 0, 1, 3)

@@ -92,7 +92,7 @@ def stable_steps(system: System) -> dict[str, float]:
     poles = list[complex]()
     for x, v, u, P_A in product(*axes.values()):
         for P_B in axes["P_A"] if system.piston else (P_A,):
-            known = {"x": x, "v": v, "u": u, "P_A": P_A, "P_B": P_B, "T_A": c.T_0, "T_B": c.T_0}
+            known = {"x": x, "v": v, "u": u, "opening": u, "P_A": P_A, "P_B": P_B, "T_A": c.T_0, "T_B": c.T_0}
             at = [[known.get(name, 0.0) for name in names] for names in (system.states, system.inputs)]
             poles += np.linalg.eigvals(state_matrix(system, *at)).tolist()
     decaying = np.array([pole for pole in poles if pole.real < -1e-9 * abs(pole)])

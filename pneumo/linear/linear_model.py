@@ -12,6 +12,7 @@ from pneumo.equations.system import System, rates, system
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Side
 from pneumo.physics.models import Model
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics, beyond_dead_band
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -52,9 +53,12 @@ def _derivatives(system: System, point: Sequence[float], columns: range) -> np.n
 def _check_point(system: System, point: dict[str, float]) -> None:
     plant, u, x, v = system.plant, *(point[name] for name in ("u", "x", "v"))
     c, cylinder, u_max = plant.conditions, plant.cylinder, plant.valve.u_max
+    dynamics = system.dynamics
+    opening = beyond_dead_band(u, dynamics.null, dynamics.dead_band)
     problems = {
         f"{point}: must be finite numbers": not np.isfinite(list(point.values())).all(),
-        "u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6": u == 0,
+        "u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6": u == opening == 0,
+        f"u = {u:g} V: the valve is shut there, and eq (2) has a kink": opening == 0 != u,
         f"u = {u:g} V: beyond the limiter at {u_max:g} V nothing depends on it": abs(u) > u_max,
         f"x = {x:g} m: must be within half the stroke, {cylinder.stroke / 2:g} m": abs(x)
         > cylinder.stroke / 2,
@@ -67,7 +71,7 @@ def _check_point(system: System, point: dict[str, float]) -> None:
         )
     for side in Side:
         P, T = point[f"P_{side.name}"], point[f"T_{side.name}"]
-        open_port, other = (c.P_s, c.P_atm) if side.sign * u > 0 else (c.P_atm, c.P_s)
+        open_port, other = (c.P_s, c.P_atm) if side.sign * opening > 0 else (c.P_atm, c.P_s)
         name = f"P_{side.name} = {P:g} Pa"
         problems[f"{name}: must be positive (absolute)"] = not P > 0
         problems[f"T_{side.name} = {T:g} K: must be positive (absolute)"] = not T > 0
@@ -91,6 +95,7 @@ def linearise(
     T_A: float | None = None,
     T_B: float | None = None,
     states: Literal["chambers", "actuator"] = "chambers",
+    dynamics: ValveDynamics = PROPORTIONAL,
 ) -> "Linear | StateSpace":
     """Linear model of both chambers, or of the whole actuator, at an operating point.
 
@@ -102,7 +107,8 @@ def linearise(
     Parameters
     ----------
     u : float
-        Command, V; not 0, where the valve's area, k_xu ``|u|``, has no derivative.
+        Command, V; not 0, where the valve's area, k_xu ``|u|``, has no derivative. A valve with a lag has
+        followed it.
     P_A, P_B : float
         Pressures, Pa. The point need not be an equilibrium.
     x, v : float
@@ -111,6 +117,8 @@ def linearise(
         Temperatures, K, for the full order only; T_0 where left out.
     states : {"chambers", "actuator"}
         Whether position and velocity are inputs or states.
+    dynamics : ValveDynamics
+        Of the valve: a lag adds the state `opening`, before the pressures; a dead time is left out.
 
     Returns
     -------
@@ -124,11 +132,11 @@ def linearise(
     """
     if states not in ("chambers", "actuator"):
         raise InputError(f"states = {states!r}: must be 'chambers' or 'actuator'")
-    linearised = system(model, n, plant, piston=states == "actuator")
+    linearised = system(model, n, plant, piston=states == "actuator", dynamics=dynamics)
     if linearised.model and not (T_A is None and T_B is None):
         raise InputError(f"T_A, T_B: {linearised.name} computes temperatures from pressures; leave them out")
     T_0 = plant.conditions.T_0
-    point = {"u": u, "x": x, "v": v, "P_A": P_A, "P_B": P_B, "force": 0.0}
+    point = {"u": u, "x": x, "v": v, "P_A": P_A, "P_B": P_B, "opening": u, "force": 0.0}
     point |= {"T_A": T_0 if T_A is None else T_A, "T_B": T_0 if T_B is None else T_B}
     _check_point(linearised, point)
     names, inputs = linearised.states, linearised.inputs

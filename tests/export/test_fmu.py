@@ -19,6 +19,7 @@ from pneumo.export import exported
 from pneumo.export.fmu import UNITS
 from pneumo.linear.linear_model import all_derivatives
 from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.physics.valve_dynamics import ValveDynamics
 from pneumo.simulation.replay import replay_by_reference
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
@@ -55,7 +56,9 @@ FORMS = [
     for fmi in (2, 3)
     for parts in ({}, {"piston": True}, {"valve": False})
 ]
-BRIEF_FORMS = [("M10", 2, {}), ("full", 3, {"piston": True})]
+LATE = ("full", 2, {"dynamics": ValveDynamics(lag=4e-3, null=0.1, dead_band=0.3), "piston": True})
+FORMS.append(LATE)
+BRIEF_FORMS = [("M10", 2, {}), ("full", 3, {"piston": True}), LATE]
 
 
 @pytest.mark.parametrize(("model", "fmi", "parts"), in_brief(FORMS, BRIEF_FORMS))
@@ -265,7 +268,7 @@ def test_directional_derivatives_are_those_of_the_equations(model, fmi, parts, f
     get, put = (fmu.getReal, fmu.setReal) if fmi == 2 else (fmu.getFloat64, fmu.setFloat64)
     rng, c = np.random.default_rng(3), plant.conditions
     ranges = {"x": (-0.04, 0.04), "v": (-1, 1), "P": (1.1 * c.P_atm, 0.9 * c.P_s), "T": (250, 340)}
-    ranges |= {"u": (0.1, 9), "m": (1e-4, 1e-3), "force": (-100, 100)}
+    ranges |= {"u": (0.1, 9), "opening": (0.5, 9), "m": (1e-4, 1e-3), "force": (-100, 100)}
     bounds = np.array([ranges[name.partition("_")[0]] for name in (*chosen.states, *chosen.inputs)])
     steps = 1e-6 * np.ptp(bounds, axis=1)
     for k in range(20):

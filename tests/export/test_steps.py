@@ -17,6 +17,7 @@ from pneumo.export import exported
 from pneumo.linear.linear_analysis import stability_function, stable_steps
 from pneumo.linear.linear_model import state_matrix
 from pneumo.physics.models import lane, lane_array
+from pneumo.physics.valve_dynamics import ValveDynamics
 from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import full_order_rates, full_order_step
 from pneumo.simulation.replay import replay_by_reference
@@ -166,8 +167,10 @@ def test_a_step_out_of_the_positive_numbers_says_so(plant, tmp_path):
 def test_only_needed_constants_are_parameters(plant):
     header = exported("M1", None, plant, "c")["M1.h"].decode()
     assert "k_xu" in header and "k_0;" not in header and "float" not in header
-    every = {constant.name for constant in constants(rough(plant), N)}
-    header = exported("full", None, rough(plant), "c", piston=True)["full.h"].decode()
+    late = ValveDynamics(lag=4e-3, null=0.1, dead_band=0.3)
+    every = {constant.name for constant in constants(rough(plant), N, late)}
+    assert "valve_" not in header
+    header = exported("full", None, rough(plant), "c", piston=True, dynamics=late)["full.h"].decode()
     assert every - {"n", "laminar"} == {name for name in every if f" {name};" in header}
 
 

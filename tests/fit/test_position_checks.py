@@ -1,5 +1,7 @@
 """Stops and configured dead volumes show a wrong zero or scale of x, or stroke, in millimetres."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -56,6 +58,13 @@ def test_stops_are_where_the_piston_rests_under_force():
 def test_stops_that_are_elsewhere_are_said_in_millimetres(ends, said):
     texts = stop_warnings(moved(*ends), PLANT, accuracy())
     assert said in texts[0] if said else texts == []
+
+
+def test_dead_volumes_move_by_what_the_piston_displaces_in_per_cent():
+    (text,) = stop_warnings(moved(-HALF + 5e-3, HALF + 5e-3), PLANT, accuracy())
+    c = PLANT.cylinder
+    said = [float(number) for number in re.findall(r"V_d of [AB] by (\d+) %", text)]
+    assert said == pytest.approx([500e-3 * c.A_A / c.V_d_A, 500e-3 * c.A_B / c.V_d_B], abs=1.0)
 
 
 def test_one_stop_alone_does_not_say_what_is_wrong():

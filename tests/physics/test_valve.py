@@ -18,6 +18,7 @@ from pneumo.physics.valve import (
     choked_flow,
     critical_ratio,
     exact_gas,
+    laminar_factor,
     limited,
     mass_flow,
     sonic_coefficient,
@@ -197,3 +198,9 @@ def test_net_leak_passes_the_difference_of_both_flows(plant, u, P, T, leak):
     m_in, m_out = chamber_flows(u, P, T, valve, plant.gas, plant.conditions)
     net = chamber_flows(u, P, T, valve._replace(net_leak=True), plant.gas, plant.conditions)
     assert net == (max(m_in - m_out, 0), max(m_out - m_in, 0))
+
+
+@pytest.mark.parametrize("laminar", [1e-3, 0.05])
+def test_flow_follows_its_law_but_where_pressures_are_nearly_equal(laminar):
+    factors = [laminar_factor(5e5, 5e5 * (1 - part * laminar), laminar) for part in (0.0, 0.25, 1.5, 4.0)]
+    assert factors == pytest.approx([0.0, 0.5, 1.0, 1.0], abs=1e-12)

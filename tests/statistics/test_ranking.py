@@ -166,6 +166,9 @@ def test_failed_model_comes_last_and_an_n_that_failed_is_not_taken():
     cells = made()
     cells["mse"].loc[{"model": "M8", "n": 1.3, "run": 0}] = np.nan
     assert ranked(cells, "mine").row("M8").n in (1.2, 1.4)
+    cells = made(experiments=("X", "Y"))
+    cells["mse"].loc[{"model": "M10", "run": 2, "experiment": "Y"}] = np.nan
+    assert ranked(cells, "mine").rows[-1].model == "M10"  # in one experiment of two
 
 
 def test_cylinders_are_ranked_apart_and_experiments_with_another_winner_are_told():
@@ -178,6 +181,7 @@ def test_cylinders_are_ranked_apart_and_experiments_with_another_winner_are_told
     cells["mse"].loc[{"experiment": "Y", "model": "M1"}] = 1.0
     ranking = ranked(cells, "mine")
     assert ranking.rows[0].model == "M10" and ranking.row("M1").wins == 4
+    assert sum(row.wins for row in ranking.rows) == 8  # runs
     assert ranking.by_experiment["Y"]["M1"] == pytest.approx(1.0)
     assert any("M10 in X, M1 in Y" in line for line in ranking.advice)
 

@@ -10,12 +10,7 @@ from pneumo.storage.trace_layout import write_traces
 
 
 def main(
-    parameters: Path,
-    datum: list[Path],
-    statistics: list[Path],
-    traces: list[Path],
-    threads: int,
-    code: str,
+    parameters: Path, datum: list[Path], statistics: list[Path], traces: list[Path], threads: int, code: str
 ) -> None:
     """Write a file for each experiment and sampling; the folder of `statistics` names the sampling."""
     study = read_study(parameters)

@@ -51,8 +51,10 @@ def observability(
     for x in (-0.3, 0.0, 0.3):
         for u in (-0.1, 0.1):
             place, open_valve = x * plant.cylinder.stroke, u * plant.valve.u_max
-            point = {"u": open_valve, "x": place, "v": 0.05, "P_A": P_0, "P_B": P_0}
-            A = np.asarray(linearise(model, index, plant, **point, states="actuator").A)
+            point = linearise(
+                model, index, plant, u=open_valve, x=place, v=0.05, P_A=P_0, P_B=P_0, states="actuator"
+            )
+            A = np.asarray(point.A)
             F = np.eye(STATES) + h * A + h**2 / 2 * A @ A
             information, reach = np.zeros((STATES, STATES)), outputs.copy()
             for _ in range(round(duration / h)):

@@ -35,6 +35,7 @@ class Measurement(NamedTuple):
     m: np.ndarray | None = None  # kg/s, mass flows into both chambers, where they were measured
     closed: bool = False  # no gas flows: the valve was shut all the time
     P_s: np.ndarray | None = None  # Pa, absolute supply pressure, where it was measured
+    begins: tuple[int, ...] = (0,)  # first samples of parts of several records, one after another
 
     @property
     def t(self) -> np.ndarray:

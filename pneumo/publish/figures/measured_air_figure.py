@@ -16,6 +16,7 @@ LOOKS: dict[str, dict[str, Any]] = {
     "M8": {"color": "#5a7d2a", "linewidth": 1.0},
     "full order": {"color": ACCENT, "linewidth": 1.2},
 }
+VESSELS = ("discharge", "filling", "nitrogen")
 POINTS = {"color": INK, "linestyle": "none", "marker": "o", "markersize": 2.5, "label": "measured"}
 
 
@@ -48,10 +49,11 @@ def pulses_figure(air: xr.Dataset) -> Figure:
 
 @paper_style()
 def vessel_figure(air: xr.Dataset) -> Figure:
-    """Draw errors of pressure and the temperature of ``measured_air.nc``, discharge and filling."""
+    """Draw errors of pressure and the gas temperature of ``measured_air.nc``, of each run of a vessel."""
     fig = new_figure(DOUBLE_MM, 100)
-    axes = fig.subplots(2, 2, sharex="col")
-    for (above, below), name in zip(axes.T, ("discharge", "filling"), strict=True):
+    names = [name for name in VESSELS if f"P_{name}" in air]
+    axes = fig.subplots(2, len(names), sharex="col")
+    for (above, below), name in zip(axes.T, names, strict=True):
         t, t_measured = _times(air, name)
         measured, T = air[f"measured_P_{name}"].values, air[f"measured_T_{name}"]
         below.plot(air[f"tt_{name}"], T, **POINTS)

@@ -31,6 +31,7 @@ ABOUT = {
     "P_s_bar": [4, 9],
 }
 HOSE = {"hose_volume_mL": [0.5, 50], "hose_C_dm3_per_sbar": [0.1, 5], "hose_b": 0.5283}
+NO_K = {"k_0_W_per_K": 0}
 TANK = {"volume_L": 10, "orifice_mm": 2, "C_d": [0.5, 1], "k_0_W_per_K": [0, 20], "P_start_bar": 8}
 
 
@@ -132,6 +133,26 @@ def test_a_supply_that_sags_is_shared_by_both_chambers():
     alone, with_other = filled(), filled(dead_volume_B_mL=20)
     # What the other chamber drew before the valve switched, and draws after, is missing in this one.
     assert np.abs(with_other - alone).max() > 1e3
+
+
+def test_a_skin_of_the_wall_is_a_store_beside_the_gas_with_other_numbers():
+    gas_k, back, c = 5.0, 3.0, 40.0
+    slow = gas_k * back / (gas_k + back)  # both in series
+    part = gas_k / (gas_k + back)
+    about = {**TANK, "C_d": 0.8}
+    skin = rig(
+        {**about, "store_k_W_per_K": gas_k, "store_back_W_per_K": back, "store_c_J_per_K": c} | NO_K, "test"
+    )
+    store = {"store_k_W_per_K": gas_k - slow, "store_c_J_per_K": c * part**2, "k_0_W_per_K": slow}
+    t = np.linspace(0.2, 60, 20)
+    run = vessel_run(Points(t, np.zeros(20)))
+    replays = [
+        replay_run(known, "full order", {name: low for name, (low, _) in known.ends.items()}, run).P.values
+        for known in (skin, rig(about | store, "test"), rig(about | {"k_0_W_per_K": slow}, "test"))
+    ]
+    # Both are the same linear response; steps are of fifth order.
+    np.testing.assert_allclose(replays[0], replays[1], rtol=1e-6)
+    assert np.abs(replays[2] - replays[1]).max() > 1e3
 
 
 def tank(k=3.0, C_d=0.8, lag=0.0, T=True):

@@ -1,0 +1,65 @@
+"""Several records of one rig as one measurement, each fitted from its own start."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneumo.errors import InputError
+from pneumo.fit.fitted_parameters import MOST_RECORDS
+from pneumo.fit.record.measurement import Measurement
+
+SAME = 1e-3  # relative difference of two periods that counts as none
+
+
+def joined(records: Sequence[Measurement], part: float, most: int) -> tuple[Measurement, float]:
+    """Records one after another, and the fraction of all samples that is to be fitted.
+
+    The first `part` of each comes first, at most `most` samples of all together, then the rest of each; so
+    that one cut parts both, the last record is whole in between. A single record is returned as it is.
+
+    Raises
+    ------
+    InputError
+        If there are too many, or if they differ in period or in what was measured.
+    """
+    first, *others = records
+    if not others:
+        return first, part
+    if len(records) > MOST_RECORDS:
+        raise InputError(f"{len(records)} records: must be at most {MOST_RECORDS}")
+    for other in others:
+        if abs(other.period / first.period - 1) > SAME:
+            periods = f"{1e3 * other.period:.4g} ms, of {first.name} {1e3 * first.period:.4g} ms"
+            raise InputError(f"{other.name}: period {periods}: must be the same to fit them together")
+        for column, field in (("m_A", "m"), ("P_s", "P_s")):
+            if (getattr(other, field) is None) != (getattr(first, field) is None):
+                raise InputError(f"{other.name}: column {column}: must be in all records or in none")
+    if closed := [record.name for record in records if record.closed]:
+        raise InputError(f"{closed[0]}: closed chambers; fit each record of these by itself")
+    limit = most // len(records)
+    cuts = [min(round(part * (len(m.u) - 1)), limit) for m in records]
+    pieces = [(m, 0, cut) for m, cut in zip(records[:-1], cuts, strict=False)]
+    pieces += [(records[-1], 0, len(records[-1].u) - 1)]
+    pieces += [(m, cut, len(m.u) - 1) for m, cut in zip(records[:-1], cuts, strict=False)]
+    lengths = [last - begin + 1 for _, begin, last in pieces]
+    begins = tuple(np.cumsum([0, *lengths[:-1]]).tolist())
+    split = begins[len(records) - 1] + cuts[-1]
+
+    def of(field: str) -> np.ndarray:
+        return np.concatenate([getattr(m, field)[..., begin : last + 1] for m, begin, last in pieces], -1)
+
+    temperatures = [m.T for m in records if np.isfinite(m.T)]
+    names = ", ".join(m.name for m in records)
+    order = f"{names}: fitted together, each from its own start; the part held out begins in the last of them"
+    return first._replace(
+        name=names,
+        u=of("u"),
+        x=of("x"),
+        P=of("P"),
+        v=None,
+        m=None if first.m is None else of("m"),
+        P_s=None if first.P_s is None else of("P_s"),
+        T=float(np.mean(temperatures)) if temperatures else np.nan,
+        notes=(*(f"{m.name}: {note}" for m in records for note in m.notes), order),
+        begins=begins,
+    ), split / (sum(lengths) - 1)

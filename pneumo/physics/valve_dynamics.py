@@ -1,0 +1,40 @@
+"""A valve that follows its command: first-order lag, dead time, null offset and dead band.
+
+They are beside `Valve`, which is eq (2): the opening there is proportional to the command, at once.
+"""
+
+from typing import NamedTuple
+
+
+class ValveDynamics(NamedTuple):
+    """How the opening of a valve follows its command; by default at once, and in proportion."""
+
+    lag: float = 0.0  #: time constant of the first-order lag, s
+    dead_time: float = 0.0  #: time after which the valve sees its command, s; negative: before it was logged
+    null: float = 0.0  #: command at which the valve is shut, V
+    dead_band: float = 0.0  #: further command to either side of that in which it stays shut, V
+
+    @property
+    def proportional(self) -> bool:
+        """Whether the opening is the command, but for the dead time."""
+        return not (self.lag or self.null or self.dead_band)
+
+
+PROPORTIONAL = ValveDynamics()
+
+
+def opening_rate(u: float, opening: float, lag: float) -> float:
+    """Rate of the opening behind a first-order lag, V/s, at the limited command u, V."""
+    return (u - opening) / lag
+
+
+def beyond_dead_band(u: float, null: float, dead_band: float) -> float:
+    """Command that the restrictions follow, V, from that which the spool has followed."""
+    u = u - null
+    if not dead_band:
+        return u
+    if u > dead_band:
+        return u - dead_band
+    if u < -dead_band:
+        return u + dead_band
+    return 0.0
