@@ -17,6 +17,7 @@ import measured_air
 import measurements
 import opening_picture
 import signal_sampling
+import simulators
 import which_model
 import xarray as xr
 import yaml
@@ -107,6 +108,7 @@ def from_kept_files() -> Numbers:
             measured_air.tables(air) | {"walls": measured_air.wall_table(air, measured)},
         ),
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
+        "simulators": named(simulators.numbers(simulators.stored()), simulators.tables(simulators.stored())),
         "signal_sampling": named(signal_sampling.numbers(floor), {}),
         "verification": named(verification(toggled["reproduced"]), {}),
     }
