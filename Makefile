@@ -10,6 +10,8 @@ MODULES ?= physics/valve statistics/averages
 COUNT ?= 3
 EVIDENCE ?= $(notdir $(wildcard paper/evidence/*.nc paper/evidence/*.json))
 UNDISTURBED ?= 20
+FOLDER ?=
+PNEUMO ?= pneumo
 SOAK_MINUTES ?= 30
 
 # Not .venv/bin/activate, which does not work under a path with quotes.
@@ -21,7 +23,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records template crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -89,6 +91,11 @@ records: .venv/.dev  ## write the numbers of both papers, printed and reproduced
 	@echo "== records: results/records"
 	$(activate)
 	python workflow/records.py
+
+template: .venv/.study  ## write a repository that judges another paper in CI into FOLDER=... (PNEUMO: where its CI gets pneumo)
+	@echo "== template: $(FOLDER)"
+	$(activate)
+	python workflow/template.py "$(FOLDER)" "$(PNEUMO)"
 
 crate: .venv/.dev records  ## bundle the finished study as a Workflow Run RO-Crate, results/crate.zip
 	@echo "== crate: results/crate.zip"

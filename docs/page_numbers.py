@@ -19,6 +19,7 @@ import measurements
 import opening_picture
 import partly_known
 import signal_sampling
+import simulators
 import which_model
 import xarray as xr
 import yaml
@@ -113,6 +114,7 @@ def from_kept_files() -> Numbers:
         ),
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
         "partly_known": named(partly_known.numbers(known), partly_known.tables(known)),
+        "simulators": named(simulators.numbers(simulators.stored()), simulators.tables(simulators.stored())),
         "signal_sampling": named(signal_sampling.numbers(floor), {}),
         "verification": named(verification(toggled["reproduced"]), {}),
     }
