@@ -12,14 +12,7 @@ from pneumo.hashing import code_hash
 from pneumo.jobs.checked_study import as_written, checked_study, k_0_factors, user_cylinders, without_trust
 from pneumo.jobs.fleet_plan import checked_fleet, resources
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
-from pneumo.jobs.run_lock import (
-    check_run_folder,
-    configuration_name,
-    is_dry_run,
-    set_damaged_aside,
-    take_results_of,
-    take_run_lock,
-)
+from pneumo.jobs.run_lock import check_run_folder, is_dry_run, set_damaged_aside, take_run_lock
 
 min_version("9.0")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
@@ -46,13 +39,8 @@ config.update(as_written(FILES, OPTIONS))
 FLEET = checked_fleet(config, FILES, OPTIONS, check=workflow.is_main_process, trust=TRUST)
 
 
-STUDY = None if FLEET else checked_study(config, FILES, OPTIONS, trust=TRUST)
-
-
-if workflow.is_main_process:
-    take_results_of(configuration_name(config["name"], FILES), sys.argv[1:])
-    if not is_dry_run(sys.argv[1:]):
-        set_damaged_aside()
+if workflow.is_main_process and not is_dry_run(sys.argv[1:]):
+    set_damaged_aside()
 
 
 include: "workflow/rules/common.smk"
@@ -63,6 +51,7 @@ if FLEET:
     include: "workflow/rules/fleet.smk"
 
 else:
+    STUDY = checked_study(config, FILES, OPTIONS, trust=TRUST)
     TRANSPORTS = ["published", "exact"]
     USER_CYLINDERS = user_cylinders(STUDY)  # of a study that is not the paper's
     K_0_FACTORS = k_0_factors(config)  # within which k_0 is known, by cylinder

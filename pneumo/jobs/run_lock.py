@@ -2,10 +2,8 @@
 
 import errno
 import fcntl
-import json
 import os
 import re
-import shutil
 import sys
 import time
 from collections.abc import Generator, Sequence
@@ -23,14 +21,6 @@ STATE = Path(".snakemake")
 RUN_LOCK, JOBS_LOCK = STATE / "pneumo.run", STATE / "pneumo.jobs"
 RUN = "PNEUMO_RUN"  # name of the run in the environment of its jobs
 RESULTS = Path("results")
-KEPT_ASIDE = Path("results-of")  # folder of the results of configurations that are not the run's
-STUDY = STATE / "pneumo.study"  # names the configuration that results/ is of
-METADATA = STATE / "metadata"  # what Snakemake knows about the files in results/
-STAYS = "README.md"
-PAPER = "paper"  # name of the paper's study
-NO_RUN = re.compile(
-    r"--(lint|report|summary|detailed-summary|list.*|dag|rulegraph|filegraph|unlock|archive|touch|delete.*)"
-)
 ROOM = 2_000_000  # bytes for Snakemake's own files
 DATED = ("results", "paper", "pneumo", "workflow")  # folders of files whose times Snakemake compares
 
@@ -104,68 +94,6 @@ def is_dry_run(arguments: Sequence[str]) -> bool:
     [True, True, True, False, False]
     """
     return any(re.fullmatch(r"-[a-z]*n[a-z]*|--dry-?run", argument) for argument in arguments)
-
-
-def configuration_name(name: str, files: Sequence[Path]) -> str:
-    """Return the name of a run's configuration: the study's, or its files' where these give none.
-
-    Examples
-    --------
-    >>> configuration_name("paper", []), configuration_name("warmer", [Path("my.yaml")])
-    ('paper', 'warmer')
-    >>> configuration_name("paper", [Path("config/my.yaml")])
-    'my'
-    """
-    own = "+".join(Path(file).stem for file in files)
-    return re.sub(r"[^\w+-]", "_", (own or name) if name == PAPER else name)
-
-
-def take_results_of(configuration: str, arguments: Sequence[str]) -> None:
-    """Let results/ be those of a configuration, before a run of it is planned.
-
-    Results of another one move to `KEPT_ASIDE`, with what Snakemake knows about them, and come back when it
-    runs again. Nothing moves where Snakemake's arguments ask for no run, or while another run is active.
-    """
-    if is_dry_run(arguments) or any(map(NO_RUN.fullmatch, arguments)):
-        return
-    before = _configuration_of_results()
-    STATE.mkdir(exist_ok=True)
-    with RUN_LOCK.open("a") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return  # `take_run_lock` will say so
-        if before not in (None, configuration):
-            _move(RESULTS, METADATA, KEPT_ASIDE / before, KEPT_ASIDE / before / METADATA.name)
-            print(f"pneumo: results of {before} are in {KEPT_ASIDE / before} now", file=sys.stderr)
-            kept = KEPT_ASIDE / configuration
-            if kept.is_dir():
-                _move(kept, kept / METADATA.name, RESULTS, METADATA)
-                kept.rmdir()
-        STUDY.write_text(configuration, encoding="utf-8")
-
-
-def _configuration_of_results() -> str | None:
-    """Name of the configuration that results/ is of; None if there is none."""
-    try:
-        named = json.loads((RESULTS / "parameters.json").read_text(encoding="utf-8"))["name"]
-    except (OSError, ValueError, LookupError, TypeError):
-        named = None
-    if STUDY.is_file() and any(file.name != STAYS for file in RESULTS.glob("*")):
-        return STUDY.read_text(encoding="utf-8")
-    return named
-
-
-def _move(results: Path, metadata: Path, to: Path, metadata_to: Path) -> None:
-    """Move all results but the page that describes them, and Snakemake's notes about them."""
-    to.mkdir(parents=True, exist_ok=True)
-    if metadata.is_dir():
-        if metadata_to.is_dir():
-            shutil.rmtree(metadata_to)
-        metadata.rename(metadata_to)
-    for file in list(results.iterdir()):
-        if file not in (metadata, metadata_to, results / STAYS):
-            file.rename(to / file.name)
 
 
 def set_damaged_aside() -> None:

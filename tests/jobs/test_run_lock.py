@@ -1,7 +1,6 @@
 """One run in a folder at a time, and files from the future."""
 
 import errno
-import fcntl
 import os
 import tempfile
 import time
@@ -9,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from pneumo.jobs import run_lock
 from pneumo.jobs.run_lock import RUN, RUN_LOCK, STATE, check_run_folder, set_damaged_aside, take_run_lock
 from pneumo.storage.files import write_json
 
@@ -94,52 +92,3 @@ def test_damaged_results_are_set_aside_and_good_ones_stay(run_folder, capsys):
     assert len(lines) == 3 and "parameters.json: does not end with its SHA-256" in "".join(lines)
     assert "results/pipe.nc: not a regular file" in "".join(lines)
     assert (results / "parameters.json.damaged").read_text() == '{"a": '  # nothing is lost
-
-
-def test_results_of_another_configuration_are_kept_and_come_back(run_folder, monkeypatch, capsys):
-    monkeypatch.chdir(run_folder)
-
-    def run(configuration, *arguments):
-        run_lock.take_results_of(configuration, arguments)
-        return capsys.readouterr().err
-
-    def files():
-        return {str(file): file.read_text() for file in Path().rglob("*.nc")}
-
-    Path("results/exact").mkdir(parents=True, exist_ok=True)
-    Path("results/README.md").write_text("about results")
-    Path("results/parameters.json").write_text('{"name": "paper"}')
-    Path("results/exact/statistics.nc").write_text("the paper's")
-    Path(".snakemake/metadata").mkdir(parents=True, exist_ok=True)
-    Path(".snakemake/metadata/note.nc").write_text("of the paper's")
-    before = files()
-    assert run("paper") == "" and files() == before
-    for planned in ("-n", "--lint", "--report", "--dry-run"):
-        assert run("warmer", planned, "--configfile") == "" and files() == before
-
-    assert "results of paper are in results-of/paper now" in run("warmer", "-j2")
-    assert {file.name for file in Path("results").iterdir()} == {"README.md"}
-    assert not Path(".snakemake/metadata").exists()
-    Path("results/other.nc").write_text("warmer")
-    assert run("warmer", "-j2") == ""
-
-    assert "results of warmer are in results-of/warmer now" in run("paper", "-j2")
-    kept = {"results-of/warmer/other.nc": "warmer"}
-    assert files() == before | kept and not Path("results-of/paper").exists()
-
-
-def test_results_of_an_active_run_stay(run_folder, monkeypatch, capsys):
-    monkeypatch.chdir(run_folder)
-    Path("results").mkdir(exist_ok=True)
-    Path("results/parameters.json").write_text('{"name": "paper"}')
-    run_lock.STATE.mkdir(exist_ok=True)
-    with run_lock.RUN_LOCK.open("a") as active:
-        fcntl.flock(active, fcntl.LOCK_EX)
-        run_lock.take_results_of("warmer", ["-j2"])
-    assert Path("results/parameters.json").exists() and capsys.readouterr().err == ""
-
-
-def test_a_configuration_without_a_name_of_its_own_is_named_by_its_files():
-    files = [Path("config/my study.yaml"), Path("more.yaml")]
-    assert run_lock.configuration_name("paper", files) == "my_study+more"
-    assert run_lock.configuration_name("../x", files[:1]) == "___x"
