@@ -97,7 +97,6 @@ def numbers(found: xr.Dataset) -> dict[str, str]:
     return {
         "plants": f"{found.sizes['plant']}",
         "full_known_none": span(known.sel(sensors="none", bound="value")),
-        "full_known_one": span(known.sel(sensors="one", bound="value")),
         "full_known_both": span(known.sel(sensors="both", bound="value")),
         "full_unknown": span(ratios.sel(scale=largest, compared="full", bound="value")),
         "controller": span(control.sel(bound="value")),

@@ -87,7 +87,7 @@ def tables(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
 
 def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
     """Numbers in the page's sentences and in README's by name."""
-    exact, exact_levels = mse.sel(transport="exact"), levels["mse"].sel(transport="exact")
+    exact = mse.sel(transport="exact")
     classical = levels["mse"].sel(model=["M1", "M2", "M3", "M4"]).min("model") / levels["mse"].sel(model="M5")
     good = levels["constant_n"].sel(model=list(REFINED_MODELS))
     M8, mixing = exact.sel(model="M8"), MODEL_PAIRS["M8/M7"]
@@ -96,10 +96,6 @@ def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
         "classical over M5": f"{classical.min().item():.1f}",
         "M10 better": f"{(MODEL_PAIRS['M10/M8'].ratio(exact) < 1).sum().item()}",
         "M8/M7 published": geometric(mixing.ratio(mse.sel(transport="published"))),
-        **{
-            f"M8/M7 {level}": f"{mixing.ratio(exact_levels.sel(level=level)).item():.2f}"
-            for level in ("adiabatic", "typical")
-        },
         "largest": str(M8.idxmax("experiment").item()),
         "largest percent": f"{100 * (M8.max() / M8.sum()).item():.0f}",
         **{f"n {level}": span(good.sel(level=level), "g") for level in LEVELS},

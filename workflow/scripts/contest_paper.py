@@ -19,12 +19,9 @@ def main(parameters: Path, runs: Path, code: str) -> None:
         contest_run(e._replace(steps=min(e.steps, round(DURATION / e.h))), int(seed))
         for e, seed in zip(study.experiments.values(), seeds, strict=True)
     ]
-    about = attributes(
-        "The full order in the contest: the paper's experiments",
-        "Errors of every row of decision 75, by what it is told beforehand",
-        study.config_sha256,
-        code,
-    )
+    title = "The full order in the contest: the paper's experiments"
+    words = "Errors of every row of decision 75, by what it is told beforehand"
+    about = attributes(title, words, study.config_sha256, code)
     write(xr.concat(parts, xr.Variable("experiment", list(study.experiments))), runs, about, digits=4)
 
 

@@ -3,8 +3,7 @@
 import json
 from pathlib import Path
 
-from pneumo.evidence.seeds.findings import findings as judged_statements
-from pneumo.evidence.seeds.findings import over_seeds
+from pneumo.evidence.seeds import findings as statements
 from pneumo.evidence.seeds.seed_deviations import seed_deviations, seed_deviations_text
 from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.evidence.seeds.statement_sensitivity import dependences
@@ -20,9 +19,9 @@ def main(
 ) -> None:
     study, entries = read_study(parameters), read_claims(claims.parent)
     ensemble = read_seed_sets(errors)
-    sources = over_seeds(study, ensemble)
+    sources = statements.over_seeds(study, ensemble)
     turned = dependences(study, ensemble.sel(transport=EXACT).drop_attrs(), entries, print)
-    judged = judged_statements(study, sources, entries, findings.parent, turned) | {"code_sha256": code}
+    judged = statements.findings(study, sources, entries, findings.parent, turned) | {"code_sha256": code}
     write_json(json.dumps(judged, indent=1, ensure_ascii=False), findings)
     write_text(findings_table(judged), table)
     write_text(seed_deviations_text(seed_deviations(entries, sources[PUBLISHED])), deviations)
