@@ -23,12 +23,14 @@ from pneumo.storage.kept_evidence import evidence_file
 def numbers_over_seeds(results: Path, study: Study) -> np.ndarray | None:
     """Numbers of the tables with each set of seeds, shape (seeds, 288), the study's own first.
 
-    From ``seed_sets.nc``; None if it was not made from this configuration.
+    From ``seed_sets.nc``; None if it was not made from this configuration, or has more experiments.
     """
     file = evidence_file(results, "seed_sets.nc", study.config_sha256)
     if file is None:
         return None
-    return numbers_of_seed_sets(study, read(file, "mean_error", "mse"))
+    cells = read(file, "mean_error", "mse")
+    whole = set(cells["experiment"].values) == set(study.experiments)
+    return numbers_of_seed_sets(study, cells) if whole else None
 
 
 def numbers_of_seed_sets(study: Study, seed_sets: xr.Dataset) -> np.ndarray:
