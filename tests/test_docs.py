@@ -40,6 +40,7 @@ NOT_RUN = {
     "uv pip install": "needs the network",
     "snakemake --profile": "needs Slurm; `make slurm-test` runs it",
     "pneumo study --from": "needs the results of a fleet; a test of the workflow runs it",
+    "python -m benchmarks.fmu_runs": "takes hours; tests of the papers run parts of it",
     "python tests/independent_simulator.py": "takes hours; tests of the papers run parts of it",
     "pneumo paper verdict --runs": "needs another simulator's runs; tests of the papers make some",
 }
