@@ -13,8 +13,9 @@ def wall_heat(T: float, conductance: float, T_amb: float) -> float:
 def wall_conductance(k_0: float, area_ratio: float, PT_ratio: float, e_A: float, e_PT: float) -> float:
     """Thermal conductance of the wall, W/K.
 
-    From that at equilibrium, k_0 = lambda_0 A_q(x_0) of eq (12), A_q(x) / A_q(x_0) and P T / (P_0 T_0).
-    Exponents e_A, e_PT: (0, 0) is eq (13), (1, 0) is eq (11), (1, 1/2) is eqs (7) and (8).
+    `k_0` is its value at equilibrium, lambda_0 A_q(x_0) of eq (12), W/K; `area_ratio` is A_q(x) / A_q(x_0),
+    `PT_ratio` is P T / (P_0 T_0). Exponents (e_A, e_PT) are (0, 0) in eq (13), (1, 0) in eq (11) and
+    (1, 1/2) in eqs (7) and (8).
     """
     return k_0 * area_ratio**e_A * PT_ratio**e_PT  # (8)
 
@@ -34,11 +35,11 @@ def dP_dt(
     R: float,
     gamma: float,
 ) -> float:
-    """Rate of pressure, Pa/s: eq (4) when all three indices are gamma, and M1-M10 otherwise.
+    """Rate of pressure of a chamber, Pa/s: eq (4) where n_V, n_in and n_out are gamma, else a reduced model.
 
-    From pressure, Pa, temperature, K, volume, m^3, its rate, m^3/s, mass flows, kg/s, the temperature T_inlet
-    at which inflow enters the balance, K, and heat flow from the wall into the air, W. The indices n_V, n_in
-    and n_out multiply the volume, inflow and outflow term.
+    P in Pa, T in K, V in m^3, dV_dt in m^3/s, mass flows m_in and m_out in kg/s. T_inlet, K, is the
+    temperature at which inflow enters the energy balance, `heat` the heat flow from the wall into the air, W.
+    The indices n_V, n_in and n_out multiply the terms of volume, inflow and outflow.
     """
     return (
         -n_V * P * dV_dt + R * (n_in * m_in * T_inlet - n_out * m_out * T) + (gamma - 1) * heat

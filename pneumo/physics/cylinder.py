@@ -38,44 +38,53 @@ class Side(IntEnum):
 
     @property
     def sign(self) -> float:
-        """Sign of u, x and v counted outward from the chamber, as `sign_of` in compiled code."""
+        """Factor, 1 or -1, that makes u, x and v positive where they enlarge the chamber, as `sign_of`."""
         return sign_of(self)
 
 
 class Chamber(NamedTuple):
-    """Geometry that differs between the chambers."""
+    """Piston area and dead volume of one chamber."""
 
     area: float  #: of the piston, m^2
     V_d: float  #: dead volume, m^3
 
 
 def sign_of(side: int) -> float:
-    """Factor that turns u, x and v into outward ones of a chamber: 1 for A, -1 for B."""
+    """Factor that makes u, x and v positive where they enlarge a chamber: 1 for A, -1 for B."""
     return 1.0 - 2.0 * side
 
 
 def chamber_of(cylinder: Cylinder, side: int) -> Chamber:
-    """Geometry of the chamber on a `Side`, or of its index in compiled code."""
+    """Geometry of the chamber on a `Side`; compiled code gives its index, 0 or 1."""
     return Chamber(cylinder.A_A, cylinder.V_d_A) if side == 0 else Chamber(cylinder.A_B, cylinder.V_d_B)
 
 
 def volume(x: Real, chamber: Chamber, cylinder: Cylinder) -> Real:
-    """Chamber volume, m^3, at outward position x, m."""
+    """Chamber volume, m^3, at x, m: the piston position for chamber A, its negative for chamber B."""
     return chamber.V_d + chamber.area * (cylinder.stroke / 2 + x)
 
 
 def heat_area(x: float, cylinder: Cylinder) -> float:
-    """Heat transfer area A_q(x), m^2: two end faces and the uncovered wall (before eq (12))."""
+    """Heat transfer area A_q(x), m^2: two end faces and the uncovered wall (before eq (12)).
+
+    x, m, is the piston position for chamber A, its negative for chamber B.
+    """
     return pi / 2 * cylinder.bore**2 + abs(pi * cylinder.bore * (x + cylinder.stroke / 2))
 
 
 def wetted_area(V: Real, bore: Real) -> Real:
-    """Heat transfer area of a plain cylinder of volume V, m^3, dead volume and all, m^2: eq (27) of 2007."""
+    """Heat transfer area, m^2, of a cylindrical space of volume V, m^3, and of the bore, m: eq (27) of 2007.
+
+    V includes the dead volume.
+    """
     return 4 * V / bore + pi / 2 * bore**2
 
 
 def acceleration(v: float, P_A: float, P_B: float, force: float, cylinder: Cylinder) -> float:
-    """Piston acceleration, m/s^2: eq (3) with friction, the cylinder's load and an external force, N."""
+    """Piston acceleration, m/s^2: eq (3) with friction, the cylinder's load and an external force, N.
+
+    Forces are positive where they enlarge chamber A.
+    """
     F = P_A * cylinder.A_A - P_B * cylinder.A_B - cylinder.k_f * v + force
     if cylinder.load:
         F += cylinder.load
@@ -85,7 +94,10 @@ def acceleration(v: float, P_A: float, P_B: float, force: float, cylinder: Cylin
 
 
 def beyond_coulomb(F: float, v: float, coulomb: float) -> float:
-    """Net force, N: F less the Coulomb friction that opposes motion, or holds a piston at rest."""
+    """Net force on the piston, N: F less the Coulomb friction that opposes the velocity v.
+
+    It is 0 for a piston at rest that friction holds.
+    """
     if v == 0 and abs(F) <= coulomb:
         return 0.0
     return F - coulomb if v > 0 or (v == 0 and F > 0) else F + coulomb
@@ -102,7 +114,8 @@ def motion(x: float, v: float, a: float, cylinder: Cylinder) -> tuple[float, flo
 def stopped(x: float, v: float, v_before: float, cylinder: Cylinder) -> tuple[float, float]:
     """Position, m, and velocity, m/s, after the end stops: position clipped, impact fully plastic.
 
-    With Coulomb friction, a step that reverses the velocity leaves the piston at rest.
+    With Coulomb friction, a step that changes the velocity's sign (from that of `v_before`) leaves the piston
+    at rest.
     """
     if cylinder.coulomb and v * v_before < 0:
         v = 0.0

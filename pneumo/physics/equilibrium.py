@@ -11,9 +11,9 @@ PRECISION = 1e-14  # of P_0, relative; both stop the search
 def equilibrium_pressure(P_s: float, P_atm: float, gas: Gas, area_ratio: float = 1.0) -> float:
     """Pressure at which the leak from the supply equals the leak to the atmosphere.
 
-    P_0, Pa, from absolute pressures, Pa, and A_1 / A_2, leak area towards the supply over that towards the
-    atmosphere. With equal areas and the exact sonic coefficient it is 0.807458 P_s for air wherever the
-    exhaust side is sonic (P_s >= 2.344 P_atm).
+    It is P_0, Pa, from absolute pressures, Pa. `area_ratio` is A_1 / A_2, the leak area to the supply over
+    that to the atmosphere. With equal areas and the exact sonic coefficient, P_0 is 0.807458 P_s for air
+    wherever the flow to the atmosphere is sonic (P_s >= 2.344 P_atm).
 
     Raises
     ------
@@ -33,8 +33,8 @@ def equilibrium_pressure(P_s: float, P_atm: float, gas: Gas, area_ratio: float =
 def _root(f: Callable[[float], float], low: float, high: float, tolerance: float) -> float:
     """Root of f, which changes its sign between low and high, by Brent's method.
 
-    Steps are those of scipy.optimize.brentq, operation by operation, so the root is the same to the bit.
-    The root always lies between `x` and `far`; `old` is the x before.
+    Each operation is that of scipy.optimize.brentq, so the root is the same to the bit. It always lies
+    between `x` and `far`; `old` is the previous x.
     """
     old, x, far = low, high, low
     f_old, f_x = f(low), f(high)

@@ -15,7 +15,7 @@ Wall = Literal["none", "k_0", "lambda_0 A_q", "lambda A_q"]
 
 
 class Model(NamedTuple):
-    """One row of the table of models."""
+    """A reduced-order model: one row of the table `MODELS`."""
 
     name: str  #: paper's name, M1 ... M10
     n_V: Index  #: index on the volume term of eq (10)
@@ -58,9 +58,10 @@ WALL_LAWS = {
 
 
 class Lane(NamedTuple):
-    """A model at one n, as numbers: one point of the models' common coefficient space.
+    """Coefficients of one model at one n, as the kernels read them.
 
-    `lane` sets both scales to 1, or `wall_scale` to 0; a fit replaces them, as does a model with a wrong k_0.
+    `lane` sets `flow_scale` to 1, and `wall_scale` to 1 or, without wall heat, to 0. A fit sets others; so
+    does a replay with a wrong k_0.
     """
 
     n_V: float  #: index on the volume term
@@ -75,7 +76,7 @@ class Lane(NamedTuple):
 
 
 def lane(model: Model, n: float, gamma: float) -> Lane:
-    """Return a model's coefficients at one n, which plays no role where ``not model.has_n``."""
+    """Coefficients of a model at one polytropic index n; a model without n (see `Model.has_n`) ignores it."""
 
     def value(index: Index) -> float:
         return n if index == "n" else gamma if index == "gamma" else index
@@ -117,11 +118,11 @@ def model_dP_dt(
     gamma: float,
     lane: Lane,
 ) -> float:
-    """Right-hand side of every reduced model, Pa/s.
+    """Rate of pressure of a chamber by any reduced model, Pa/s.
 
-    Pressure, volume, m^3, its rate and what follows from them may be arrays or symbols. T is the model's own
-    `temperature`, also upstream of an outflow; mass flows in kg/s; `area_ratio` is A_q(x) / A_q(x_0); k_0 is
-    the thermal conductance at equilibrium, W/K; the lane says which model, at which n.
+    P in Pa, V in m^3, dV_dt in m^3/s, mass flows m_in and m_out in kg/s; all may be arrays or symbols. T, K,
+    is what `temperature` gives for P, also upstream of an outflow. `area_ratio` is A_q(x) / A_q(x_0); k_0 is
+    the thermal conductance of the wall at equilibrium, W/K; `lane` holds the coefficients of model and n.
     """
     T_inlet = lane.mixing * T_in + (1 - lane.mixing) * T
     conductance = wall_conductance(k_0, area_ratio, P * T / (P_0 * T_0), lane.e_A, lane.e_PT)
@@ -131,5 +132,5 @@ def model_dP_dt(
 
 
 def lane_array(lanes: list[Lane]) -> np.ndarray:
-    """Stack lanes into a float array of shape (lane, coefficient) for the compiled kernels."""
+    """Array of coefficients for the compiled kernels: a row for each lane (a model at one n)."""
     return np.array(lanes, dtype=float).reshape(len(lanes), len(Lane._fields))

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Symbol(NamedTuple):
-    """How a quantity is written."""
+    """How a quantity is written: unit, symbol and name."""
 
     unit: str  # SI unit as UDUNITS reads it
     latex: str  # without dollar signs

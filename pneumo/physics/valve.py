@@ -38,7 +38,7 @@ class Valve(NamedTuple):
 
 
 class Conditions(NamedTuple):
-    """Supply, surroundings and the equilibrium from which runs start."""
+    """Pressures and temperatures of supply and surroundings, and of the equilibrium from which runs start."""
 
     P_s: float  #: absolute supply pressure, Pa
     P_atm: float  #: atmospheric pressure, Pa
@@ -62,20 +62,20 @@ def sonic_coefficient(R: float, gamma: float) -> float:
 
 
 def exact_gas(R: float, gamma: float) -> Gas:
-    """Return the `Gas` whose two constants follow from R and gamma to full precision."""
+    """A `Gas` whose two constants of eq (1) are computed from R and gamma, not taken as printed."""
     return Gas(R, gamma, sonic_coefficient(R, gamma), critical_ratio(gamma))
 
 
 def choked_flow(A_t: Real, P_u: float, T_u: float, gas: Gas) -> Real:
-    """Sonic mass flow, kg/s: second branch of eq (1)."""
+    """Sonic mass flow, kg/s: second branch of eq (1), from throat area, m^2, and upstream state, Pa and K."""
     return gas.sonic_coefficient * P_u * A_t / T_u**0.5
 
 
 def mass_flow(A_t: float, P_u: float, P_d: float, T_u: float, gas: Gas) -> float:
     """Mass flow through a restriction, kg/s: eq (1), or ISO 6358 where the gas is `elliptic`.
 
-    From throat area A_t, m^2, absolute upstream and downstream pressure, Pa, ``P_u >= P_d > 0``, and upstream
-    temperature T_u, K.
+    A_t is the throat area, m^2; P_u and P_d are the absolute pressures upstream and downstream, Pa, with
+    ``P_u >= P_d > 0``; T_u is the temperature upstream, K.
     """
     ratio = P_d / P_u
     if ratio <= gas.critical_ratio:
@@ -89,25 +89,28 @@ def mass_flow(A_t: float, P_u: float, P_d: float, T_u: float, gas: Gas) -> float
 
 
 def laminar_factor(P_u: float, P_d: float, laminar: float) -> float:
-    """Factor on eq (1) where pressures are nearly equal.
+    """Factor on eq (1) that makes the flow laminar where the pressures are nearly equal.
 
-    Near P_d = P_u eq (1) is proportional to the root of 1 - P_d / P_u; its slope is infinite there and no
-    step can follow it. With this factor the flow is proportional to 1 - P_d / P_u wherever that is less than
-    `laminar`; elsewhere the factor is 1.
+    Near P_d = P_u eq (1) is proportional to the square root of 1 - P_d / P_u; its slope is infinite there,
+    and no step is short enough. With this factor the flow is proportional to 1 - P_d / P_u wherever that is
+    less than `laminar`; elsewhere the factor is 1.
     """
     difference = 1 - P_d / P_u
     return (difference / laminar) ** 0.5 if difference < laminar else 1.0
 
 
 def limited(u: float, u_max: float) -> float:
-    """Command after the limiter, V."""
+    """Command after the limiter, V: u within -u_max ... u_max."""
     return min(max(u, -u_max), u_max)
 
 
 def port_flows(
     A_t: float, P_port: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions
 ) -> tuple[float, float]:
-    """Mass flows into and out of a chamber, kg/s, through one restriction; one of them is 0."""
+    """Mass flows into and out of a chamber, kg/s, through one restriction; one of them is 0.
+
+    A_t is its area, m^2, P_port the pressure, Pa, on its other side; P and T are those of the chamber.
+    """
     if P_port >= P:
         if valve.laminar:
             A_t *= laminar_factor(P_port, P, valve.laminar)

@@ -29,7 +29,10 @@ def opening_rate(u: float, opening: float, lag: float) -> float:
 
 
 def beyond_dead_band(u: float, null: float, dead_band: float) -> float:
-    """Command that the restrictions follow, V, from that which the spool has followed."""
+    """Command that the restrictions see, V: the spool's position u, V, less null offset and dead band.
+
+    It is 0 within the dead band.
+    """
     u = u - null
     if not dead_band:
         return u

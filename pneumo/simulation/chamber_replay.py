@@ -48,8 +48,9 @@ def _replay_chambers(recording: Recording, sampling: Sampling, stride: int) -> n
 
 
 def replay_chambers(recording: Recording, sampling: Sampling, stride: int = 1) -> np.ndarray:
-    """Pressures of the full-order chambers on recorded signals, Pa, shape (chamber, stored steps).
+    """Integrate the full-order equations of both chambers on the recorded command, position and velocity.
 
-    `stride` is the number of steps between stored pressures.
+    `sampling` says how each Runge-Kutta stage reads these signals; `stride` is the number of steps between
+    stored pressures. Returns pressures, Pa, shape (chamber, stored steps).
     """
     return _replay_chambers(recording, sampling, stride)

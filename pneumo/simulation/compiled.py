@@ -31,7 +31,7 @@ _warned: set[str] = set()  # lines already printed
 
 
 def cache_folder(module: str) -> Path:
-    """Folder for the compiled functions of a module."""
+    """Folder on disk for the compiled functions of a module, named by a hash of its code."""
     home = os.environ.get("NUMBA_CACHE_DIR") or Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "pneumo")
     with suppress(RuntimeError):  # a user without a home
         return Path(home).expanduser() / code_hash(module)[:16]
@@ -39,7 +39,7 @@ def cache_folder(module: str) -> Path:
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Let kernels use a function; the compiler puts its code in place of every call.
+    """Decorate a function that kernels call: the compiler puts its code in place of every call.
 
     A call would copy the arguments, and a plant is some fifty numbers: that took half of a full-order step.
     """
@@ -56,8 +56,8 @@ for _module in (chamber, cylinder, valve):
 def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = frozenset()) -> Any:
     """Compile a function that takes floats and arrays; its plain form stays at ``.py_func``.
 
-    `fastmath` names liberties that the compiler may take with floats, by LLVM's names; a decorator with it
-    leaves `function` out.
+    Write ``@kernel``, or ``@kernel(fastmath={...})`` with LLVM's names for the ways in which the compiler may
+    change floating-point operations, such as "contract".
     """
     compiled = numba.njit(nogil=True, error_model="numpy", fastmath=set(fastmath))
 
@@ -70,9 +70,9 @@ def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = f
 
 
 class KernelCache:
-    """Machine code of a kernel on disk, a file for each signature and processor, behind its SHA-256.
+    """Machine code of a kernel on disk: a file for each signature and processor, with a SHA-256 in front.
 
-    Numba asks it as its own cache, which unpickles whatever it finds and fails where it cannot.
+    Numba calls it in place of its own cache, which unpickles any file and fails where it cannot.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -106,7 +106,7 @@ class KernelCache:
         return self._warn_once("compiled code in it is damaged or foreign; compiled again")
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep a compiled kernel, where that is possible."""
+        """Write a compiled kernel to its file; where the folder cannot be written, only warn."""
         file, part = self._file(signature, compiled.codegen), None
         try:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -128,5 +128,5 @@ class KernelCache:
 
 
 def _only_ours(status: os.stat_result) -> bool:
-    """Whether nobody else can have written a file or folder; on Windows, where modes say nothing, assumed."""
+    """Whether only this user can have written a file or folder, by owner and mode; on Windows always true."""
     return os.name == "nt" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)

@@ -18,7 +18,7 @@ LARGEST_STATE, STATE_FOR_ZERO = MODULUS - 1, 1144108930
 
 
 def initial_state(seed: int) -> int:
-    """State of the uniform generator for a block's seed."""
+    """First state of the uniform generator in Simulink's Random Number block, from the block's seed."""
     r = seed >> 16
     t = seed & 0x8000
     state = ((((seed - (r << 16)) + t) << 16) + t + r) % 2**32
@@ -26,7 +26,7 @@ def initial_state(seed: int) -> int:
 
 
 def normal_deviates(seed: int) -> Iterator[float]:
-    """Yield the block's standard normal deviates for a seed, without end."""
+    """Yield the standard normal deviates of Simulink's Random Number block for a seed, without end."""
     state = initial_state(seed)
 
     def uniform() -> float:
@@ -42,9 +42,10 @@ def normal_deviates(seed: int) -> Iterator[float]:
 
 
 def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.ndarray:
-    """Reference in force from each step's start, and at the end: shape (steps + 1,).
+    """Reference at the start of each step and at the end of the run, before any reversal: shape (steps + 1,).
 
-    Random numbers are held between draws, and the first applies from t = 0.
+    It is a position, m, in closed loop and a command, V, in open loop. Random numbers are held for
+    `Excitation.every` steps; the first applies from t = 0.
     """
     amplitude, signal = excitation.amplitude, excitation.signal
     if signal == "sweep":
@@ -61,7 +62,12 @@ def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.nda
 
 @inlined
 def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[float, float]:
-    """Reference for the step that begins at x, m, and the sign that the rest of the sequence then has."""
+    """Reverse the open-loop command where the piston is beyond `Drive.x_reverse` and would be driven further.
+
+    From the reference drawn for the step that begins at x, m, and the sign of the sequence so far: the
+    reference to use and the sign of the sequence from now on. In closed loop, and where `command` reverses
+    the reference at every stage instead, both stay.
+    """
     if drive.closed_loop or (drive.each_stage and not drive.toggles):
         return reference, sign
     reference *= sign
@@ -71,7 +77,7 @@ def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[
 
 
 def reversed_late(u: np.ndarray, draws: np.ndarray, late: float) -> np.ndarray:
-    """Command as recorded if its reversals are late by a part of a sample, 0 to 1, V.
+    """Recorded command, V, if each of its reversals comes late by the fraction `late` of a sample, 0 to 1.
 
     `u` is the command and `draws` the sequence before any reversal, V, both of shape (steps + 1,). A sample
     just after a reversal is (1 - late) of the new sign and `late` of the old one; draws are on time.

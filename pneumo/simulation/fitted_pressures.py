@@ -72,7 +72,10 @@ def _write_geometry(
     offset: np.uint64,
     X: np.ndarray,
 ) -> float:
-    """Write `VOLUME_RATIO`, `EXPANSION`, `AREA` at a stage; return the first motion's outward position, m."""
+    """Write the rows `VOLUME_RATIO`, `EXPANSION` and `AREA` of the work array X for stage j of step k.
+
+    Returns the piston position of the first motion, m, positive where it enlarges the chamber.
+    """
     x = sign * motions[0, k, j, 0]
     V, A_q = volume(x, chamber, plant.cylinder), heat_area(x, plant.cylinder)
     for m in range(len(motions)):
@@ -102,10 +105,11 @@ def _step_across_port(
     psi: tuple[float, ...],
     s_sonic: float,
 ) -> None:
-    """Take the step of the lanes that `MET` the open port's pressure anew, by the implicit Euler method.
+    """Repeat a step by the implicit Euler method for sets of parameters that met the open port's pressure.
 
-    Near that pressure the flow's term grows with the root of the difference, K sign(d) sqrt(|d|) with
-    d = p_port - p, and the others, b, hardly change: d + h K sign(d) sqrt(|d|) = p_port - p_before - h b.
+    Their row `MET` of X holds the pressure before the step, over P_0; it is 0 for all others. Near the port's
+    pressure the flow's term in dp/dt is K sign(d) sqrt(|d|) with d = p_port - p, and the other terms, b,
+    hardly change: d + h K sign(d) sqrt(|d|) = p_port - p_before - h b.
     """
     p_port, _, inward, outward, _, _, _ = shared
     count, inlet = GROUP * starts[3], plant.conditions.T_in / plant.conditions.T_0
@@ -243,9 +247,9 @@ def pressures_of_sets(
     start_T: np.ndarray | None = None,
     P_s: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Pressures, Pa, shape (motion, set, chamber, stored steps), on given signals.
+    """Pressures of both chambers by several sets of parameters, Pa, on signals given at every stage.
 
-    They are NaN from where a set left the positive numbers.
+    Their shape is (motion, set, chamber, stored steps); NaN after a pressure was not positive.
 
     Parameters
     ----------
@@ -255,7 +259,8 @@ def pressures_of_sets(
         Position, m, and velocity, m/s, at every stage: shape (motion, steps, 3, 2). Every set of parameters
         is replayed on each.
     lanes : numpy.ndarray
-        Of one model, from `pneumo.physics.models.lane_array`: shape (set, 9), at most `vectorised.ROW`.
+        Coefficients of one model, a row for each set of parameters, from `pneumo.physics.models.lane_array`:
+        shape (set, 9), at most `vectorised.ROW` sets.
     V_d : numpy.ndarray
         Dead volumes, m^3, shape (set, chamber), in place of the plant's.
     plant : Plant
@@ -342,10 +347,11 @@ def pressures_on_flows(
     stride: int,
     start: np.ndarray,
 ) -> np.ndarray:
-    """Pressures of reduced models as from `pressures_of_sets`, on given mass flows in place of a valve.
+    """Pressures of reduced models, Pa, from given mass flows instead of a valve and its command.
 
-    `flow`, shape (steps, 3, 2), goes into chambers A and B, negative out of them, kg/s, at every stage. The
-    result has the shape (set, chamber, stored steps), for one motion; there may be any number of sets.
+    `flow`, shape (steps, 3, 2), is the mass flow into chambers A and B, kg/s, at every stage; it is negative
+    out of a chamber. `motion`, shape (steps, 3, 2), is one motion; the other parameters are those of
+    `pressures_of_sets`, with any number of sets. Returns shape (set, chamber, stored steps).
     """
     pressure = np.empty((len(lanes), 2, len(flow) // stride + 1))
     pressure[:, :, 0] = start

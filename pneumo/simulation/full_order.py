@@ -37,7 +37,10 @@ RUN_STATUS = {
 def chamber_rates(
     u: float, x: float, v: float, P: float, T: float, chamber: Chamber, plant: Plant
 ) -> tuple[float, float]:
-    """Full-order rates of one chamber, (dP/dt, dT/dt), with u, x, v counted outward from it."""
+    """Full-order rates of one chamber: dP/dt, Pa/s, and dT/dt, K/s.
+
+    Signs of the limited command u, V, x, m, and v, m/s, are those of chamber A; for B negate all three.
+    """
     gas, conditions = plant.gas, plant.conditions
     V = volume(x, chamber, plant.cylinder)
     dV_dt = chamber.area * v
@@ -54,9 +57,9 @@ def chamber_rates(
 
 @inlined
 def full_order_rates(y: np.ndarray, _i: int, context: Any, dy: np.ndarray) -> None:
-    """Write the rates of the six states into dy: eqs (3), (4), (5) for both chambers.
+    """Write the rates of the six states y into dy: eq (3), and eqs (4) and (5) for both chambers.
 
-    `context` holds the reference, m or V, the external force, N, drive and plant; all stages see the same.
+    `context` is the tuple (reference, m or V; external force, N; drive; plant), the same at all stages.
     """
     reference, force, drive, plant = context
     x, v, P_A, T_A, P_B, T_B = y[0], y[1], y[2], y[3], y[4], y[5]
@@ -71,7 +74,7 @@ _step, _estimate = dormand_prince(full_order_rates), embedded_error(full_order_r
 
 @inlined
 def copy_state(state: np.ndarray, copy: np.ndarray) -> None:
-    """Copy a state in a loop: for ``copy[:] = state`` Numba also compiles the text of an error, for 2.5 s."""
+    """Copy a state into `copy` number by number; ``copy[:] = state`` would take 2.5 s longer to compile."""
     for s in range(len(copy)):
         copy[s] = state[s]
 
@@ -90,7 +93,7 @@ def full_order_step(y: np.ndarray, context: Any, h: float, Y: np.ndarray, K: np.
 
 @inlined
 def _relative_error(context: Any, h: float, Y: np.ndarray, K: np.ndarray, error: np.ndarray) -> float:
-    """Largest estimated error of the step just made, over stroke, P_0 or T_0; infinite where it failed."""
+    """Largest estimated error of the last step, relative to stroke, P_0 or T_0; infinite where it failed."""
     plant = context[3]
     _estimate(Y[STAGES], context, h, K, error)
     largest = abs(error[0]) / plant.cylinder.stroke
@@ -156,7 +159,7 @@ def equilibrium(plant: Plant) -> np.ndarray:
 def failure(states: np.ndarray) -> tuple[int, int]:
     """Status of a run, a key of `RUN_STATUS`, and the step at which it failed, or -1.
 
-    A signal that is NaN from the start was not measured and does not count.
+    A signal that is NaN at the first step was not measured; it is ignored.
     """
     measured = states[:, ~np.isnan(states[0])]
     positive = np.all((states[:, 2:] > 0) | np.isnan(states[0, 2:]), axis=1)
@@ -169,7 +172,7 @@ def failure(states: np.ndarray) -> tuple[int, int]:
 
 
 class Recording(NamedTuple):
-    """A run, simulated or measured, as the replays see it."""
+    """Signals of a run, simulated or measured, from which the replays integrate reduced models."""
 
     states: np.ndarray  # (x, v, P_A, T_A, P_B, T_B) by step, shape (steps + 1, 6); NaN after a `failure`
     reference: np.ndarray  # in force from every step's start, shape (steps + 1,)

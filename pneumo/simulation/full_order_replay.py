@@ -21,7 +21,7 @@ from pneumo.simulation.signals import replay_tolerance, stage_inputs
 
 
 class FullRow(NamedTuple):
-    """The full order with other parameters than the plant's."""
+    """A full-order model of the chambers, by the parameters in which it differs from the plant."""
 
     wall_scale: float = 1.0  #: its k_0 over the plant's; 0: adiabatic
     flow_scale: float = 1.0  #: its mass flows over those of the plant's valve
@@ -33,7 +33,10 @@ class FullRow(NamedTuple):
 def full_row_rates(
     u: float, x: float, v: float, P: float, T: float, chamber: Chamber, plant: Plant, row: FullRow
 ) -> tuple[float, float]:
-    """Full-order rates of one chamber by a row, (dP/dt, dT/dt), with u, x, v counted outward from it."""
+    """Full-order rates of one chamber with a row's parameters: dP/dt, Pa/s, and dT/dt, K/s.
+
+    Signs of the limited command u, V, x, m, and v, m/s, are those of chamber A; for B negate all three.
+    """
     gas, conditions = plant.gas, plant.conditions
     V, g = volume(x, chamber, plant.cylinder), gas.gamma
     m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, conditions)
@@ -62,7 +65,11 @@ _step, _estimate = dormand_prince(_rates), embedded_error(_rates)
 def _row_step(
     y: np.ndarray, context: Any, h: float, estimated: bool, Y: np.ndarray, K: np.ndarray, error: np.ndarray
 ) -> float:
-    """Advance (P, T) by h s; return the estimated error over P_0 and T_0, infinite where the step failed."""
+    """Advance y = (P, T) of one chamber in place by h s.
+
+    Returns the estimated error relative to P_0 or T_0, the larger; infinite where the step failed, 0 where it
+    is not to be `estimated`.
+    """
     _step(y, context, h, Y, K, y)
     if not (y[0] > 0 and y[1] > 0):
         return np.inf
@@ -119,10 +126,11 @@ def _replay_rows(recording: Recording, rows: np.ndarray, sampling: Sampling) -> 
 
 
 def full_order_mse(recording: Recording, rows: list[FullRow], sampling: Sampling) -> np.ndarray:
-    """Mean square error of the full order with each row's parameters on a run, Pa^2, shape (row, chamber).
+    """Mean square pressure error of full-order models with other parameters, Pa^2, shape (row, chamber).
 
-    Replays start from the run's first state and read the run's signals; steps are halved as those of
-    `pneumo.simulation.replay.replay`. NaN where a replay or the run itself failed.
+    Each row is replayed from the run's first state on the run's signals and compared with the run's
+    pressures. A step whose estimated error is too large is halved, as in `pneumo.simulation.replay.replay`.
+    NaN where a replay or the run itself failed.
     """
     if failure(recording.states)[0] != RAN:
         return np.full((len(rows), 2), np.nan)

@@ -36,7 +36,7 @@ P_OF, T_OF, M_IN, M_OUT, MT_IN = range(5)
 
 
 class Node(NamedTuple):
-    """A volume of gas with the law of its temperature, and the wall around it."""
+    """A volume of gas, how its temperature is modelled, and the wall around it."""
 
     lane: Lane  #: coefficients of eq (10) and of the wall's law; those of the full order where `full`
     full: bool  #: whether the temperature is a state, by eq (5), or follows from the pressure, by eq (6)
@@ -52,7 +52,10 @@ class Node(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A restriction between two ends: numbers of nodes, or of surroundings, which follow the nodes."""
+    """A restriction between two ends, `first` and `second`.
+
+    An end is the index of a node or, from the number of nodes on, of one of the surroundings.
+    """
 
     first: int
     second: int
@@ -69,18 +72,21 @@ class Replayed(NamedTuple):
 
 
 def full_order_lane(gamma: float, e_A: float = 0.0, e_PT: float = 0.0) -> Lane:
-    """Coefficients of the full order, eq (4), with the wall's law by its exponents."""
+    """Coefficients of the full order, eq (4), where wall conductance goes with A_q^e_A (P T)^e_PT, eq (8)."""
     return Lane(gamma, gamma, gamma, 0.0, 1.0, 1.0, 1.0, e_A, e_PT)
 
 
 def law(model: Model | None, n: float, gamma: float) -> tuple[Lane, bool]:
-    """First two fields of a `Node`: those of a reduced model, or of the full order where None."""
+    """Fields `lane` and `full` of a `Node`: for a reduced model at n, or for the full order where None."""
     return (full_order_lane(gamma), True) if model is None else (lane(model, n, gamma), False)
 
 
 @inlined
 def network_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
-    """Write the rates of all nodes at stage i into dy; a state has the three rows one after another."""
+    """Write the rates of all nodes at Runge-Kutta stage i into dy.
+
+    The state y holds the pressures of all nodes, then their temperatures, then those of their heat stores.
+    """
     j, part, parts, h, V, areas, ratios, nodes, links, outside, gas, work = context
     count, at = len(nodes), (part + C[i]) / parts
     for s in range(count):
@@ -138,7 +144,10 @@ def _replayed(
     h: float,
     parts: int,
 ) -> np.ndarray:
-    """States of shape (sample, 3 * node), NaN from the first pressure on that is not positive."""
+    """States as in `network_rates`, shape (sample, 3 * node).
+
+    NaN from the sample on at which a pressure or temperature is no longer positive.
+    """
     count, samples = V.shape
     states = np.full((samples, 3 * count), np.nan)
     y = np.empty(3 * count)
@@ -168,31 +177,32 @@ def replay(
     h: float,
     area_ratios: np.ndarray | None = None,
 ) -> Replayed:
-    """Pressures and temperatures of a network.
+    """Integrate pressures and temperatures of gas volumes that are joined by restrictions.
 
     Parameters
     ----------
     nodes
-        Volumes of gas.
+        Volumes of gas, with their first pressures and temperatures.
     links
-        Restrictions; ends from ``len(nodes)`` on are `surroundings`.
+        Restrictions. Each end is an index of `nodes`, or ``len(nodes)`` plus an index of `surroundings`.
     surroundings
         Pressure, Pa, and temperature, K, of each supply or atmosphere: an infinite volume.
     V
-        Volumes, m^3, by (node, sample); linear between samples.
+        Volumes, m^3, shape (node, sample); linear between samples.
     areas
-        Effective areas, m^2, by (link, sample); linear between samples.
+        Effective areas of the restrictions, m^2, shape (link, sample); linear between samples.
     gas
         Gas in all nodes.
     h
-        Time between samples, s. A sample's step is divided so that the fastest node is stable.
+        Time between samples, s. Each is divided into as many equal steps as the fastest node needs.
     area_ratios
-        Heat transfer area over that at which k_0 is stated, by (node, sample); 1 by default.
+        Heat transfer area over that at which the node's k_0 holds, shape (node, sample); 1 by default.
 
     Returns
     -------
     Replayed
-        NaN from the sample on at which a pressure or temperature is no longer positive.
+        Pressures and temperatures at every sample; NaN from the sample on at which a pressure or a
+        temperature is no longer positive.
     """
     # Rates over the area of a node's restrictions per volume: the slope of the proportional flow, and the
     # relative change of pressure by a sonic flow at the largest pressure ratio.

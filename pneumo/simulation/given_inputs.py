@@ -45,22 +45,23 @@ def pressures_on_inputs(
     stride: int,
     start: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Pressures of reduced models, Pa, shape (lane, chamber, stored steps), on given inputs.
+    """Pressures of reduced models, Pa, on inputs given at every Runge-Kutta stage.
 
-    They are NaN from where a lane left the positive numbers.
+    Their shape is (lane, chamber, stored steps), where a lane is one model at one n. They are NaN after a
+    pressure was not positive.
 
     Parameters
     ----------
     inputs : numpy.ndarray
         Limited command, V, position, m, and velocity, m/s, at every stage: shape (steps, 6, 3).
     lanes : numpy.ndarray
-        From `pneumo.physics.models.lane_array`, shape (lane, 9), at most `vectorised.ROW` of them.
+        Coefficients from `pneumo.physics.models.lane_array`, shape (lane, 9), at most `vectorised.ROW` lanes.
     plant : Plant
         Without leak or laminar flow: its flow is a polynomial here.
     h, stride : float, int
         Step, s, and steps between stored pressures.
     start : numpy.ndarray, optional
-        Pressure of every lane at first, Pa, shape (lane, chamber); P_0 where left out.
+        First pressures, Pa, shape (lane, chamber); the plant's P_0 by default.
     """
     laminar, leak = plant.valve.laminar, plant.valve.leak
     if len(lanes) > ROW or laminar or leak:
@@ -84,10 +85,11 @@ def pressures_on_inputs(
 
 @kernel
 def joint_rates(y: np.ndarray, reference: float, lanes: np.ndarray, drive: Drive, plant: Plant) -> np.ndarray:
-    """Rates of the six full-order states and of every lane's two pressures, all in one vector.
+    """Rates of the six full-order states and of both pressures of several reduced models, in one vector.
 
-    y holds (x, v, P_A, T_A, P_B, T_B), then P_A and P_B of each lane: shape (6 + 2 lanes,). The reference is
-    that in force, m in closed loop, V in open loop.
+    y holds (x, v, P_A, T_A, P_B, T_B), then P_A and P_B of each row of `lanes` (coefficients from
+    `pneumo.physics.models.lane_array`): shape (6 + 2 lanes,). The reference now is in m in closed loop, V in
+    open loop.
     """
     dy = np.empty_like(y)
     full_order_rates(y, 0, (reference, 0.0, drive, plant), dy)

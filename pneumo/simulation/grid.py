@@ -6,7 +6,7 @@ from pneumo.physics.models import MODELS, lane, lane_array
 
 
 def grid_lanes(n: tuple[float, ...], gamma: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lanes of the whole grid, and the index of each cell's lane.
+    """Coefficients of every model at every n, each once (a "lane"), and the lane of each model and n.
 
     Returns
     -------

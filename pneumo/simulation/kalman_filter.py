@@ -30,7 +30,7 @@ DX, DV, DP, DT, DK = 1e-4, 1e-2, 1e-3, 0.1, 1e-3  # steps of derivatives: stroke
 
 
 class Noise(NamedTuple):
-    """White noise that a filter expects."""
+    """White noise that a filter assumes, of the process and of the readings."""
 
     force: float  #: N s^0.5, on the piston
     pressure: float  #: Pa/s^0.5, on the rate of either pressure, and over P_0 on T/T_0
@@ -49,19 +49,19 @@ class FilterModel(NamedTuple):
 
 @inlined
 def state_count(model: FilterModel) -> int:
-    """Number of states."""
+    """Number of states that a model uses: 4, with temperatures 6, and one more for ln k_0."""
     return 4 + (2 if model.full else 0) + (1 if model.estimates_k_0 else 0)
 
 
 @inlined
 def place(i: int, model: FilterModel) -> int:
-    """Place in `STATES` of state i of a model."""
+    """Index in `STATES` of the i-th state that a model uses; a reduced model has no temperatures."""
     return LN_K_0 if model.estimates_k_0 and i == state_count(model) - 1 else i
 
 
 @inlined
 def _with_k_0(model: FilterModel, ln_k_0: float) -> tuple[Lane, FullRow]:
-    """Lane and row of the full order with the k_0 estimated."""
+    """Coefficients of a model, reduced and full order, whose wall heat is that of the estimated k_0."""
     lane, row = model.lane, model.full_row
     k = exp(ln_k_0) if model.estimates_k_0 else 1.0
     return (
@@ -93,7 +93,11 @@ def chamber_rates(
     row: FullRow,
     full: bool,
 ) -> tuple[float, float]:
-    """Rates of pressure and temperature of a chamber, u, x, v outward; T is eq (6)'s in a reduced model."""
+    """Rates of a chamber's pressure, Pa/s, and temperature, K/s, by the full order or a reduced model.
+
+    `lane` holds the coefficients of the reduced model, which takes T from eq (6); its second rate is 0. For
+    chamber B, negate u, x and v.
+    """
     if full:
         return full_row_rates(u, x, v, P, T, chamber, plant, row)
     T = temperature(P, plant.conditions.P_0, plant.conditions.T_0, lane.a)
@@ -122,10 +126,11 @@ def _limited(slope: float, most: float) -> float:
 def _derivatives(
     y: np.ndarray, u: float, plant: Plant, model: FilterModel, h: float, A: np.ndarray, dy: np.ndarray
 ) -> None:
-    """Write the rates of `model_rates` into dy and their derivatives by the states into A.
+    """Write the rates of `model_rates` into dy, and their derivatives with respect to the states into A.
 
-    A chamber's rates have no derivative by its pressure at equal pressures, eq (1): they are limited to what
-    a step of h undoes.
+    Where a chamber has the pressure of its open port, the slope of eq (1) is infinite. So derivatives with
+    respect to a chamber's pressure, and of its temperature's rate with respect to the temperature, are
+    limited to 1 / h, in units of P_0 and T_0.
     """
     c, conditions = plant.cylinder, plant.conditions
     model_rates(y, u, plant, model, dy)
@@ -173,7 +178,10 @@ def predict(
     h: float,
     W: np.ndarray,
 ) -> None:
-    """Advance the estimate y and its covariance C by a sample of h s; W, shape (4, 7, 7), is work space."""
+    """Advance the estimate y and its covariance C in place by one sample, h s.
+
+    u is the limited command held over the sample, V; W, shape (4, 7, 7), is work space.
+    """
     A, F, FC, rates = W[0], W[1], W[2], W[3]
     count = state_count(model)
     _derivatives(y, u, plant, model, h, A, rates[0])
@@ -223,7 +231,11 @@ def predict(
 
 @inlined
 def _keep_possible(y: np.ndarray, plant: Plant) -> None:
-    """Keep pressures within half the atmosphere's and twice the supply's, temperatures and k_0 likewise."""
+    """Limit the estimate y, in place, to plausible values.
+
+    Pressures lie between half the atmosphere's and twice the supply's, temperatures between half and twice
+    T_0, k_0 within a factor of ten of its first value.
+    """
     for s in range(2, 4):
         y[s] = min(max(y[s], plant.conditions.P_atm / 2), 2 * plant.conditions.P_s)
     for s in range(4, 6):
@@ -235,7 +247,7 @@ def _keep_possible(y: np.ndarray, plant: Plant) -> None:
 def correct(
     y: np.ndarray, C: np.ndarray, s: int, measured: float, variance: float, model: FilterModel
 ) -> None:
-    """Correct the estimate by a measurement of state s of this variance."""
+    """Correct the estimate y and its covariance C in place by a reading of state s with a given variance."""
     S, difference, count = C[s, s] + variance, measured - y[s], state_count(model)
     gain = C[:, s] / S
     for a in range(count):
@@ -251,7 +263,10 @@ def correct(
 def correct_all(
     y: np.ndarray, C: np.ndarray, x: float, P: np.ndarray, plant: Plant, model: FilterModel, noise: Noise
 ) -> None:
-    """Correct the estimate by the position, m, and the pressures, Pa; NaN is not measured."""
+    """Correct the estimate y and its covariance C in place by readings of position, m, and pressures, Pa.
+
+    A reading that is NaN was not taken.
+    """
     if x == x:
         correct(y, C, 0, x, noise.x_variance, model)
     for side in range(2):
@@ -262,7 +277,7 @@ def correct_all(
 
 @inlined
 def first_estimate(x: float, first: np.ndarray, plant: Plant, noise: Noise) -> tuple[np.ndarray, np.ndarray]:
-    """First state and covariance: at rest at x, m, pressures of `first`, Pa, at T_0, with the plant's k_0."""
+    """First estimate and its covariance: at rest at x, m, pressures `first`, Pa, T_0 and the plant's k_0."""
     y, C = np.zeros(SIZE), np.zeros((SIZE, SIZE))
     y[0], y[2], y[3] = x, first[0], first[1]
     y[4] = y[5] = plant.conditions.T_0
@@ -284,7 +299,7 @@ def estimated(
     noise: Noise,
     h: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Estimates of `STATES` at every sample, after its readings, and their variances, shape (samples, 7).
+    """Estimates of `STATES` at every sample, corrected by its readings, and their variances: (samples, 7).
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from pneumo.simulation.compiled import inlined
 
 
 def coefficients(function: Callable[[Any], Any], low: float, high: float, degree: int) -> tuple[float, ...]:
-    """Return the polynomial, lowest power first, that meets a function at the Chebyshev nodes."""
+    """Coefficients, lowest power first, of the polynomial that equals a function at the Chebyshev nodes."""
     fit = Chebyshev.interpolate(function, degree, domain=[low, high])
     return tuple(float(c) for c in fit.convert(kind=Polynomial).coef)
 
@@ -38,7 +38,7 @@ FLOW_TOLERANCE = 1e-13
 def polynomial(c: tuple[float, ...], x: float) -> float:
     """Value of a polynomial with an even number of coefficients, lowest power first.
 
-    Horner's rule for even and odd powers apart: two chains that do not wait for one another.
+    Horner's rule is applied to even and odd powers separately, so that a processor can compute both at once.
     """
     x_2, even, odd = x * x, c[len(c) - 2], c[len(c) - 1]
     for i in range(len(c) - 4, -1, -2):
@@ -49,9 +49,9 @@ def polynomial(c: tuple[float, ...], x: float) -> float:
 
 @inlined
 def logarithm(x: float) -> float:
-    """ln(x) of a positive x; a finite number beyond +-700 of anything that is not positive and finite.
+    """Natural logarithm of a positive, finite x; for any other x a finite number outside -700 ... 700.
 
-    From x = m 2^exponent and z = (m - 1)/(m + 1) of `LOG`.
+    It takes x = m 2^exponent apart and applies the polynomial `LOG` to z = (m - 1)/(m + 1).
     """
     bits = np.float64(x).view(np.int64) + (ONE - ROOT_HALF)
     exponent = np.int64((np.uint64(bits) >> np.uint64(52)) | LARGE_BITS).view(np.float64) - (LARGE + 1023.0)
@@ -62,22 +62,22 @@ def logarithm(x: float) -> float:
 
 @inlined
 def exponential(t: float) -> float:
-    """exp(t), or NaN outside the reach of the polynomial."""
+    """exp(t) for |t| <= `EXP_REACH`, else NaN."""
     return polynomial(EXP, t) if abs(t) <= EXP_REACH else np.nan
 
 
 @cache
 def flow_polynomial(gas: Gas) -> tuple[tuple[float, ...], float]:
-    """Subsonic branch of eq (1) as a polynomial, for any gas.
+    """Polynomial from which the subsonic mass flow of a gas follows, by eq (1) or the ellipse of ISO 6358.
 
-    Mass flow is ``A_t P_u / sqrt(T_u) sqrt(s) polynomial(s)`` with s = ln(P_u / P_d), from eq (1) or from
-    ISO 6358's ellipse.
+    Mass flow is ``A_t P_u / sqrt(T_u) sqrt(s) polynomial(s)`` with s = ln(P_u / P_d).
 
     Returns
     -------
     coefficients : tuple of float
+        Lowest power first.
     error : float
-        Largest relative error found between equal pressures and the critical ratio.
+        Largest relative error of the polynomial at 999 pressure ratios from critical to nearly 1.
     """
     g, b, s_sonic = gas.gamma, gas.critical_ratio, -log(gas.critical_ratio)
 

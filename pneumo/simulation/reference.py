@@ -24,15 +24,15 @@ inlined(model_dP_dt)
 
 @inlined
 def lane_of(row: np.ndarray) -> Lane:
-    """Return the `Lane` of a row of `pneumo.physics.models.lane_array`."""
+    """Return a row of `pneumo.physics.models.lane_array` as a `Lane` with named coefficients."""
     return Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
 
 
 @inlined
 def lane_rate(u: float, x: float, v: float, P: float, chamber: Chamber, plant: Plant, lane: Lane) -> float:
-    """Rate of a reduced model's pressure, Pa/s, of one chamber.
+    """Rate of pressure of one chamber by a reduced model, Pa/s; `lane` holds the model's coefficients.
 
-    Signs of u, V, x, m, and v, m/s, are those of chamber A; for chamber B all three are negated.
+    Signs of the limited command u, V, x, m, and v, m/s, are those of chamber A; for B negate all three.
     """
     T = temperature(P, plant.conditions.P_0, plant.conditions.T_0, lane.a)
     m_in, m_out = chamber_flows(u, P, T, plant.valve, plant.gas, plant.conditions)
@@ -51,7 +51,10 @@ def lane_rate_with_flows(
     plant: Plant,
     lane: Lane,
 ) -> float:
-    """Rate of a reduced model's pressure, Pa/s, with known flows, kg/s; x and v count outward."""
+    """Rate of pressure of one chamber by a reduced model, Pa/s, from known mass flows, kg/s.
+
+    T, K, is the temperature that the model gives to P, Pa. For chamber B, negate x, m, and v, m/s.
+    """
     conditions, gas = plant.conditions, plant.gas
     return model_dP_dt(
         P,
@@ -74,7 +77,10 @@ def lane_rate_with_flows(
 
 @inlined
 def lane_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
-    """Write the rate of a lane's pressure y[0], Pa/s, at Runge-Kutta stage i into dy."""
+    """Write the rate of a chamber's pressure y[0], Pa/s, by a reduced model at Runge-Kutta stage i into dy.
+
+    `context` is the tuple (u, x and v at every stage; sign of the chamber; chamber; plant; lane).
+    """
     inputs, sign, chamber, plant, lane = context
     u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
     dy[0] = lane_rate(u, x, v, y[0], chamber, plant, lane)
@@ -87,9 +93,9 @@ _step, _estimate = dormand_prince(lane_rates), embedded_error(lane_rates)
 def lane_step(
     P: np.ndarray, context: Any, h: float, estimated: bool, Y: np.ndarray, K: np.ndarray, error: np.ndarray
 ) -> float:
-    """Advance a lane's pressure P, shape (1,), by h s; NaN beyond P > 0.
+    """Advance a chamber's pressure P, shape (1,), by h s by a reduced model, in place; NaN unless positive.
 
-    Return the estimated error over P_0, infinite where the step failed and 0 where it is not `estimated`.
+    Returns the estimated error over P_0; infinite where the step failed, 0 where it is not to be `estimated`.
     """
     _step(P, context, h, Y, K, P)
     if not P[0] > 0:
@@ -106,14 +112,15 @@ def lane_step(
 def replay_lanes(
     recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Replay every lane in both chambers on one recording.
+    """Replay every lane (one model at one n) in both chambers on the signals of one run.
 
     Returns
     -------
     moments : numpy.ndarray
-        Sums of the error, Pa, and of its square, Pa^2, over every step: shape (lane, chamber, 2).
+        Sums over all steps of the error (full-order minus reduced pressure), Pa, and of its square, Pa^2:
+        shape (lane, chamber, 2).
     failure : numpy.ndarray
-        Step at which a pressure left the positive numbers, or -1: shape (lane, chamber).
+        Step at which a pressure was no longer positive, or -1: shape (lane, chamber).
     pressure : numpy.ndarray
         Pa, shape (lane, chamber, stored steps).
     """

@@ -14,7 +14,7 @@ STATUS = {OK: "ok", LEFT_RANGE: "pressure left the positive numbers", NO_RUN: "n
 
 
 class Replayed(NamedTuple):
-    """Replays of several lanes on one run; every array starts with (lane, chamber)."""
+    """Replays of several lanes (a lane is one model at one n) on one run, shape (lane, chamber, ...)."""
 
     mean_error: np.ndarray  # of full-order minus reduced pressure over every step, Pa
     variance: np.ndarray  # population variance of the same error, Pa^2
@@ -25,13 +25,15 @@ class Replayed(NamedTuple):
 
 
 def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1) -> Replayed:
-    """Replay lanes in both chambers on a run.
+    """Replay reduced models in both chambers on the signals of a run, and compare their pressures with it.
 
-    The vectorised kernel replays what it can follow, the reference the rest: an unusual wall law or valve,
-    or a pressure too far from P_0. Where the run itself failed every lane has status `NO_RUN`.
+    `lanes`, shape (lane, 9), has a row of coefficients for each model and n, from
+    `pneumo.physics.models.lane_array`; `sampling` says how the signals are read; `stride` is the number of
+    steps between stored pressures.
 
-    Lanes are from `pneumo.physics.models.lane_array`, shape (lane, 9); `stride` is the number of steps
-    between stored pressures.
+    The vectorised kernel computes most lanes. The readable kernel computes those that the first cannot: an
+    unusual wall law or valve, or a pressure too far from P_0. Where the run itself failed, every lane has the
+    status "no full-order run" (`NO_RUN`).
     """
     run_status, step = failure(recording.states)
     if run_status != RAN:
@@ -42,7 +44,7 @@ def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: 
 
 
 def _replay_lanes(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int) -> Replayed:
-    """Replay lanes by the vectorised kernel and, where it cannot follow, by the reference."""
+    """Replay lanes by the vectorised kernel, and by the readable one those that the first cannot compute."""
     shape, samples = (len(lanes), 2), len(recording.states)
     result = Replayed(
         mean_error=np.empty(shape),
@@ -73,7 +75,7 @@ def _replay_lanes(recording: Recording, lanes: np.ndarray, sampling: Sampling, s
 def replay_by_reference(
     recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1
 ) -> Replayed:
-    """Replay lanes with the readable kernel; parameters are those of `replay`."""
+    """Replay all lanes with the readable, slow kernel; parameters are those of `replay`."""
     moments, failed_at, pressure = replay_lanes(recording, lanes, sampling, stride)
     samples = len(recording.states)  # the error at t = 0 is zero by construction and counts
     mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
@@ -82,7 +84,7 @@ def replay_by_reference(
 
 
 def _no_replay(recording: Recording, lanes: np.ndarray, step: int, stride: int) -> Replayed:
-    """Return `NO_RUN` for every lane, at the step where the full-order run failed."""
+    """Result of a replay on a run that failed at `step`: no statistics, status "no full-order run"."""
     shape, nothing = (len(lanes), 2), np.full((len(lanes), 2), np.nan)
     pressure = np.full((*shape, (len(recording.states) - 1) // stride + 1), np.nan)
     status, failed = np.full(shape, NO_RUN, dtype=np.int8), np.full(shape, step)

@@ -16,7 +16,7 @@ STEP_TOLERANCE = 1e-4
 
 
 def dormand_prince(rates: Callable[..., None]) -> Callable[..., None]:
-    """Return the step of a set of equations, to be called from compiled code.
+    """Return a function for compiled code that advances given equations by one step of Dormand and Prince.
 
     Parameters
     ----------
@@ -27,8 +27,8 @@ def dormand_prince(rates: Callable[..., None]) -> Callable[..., None]:
     Returns
     -------
     callable
-        ``step(y, context, h, Y, K, y_next)`` writes the state one step h later into y_next, which may be y
-        itself, the six stage states into Y and their derivatives into K, both with a row for each stage.
+        ``step(y, context, h, Y, K, y_next)`` writes into y_next, which may be y itself, the state h later. It
+        writes the six stage states into Y and their derivatives into K, a row for each stage.
     """
 
     @inlined
@@ -50,10 +50,11 @@ def dormand_prince(rates: Callable[..., None]) -> Callable[..., None]:
 
 
 def embedded_error(rates: Callable[..., None]) -> Callable[..., None]:
-    """Return the error estimate of `dormand_prince`'s steps, to be called from compiled code.
+    """Return a function for compiled code that estimates the error of a step made by `dormand_prince`.
 
-    ``estimate(y_next, context, h, K, error)`` writes fifth-order minus fourth-order result into `error`; it
-    needs the six derivatives that the step left in K, shape (7, len(y)), and adds that at y_next, stage 6.
+    ``estimate(y_next, context, h, K, error)`` writes the fifth-order minus the fourth-order result into
+    `error`. It reads the six derivatives that the step left in K, shape (7, len(y)), and writes that at
+    y_next into the seventh row.
     """
 
     @inlined

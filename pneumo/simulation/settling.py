@@ -33,7 +33,7 @@ SETTLING_STATUS = RUN_STATUS | {
 
 
 class Settling(NamedTuple):
-    """A run pushed from equilibrium and released, until its air is near T_amb or its stated stop: Table 5."""
+    """A run for Table 5: the piston is pushed onto its stop, held, released, and settles."""
 
     times: np.ndarray  # of P_A, P_B, T_A, T_B from the release, s, shape (4,); NaN where there are none
     states: np.ndarray  # (x, v, P_A, T_A, P_B, T_B) by step from the start of the push, shape (steps + 1, 6)
@@ -43,7 +43,10 @@ class Settling(NamedTuple):
 
 
 def thermal_time_constant(plant: Plant) -> float:
-    """Time constant of air at equilibrium against the wall, m c_v / k_0, s (infinite for k_0 = 0)."""
+    """Time constant of heat exchange of chamber A's air with its wall at equilibrium, m c_v / k_0, s.
+
+    The piston is in the middle; the result is infinite for k_0 = 0.
+    """
     conditions, gas = plant.conditions, plant.gas
     V = volume(0.0, chamber_of(plant.cylinder, Side.A), plant.cylinder)
     c = conditions.P_0 * V / (conditions.T_0 * (gas.gamma - 1))
@@ -51,7 +54,10 @@ def thermal_time_constant(plant: Plant) -> float:
 
 
 def settling_time(series: np.ndarray, final: float, change: float, h: float) -> float:
-    """Time after which a series stays within 1 per cent of `change` of `final`, s; NaN if it does not."""
+    """Time, s, after which a series differs from `final` by at most 1 per cent of `change`; NaN if never.
+
+    h is the time between samples, s.
+    """
     outside = np.nonzero(np.abs(series - final) > CRITERION * abs(change))[0]
     if not len(outside):
         return 0.0
@@ -61,8 +67,9 @@ def settling_time(series: np.ndarray, final: float, change: float, h: float) -> 
 def settling_times(free: np.ndarray, T_amb: float, h: float) -> np.ndarray:
     """Settling times of P_A, P_B, T_A, T_B after the release, s; NaN where one has not settled.
 
-    ASSUME (paper/decisions/0035): a pressure settles to its last value, and delta P is its change from the
-    release; a temperature settles to T_amb, and delta T is its largest deviation from it.
+    `free` holds the six states at every step from the release on, h s apart. ASSUME (paper/decisions/0035):
+    a pressure settles to its last value, within 1 per cent of its change since the release; a temperature
+    settles to T_amb, within 1 per cent of its largest deviation from it.
     """
     times = []
     for quantity in QUANTITIES:
@@ -74,7 +81,10 @@ def settling_times(free: np.ndarray, T_amb: float, h: float) -> np.ndarray:
 
 
 def _back_near(states: np.ndarray, T_amb: float, near: float, least: int) -> int:
-    """First step, `least` or later, with both temperatures back within `near` of T_amb; -1 if none."""
+    """First step, `least` or later, at which both temperatures have come back to within `near` K of T_amb.
+
+    -1 if there is none.
+    """
     inside = (np.abs(states[:, [STATE.index("T_A"), STATE.index("T_B")]] - T_amb) <= near).all(axis=1)
     back = inside & np.logical_or.accumulate(~inside)
     back[:least] = False
@@ -82,7 +92,7 @@ def _back_near(states: np.ndarray, T_amb: float, near: float, least: int) -> int
 
 
 def _without_times(states: np.ndarray, release_step: int, given_up: int) -> Settling:
-    """Settling run without settling times: it failed, else it became too long, with the status `given_up`."""
+    """Result of a run without settling times: its failure or, if it did not fail, the status `given_up`."""
     status, step = failure(states)
     if status == RAN:
         status, step = given_up, len(states) - 1
@@ -91,12 +101,13 @@ def _without_times(states: np.ndarray, release_step: int, given_up: int) -> Sett
 
 
 def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
-    """Run one settling-time estimation of at most `longest` s (`LONGEST_RUN`, `LONGEST_IN_WINDOWS`).
+    """Push the piston onto a stop, hold it, release it, and measure the settling times of Table 5.
 
-    The piston is pushed onto the stop until both temperatures are back within `Push.near` of T_amb, and
-    released; the stop stays. The run ends at the next such instant, or `Push.stop` s after the release where
-    that is given. Without settling times, and with a status that says why, if the run fails, the held
-    piston's air does not come back to T_amb or a quantity has not settled at the end.
+    The piston is held until both temperatures have come back to within `Push.near` of T_amb. After the
+    release the run ends when they have done so again, or after `Push.stop` s where that is given. A run that
+    fails, takes longer than `longest` s in either part, or ends before all quantities have settled has no
+    settling times, and a status that says why. By default `longest` is `LONGEST_IN_WINDOWS` thermal time
+    constants (each counted as at least 0.5 s), at most `LONGEST_RUN`.
 
     Raises
     ------

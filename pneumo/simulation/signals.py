@@ -17,7 +17,7 @@ STUDY_SAMPLINGS = PUBLISHED, EXACT = "published", "exact"  # names of folders of
 
 
 def study_sampling(name: str, experiment: Experiment) -> Sampling:
-    """Sampling of an experiment's signals in the replays that are stored in results/`name`.
+    """How an experiment's signals are sampled in the replays of results/`name`, "published" or "exact".
 
     Raises
     ------
@@ -29,17 +29,20 @@ def study_sampling(name: str, experiment: Experiment) -> Sampling:
 
 @inlined
 def replay_tolerance(sampling: Sampling) -> float:
-    """Error estimate over P_0 above which a replay's step is halved where it may be.
+    """Estimated error over P_0 above which a step of a replay is halved, if halving is allowed.
 
-    Where a stage at the step's end reads the next sample, a shorter step would read it for a shorter time: it
-    would change the signals, not only follow them more closely. Such a step is halved only where it fails.
+    Where a stage at the step's end reads the next sample, half a step would read it for half the time:
+    halving would change the signals, not only the error. Such a step is halved only where it fails.
     """
     return LARGEST_FLOAT if sampling.next_at_end else STEP_TOLERANCE
 
 
 @inlined
 def line_between(series: np.ndarray, position: float, every: int, last: int) -> float:
-    """Linear interpolation between samples `every` steps apart; `position` and `last` count samples."""
+    """Interpolate linearly at `position` between samples that are `every` steps apart in `series`.
+
+    `position` and `last`, the index of the last sample, count samples, not steps.
+    """
     if position <= 0:
         return series[0]
     k = min(int(position), last - 1)
@@ -58,11 +61,11 @@ def stage_inputs(
     K: np.ndarray,
     inputs: np.ndarray,
 ) -> None:
-    """Write (limited u, x, v) at the six stages of a part of step k, and at its end, into `inputs`.
+    """Write limited u, x and v at the six stages of a part of step k, and at its end, into `inputs`.
 
-    `inputs` is of shape (7, 3). The step is made in `parts` equal parts, one after another; the limiter acts
-    on what was read. With exact sampling the full-order states are computed again: y, shape (6,), holds
-    them from one part to the next, Y and K, shape (7, 6), are work space.
+    `inputs` has shape (7, 3). A step is divided into `parts` equal parts, which must be asked for in their
+    order; the command is limited after it was read. With exact sampling the full-order states are integrated
+    again: y, shape (6,), keeps them from one part to the next; Y and K, shape (7, 6), are work space.
     """
     u_max = recording.plant.valve.u_max
     if sampling.exact:

@@ -15,7 +15,9 @@ class Tableau(NamedTuple):
 
 
 def explicit(rows: list[list[float]], weights: list[float], order: int) -> Tableau:
-    """Build a tableau from the rows below its first and check it.
+    """Build the tableau of an explicit method and check its order conditions.
+
+    `rows` are the stage coefficients from the second stage on: one number, then two, and so on.
 
     Raises
     ------

@@ -59,7 +59,11 @@ SIDE_B = np.uint64(ROW)  # from a row of chamber A to chamber B's, where they fo
 
 @inlined
 def shared_terms(u: float, x: float, v: float, chamber: Chamber, plant: Plant) -> tuple[float, ...]:
-    """Terms common to all lanes of a chamber at one stage, with u, x, v counted outward from the chamber."""
+    """Terms of the pressure rate at one stage that are the same for all lanes of a chamber.
+
+    In units of P_0: pressure of the open port and its logarithm; factors of inflow, outflow and compression;
+    of wall heat with a constant conductance, and with one proportional to A_q. For chamber B, negate u, x, v.
+    """
     c, inverse_V = plant.conditions, 1 / volume(x, chamber, plant.cylinder)
     throat = plant.gas.R * plant.valve.k_xu * abs(u) * inverse_V  # (2)
     if u < 0:
@@ -89,7 +93,11 @@ def write_rates(
     psi: tuple[float, ...],
     s_sonic: float,
 ) -> None:
-    """Write the rate of every lane's pressure into the row that begins at `rate`."""
+    """Write the rate of every lane's pressure, P_0 per second, into the row of W that begins at `rate`.
+
+    `shared` is from `shared_terms`, `starts` from `work_array`, `psi` from `flow_polynomial`; s_sonic is
+    ln(P_u / P_d) from which on flow is sonic.
+    """
     p_port, l_port, inward, outward, compression, wall, wall_A = shared
     polytropic, heated, heated_PT, end = starts
     count = GROUP * end
@@ -120,7 +128,7 @@ def write_rates(
 
 @inlined
 def add(W: np.ndarray, sums: np.uint64, i: int, term: float) -> None:
-    """Add to a sum with the compensation of rounding errors by Kahan."""
+    """Add a term to the sum of lane i in the row `sums`, with Kahan's compensation of rounding errors."""
     term -= W[sums + CARRY + i]
     total = W[sums + i] + term
     W[sums + CARRY + i] = (total - W[sums + i]) - term
@@ -137,7 +145,10 @@ def advance(
     psi: tuple[float, ...],
     s_sonic: float,
 ) -> None:
-    """Advance every lane's pressures in both chambers by one step; NaN beyond P > 0."""
+    """Advance every lane's pressures in both chambers by one step of h s; NaN where not positive.
+
+    `inputs` holds limited u, x and v at every stage; the other parameters are those of `write_rates`.
+    """
     count = GROUP * starts[3]
     # One chamber's stage does not wait for the other's, so the processor works on both.
     for j in range(STAGES):
@@ -175,7 +186,10 @@ def estimate_errors(
     psi: tuple[float, ...],
     s_sonic: float,
 ) -> None:
-    """Raise `LARGEST` to the error estimate of the step just made, over P_0; infinite where it failed."""
+    """Raise the rows `LARGEST` of W to the estimated error of the last step over P_0, where that is larger.
+
+    It is infinite where the step failed.
+    """
     count = GROUP * starts[3]
     for side in range(2):
         sign = sign_of(side)
@@ -195,7 +209,10 @@ def estimate_errors(
 
 @register_jitable
 def store_accurate(W: np.ndarray, starts: tuple[np.uint64, ...], tolerance: float) -> bool:
-    """Store the pressures of lanes that are accurate now; return whether some are still `COARSE`."""
+    """Store the pressures of all lanes that were still too coarse; return whether some still are.
+
+    A lane is accurate, and not stored again, once its estimated error is at most `tolerance`.
+    """
     coarse, count = False, GROUP * starts[3]
     for side in range(2):
         now = P_A if side == 0 else P_B
@@ -267,7 +284,11 @@ def _replay(
 
 
 def needs(lanes: np.ndarray) -> np.ndarray:
-    """Kind of each lane, by the terms it needs: 0 none, 1 eq (6), 2 wall heat too, 3 the root of PT too."""
+    """Terms of the pressure rate that each lane needs, as a number from 0 to 3.
+
+    0: no others; 1: temperature by eq (6); 2: that and wall heat; 3: both, with a wall conductance that
+    depends on the square root of P T.
+    """
     lane = Lane(*lanes.T)
     wall = np.where(lane.e_PT != 0, 3, 2)
     return np.where(lane.wall_scale != 0, wall, np.where(lane.a != 0, 1, 0))
@@ -276,8 +297,8 @@ def needs(lanes: np.ndarray) -> np.ndarray:
 def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
     """Whether this kernel can replay each lane, shape (lane,).
 
-    It knows the wall laws of `pneumo.physics.models.WALL_LAWS`, sizeable exponents a, and valves without leak
-    or laminar flow.
+    It can where wall heat follows one of `pneumo.physics.models.WALL_LAWS`, the exponent a of eq (6) is 0 or
+    above 0.002 in magnitude, and the valve has neither leak nor laminar flow.
     """
     _, error = flow_polynomial(plant.gas)
     if error > FLOW_TOLERANCE or plant.valve.laminar or plant.valve.leak:
@@ -289,14 +310,15 @@ def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
 
 
 def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.uint64, ...]]:
-    """Lay lanes, sorted by `needs`, out for the kernel.
+    """Copy the coefficients of lanes, sorted by `needs`, into the work array of the kernel.
 
     Returns
     -------
     W : numpy.ndarray
-        The work array, at the beginning of a cache line.
+        The work array, aligned to a cache line; all first pressures are P_0.
     starts : tuple of numpy.uint64
-        First lane from which on each need arises, and the number of lanes, all counted in `WIDTH` lanes.
+        Index of the first lane with `needs` of at least 1, 2 and 3, and the number of lanes, all divided by
+        `WIDTH`.
     """
     c, count = plant.conditions, -(-len(lanes) // WIDTH) * WIDTH
     lanes = lanes[np.minimum(np.arange(count), len(lanes) - 1)]
@@ -324,13 +346,13 @@ def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.ui
 def replay_block(
     recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Replay up to `ROW` lanes, sorted by `needs`, in both chambers on one recording.
+    """Replay up to `ROW` lanes, sorted by `needs`, in both chambers on the signals of one run.
 
     Returns
     -------
     mean_error, mse : numpy.ndarray
-        Mean, Pa, and mean square, Pa^2, of the error, shape (lane, chamber); NaN where the kernel could not
-        follow a lane.
+        Mean, Pa, and mean square, Pa^2, of the full-order minus the reduced pressure, shape (lane, chamber);
+        NaN where a pressure left the range of the kernel's polynomials.
     pressure : numpy.ndarray
         Pa, shape (lane, chamber, stored steps).
     """
