@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def as_spelt(names: Any) -> Any:
-    """Refuse a model's name in other letters than its own, and say which is meant."""
+    """Refuse a model's name with wrong upper or lower case, such as m8, and say which one is meant."""
     from pneumo.errors import InputError
     from pneumo.physics.models import MODELS
 
@@ -50,12 +50,12 @@ Threads = Annotated[int, Option(min=1, help="parallel runs; the result does not 
 
 
 def output_to(what: str) -> Any:
-    """Return the option that names the file or folder to write."""
+    """Command-line option -o for the file or folder to write; `what` is its help text."""
     return Option("--output", "-o", help=what)
 
 
 def check_index(model: str, n: float | None) -> None:
-    """Raise `InputError` if an index is given to a model that has none."""
+    """Raise `InputError` if a polytropic index n is given for a model that has none."""
     from pneumo.errors import InputError
     from pneumo.physics.models import MODELS
 
@@ -64,9 +64,10 @@ def check_index(model: str, n: float | None) -> None:
 
 
 def read_configuration(files: list[Path] | None, trust: bool = False) -> "Configuration":
-    """Return the merged and checked configuration of files, by default the paper's.
+    """Merged and validated configuration of files; without files, that of the paper.
 
-    `InputError` if there is none; `ConfigurationError` if it is wrong or, without `trust`, not plausible.
+    `InputError` without files in an installed package, which has no configuration of the paper;
+    `ConfigurationError` if the configuration is wrong or, unless `trust` is true, implausible.
     """
     from pneumo.configuration.parameters import read_sources
     from pneumo.configuration.plausible_cylinders import checked
@@ -87,7 +88,7 @@ def configured_study(files: list[Path] | None, trust: bool = False) -> "Study":
 def configured_rig(
     files: list[Path] | None, cylinder: str | None, k_0: float | None, trust: bool = False
 ) -> "tuple[Plant, ValveDynamics]":
-    """Return the plant of a configured cylinder, by default of the only one, and its valve's dynamics."""
+    """Plant of a configured cylinder, by default of the only one, and the dynamics of its valve."""
     from pneumo.configuration.configured_dynamics import configured_dynamics
     from pneumo.configuration.parameters import study
     from pneumo.selection.plants import configured_plant

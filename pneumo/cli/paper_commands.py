@@ -19,7 +19,7 @@ OfPaper = Annotated[PaperName, Option("--paper", help="which paper")]
 
 
 def _evidence(results: Path, name: str, target: str) -> Path:
-    """Return a file of evidence; `ResultError` if a folder of results that the user named lacks it."""
+    """Path of a file of evidence; `ResultError` if it is missing in a folder that the user named."""
     from pneumo.errors import ResultError
     from pneumo.storage.kept_evidence import evidence_file
 

@@ -5,7 +5,7 @@ from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 
 
 def configured_dynamics(configuration: Configuration, cylinder: str) -> ValveDynamics:
-    """Dynamics of a cylinder's valve; those of a proportional one where the configuration has none."""
+    """Dynamics of a cylinder's valve; without such a section, a valve that follows its command at once."""
     section = configuration.cylinders[cylinder].valve_dynamics
     if section is None:
         return PROPORTIONAL

@@ -21,7 +21,7 @@ OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys tha
 
 
 def _columns(node: Mapping[str, Any], path: str = "") -> list[str]:
-    """Keys of a section of the schema, with the path of inner sections."""
+    """Columns that a table may have for a section of the schema; keys of inner sections get a point."""
     keys: list[str] = []
     for key, field in node["properties"].items():
         inner = resolved(field)
@@ -42,14 +42,15 @@ class CylinderTable(NamedTuple):
 
     @property
     def source(self) -> tuple[str, dict[str, Any]]:
-        """Name and content, as those of a configuration file, for error messages."""
+        """File name, and content in the form of a configuration, for error messages."""
         sections = {name: section | self.of_experiments[name] for name, section in self.cylinders.items()}
         return self.file, {"cylinders": sections}
 
     def written(self, path: tuple[Any, ...], experiments: Iterable[str]) -> tuple[tuple[Any, ...], str]:
-        """Return where a field of the expanded configuration is written: path in its source, and as text.
+        """Find where the user wrote a field of the configuration that `with_table` made.
 
-        `experiments` are those of the configuration, before `with_table`.
+        Returns the field's path in the table or in the configuration file, and text for a message, such as
+        "row 3, column bore_mm". `experiments` are the names in the configuration file.
         """
         if path[:1] == ("experiments",) and len(path) > 1:
             for cylinder, name in ((c, e) for e in experiments for c in self.rows):
@@ -63,16 +64,16 @@ class CylinderTable(NamedTuple):
 
 
 def experiment_name(cylinder: str, experiment: str) -> str:
-    """Return the name of an experiment on one cylinder of a table."""
+    """Name of an experiment when it runs on one cylinder of a table: cylinder, hyphen, experiment."""
     return f"{cylinder}-{experiment}"
 
 
 def with_table(
     content: Mapping[str, Any], table: CylinderTable, names: Iterable[str] | None = None
 ) -> dict[str, Any]:
-    """Return a configuration with the named cylinders of a table, or all, and every experiment on each.
+    """Configuration with the named cylinders of a table, by default all, and every experiment on each.
 
-    `ConfigurationError` if an experiment names a cylinder, or two would have one name.
+    `ConfigurationError` if an experiment names a cylinder itself, or two experiments would get one name.
     """
     cylinders = {name: table.cylinders[name] for name in names or table.cylinders}
     result = {**content, "cylinders": cylinders}
@@ -98,7 +99,7 @@ def with_table(
 
 
 def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
-    """Read a table of cylinders, which the configuration `named_in` names as `value`.
+    """Read a table of cylinders; `named_in` and `value` (the configuration's name for it) are for messages.
 
     CSV has commas, semicolons or tabs between columns and points in numbers. Values of a file named
     ``*.parquet`` are converted to text. An empty or null cell leaves its key out; an empty row is skipped.
@@ -131,7 +132,7 @@ def _csv_rows(where: str, text: str) -> Iterator[list[str]]:
 
 
 def _parquet_rows(file: Path, named: str) -> Iterator[list[str]]:
-    """Yield the names of the columns, then every row, each value as text; a null is empty."""
+    """Yield the column names of a Parquet file, then each row with its values as text; null becomes ""."""
     try:
         from pyarrow import ArrowException, string
         from pyarrow.parquet import ParquetFile
@@ -175,7 +176,7 @@ def _check_head(where: str, head: Sequence[str]) -> None:
 
 
 def _value(text: str) -> int | float | str:
-    """Number in a cell, else its text."""
+    """Value of a table's cell: a number if it is one, else the text."""
     if not NUMBER.fullmatch(text):
         return text
     with suppress(ValueError):
@@ -184,7 +185,7 @@ def _value(text: str) -> int | float | str:
 
 
 def _add_row(table: CylinderTable, head: Sequence[str], number: int, cells: Sequence[str]) -> None:
-    """Add one row to a table."""
+    """Add to a table, in place, the cylinder of one row; `number` is that of the row in the file."""
     place = f"{table.file}: row {number}"
     if any(cells[len(head) :]):
         raise ConfigurationError(f"{place}: has {len(cells)} cells for {len(head)} columns")

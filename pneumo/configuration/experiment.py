@@ -12,7 +12,7 @@ MOST_HALVINGS = 6  # of a step that fails or is not accurate
 
 
 class Plant(NamedTuple):
-    """Everything physical about one experiment."""
+    """Gas, valve, conditions, cylinder and wall conductance of one system, in SI units."""
 
     gas: Gas  #: in valve and chambers
     valve: Valve  #: one for both chambers
@@ -54,7 +54,7 @@ class Excitation(NamedTuple):
 
 
 class Push(NamedTuple):
-    """The force of the settling-time runs, Fig. 7."""
+    """Force on the piston in the settling-time runs, Fig. 7, and when these runs end."""
 
     force: float  # external force while holding, N
     x_stop: float  # end stop against which it pushes, m
@@ -89,12 +89,12 @@ class Experiment(NamedTuple):
         return self.steps * self.h
 
     def with_seed(self, seed: int) -> "Experiment":
-        """The experiment with other random numbers."""
+        """Return a copy of the experiment with another random seed."""
         return self._replace(excitation=self.excitation._replace(seed=seed))
 
 
 def _as_printed(k_0: float, printed: float) -> bool:
-    """Whether k_0 may stand for a printed one; Table 4's lambda_0 give k_0 within 0.1 per cent."""
+    """Whether k_0 is within 0.2 per cent of a printed value; k_0 from lambda_0 in Table 4 is within 0.1."""
     return isclose(k_0, printed, rel_tol=0.002)
 
 
@@ -110,16 +110,16 @@ class Study(NamedTuple):
     seeds: int = 5  # how often `pneumo study` runs each experiment, each time with another seed
 
     def changed(self, change: Callable[[Experiment], Experiment]) -> "Study":
-        """The study with every experiment changed."""
+        """Return a copy of the study in which `change` was applied to every experiment."""
         return self._replace(experiments={name: change(e) for name, e in self.experiments.items()})
 
     def with_halvings(self) -> "Study":
-        """The study with steps halved wherever they fail or are not accurate."""
+        """Return a copy of the study that halves integration steps where they fail or are not accurate."""
         return self.changed(lambda e: e._replace(most_halvings=MOST_HALVINGS))
 
     @property
     def experiments_by_level(self) -> dict[str, list[str]]:
-        """Names of the experiments of each heat-transfer level: those with one of its k_0."""
+        """Names of the experiments of each level of wall heat: those whose k_0 is one of the level's."""
         return {
             level: [
                 name for name, e in self.experiments.items() if any(_as_printed(e.plant.k_0, k) for k in k_0)

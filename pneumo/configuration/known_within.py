@@ -7,7 +7,7 @@ K_0_FACTOR = 2.0  # default: estimates of the same wall differ as much
 
 
 def known_within(configuration: Configuration) -> dict[str, float]:
-    """Return the factor within which k_0 is known, by cylinder.
+    """Factor within which k_0 is known, by cylinder: the true k_0 lies between k_0 / factor and k_0 * factor.
 
     This is the cylinder's `k_0_factor` if given; else, if one of its experiments takes k_0 from the
     catalogue, the factor of the catalogue's interval; else `K_0_FACTOR`.

@@ -33,7 +33,7 @@ from pneumo.physics.valve import Conditions, Gas, Valve, critical_ratio, sonic_c
 
 
 def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `base` with the keys of `override`, section by section."""
+    """Copy of `base` in which keys of `override` replace its own; sections are merged key by key."""
     result = dict(base)
     for key, value in override.items():
         inner = result.get(key)
@@ -47,8 +47,8 @@ def validated(
 ) -> Configuration:
     """Validate a merged configuration.
 
-    For the error message only: `sources`, the name and content of each, later ones overriding earlier ones;
-    `written`, which returns where a field is written, if not under its path.
+    `sources` (name and content of each file, later ones override earlier ones) and `written` (a function that
+    finds where a field is written, if not under its path) are for the error message only.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def load(*files: Path | str) -> Configuration:
 
 
 class Sources(NamedTuple):
-    """Merged configuration files, and the table of cylinders if they name one."""
+    """Merged configuration files, not yet validated, and the table of cylinders if they name one."""
 
     content: dict[str, Any]  # merged; `cylinders` is the path of the table if there is one
     parts: list[tuple[str, Mapping[str, Any]]]  # name and content of each source, for error messages
@@ -86,9 +86,10 @@ class Sources(NamedTuple):
 
 
 def read_sources(*files: Path | str, options: Mapping[str, Any] | None = None) -> Sources:
-    """Read configuration files and the table they name; later files override earlier ones, `options` all.
+    """Read configuration files and the table of cylinders that they name.
 
-    The path of a table is relative to the configuration that names it, in `options` to the current folder.
+    Later files override earlier ones, and `options` overrides all. The path of a table is relative to the
+    configuration that names it; in `options`, to the current folder.
     """
     parts: list[tuple[str, Mapping[str, Any]]] = []
     parts += [(printable(str(file), 300), read_yaml(Path(file))) for file in files]
@@ -121,7 +122,10 @@ def study(configuration: Configuration) -> Study:
 
 
 class Accuracy(NamedTuple):
-    """Half-widths of the 95 per cent intervals within which the rig is known; relative without a unit."""
+    """Half-widths of 95 % intervals within which quantities of the rig are known.
+
+    Those without a unit in their comment are relative to the quantity.
+    """
 
     b: float  # absolute
     exhaust: float
@@ -171,7 +175,10 @@ def _gas(section: GasSection, cylinder: CylinderSection) -> Gas:
 
 
 def _area_per_conductance(gas: Gas) -> float:
-    """Area, m^2, whose choked flow by eq (1) is that of C = 1 dm^3/(s bar): C rho_ref P_u sqrt(T_ref/T_u)."""
+    """Area, m^2, with the choked flow by eq (1) of a sonic conductance C of 1 dm^3/(s bar).
+
+    By ISO 6358 that flow is C rho_ref P_u sqrt(T_ref/T_u).
+    """
     return SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / gas.sonic_coefficient
 
 

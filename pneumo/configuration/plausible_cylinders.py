@@ -25,7 +25,7 @@ Path = tuple[Any, ...]
 
 
 class Implausible(NamedTuple):
-    """A field that cannot be meant as it is."""
+    """A configured value that is physically implausible, with its path and the reason."""
 
     path: Path
     value: float
@@ -33,10 +33,10 @@ class Implausible(NamedTuple):
 
 
 def implausible(configuration: Configuration) -> Iterator[Implausible]:
-    """Yield what cannot be meant: of the supply, then of each cylinder the first.
+    """Yield physically implausible values: of the supply if it has one, else the first of each cylinder.
 
-    A piston is judged by the full supply pressure on one side and the atmosphere on the other, and by the
-    flow of the valve fully open.
+    A piston is judged with the supply pressure on one side and the atmosphere on the other, and with the
+    flow of the fully open valve.
     """
     P_atm, (low, high) = configuration.supply.P_atm_Pa, ATMOSPHERE
     if not low <= P_atm <= high:
@@ -50,7 +50,7 @@ def implausible(configuration: Configuration) -> Iterator[Implausible]:
 
 
 def _one_experiment_each(c: Configuration) -> Configuration:
-    """The configuration with one experiment of each cylinder that runs, whose signals are not read."""
+    """Copy of a configuration with one experiment for each cylinder that runs, without its signal file."""
     chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
     names = {c.experiments[name].cylinder: name for name in chosen}.values()
     experiments = {name: c.experiments[name].model_copy(update={"signal": None}) for name in names}
@@ -59,7 +59,7 @@ def _one_experiment_each(c: Configuration) -> Configuration:
 
 
 def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible]:
-    """Yield what cannot be meant in a cylinder's section; paths start in the section."""
+    """Yield implausible values in a cylinder's section; their paths start in the section."""
     for key in ("bore_mm", "stroke_mm"):
         value = getattr(section, key)
         if value < LEAST_MM:
@@ -100,7 +100,7 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
 
 
 def checked(sources: Sources, *, trust: bool = False) -> Configuration:
-    """Validate a configuration, and refuse it where it is `implausible`, unless it is to be trusted.
+    """Validate a configuration; unless `trust` is true, also refuse `implausible` values.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def checked(sources: Sources, *, trust: bool = False) -> Configuration:
 
 
 def _line(found: Implausible, sources: Sources) -> str:
-    """Return the message for a field, with its source."""
+    """Error message for an implausible value, with the file in which it is written."""
     reason = f"{found.reason}; {REMEDY}"
     context = {"value": found.value, "condition": reason, "fields": [found.path]}
     error = {"type": "conflict", "loc": (), "input": found.value, "ctx": context}
@@ -136,7 +136,7 @@ def _line(found: Implausible, sources: Sources) -> str:
 
 
 def _bad_rows(sources: Sources) -> list[str]:
-    """Return the message for each row of a table that is wrong by itself; without a table, none."""
+    """Error messages, one for each wrong row of the table of cylinders; empty without a table."""
     table = sources.table
     if table is None:
         return []

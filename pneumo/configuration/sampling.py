@@ -4,9 +4,9 @@ from typing import Literal, NamedTuple
 
 
 class Sampling(NamedTuple):
-    """How a replay reads the signals u, x and v of a run, Fig. 6; by default, interpolated at every step.
+    """How a replay reads the signals u, x and v of a run, Fig. 6.
 
-    Compiled code takes it as it is.
+    By default they are interpolated linearly between all steps.
     """
 
     exact: bool = False  #: each stage has the signals of the full-order run at its own time; no samples
@@ -18,7 +18,7 @@ class Sampling(NamedTuple):
 
     @property
     def rule(self) -> Literal["exact", "linear", "hold", "hold_next"]:
-        """Name in `SAMPLINGS`, whatever the delay and the time between samples."""
+        """Name of the rule, a key of `SAMPLINGS`; delay and time between samples are not part of it."""
         if self.exact:
             return "exact"
         return "linear" if not self.held else "hold_next" if self.next_at_end else "hold"

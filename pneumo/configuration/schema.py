@@ -17,7 +17,7 @@ from pneumo.errors import printable
 
 
 def _number(value: Any) -> Any:
-    """Refuse what pydantic would turn into numbers: booleans, 1_000 as text, digits other than ASCII."""
+    """Refuse values that pydantic would accept as numbers: booleans, text such as 1_000, non-ASCII digits."""
     if isinstance(value, bool) or (isinstance(value, str) and not NUMBER.fullmatch(value.strip())):
         raise ValueError("must be a number")
     return value
@@ -40,13 +40,13 @@ def _key(meaning: str, default: Any = ..., **limits: Any) -> Any:
 
 
 def _listed(names: Iterable[Any]) -> str:
-    """Names in one line, at most twenty."""
+    """Names in one line of text, at most twenty."""
     first = [printable(str(name)) for name in itertools.islice(names, 21)]
     return ", ".join([*first[:20], "..."] if len(first) > 20 else first)
 
 
 def _conflict(value: Any, condition: str, *fields: tuple[str, ...]) -> PydanticCustomError:
-    """Error of a value that conflicts with others; `fields` are paths, the first that of the value."""
+    """Error for a value that conflicts with others; `fields` are their paths, first that of the value."""
     context = {"value": value, "condition": condition, "fields": fields}
     return PydanticCustomError("conflict", "{condition}", context)
 
@@ -58,7 +58,7 @@ class _Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     def _exactly_one(self, key: str, other: str, other_in_words: str = "") -> None:
-        """Refuse a section that has neither or both of two keys."""
+        """Raise an error if a section has neither or both of two keys."""
         value, words = getattr(self, key), other_in_words or other
         if (value is None) == (getattr(self, other) is None):
             condition = f"or give {words}" if value is None else f"conflicts with {words}; give only one"
@@ -112,7 +112,7 @@ class LoopSection(_Section):
 
 
 class OpenLoopSection(LoopSection):
-    """Two-valued sequence of the open-loop runs."""
+    """Excitation of the open-loop runs: a two-valued command."""
 
     amplitude_V: Number = _key("magnitude of the command", gt=0, le=1000)
     reverse_at: Number = _key("fraction of the half-stroke at which the sign is reversed", gt=0, le=1)
@@ -128,7 +128,7 @@ class OpenLoopSection(LoopSection):
 
 
 class ClosedLoopSection(LoopSection):
-    """Random position reference and proportional controller of the closed-loop runs."""
+    """Excitation of the closed-loop runs: a random position reference, and the gain of the controller."""
 
     variance_m2: Number | None = _key(
         "variance of the position reference; or give amplitude_mm", None, gt=0, le=10

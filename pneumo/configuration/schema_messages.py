@@ -20,13 +20,13 @@ _BOUNDS = (
 
 
 def resolved(node: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a node of the schema, or the section that it refers to, optional or not."""
+    """Follow a reference in the JSON schema: the section that a node refers to, else the node itself."""
     node = next((option for option in node.get("anyOf", ()) if "$ref" in option), node)
     return SCHEMA["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node
 
 
 def named_sections(node: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the schema of a mapping's values if the user chooses its keys, else None."""
+    """Schema of the values of a mapping whose keys the user chooses (such as cylinders); None for others."""
     return next(iter(node.get("patternProperties", {}).values()), node.get("additionalProperties") or None)
 
 
@@ -48,7 +48,7 @@ def allowed(node: Mapping[str, Any]) -> str:
 
 
 def _schema_at(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Mapping[str, Any]]:
-    """Return path and schema of the field at an error's location; for an unknown key those of its section."""
+    """Path and schema of the field at an error's location; for an unknown key, the schema of its section."""
     node: Mapping[str, Any] = SCHEMA
     path: list[Any] = []
     for key in location:
@@ -63,7 +63,7 @@ def _schema_at(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Mapping[str,
 
 
 def _sets(content: Mapping[str, Any], path: tuple[Any, ...]) -> bool:
-    """Whether a source sets the field at `path`, or the list that holds it."""
+    """Whether a configuration file sets the field at `path`, or the list that contains it."""
     node: Any = content
     for key in path:
         if isinstance(node, list):
@@ -75,7 +75,7 @@ def _sets(content: Mapping[str, Any], path: tuple[Any, ...]) -> bool:
 
 
 def dotted(path: tuple[Any, ...]) -> str:
-    """Return the path of a field as text for a message."""
+    """Path of a field as text, its keys joined by points."""
     return ".".join(printable(key) if isinstance(key, str) else shown(key) for key in path)
 
 

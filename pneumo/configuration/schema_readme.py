@@ -28,7 +28,7 @@ _SUFFIX = re.compile(rf"_(?:({_UNIT})_per_({_UNIT})|(?<!_per_P_)({_UNIT}))$")  #
 
 
 def unit(key: str) -> str:
-    """Return the unit named by a key's suffix, or an empty string."""
+    """Unit that a key's suffix names, such as mm for bore_mm; empty if none."""
     suffix = _SUFFIX.search(key)
     if suffix is None:
         return ""
@@ -53,7 +53,7 @@ def _sections(
 
 
 def _row(section: Mapping[str, Any], key: str, field: Mapping[str, Any]) -> str:
-    """Line of a section's table for one field."""
+    """Line of a section's Markdown table for one field."""
     inner = named_sections(resolved(field))
     limits = f"names, for each {allowed(inner)}" if inner else allowed(field)
     meaning = field.get("description") or resolved(field)["description"].rstrip(".")

@@ -20,7 +20,7 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
     Raises
     ------
     ConfigurationError
-        With one line, if the file cannot be read, lacks the column, or a value in it is not a finite number.
+        With one line, if the file cannot be read, the column is missing, or a value is not a finite number.
     """
 
     def refuse(key: str, value: str, problem: str) -> ConfigurationError:

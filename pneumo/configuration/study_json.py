@@ -9,7 +9,10 @@ from pneumo.configuration.sampling import SAMPLINGS, Sampling
 
 
 def plain(value: Any) -> Any:
-    """Return a value with named tuples as mappings, for JSON; a `Sampling` is there by its rule's name."""
+    """Convert a value for JSON: named tuples become mappings, other tuples lists; floats and text stay.
+
+    A `Sampling` becomes a mapping of its rule's name, its delay and its time between samples.
+    """
     if isinstance(value, Sampling):
         return {"rule": value.rule, "delay": list(value.delay), "every": value.every}
     if hasattr(value, "_asdict"):
@@ -20,7 +23,7 @@ def plain(value: Any) -> Any:
 
 
 def _built(kind: Any, value: Any) -> Any:
-    """Return a value of an annotated type from the result of `plain`."""
+    """Convert the result of `plain` back to a value of the type `kind`."""
     if kind is Sampling:
         return SAMPLINGS[value["rule"]]._replace(delay=tuple(value["delay"]), every=value["every"])
     if hasattr(kind, "_fields"):

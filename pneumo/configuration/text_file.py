@@ -13,9 +13,9 @@ csv.field_size_limit(100_000_000)  # the largest file read here
 
 
 def read_text(file: Path, largest: int, named: str) -> str:
-    """Return the text of a file; `ConfigurationError` if it cannot be read or has over `largest` bytes.
+    """Text of a file; `ConfigurationError` if it cannot be read or has more than `largest` bytes.
 
-    `named` is its name in the error message.
+    `named` is the file's name in the message of the error.
     """
     try:
         with regular_file(file, largest) as stream:
@@ -26,6 +26,6 @@ def read_text(file: Path, largest: int, named: str) -> str:
 
 
 def csv_rows(text: str) -> Any:
-    """Return a reader of the rows of a CSV text; , ; or tab separates columns, as in its first line."""
+    """Reader of the rows of a CSV text, whose first line decides the separator: comma, semicolon or tab."""
     lines = text.splitlines()
     return csv.reader(lines, delimiter=max(",;\t", key=(lines[0] if lines else "").count))

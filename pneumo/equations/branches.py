@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 
 class Traced:
-    """A value in place of a float, whose comparisons `decide` answers."""
+    """A symbol, array or complex number used like a float; the function `decide` answers its comparisons."""
 
     __array_ufunc__ = None  # a NumPy array beside it leaves the operation to it
 
@@ -29,7 +29,7 @@ class Traced:
 
 
 def untraced(value: Any) -> Any:
-    """Value inside a `Traced`, or values inside a tuple of them."""
+    """Value inside a `Traced`; of a tuple, a tuple of such values. Anything else is returned as it is."""
     if type(value) is tuple:
         return tuple(untraced(inner) for inner in value)
     return value.value if isinstance(value, Traced) else value
@@ -57,7 +57,7 @@ for _name in ("lt", "le", "gt", "ge"):
 
 
 def _equal(left: Any, right: Any) -> Any:
-    """`left == right`; of symbols a relation, which SymPy's own == is not."""
+    """`left == right`; for symbols a relation, where SymPy's == would give True or False at once."""
     if hasattr(left, "free_symbols") or hasattr(right, "free_symbols"):
         return import_module("sympy").Eq(left, right)
     return left == right
@@ -75,15 +75,16 @@ class Choice(NamedTuple):
 
 
 class _Undecided(Exception):
-    """A comparison of symbols or arrays without an answer; its argument is the condition."""
+    """Raised at a comparison of symbols or arrays that has no answer yet; its argument is the condition."""
 
 
 def choices(function: Callable[..., Any], *arguments: Any, answers: tuple[bool, ...] = ()) -> Any:
-    """Tree of a function's results on symbols or arrays, over all its branches.
+    """Results of a function on symbols or arrays, over all its branches, as a tree of `Choice`.
 
-    Numbers, strings and tuples are passed to the function as they are, all else as `Traced`; `answers` are
-    those to the first comparisons. Without further comparison this is the function's result, else a `Choice`.
-    Branches that divide by the number zero are left out; `ZeroDivisionError` if every branch does.
+    Without a comparison in the function it is the result alone. Numbers, strings and tuples are passed to the
+    function as they are, all else as `Traced`. `answers` fixes the outcomes of the first comparisons; it is
+    for the recursion. Branches that divide by the number zero are left out; `ZeroDivisionError` if every
+    branch does.
     """
     remaining = iter(answers)
 
@@ -118,7 +119,7 @@ def joined_branches(node: Any, choose: Callable[[Any, Any, Any], Any]) -> Any:
 
 
 def complex_value(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Value of a function on complex numbers, along the branch that their real parts take."""
+    """Value of a function of complex numbers, in which comparisons compare real parts."""
 
     def decide(compare: Callable[..., bool], left: complex, right: complex) -> bool:
         return compare(left.real, right.real)

@@ -19,7 +19,7 @@ N_MAX = 3.0  # as in the configuration's schema
 
 
 def model_row(model: Model | str) -> Model:
-    """Row of a model, by its name in `MODELS`, else an `InputError`; a row is returned as it is."""
+    """The `Model` of a name; a `Model` is returned as it is. `InputError` if there is no such name."""
     if isinstance(model, Model):
         return model
     if model not in MODELS:
@@ -28,9 +28,12 @@ def model_row(model: Model | str) -> Model:
 
 
 def model_and_index(model: Model | str, n: float | None) -> tuple[Model, float]:
-    """Row of a model, and its polytropic index: 1 where the model has none and n is None.
+    """The `Model` of a name or row, and its polytropic index n; 1 where the model has none and n is None.
 
-    An `InputError` says that there is no such model, or that n is missing or outside 0 to `N_MAX`.
+    Raises
+    ------
+    InputError
+        If there is no such model, or n is missing or outside 0 to `N_MAX`.
     """
     row = model_row(model)
     if n is None and row.has_n:
@@ -42,26 +45,28 @@ def model_and_index(model: Model | str, n: float | None) -> tuple[Model, float]:
 
 
 def lane_for(model: Model | str, n: float | None, plant: Plant) -> Lane:
-    """Lane of a model at n, with the gas's gamma; errors are those of `model_and_index`."""
+    """Coefficients of a model at n for the plant's gas; errors are those of `model_and_index`."""
     return lane(*model_and_index(model, n), plant.gas.gamma)
 
 
 def chamber_rate(
     model: Model | str, n: float | None, plant: Plant, u: Any, x: Any, v: Any, P: Any, side: str = "A"
 ) -> Any:
-    """Rate of a chamber's pressure, Pa/s, valve included: eqs (1), (2), (6) and the model's row.
+    """Rate of a chamber's pressure by a reduced model, Pa/s, from the command: eqs (1), (2), (6) and (10).
 
-    The result is of the kind of the arguments.
+    The result is a float, array or symbol, as the arguments are.
 
     Parameters
     ----------
     model : Model or str
-        A row of six cells, or the name of one in `MODELS`.
+        A row of `MODELS`, one of your own, or the name of one in `MODELS`.
     n : float or None
         Polytropic index; None where the model has none.
+    plant : Plant
+        Gas, valve, conditions, cylinder and k_0.
     u, x, v, P : float, NumPy array, CasADi or SymPy symbol
-        Command, V, limited inside as the exports do, piston position, m, and velocity, m/s, both positive
-        towards a larger chamber A, and the chamber's pressure, Pa.
+        Command, V, which this function limits; piston position, m, and velocity, m/s, both positive where
+        they enlarge chamber A; the chamber's pressure, Pa.
     side : {"A", "B"}
         Which chamber.
 
@@ -83,7 +88,10 @@ def chamber_rate(
 
 
 def _chooser(*arguments: Any) -> Callable[[Any, Any, Any], Any]:
-    """`condition ? yes : no` for the kind of symbol or array among the arguments."""
+    """Function (condition, yes, no) that chooses between values, for CasADi, SymPy or NumPy.
+
+    The type of the arguments decides which.
+    """
     kinds = {type(a).__module__.split(".")[0] for a in arguments}
     if "casadi" in kinds:
         return import_module("casadi").if_else

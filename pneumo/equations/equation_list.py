@@ -20,7 +20,7 @@ from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics, beyond_de
 
 
 class Constant(NamedTuple):
-    """A number of the plant, under the paper's name."""
+    """A named number of the plant, with unit and meaning."""
 
     name: str
     value: float
@@ -29,12 +29,12 @@ class Constant(NamedTuple):
 
     @property
     def comment(self) -> str:
-        """Unit and meaning."""
+        """Unit, unless it is 1, and meaning, for a comment in source code."""
         return self.meaning if self.unit == "1" else f"{self.unit}, {self.meaning}"
 
 
 class Equation(NamedTuple):
-    """Function whose results get names, and the names of its arguments."""
+    """A function of `pneumo.physics`, with names for its arguments and its results."""
 
     names: tuple[str, ...]
     function: Callable[..., Any]
@@ -43,7 +43,7 @@ class Equation(NamedTuple):
 
 
 class Statement(NamedTuple):
-    """An assignment to variables."""
+    """A symbolic assignment to one or more variables."""
 
     names: tuple[str, ...]
     value: Any  # an expression, or a tuple of them, or a `Choice` between either
@@ -56,7 +56,10 @@ WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "l
 
 
 def valve_equations(plant: Plant, dynamics: ValveDynamics) -> list[Equation]:
-    """Equations of a valve that is not proportional, of u and, with a lag, of the opening."""
+    """Equations of a valve with lag, null offset or dead band, from the command u to the effective u_valve.
+
+    With a lag, `opening` is a state, and dopening_dt one of the results.
+    """
     lag, null, dead_band = dynamics.lag, dynamics.null, dynamics.dead_band
     limit = Equation(("u_limited",), lambda u: limited(u, plant.valve.u_max), ("u",), "V")
     late = Equation(
@@ -77,10 +80,11 @@ def valve_equations(plant: Plant, dynamics: ValveDynamics) -> list[Equation]:
 def chamber_equations(
     model: Model | None, n: Any, plant: Plant, valve: bool, limit: bool = True
 ) -> list[Equation]:
-    """Equations of one chamber by a model, or by the full order where that is None.
+    """Equations of one chamber by a reduced model, or by the full order where `model` is None.
 
-    They need (u, x, v, P, area, V_d), the full order also T; the mass flow m in place of u without valve.
-    u, m, x and v are positive where they fill or enlarge this chamber; `limit`: u is still to be limited.
+    Their inputs are (u, x, v, P, area, V_d), for the full order also T; without `valve` the mass flow m takes
+    the place of u. u, m, x and v are positive where they fill or enlarge this chamber. `limit` says whether
+    the equations limit u.
     """
     gas, restrictions, c, cylinder, k_0 = plant
     g, A_q0, equations = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
@@ -165,7 +169,7 @@ def stop_equations(plant: Plant) -> list[Equation]:
 
 
 def exact_numbers(value: Any) -> Any:
-    """Expression, tuple or choice with whole numbers, halves and the root of 2 exact."""
+    """Expression, tuple or `Choice` with floats made exact where they are multiples of 1/2, or sqrt(2)."""
     if isinstance(value, Choice):
         condition, yes, no = map(exact_numbers, value)
         return yes if yes == no else Choice(condition, yes, no)
@@ -178,7 +182,7 @@ def exact_numbers(value: Any) -> Any:
 
 
 def names_in(value: Any) -> set[str]:
-    """Names of the symbols in an expression, a tuple or a choice."""
+    """Names of the symbols in an expression, a tuple or a `Choice`."""
     if isinstance(value, tuple):  # a choice is one
         return set().union(*(names_in(part) for part in value))
     return {symbol.name for symbol in value.free_symbols}
@@ -189,7 +193,7 @@ def _real(name: str) -> Any:
 
 
 def symbols_of(plant: Plant) -> Plant:
-    """Plant of symbols, named as in `constants`; an absent load, friction or leak stays 0."""
+    """A plant whose numbers are symbols named as in `constants`; an absent load, friction or leak stays 0."""
     names = ("R", "gamma_", "sonic_coefficient", "critical_ratio")
     gas = Gas._make([*map(_real, names), plant.gas.elliptic])
     u_max: Any = sympy.Symbol("u_max", positive=True)
@@ -207,14 +211,14 @@ def symbols_of(plant: Plant) -> Plant:
 
 
 def symbols_of_valve(dynamics: ValveDynamics) -> ValveDynamics:
-    """Valve's dynamics of symbols, named as in `constants`; what is absent stays 0."""
+    """Valve dynamics whose numbers are symbols, named as in `constants`; what is 0 stays 0."""
     return ValveDynamics(
         *(_real(f"valve_{name}") if value else 0.0 for name, value in dynamics._asdict().items())
     )
 
 
 def statements(equations: list[Equation], wanted: set[str]) -> list[Statement]:
-    """Assignments that compute the wanted names; only those that they need."""
+    """Symbolic assignments that compute the wanted names, without those that nothing wanted depends on."""
     needed, result = set(wanted), list[Statement]()
     for names, function, arguments, comment in reversed(equations):
         if needed & set(names):
@@ -234,7 +238,11 @@ def _tangent(value: Any, moving: set[str]) -> Any:
 
 
 def with_tangents(given: list[Statement], moving: set[str]) -> list[Statement]:
-    """Statements, and after each the change d_... of its names for changes d_... of the moving names."""
+    """Statements with their first-order derivatives, for source code that linearises.
+
+    After each statement comes one that computes the change ``d_name`` of its names from the changes
+    ``d_name`` of the names in `moving` and of all names computed before.
+    """
     result, moving = list[Statement](), set(moving)
     for statement in given:
         names = tuple(f"d_{name}" for name in statement.names)
@@ -245,7 +253,7 @@ def with_tangents(given: list[Statement], moving: set[str]) -> list[Statement]:
 
 
 def constants(plant: Plant, n: float, dynamics: ValveDynamics = PROPORTIONAL) -> list[Constant]:
-    """Every number of a plant and of its valve's dynamics, and the polytropic index."""
+    """All numbers of a plant and its valve's dynamics, and the polytropic index n, as named constants."""
     gas, valve, c, cylinder, k_0 = plant
     return [
         Constant("R", gas.R, "J/(kg K)", "gas constant"),

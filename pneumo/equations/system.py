@@ -40,7 +40,7 @@ RATE_UNITS = {"opening": "V/s", "x": "m/s", "v": "m/s^2", "P": "Pa/s", "T": "K/s
 
 
 def quantity(name: str) -> tuple[str, str]:
-    """Unit and meaning of a state or an input."""
+    """Unit and meaning of a state or an input, from its name, such as "P_A"."""
     base, _, side = name.partition("_")
     unit, meaning = QUANTITIES[base]
     return unit, f"{meaning}, chamber {side}" if side else meaning
@@ -52,7 +52,10 @@ def rate_unit(state: str) -> str:
 
 
 class System(NamedTuple):
-    """Both chambers by one model; without valve or piston, its quantities become inputs."""
+    """Both chambers by one model, with or without valve and piston.
+
+    Without the valve, mass flows are inputs; without the piston, position and velocity are.
+    """
 
     model: Model | None  # None is the full order, eqs (4) and (5)
     n: float
@@ -63,12 +66,12 @@ class System(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The model's name, or that of the full order."""
+        """Name of the model; "full" for the full order."""
         return self.model.name if self.model else FULL_ORDER
 
     @property
     def chamber_states(self) -> tuple[str, ...]:
-        """States of one chamber, without its suffix."""
+        """Names of the states of one chamber, without the suffix _A or _B."""
         return ("P",) if self.model else ("P", "T")
 
     @property
@@ -84,7 +87,7 @@ class System(NamedTuple):
         return not self.valve or self.dynamics.proportional
 
     def state(self, **quantities: float) -> list[float]:
-        """State in which each quantity, x, v, opening, P or T, has one value in all chambers."""
+        """State vector from one value for each of x, v, opening, P and T; P and T hold for both chambers."""
         return [quantities[name.partition("_")[0]] for name in self.states]
 
     @property
@@ -102,13 +105,13 @@ def system(
     piston: bool = False,
     dynamics: ValveDynamics = PROPORTIONAL,
 ) -> System:
-    """System of a model by its row or name, or of the full order by "full"; errors of `model_and_index`."""
+    """A `System` from a model's row or name, or "full" for the full order; errors as in `model_and_index`."""
     row, n = (None, 1.0) if model == FULL_ORDER else model_and_index(model, n)
     return System(row, n, plant, valve, piston, dynamics)
 
 
 def _solve(equations: list[Equation], known: dict[str, Any]) -> None:
-    """Solve equations in their order and add the results to the known values, by name."""
+    """Evaluate equations in their order; add their results to the dictionary `known`, by name."""
     for equation in equations:
         result = complex_value(equation.function, *(known[name] for name in equation.arguments))
         values = result if isinstance(result, tuple) else (result,)
@@ -116,7 +119,10 @@ def _solve(equations: list[Equation], known: dict[str, Any]) -> None:
 
 
 def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[Any]:
-    """Rates of the states, floats or complex numbers: eqs (1) to (8), or (3) and the model's row."""
+    """Rates of a system's states at a state and inputs, which are floats or complex numbers.
+
+    By eqs (1) to (8) for the full order; for a reduced model by eqs (1) to (3), (6) and (10).
+    """
     known = dict(zip((*system.states, *system.inputs), (*state, *inputs), strict=True))
     result: list[Any] = []
     if system.piston:
@@ -139,7 +145,10 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
 
 
 def stopped_state(system: System, state: list[float], v_before: float) -> list[float]:
-    """State after the end stops, where the system has a piston."""
+    """State after a step with the end stops applied; unchanged where the system has no piston.
+
+    `v_before` is the velocity at the start of the step, m/s.
+    """
     if not system.piston:
         return state
     known = {"x": state[0], "v": state[1], "v_before": v_before}
@@ -155,7 +164,7 @@ def step(
     end: Sequence[float],
     h: float,
 ) -> list[float]:
-    """State one step of h s later; inputs are linear from start to end of the step."""
+    """State after one step of h s; inputs change linearly from `start` to `end` during the step."""
     A, b, c, K = method.A.tolist(), method.b.tolist(), method.c.tolist(), list[list[float]]()
 
     def moved(weights: list[float]) -> list[float]:

@@ -54,7 +54,7 @@ class _C(C99CodePrinter):
 
 
 def printer_of(parts: Printed, precision: str = "double") -> _C:
-    """Printer that knows the constants of a system."""
+    """SymPy printer of C in which a system's constants are members of its struct of parameters."""
     return _C(precision, {constant.name for constant in parts.constants})
 
 
@@ -76,7 +76,11 @@ def _listed(values: Any, suffix: str) -> str:
 def compiled(
     command: Sequence[str], files: dict[str, str], output: str, libraries: Sequence[str] = ()
 ) -> bytes:
-    """Content of `output`, compiled from C in a temporary folder; `InputError` if the compiler refuses it."""
+    """Compile C files in a temporary folder and return the content of the file `output`.
+
+    `command` is the compiler with its options; `files` has the text of each file by its name. `InputError` if
+    the compiler refuses them.
+    """
     with TemporaryDirectory() as folder:
         for name, text in files.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
@@ -89,7 +93,7 @@ def compiled(
 
 
 class Kink(NamedTuple):
-    """An expression whose sign changes where the rates have a kink."""
+    """An expression in C whose sign changes where the rates have a kink or jump, and its meaning."""
 
     expression: str
     meaning: str
@@ -104,10 +108,10 @@ def c99(
     derivatives: bool = False,
     noise: ObserverNoise | None = None,
 ) -> dict[str, str]:
-    """Files of a system in C: source, header and test program, by their names.
+    """Files of a system in C99: source, header and test program, by their names.
 
-    With kinks the source has the function of these, with derivatives that of the rates' changes, with noise
-    the observer that expects it.
+    With `kinks` the source also has a function that evaluates them; with `derivatives`, one for directional
+    derivatives of the rates; with `noise`, the observer that assumes this noise.
     """
     parts = printed(system, CONSTANTS if noise else ())
     suffix = "f" if precision == "float" else ""
@@ -173,7 +177,7 @@ def c99(
 
 
 def _observer(system: System, noise: ObserverNoise, precision: str) -> dict[str, Any]:
-    """Parts of the templates about an observer."""
+    """Values that the templates need for an observer."""
     suffix = "f" if precision == "float" else ""
     samples = [
         {"u": digits(known.u) + suffix}
@@ -193,7 +197,7 @@ def _observer(system: System, noise: ObserverNoise, precision: str) -> dict[str,
 
 
 def _vectors(system: System, h: float, suffix: str) -> list[dict[str, str]]:
-    """Known steps as text."""
+    """Steps with known results (`known_steps`) as initialisers in C; `suffix` follows every number."""
     return [
         {
             key: "{" + _listed(value, suffix) + "}"

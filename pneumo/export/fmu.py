@@ -50,7 +50,7 @@ UNITS: dict[str, dict[str, int]] = {  # name: powers of the base units
 
 @dataclass
 class Variable:
-    """A variable of the model description."""
+    """A variable in an FMU's modelDescription.xml."""
 
     name: str
     reference: int
@@ -67,14 +67,14 @@ class Variable:
 
 
 def _conditions(value: Any) -> list[Any]:
-    """Conditions of a choice and of those within it."""
+    """Conditions of a `Choice` and of all choices inside it."""
     if not isinstance(value, Choice):
         return []
     return [value.condition, *_conditions(value.yes), *_conditions(value.no)]
 
 
 def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
-    """Expressions whose sign change makes a rate jump or bend: conditions of valve and walls, end stops."""
+    """Expressions at whose change of sign a rate jumps or bends: conditions in the equations, end stops."""
     printer, result, seen = printer_of(parts), list[Kink](), set[Any]()
     command = f"inputs[{system.name}_u]" if system.proportional else "u_valve"
     for condition in (c for statement in parts.valve for c in _conditions(statement.value)):
@@ -107,13 +107,13 @@ def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
 
 
 def _start(system: System) -> list[float]:
-    """State at rest in mid-stroke: where runs begin."""
+    """State at rest in mid-stroke with the equilibrium pressure, from which runs begin."""
     c = system.plant.conditions
     return system.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
 
 
 def _nominals(system: System) -> list[float]:
-    """Size of each state."""
+    """Typical magnitude of each state, the attribute `nominal` of FMI."""
     c = system.plant.conditions
     sizes = {"x": system.plant.cylinder.stroke, "v": 1.0, "opening": system.plant.valve.u_max}
     return system.state(**sizes, P=c.P_0, T=c.T_0)
@@ -122,7 +122,7 @@ def _nominals(system: System) -> list[float]:
 def _variables(
     system: System, constants: list[Constant], indicators: tuple[Kink, ...], longest_step: str
 ) -> list[Variable]:
-    """Every variable, with its reference as in instance.h."""
+    """All variables of the FMU, with the value references that instance.h uses."""
     variables = list[Variable]()
 
     def add(name: str, reference: int, unit: str, meaning: str, **options: Any) -> Variable:
@@ -150,7 +150,9 @@ def _variables(
 
 
 def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
-    """FMU with its sources and, where gcc is installed on Linux, a binary; the same bytes on every run.
+    """FMU of a system, as the bytes of its file, with C sources and, on Linux with gcc, a binary.
+
+    `fmi` is the version of the standard. The bytes are the same on every run.
 
     Raises
     ------
@@ -199,7 +201,7 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
 
 
 def _binary(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
-    """The Linux binary by its path in the FMU; none elsewhere and without compiler."""
+    """Linux binary of the FMU, by its path there; empty on other systems and without gcc."""
     machine = platform.machine()
     if sys.platform != "linux" or shutil.which(COMPILER) is None or (fmi == 2 and machine != "x86_64"):
         return {}
@@ -209,7 +211,7 @@ def _binary(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
 
 
 def _packed(files: dict[str, bytes]) -> bytes:
-    """Zip archive without times."""
+    """Zip archive of files, with a fixed date, so that equal files give equal bytes."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():

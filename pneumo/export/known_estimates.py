@@ -13,7 +13,7 @@ LONGEST = 1e-4  # s, of the steps that make the run
 
 
 class KnownEstimate(NamedTuple):
-    """A sample: the command from it on, its readings, and the estimate after these."""
+    """One sample: the command held from it on, its readings, and the estimate corrected by these."""
 
     u: float
     readings: list[float]
@@ -21,7 +21,10 @@ class KnownEstimate(NamedTuple):
 
 
 def known_estimates(system: System, noise: ObserverNoise) -> list[KnownEstimate]:
-    """Estimates of `pneumo.ekf` on a short run of the system, x rounded and the pressures with noise."""
+    """Estimates of `pneumo.ekf` on a short simulated run, with which test programs compare an observer.
+
+    Readings of x are rounded to 0.01 mm, those of pressure have the noise's deviation.
+    """
     plant, rng = system.plant, np.random.default_rng(2006)
     c, parts = plant.conditions, round(SAMPLE / LONGEST)
     u = np.repeat(plant.valve.u_max * rng.uniform(-0.5, 0.5, COUNT // 10), 10)

@@ -8,7 +8,7 @@ from pneumo.equations.system import METHODS, System, step
 
 
 class KnownStep(NamedTuple):
-    """A step of h s: inputs at its start and end, the state before and after it."""
+    """A step of h s with its result: method, inputs at its start and end, state before and after."""
 
     method: str
     start: list[float]
@@ -19,14 +19,17 @@ class KnownStep(NamedTuple):
 
 
 def scale(system: System) -> list[float]:
-    """Numbers by which a test program divides the error of each state."""
+    """Typical magnitude of each state, by which a test program divides its error."""
     c = system.plant.conditions
     sizes = {"x": system.plant.cylinder.stroke, "v": 1.0, "opening": system.plant.valve.u_max}
     return system.state(**sizes, P=c.P_atm, T=c.T_0)
 
 
 def known_steps(system: System, h: float) -> list[KnownStep]:
-    """Steps of every method from random states; with a piston also into a stop and at rest on it."""
+    """Steps of every method from random states with their results, computed in Python.
+
+    With a piston, one of them runs into an end stop and one stays at rest on it.
+    """
     rng, c, cylinder = np.random.default_rng(2006), system.plant.conditions, system.plant.cylinder
     flow = 0.04 * system.plant.valve.k_xu * system.plant.valve.u_max * c.P_s / c.T_0**0.5
     most = {"u": 1.2 * system.plant.valve.u_max, "m": flow, "v": 1.0, "force": 100.0}

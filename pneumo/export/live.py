@@ -38,14 +38,14 @@ static inline double fabs(double x) { return __builtin_fabs(x); }
 
 
 class Module(NamedTuple):
-    """WebAssembly, and the names of each model's parameters in the order of its struct."""
+    """A WebAssembly module, and for each model the names of its parameters in their order in the C struct."""
 
     code: bytes
     parameters: dict[str, list[str]]
 
 
 def sources(plant: Plant, n: float) -> tuple[dict[str, str], list[System]]:
-    """Files in C and their systems: all models at n, the full order with its piston and without."""
+    """C files of all models at n and of the full order, with and without piston, and their systems."""
     systems = [system(model, n, plant) for model in MODELS.values()]
     systems.append(system(FULL_ORDER, None, plant, piston=True))
     names, files = [chosen.name for chosen in systems], dict[str, str]()
@@ -67,7 +67,7 @@ def sources(plant: Plant, n: float) -> tuple[dict[str, str], list[System]]:
 
 
 def _renamed(files: dict[str, str], old: str, new: str) -> dict[str, str]:
-    """Change the prefix of all names in a system's files."""
+    """Copy of a system's C files in which the prefix of all names is another."""
     return {
         file: text.replace(f"{old}_", f"{new}_").replace(f"{old.upper()}_", f"{new.upper()}_")
         for file, text in files.items()
@@ -102,7 +102,7 @@ def installed() -> bool:
 
 
 def typical_plants(study: Study) -> dict[str, Plant]:
-    """Each cylinder of a study as in its experiment with the most typical k_0."""
+    """Plant of each cylinder of a study, from its experiment with the most typical k_0."""
     by_k_0 = sorted(study.experiments.values(), key=lambda e: -abs(math.log(e.plant.k_0 / TYPICAL_K_0)))
     return dict(sorted({e.cylinder: e.plant for e in by_k_0}.items()))
 
@@ -110,9 +110,10 @@ def typical_plants(study: Study) -> dict[str, Plant]:
 def live_page(
     plants: Mapping[str, Plant], n: float, folder: Path, colours: Mapping[str, tuple[str, str]]
 ) -> str:
-    """Page with everything in it, from the HTML, CSS and JavaScript in a folder.
+    """HTML page that simulates a cylinder in the browser, in one file.
 
-    A reader chooses from the `plants` by name; `colours` has those of each model on light and dark ground.
+    It is put together from the HTML, CSS and JavaScript in `folder`. Its reader chooses one of the `plants`
+    by name; `colours` has, by model, the colours on light and on dark ground.
     """
     compiled = module(next(iter(plants.values())), n)
     page = (folder / "live.html").read_text(encoding="utf-8")

@@ -18,7 +18,10 @@ SENSORS = {"none": 0, "one": 1, "both": 2}  # pressures measured beside the posi
 
 
 class ObserverNoise(NamedTuple):
-    """Noise of an observer, and the readings that it takes; without `tuned` the filter's own default."""
+    """Noise that an observer assumes, and which pressures it reads.
+
+    Where `tuned` is false, the process noise of the pressures is the default of `pneumo.ekf`.
+    """
 
     force: float  #: process noise, N s^0.5
     pressure: float  #: process noise of the rates, Pa/s^0.5
@@ -29,12 +32,12 @@ class ObserverNoise(NamedTuple):
 
     @property
     def readings(self) -> tuple[str, ...]:
-        """Names of the readings."""
+        """Names of the signals that the observer reads: x, and none, P_A or both pressures."""
         return READINGS[: 1 + self.pressures]
 
     @property
     def origin(self) -> str:
-        """Where the process noise of the pressures comes from."""
+        """Phrase that says where the process noise of the pressures comes from, for a comment."""
         kept = _kept()
         best = f"best in {kept['loop']} loop, mean of {kept['plants']} plants at 1 ms; tune it on yours"
         return best if self.tuned else "not tuned for this model; tune it"
@@ -53,10 +56,10 @@ def _kept() -> dict[str, Any]:
 
 
 def observer_noise(system: System, sensors: str) -> ObserverNoise:
-    """Noise for a system and its sensors, a key of `SENSORS`, as tuned for docs/at-work.md.
+    """Noise for an observer of a system, as tuned for docs/at-work.md.
 
-    The full order and models that were not tuned get the default of `pneumo.ekf`. `InputError` if there are
-    no such sensors.
+    `sensors` says how many pressures are measured: "none", "one" or "both"; `InputError` if it is another.
+    A model that was not tuned gets the process noise that is the default of `pneumo.ekf`.
     """
     if sensors not in SENSORS:
         raise InputError(f"--observer {sensors}: must be one of {', '.join(SENSORS)}: pressures measured")

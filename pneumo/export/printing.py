@@ -27,7 +27,7 @@ from pneumo.storage.files import DOI
 
 
 class Printed(NamedTuple):
-    """A system's statements, and the constants that they need."""
+    """Symbolic assignments of a system, by its parts, and the constants that they need."""
 
     valve: list[Statement]  # none of a proportional one
     chamber: list[Statement]
@@ -37,9 +37,9 @@ class Printed(NamedTuple):
 
 
 def printed(system: System, also: Iterable[str] = ()) -> Printed:
-    """Statements of a system in symbols; without piston there are none for it and its stops.
+    """Symbolic assignments of a system; the lists for piston and stops are empty without a piston.
 
-    `also` names constants that are wanted beside those of the statements.
+    `also` names further constants to include, beside those that the assignments need.
     """
     plant, outputs = symbols_of(system.plant), {f"d{name}_dt" for name in system.chamber_states}
     equations = chamber_equations(
@@ -63,13 +63,13 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
 
 
 def digits(value: float) -> str:
-    """A number with 17 significant digits, which is all of a double, and a decimal point."""
+    """A number as text with 17 significant digits, which determine a double, and a decimal point."""
     text = f"{value:.17g}"
     return text if set(".en") & set(text) else text + ".0"
 
 
 def heading(system: System, mark: str = "") -> str:
-    """Comment with the system, its units and the range of validity; each line begins with `mark`."""
+    """Comment at the head of a file: system, units and range of validity; each line begins with `mark`."""
     c, half, model = system.plant.conditions, system.plant.cylinder.stroke / 2, system.model
     index = f" at n = {system.n:g}" if model and model.has_n else ""
     which = f"model {model.name}{index}" if model else "the full order, eqs (4), (5)"
@@ -116,10 +116,10 @@ def block(lines: list[str]) -> str:
 def assignments(
     names: tuple[str, ...], value: Any, pattern: str, printer: CodePrinter, keywords: tuple[str, ...]
 ) -> list[str]:
-    """Lines that give names their values; a choice becomes nested if and else.
+    """Lines of source code that assign values to names; a `Choice` becomes nested if and else.
 
-    `keywords` are the lines before the first, the further and the last branch of a choice, and after that;
-    {} takes a condition.
+    `pattern` is an assignment with {} for name and value. `keywords` are four lines of a choice: before its
+    first branch, before each further one, before the last, and after the last; {} takes the condition.
     """
     if not isinstance(value, Choice):
         values = value if isinstance(value, tuple) else (value,)

@@ -25,7 +25,7 @@ class _Python(PythonCodePrinter):
 
 
 def _lists(system: System) -> dict[str, str]:
-    """Lists of names, for both chambers and for one, A or B or either."""
+    """Lists of arguments and rates for the templates, of both chambers and of chamber A, B, or either."""
     states = system.chamber_states
     return {
         "command": "u" if system.proportional else "u_valve",
@@ -42,7 +42,7 @@ def _lists(system: System) -> dict[str, str]:
 
 
 def matlab(system: System) -> str:
-    """Print a MATLAB function, to be saved as <model>_dP_dt.m; Octave runs it too."""
+    """Source of a MATLAB function of the rates, to be saved as <model>_dP_dt.m; Octave runs it too."""
     outer, body, printer = list[str](), list[str](), _Octave({})
     parts, names = printed(system), _lists(system)
     of_both = names_in(tuple(s.value for s in parts.valve)).union(*CHAMBER_CONSTANTS.values())
@@ -69,7 +69,7 @@ end
 
 
 def _nested(value: Any, i: int, printer: CodePrinter) -> list[str]:
-    """Lines of nested `if_else` for value i of a statement."""
+    """Lines of CasADi's `if_else`, nested as the choices are, for value i of a statement with several."""
     if not isinstance(value, Choice):
         return [str(printer.doprint(value[i] if isinstance(value, tuple) else value))]
     yes, no = _nested(value.yes, i, printer), _nested(value.no, i, printer)
@@ -81,7 +81,7 @@ def _nested(value: Any, i: int, printer: CodePrinter) -> list[str]:
 
 
 def _assigned(statements: list[Statement]) -> list[str]:
-    """Lines of Python that assign CasADi's symbols."""
+    """Lines of Python that make the assignments of statements with CasADi symbols."""
     lines, settings = list[str](), {"fully_qualified_modules": False, "user_functions": {"Abs": "fabs"}}
     for s in statements:
         for i, assigned_name in enumerate(s.names):
@@ -92,7 +92,7 @@ def _assigned(statements: list[Statement]) -> list[str]:
 
 
 def casadi(system: System) -> str:
-    """Print Python that makes a `casadi.Function` of scalars, named <model>_dP_dt."""
+    """Source of a Python function that makes a `casadi.Function` of the rates, named <model>_dP_dt."""
     parts, names = printed(system), _lists(system)
     followed = "".join(f"{line}\n" for line in _assigned(parts.valve))
     opening = "dopening_dt, " if "opening" in system.states else ""

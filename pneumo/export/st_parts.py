@@ -25,7 +25,7 @@ OF_PISTON |= {"a": "dv_dt_free"}
 
 
 class Cost(NamedTuple):
-    """Operations on real numbers, at most."""
+    """Numbers of operations on real numbers, at most, by kind."""
 
     multiplications: int
     divisions: int
@@ -33,16 +33,16 @@ class Cost(NamedTuple):
     powers: int
 
     def plus(self, other: "Cost") -> "Cost":
-        """Sum of both."""
+        """Sum with another cost, kind by kind."""
         return Cost(*(a + b for a, b in zip(self, other, strict=True)))
 
     def times(self, count: int) -> "Cost":
-        """Product with a count."""
+        """Operations times a count."""
         return Cost(*(count * a for a in self))
 
 
 class Variable(NamedTuple):
-    """A declared variable, an array where it has last indices."""
+    """A declared variable; an array if `last`, the highest index of each dimension, is given."""
 
     name: str
     type: str
@@ -52,7 +52,7 @@ class Variable(NamedTuple):
 
     @property
     def declaration(self) -> str:
-        """Name, type and initial value."""
+        """Its declaration in Structured Text: name, type and initial value."""
         ranges = ", ".join(f"0..{last}" for last in self.last)
         kind = f"ARRAY[{ranges}] OF {self.type}" if self.last else self.type
         values = f"[{', '.join(self.initial)}]" if self.last else "".join(self.initial)
@@ -60,7 +60,7 @@ class Variable(NamedTuple):
 
 
 class Unit(NamedTuple):
-    """A function block or program: declarations by their keyword, and the statements."""
+    """A function block or program: declarations by keyword, such as VAR_INPUT, and statements as text."""
 
     keyword: str
     name: str
@@ -70,13 +70,13 @@ class Unit(NamedTuple):
 
 
 def number(value: float, precision: str) -> str:
-    """A real literal, the shortest that is this number in a precision; the standard wants a point in each."""
+    """The shortest literal, with a decimal point, of a real number in a precision, "float" or "double"."""
     mantissa, _, exponent = str(REALS[precision](value)).partition("e")
     return mantissa + ("" if "." in mantissa else ".0") + (f"E{int(exponent)}" if exponent else "")
 
 
 class Text(CodePrinter):
-    """Prints expressions of real numbers, with other names for some."""
+    """SymPy printer of Structured Text for expressions of real numbers; `names` renames some quantities."""
 
     _operators = {"and": "AND", "or": "OR", "not": "NOT "}  # noqa: RUF012 - as the base class has it
 
@@ -133,7 +133,7 @@ def _counted(text: str) -> Cost:
 
 
 def _most(value: Any, printer: Text) -> Cost:
-    """Operations of an expression, a tuple of them, or of the costliest branches of a choice."""
+    """Largest number of operations of an expression, a tuple, or a `Choice`, over its branches."""
     if isinstance(value, Choice):
         branches = (_most(value.yes, printer), _most(value.no, printer))
         return _most(value.condition, printer).plus(Cost(*map(max, *branches)))
@@ -143,12 +143,15 @@ def _most(value: Any, printer: Text) -> Cost:
 
 
 def statement_cost(statements: list[Statement], printer: Text) -> Cost:
-    """Operations of statements, of the costliest branches."""
+    """Largest number of operations of statements, over their branches."""
     return Cost(*map(sum, zip(Cost(0, 0, 0, 0), *(_most(s.value, printer) for s in statements), strict=True)))
 
 
 def lines(statements: list[Statement], printer: Text) -> list[str]:
-    """Lines of statements; a volume that is not positive ends the loop around them."""
+    """Lines of Structured Text for statements.
+
+    After the volume V comes a test that leaves the surrounding loop if V is not positive.
+    """
     result = list[str]()
     for s in statements:
         names = tuple(map(printer.name, s.names))
@@ -160,10 +163,10 @@ def lines(statements: list[Statement], printer: Text) -> list[str]:
 
 
 def numbers(values: Any, precision: str) -> tuple[str, ...]:
-    """Real literals."""
+    """Literals of several real numbers, as from `number`."""
     return tuple(number(float(value), precision) for value in values)
 
 
 def assigned(statements: list[Statement], printer: Text, real: str) -> list[Variable]:
-    """Variables that statements assign."""
+    """Declarations of the variables that statements assign; `real` is their type."""
     return [Variable(printer.name(name), real) for s in statements for name in s.names]

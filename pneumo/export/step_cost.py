@@ -18,7 +18,7 @@ class StepCost(NamedTuple):
 
 @cache
 def step_costs() -> dict[str, StepCost]:
-    """Return the cost of a step of each model and of the full order, "full"; added models have none."""
+    """Measured cost of a step by model, and of the full order, "full"; models added later are missing."""
     rows = json.loads(FILE.read_text(encoding="utf-8"))["rows"][PART]
     return {
         name: StepCost(double["ns"][METHOD], rows["float"][name]["instructions"][METHOD])

@@ -41,7 +41,7 @@ LISTS = {  # of PLCopen XML: element, and whether its variables are constant
 
 
 def step_costs(system: System, chamber: Cost, piston: Cost, stops: Cost) -> dict[str, Cost]:
-    """Operations of a step by each method, from those of a chamber, of the piston and of its stops."""
+    """Operations of a step by each integration method, from those of a chamber, the piston and its stops."""
     states, inputs, costs = len(system.states), len(system.inputs), dict[str, Cost]()
     for name, method in METHODS.items():
         stages = len(method.b)
@@ -52,7 +52,7 @@ def step_costs(system: System, chamber: Cost, piston: Cost, stops: Cost) -> dict
 
 
 def block(system: System, precision: str) -> Unit:
-    """Function block of a system."""
+    """Function block in Structured Text that integrates a system."""
     parts, real = printed(system), TYPES[precision]
     inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
     c = system.plant.conditions
@@ -153,7 +153,7 @@ def block(system: System, precision: str) -> Unit:
 
 
 def program(system: System, precision: str) -> Unit:
-    """Program that compares steps of the block with those in Python."""
+    """Test program in Structured Text that compares steps of the function block with those in Python."""
     real, stable = TYPES[precision], stable_steps(system)
     steps = known_steps(system, min(1e-4, stable["EULER"]))
     last = len(steps) - 1
@@ -197,9 +197,9 @@ def program(system: System, precision: str) -> Unit:
 def structured_text(
     system: System, stem: str, precision: str = "double", noise: ObserverNoise | None = None
 ) -> dict[str, str]:
-    """Files of a system: function block, test program, and both as PLCopen XML, by their names.
+    """Files of a system, by their names: function block, test program, and both as PLCopen XML.
 
-    With noise the block is the observer that expects it.
+    With `noise` the function block is an observer that assumes this noise.
     """
     name = system.name
     if "__" in name or name.endswith("_"):

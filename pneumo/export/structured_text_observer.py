@@ -24,7 +24,10 @@ from pneumo.export.st_parts import (
 
 
 def _call_cost(states: int, own: int, readings: int, chamber: Cost, piston: Cost, stops: Cost) -> Cost:
-    """Operations of a call that predicts and corrects."""
+    """Operations of one call of the observer, which corrects the estimate and predicts the next.
+
+    `states` counts all states, `own` those of one chamber.
+    """
     probes, N, lower = own + 4, states, states * (states + 1) // 2
     rates = chamber.times(2 * probes).plus(piston.times(2)).plus(stops)
     slopes = Cost(1, 4 + 2 * own * (2 + own), 0, 0) if own == 1 else Cost(2, 5 + 2 * own * (2 + own), 0, 0)
@@ -40,7 +43,7 @@ def _call_cost(states: int, own: int, readings: int, chamber: Cost, piston: Cost
 
 
 def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit:
-    """Function block of an observer."""
+    """Function block in Structured Text that estimates a system's states by an extended Kalman filter."""
     parts, real = printed(system, CONSTANTS), TYPES[precision]
     inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
     P_0, zero = number(system.plant.conditions.P_0, precision), (number(0.0, precision),)
@@ -124,7 +127,7 @@ def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit
 
 
 def observer_program(system: System, noise: ObserverNoise, precision: str) -> Unit:
-    """Program that compares estimates of the block with those in Python."""
+    """Test program in Structured Text that compares estimates of the function block with those in Python."""
     real, samples = TYPES[precision], known_estimates(system, noise)
     last, of_state = len(samples) - 1, len(system.states) - 1
     held = [0.0, *(s.u for s in samples[:-1])]  # since the call before

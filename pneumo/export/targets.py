@@ -33,33 +33,38 @@ def exported(
     observer: str | None = None,
     dynamics: ValveDynamics = PROPORTIONAL,
 ) -> dict[str, bytes]:
-    """Files of a model for a plant in one of `TARGETS`, by name; the one to start with comes first.
+    """Files that export a model of a plant, their content by name; the main file comes first.
 
     Parameters
     ----------
     model : Model or str
-        A row of six cells, the name of one in `MODELS`, or "full" for the full order.
+        A row of `MODELS`, one of your own, the name of one in `MODELS`, or "full" for the full order.
     n : float or None
         Polytropic index; None where the model has none.
+    plant : Plant
+        Gas, valve, conditions, cylinder and k_0.
+    target : str
+        One of `TARGETS`.
     stem : str
-        Name of the files without suffix; None for that of the model.
+        Name of the files without suffix; the model's name if None.
     precision : {"double", "float"}
-        Of C and Structured Text.
+        Type of numbers, in C and Structured Text only.
     valve, piston : bool
-        Of C, Structured Text and FMU: whether mass flows follow from the command, and position and velocity
-        from eq (3); else they are inputs.
+        Whether the equations include the valve, else mass flows are inputs, and the piston by eq (3), else
+        position and velocity are inputs. In C, Structured Text and FMU only.
     fmi : {2, 3}
         Version of the FMU.
     observer : {"none", "one", "both"}, optional
-        With a Kalman filter that estimates the pressures from the position and this many of them (C and
-        Structured Text, with valve and piston).
+        Add a Kalman filter that estimates the pressures from the position and from this many measured
+        pressures. In C and Structured Text only, with valve and piston.
     dynamics : ValveDynamics
-        Lag, null offset and dead band of the valve; the head of the files states its dead time.
+        Lag, null offset and dead band of the valve. A dead time is only named in the heads of the files.
 
     Raises
     ------
     InputError
-        If there is no such model or target, n or an option is bad, or the model's name names no function.
+        If there is no such model or target, n or an option is bad, or a function cannot have the model's
+        name.
     """
     if observer is not None and not dynamics.proportional:
         raise InputError("--observer: is for a valve without valve_dynamics, whose opening is its command")
@@ -95,7 +100,7 @@ def exported(
 
 
 def write_files(files: dict[str, bytes], folder: Path) -> None:
-    """Write files into a folder, each whole or not at all.
+    """Write files into a folder, each atomically: whole or not at all.
 
     Raises
     ------

@@ -24,8 +24,9 @@ def natural_modes(
 ) -> xr.Dataset:
     """Natural frequency, Hz, and damping ratio of the piston on the air of both chambers, valve closed.
 
-    At rest at every position x, m, and pressure P_A = P, Pa, with the P_B that balances it, T = T_0; NaN
-    where the piston does not oscillate.
+    The linear model is taken at rest, at every position x, m, and every pressure P_A = P, Pa, with the P_B
+    that balances P_A on the piston, and T = T_0. Coulomb friction is left out. Values are NaN where the
+    piston does not oscillate.
 
     Raises
     ------
@@ -57,14 +58,14 @@ def natural_modes(
 
 
 def operating_range(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
-    """Positions, m, and pressures, Pa, that a map of an actuator goes over."""
+    """Grid for a map of `natural_modes`: positions over the stroke, m, pressures from P_atm to P_s, Pa."""
     cylinder, c = plant.cylinder, plant.conditions
     margin = 0.01 * (cylinder.x_max - cylinder.x_min)
     return np.linspace(cylinder.x_min + margin, cylinder.x_max - margin, 21), np.linspace(c.P_atm, c.P_s, 11)
 
 
 def stability_function(method: Tableau, z: np.ndarray) -> np.ndarray:
-    """Factor by which a step h of a method multiplies a mode of pole z / h."""
+    """Stability function of a Runge-Kutta method: factor of a mode with pole z / h in a step h."""
     stages, power, result = len(method.b), np.ones(len(method.b)), np.ones_like(z, dtype=complex)
     for k in range(1, stages + 1):
         result = result + (method.b @ power) * z**k
@@ -73,14 +74,20 @@ def stability_function(method: Tableau, z: np.ndarray) -> np.ndarray:
 
 
 def _reach(method: Tableau, directions: np.ndarray) -> np.ndarray:
-    """Distance from 0 to the border of the region of stability, in directions of the complex plane."""
+    """Distance from 0 to the border of a method's stability region, in given directions.
+
+    Directions are complex numbers of magnitude 1.
+    """
     radii = np.linspace(0.01, 6.0, 600)
     inside = np.abs(stability_function(method, directions[:, None] * radii)) <= 1 + 1e-12
     return radii[np.argmin(inside, axis=1)] - radii[0]
 
 
 def stable_steps(system: System) -> dict[str, float]:
-    """Longest stable step of each method, s, over `STABLE_RANGE`; modes that grow do not count."""
+    """Longest stable step of each integration method, s, over the operating range `STABLE_RANGE`.
+
+    Unstable modes are ignored: they grow with any step.
+    """
     c, cylinder, u_max = system.plant.conditions, system.plant.cylinder, system.plant.valve.u_max
     half = 0.999 * min(cylinder.stroke / 2, cylinder.x_max, -cylinder.x_min)
     axes = {

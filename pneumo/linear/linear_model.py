@@ -30,17 +30,17 @@ class Linear(NamedTuple):
 
 
 def state_matrix(system: System, state: Sequence[float], inputs: Sequence[float]) -> np.ndarray:
-    """Derivatives of a system's rates by the states, exact to rounding: shape (states, states)."""
+    """Matrix A of the linear model at a state and inputs, exact to rounding: shape (states, states)."""
     return _derivatives(system, [*state, *inputs], range(len(state)))
 
 
 def all_derivatives(system: System, point: Sequence[float]) -> np.ndarray:
-    """Derivatives of a system's rates by its states and then its inputs, at a point of all of them."""
+    """Matrices A and B of the linear model side by side, at a point (states, then inputs)."""
     return _derivatives(system, point, range(len(point)))
 
 
 def _derivatives(system: System, point: Sequence[float], columns: range) -> np.ndarray:
-    """Derivatives by some of the states and inputs, a column for each."""
+    """Derivatives of the rates with respect to some of the states and inputs, a column for each."""
     derivatives, count = list[list[float]](), len(system.states)
     for k in columns:
         stepped = [complex(value, IMAGINARY_STEP * (j == k)) for j, value in enumerate(point)]
@@ -99,31 +99,38 @@ def linearise(
 ) -> "Linear | StateSpace":
     """Linear model of both chambers, or of the whole actuator, at an operating point.
 
-    The derivatives are those of the replays' right-hand side, by a complex step: exact to rounding. Of the
-    chambers, the states are (P_A, P_B) and the inputs (u, x, v). Of the actuator, with eq (3), the states are
-    (x, v, P_A, P_B) and the inputs (u, force). The full order, model "full", has states P_A, T_A, P_B, T_B in
+    Derivatives are taken of the same equations as in the replays, by a complex step: exact to rounding. For
+    the chambers, the states are (P_A, P_B) and the inputs (u, x, v). For the actuator, with eq (3), the
+    states are (x, v, P_A, P_B) and the inputs (u, force). The full order has the states P_A, T_A, P_B, T_B in
     place of the pressures. The outputs are the states.
 
     Parameters
     ----------
+    model : Model or str
+        A row of `MODELS`, one of your own, the name of one in `MODELS`, or "full" for the full order.
+    n : float or None
+        Polytropic index; None where the model has none.
+    plant : Plant
+        Gas, valve, conditions, cylinder and k_0.
     u : float
-        Command, V; not 0, where the valve's area, k_xu ``|u|``, has no derivative. A valve with a lag has
-        followed it.
+        Command, V. Not 0: the valve's area, k_xu ``|u|``, has no derivative there. A valve with a lag has
+        already reached it.
     P_A, P_B : float
         Pressures, Pa. The point need not be an equilibrium.
     x, v : float
         Piston position, m, and velocity, m/s.
     T_A, T_B : float
-        Temperatures, K, for the full order only; T_0 where left out.
+        Temperatures, K, for the full order only; T_0 by default.
     states : {"chambers", "actuator"}
-        Whether position and velocity are inputs or states.
+        "chambers": position and velocity are inputs; "actuator": they are states.
     dynamics : ValveDynamics
-        Of the valve: a lag adds the state `opening`, before the pressures; a dead time is left out.
+        Lag, null offset and dead band of the valve. A lag adds the state `opening` before the pressures. A
+        dead time is not in the linear model.
 
     Returns
     -------
     control.StateSpace or Linear
-        The former where python-control is installed; both have A, B, C and D.
+        A `control.StateSpace` where python-control is installed, else `Linear`; both have A, B, C and D.
 
     Raises
     ------

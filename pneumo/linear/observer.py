@@ -61,48 +61,51 @@ def ekf(
     x_deviation: float = 1e-5,
     pressure_deviation: float = 1e3,
 ) -> Estimate:
-    """Estimate both pressures by an extended Kalman filter from command, position and pressures measured.
+    """Estimate both pressures by an extended Kalman filter from measured command, position and pressures.
 
-    Its states are (x, v, P_A, P_B) by eq (3) and the model; of the full order also (T_A, T_B). A step is one
-    of the midpoint rule; the command is held from sample to sample.
+    The filter's states are (x, v, P_A, P_B), with the full order also (T_A, T_B); it predicts them by eq (3)
+    and the model, with one step of the midpoint rule from sample to sample. The command is held meanwhile.
 
     Parameters
     ----------
     model : Model or str
-        A row of six cells, the name of one in `MODELS`, or "full" for the full order.
+        A row of `MODELS`, one of your own, the name of one in `MODELS`, or "full" for the full order.
     n : float or None
         Polytropic index; None where the model has none.
+    plant : Plant
+        Gas, valve, conditions, cylinder and k_0, from `pneumo.plant` or a configuration.
     h : float
         Time between samples, s.
     u, x : array-like
-        Command, V, limited inside, and position, m, at every sample, shape (samples,); x is NaN where it was
-        not read.
+        Command, V, which this function limits, and position, m, at every sample, shape (samples,). x is NaN
+        at samples without a reading, but not at the first.
     P_A, P_B : array-like, optional
-        Pressures, Pa; NaN where they were not read, None where they are not measured.
+        Measured pressures, Pa; NaN at samples without a reading, None without a sensor.
     estimate_k_0 : bool
-        Whether the logarithm of k_0 is a state too. It starts at the plant's k_0 and stays within a factor of
-        ten of it.
+        Whether to estimate k_0, with its logarithm as a further state. It starts at the plant's k_0 and stays
+        within a factor of ten of it.
     first : tuple of float, optional
-        First estimate of both pressures, Pa; the pressure at rest if None. Its standard deviation is 20 kPa.
+        First estimates of P_A and P_B, Pa; the plant's P_0 if None. Their standard deviation is 20 kPa.
     force_noise : float, optional
-        Process noise of the force on the piston, N s^0.5; 3e-4 P_s A_A if None. Larger where friction and
-        load are less well known.
+        Process noise of the force on the piston, N s^0.5; 3e-4 s^0.5 P_s A_A if None. Choose it larger where
+        friction and load are less well known.
     pressure_noise : float
-        Process noise of the pressures' rates, Pa/s^0.5. Larger where valve, dead volume and wall are less
-        well known; the first number to tune.
+        Process noise of the pressures' rates, Pa/s^0.5. Choose it larger where valve, dead volume and wall
+        are less well known. It is the first number to tune.
     x_deviation, pressure_deviation : float
-        Standard deviations of the readings, m and Pa.
+        Standard deviations of the readings of position, m, and of pressure, Pa.
 
     Returns
     -------
     Estimate
-        Estimates after each sample's readings, with the standard deviations that the filter expects.
+        Estimates at every sample, corrected by its readings, with the standard deviations that the filter
+        expects of them.
 
     Raises
     ------
     InputError
         If there is no such model, n is missing or out of range, a signal has a wrong shape, a number is not
-        positive, or k_0 is to be estimated of a model or a plant without wall heat.
+        positive, or k_0 is to be estimated with a model or a plant that has no wall heat.
 
     Examples
     --------

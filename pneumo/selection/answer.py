@@ -26,7 +26,7 @@ MORE_SEEDS = 4  # times as many halve an interval
 
 
 class Contender(NamedTuple):
-    """One row of the contest: a reduced model at one n, or the full order."""
+    """A candidate for a cylinder: a reduced model at one n, or the full order."""
 
     row: RobustModel
     over_chosen: (
@@ -36,12 +36,12 @@ class Contender(NamedTuple):
 
     @property
     def exported_name(self) -> str:
-        """Name for `pneumo export`."""
+        """Name by which `pneumo export` knows the model."""
         return EXPORTED_FULL_ORDER if self.row.model == FULL_ORDER else self.row.model
 
 
 class Answer(NamedTuple):
-    """Answer for one cylinder, with the ranking that it rests on."""
+    """Which model to take for one cylinder, with the ranking from which this follows."""
 
     ranking: Ranking
     contenders: tuple[Contender, ...] = ()  #: lowest worst case first; empty if no run succeeded
@@ -54,12 +54,12 @@ class Answer(NamedTuple):
 
     @property
     def recommended(self) -> str:
-        """The chosen row, where the runs distinguish it from all others; else an empty text."""
+        """Name of the chosen model, if the runs distinguish it from all others; else an empty text."""
         return self.chosen if self.compared and not self.tied else ""
 
     @property
     def headline(self) -> str:
-        """The answer in a few words."""
+        """The answer in a few words: recommended, undecided or a tie."""
         if not self.chosen:
             return "Recommended: none"
         if self.recommended:
@@ -69,18 +69,22 @@ class Answer(NamedTuple):
         return f"Tie: {', '.join(named(self.contender(name).row) for name in (self.chosen, *self.tied))}"
 
     def contender(self, name: str) -> Contender:
-        """Contender by the name of its row."""
+        """The candidate of a model's name; "full" is the full order."""
         return next(contender for contender in self.contenders if contender.row.model == name)
 
 
 def answers(cells: xr.Dataset) -> list[Answer]:
-    """Answer for each cylinder in the cells of `cylinder_ranking.run_study`, in the order of these."""
+    """Answers for the cylinders in `cells` (from `cylinder_ranking.run_study`), in their order there."""
     names = dict.fromkeys(cells["cylinder"].values.tolist())
     return [answer(cells, name) for name in names]
 
 
 def answer(cells: xr.Dataset, cylinder: str) -> Answer:
-    """Choose the cheapest row whose worst case is not materially worse than the lowest, and name its ties."""
+    """Choose the cheapest model whose worst case is not materially worse than the lowest worst case.
+
+    Worst cases are over the range of k_0. Also lists the models that the runs cannot distinguish from it.
+    `cells` is from `cylinder_ranking.run_study`.
+    """
     ranking = rank_models(cells, cylinder)
     robust = ranking.unknown_k_0
     if robust is None:
@@ -122,7 +126,7 @@ def answer(cells: xr.Dataset, cylinder: str) -> Answer:
 
 
 def named(row: RobustModel) -> str:
-    """Name of a row, with its n if it has one."""
+    """Name of a model with its n, if it has one."""
     return f"{row.model} at n = {row.n:g}" if np.isfinite(row.n) else row.model
 
 
@@ -134,14 +138,16 @@ def row_cost(row: RobustModel) -> tuple[int, ...]:
 
 
 def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> str:
-    """Command that exports the chosen row as C; an empty text without one.
+    """Command line that exports the chosen model as C; an empty text if none was chosen.
 
     Parameters
     ----------
+    answer : Answer
+        With the chosen model.
     study : Study
-        All that the files configure.
+        Everything that the configuration holds, not only the cylinder of the answer.
     files : sequence of str
-        The configuration; none where its names are not known.
+        Names of the configuration files; empty if they are not known.
     """
     if not answer.chosen:
         return ""
@@ -162,7 +168,7 @@ def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> s
 
 
 def _worst_by_run(cells: xr.Dataset, row: RobustModel) -> np.ndarray:
-    """Mean square error of a row in each run, Pa^2, at the k_0 of its worst case."""
+    """Mean square error of a model in each run, Pa^2, at that k_0 of the range at which it is worst."""
     worst = int(np.argmax(row.rms))
     end = ("low", "", "high")[worst]
     if row.model == FULL_ORDER:
@@ -178,7 +184,10 @@ def _worst_by_run(cells: xr.Dataset, row: RobustModel) -> np.ndarray:
 
 
 def _over(upper: np.ndarray, lower: np.ndarray) -> Interval:
-    """Geometric mean of the ratio over paired runs; infinite over an error of zero."""
+    """Geometric mean of upper / lower over paired runs, with its 95 % interval.
+
+    Not determined if an upper error is not finite; infinite if a lower error is zero.
+    """
     if not np.isfinite(upper).all():
         return UNKNOWN
     if (lower > 0).all() and (upper > 0).all():
@@ -191,7 +200,7 @@ def _kpa(rms: float) -> str:
 
 
 def _range(robust: UnknownConductance) -> str:
-    """Range of k_0 in words."""
+    """Range in which k_0 is known, as a phrase."""
     if robust.factor == 1:
         return "at the given k_0"
     if not np.isfinite(robust.k_0):
@@ -201,7 +210,10 @@ def _range(robust: UnknownConductance) -> str:
 
 
 def _reason(robust: UnknownConductance, chosen: RobustModel, tied: Sequence[str], swing: float) -> str:
-    """Error of the chosen row and of those it is compared with, in a few sentences."""
+    """Sentences with the errors of the chosen model and of those it is compared with.
+
+    `swing` is the standard deviation of the pressures, Pa.
+    """
     best = robust.rows[0]
     reason = f"{named(chosen) if tied else 'It'} has at most {_kpa(chosen.worst)} RMS error"
     if np.isfinite(swing):
@@ -271,7 +283,7 @@ def _advice(
 
 
 def _about_k_0(robust: UnknownConductance, chosen: RobustModel) -> str:
-    """Whether measuring k_0 pays, for a reduced model."""
+    """Sentence that says whether measuring k_0 would reduce the error of the chosen reduced model."""
     if chosen.worst**2 > (1 + MATERIAL) * robust.known**2:
         return (
             "Measure k_0, above all: known exactly, with model and n chosen for it, it leaves at most"
@@ -282,7 +294,7 @@ def _about_k_0(robust: UnknownConductance, chosen: RobustModel) -> str:
 
 
 def _other_winners(ranking: Ranking) -> list[str]:
-    """Advice where another model is best in an experiment, or by the geometric mean over runs."""
+    """Advice if the model ranked first is not the best in every experiment and by the geometric mean too."""
     winners = {
         name: min(rms, key=lambda model: np.nan_to_num(rms[model], nan=np.inf))
         for name, rms in ranking.by_experiment.items()

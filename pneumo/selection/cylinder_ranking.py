@@ -33,9 +33,9 @@ TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experimen
 
 
 def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[str] = ()) -> Study:
-    """Study of the named cylinders and experiments only; of all if none is named.
+    """Part of a study: the named experiments of the named cylinders; without names, all of them.
 
-    `InputError` if a name is unknown, or no experiment has both.
+    `InputError` if a name is unknown, or none of the experiments is on one of the cylinders.
     """
     known_cylinders = {e.cylinder for e in study.experiments.values()}
     kinds = ("cylinder", cylinders, known_cylinders), ("experiment", experiments, set(study.experiments))
@@ -57,10 +57,10 @@ def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[
 
 
 def seeds_of(experiment: Experiment, count: int) -> list[int]:
-    """Seeds of an experiment's runs: the configured one, then others drawn from it.
+    """Random seeds of an experiment's `count` runs: the configured one, then others derived from it.
 
-    One seed where the signal is not random. Neighbouring seeds are not used: the generator's states for
-    1, 2, 3 are multiples of one another.
+    A single one where the signal is not random. Consecutive seeds are avoided: for seeds 1, 2, 3 the states
+    of the generator are multiples of one another.
     """
     first = experiment.excitation.seed
     if not experiment.excitation.random:
@@ -78,8 +78,9 @@ def mse_at_other_k_0(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean square errors, Pa^2, if the cylinder's true k_0 is `ratio` times the experiment's.
 
-    Two arrays by (model, n, chamber): of models with the experiment's k_0, and of models with the true one;
-    and by (chamber) that of the full order with the experiment's k_0. NaN for replays that fail.
+    Returns three arrays: by (model, n, chamber) the errors of models that use the experiment's k_0, then
+    those of models that use the true one; by (chamber) the error of the full order with the experiment's
+    k_0. NaN for replays that fail.
     """
     gamma = experiment.plant.gas.gamma
     recording = record(experiment._replace(plant=experiment.plant._replace(k_0=ratio * experiment.plant.k_0)))
@@ -94,12 +95,13 @@ def mse_at_other_k_0(
 def one_run(
     experiment: Experiment, n: tuple[float, ...], traced: bool, k_0_factor: float = K_0_FACTOR
 ) -> xr.Dataset:
-    """Cells of one full-order run and of the replays of the whole grid on it.
+    """Run an experiment once and replay every model at every n on it.
 
-    The variables of `replayed_grid` without the pressures; `run_outcome`; `mse_of_wrong_k_0` and
-    `mse_of_right_k_0` by (k_0_end, model, n, chamber), from runs at both ends of the range of k_0, and
-    `mse_of_full_order`, with the configured k_0, by (k_0_end, chamber); `swing`, the standard deviation of
-    the run's pressures; where `traced`, the first samples of all pressures.
+    The dataset has the variables of `replayed_grid` without the pressures, those of `run_outcome`, and
+    `swing`, the standard deviation of the run's pressures, Pa. Two further runs, with k_0 divided by and
+    times `k_0_factor`, give by (k_0_end, model, n, chamber) `mse_of_wrong_k_0` of models with the configured
+    k_0 and `mse_of_right_k_0` of models with that of the run; by (k_0_end, chamber), `mse_of_full_order` with
+    the configured k_0; all in Pa^2. With `traced` it also has the first samples of all pressures.
     """
     recording = record(experiment)
     stride = experiment.pressure_stride if traced else experiment.steps
@@ -140,14 +142,15 @@ def run_study(
     *,
     traced: bool = True,
 ) -> xr.Dataset:
-    """Cells of every experiment of a study, run with several seeds; a signal that is not random runs once.
+    """Run every experiment of a study with several seeds, and replay every model at every n on each run.
 
-    `k_0_factors` are the factors within which k_0 of each cylinder is known, from `known_within`;
-    `K_0_FACTOR` where one is not there.
+    A signal that is not random runs once. `k_0_factors` has, by cylinder, the factor within which k_0 is
+    known, from `known_within`; `K_0_FACTOR` for cylinders that it lacks. `progress` is called after each run
+    with its simulated time, s.
 
-    The variables of `one_run` by (experiment, run, ...), whatever the number of threads; where `traced`,
-    traces of each experiment's first run; `k_0_factor`, `time_constant`, s, and `duration`, s, by experiment.
-    `progress` is called after each run with its simulated time, s.
+    Returns the variables of `one_run` by (experiment, run, ...); with `traced`, pressures over time of each
+    experiment's first run; by experiment, `k_0_factor`, `time_constant`, s, and `duration`, s. The result
+    does not depend on the number of threads.
     """
 
     def factor(e: Experiment) -> float:
@@ -192,14 +195,14 @@ def rankings(cells: xr.Dataset) -> list[Ranking]:
 
 
 def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Cells of several cylinders together; the one run of a signal that is not random is repeated."""
+    """Join results of `run_study` for several cylinders; a single run is repeated as often as others ran."""
     runs = max(part.sizes["run"] for part in parts)
     parts = [part.isel(run=[0] * runs) if part.sizes["run"] == 1 else part for part in parts]
     return xr.concat(parts, "experiment", join="exact", compat="equals", combine_attrs="drop_conflicts")
 
 
 def save_cells(study: Study, cells: xr.Dataset, file: Path) -> None:
-    """Write the cells of a study."""
+    """Write the result of `run_study` to a NetCDF file."""
     about = attributes(
         TITLE,
         "Error of every model at every n against full-order runs, over several seeds",

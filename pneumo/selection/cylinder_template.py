@@ -44,7 +44,7 @@ def write_table_template(file: Path) -> Path:
 
 
 def _leaves(section: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the columns of a table for the keys of a section, with their values."""
+    """Yield (column, value) for each key of a section; keys of inner sections get a point, as in valve.b."""
     for key, value in section.items():
         if isinstance(value, Mapping):
             yield from _leaves(value, f"{path}{key}.")

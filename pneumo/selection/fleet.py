@@ -62,7 +62,7 @@ INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0")  
 
 
 def studies_of(study: Study) -> dict[str, Study]:
-    """Return the study of each cylinder of a table, with the experiments' names in the configuration."""
+    """A study for each cylinder of a table; its experiments have the names of the configuration again."""
     studies: dict[str, Study] = {}
     for full, e in study.experiments.items():
         name = full.removeprefix(experiment_name(e.cylinder, ""))
@@ -77,7 +77,7 @@ def _ends(name: str, dim: str, intervals: Sequence[Interval]) -> dict[str, Any]:
 
 
 def ranking_dataset(ranking: Ranking) -> xr.Dataset:
-    """Return the ranking of one cylinder by (model) and the gains by (refinement), as `ABOUT` describes."""
+    """Ranking of one cylinder as a dataset, by model, with the gains by refinement; `ABOUT` has the units."""
     by_model = {row.model: row for row in ranking.rows}
     robust = {row.model: row for row in ranking.unknown_k_0.models} if ranking.unknown_k_0 else {}
     rows = [by_model.get(name) for name in MODELS]
@@ -101,7 +101,7 @@ def ranking_dataset(ranking: Ranking) -> xr.Dataset:
 
 
 def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
-    """Return cells of one cylinder in four bytes with their ranking and, as JSON, its parameters."""
+    """Results of one cylinder for a file: its errors as 4-byte floats, its ranking, and its study as JSON."""
     cells = cells.assign({name: cells[name].astype(np.float32) for name in CELLS})
     (ranking,) = rankings(_exact(cells))
     cylinder = next(iter(study.experiments.values())).plant.cylinder
@@ -111,7 +111,7 @@ def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
 
 
 def _exact(cells: xr.Dataset) -> xr.Dataset:
-    """Cells in eight bytes again, as rankings and pages need them."""
+    """Errors converted back to 8-byte floats, as rankings and pages need them."""
     return cells.assign({name: cells[name].astype(float) for name in CELLS})
 
 
@@ -121,15 +121,16 @@ def run_block(
     progress: Callable[[str], None] = lambda _cylinder: None,
     k_0_factors: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
-    """Run and rank every cylinder of a block, whatever the number of threads.
+    """Run and rank every cylinder of a block, a group of rows of the table that one job computes.
 
-    `k_0_factors` are those of `run_study`.
+    `progress` is called with the name of each cylinder once it is done; `k_0_factors` are those of
+    `run_study`. The result does not depend on the number of threads.
 
     Returns
     -------
     xarray.Dataset
-        By (cylinder, experiment, run, ...) the cells of `run_study` without traces; by cylinder the variables
-        of `ABOUT` and `parameters`, its study as JSON. `progress` is called with each name once it is done.
+        By (cylinder, experiment, run, ...) the variables of `run_study` without pressures over time; by
+        cylinder the variables of `ABOUT`, and `parameters`, its study as JSON.
     """
 
     def work(item: tuple[str, Study]) -> xr.Dataset:
@@ -156,7 +157,7 @@ def together(parts: Sequence[xr.Dataset], names: Sequence[str] | None = None) ->
 
 
 def fleet_index(blocks: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return ranking and facts of each cylinder without its cells; `block` names the file of the cells."""
+    """Ranking and main data of every cylinder of a fleet; `block` names the file with its errors."""
     parts: list[xr.Dataset] = []
     for name, block in blocks.items():
         part = block[list(INDEXED)].drop_vars("seed")
@@ -168,9 +169,9 @@ def fleet_index(blocks: Mapping[str, xr.Dataset]) -> xr.Dataset:
 
 
 def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
-    """Return study and cells of a cylinder of a fleet from its folder of results.
+    """Study of one cylinder of a fleet, and its results as from `run_study`, from the fleet's folder.
 
-    The cells are those of `run_study` as stored, in four bytes; the traces are computed again.
+    Errors have the precision of the 4-byte floats in the file; pressures over time are computed again.
 
     Raises
     ------
@@ -199,6 +200,6 @@ def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
 
 
 def _traces(cells: xr.Dataset) -> xr.Dataset:
-    """Traces of a run."""
+    """Only the variables of a run's pressures over time: those whose names start with trace_."""
     kept = [str(name) for name in cells if str(name).startswith("trace_")]
     return cells[kept].drop_vars(["cylinder", "loop", "k_0", "seed"])

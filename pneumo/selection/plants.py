@@ -13,7 +13,7 @@ AIR = exact_gas(287.0, 1.4)
 
 
 def check_positive(**values: float) -> None:
-    """Refuse numbers that are not positive and finite, by name: `InputError`."""
+    """Raise `InputError` with the name of the first number that is not positive and finite."""
     for name, value in values.items():
         if not (isfinite(value) and value > 0):
             raise InputError(f"{name} = {value:g}: must be a positive number")
@@ -37,10 +37,12 @@ def plant(
     P_0: float | None = None,
     gas: Gas = AIR,
 ) -> Plant:
-    """Plant of a cylinder, its valve and its supply.
+    """Build a plant from a cylinder and numbers of its valve, supply and wall.
 
     Parameters
     ----------
+    cylinder : Cylinder
+        Geometry and moving parts.
     k_xu : float
         Area of an open restriction of the valve per volt, m^2/V: eq (2).
     u_max : float
@@ -52,7 +54,9 @@ def plant(
     T_amb, T_in : float
         Temperature of the walls and of incoming air (None: the same), K.
     P_0 : float
-        Pressure at rest, Pa; None for that of the leaking valve, Appendix 2.
+        Pressure of both chambers at rest, Pa; if None, that of a closed valve with equal leaks, Appendix 2.
+    gas : Gas
+        Air by default.
 
     Raises
     ------
@@ -73,10 +77,10 @@ def plant(
 
 
 def study_notes(study: Study) -> list[str]:
-    """Sentences that reveal a wrong unit, and those on a default k_0.
+    """Sentences by which a user notices a wrong unit or a default k_0 in a configuration.
 
-    Size, force and speed of each cylinder; signals beyond their limits; each k_0 from the catalogue with its
-    interval.
+    They give size, force and speed of each cylinder, signals beyond their limits, and each k_0 that comes
+    from the catalogue, with its interval.
     """
     notes, defaults = [], []
     for name, p in {e.cylinder: e.plant for e in study.experiments.values()}.items():
@@ -101,14 +105,15 @@ def study_notes(study: Study) -> list[str]:
 
 
 def configured_plant(study: Study, cylinder: str | None = None, k_0: float | None = None) -> Plant:
-    """Plant of a configured cylinder with the conductance k_0 of each chamber's wall, W/K.
+    """Plant of a configured cylinder, with k_0, the thermal conductance of each chamber's wall, W/K.
 
-    The cylinder may be omitted in a study of one, k_0 if all experiments of the cylinder have the same.
+    `cylinder` may be omitted if the study has only one, `k_0` if all experiments of the cylinder have the
+    same.
 
     Raises
     ------
     InputError
-        If the cylinder is unknown, k_0 is negative, or one that was omitted is not unique.
+        If the cylinder is unknown, k_0 is negative, or the configuration leaves open which one is meant.
     """
     plants = {e.cylinder: e.plant for e in study.experiments.values()}
     if cylinder is None and len(plants) == 1:

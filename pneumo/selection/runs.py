@@ -23,7 +23,7 @@ def _column(name: str, doc: str) -> Any:
 
 
 class Run(NamedTuple):
-    """Signals of a cylinder at every step; those that were not measured are NaN."""
+    """Signals of a cylinder at every step, simulated or measured; NaN for signals that were not measured."""
 
     recording: Recording  #: states, reference and command, with plant and step
     simulated: bool  #: by `simulate`; else measured
@@ -44,7 +44,7 @@ class Run(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """Pressures of a reduced model on a run, and their error; a pair is of chambers A and B."""
+    """Pressures of a reduced model on a run, and their errors; pairs are of chambers A and B."""
 
     t: np.ndarray  #: time, s
     P_A: np.ndarray  #: pressure by the model, Pa
@@ -81,9 +81,9 @@ def simulate(
     h : float
         Step, s; 1 ms in the paper.
     command : array-like
-        Command from every step's start on, V.
+        Command, V, one value for each step, held during it.
     reference : array-like
-        Instead of a command: position reference from every step's start on, m.
+        Instead of a command: position reference, m, one value for each step, held during it.
     k_p : float
         Gain of the proportional control that follows the reference, V/m.
 
@@ -116,16 +116,17 @@ def recorded(
     P_A: ArrayLike | None = None,
     P_B: ArrayLike | None = None,
 ) -> Run:
-    """Run of measured signals, for `replay`.
+    """Make a `Run` of measured signals, for `replay`.
 
     Parameters
     ----------
     h : float
         Time between samples, s.
     u, x, v : array-like
-        Command, V, position, m, and velocity, m/s, at every sample, from rest at P_0 on.
+        Command, V, position, m, and velocity, m/s, at every sample. At the first one the piston is at rest
+        and both pressures are the plant's P_0.
     P_A, P_B : array-like
-        Pressures, Pa, to compare with; where None, errors are NaN.
+        Measured pressures, Pa, with which a replay is compared; its errors are NaN without them.
 
     Raises
     ------
@@ -144,10 +145,10 @@ def recorded(
 
 
 def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
-    """Replay a reduced model on a run, Fig. 6, from P_0 on.
+    """Integrate a reduced model from P_0 on the command, position and velocity of a run, Fig. 6.
 
-    The model reads the signals of a simulated run exactly, at every stage of the integrator, and
-    interpolates measured samples linearly.
+    Signals of a simulated run are those at every stage of its integrator; measured samples are interpolated
+    linearly.
 
     Raises
     ------

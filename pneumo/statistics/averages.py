@@ -12,10 +12,10 @@ OVERALL = "overall"  # Table 7's level: all experiments, each model at its best 
 
 
 def concatenated(grid: xr.Dataset) -> xr.Dataset:
-    """Statistics of the error vector that joins chambers A and B, by (experiment, model, n).
+    """Errors over both chambers together, by (experiment, model, n), from those of each chamber.
 
-    From `pneumo.open_grid`, whose chambers have the same number of samples: `mean_error`, Pa, `mse` and
-    `variance`, Pa^2; NaN where a chamber failed.
+    `grid` is from `pneumo.open_grid`. Returns `mean_error`, Pa, `mse`, Pa^2, and `variance`, Pa^2, of the
+    errors of chambers A and B put one after the other; NaN where the replay of a chamber failed.
     """
     mean_error = grid["mean_error"].mean("chamber", skipna=False)
     mse = grid["mse"].mean("chamber", skipna=False)
@@ -28,20 +28,22 @@ def rms_of(values: np.ndarray) -> float:
 
 
 def best_n(mse: xr.DataArray) -> xr.DataArray:
-    """The n of the lowest mean square error, the lowest of equals (models without n); NaN if one failed."""
+    """The n at which the mean square error is lowest; NaN where the error at any n is NaN (a failed replay).
+
+    Of equal errors (models without n), the lowest n.
+    """
     return mse.fillna(np.inf).idxmin("n").where(mse.notnull().all("n"))
 
 
 def at_n(cells: xr.Dataset, n: xr.DataArray) -> xr.Dataset:
-    """Cells at the given n for each model (and experiment); NaN where n is NaN."""
+    """Errors of each model (and experiment) at the n given for it; NaN where that n is NaN."""
     return cells.sel(n=n.fillna(cells["n"][0])).where(n.notnull()).drop_vars("n")
 
 
 def over_experiments(cells: xr.Dataset, ddof: int = 1, percentiles: Any = "linear") -> xr.Dataset:
-    """Average over experiments: eqs (14), (15) and (16) and the percentiles, by model.
+    """Averages over experiments by model: eqs (14), (15) and (16), and 10th and 90th percentiles of the MSE.
 
-    The variance of means in eq (16) is the sample variance (N - ddof); `percentiles` is the name that
-    `numpy.percentile` has for their rule.
+    The variance of means in eq (16) is divided by N - ddof; `percentiles` is a method of `numpy.percentile`.
     """
     mean_error, mse = cells["mean_error"], cells["mse"]
     if not mse.sizes["experiment"]:
@@ -62,7 +64,7 @@ def over_experiments(cells: xr.Dataset, ddof: int = 1, percentiles: Any = "linea
 
 
 def along_levels(parts: Mapping[str, Labelled]) -> Labelled:
-    """Concatenate the parts, one per level, along "level"."""
+    """Concatenate datasets or arrays, one for each heat-transfer level, along the new dimension "level"."""
     concat: Any = xr.concat  # its overloads accept no type variable over datasets and arrays
     level = xr.Variable("level", list(parts))
     return concat(list(parts.values()), level, coords="minimal", compat="override", join="exact")
@@ -71,12 +73,13 @@ def along_levels(parts: Mapping[str, Labelled]) -> Labelled:
 def statistics(
     grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int = 1, percentiles: str = "linear"
 ) -> xr.Dataset:
-    """Tables 7, 8 and 9 of a grid, from `pneumo.open_grid` and the experiments of each heat-transfer level.
+    """Tables 7, 8 and 9, from `pneumo.open_grid` and the names of the experiments of each level of wall heat.
 
-    `best_n` by (experiment, model): Table 8. `mean_error`, `std`, `mse`, `p10`, `p90` by (level, model):
-    level "overall" is Table 7, the others Table 9. `constant_n` by (level, model): the n that Table 9's rows
-    use, NaN for "overall". `experiments` by level: number of experiments averaged (with none all is NaN, with
-    one `std` is). An experiment in which every cell failed is left out and has a `failure_time`, s; a model
+    The dataset has `best_n` by (experiment, model): Table 8. By (level, model) it has `mean_error`, Pa,
+    `std`, Pa, and `mse` and its 10th and 90th percentiles `p10` and `p90`, Pa^2: level "overall" is Table 7,
+    the others are Table 9. `constant_n` by (level, model) is the n that Table 9's rows use, NaN for
+    "overall". `experiments` by level is the number of experiments averaged: without any, all is NaN; with
+    one, `std` is. An experiment in which every replay failed is left out and has a `failure_time`, s. A model
     that failed at some n in an experiment has no best n there, and its averages over that experiment are NaN.
 
     The variance of means in eq (16) is divided by N - ddof. ASSUME: 1, as Tables 7 and 9 say. `percentiles`

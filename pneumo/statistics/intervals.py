@@ -10,7 +10,7 @@ RESAMPLES, FEWEST = 2000, 10  # of the bootstrap; samples for an interval
 
 
 class Interval(NamedTuple):
-    """An estimate with the ends of its interval; an end without a limit is NaN."""
+    """An estimate with the ends of its 95 % confidence interval; an end that is not determined is NaN."""
 
     value: float
     low: float
@@ -18,11 +18,11 @@ class Interval(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether the interval has two ends."""
+        """Whether both ends of the interval are determined."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high))
 
     def ends_text(self, form: str) -> str:
-        """Return the ends as text, each in a format such as ".4g".
+        """Return the ends as text; `form` is the format of a number, such as ".4g".
 
         Examples
         --------
@@ -37,11 +37,11 @@ class Interval(NamedTuple):
         return f"at most {high}" if np.isfinite(self.high) else "not determined"
 
     def scaled(self, factor: float) -> "Interval":
-        """Return the interval in another unit."""
+        """Return estimate and ends times a factor, such as that of another unit."""
         return Interval(*(factor * value for value in self))
 
     def exponential(self) -> "Interval":
-        """Return the interval of the geometric mean, from that of a mean of logarithms."""
+        """Return exp of estimate and ends: from a mean of logarithms, the geometric mean."""
         return Interval(*(float(np.exp(value)) for value in self))
 
 
@@ -49,12 +49,12 @@ UNKNOWN = Interval(np.nan, np.nan, np.nan)
 
 
 def student_quantile(degrees: int) -> float:
-    """Quantile of Student's t: half the width of an interval over the standard error."""
+    """Quantile of Student's t for a 95 % interval: half the interval's width over the standard error."""
     return float(stdtrit(degrees, (1 + CONFIDENCE) / 2))
 
 
 def student_interval(samples: np.ndarray) -> Interval:
-    """Mean of independent samples with its interval by Student's t."""
+    """Mean of independent samples with its 95 % interval by Student's t; one sample has no interval."""
     mean, count = float(np.mean(samples)), len(samples)
     if count < 2:
         return Interval(mean, np.nan, np.nan)
@@ -63,12 +63,12 @@ def student_interval(samples: np.ndarray) -> Interval:
 
 
 def paired_ratio(upper: np.ndarray, lower: np.ndarray) -> Interval:
-    """Geometric mean of the ratio of paired samples with its interval."""
+    """Geometric mean of the ratios upper / lower of paired samples, with its 95 % interval."""
     return student_interval(np.log(upper / lower)).exponential()
 
 
 def fraction_interval(count: int, total: int, method: Literal["exact", "wilson"] = "exact") -> Interval:
-    """Fraction of a number of trials with its interval, exact (Clopper-Pearson) or Wilson's."""
+    """Fraction count / total of trials with its 95 % interval, exact (Clopper-Pearson) or Wilson's."""
     from scipy.stats import binomtest
 
     if not total:
@@ -78,9 +78,10 @@ def fraction_interval(count: int, total: int, method: Literal["exact", "wilson"]
 
 
 def quotient_interval(sums: np.ndarray, counts: np.ndarray) -> Interval:
-    """Quotient of two sums over independent samples, with its bootstrap interval (percentiles).
+    """Sum of `sums` over sum of `counts`, over independent samples, with its 95 % bootstrap interval.
 
-    Samples with a count of zero do not count; fewer than `FEWEST` that do have no interval: NaN.
+    The ends are percentiles of the resampled quotients; NaN if fewer than `FEWEST` samples have a count
+    other than zero.
     """
     from scipy.stats import bootstrap
 

@@ -12,14 +12,14 @@ NOT_DISTINGUISHED = 2.0  # difference of two chi-squares or scores below which t
 
 
 class ShrunkCovariance(NamedTuple):
-    """Covariance of numbers whose correlations were shrunk towards none."""
+    """Covariance matrix whose correlations were shrunk towards 0, and by how much."""
 
     covariance: np.ndarray  #: shape (number, number)
     shrinkage: float  #: lambda: 0 leaves the sample's correlations, 1 leaves none
 
 
 def shrunk_covariance(samples: np.ndarray) -> ShrunkCovariance:
-    """Covariance of the columns of `samples`, shape (sample, number), with shrunk correlations.
+    """Covariance of the columns of `samples`, shape (sample, number), with correlations shrunk towards 0.
 
     Variances are those of the sample. Its correlations are multiplied by 1 - lambda, where lambda is the sum
     of their estimated variances over the sum of their squares, within 0 and 1 (the reference's Table 2,

@@ -14,7 +14,7 @@ CRITERIA = {
 
 
 class ModelPair(NamedTuple):
-    """Two models, of which the first is mostly the second with a refinement."""
+    """Two models whose errors are compared: mostly, the first is the second with a refinement."""
 
     model: str
     other: str
@@ -26,7 +26,7 @@ class ModelPair(NamedTuple):
         return f"{self.model}/{self.other}"
 
     def ratio(self, score: xr.DataArray) -> xr.DataArray:
-        """Score of the first model over that of the second."""
+        """Error (or other score, by model) of the first model divided by that of the second."""
         return score.sel(model=self.model, drop=True) / score.sel(model=self.other, drop=True)
 
 
@@ -49,6 +49,6 @@ REFINEMENT_PAIRS = tuple(MODEL_PAIRS)[:3]  # the first is the second, refined
 
 
 def pair_ratios(score: xr.DataArray, pairs: Sequence[str], dimension: str) -> xr.DataArray:
-    """Ratios of the models' scores along a new dimension of pairs, keys of `MODEL_PAIRS`."""
+    """Ratio of errors for each pair of models, along a new dimension; `pairs` are keys of `MODEL_PAIRS`."""
     ratios = [MODEL_PAIRS[name].ratio(score) for name in pairs]
     return xr.concat(ratios, xr.Variable(dimension, list(pairs)))

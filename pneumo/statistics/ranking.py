@@ -57,18 +57,21 @@ class Ranking(NamedTuple):
     advice: tuple[str, ...] = ()
 
     def row(self, model: str) -> RankedModel:
-        """Row of a model."""
+        """Row of the ranking for a model, by its name."""
         return next(row for row in self.rows if row.model == model)
 
 
 def cost(model: Model) -> tuple[int, int, int, int]:
-    """Cost of a model as a sort key: first the k_0 to be measured, then powers and terms to be computed."""
+    """Sort key that puts simpler models first: by wall heat, then polytropic temperature, n and mixing.
+
+    Wall heat comes first since its k_0 must be measured.
+    """
     wall = ("none", "k_0", "lambda_0 A_q", "lambda A_q").index(model.wall)
     return wall, int(model.temperature == "polytropic"), int(model.has_n), int(model.mixing)
 
 
 def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
-    """Rank the models on one cylinder; `cells` are the errors that `cylinder_ranking.run_study` returns."""
+    """Rank the models by mean square error on one cylinder; `cells` is from `cylinder_ranking.run_study`."""
     cells = cells.sel(experiment=cells["cylinder"] == cylinder)
     failed_runs = _failed_runs(cells)
     if not cells["random"].any():
@@ -98,7 +101,7 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
 
 
 def _failed_runs(cells: xr.Dataset) -> tuple[str, ...]:
-    """Full-order runs that failed, each with its time, in words."""
+    """A line of text for each full-order run that failed: experiment, seed, reason and time."""
     failures: list[str] = []
     meanings = cells["run_status"].attrs["flag_meanings"].split()
     for i, j in np.argwhere(cells["run_status"].transpose("experiment", "run").values):
@@ -109,7 +112,7 @@ def _failed_runs(cells: xr.Dataset) -> tuple[str, ...]:
 
 
 def _places(values: Mapping[str, float]) -> dict[str, int]:
-    """Places from 1, lowest value first; NaN last."""
+    """Rank of each name by its value: 1 is the lowest; NaN comes last."""
     order = sorted(values, key=lambda name: (not np.isfinite(values[name]), values[name]))
     return {name: place for place, name in enumerate(order, start=1)}
 
@@ -120,7 +123,11 @@ def _rows(
     at_best: Mapping[str, xr.DataArray],
     by_run: Mapping[str, np.ndarray],
 ) -> tuple[RankedModel, ...]:
-    """Rows of the ranking, best first."""
+    """Rows of the ranking, best first.
+
+    By model: `cell_n` is the n to use, `at_best` the mean square error there by (experiment, run), Pa^2, and
+    `by_run` its mean over experiments.
+    """
     place = _places({name: float(np.mean(value)) for name, value in by_run.items()})
     geometric = _places({name: float(np.log(value.values).mean()) for name, value in at_best.items()})
     stacked = np.stack([value.values for value in at_best.values()])

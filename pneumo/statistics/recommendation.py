@@ -14,7 +14,7 @@ LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's ru
 
 
 def recommend(ranking: Ranking, cells: xr.Dataset) -> Ranking:
-    """Fill in recommendation, reason and advice of a ranking of `cells`.
+    """Copy of a ranking with recommendation, reason and advice filled in, from the `cells` it was made of.
 
     Recommended is the cheapest model whose worst case over the range of k_0 is not materially worse than the
     lowest worst case; none if no run succeeded. The advice lists what would make the choice more certain.
@@ -65,7 +65,7 @@ def _kpa(rms: float) -> str:
 
 
 def _range(robust: UnknownConductance) -> str:
-    """Write the range in which k_0 is known."""
+    """Range in which k_0 is known, as a phrase."""
     if robust.factor == 1:
         return "at the given k_0"
     if not np.isfinite(robust.k_0):
@@ -76,7 +76,7 @@ def _range(robust: UnknownConductance) -> str:
 
 
 def _more_seeds(ranking: Ranking, rows: Sequence[RankedModel]) -> list[str]:
-    """Advice to run more seeds, where these do not decide whether a model is materially worse."""
+    """Advice to run more seeds, where the runs do not decide whether a model is materially worse."""
     limit, over = 1 + MATERIAL, {row.model: row.over_best for row in rows}
     unsure = [model for model, ratio in over.items() if ratio.known and ratio.low <= limit <= ratio.high]
     lines: list[str] = []
@@ -89,7 +89,7 @@ def _more_seeds(ranking: Ranking, rows: Sequence[RankedModel]) -> list[str]:
 
 
 def _about_k_0(robust: UnknownConductance, choice: RobustModel) -> str:
-    """Worst case with k_0 known exactly, and whether measuring it pays."""
+    """Sentence that says what the worst error would be with k_0 known exactly, and whether to measure k_0."""
     known = (
         f"with k_0 known exactly, and model and n chosen for it, the worst case is {_kpa(robust.known)} RMS"
         f" instead of {_kpa(choice.worst)}."
@@ -99,7 +99,7 @@ def _about_k_0(robust: UnknownConductance, choice: RobustModel) -> str:
 
 
 def _about_full_order(robust: UnknownConductance, choice: RobustModel) -> list[str]:
-    """Advice on the full order as the model to take, where it was tried and is materially better."""
+    """Advice to take the full order, if it was tried and its worst case is materially better."""
     full = robust.full_order
     if full is None or not full.worst**2 * (1 + MATERIAL) < choice.worst**2:
         return []
@@ -111,7 +111,7 @@ def _about_full_order(robust: UnknownConductance, choice: RobustModel) -> list[s
 
 
 def _longer_runs(cells: xr.Dataset) -> list[str]:
-    """Advice for each experiment that lasts less than ten of its cylinder's thermal time constants."""
+    """Advice to run longer, for each experiment of less than ten thermal time constants of its cylinder."""
     columns = (cells[name].values for name in ("experiment", "duration", "time_constant"))
     return [
         f"Longer runs: {name} lasts less than ten thermal time constants, {time_constant:.3g} s each."
@@ -121,14 +121,14 @@ def _longer_runs(cells: xr.Dataset) -> list[str]:
 
 
 def _wider_grid(cells: xr.Dataset, best_n: Mapping[str, float]) -> list[str]:
-    """Advice where a best n is the first or last of the grid."""
+    """Advice to try more values of n, if a model's best n is the lowest or highest that was tried."""
     edges = {float(cells["n"].min()), float(cells["n"].max())}
     models = " and ".join(model for model, n in best_n.items() if n in edges)
     return [f"A wider grid: the best n of {models} is the first or last of the list n."] if models else []
 
 
 def _other_winners(ranking: Ranking) -> list[str]:
-    """Advice where another model is best in an experiment, or by the geometric mean over runs."""
+    """Advice if the model ranked first is not the best in every experiment and by the geometric mean too."""
     winners = {
         name: min(rms, key=lambda model: np.nan_to_num(rms[model], nan=np.inf))
         for name, rms in ranking.by_experiment.items()

@@ -15,7 +15,7 @@ FULL_ORDER = "full order"  # name of its row
 
 
 class RobustModel(NamedTuple):
-    """One model at the n of its lowest worst case."""
+    """A model at the n of its lowest worst-case error, with its RMS errors over the range of k_0."""
 
     model: str
     n: float  # NaN for a model without n
@@ -23,7 +23,7 @@ class RobustModel(NamedTuple):
 
     @property
     def worst(self) -> float:
-        """Largest of these errors, Pa; infinite where the model fails."""
+        """Largest of the RMS errors over the range of k_0, Pa; infinite where a replay failed."""
         return max(self.rms) if np.isfinite(self.rms).all() else np.inf
 
 
@@ -46,12 +46,15 @@ class UnknownConductance(NamedTuple):
         return tuple(sorted(every, key=lambda row: row.worst))
 
     def model(self, name: str) -> RobustModel:
-        """Row of a model."""
+        """Row of a reduced model, by its name."""
         return next(row for row in self.models if row.model == name)
 
 
 def robust_choice(cells: xr.Dataset) -> UnknownConductance:
-    """Rank the models by their worst case on one cylinder's cells, from `cylinder_ranking.run_study`."""
+    """Rank the models by their worst case over the range of k_0, on one cylinder.
+
+    `cells` is from `cylinder_ranking.run_study`, with the experiments of this cylinder only.
+    """
 
     def at_three(name: str) -> xr.DataArray:
         mean = cells[["mse", name]].mean(("experiment", "run", "chamber"), skipna=False)

@@ -8,10 +8,10 @@ from pneumo.storage.files import EXPERIMENT_LABELS
 
 
 def settling_table(parts: Mapping[str, xr.Dataset], durations: Mapping[str, float]) -> xr.Dataset:
-    """Settling times of every experiment, and the length of its full-order run, s.
+    """Settling times of every experiment, and the length of its full-order run (`durations`, s).
 
-    `settling_time`, s, by (experiment, quantity); `failure_time`, s, `duration`, s, and
-    `duration_per_settling_time` (over the longest of the experiment) by experiment.
+    The dataset has `settling_time`, s, by (experiment, quantity); by experiment, `failure_time`, s,
+    `duration`, s, and `duration_per_settling_time`, the duration over the longest settling time.
     """
     runs = [part["settling_time"] for part in parts.values()]
     times = xr.concat(runs, "experiment", coords=list(EXPERIMENT_LABELS), compat="equals")

@@ -45,10 +45,10 @@ GRID = ("mean_error", "variance", "mse", "status", "failure_time")  # of every c
 
 @contextmanager
 def atomic(path: Path) -> Generator[Path]:
-    """Yield a temporary path; rename it on success, delete it on failure.
+    """Yield a temporary path; rename it to `path` on success, delete it on failure.
 
-    The file is made under a random name, so that nobody can have prepared a link there. Remains of a killed
-    process go; locks of runs and output folders keep others from writing the same file.
+    Its name is random, so that nobody can have put a link there before. Temporary files that a killed process
+    left are deleted. Locks of runs and output folders keep other processes from writing the same file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     for remains in path.parent.glob(f".{escape(path.name)}.*{PART}"):
@@ -66,7 +66,7 @@ def atomic(path: Path) -> Generator[Path]:
 
 @contextmanager
 def output_folder(folder: Path) -> Generator[None]:
-    """Make a folder for output and lock it while the block runs; in the end an empty one is removed.
+    """Make a folder for output and lock it while the `with` block runs; remove it afterwards if it is empty.
 
     `InputError` if it cannot be written, or if another process has the lock. Windows has no such lock.
     """
@@ -109,9 +109,9 @@ def attributes(
     experiment: Experiment | None = None,
     **others: object,
 ) -> dict[str, Any]:
-    """Return the global attributes of a results file: content, configuration and code.
+    """Global attributes of a results file: title, summary, and hashes of configuration and code.
 
-    The parameters of `experiment`, if the file is about one, are stored as JSON.
+    The parameters of `experiment`, if the file is about a single one, are added as JSON.
     """
     about = {"title": title, "summary": summary, **others}
     if experiment is not None:
@@ -129,9 +129,8 @@ def write(
     """Write a dataset atomically as compressed NetCDF-4; make its folder if necessary.
 
     Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are added
-    to the common global ones. `digits` rounds floating-point variables and stores them in 4 bytes: the
-    relative error is below 10**-digits, and equal numbers stay equal. Variables in `uncompressed` are not
-    compressed.
+    to the global attributes that all files have. With `digits`, floating-point variables are rounded with a
+    relative error below 10**-digits and stored in 4 bytes. Variables in `uncompressed` are not compressed.
     """
     dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
@@ -163,14 +162,17 @@ def write_text(text: str, path: Path | str) -> None:
 
 
 def write_json(text: str, path: Path | str) -> None:
-    """Write the text of a JSON object atomically, sealed: its last member is ``sha256``."""
+    """Write the text of a JSON object atomically; its SHA-256 becomes the last member, ``sha256``."""
     with atomic(Path(path)) as part:
         part.write_text(text.rstrip().removesuffix("}").rstrip(), encoding="utf-8")
         seal(part, ".json")
 
 
 def read_json(path: Path | str) -> str:
-    """Read the text of a sealed JSON file; `ResultError` if it is missing, damaged, truncated or foreign."""
+    """Read the text of a file from `write_json`, without its SHA-256.
+
+    `ResultError` if the file is missing, damaged, truncated or not from this workflow.
+    """
     try:
         return unsealed(Path(path)).decode() + "\n}\n"
     except FileNotFoundError:
@@ -180,7 +182,7 @@ def read_json(path: Path | str) -> str:
 
 
 def read_study(parameters: Path | str) -> Study:
-    """Read a study from its ``parameters.json``; `ResultError` if the file holds none."""
+    """Read a study from its ``parameters.json``; `ResultError` if the file does not hold a study."""
     text = read_json(parameters)
     try:
         return from_json(text)
@@ -193,9 +195,10 @@ def _absent(path: Path | str) -> ResultError:
 
 
 def check_sizes(path: Path, largest: int, variables: Sequence[str] = ()) -> None:
-    """Raise ValueError if variables of a NetCDF file, or all, have over `largest` bytes in memory.
+    """Raise ValueError if variables of a NetCDF file would take more than `largest` bytes in memory together.
 
-    Coordinates always count: xarray loads them when it opens the file. `variables` that are not there do not.
+    Counted are the `variables` that the file has, by default all, and always the coordinates: xarray loads
+    these when it opens the file.
     """
     with Dataset(path.absolute()) as file:
         names = {*variables, *file.dimensions} & file.variables.keys() if variables else file.variables
@@ -211,9 +214,9 @@ def _bytes_in_memory(variable: Any) -> int:
 
 @contextmanager
 def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]:
-    """Open a sealed NetCDF file of pneumo and check that it is about the experiment of its name.
+    """Open a NetCDF file of pneumo; check its SHA-256, and that its experiment is the one in its name.
 
-    Without `variables` all of its variables must fit into memory.
+    The variables to be read, by default all, must fit into memory.
     """
     try:
         check_seal(path)
@@ -239,7 +242,7 @@ def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]
 
 
 def damaged(folder: Path) -> list[DamagedError]:
-    """Return an error for each damaged, truncated or foreign file under a folder of results."""
+    """Errors, one for each file under a folder of results that is damaged, truncated or not from pneumo."""
     errors: list[DamagedError] = []
     for path in sealed_files(folder):
         try:
@@ -259,7 +262,7 @@ def read(path: Path | str, *variables: str) -> xr.Dataset:
     Raises
     ------
     ResultError
-        If the file is missing, damaged, truncated or foreign, or lacks a variable.
+        If the file is missing, damaged, truncated or not from pneumo, or a variable is missing in it.
     """
     with _checked(Path(path), variables) as dataset:
         missing = [name for name in variables if name not in dataset]
@@ -271,13 +274,13 @@ def read(path: Path | str, *variables: str) -> xr.Dataset:
 
 
 def open_grid(folder: Path | str) -> xr.Dataset:
-    """Open every replayed cell of a folder such as ``results/exact`` as one dataset.
+    """Open the errors of all models, values of n and experiments in a folder such as ``results/exact``.
 
     Returns
     -------
     xarray.Dataset
-        mean_error, variance, mse, status and failure_time over (experiment, model, n, chamber), without the
-        pressures. Cylinder, loop and k_0 are coordinates along experiment.
+        mean_error, Pa, variance, Pa^2, mse, Pa^2, status and failure_time, s, over (experiment, model, n,
+        chamber), without the pressures. Cylinder, loop and k_0 are coordinates along experiment.
 
     Raises
     ------

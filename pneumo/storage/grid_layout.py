@@ -18,7 +18,7 @@ from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
 
 
 def same_at_every_n() -> str:
-    """Return the sentence, for a file of cells, that names the models without n."""
+    """Sentence that names the models without n, for the comment of a results file."""
     *others, last = [name for name, model in MODELS.items() if not model.has_n]
     return f"{', '.join(others)} and {last} have no n: they hold the same cell at every n"
 
@@ -26,7 +26,7 @@ def same_at_every_n() -> str:
 def replayed_grid(
     experiment: Experiment, n: tuple[float, ...], recording: Recording, sampling: Sampling, stride: int
 ) -> xr.Dataset:
-    """Replay every grid cell of one experiment, pressures at every `stride` steps."""
+    """Replay every model at every n on one experiment; pressures are kept every `stride` steps."""
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
     return replay_dataset(experiment, n, index, replay(recording, lanes, sampling, stride))
 
@@ -34,7 +34,10 @@ def replayed_grid(
 def replay_dataset(
     experiment: Experiment, n: tuple[float, ...], index: np.ndarray, cells: Replayed
 ) -> xr.Dataset:
-    """Every grid cell of one experiment."""
+    """Dataset of one experiment's replays: errors, status and pressures by (model, n, chamber).
+
+    `index`, shape (model, n), is the row of `cells` that each model has at each n, from `grid_lanes`.
+    """
     dims = ("model", "n", "chamber")
     failed = cells.status != 0
 
@@ -61,7 +64,7 @@ def replay_dataset(
 def write_replays(
     study: Study, name: str, recording: Recording, outputs: Mapping[str, Path], code_sha256: str
 ) -> None:
-    """Replay every grid cell of one experiment with each signal sampling; write a file for each."""
+    """Replay every model at every n on one experiment; write a file for each sampling in `outputs`."""
     e = study.experiments[name]
     lanes, index = grid_lanes(study.n, e.plant.gas.gamma)
     for transport, output in outputs.items():

@@ -14,15 +14,18 @@ NO_CONFIGURATION = "none: "  # begins `config_sha256` of evidence that no config
 def evidence_file(results: Path, name: str, config_sha256: str = "") -> Path | None:
     """Path of a file of evidence, such as ``findings.json``; None if there is none.
 
-    A file in the folder of results has precedence over the one kept with the source. With `config_sha256`,
-    only a file made from this configuration counts.
+    It is the file in the folder of results or, without one there, the file kept in paper/evidence/. With
+    `config_sha256`, files that were made from another configuration are ignored.
     """
     files = (file for file in (results / name, KEPT / name) if file.exists())
     return next((file for file in files if not config_sha256 or _made_from(file, config_sha256)), None)
 
 
 def made(file: Path, code_sha256: str) -> str:
-    """Say when and from what a file of evidence was made; by "earlier code" if not by that of the hash."""
+    """Say when and from which configuration a file of evidence was made.
+
+    "by earlier code" is added if `code_sha256`, the hash of the code now, is not the one in the file.
+    """
     about = _about(file)
     day, configuration = about.get("date_created"), about["config_sha256"]
     parts = [f"made on {day}" if day else "made in this folder"]
@@ -42,7 +45,7 @@ def _made_from(file: Path, config_sha256: str) -> bool:
 
 
 def _about(file: Path) -> Mapping[str, str]:
-    """Attributes of a file: its configuration, code and perhaps date."""
+    """Attributes of a file of evidence: hashes of its configuration and code, perhaps its date."""
     with regular_file(file, LARGEST_JSON if file.suffix == ".json" else LARGEST_RESULT) as opened:
         if file.suffix == ".json":
             return json.load(opened)

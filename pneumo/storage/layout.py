@@ -25,7 +25,7 @@ def experiment_labels(experiment: Experiment) -> dict[str, object]:
 
 
 def status_attributes(meanings: Mapping[int, str], long_name: str) -> dict[str, object]:
-    """CF attributes of a status variable."""
+    """CF attributes (flag_values, flag_meanings) of a status variable, from the meaning of each value."""
     return {
         "long_name": long_name,
         "flag_values": np.array(list(meanings), dtype=np.int8),
@@ -34,7 +34,7 @@ def status_attributes(meanings: Mapping[int, str], long_name: str) -> dict[str, 
 
 
 def described(dataset: xr.Dataset, about: Mapping[str, tuple[str, str]]) -> xr.Dataset:
-    """Return a dataset with the unit and long name of each variable in `about`."""
+    """Copy of a dataset; `about` has the (unit, long name) that its variables get, by name."""
     dataset = dataset.copy()
     for name, (unit, long_name) in about.items():
         dataset[name].attrs = {"units": unit, "long_name": long_name}
@@ -51,7 +51,7 @@ def _states_dataset(states: np.ndarray, t: np.ndarray) -> xr.Dataset:
 def _add_outcome(
     dataset: xr.Dataset, states: np.ndarray, status: int, step: int, h: float, meanings: Mapping[int, str]
 ) -> None:
-    """Add the status of a run, the time of its failure and its last state before that."""
+    """Add to a dataset, in place, a run's status, the time of its failure, and its last state before that."""
     dataset["status"] = ((), np.int8(status), status_attributes(meanings, "what became of the run"))
     dataset["failure_time"] = ((), step * h if status else np.nan)
     if status:
@@ -60,7 +60,7 @@ def _add_outcome(
 
 
 def run_outcome(recording: Recording) -> dict[str, Any]:
-    """Variables `run_status` and `run_failure_time`, s, of one of several full-order runs in a file."""
+    """Variables `run_status` and `run_failure_time`, s, for files that hold several full-order runs."""
     status, step = failure(recording.states)
     about = status_attributes(RUN_STATUS, "what became of the full-order run")
     failure_time = step * recording.h if status else np.nan
@@ -84,7 +84,7 @@ def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
 
 
 def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
-    """Every step of one full-order run."""
+    """Dataset with the signals of one full-order run at every step."""
     t = np.arange(len(recording.states)) * experiment.h
     dataset = _states_dataset(recording.states, t)
     dataset["u"] = ("t", recording.u)
@@ -98,7 +98,7 @@ def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
 
 
 def failure_text(run: xr.Dataset, what: str = "full-order run") -> str:
-    """Sentence on when and in which state a full-order or settling run failed."""
+    """Sentence that says when and in which state a stored run failed; `what` names the kind of run."""
     meaning = run["status"].attrs["flag_meanings"].split()[int(run["status"])].replace("_", " ")
     x, v, P_A, T_A, P_B, T_B = run["status"].attrs["last_state"].tolist()
     return (
@@ -108,7 +108,7 @@ def failure_text(run: xr.Dataset, what: str = "full-order run") -> str:
 
 
 def recording_from(dataset: xr.Dataset, experiment: Experiment) -> Recording:
-    """Full-order run of an experiment, from its stored datum."""
+    """Full-order run of an experiment, as `recorded` returned it, from the file of `datum_dataset`."""
     P, T = dataset["P"].values, dataset["T"].values
     columns = [dataset["x"].values, dataset["v"].values, P[:, 0], T[:, 0], P[:, 1], T[:, 1]]
     states, reference, u = np.stack(columns, axis=1), dataset["reference"].values, dataset["u"].values

@@ -25,12 +25,12 @@ SEALS = {".nc": (b"\nsha256 ", b"\n"), ".json": (b',\n "sha256": "', b'"\n}\n')}
 
 
 def sealed_files(folder: Path) -> list[Path]:
-    """Return the files under a folder of results that end with a SHA-256: those that jobs read."""
+    """Files under a folder of results that end with their SHA-256: those that jobs read, sorted."""
     return sorted([*folder.rglob("*.nc"), *(file for name in SEALED_JSON for file in folder.rglob(name))])
 
 
 def hashes_without_seal(files: Iterable[Path]) -> str:
-    """Return the SHA-256 of files that have no seal, a line for each, as ``sha256sum`` prints them."""
+    """Lines as from ``sha256sum`` for those of the files that do not contain their own SHA-256."""
     others = (
         file for file in files if file.suffix != ".nc" and file.name not in SEALED_JSON and file.is_file()
     )
@@ -38,7 +38,7 @@ def hashes_without_seal(files: Iterable[Path]) -> str:
 
 
 def manifest(results: Path) -> dict[Path, str]:
-    """Return the SHA-256 that pages, figures and tables had when made, from the logs of their jobs."""
+    """SHA-256 of each page, figure and table when it was made, from the logs of the jobs."""
     logs = sorted(results.glob("logs/*.log"), key=lambda log: log.stat().st_mtime)
     lines = (
         line for log in logs for line in LISTED.findall(log.read_text(encoding="utf-8", errors="replace"))
@@ -47,7 +47,7 @@ def manifest(results: Path) -> dict[Path, str]:
 
 
 def sha256_lines(files: Iterable[Path], root: Path) -> str:
-    """Return the SHA-256 of files under a folder, sorted, for ``sha256sum --check`` in that folder."""
+    """Lines for ``sha256sum --check``, run in the folder `root`, of files below it, sorted by name."""
     lines: list[str] = []
     for file in sorted(files):
         with regular_file(file, LARGEST_RESULT) as opened:
@@ -57,7 +57,7 @@ def sha256_lines(files: Iterable[Path], root: Path) -> str:
 
 
 def changed(results: Path) -> list[DamagedError]:
-    """Return an error for each page, figure or table of `manifest` that has other content now, or is gone."""
+    """Errors, one for each page, figure or table of `manifest` that has changed or is missing."""
     errors: list[DamagedError] = []
     for file, digest in manifest(results).items():
         if not file.exists():
@@ -70,16 +70,16 @@ def changed(results: Path) -> list[DamagedError]:
 
 
 def without_hash(results: Path) -> list[Path]:
-    """Return the files of results whose content no seal and no log vouches for; logs are none."""
+    """Files of results whose SHA-256 is neither in themselves nor in a log; logs and README are left out."""
     known = {*sealed_files(results), *manifest(results), results / "README.md"}
     files = {file for file in results.rglob("*") if file.is_file() and file.parent != results / "logs"}
     return sorted(files - known)
 
 
 def seal(file: Path, kind: str) -> None:
-    """Append the seal, the SHA-256 of its content, to a ``.nc`` or ``.json`` file.
+    """Append to a file the SHA-256 of its content; `kind` is ".nc" or ".json".
 
-    The file lacks only its seal; a JSON object also its closing brace.
+    A JSON file is given without its closing brace, which is appended too.
     """
     before, after = SEALS[kind]
     with file.open("r+b") as opened:
@@ -88,13 +88,13 @@ def seal(file: Path, kind: str) -> None:
 
 
 def check_seal(path: Path) -> None:
-    """Raise `DamagedError` if a sealed file's SHA-256 is missing or belongs to other content."""
+    """Raise `DamagedError` if the SHA-256 at the end of a file is missing or not that of its content."""
     with regular_file(path, LARGEST_RESULT) as file:
         _check_end(path, file)
 
 
 def unsealed(path: Path) -> bytes:
-    """Return the content of a sealed JSON file without its seal, after `check_seal`."""
+    """Content of a JSON file before the SHA-256 at its end, which is checked."""
     with regular_file(path, LARGEST_JSON) as file:
         length = _check_end(path, file)
         file.seek(0)
@@ -102,7 +102,7 @@ def unsealed(path: Path) -> bytes:
 
 
 def _check_end(path: Path, file: BinaryIO) -> int:
-    """Return the number of bytes before the seal."""
+    """Check the SHA-256 at the end of a file; return the number of bytes before it."""
     before, after = SEALS[path.suffix]
     length = max(0, os.fstat(file.fileno()).st_size - len(before) - 64 - len(after))
     digest, rest = hashlib.sha256(), length

@@ -35,7 +35,7 @@ ABOUT = {
 
 
 def close_up(experiment: Experiment) -> tuple[int, int]:
-    """Return the first and the last step of a run's close-up."""
+    """First and last step of the short part of a run that the report shows enlarged."""
     length = min(round(CLOSE_UP / experiment.h), experiment.steps)
     first = min(experiment.steps // 3, experiment.steps - length)
     first -= first % experiment.pressure_stride
@@ -43,7 +43,7 @@ def close_up(experiment: Experiment) -> tuple[int, int]:
 
 
 def shown_steps(experiment: Experiment) -> np.ndarray:
-    """Steps of the samples that the report shows: as configured, and finer in the close-up."""
+    """Steps whose samples the report shows: as configured, and more in the enlarged part."""
     first, last = close_up(experiment)
     finer = min(experiment.pressure_stride, max(1, round(CLOSE_UP_SAMPLE / experiment.h)))
     return np.union1d(
@@ -52,7 +52,10 @@ def shown_steps(experiment: Experiment) -> np.ndarray:
 
 
 def interval_edges(experiment: Experiment) -> np.ndarray:
-    """Steps at which intervals begin, then the run's end. An interval excludes its end, but for the last."""
+    """First step of each interval, then the run's last step.
+
+    An interval ends before the next begins; the last one includes the run's last step.
+    """
     samples = experiment.steps // experiment.pressure_stride
     long = max(1, -(-samples // INTERVALS)) * experiment.pressure_stride
     first, last = close_up(experiment)
@@ -62,7 +65,7 @@ def interval_edges(experiment: Experiment) -> np.ndarray:
 
 
 def lowest_and_highest(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Lowest and highest value of every step of each interval, shape (2, interval)."""
+    """Lowest and highest value within each interval, over all of its steps: shape (2, interval)."""
     return np.stack([np.minimum.reduceat(values, edges[:-1]), np.maximum.reduceat(values, edges[:-1])])
 
 
@@ -72,7 +75,10 @@ def mean_by_interval(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def n_shown(n: tuple[float, ...], best_n: np.ndarray) -> np.ndarray:
-    """Place in `n` of each choice of n, shape (choice, model); -1 where a model failed at every n."""
+    """Index in `n` of each model's best n and of the common n, shape (choice, model).
+
+    The best n is -1 where `best_n` is NaN.
+    """
     grid = np.array(n)
     best = [int(np.abs(grid - value).argmin()) if np.isfinite(value) else -1 for value in best_n]
     return np.array([best, np.full(len(best), np.abs(grid - COMMON_N).argmin())])
@@ -81,9 +87,11 @@ def n_shown(n: tuple[float, ...], best_n: np.ndarray) -> np.ndarray:
 def traced(
     experiment: Experiment, study: Study, recording: Recording, transport: str, best_n: np.ndarray
 ) -> xr.Dataset:
-    """Errors of each model at two choices of n: samples, and figures of every step by interval.
+    """Errors of each model over time, at its best n and at a common n, for the report.
 
-    `best_n` has each model's best n, NaN where it failed at all.
+    They are given as samples and, by interval, as mean square, lowest and highest error over all steps.
+    `transport` names the signal sampling, "published" or "exact"; `best_n` is NaN where a model failed at
+    some n.
     """
     lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
     places = n_shown(study.n, best_n)
@@ -133,7 +141,7 @@ def write_traces(
     outputs: Mapping[str, Path],
     code_sha256: str,
 ) -> None:
-    """Write the traces of one experiment with each signal sampling."""
+    """Write the errors over time (`traced`) of one experiment, a file for each sampling in `outputs`."""
     e = study.experiments[name]
     for transport, output in outputs.items():
         best = best_n[transport].sel(experiment=name, model=list(MODELS)).values
