@@ -81,39 +81,38 @@ _CHANGES = (
 CHANGED = dict(zip(UNFITTED, _CHANGES, strict=True))
 
 
-def shifts(
-    problem: Problem, theta: np.ndarray, J: np.ndarray, inverse: np.ndarray, known: Accuracy
-) -> np.ndarray:
-    """Shifts of the parameters by each of the `UNFITTED`, off by its accuracy; shape (quantity, parameter).
+def shifts(changes: np.ndarray, J: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """Shifts of the parameters, on the scale of the search, by `changes`; shape (quantity, parameter).
 
-    They are on the scale of the search, at the optimum `theta`. J is the derivative of the pressures, in
-    units of P_s, `inverse` that of the curvature.
+    J is the derivative of the pressures, in units of P_s, `inverse` that of the curvature.
     """
-    change = _changes(problem, theta, known)
-    return change.reshape(len(change), -1) @ J.reshape(-1, len(theta)) @ inverse
+    return changes.reshape(len(changes), J[..., 0].size) @ J.reshape(-1, len(inverse)) @ inverse
 
 
-def misfit(problem: Problem, theta: np.ndarray, J: np.ndarray, inverse: np.ndarray, known: Accuracy) -> float:
-    """Residual that errors of the `UNFITTED` within their accuracy leave, Pa: standard deviation.
+def misfit(changes: np.ndarray, J: np.ndarray, inverse: np.ndarray) -> float:
+    """Residual that `changes` leave where the parameters shift, in units of P_s: standard deviation."""
+    left = (
+        changes.reshape(len(changes), J[..., 0].size)
+        - shifts(changes, J, inverse) @ J.reshape(-1, len(inverse)).T
+    )
+    return float(np.sqrt(np.sum(np.mean(left**2, axis=1)))) / LIMITS
 
-    It is what the shifts of the parameters, as from `shifts`, do not take up.
+
+def changes_of(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarray:
+    """Change of the residual by each of the `UNFITTED` that is off by its accuracy.
+
+    In units of P_s, at the optimum `theta`, shape (quantity, chamber, sample).
     """
-    change = _changes(problem, theta, known)
-    taken = shifts(problem, theta, J, inverse, known) @ J.reshape(-1, len(theta)).T
-    left = change.reshape(len(change), -1) - taken
-    return problem.plant.conditions.P_s * float(np.sqrt(np.sum(np.mean(left**2, axis=1)))) / LIMITS
-
-
-def _changes(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarray:
-    """Change of the residual by each of the `UNFITTED`, in units of P_s, by (quantity, chamber, sample)."""
     plain = problem._replace(noisy=None)
-
-    def residual(changed: Problem) -> np.ndarray:
-        return changed.signals.P - replayed_pressures(changed, theta[None])[0, 0]
-
-    before = residual(plain)
-    changes = [np.nan_to_num(residual(changed(plain, known)) - before) for changed in CHANGED.values()]
-    return np.array(changes) / problem.plant.conditions.P_s
+    replayed = replayed_pressures(plain, theta[None])[0, 0]
+    result = np.zeros((len(CHANGED), *replayed.shape))
+    for row, change in enumerate(CHANGED.values()):
+        changed = change(plain, known)
+        if changed.signals.P is not plain.signals.P:
+            result[row] = changed.signals.P - plain.signals.P
+        elif changed is not plain:
+            result[row] = np.nan_to_num(replayed - replayed_pressures(changed, theta[None])[0, 0])
+    return result / problem.plant.conditions.P_s
 
 
 def prior_shifts(problem: Problem, inverse: np.ndarray, prior: np.ndarray, known: Accuracy) -> np.ndarray:

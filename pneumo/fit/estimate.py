@@ -10,7 +10,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
-from pneumo.fit.configured_quantities import misfit, prior_shifts, shifts
+from pneumo.fit.configured_quantities import changes_of, misfit, prior_shifts, shifts
 from pneumo.fit.fit_problem import (
     FULL,
     LIMITS,
@@ -35,6 +35,7 @@ from pneumo.fit.fit_warnings import (
 from pneumo.fit.fitted_parameters import ALSO, REPORTED, SHIFTING, STARTS, start_name
 from pneumo.fit.least_squares import Fit, descend, fit
 from pneumo.fit.parameter_intervals import (
+    HALF_WIDTH,
     correlation,
     covariances,
     definite,
@@ -55,6 +56,7 @@ MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more
 NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
 OTHER_WALLS: tuple[Wall, ...] = ("k_0", "lambda_0 A_q")  # beside that of the full order
 ALONE_STEPS = 15  # of a search with one configured quantity free
+SLIGHT = 0.03  # of half an interval, by which noise in the position may move a parameter unsaid
 LAW_STEPS = 4  # from one wall's law to another's minimum
 
 
@@ -95,13 +97,29 @@ def estimate(
     split = split_of(record, part)
     problem = Problem(model, plant, record.part(0, split), {}, noisy, also, prior)
     few = problem if noisy is None else problem._replace(noisy=noisy[: 2 * FEW_PAIRS])
-    rough = best = fit(few, start=start)
-    if noisy is not None and len(noisy) > 2 * FEW_PAIRS:
+    plain = problem._replace(noisy=None)
+    optimum = fit(plain, start=start)
+    rough = best = optimum if noisy is None else descend(few, optimum.theta)
+    changes = np.zeros((0, *plain.signals.P.shape))
+    if known is not None:
+        changes = changes_of(plain, best.theta, known)
+
+    def judged(best: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Replayed pressures, shifts by what is configured, and covariances with these."""
+        fitted = replayed_pressures(problem, best.theta[None])[0, 0]
+        off = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
+        moved = configured_shifts(problem, best, changes, known)
+        both = covariances(best, off / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
+        return fitted, moved, both
+
+    fitted, moved, both = judged(best)
+    # Where noise in the position hardly matters, neither do more samples of it.
+    profiled = (few, rough)
+    if slight(best.theta - optimum.theta, both):
+        profiled = (plain, optimum)
+    elif noisy is not None and len(noisy) > 2 * FEW_PAIRS:
         best = descend(problem, rough.theta, most=2)  # so near, two steps are enough
-    fitted = replayed_pressures(problem, best.theta[None])[0, 0]
-    model_error = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
-    moved = configured_shifts(problem, best, known)
-    both = covariances(best, model_error / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
+        fitted, moved, both = judged(best)
     of_noise, _ = both
     laws = wall_law_shifts(few, best) if model is FULL and intervals else np.zeros((1, len(best.theta)))
     values = problem.values(best.theta)
@@ -109,7 +127,7 @@ def estimate(
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
         if name in intervals:
-            ends = parameter_interval(few, rough, best, i, both)
+            ends = parameter_interval(*profiled, best, i, both)
             ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
             low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
     # No model predicts the first pressures of the part held out: these alone are fitted.
@@ -139,7 +157,7 @@ def estimate(
         remainder,
         expected,
         related,
-        0.0 if known is None else misfit(problem, best.theta, best.jacobian, inverse_curvature(best), known),
+        plant.conditions.P_s * misfit(changes, best.jacobian, inverse_curvature(best)),
         problem.at_bound(best.theta),
         not definite(best),
     )
@@ -176,12 +194,18 @@ def best_start(problem: Problem) -> Fit:
     return min(tried, key=lambda fitted: fitted.squares)
 
 
-def configured_shifts(problem: Problem, best: Fit, known: Accuracy | None) -> np.ndarray:
+def slight(shift: np.ndarray, both: np.ndarray) -> bool:
+    """Whether a shift of the parameters is a small part of their intervals, by both covariances."""
+    halves = HALF_WIDTH * np.sqrt(np.max([np.diag(covariance) for covariance in both], axis=0))
+    return bool(np.all(np.abs(shift) <= SLIGHT * halves))
+
+
+def configured_shifts(problem: Problem, best: Fit, changes: np.ndarray, known: Accuracy | None) -> np.ndarray:
     """Shifts of the parameters by `SHIFTING`, each off by its accuracy, shape (quantity, parameter)."""
     if known is None:
         return np.zeros((len(SHIFTING), len(best.theta)))
     inverse = inverse_curvature(best)
-    unfitted = shifts(problem, best.theta, best.jacobian, inverse, known)
+    unfitted = shifts(changes, best.jacobian, inverse)
     result = np.append(unfitted, prior_shifts(problem, inverse, best.prior, known), axis=0)
     # A parameter that the record does not determine gets no limit from what is configured.
     low, high = problem.bounds()

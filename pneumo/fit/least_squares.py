@@ -4,7 +4,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import median_filter
 from scipy.optimize import least_squares
 
 from pneumo.errors import InputError
@@ -40,12 +39,17 @@ def without_spikes(J: np.ndarray) -> np.ndarray:
     """Derivative by (motion, chamber, samples, parameter), limited about that of motions and neighbours.
 
     Where a chamber meets its port's pressure eq (1) has no slope, and the derivative of one sample may be
-    larger than that of all others together.
+    larger than that of all others together. J is changed in place.
     """
-    middle = np.median(J, axis=0)
-    limit = SPIKE * np.percentile(np.abs(middle), USUAL_MAXIMUM, axis=1, keepdims=True)
-    usual = median_filter(middle, size=(1, NEIGHBOURS, 1))
-    return np.clip(J, usual - limit, usual + limit)
+    limit = SPIKE * np.percentile(np.abs(J[0]), USUAL_MAXIMUM, axis=1)
+    # Only a derivative above half the limit can differ from its neighbours by more than the limit.
+    side, sample, parameter = np.nonzero(np.maximum(J.max(axis=0), -J.min(axis=0)) > limit[:, None] / 2)
+    last, around = J.shape[2] - 1, np.arange(NEIGHBOURS) - NEIGHBOURS // 2
+    near = np.clip(sample[:, None] + around, 0, last)
+    usual = np.median(np.median(J[:, side[:, None], near, parameter[:, None]], axis=0), axis=1)
+    most = limit[side, parameter]
+    J[:, side, sample, parameter] = np.clip(J[:, side, sample, parameter], usual - most, usual + most)
+    return J
 
 
 def evaluate(problem: Problem, theta: np.ndarray) -> Fit:

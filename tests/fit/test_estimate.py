@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage.interval_coverage import true_parameters
 from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
+from pneumo.fit import estimate as fit_estimate
 from pneumo.fit import parameter_intervals as fit_intervals
 from pneumo.fit.closed.thermal_time_constant import transient
 from pneumo.fit.estimate import estimate, split_of
@@ -69,6 +70,29 @@ def test_parameters_become_lanes_dead_volumes_and_starts(model):
         start = np.array([[P_A, P_B]])
         one = pressures_of_sets(s.u, s.motion[None], lanes, V_d, own, s.h, s.stride, start)[0, 0]
         np.testing.assert_allclose(pressure, one, rtol=1e-9)  # the order of sums, in all steps
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_noise_in_the_position_is_left_out_only_where_it_hardly_matters(rough, known, monkeypatch):
+    noise = 1e-3 if rough else 1e-5  # m
+    record = record_of(known, x=known.x + np.random.default_rng(5).normal(0.0, noise, len(known.x)))
+    noises = with_added_noise(record.part(0, split_of(record)), FEW_PAIRS + 1)
+
+    def found():
+        return estimate(MODELS["M7"], known.configured, record, noisy=noises, intervals=("k_xu",))
+
+    short = found()
+    monkeypatch.setattr(fit_estimate, "SLIGHT", -1.0)  # never
+    exact = found()
+    if rough:  # there the shorter way is not taken
+        assert short.values == exact.values and short.high == exact.high
+        return
+    half = np.log(exact.high["k_xu"] / exact.low["k_xu"]) / 2
+    assert short.high != exact.high
+    for name in ("values", "low", "high"):
+        moved = np.log(getattr(short, name)["k_xu"] / getattr(exact, name)["k_xu"])
+        # SLIGHT of it by the noise, and the rest by six noises in place of eight.
+        assert abs(moved) < 0.2 * half, name
 
 
 @pytest.mark.slow
