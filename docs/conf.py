@@ -22,6 +22,7 @@ import fragments
 import live_link
 import notebooks
 import readme_blocks
+from rig_scheme import rig_scheme
 
 # A folder like a checkout, in which notebooks run; removed when the build ends.
 _examples = tempfile.TemporaryDirectory()
@@ -47,6 +48,7 @@ myst_substitutions = {
     "fitted_parameters": fragments.fitted_parameters(),
     "record_formats": fragments.record_formats(),
     "rig_quantities": fragments.rig_quantities(),
+    "rig_scheme": rig_scheme(),
     "files": fragments.files(examples / notebooks.SMALL),
     "results": notebooks.kind_of_results(),
     "commands": fragments.commands(),

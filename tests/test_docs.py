@@ -7,6 +7,7 @@ import tomllib
 from collections import Counter
 from functools import cache
 from pathlib import Path
+from xml.etree import ElementTree
 
 import nbformat
 import numpy as np
@@ -211,6 +212,20 @@ def test_pictures_of_pages_are_of_one_width():
         assert picture[1:4] == b"PNG" and int.from_bytes(picture[16:20], "big") == 1200
         assert len(picture) < 300_000
         assert f"(../paper/readme/{name}.png)" in text
+
+
+def test_the_scheme_of_a_rig_shows_every_volume_and_restriction():
+    from rig_scheme import DESCRIPTION, rig_scheme
+
+    from pneumo.fit.rig.rig_file import OF_B, QUANTITIES
+
+    drawing = ElementTree.fromstring(re.search("<svg.*</svg>", rig_scheme(), re.DOTALL)[0])
+    texts = {text.text for text in drawing.iter("text")}
+    parts = {name for name in QUANTITIES if re.search("volume$|_C|_b|^k_0|^store|bore|orifice", name)} - {
+        *OF_B
+    }
+    assert parts <= texts and {"silencer_C", "hose_volume", "k_0"} <= parts
+    assert drawing.find("desc").text == DESCRIPTION and drawing.get("role") == "img"
 
 
 def test_sentences_of_measurements_hold():

@@ -81,7 +81,7 @@ class RigReplay(NamedTuple):
 
 
 class Network(NamedTuple):
-    """Arguments of `replay` for a run of a rig: nodes are the chambers, then their lines, then the supply.
+    """Arguments of `replay` for a run of a rig: nodes are chambers, their lines, silencers, and the supply.
 
     Volumes are linear in the position, areas in the valve's opening.
     """
@@ -111,7 +111,8 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> Netw
     has_valve = rig.has("valve_C_in")
     supplied = has_valve and rig.has("supply_volume")
     lines = len(sides) * rig.has("hose_volume")
-    count = len(sides) + lines + supplied
+    silencers = len(sides) * rig.has("silencer_volume")
+    count = len(sides) + lines + silencers + supplied
     atmosphere, source = count, count + 1  # the surroundings follow the nodes
     supply = count - 1 if supplied else source
     surroundings = [(P_atm, T_amb), (v["P_s"], T_amb)] if has_valve else [(P_atm, T_amb)]
@@ -151,19 +152,25 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> Netw
             links.append(Link(port, number, v.get("hose_b", np.nan), v["hose_out_over_in"]))
             areas.append(np.full_like(t, C * of("hose_C", side)))
         if rig.has("orifice"):
-            links.append(Link(port, atmosphere))
+            links.append(Link(port, atmosphere, v.get("orifice_b", np.nan)))
             areas.append(np.full_like(t, v["C_d"] * np.pi / 4 * v["orifice"] ** 2))
         elif has_valve:
             to_supply = 1.0 - is_open if side else is_open
             b = v.get("valve_b", np.nan)
-            links += [Link(supply, port, b), Link(port, atmosphere, b)]
+            exhaust = len(sides) + lines + number if silencers else atmosphere
+            links += [Link(supply, port, b), Link(port, exhaust, v.get("valve_b_out", b))]
             areas += [C * of("valve_C_in", side) * to_supply, C * of("valve_C_out", side) * (1.0 - to_supply)]
     nodes += hoses
     volumes += hose_volumes
+    for number in range(silencers):
+        nodes.append(Node(lane, full, P_atm, T_amb, P_atm, T_amb, T_amb))
+        volumes.append(np.full_like(t, v["silencer_volume"]))
+        links.append(Link(len(sides) + lines + number, atmosphere, v.get("silencer_b", np.nan)))
+        areas.append(np.full_like(t, C * v["silencer_C"]))
     if supplied:
         nodes.append(Node(full_order_lane(gas.gamma), True, v["P_s"], T_amb, v["P_s"], T_amb, T_amb))
         volumes.append(np.full_like(t, v["supply_volume"]))
-        links.append(Link(source, supply))
+        links.append(Link(source, supply, v.get("regulator_b", np.nan)))
         areas.append(np.full_like(t, C * v["regulator_C"]))
     ratios += [np.ones_like(t)] * (count - len(sides))
     sensor = len(sides) if lines and rig.sensor == "valve" else 0

@@ -135,6 +135,35 @@ def test_a_supply_that_sags_is_shared_by_both_chambers():
     assert np.abs(with_other - alone).max() > 1e3
 
 
+@pytest.mark.parametrize("model", ["M8", "full order"])
+def test_a_silencer_holds_pressure_back_and_a_wide_one_is_none(model):
+    known = {name: value for name, value in ABOUT.items() if not isinstance(value, list)}
+    known |= {"dead_volume_mL": 40, "valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
+    run = Run(1e-3, np.zeros(200), 0.02, 0.08, Points(np.arange(200) * 1e-3, np.full(200, 1e5)))
+
+    def vented(**more):
+        of_rig = rig(known | more, "test")
+        values = {name: low for name, (low, _) in of_rig.ends.items()}
+        return replay_run(of_rig, model, values, run).P.values
+
+    def silenced(volume, C, **more):
+        return vented(silencer_volume_mL=volume, silencer_C_dm3_per_sbar=C, **more)
+
+    without = vented()
+    # A hundred times as wide as the valve, and 1/40 of the chamber's volume.
+    np.testing.assert_allclose(silenced(1, 100), without, rtol=2e-3)
+    narrow = silenced(1, 1)
+    # Until the valve closes, only what leaves while it opens differs.
+    np.testing.assert_allclose(narrow[:80], without[:80], rtol=5e-3)
+    assert (narrow[95:140] > 1.05 * without[95:140]).all()
+    # Two equal restrictions in series, by ISO 6358: 0.65 to 0.75 of one's C, as b is from 0.5 to 0.2. By the
+    # time to fall from 4 to 2 bar, which is inverse to C.
+    fall = [np.ptp(np.interp([-4e5, -2e5], -P[80:], np.arange(120))) for P in (without, narrow)]
+    assert 0.6 < fall[0] / fall[1] < 0.8
+    assert np.abs(silenced(1, 1, silencer_b=0.2) - narrow).max() > 1e3
+    assert np.abs(vented(valve_b_out=0.2) - without).max() > 1e3
+
+
 def test_a_skin_of_the_wall_is_a_store_beside_the_gas_with_other_numbers():
     gas_k, back, c = 5.0, 3.0, 40.0
     slow = gas_k * back / (gas_k + back)  # both in series
