@@ -43,7 +43,16 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
 
     A call would copy the arguments, and a plant is some fifty numbers: that took half of a full-order step.
     """
-    return register_jitable(forceinline=True)(function)
+    return register_jitable(forceinline=True, no_cfunc_wrapper=True)(function)
+
+
+def inlined_first(function: Callable[..., Any]) -> Any:
+    """Let kernels use a function; Numba puts its code in place of every call before it infers types.
+
+    So it is compiled as a part of its caller only; with ``register_jitable(inline="always")`` Numba would
+    compile it on its own first, and throw that away.
+    """
+    return numba.njit(inline="always")(function)
 
 
 # The physics is plain Python and does not load Numba; `reference` does the same for the models.

@@ -2,12 +2,11 @@
 """How recorded signals reach a replay: what each Runge-Kutta stage reads of u, x and v."""
 
 import numpy as np
-from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.sampling import EXACT_SAMPLING, Sampling
 from pneumo.physics.valve import limited
-from pneumo.simulation.compiled import inlined
+from pneumo.simulation.compiled import inlined, inlined_first
 from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import Recording, copy_state, full_order_step
 from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, C
@@ -49,7 +48,7 @@ def line_between(series: np.ndarray, position: float, every: int, last: int) -> 
     return series[k * every] + (position - k) * (series[(k + 1) * every] - series[k * every])
 
 
-@register_jitable(inline="always")  # by Numba, as `vectorised.advance`
+@inlined_first
 def stage_inputs(
     recording: Recording,
     sampling: Sampling,
