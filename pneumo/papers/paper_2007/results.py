@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import least_squares
+from scipy.optimize import minimize
 
 from pneumo.fit.closed.thermal_time_constant import mean_pressure, seven_steps
 from pneumo.papers.paper_2007.printed_tables import PrintedNumber, table1, tables_2_to_5
@@ -16,7 +16,7 @@ from pneumo.storage.files import read
 
 INPUTS = ("P_i", "S_i", "S_f", "P_f", "delta_P", "tau", "T_av")  # of Tables 2 to 4
 C_V = (717.0, 718.0)  # J/(kg K): R / (gamma - 1) and textbooks; not printed
-MET = 1e-6  # of a half unit: rounding of the search for inputs that meet a whole column
+MET = 1e-6  # of a half unit: what the search leaves; A2 is nearest to the limit, 5e-4 below
 MOST_DROPPED = 1  # cells without which a column may still follow
 CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=len(INPUTS) + 1)))
 QUANTITIES = ("m", "A_q", "V_d", "k_av", "P_av", "lambda_av", "lambda_0", "k_0", "V_f", "V_f_over_A_q")
@@ -76,20 +76,31 @@ class Results:
         """Names of the fewest cells to leave out so that one set of inputs gives all others of a column."""
         cells = [name for row, name in self.printed if row == column and name in QUANTITIES]
 
-        def outside(moved: np.ndarray, names: list[str]) -> np.ndarray:
-            """Distance from the printed range, in half units."""
+        def off(moved: np.ndarray, names: list[str]) -> np.ndarray:
+            """Distances from the printed values, in half units."""
             found = self.follows(column, moved)
-            off = [
-                (float(found[n]) - self.printed[column, n].value) / self.printed[column, n].half
-                for n in names
-            ]
-            return np.maximum(np.abs(off) - 1, 0.0)
+            printed = [self.printed[column, name] for name in names]
+            return np.array([(found[n] - p.value) / p.half for n, p in zip(names, printed, strict=True)])
+
+        def farthest(names: list[str]) -> float:
+            """Smallest possible distance of the cell that is farthest from its printed value."""
+            within = {
+                "type": "ineq",
+                "fun": lambda z: np.outer((1, -1), off(z[:-1], names)).ravel() + z[-1],
+            }
+            start = np.zeros(len(INPUTS) + 1)
+            return minimize(
+                lambda z: z[-1],
+                [*start, np.abs(off(start, names)).max()],
+                method="SLSQP",
+                bounds=[(-1, 1)] * len(start) + [(0, None)],
+                constraints=within,
+                options={"maxiter": 500, "ftol": 1e-12},
+            ).fun
 
         for number in range(MOST_DROPPED + 1):
             for dropped in itertools.combinations(cells, number):
                 kept = [name for name in cells if name not in dropped]
-                start = np.zeros(len(INPUTS) + 1)
-                best = least_squares(outside, start, bounds=(-1.0, 1.0), args=(kept,), xtol=1e-12, ftol=1e-12)
-                if best.fun.max() < MET:
+                if farthest(kept) < 1 + MET:
                     return dropped
         return tuple(cells)
