@@ -26,7 +26,7 @@ def regular_file(path: Path, largest: int) -> Generator[BinaryIO]:
         if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "not a regular file", str(path))
         if status.st_size > largest:
-            raise OSError(errno.EFBIG, f"must have at most {largest} bytes", str(path))
+            raise OSError(errno.EFBIG, f"is too large: at most {largest} bytes are read", str(path))
         with named(path):
             yield stream
 

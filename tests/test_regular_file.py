@@ -68,7 +68,7 @@ def test_a_small_file_that_would_fill_the_memory_is_refused_before_it_is_loaded(
     seal(tmp_path / "fleet.nc", ".nc")
     assert (tmp_path / "fleet.nc").stat().st_size < 30_000
     code, _, err = inside("study", "--from", tmp_path, "--cylinder", "mine")
-    words = "block would have 160000000000 bytes: at most 8000000000 for all"
+    words = "block would take 160000000000 bytes of memory: at most 8000000000 for all"
     assert code == 2 and len(err.splitlines()) == 1 and words in err
     inside("init")
     code, _, err = inside("fit", "record.nc", "--config", "cylinder.yaml")

@@ -156,7 +156,7 @@ def fit(
         for option in [
             name for name, given in (("model", model), ("also", also), ("validate", other)) if given
         ]:
-            raise InputError(f"--{option}: closed chambers are fitted with thermal laws; leave it out")
+            raise InputError(f"--{option}: the fit of closed chambers has no such choice; leave it out")
         rest = measured.since(closed_from)
         if len(rest.u) < FEWEST_SAMPLES:
             left = f"leaves {len(rest.u)} samples of {measured.t[-1]:g} s: must be at least {FEWEST_SAMPLES}"

@@ -53,7 +53,7 @@ def verdict(
     from pneumo.publish.text.verdict_text import verdict_lines
 
     if runs is not None and (record or paper != "2006"):
-        raise ResultError("--runs: judged by the paper of 2006 only, and never recorded as its statuses")
+        raise ResultError("--runs: only for the paper of 2006, and without --record")
     judged = _verdict_on(runs, tool, output or runs / "verdict") if runs else current_verdict(results, paper)
     for line in verdict_lines(judged):
         typer.echo(line)

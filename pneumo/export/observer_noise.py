@@ -62,7 +62,7 @@ def observer_noise(system: System, sensors: str) -> ObserverNoise:
     A model that was not tuned gets the process noise that is the default of `pneumo.ekf`.
     """
     if sensors not in SENSORS:
-        raise InputError(f"--observer {sensors}: must be one of {', '.join(SENSORS)}: pressures measured")
+        raise InputError(f"--observer {sensors}: must name the pressures measured: {', '.join(SENSORS)}")
     kept, plant = _kept(), system.plant
     pressure = kept["pressure_noise"][sensors].get(system.name)
     return ObserverNoise(

@@ -67,7 +67,9 @@ def exported(
         name.
     """
     if observer is not None and not dynamics.proportional:
-        raise InputError("--observer: is for a valve without valve_dynamics, whose opening is its command")
+        raise InputError(
+            "--observer: not for a cylinder with valve_dynamics: its filter has no valve that lags"
+        )
     moving = piston or observer is not None
     chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics)
     if target not in TARGETS:
@@ -75,17 +77,19 @@ def exported(
     if precision not in PRECISIONS:
         raise InputError(f"--precision {precision}: must be one of {', '.join(PRECISIONS)}")
     if precision == "float" and target not in STEPPING:
-        raise InputError(f"--precision float: is for c and st; {target} computes in double precision")
+        raise InputError(
+            f"--precision float: only with --to c and --to st; {target} computes in double precision"
+        )
     if target in ("matlab", "casadi") and observer is None and (piston or not valve):
         raise InputError(
-            f"--to {target}: rates of the chambers with valve; --piston and --no-valve are for c, st, fmu"
+            f"--piston, --no-valve: only with --to c, st and fmu; {target} gets the chambers with their valve"
         )
     if not (chosen.name.isascii() and chosen.name.isidentifier()):
         raise InputError(
             f"model name {chosen.name!r}: must be letters, digits and _; an exported function gets this name"
         )
     if observer is not None and (target not in STEPPING or not valve):
-        raise InputError("--observer: is for c and st, with the valve")
+        raise InputError("--observer: only with --to c and --to st, and without --no-valve")
     stem = chosen.name if stem is None else stem
     if target in STEPPING:
         noise = None if observer is None else observer_noise(chosen, observer)

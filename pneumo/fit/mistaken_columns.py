@@ -53,6 +53,6 @@ def check_columns(measurement: Measurement, plant: Plant, *, command: Sampling =
     error, best = min((quick_fit_error(right, plant, command), text) for text, right in candidates)
     if error < BETTER * as_given:
         raise InputError(
-            f"{measurement.name}: {best}: a quick fit of {MODEL} is then off by {error / 1e3:.3g} kPa rms,"
+            f"{measurement.name}: {best}: a quick fit of {MODEL} is then off by {error / 1e3:.3g} kPa RMS,"
             f" and by {as_given / 1e3:.3g} kPa as the columns are; --trust skips this check"
         )

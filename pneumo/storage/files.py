@@ -205,7 +205,9 @@ def check_sizes(path: Path, largest: int, variables: Sequence[str] = ()) -> None
         sizes = {name: _bytes_in_memory(file.variables[name]) for name in names}
     if sum(sizes.values()) > largest:
         name = max(sizes, key=lambda name: sizes[name])
-        raise ValueError(f"{printable(name, 40)} would have {sizes[name]} bytes: at most {largest} for all")
+        raise ValueError(
+            f"{printable(name, 40)} would take {sizes[name]} bytes of memory: at most {largest} for all"
+        )
 
 
 def _bytes_in_memory(variable: Any) -> int:
@@ -225,10 +227,10 @@ def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]
         # Absolute: a relative name might look like a network address.
         with LOCK, xr.open_dataset(path.absolute(), engine="netcdf4") as dataset:
             if dataset.attrs.get("source") != COMMON["source"]:
-                raise DamagedError(path, "foreign: not a result of pneumo")
+                raise DamagedError(path, "was not written by pneumo")
             experiment = dataset.coords.get("experiment")
             if experiment is not None and experiment.ndim == 0 and experiment.item() != path.stem:
-                raise DamagedError(path, f"foreign: it is about experiment {experiment.item()}")
+                raise DamagedError(path, f"holds experiment {experiment.item()}, not the one of its name")
             yield dataset
     except FileNotFoundError:
         raise _absent(path) from None

@@ -94,4 +94,4 @@ def test_a_small_record_that_would_fill_the_memory_is_one_line(tmp_path):
             file.createVariable(name, "f8", ("t_P",), zlib=True)
     done = invoke(TANK, str(tmp_path / "points.nc"))
     assert isinstance(done.exception, InputError), done.output
-    assert "would have 160000000000 bytes: at most 200000000 for all" in str(done.exception)
+    assert "would take 160000000000 bytes of memory: at most 200000000 for all" in str(done.exception)

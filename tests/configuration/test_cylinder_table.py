@@ -126,7 +126,7 @@ def test_a_file_that_cannot_be_read_or_is_too_large(fleet, monkeypatch):
     assert "cylinders = 'none.csv': cannot be read" in refusal(fleet(cylinders="none.csv"))
     assert "cylinders = 'fleet.csv': cannot be read" in refusal(fleet(f"é,{ROW}", encoding="latin-1"))
     monkeypatch.setattr(cylinder_table, "LARGEST_TABLE", 100)
-    assert "must have at most 100 bytes" in refusal(fleet(f"a,{ROW}"))
+    assert "is too large: at most 100 bytes" in refusal(fleet(f"a,{ROW}"))
 
 
 def test_the_size_of_a_block_is_no_part_of_what_is_computed(fleet):

@@ -172,9 +172,9 @@ def test_models_that_were_not_tuned_say_so(plant):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"target": "fmu"}, "--observer: is for c and st, with the valve"),
-        ({"target": "matlab"}, "--observer: is for c and st, with the valve"),
-        ({"target": "c", "valve": False}, "--observer: is for c and st, with the valve"),
+        ({"target": "fmu"}, "--observer: only with --to c and --to st"),
+        ({"target": "matlab"}, "--observer: only with --to c and --to st"),
+        ({"target": "c", "valve": False}, "--observer: only with --to c and --to st"),
         ({"target": "st", "observer": "three"}, "--observer three: must be one of none, one, both"),
     ],
 )

@@ -136,7 +136,7 @@ def test_a_foreign_file_is_one_line(tmp_path, content):
 def test_other_files_that_cannot_be_used_are_one_line_and_json_is_sealed_as_well(results, tmp_path):
     assert "snakemake" in one_line(tmp_path / "E01.nc")  # a missing one says what makes it
     shutil.copy(results / "datum/E06.nc", tmp_path / "E07.nc")
-    assert "foreign: it is about experiment E06" in one_line(tmp_path / "E07.nc")
+    assert "holds experiment E06, not" in one_line(tmp_path / "E07.nc")
     assert "not a readable NetCDF-4 file" in one_line(tmp_path)
     text = one_line(results / "datum/E06.nc", "x", "mse")
     assert "no variable 'mse'" in text and "it has x, v, P, T, u, reference" in text

@@ -59,7 +59,7 @@ class Column(BaseModel):
             problem = f"unknown unit {printable(unit, 20)!r}" if unit else "no unit in the header"
             allowed = ", ".join([*units, *(["bar(g)"] if units is PRESSURE else [])])
             raise InputError(
-                f"{path}: column {printable(self.column, 30)}: {problem}; must be one of {allowed}"
+                f"{path}: column {printable(self.column, 30)}: {problem}; the units are {allowed}"
             )
         zero = P_atm if gauge else ZERO_CELSIUS if unit == "degC" else 0.0
         return factor * self.scale, factor * self.offset + zero

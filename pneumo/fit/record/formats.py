@@ -388,8 +388,8 @@ def _labview(path: Path, above: list[str], table: Table) -> Table:
 
     if first("X_Columns") == "Multi" or first("Multi_Headings") == "Yes":
         raise InputError(
-            f"{path}: X columns for each channel or headings for each segment: write the file with one header"
-            " and one X column at most"
+            f"{path}: each channel has its own X column, or there are headings between the rows: export the"
+            " file again with one header, and with one X column or none"
         )
     columns, (time, *channels) = table.columns, list(table.columns.columns)
     units = dict(zip(channels, map(plain_unit, header.get("Y_Unit_Label", [])), strict=False))
@@ -456,5 +456,5 @@ def read_table(path: Path, known_units: set[str]) -> Table:
         csv.Error,
         zlib.error,
     ) as error:
-        text = printable(" ".join(str(error).split()), 200)
-        raise InputError(f"{path}: not a readable {kind.name} file ({text})") from None
+        reason = (error.strerror if isinstance(error, OSError) else None) or " ".join(str(error).split())
+        raise InputError(f"{path}: not a readable {kind.name} file ({printable(reason, 200)})") from None

@@ -78,7 +78,7 @@ def read_run(file: Path, e: Experiment) -> tuple[Recording, xr.Dataset]:
             raise ResultError(f"{file}: {name} is not finite at sample {np.isfinite(values[name]).argmin()}")
     if (late := np.abs(values["t"] - t)).max() > TIME_STEP:
         k = int(late.argmax())
-        raise ResultError(f"{file}: t = {values['t'][k]:g} s at sample {k}: must be {t[k]:g} s")
+        raise ResultError(f"{file}: t = {values['t'][k]:.9g} s at sample {k}: must be {t[k]:.9g} s")
     measured = {name: values.get(name, np.full(count, np.nan)) for name in TEMPERATURES}
     T = {name: np.where(np.isnan(T), e.plant.conditions.T_amb, T) for name, T in measured.items()}  # not read
     states = [values["x"], values["v"], values["P_A"], T["T_A"], values["P_B"], T["T_B"]]
@@ -113,7 +113,7 @@ def read_errors(file: Path, e: Experiment, n: tuple[float, ...]) -> xr.Dataset:
         lost = asked.difference(cells.index)
         if cells.index.has_duplicates or len(lost):
             words = "a cell twice" if cells.index.has_duplicates else f"no cell of n, chamber {lost[0]}"
-            raise ResultError(f"{file}: {name} has {words}; needed is each n and chamber once")
+            raise ResultError(f"{file}: {name} has {words}: must have one row for each n and chamber")
         part = cells.loc[asked].to_xarray()
         parts[name] = part if model.has_n else part.isel(n=0, drop=True).expand_dims(n=list(n))
     cells = xr.concat(parts.values(), xr.Variable("model", list(parts))).astype(float)

@@ -170,10 +170,7 @@ def test_wide_long_endless_and_huge_files_are_refused_before_they_are_read(tmp_p
             read_measurement(file, known().configured)
         return str(error.value).replace(f"{tmp_path}/", "")
 
-    assert (
-        refusal("/dev/zero")
-        == "/dev/zero: not a readable CSV file ([Errno 22] not a regular file: '/dev/zero')"
-    )
+    assert refusal("/dev/zero") == "/dev/zero: not a readable CSV file (not a regular file)"
     wide, long, large = (tmp_path / f"{name}.csv" for name in ("wide", "long", "large"))
     wide.write_text(",".join(f"c{i}" for i in range(200_000)) + "\n" + ",".join(["1"] * 200_000) + "\n")
     assert refusal(wide) == "wide.csv: 200000 columns: must be at most 200"
@@ -181,7 +178,7 @@ def test_wide_long_endless_and_huge_files_are_refused_before_they_are_read(tmp_p
     os.truncate(large, 10**12)  # a terabyte of holes
     assert (
         refusal(large)
-        == "large.csv: not a readable CSV file ([Errno 27] must have at most 200000000 bytes: 'large.csv')"
+        == "large.csv: not a readable CSV file (is too large: at most 200000000 bytes are read)"
     )
     long.write_text("t_s,u_V\n" + "0,0\n" * 30)
     monkeypatch.setattr(record_formats, "MOST_ROWS", 20)
