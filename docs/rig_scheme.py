@@ -89,5 +89,5 @@ def rig_scheme() -> str:
         f' style="color: var(--color-foreground-primary)"><desc id="rig-scheme">{DESCRIPTION}</desc>'
         "<style>text { fill: currentColor; stroke: none }</style>"
     )
-    scrolls = '<div style="overflow-x: auto">'
+    scrolls = '<div style="overflow-x: auto" tabindex="0">'
     return "\n".join(["```{raw} html", scrolls + head, *parts, "</svg></div>", "```"])

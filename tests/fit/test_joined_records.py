@@ -64,7 +64,7 @@ def test_the_first_part_of_each_comes_first_and_one_cut_parts_them_all():
     [
         ({"period": 2e-3}, r"b.csv: period 2 ms, of a.csv 1 ms: must be the same"),
         ({"P_s": np.zeros(201)}, "b.csv: column P_s: must be in all records or in none"),
-        ({"closed": True}, "b.csv: closed chambers"),
+        ({"closed": True}, "b.csv: is a record of closed chambers"),
     ],
 )
 def test_records_that_cannot_be_fitted_together_are_refused(changes, words):

@@ -35,7 +35,7 @@ def joined(records: Sequence[Measurement], part: float, most: int) -> tuple[Meas
             if (getattr(other, field) is None) != (getattr(first, field) is None):
                 raise InputError(f"{other.name}: column {column}: must be in all records or in none")
     if closed := [record.name for record in records if record.closed]:
-        raise InputError(f"{closed[0]}: is a record of closed chambers, which is fitted alone")
+        raise InputError(f"{closed[0]}: is a record of closed chambers; fit it alone")
     limit = most // len(records)
     cuts = [min(round(part * (len(m.u) - 1)), limit) for m in records]
     pieces = [(m, 0, cut) for m, cut in zip(records[:-1], cuts, strict=False)]
