@@ -1,5 +1,6 @@
 """Parts of a unit in Structured Text: declarations, numbers, expressions, statements and their cost."""
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,7 +10,9 @@ from sympy.printing.precedence import precedence
 
 from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Statement
-from pneumo.export.printing import assignments
+from pneumo.equations.system import System, quantity
+from pneumo.export.known_steps import scale
+from pneumo.export.printing import Printed, assignments, printed
 
 KEYWORDS = ("IF {} THEN", "ELSIF {} THEN", "ELSE", "END_IF;")
 TYPES = {"double": "LREAL", "float": "REAL"}
@@ -167,6 +170,114 @@ def numbers(values: Any, precision: str) -> tuple[str, ...]:
     return tuple(number(float(value), precision) for value in values)
 
 
-def assigned(statements: list[Statement], printer: Text, real: str) -> list[Variable]:
-    """Declarations of the variables that statements assign; `real` is their type."""
-    return [Variable(printer.name(name), real) for s in statements for name in s.names]
+class SystemText(NamedTuple):
+    """A system in Structured Text: what the block that steps it and its observer have in common."""
+
+    system: System
+    precision: str
+    parts: Printed
+    inside: Text  # of statements on one chamber
+    outside: Text  # of those on valve and piston
+
+    @property
+    def real(self) -> str:
+        """Type of its real numbers."""
+        return TYPES[self.precision]
+
+    def number(self, value: float) -> str:
+        """Literal of a real number."""
+        return number(value, self.precision)
+
+    def numbers(self, values: Any) -> tuple[str, ...]:
+        """Literals of several real numbers."""
+        return tuple(self.number(float(value)) for value in values)
+
+    def quantity(self, name: str, initial: float = 0.0) -> Variable:
+        """Declaration of an input or a state, with its unit and meaning."""
+        return Variable(name, self.real, (self.number(initial),), described(name))
+
+    @property
+    def constants(self) -> list[Variable]:
+        """Declarations of the plant's numbers."""
+        return [
+            Variable(self.outside.name(c.name), self.real, (self.number(c.value),), c.comment)
+            for c in self.parts.constants
+        ]
+
+    @property
+    def costs(self) -> tuple[Cost, Cost, Cost]:
+        """Operations of one chamber, of valve and piston, and of the stops, at most."""
+        return (
+            statement_cost(self.parts.chamber, self.inside),
+            statement_cost([*self.parts.valve, *self.parts.piston], self.outside),
+            statement_cost(self.parts.stops, self.outside),
+        )
+
+    @property
+    def statements(self) -> dict[str, list[str]]:
+        """Lines of the statements, by part."""
+        return {
+            "opened": lines(self.parts.valve, self.outside),
+            "piston": lines(self.parts.piston, self.outside),
+            "stops": lines(self.parts.stops, self.outside),
+            "chamber": lines(self.parts.chamber, self.inside),
+        }
+
+    def variables(self, of_chamber: Iterable[str], counters: Iterable[str]) -> list[Variable]:
+        """Declarations of the variables that the statements use; `of_chamber` are the inputs of a chamber."""
+
+        def assigned(statements: list[Statement], printer: Text) -> list[Variable]:
+            return [Variable(printer.name(name), self.real) for s in statements for name in s.names]
+
+        return [
+            *assigned([*self.parts.valve, *self.parts.piston, *self.parts.stops], self.outside),
+            *[Variable("v_before", self.real)] * self.system.piston,
+            *(Variable(f"{name}_side", self.real) for name in of_chamber),
+            Variable("area", self.real, comment="m^2, of the piston"),
+            Variable("V_d", self.real, comment="m^3, dead volume"),
+            *assigned(self.parts.chamber, self.inside),
+            Variable("started", "BOOL", ("FALSE",)),
+            *(Variable(name, "INT") for name in counters),
+        ]
+
+
+def described(name: str) -> str:
+    """Unit and meaning of an input or a state."""
+    return ", ".join(quantity(name))
+
+
+def system_text(system: System, precision: str, also: Iterable[str] = ()) -> SystemText:
+    """Text of a system; `also` as in `printed`."""
+    inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
+    return SystemText(system, precision, printed(system, also), inside, outside)
+
+
+def comparing_program(
+    system: System,
+    precision: str,
+    block: tuple[str, str],
+    compared: str,
+    arrays: list[Variable],
+    body: str,
+) -> Unit:
+    """Program that compares results of a function block with those in Python.
+
+    `block` are the block's name and that of its instance, `compared` what the program compares.
+    """
+    name, instance = block
+    real, last = TYPES[precision], (len(system.states) - 1,)
+    own = [
+        Variable(instance, name),
+        Variable("passed", "BOOL", ("FALSE",), f"all {compared} agree"),
+        Variable("largest", real, comment="largest relative difference from Python"),
+        Variable("failures", "INT", comment="calls that failed"),
+        Variable("difference", real, last=last),
+        Variable("i", "INT"),
+        Variable("k", "INT"),
+    ]
+    comment = (
+        f"{compared.capitalize()} of {name} with known results, from Python in double precision: "
+        "`passed` if all agree."
+    )
+    scales = Variable("scale", real, numbers(scale(system), precision), last=last)
+    return Unit("PROGRAM", f"{name}_test", comment, {"VAR": own, "VAR CONSTANT": [*arrays, scales]}, body)

@@ -6,26 +6,22 @@ every controller with function blocks.
 
 from importlib.metadata import version
 
-from pneumo.equations.system import METHODS, System, quantity
+from pneumo.equations.system import METHODS, System
 from pneumo.errors import InputError
 from pneumo.export.c_source import TEMPLATES
-from pneumo.export.known_steps import known_steps, scale
+from pneumo.export.known_steps import known_steps
 from pneumo.export.observer_noise import ObserverNoise
-from pneumo.export.printing import heading, printed
+from pneumo.export.printing import heading
 from pneumo.export.st_parts import (
-    OF_CHAMBER,
-    OF_CONSTANTS,
-    OF_PISTON,
     TYPES,
     Cost,
-    Text,
     Unit,
     Variable,
-    assigned,
-    lines,
+    comparing_program,
+    described,
     number,
     numbers,
-    statement_cost,
+    system_text,
 )
 from pneumo.export.structured_text_observer import observer_block, observer_program
 from pneumo.linear.linear_analysis import STABLE_RANGE, stable_steps
@@ -53,38 +49,26 @@ def step_costs(system: System, chamber: Cost, piston: Cost, stops: Cost) -> dict
 
 def block(system: System, precision: str) -> Unit:
     """Function block in Structured Text that integrates a system."""
-    parts, real = printed(system), TYPES[precision]
-    inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
-    c = system.plant.conditions
+    text, c = system_text(system, precision), system.plant.conditions
+    real, valve = text.real, bool(text.parts.valve)
     rest = system.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
-    starts = dict(zip(system.states, numbers(rest, precision), strict=True))
+    starts = dict(zip(system.states, map(float, rest), strict=True))
     methods, states, stages = METHODS.values(), len(system.states), max(len(m.b) for m in METHODS.values())
-    costs = step_costs(
-        system,
-        statement_cost(parts.chamber, inside),
-        statement_cost([*parts.valve, *parts.piston], outside),
-        statement_cost(parts.stops, outside),
-    )
-
-    def described(name: str) -> str:
-        return ", ".join(quantity(name))
-
-    zero = (number(0.0, precision),)
-    inputs = [Variable(name, real, zero, described(name)) for name in system.inputs]
+    inputs = [text.quantity(name) for name in system.inputs]
     inputs += [
-        Variable("h", real, (number(1e-3, precision),), "s, step"),
+        Variable("h", real, (text.number(1e-3),), "s, step"),
         Variable("solver", "INT", ("1",), ", ".join(f"{i} {name}" for i, name in enumerate(METHODS))),
         Variable(
             "interpolate", "BOOL", ("FALSE",), "inputs are linear from those of the last call, not held"
         ),
         Variable("restart", "BOOL", ("FALSE",), "take the state below; no step"),
-        *(Variable(f"{name}_start", real, (starts[name],), described(name)) for name in system.states),
         *(
-            Variable(outside.name(p.name), real, numbers([p.value], precision), p.comment)
-            for p in parts.constants
+            Variable(f"{name}_start", real, (text.number(starts[name]),), described(name))
+            for name in system.states
         ),
+        *text.constants,
     ]
-    outputs = [Variable(name, real, (starts[name],), described(name)) for name in system.states]
+    outputs = [text.quantity(name, starts[name]) for name in system.states]
     failed = "no such solver, or a volume, pressure or temperature that is not positive"
     outputs.append(Variable("failed", "BOOL", ("FALSE",), failed))
     chamber_names = [*system.chamber_states, "u" if system.valve else "m", "x", "v"]
@@ -97,16 +81,7 @@ def block(system: System, precision: str) -> Unit:
         Variable("rate", real, last=(stages - 1, states - 1)),
         Variable("total", real),
         *(Variable(f"{name}_stage", real) for name in piston_names),
-        *assigned(parts.valve, outside, real),
-        *assigned(parts.piston, outside, real),
-        *assigned(parts.stops, outside, real),
-        *[Variable("v_before", real)] * system.piston,
-        *(Variable(f"{name}_side", real) for name in chamber_names),
-        Variable("area", real, comment="m^2, of the piston"),
-        Variable("V_d", real, comment="m^3, dead volume"),
-        *assigned(parts.chamber, inside, real),
-        Variable("started", "BOOL", ("FALSE",)),
-        *(Variable(name, "INT") for name in COUNTERS),
+        *text.variables(chamber_names, COUNTERS),
     ]
     tableau = {
         "table_A": [a for m in methods for i in range(len(m.b)) for a in m.A[i, :i]],
@@ -114,7 +89,7 @@ def block(system: System, precision: str) -> Unit:
         "table_c": [node for m in methods for node in m.c],
     }
     constants = [
-        Variable(name, real, numbers(values, precision), last=(len(values) - 1,))
+        Variable(name, real, text.numbers(values), last=(len(values) - 1,))
         for name, values in tableau.items()
     ]
     places, first_A, first_b = list[dict[str, int]](), 0, 0
@@ -129,18 +104,15 @@ def block(system: System, precision: str) -> Unit:
         "P_A": system.states.index("P_A"),
         "valve": system.valve,
         "opening": system.states.index("opening") if "opening" in system.states else None,
-        "command": "u_valve" if parts.valve else "u_stage",
-        "opened": lines(parts.valve, outside),
-        "piston": lines(parts.piston, outside),
-        "stops": lines(parts.stops, outside),
-        "chamber": lines(parts.chamber, inside),
+        "command": "u_valve" if valve else "u_stage",
+        **text.statements,
         "methods": list(zip(METHODS, places, strict=True)),
     }
     comment = (
         TEMPLATES.get_template("head.st.j2")
         .render(
             heading=heading(system),
-            costs=costs,
+            costs=step_costs(system, *text.costs),
             range=STABLE_RANGE,
             stable={name: f"{h:.3g}" for name, h in stable_steps(system).items()},
             real=real,
@@ -170,17 +142,6 @@ def program(system: System, precision: str) -> Unit:
         Variable(
             "solvers", "INT", tuple(str(list(METHODS).index(s.method)) for s in steps), last=(len(steps) - 1,)
         ),
-        Variable("scale", real, numbers(scale(system), precision), last=(len(system.states) - 1,)),
-    ]
-    name = f"Pneumo_{system.name}"
-    own = [
-        Variable("model", name),
-        Variable("passed", "BOOL", ("FALSE",), "all steps agree"),
-        Variable("largest", real, comment="largest relative difference from Python"),
-        Variable("failures", "INT", comment="steps that failed"),
-        Variable("difference", real, last=(len(system.states) - 1,)),
-        Variable("i", "INT"),
-        Variable("k", "INT"),
     ]
     known = {
         "inputs": system.inputs,
@@ -189,9 +150,8 @@ def program(system: System, precision: str) -> Unit:
         "last": last,
         "tolerance": number(TOLERANCE[precision], precision),
     }
-    comment = f"Steps of {name} with known results, from Python in double precision: `passed` if all agree."
     body = TEMPLATES.get_template("test.st.j2").render(known).rstrip()
-    return Unit("PROGRAM", f"{name}_test", comment, {"VAR": own, "VAR CONSTANT": arrays}, body)
+    return comparing_program(system, precision, (f"Pneumo_{system.name}", "model"), "steps", arrays, body)
 
 
 def structured_text(

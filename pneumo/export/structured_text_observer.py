@@ -1,25 +1,20 @@
 """The observer in Structured Text: a function block with one call a cycle, and its test program."""
 
-from pneumo.equations.system import System, quantity
+from pneumo.equations.system import System
 from pneumo.export.c_source import TEMPLATES
 from pneumo.export.known_estimates import SAMPLE, known_estimates
-from pneumo.export.known_steps import scale
 from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, OBSERVER_TOLERANCE, STEPS, ObserverNoise
-from pneumo.export.printing import heading, printed
+from pneumo.export.printing import heading
 from pneumo.export.st_parts import (
-    OF_CHAMBER,
-    OF_CONSTANTS,
-    OF_PISTON,
     TYPES,
     Cost,
-    Text,
     Unit,
     Variable,
-    assigned,
-    lines,
+    comparing_program,
+    described,
     number,
     numbers,
-    statement_cost,
+    system_text,
 )
 
 
@@ -44,40 +39,31 @@ def _call_cost(states: int, own: int, readings: int, chamber: Cost, piston: Cost
 
 def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit:
     """Function block in Structured Text that estimates a system's states by an extended Kalman filter."""
-    parts, real = printed(system, CONSTANTS), TYPES[precision]
-    inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
-    P_0, zero = number(system.plant.conditions.P_0, precision), (number(0.0, precision),)
+    text = system_text(system, precision, CONSTANTS)
+    real, P_0 = text.real, system.plant.conditions.P_0
+    zero = text.numbers([0.0])
     last, own = len(system.states) - 1, len(system.chamber_states)
     probes = own + 4  # the estimate; x, v and each state of a chamber moved; the middle of the step
-
-    def described(name: str) -> str:
-        return ", ".join(quantity(name))
-
     deviations = {"x": noise.x_deviation, "pressure": noise.pressure_deviation}
     inputs = [
         Variable("u", real, zero, f"{described('u')}; held since the call before"),
         Variable("force", real, zero, f"{described('force')}, where it is known"),
         *(Variable(f"{name}_read", real, zero, f"{described(name)}, reading") for name in noise.readings),
         *(Variable(f"{name}_valid", "BOOL", ("TRUE",)) for name in noise.readings),
-        Variable("h", real, (number(SAMPLE, precision),), "s, time since the call before"),
+        Variable("h", real, (text.number(SAMPLE),), "s, time since the call before"),
         Variable("restart", "BOOL", ("FALSE",), "begin at x_read and the pressures below"),
-        *(Variable(f"P_{side}_start", real, (P_0,), described(f"P_{side}")) for side in "AB"),
-        Variable("force_noise", real, (number(noise.force, precision),), "N s^0.5, process noise"),
+        *(Variable(f"P_{side}_start", real, text.numbers([P_0]), described(f"P_{side}")) for side in "AB"),
+        Variable("force_noise", real, (text.number(noise.force),), "N s^0.5, process noise"),
         Variable(
-            "pressure_noise", real, (number(noise.pressure, precision),), "Pa/s^0.5, the first number to tune"
+            "pressure_noise", real, (text.number(noise.pressure),), "Pa/s^0.5, the first number to tune"
         ),
         *(
-            Variable(
-                f"{name}_deviation", real, (number(value, precision),), "standard deviation of a reading"
-            )
+            Variable(f"{name}_deviation", real, (text.number(value),), "standard deviation of a reading")
             for name, value in deviations.items()
         ),
-        *(
-            Variable(outside.name(p.name), real, numbers([p.value], precision), p.comment)
-            for p in parts.constants
-        ),
+        *text.constants,
     ]
-    outputs = [Variable(name, real, zero, described(name)) for name in system.states]
+    outputs = [text.quantity(name) for name in system.states]
     outputs.append(Variable("failed", "BOOL", ("FALSE",), "no prediction was possible"))
     matrices = ("covariance", "slope", "advance", "product")
     own_variables = [
@@ -89,36 +75,21 @@ def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit
         *(Variable(name, real) for name in ("dx", "dP", "most", "half", "total", "difference")),
         *[Variable("most_T", real)] * (own - 1),
         *(Variable(f"{name}_stage", real) for name in ("u", "force", "x", "v", "P_A", "P_B")),
-        *assigned(parts.piston, outside, real),
-        *assigned(parts.stops, outside, real),
-        Variable("v_before", real),
-        *(Variable(f"{name}_side", real) for name in (*system.chamber_states, "u", "x", "v")),
-        Variable("area", real, comment="m^2, of the piston"),
-        Variable("V_d", real, comment="m^3, dead volume"),
-        *assigned(parts.chamber, inside, real),
-        Variable("started", "BOOL", ("FALSE",)),
-        *(Variable(name, "INT") for name in ("i", "j", "k", "probe", "side", "first")),
+        *text.variables((*system.chamber_states, "u", "x", "v"), ("i", "j", "k", "probe", "side", "first")),
     ]
-    costs = (
-        statement_cost(parts.chamber, inside),
-        statement_cost(parts.piston, outside),
-        statement_cost(parts.stops, outside),
-    )
     known = {
         "states": system.states,
         "own_states": system.chamber_states,
         "temperature": own == 2,
         "readings": noise.readings,
         "probes": probes,
-        "steps": {name: number(value, precision) for name, value in STEPS.items()},
-        "first": {name: number(value, precision) for name, value in FIRST_VARIANCES.items()},
-        "piston": lines(parts.piston, outside),
-        "stops": lines(parts.stops, outside),
-        "chamber": lines(parts.chamber, inside),
+        "steps": {name: text.number(value) for name, value in STEPS.items()},
+        "first": {name: text.number(value) for name, value in FIRST_VARIANCES.items()},
+        **text.statements,
         "heading": heading(system),
         "noise": noise,
         "real": real,
-        "cost": _call_cost(len(system.states), own, len(noise.readings), *costs),
+        "cost": _call_cost(len(system.states), own, len(noise.readings), *text.costs),
     }
     comment = TEMPLATES.get_template("observer_head.st.j2").render(known).rstrip()
     body = TEMPLATES.get_template("observer.st.j2").render(known).rstrip()
@@ -145,17 +116,6 @@ def observer_program(system: System, noise: ObserverNoise, precision: str) -> Un
             numbers((value for s in samples for value in s.estimate), precision),
             last=(last, of_state),
         ),
-        Variable("scale", real, numbers(scale(system), precision), last=(of_state,)),
-    ]
-    name = f"Pneumo_{system.name}_observer"
-    own = [
-        Variable("observer", name),
-        Variable("passed", "BOOL", ("FALSE",), "all estimates agree"),
-        Variable("largest", real, comment="largest relative difference from Python"),
-        Variable("failures", "INT", comment="calls that failed"),
-        Variable("difference", real, last=(of_state,)),
-        Variable("i", "INT"),
-        Variable("k", "INT"),
     ]
     known = {
         "states": system.states,
@@ -164,8 +124,6 @@ def observer_program(system: System, noise: ObserverNoise, precision: str) -> Un
         "last": last,
         "tolerance": number(OBSERVER_TOLERANCE[precision], precision),
     }
-    comment = (
-        f"Estimates of {name} with known results, from Python in double precision: `passed` if all agree."
-    )
     body = TEMPLATES.get_template("observer_test.st.j2").render(known).rstrip()
-    return Unit("PROGRAM", f"{name}_test", comment, {"VAR": own, "VAR CONSTANT": arrays}, body)
+    block = f"Pneumo_{system.name}_observer", "observer"
+    return comparing_program(system, precision, block, "estimates", arrays, body)
