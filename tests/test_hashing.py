@@ -98,7 +98,7 @@ def test_the_hash_ignores_comments_docstrings_and_layout(copy):
     module, file = "pneumo.simulation.full_order", copy / "pneumo/physics/valve.py"
     before = code_hash(module)
     edited(file, "", "\n# edited\n")
-    edited(file, '"""Command after the limiter, V."""', '"""Something else."""')
+    edited(file, '"""Command after the limiter, V: u within -u_max ... u_max."""', '"""Something else."""')
     edited(file, "return min(max(u, -u_max), u_max)", "return min(\n        max(u, -u_max), u_max\n    )")
     assert code_hash(module) == before
     edited(file, "max(u, -u_max)", "max(u, u_max)")
