@@ -6,6 +6,7 @@ import xarray as xr
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answer
+from pneumo.selection.cylinder_ranking import OFF_PLANTS
 from pneumo.statistics.ranking import Ranking, rank_models
 from pneumo.statistics.recommendation import recommend
 
@@ -26,11 +27,13 @@ def made(
     scale=1e6,
     ends=(1.0, 1.0),
     full=FULL_ORDER,
+    off_plant=None,
 ):
     """Cells with a given MSE for each model at n = `best`, more elsewhere, and noise that models share.
 
     With walls, it is as many times that as `ends` say where the cylinder's k_0 is the lowest or the highest;
-    so is the full order's, `full`.
+    so is the full order's, `full`. With `off_plant`, four factors, all models have as many times their error
+    where valve (within 3 %) or dead volumes (within 20 %) are at an end, and the full order of M6's.
     """
     rng = np.random.default_rng(1)
     shape = (len(experiments), runs, len(MODELS), len(N), 2)
@@ -50,13 +53,23 @@ def made(
     data["mse_of_right_k_0"] = (("k_0_end", *dims), np.stack([values, values]))
     errors = np.stack([scale * full * times * common[:, :, 0, 0] * np.ones(2) for times in ends])
     data["mse_of_full_order"] = (("k_0_end", "experiment", "run", "chamber"), errors)
+    if off_plant:
+        data["mse_of_off_plant"] = (("off_plant", *dims), np.stack([values * times for times in off_plant]))
+        errors = np.stack(
+            [scale * level["M6"] * times * common[:, :, 0, 0] * np.ones(2) for times in off_plant]
+        )
+        data["mse_of_full_order_off_plant"] = (("off_plant", "experiment", "run", "chamber"), errors)
     data["swing"] = (dims[:2], np.full(shape[:2], SWING))
     data["run_status"] = (dims[:2], np.zeros(shape[:2], np.int8), meanings)
     data["run_failure_time"] = (dims[:2], np.full(shape[:2], np.nan))
     same = {"random": np.int8(1), "duration": 20.0, "time_constant": 0.7, "k_0_factor": 2.0}
+    if off_plant:
+        same |= {"valve_within": 0.03, "dead_volumes_within": 0.2}
     for name, value in same.items():
         data[name] = ("experiment", np.full(len(experiments), value))
     coords = {"experiment": list(experiments), "model": list(MODELS), "n": N, "k_0_end": ["low", "high"]}
+    if off_plant:
+        coords["off_plant"] = list(OFF_PLANTS)
     coords["k_0"] = ("experiment", np.full(len(experiments), 0.3))
     coords["cylinder"] = ("experiment", ["mine"] * len(experiments))
     coords["seed"] = (dims[:2], np.arange(np.prod(shape[:2])).reshape(shape[:2]))

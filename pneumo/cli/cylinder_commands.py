@@ -121,8 +121,8 @@ def study(
             typer.echo(f"note: {name}: valve_dynamics is for exports; in runs it follows at once", err=True)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("full-order runs and replays", total=simulated_time(chosen))
-        factors = known_within(configuration)
-        cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), factors)
+        limits = known_within(configuration)
+        cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), limits)
     return _report(chosen, cells, folder, configured, [str(file) for file in files])
 
 

@@ -215,6 +215,16 @@ class CylinderSection(_Section):
         ge=1,
         le=100,
     )
+    valve_within_percent: Percent | None = _key(
+        "pneumo study: accuracy of the valve's flow; left out: exact",
+        None,
+        exclude_if=lambda value: value is None,
+    )
+    dead_volumes_within_percent: Percent | None = _key(
+        "pneumo study: accuracy of both dead volumes; left out: exact",
+        None,
+        exclude_if=lambda value: value is None,
+    )
     seed: Count = _key("seed of the Random Number block", ge=0, lt=2**32)
     sample_time_s: Number = _key("time between draws", gt=0, le=1000)
     open_loop: OpenLoopSection | None = _key("for experiments in open loop", None)

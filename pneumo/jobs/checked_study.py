@@ -60,9 +60,9 @@ def checked_study(
         sys.exit(2)
 
 
-def k_0_factors(config: Mapping[str, Any]) -> dict[str, float]:
-    """Return the factor within which k_0 is known, by cylinder, from a checked configuration."""
-    return known_within(validated(config, []))
+def limits_of_cylinders(config: Mapping[str, Any]) -> dict[str, list[float]]:
+    """Return the numbers of `KnownWithin` of each cylinder, from a checked configuration."""
+    return {name: list(limits) for name, limits in known_within(validated(config, [])).items()}
 
 
 def user_cylinders(study: Study) -> list[str]:

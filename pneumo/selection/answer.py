@@ -168,17 +168,16 @@ def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> s
 
 
 def _worst_by_run(cells: xr.Dataset, row: RobustModel) -> np.ndarray:
-    """Mean square error of a model in each run, Pa^2, at that k_0 of the range at which it is worst."""
-    worst = int(np.argmax(row.rms))
-    end = ("low", "", "high")[worst]
-    if row.model == FULL_ORDER:
-        mse = (
-            cells["mse_of_full_order"].sel(k_0_end=end)
-            if end
-            else 0.0 * cells["mse_of_full_order"].isel(k_0_end=0)
-        )
+    """Mean square error of a model in each run, Pa^2, in that case in which it is worst."""
+    case, full = int(np.argmax(row.every)), row.model == FULL_ORDER
+    if case >= len(row.rms):
+        mse = cells["mse_of_full_order_off_plant" if full else "mse_of_off_plant"]
+        mse = mse.isel(off_plant=case - len(row.rms))
+    elif case == 1:
+        mse = 0.0 * cells["mse_of_full_order"].isel(k_0_end=0) if full else cells["mse"]
     else:
-        mse = cells["mse_of_wrong_k_0"].sel(k_0_end=end) if end else cells["mse"]
+        mse = cells["mse_of_full_order" if full else "mse_of_wrong_k_0"].isel(k_0_end=case // 2)
+    if not full:
         mse = mse.sel(model=row.model, n=row.n if np.isfinite(row.n) else cells["n"][0])
     return mse.mean(("experiment", "chamber"), skipna=False).values
 
@@ -200,13 +199,20 @@ def _kpa(rms: float) -> str:
 
 
 def _range(robust: UnknownConductance) -> str:
-    """Range in which k_0 is known, as a phrase."""
+    """Ranges in which k_0, valve and dead volumes are known, as a phrase."""
     if robust.factor == 1:
-        return "at the given k_0"
-    if not np.isfinite(robust.k_0):
-        return f"where k_0 is known within a factor of {robust.factor:.2g}"
-    low, high = robust.k_0 / robust.factor, robust.k_0 * robust.factor
-    return f"for k_0 from {low:.2g} to {high:.2g} W/K"
+        k_0 = "at the given k_0"
+    elif not np.isfinite(robust.k_0):
+        k_0 = f"where k_0 is known within a factor of {robust.factor:.2g}"
+    else:
+        low, high = robust.k_0 / robust.factor, robust.k_0 * robust.factor
+        k_0 = f"for k_0 from {low:.2g} to {high:.2g} W/K"
+    others = [
+        f"{words} within {100 * limit:.2g} %"
+        for words, limit in (("the valve", robust.valve), ("dead volumes", robust.dead_volumes))
+        if limit
+    ]
+    return " and ".join([", ".join([k_0, *others[:-1]]), *others[-1:]])
 
 
 def _reason(robust: UnknownConductance, chosen: RobustModel, tied: Sequence[str], swing: float) -> str:
@@ -262,11 +268,17 @@ def _advice(
         lines.append("Repeat with several seeds (--seeds 5): one run of a random signal has no intervals.")
     if chosen.model == FULL_ORDER:
         lines.append(
-            "Confirm the full order on a measured record (pneumo fit): these runs are its own equations, with"
-            " the valve, dead volumes and friction of the configuration. Its error here comes from k_0 alone."
+            "Confirm the full order on a measured record (pneumo fit): these runs are its own equations,"
+            " with the configured friction. Its error here comes only from what is said not to be known."
         )
-    elif robust.factor > 1:
+    elif robust.factor > 1 and max(chosen.rms) == chosen.worst:
         lines.append(_about_k_0(robust, chosen))
+    if max(chosen.every) > max(chosen.rms):
+        named_first = "valve" if int(np.argmax(chosen.off_plant)) < 2 else "dead volumes"
+        lines.append(
+            f"Measure the {named_first}, above all (pneumo fit): where valve and dead volumes are as"
+            f" configured, the error is at most {_kpa(max(chosen.rms))} RMS instead of {_kpa(chosen.worst)}."
+        )
     columns = (cells[name].values for name in ("experiment", "duration", "time_constant"))
     lines += [
         f"Longer runs: {name} lasts less than ten thermal time constants, {time_constant:.3g} s each."

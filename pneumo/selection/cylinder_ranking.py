@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment, Study
-from pneumo.configuration.known_within import K_0_FACTOR
+from pneumo.configuration.experiment import Experiment, Plant, Study
+from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import InputError
 from pneumo.hashing import code_hash
@@ -29,6 +29,7 @@ from pneumo.storage.layout import CHAMBERS, run_outcome
 
 TITLE = "Reduced models on repeated runs"
 K_0_ENDS = ("low", "high")  # of the range within which the cylinder's k_0 is known
+OFF_PLANTS = ("valve low", "valve high", "dead volumes low", "dead volumes high")  # ends of their ranges
 TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experiment's stride
 
 
@@ -92,22 +93,57 @@ def mse_at_other_k_0(
     return mse[0], mse[1], full
 
 
+def off_plants(plant: Plant, known: KnownWithin) -> list[Plant]:
+    """Plants whose valve or dead volumes are at an end of the range in which they are known.
+
+    In the order of `OFF_PLANTS`, each with all else as configured.
+    """
+    valve, cylinder = plant.valve, plant.cylinder
+    valves = [valve._replace(k_xu=valve.k_xu * (1 + end * known.valve)) for end in (-1, 1)]
+    scales = [1 + end * known.dead_volumes for end in (-1, 1)]
+    cylinders = [
+        cylinder._replace(V_d_A=scale * cylinder.V_d_A, V_d_B=scale * cylinder.V_d_B) for scale in scales
+    ]
+    return [
+        *(plant._replace(valve=valve) for valve in valves),
+        *(plant._replace(cylinder=cylinder) for cylinder in cylinders),
+    ]
+
+
+def mse_on_other_plant(
+    experiment: Experiment, n: tuple[float, ...], plant: Plant
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean square errors, Pa^2, of models that take the experiment's plant where the cylinder is `plant`.
+
+    Returns those of the reduced models by (model, n, chamber) and of the full order by (chamber). NaN for
+    replays that fail. Signals inside a step are computed from the run's state with the experiment's plant.
+    """
+    recording = record(experiment._replace(plant=plant))._replace(plant=experiment.plant)
+    lanes = [lane(model, value, experiment.plant.gas.gamma) for model in MODELS.values() for value in n]
+    cells = replay(recording, lane_array(lanes), EXACT_SAMPLING, experiment.steps)
+    mse = np.where(cells.status != 0, np.nan, cells.mse).reshape(len(MODELS), len(n), 2)
+    return mse, full_order_mse(recording, [FullRow()], EXACT_SAMPLING)[0]
+
+
 def one_run(
-    experiment: Experiment, n: tuple[float, ...], traced: bool, k_0_factor: float = K_0_FACTOR
+    experiment: Experiment, n: tuple[float, ...], traced: bool, known: KnownWithin | None = None
 ) -> xr.Dataset:
     """Run an experiment once and replay every model at every n on it.
 
     The dataset has the variables of `replayed_grid` without the pressures, those of `run_outcome`, and
     `swing`, the standard deviation of the run's pressures, Pa. Two further runs, with k_0 divided by and
-    times `k_0_factor`, give by (k_0_end, model, n, chamber) `mse_of_wrong_k_0` of models with the configured
-    k_0 and `mse_of_right_k_0` of models with that of the run; by (k_0_end, chamber), `mse_of_full_order` with
-    the configured k_0; all in Pa^2. With `traced` it also has the first samples of all pressures.
+    times its factor in `known`, give by (k_0_end, model, n, chamber) `mse_of_wrong_k_0` of models with the
+    configured k_0 and `mse_of_right_k_0` of models with that of the run; by (k_0_end, chamber),
+    `mse_of_full_order` with the configured k_0; all in Pa^2. Where valve or dead volumes are not known
+    exactly, runs at the ends of their ranges give `mse_of_off_plant` and `mse_of_full_order_off_plant` in the
+    same way, by `off_plant`. With `traced` it also has the first samples of all pressures.
     """
     recording = record(experiment)
     stride = experiment.pressure_stride if traced else experiment.steps
     cells = replayed_grid(experiment, n, recording, EXACT_SAMPLING, stride)
     pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
-    ends = [mse_at_other_k_0(experiment, n, ratio) for ratio in (1 / k_0_factor, k_0_factor)]
+    known = known or KnownWithin()
+    ends = [mse_at_other_k_0(experiment, n, ratio) for ratio in (1 / known.k_0_factor, known.k_0_factor)]
     wrong, right, full = (np.stack(arrays) for arrays in zip(*ends, strict=True))
     dims = ("k_0_end", "model", "n", "chamber")
     about = {"units": "Pa2", "long_name": "mean square error where the cylinder's k_0 is at the end"}
@@ -122,6 +158,17 @@ def one_run(
         swing=((), float(recording.states[:, [2, 4]].var(axis=0).mean() ** 0.5), swing),
         **run_outcome(recording),
     )
+    if known.valve or known.dead_volumes:
+        as_configured = cells["mse"].transpose(*dims[1:]).values, np.zeros(2)
+        off = [
+            as_configured if plant == experiment.plant else mse_on_other_plant(experiment, n, plant)
+            for plant in off_plants(experiment.plant, known)
+        ]
+        reduced, full_order = (np.stack(arrays) for arrays in zip(*off, strict=True))
+        about |= {"long_name": "mean square error where the cylinder's valve or dead volumes are off"}
+        cells["mse_of_off_plant"] = (("off_plant", *dims[1:]), reduced, about)
+        cells["mse_of_full_order_off_plant"] = (("off_plant", "chamber"), full_order, about)
+        cells = cells.assign_coords(off_plant=list(OFF_PLANTS))
     if traced:
         states = recording.states[: TRACED_SAMPLES * stride : stride]
         full_order = {"units": "Pa", "long_name": "full order"}
@@ -138,28 +185,28 @@ def run_study(
     study: Study,
     threads: int,
     progress: Callable[[float], None] = lambda _seconds: None,
-    k_0_factors: Mapping[str, float] | None = None,
+    known: Mapping[str, KnownWithin] | None = None,
     *,
     traced: bool = True,
 ) -> xr.Dataset:
     """Run every experiment of a study with several seeds, and replay every model at every n on each run.
 
-    A signal that is not random runs once. `k_0_factors` has, by cylinder, the factor within which k_0 is
-    known, from `known_within`; `K_0_FACTOR` for cylinders that it lacks. `progress` is called after each run
-    with its simulated time, s.
+    A signal that is not random runs once. `known` has, by cylinder, the limits within which it is known,
+    from `known_within`; those of `KnownWithin` for cylinders that it lacks. `progress` is called after each
+    run with its simulated time, s.
 
     Returns the variables of `one_run` by (experiment, run, ...); with `traced`, pressures over time of each
-    experiment's first run; by experiment, `k_0_factor`, `time_constant`, s, and `duration`, s. The result
+    experiment's first run; by experiment, the limits, `time_constant`, s, and `duration`, s. The result
     does not depend on the number of threads.
     """
 
-    def factor(e: Experiment) -> float:
-        return (k_0_factors or {}).get(e.cylinder, K_0_FACTOR)
+    def limits(e: Experiment) -> KnownWithin:
+        return (known or {}).get(e.cylinder, KnownWithin())
 
     def work(item: tuple[Experiment, int]) -> xr.Dataset:
         e, seed = item
         first = seed == e.excitation.seed
-        cells = one_run(e.with_seed(seed), study.n, traced and first, factor(e))
+        cells = one_run(e.with_seed(seed), study.n, traced and first, limits(e))
         progress(e.duration)
         return cells
 
@@ -177,7 +224,10 @@ def run_study(
         cells = cells * count if len(cells) == 1 else cells
         part = xr.concat(cells, "run", coords=["seed"], compat="equals", combine_attrs="drop_conflicts")
         part = part.assign({name: runs[0][name].drop_vars("seed") for name in traces})
-        part["k_0_factor"] = ((), factor(e), {"long_name": "k_0 is known within this factor"})
+        part["k_0_factor"] = ((), limits(e).k_0_factor, {"long_name": "k_0 is known within this factor"})
+        part["valve_within"] = ((), limits(e).valve, {"long_name": "largest relative error of the valve"})
+        within = {"long_name": "largest relative error of the dead volumes"}
+        part["dead_volumes_within"] = ((), limits(e).dead_volumes, within)
         part["time_constant"] = ((), thermal_time_constant(e.plant), {"units": "s"})
         part["duration"] = ((), e.duration, {"units": "s", "long_name": "length of each run"})
         part["random"] = ((), np.int8(e.excitation.random), {"long_name": "whether the seed plays a role"})

@@ -14,6 +14,7 @@ import xarray as xr
 
 from pneumo.configuration.cylinder_table import experiment_name
 from pneumo.configuration.experiment import Study
+from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.study_json import from_json, plain
 from pneumo.errors import InputError, ResultError
 from pneumo.physics.models import MODELS
@@ -33,7 +34,9 @@ CELLS = (
     "mse_of_wrong_k_0",
     "mse_of_right_k_0",
     "mse_of_full_order",
-)  # 4 bytes
+    "mse_of_off_plant",
+    "mse_of_full_order_off_plant",
+)  # 4 bytes; the last two where accuracies are configured
 
 ABOUT = {  # unit, long name
     "recommended": ("", "model to take; nothing if none ran"),
@@ -102,7 +105,7 @@ def ranking_dataset(ranking: Ranking) -> xr.Dataset:
 
 def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
     """Results of one cylinder for a file: its errors as 4-byte floats, its ranking, and its study as JSON."""
-    cells = cells.assign({name: cells[name].astype(np.float32) for name in CELLS})
+    cells = cells.assign({name: cells[name].astype(np.float32) for name in CELLS if name in cells})
     (ranking,) = rankings(_exact(cells))
     cylinder = next(iter(study.experiments.values())).plant.cylinder
     sizes = {"bore": ((), cylinder.bore), "stroke": ((), cylinder.stroke)}
@@ -112,19 +115,19 @@ def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
 
 def _exact(cells: xr.Dataset) -> xr.Dataset:
     """Errors converted back to 8-byte floats, as rankings and pages need them."""
-    return cells.assign({name: cells[name].astype(float) for name in CELLS})
+    return cells.assign({name: cells[name].astype(float) for name in CELLS if name in cells})
 
 
 def run_block(
     study: Study,
     threads: int,
     progress: Callable[[str], None] = lambda _cylinder: None,
-    k_0_factors: Mapping[str, float] | None = None,
+    known: Mapping[str, KnownWithin] | None = None,
 ) -> xr.Dataset:
     """Run and rank every cylinder of a block, a group of rows of the table that one job computes.
 
-    `progress` is called with the name of each cylinder once it is done; `k_0_factors` are those of
-    `run_study`. The result does not depend on the number of threads.
+    `progress` is called with the name of each cylinder once it is done; `known` is that of `run_study`. The
+    result does not depend on the number of threads.
 
     Returns
     -------
@@ -135,9 +138,7 @@ def run_block(
 
     def work(item: tuple[str, Study]) -> xr.Dataset:
         name, of_cylinder = item
-        dataset = cylinder_dataset(
-            of_cylinder, run_study(of_cylinder, 1, k_0_factors=k_0_factors, traced=False)
-        )
+        dataset = cylinder_dataset(of_cylinder, run_study(of_cylinder, 1, known=known, traced=False))
         progress(name)
         return dataset
 

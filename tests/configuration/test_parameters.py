@@ -16,7 +16,7 @@ from pneumo import testing as some
 from pneumo.catalogue import coefficient_times_length, default_conductance
 from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation
-from pneumo.configuration.known_within import K_0_FACTOR, known_within
+from pneumo.configuration.known_within import KnownWithin, known_within
 from pneumo.configuration.parameters import load, merged, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import HELD, SAMPLINGS
@@ -426,15 +426,18 @@ def test_unit_of_a_key(key, unit):
 
 
 def test_k_0_is_known_within_what_is_said_or_the_catalogue_or_two(tmp_path):
-    assert known_within(load(TEMPLATE)) == {"mine": coefficient_times_length()[1]}
+    assert known_within(load(TEMPLATE)) == {"mine": KnownWithin(coefficient_times_length()[1])}
     override = tmp_path / "mine.yaml"
     override.write_text("cylinders: {mine: {k_0_factor: 1.3}}\n")
-    assert known_within(load(TEMPLATE, override)) == {"mine": 1.3}
-    assert known_within(load(PAPER)) == {"D": K_0_FACTOR, "E": K_0_FACTOR}
+    assert known_within(load(TEMPLATE, override)) == {"mine": KnownWithin(1.3)}
+    assert known_within(load(PAPER)) == {"D": KnownWithin(), "E": KnownWithin()}
     before, after = (study(load(TEMPLATE, *files)).config_sha256 for files in ((), (override,)))
     assert before != after
     # Where it is not given it is not in the hash: older results keep theirs.
     assert all("k_0_factor" not in section for section in load(PAPER).model_dump()["cylinders"].values())
+    override.write_text("cylinders: {mine: {valve_within_percent: 3, dead_volumes_within_percent: 20}}\n")
+    limits = known_within(load(TEMPLATE, override))["mine"]
+    assert limits.valve == pytest.approx(0.03) and limits.dead_volumes == pytest.approx(0.2)
     override.write_text("cylinders: {mine: {k_0_factor: 0.9}}\n")
     with pytest.raises(ConfigurationError, match=r"k_0_factor = 0.9: must be a number at least 1"):
         load(TEMPLATE, override)

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from pneumo.cli.commands import app
 from pneumo.export.step_cost import step_costs
 from pneumo.physics.models import MODELS
+from pneumo.publish.text.terminal_tables import contest_cells, contest_heads
 from pneumo.selection.answer import Answer, answers, export_command, row_cost
 from pneumo.statistics.intervals import paired_ratio
 from pneumo.statistics.recommendation import MATERIAL
@@ -103,6 +104,29 @@ def test_intervals_are_those_of_the_worst_case():
     worst = cells["mse_of_wrong_k_0"].sel(k_0_end="high", n=1.3).mean(("experiment", "chamber"))
     ratio = paired_ratio(worst.sel(model="M8").values, worst.sel(model="M6").values)
     assert found.contender("M8").over_chosen == pytest.approx(ratio, rel=1e-6)
+
+
+def test_a_valve_or_dead_volumes_that_are_not_known_count_like_k_0():
+    cells = made(noise=1e-6, off_plant=(3.0, 2.0, 1.5, 4.0))
+    answer = answered(cells)
+    # The full order, best at every k_0, is as bad as M6 where valve or dead volumes are off; M9 is not.
+    assert answer.recommended == "M9" and answer.contender(FULL_ORDER).row.rms[2] < 1e3
+    full, M9 = answer.contender(FULL_ORDER).row, answer.contender("M9").row
+    assert full.worst == max(full.off_plant) == pytest.approx((8e6 * 4) ** 0.5)
+    assert np.argmax(M9.every) == 6 and answer.contender(FULL_ORDER).over_chosen.value == pytest.approx(
+        3.2, 1e-3
+    )
+    assert "W/K, the valve within 3 % and dead volumes within 20 %; " in answer.reason
+    (line,) = [line for line in answer.advice if line.startswith("Measure")]
+    assert line.startswith("Measure the dead volumes, above all") and "instead of 3.1" in line
+    (line,) = [
+        line for line in answered(made(noise=1e-6, off_plant=(3, 2, 1, 1))).advice if "Measure" in line
+    ]
+    assert line.startswith("Measure the valve, above all")
+    assert contest_heads(answer.ranking.unknown_k_0)[5:7] == ["valve ± 3 %", "V_d ± 20 %"]
+    shown = contest_cells(answer.contender("M9"), SWING)
+    assert len(shown) == len(contest_heads(answer.ranking.unknown_k_0))
+    assert shown[6] == shown[7] > shown[5]
 
 
 def test_one_run_decides_only_without_random_numbers():

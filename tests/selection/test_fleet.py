@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import InputError, ResultError
 from pneumo.selection.cylinder_ranking import rankings, run_study, selected
@@ -82,9 +83,11 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
 def test_the_range_of_each_k_0_is_the_cylinders(short, block):
     first = studies_of(short)["first"]
     named = {f"first-{name}": experiment for name, experiment in first.experiments.items()}
-    wide = run_block(short._replace(experiments=named), threads=2, k_0_factors={"first": 5.0})
+    wide = run_block(short._replace(experiments=named), threads=2, known={"first": KnownWithin(5.0)})
     assert (wide["k_0_factor"] == 5.0).all() and (block["k_0_factor"] == 2.0).all()
-    expected = run_study(first, threads=2, k_0_factors={"first": 5.0}, traced=False)["mse_of_wrong_k_0"]
+    expected = run_study(first, threads=2, known={"first": KnownWithin(5.0)}, traced=False)[
+        "mse_of_wrong_k_0"
+    ]
     assert np.array_equal(wide["mse_of_wrong_k_0"].values[0], expected.values.astype(np.float32))
 
 

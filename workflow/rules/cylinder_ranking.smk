@@ -11,7 +11,7 @@ rule ranking_cells:
     wildcard_constraints:
         cylinder=r"[A-Za-z][\w-]*",
     params:
-        k_0_factor=lookup("{cylinder}", within=K_0_FACTORS),
+        known=lookup("{cylinder}", within=LIMITS),
         code=code_behind("ranking_cells.py"),
     message:
         "Full-order runs and replays over seeds, cylinder {wildcards.cylinder}"

@@ -13,8 +13,8 @@ from pneumo.storage.grid_layout import same_at_every_n
 
 def main(content: dict[str, Any], cells: Path, threads: int, code: str) -> None:
     configuration = validated(content, [])
-    configured, factors = study(configuration), known_within(configuration)
-    block = run_block(configured, threads, lambda name: print(f"{name}: done", flush=True), factors)
+    configured, limits = study(configuration), known_within(configuration)
+    block = run_block(configured, threads, lambda name: print(f"{name}: done", flush=True), limits)
     about = attributes(
         f"Reduced models on {block.sizes['cylinder']} cylinders of {configured.name}",
         "Error of every model at every n against full-order runs over several seeds, and rankings",

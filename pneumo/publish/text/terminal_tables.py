@@ -48,6 +48,7 @@ STUDY_HEADS = (
 IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
 CONTEST_TITLE = "RMS error (kPa) by the cylinder's k_0 (W/K); each row takes the one assumed"
 ON_PAGE = ("worst", "instructions")  # columns of `contest_heads` that are not in the terminal
+WIDE = ("worst, % of swing", "ns a step")  # nor these, where valve or dead volumes have a column
 
 
 def ranking_cells(row: RankedModel) -> list[str]:
@@ -92,13 +93,17 @@ def contest_heads(robust: UnknownConductance) -> list[str]:
         k_0 = [f"k_0 = {robust.k_0 * scale:.2g}" for scale in scales]
     else:
         k_0 = [f"k_0 / {robust.factor:.2g}", "k_0", f"{robust.factor:.2g} k_0"]
+    if robust.valve or robust.dead_volumes:
+        k_0 += [f"valve ± {100 * robust.valve:.2g} %", f"V_d ± {100 * robust.dead_volumes:.2g} %"]
     return ["model", "n", *k_0, "worst", "worst, % of swing", "MSE / chosen", "ns a step", "instructions"]
 
 
 def contest_cells(contender: Contender, swing: float) -> list[str]:
     """Cells of a row, by `contest_heads`: RMS errors in kPa, the worst also in per cent of the swing."""
     row, over, step = contender
-    errors = [no_exponent(value / KILO) if np.isfinite(value) else "–" for value in (*row.rms, row.worst)]
+    off_plant = [max(row.off_plant[:2]), max(row.off_plant[2:])] if row.off_plant else []
+    shown = (*row.rms, *off_plant, row.worst)
+    errors = [no_exponent(value / KILO) if np.isfinite(value) else "–" for value in shown]
     percent = no_exponent(100 * row.worst / swing) if np.isfinite(row.worst / swing) else "–"
     ratio = no_exponent(over.value) if np.isfinite(over.value) else "–"
     if over.known and over.low != over.high:
@@ -121,8 +126,9 @@ def study_tables(answer: Answer) -> list[Table]:
     ]
     if robust := ranking.unknown_k_0:
         heads = contest_heads(robust)
-        shown = [i for i, head in enumerate(heads) if head not in ON_PAGE]
-        broken = [re.sub(r" = | (?=/ \d|k_0|chosen|step|%|swing)", "\n", heads[i]) for i in shown]
+        hidden = (*ON_PAGE, *WIDE) if robust.valve or robust.dead_volumes else ON_PAGE
+        shown = [i for i, head in enumerate(heads) if head not in hidden]
+        broken = [re.sub(r" = | (?=/ \d|k_0|chosen|step|%|swing|±)", "\n", heads[i]) for i in shown]
         contest = (contest_cells(contender, answer.swing) for contender in answer.contenders)
         rows = ([cells[i] for i in shown] for cells in contest)
         tables.append(_table(CONTEST_TITLE, broken, rows, answer.chosen, numbers=True))
