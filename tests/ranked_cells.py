@@ -7,8 +7,6 @@ from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answer
 from pneumo.selection.cylinder_ranking import OFF_PLANTS
-from pneumo.statistics.ranking import Ranking, rank_models
-from pneumo.statistics.recommendation import recommend
 
 N = [1.2, 1.3, 1.4]
 PAPER_LEVEL = dict(zip(PAPER_MODELS, (900, 80, 100, 3000, 20, 8, 6, 3, 2.5, 2.4), strict=True))
@@ -74,10 +72,6 @@ def made(
     coords["cylinder"] = ("experiment", ["mine"] * len(experiments))
     coords["seed"] = (dims[:2], np.arange(np.prod(shape[:2])).reshape(shape[:2]))
     return xr.Dataset(data, coords)
-
-
-def ranked(cells, cylinder) -> Ranking:
-    return recommend(rank_models(cells, cylinder), cells)
 
 
 def answered(cells) -> Answer:

@@ -16,13 +16,13 @@ from pneumo.equations.system import FULL_ORDER as EXPORTED_FULL_ORDER
 from pneumo.export.step_cost import StepCost, step_costs
 from pneumo.physics.models import MODELS
 from pneumo.statistics.intervals import UNKNOWN, Interval, paired_ratio
-from pneumo.statistics.ranking import Ranking, cost, rank_models
-from pneumo.statistics.recommendation import LONG_RUN, MATERIAL
+from pneumo.statistics.ranking import MATERIAL, Ranking, cost, rank_models
 from pneumo.statistics.robust_choice import FULL_ORDER, RobustModel, UnknownConductance
 
 # Beside `cost` of the models: it needs k_0, but no power; a step costs less than one of M5 to M10.
 FULL_ORDER_COST = (1, 0, 0, 1)
 MORE_SEEDS = 4  # times as many halve an interval
+LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's rule
 
 
 class Contender(NamedTuple):

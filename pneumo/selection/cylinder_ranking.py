@@ -21,8 +21,6 @@ from pneumo.simulation.full_order import record
 from pneumo.simulation.full_order_replay import FullRow, full_order_mse
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import thermal_time_constant
-from pneumo.statistics.ranking import Ranking, rank_models
-from pneumo.statistics.recommendation import recommend
 from pneumo.storage.files import attributes, write
 from pneumo.storage.grid_layout import replayed_grid, same_at_every_n
 from pneumo.storage.layout import CHAMBERS, run_outcome
@@ -236,12 +234,6 @@ def run_study(
     return xr.concat(
         parts, "experiment", coords=labels, join="exact", compat="equals", combine_attrs="drop_conflicts"
     )
-
-
-def rankings(cells: xr.Dataset) -> list[Ranking]:
-    """Rank the models on each cylinder of a study, in the order of the configuration."""
-    names = dict.fromkeys(cells["cylinder"].values.tolist())
-    return [recommend(rank_models(cells, name), cells) for name in names]
 
 
 def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:

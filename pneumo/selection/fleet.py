@@ -18,14 +18,16 @@ from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.study_json import from_json, plain
 from pneumo.errors import InputError, ResultError
 from pneumo.physics.models import MODELS
-from pneumo.selection.cylinder_ranking import one_run, rankings, run_study
+from pneumo.selection.answer import Answer, answers
+from pneumo.selection.cylinder_ranking import one_run, run_study
 from pneumo.statistics.intervals import UNKNOWN, Interval
 from pneumo.statistics.model_pairs import REFINEMENT_STEPS
-from pneumo.statistics.ranking import Ranking
+from pneumo.statistics.robust_choice import FULL_ORDER
 from pneumo.storage.files import read
 from pneumo.storage.layout import described
 
 INDEX = "fleet.nc"
+UNDECIDED = "one run decides nothing"  # of a random signal
 CELLS = (
     "mean_error",
     "variance",
@@ -39,13 +41,15 @@ CELLS = (
 )  # 4 bytes; the last two where accuracies are configured
 
 ABOUT = {  # unit, long name
-    "recommended": ("", "model to take; nothing if none ran"),
+    "recommended": ("", "model to take, or the full order; nothing if none ran"),
+    "tied": ("", "models that the runs do not distinguish from it, or that one run decides nothing"),
     "reason": ("", "why that model"),
     "advice": ("", "what would decide better, one line each"),
     "runs": ("1", "runs of each experiment that count"),
     "bore": ("m", "diameter of the piston"),
     "stroke": ("m", "stroke"),
     "worst_rms": ("Pa", "largest RMS error over the range of k_0, at the n where it is least"),
+    "worst_rms_of_full_order": ("Pa", "largest RMS error of the full order over the range of k_0"),
     "worst_n": ("1", "that polytropic index, to take; NaN where it plays no role"),
     "place": ("1", "rank by the mean square error of all experiments and runs, from 1"),
     "best_n": ("1", "polytropic index with the lowest error; NaN where it plays no role"),
@@ -79,18 +83,23 @@ def _ends(name: str, dim: str, intervals: Sequence[Interval]) -> dict[str, Any]:
     return {name: (dim, value), f"{name}_low": (dim, low), f"{name}_high": (dim, high)}
 
 
-def ranking_dataset(ranking: Ranking) -> xr.Dataset:
-    """Ranking of one cylinder as a dataset, by model, with the gains by refinement; `ABOUT` has the units."""
+def answer_dataset(answer: Answer) -> xr.Dataset:
+    """Answer for one cylinder, with its ranking by model and gains by refinement; `ABOUT` has the units."""
+    ranking = answer.ranking
     by_model = {row.model: row for row in ranking.rows}
-    robust = {row.model: row for row in ranking.unknown_k_0.models} if ranking.unknown_k_0 else {}
+    robust = {row.model: row for row in ranking.unknown_k_0.rows} if ranking.unknown_k_0 else {}
+    full_order = robust.get(FULL_ORDER)
+    undecided = bool(answer.chosen) and not answer.compared
     rows = [by_model.get(name) for name in MODELS]
     gains = [gain.percent for gain in ranking.gains] or [UNKNOWN] * len(REFINEMENT_STEPS)
     variables: dict[str, Any] = {
-        "recommended": ((), ranking.recommended),
-        "reason": ((), ranking.reason),
-        "advice": ((), "\n".join(ranking.advice)),
+        "recommended": ((), answer.chosen),
+        "tied": ((), UNDECIDED if undecided else ", ".join(answer.tied)),
+        "reason": ((), answer.reason),
+        "advice": ((), "\n".join(answer.advice)),
         "runs": ((), np.int32(ranking.runs)),
         "worst_rms": ("model", [robust[name].worst if name in robust else np.nan for name in MODELS]),
+        "worst_rms_of_full_order": ((), full_order.worst if full_order else np.nan),
         "worst_n": ("model", [robust[name].n if name in robust else np.nan for name in MODELS]),
         "best_n": ("model", [row.n if row else np.nan for row in rows]),
         **_ends("best_mse", "model", [row.mse if row else UNKNOWN for row in rows]),
@@ -104,13 +113,13 @@ def ranking_dataset(ranking: Ranking) -> xr.Dataset:
 
 
 def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
-    """Results of one cylinder for a file: its errors as 4-byte floats, its ranking, and its study as JSON."""
+    """Results of one cylinder for a file: errors as 4-byte floats, answer and ranking, its study as JSON."""
     cells = cells.assign({name: cells[name].astype(np.float32) for name in CELLS if name in cells})
-    (ranking,) = rankings(_exact(cells))
+    (answer,) = answers(_exact(cells))
     cylinder = next(iter(study.experiments.values())).plant.cylinder
     sizes = {"bore": ((), cylinder.bore), "stroke": ((), cylinder.stroke)}
     parameters = {"parameters": ((), json.dumps(plain(study), allow_nan=False))}
-    return cells.drop_vars("cylinder").merge(ranking_dataset(ranking)).assign(sizes | parameters)
+    return cells.drop_vars("cylinder").merge(answer_dataset(answer)).assign(sizes | parameters)
 
 
 def _exact(cells: xr.Dataset) -> xr.Dataset:

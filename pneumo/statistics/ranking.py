@@ -17,6 +17,8 @@ from pneumo.statistics.intervals import Interval, paired_ratio, student_interval
 from pneumo.statistics.model_pairs import REFINEMENT_STEPS
 from pneumo.statistics.robust_choice import UnknownConductance, robust_choice
 
+MATERIAL = 0.10  # a mean square error at most this fraction above the lowest is as good in practice
+
 
 class RankedModel(NamedTuple):
     """Place and errors of one model in a ranking by mean square error."""
@@ -42,7 +44,7 @@ class Gain(NamedTuple):
 
 
 class Ranking(NamedTuple):
-    """Ranking of the models for one cylinder, with its recommendation."""
+    """Ranking of the models for one cylinder."""
 
     cylinder: str
     experiments: tuple[str, ...]
@@ -52,9 +54,6 @@ class Ranking(NamedTuple):
     gains: tuple[Gain, ...] = ()
     unknown_k_0: UnknownConductance | None = None  # None if no full-order run succeeded
     by_experiment: Mapping[str, Mapping[str, float]] = {}  # RMS error, Pa, of each model at its n
-    recommended: str = ""  # this and the next two: `pneumo.statistics.recommendation.recommend`
-    reason: str = ""
-    advice: tuple[str, ...] = ()
 
     def row(self, model: str) -> RankedModel:
         """Row of the ranking for a model, by its name."""

@@ -8,12 +8,15 @@ import pytest
 import xarray as xr
 from brief import in_brief
 from page_checks import assert_fit_for_a_phone, assert_quiet, assert_readable, in_chromium, stands_alone
-from ranked_cells import made, ranked
+from ranked_cells import LEVEL, answered, made
 
 from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows
-from pneumo.selection.fleet import ranking_dataset, together
+from pneumo.selection.answer import Answer
+from pneumo.selection.fleet import UNDECIDED, answer_dataset, together
 from pneumo.statistics.ranking import Ranking
+from pneumo.statistics.robust_choice import FULL_ORDER
 
+FIRST = {"full": 1e3}  # the full order's error is too large for it to be chosen
 SECOND = {"scale": 1e8, "ends": (1.0, 4.0)}
 LARGEST = 5_000_000  # bytes, of ten thousand cylinders
 
@@ -21,8 +24,8 @@ LARGEST = 5_000_000  # bytes, of ten thousand cylinders
 @pytest.fixture(scope="module")
 def index():
     """Three cylinders: the second has the largest error and a k_0 that matters, the third failed."""
-    of_three = ranked(made(), "mine"), ranked(made(**SECOND), "mine"), Ranking("c10", (), 0, ())
-    parts = [ranking_dataset(ranking).drop_vars("advice") for ranking in of_three]
+    of_three = answered(made(**FIRST)), answered(made(**SECOND)), Answer(Ranking("c10", (), 0, ()))
+    parts = [answer_dataset(answer).drop_vars("advice") for answer in of_three]
     for i, other_k_0 in enumerate((0.3, 0.3, 0.4)):
         parts[i] = parts[i].assign_coords(k_0=("experiment", [0.3, other_k_0]))
     sizes = zip(parts, (0.025, 0.0123456, 0.1), strict=True)
@@ -36,23 +39,34 @@ def test_rows_hold_the_recommendation_in_mm_and_kPa(index):
     row = dict(zip(HEADS, first, strict=True))
     inputs = {"cylinder": "c1", "bore (mm)": 25.0, "stroke (mm)": 250.0, "k₀ (W/K)": 0.3}
     assert inputs.items() <= row.items()
-    ranking = ranked(made(), "mine")
-    chosen, best = ranking.unknown_k_0.model(ranking.recommended), ranking.unknown_k_0.models[0]
-    assert chosen != best
-    assert (row["recommended"], row["n"], row["best"], row["runs"]) == (chosen.model, chosen.n, best.model, 4)
+    answer = answered(made(**FIRST))
+    chosen, best = answer.contender(answer.chosen).row, answer.ranking.unknown_k_0.models[0]
+    assert chosen != best and chosen.model != FULL_ORDER
+    assert (row["recommended"], row["n"], row["runs"]) == (chosen.model, chosen.n, 4)
+    assert (row["best reduced"], row["not distinguished"]) == (best.model, ", ".join(answer.tied))
     assert row["worst RMS (kPa)"] == pytest.approx(chosen.worst / 1e3, rel=1e-3)
     assert row["its worst RMS (kPa)"] == pytest.approx(best.worst / 1e3, rel=1e-3)
     assert second[1] == 12.35
-    assert failed == ("c10", 100.0, 1000.0, None, "", None, None, "", None, 0, 4)
+    assert failed == ("c10", 100.0, 1000.0, None, "", None, None, "", "", None, 0, 4)
 
 
 def test_the_best_model_is_that_of_the_lowest_worst_case(index):
-    ranking = ranked(made(**SECOND), "mine")
+    ranking = answered(made(**SECOND)).ranking
     robust = ranking.unknown_k_0.models[0]
     assert ranking.rows[0].model != robust.model  # with the right k_0 another is best
     row = dict(zip(HEADS, fleet_rows(index)[1], strict=True))
-    assert (row["recommended"], row["best"]) == (ranking.recommended, robust.model)
+    assert (row["recommended"], row["n"], row["best reduced"]) == (FULL_ORDER, None, robust.model)
+    full_order = ranking.unknown_k_0.full_order
+    assert row["worst RMS (kPa)"] == pytest.approx(full_order.worst / 1e3, rel=1e-3)
     assert row["its worst RMS (kPa)"] == pytest.approx(robust.worst / 1e3, rel=1e-3)
+
+
+def test_models_that_runs_do_not_distinguish_are_named():
+    level = LEVEL | {"M7": 3.02, "M8": 3.0, "M9": 9.0, "M10": 9.0}
+    cells = made(level, noise=0.3, full=1e3)
+    assert answer_dataset(answered(cells))["tied"].item() == "M8"
+    alone = answered(made(runs=1))
+    assert answer_dataset(alone)["tied"].item() == UNDECIDED
 
 
 def test_the_page_holds_its_rows_and_stands_alone(index):

@@ -8,7 +8,7 @@ import pytest
 from brief import in_brief
 from page_checks import assert_fit_for_a_phone, in_chromium
 from paper_study import STUDY
-from ranked_cells import SWING, answered, made, ranked
+from ranked_cells import SWING, answered, made
 from rich.console import Console
 
 from pneumo.configuration.experiment import Study
@@ -30,6 +30,7 @@ from pneumo.publish.text.terminal_tables import (
 )
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.statistics.intervals import Interval
+from pneumo.statistics.ranking import rank_models
 
 pytestmark = pytest.mark.xdist_group("chromium")  # a page is made once, too
 
@@ -96,21 +97,21 @@ def test_texts_are_escaped():
 
 
 def test_cells_of_a_line_and_gains_with_and_without_interval():
-    row = ranked(made(noise=1e-9), "mine").row("M8")
+    row = rank_models(made(noise=1e-9), "mine").row("M8")
     texts = dict(zip(STUDY_HEADS, ranking_cells(row), strict=True))
     assert (texts["rank"], texts["model"], texts["n"]) == ("3", "M8", "1.3")
     assert texts["MSE (kPa²)"] == "3.00 ± 0.00" and texts["RMS (kPa)"] == "1.73"
     assert texts["MSE / best"] == "1.25 (1.25 to 1.25)"
     cells = made()
     cells["mse"].loc[{"model": "M8"}] = np.nan
-    assert "failed in 4 runs" in ranking_cells(ranked(cells, "mine").row("M8"))
+    assert "failed in 4 runs" in ranking_cells(rank_models(cells, "mine").row("M8"))
     assert gain_text(Interval(12.3, 10.1, 14.6)) == "12 % (10 to 15)"
     assert gain_text(Interval(-3.0, np.nan, np.nan)) == "-3 %"
     assert gain_text(Interval(np.nan, np.nan, np.nan)) == "–"
 
 
 def test_pictures_of_places_and_gains():
-    ranking = ranked(made(), "mine")
+    ranking = rank_models(made(), "mine")
     ax = study_figures.ranking_figure(ranking).axes[0]
     assert ax.get_yticklabels()[0].get_text() == "$M_{10}$"
     for y, row in enumerate(ranking.rows):
@@ -118,7 +119,7 @@ def test_pictures_of_places_and_gains():
         assert point.get_xdata()[0] == pytest.approx(row.mse.value**0.5 / 1e3)
         assert bar.get_xdata() == pytest.approx(np.array([row.mse.low, row.mse.high]) ** 0.5 / 1e3)
         assert set(bar.get_ydata()) == set(point.get_ydata()) == {y}
-    ranking = ranked(made(), "mine")
+    ranking = rank_models(made(), "mine")
     lines = study_figures.gain_figure(ranking).axes[0].lines
     points = [line for line in lines if line.get_marker() == "o"]
     assert [point.get_xdata()[0] for point in points] == [gain.percent.value for gain in ranking.gains]
@@ -127,7 +128,7 @@ def test_pictures_of_places_and_gains():
 def test_pictures_over_n_and_of_the_traces():
     cells = made()
     cells["run_status"][0, 1] = 1
-    ranking = ranked(cells, "mine")
+    ranking = rank_models(cells, "mine")
     ax = study_figures.error_over_n(cells, ranking).axes[0]
     curve = next(line for line in ax.lines if line.get_label() == "$M_{8}$")
     kept = cells["mse"].sel(model="M8").isel(run=[0, 2, 3])

@@ -15,7 +15,7 @@ from pneumo.physics.models import MODELS
 from pneumo.publish.text.terminal_tables import contest_cells, contest_heads
 from pneumo.selection.answer import Answer, answers, export_command, row_cost
 from pneumo.statistics.intervals import paired_ratio
-from pneumo.statistics.recommendation import MATERIAL
+from pneumo.statistics.ranking import MATERIAL
 from pneumo.statistics.robust_choice import FULL_ORDER, RobustModel
 
 MUCH = 1e3  # an error of the full order that leaves it out of the contest
@@ -164,6 +164,9 @@ def test_a_k_0_that_is_known_exactly_needs_no_advice_about_it():
         and "at most 0 kPa RMS error" in found.reason
         and "at the given k_0" in found.reason
     )
+    several = made(experiments=("X", "Y"))
+    several["k_0_factor"][:], several["k_0"][1] = 3.0, 0.5
+    assert "where k_0 is known within a factor of 3" in answered(several).reason
     assert np.isinf(found.contender("M10").over_chosen.value)
     cells["mse_of_full_order"][:] = MUCH * 1e6
     of_models = answered(cells)
@@ -199,6 +202,8 @@ def test_short_runs_narrow_grids_and_other_winners_are_named():
     advice = " ".join(answered(cells).advice)
     assert "X lasts less than ten thermal time constants, 0.7 s" in advice
     assert "A wider grid: the best n of" in advice and "M10 in X, M1 in Y" in advice
+    calm = " ".join(answered(made(noise=1e-6)).advice)
+    assert "Longer" not in calm and "wider" not in calm and "More seeds" not in calm
 
 
 @pytest.fixture

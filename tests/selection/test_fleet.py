@@ -9,7 +9,8 @@ import xarray as xr
 from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import InputError, ResultError
-from pneumo.selection.cylinder_ranking import rankings, run_study, selected
+from pneumo.selection.answer import answers
+from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.cylinder_template import write_table_template
 from pneumo.selection.fleet import CELLS, fleet_index, run_block, stored_cylinder, studies_of, together
 from pneumo.statistics.model_pairs import REFINEMENT_STEPS
@@ -65,8 +66,12 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
         np.testing.assert_array_equal(mine[name].values, alone[name].values.astype(np.float32))
     assert (mine["status"].values == alone["status"].values).all()
     assert not [name for name in block if str(name).startswith("trace_")] and "pressure" not in block
-    (ranking,) = rankings(alone)
-    assert (mine["recommended"].item(), int(mine["runs"])) == (ranking.recommended, ranking.runs)
+    (answer,) = answers(alone)
+    ranking = answer.ranking
+    assert (mine["recommended"].item(), int(mine["runs"])) == (answer.chosen, ranking.runs)
+    assert mine["tied"].item() == ", ".join(answer.tied)
+    full_order = ranking.unknown_k_0.full_order.worst
+    assert mine["worst_rms_of_full_order"].item() == pytest.approx(full_order, rel=1e-5)
     for row in ranking.rows:
         stored = mine.sel(model=row.model)
         assert (stored["place"], stored["wins"], stored["failed"]) == (row.place, row.wins, row.failed)
@@ -119,16 +124,16 @@ def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, blo
     traces = "trace_t", "trace_x", "trace_P", "trace_pressure"
     for name in (*traces, "seed", "k_0", "cylinder", "time_constant"):
         xr.testing.assert_equal(cells[name].drop_vars("cylinder"), alone[name].drop_vars("cylinder"))
-    (again,), stored = rankings(cells), block.sel(cylinder="first")
+    (again,), stored = answers(cells), block.sel(cylinder="first")
     assert (again.reason, "\n".join(again.advice)) == (stored["reason"].item(), stored["advice"].item())
     assert stored["bore"] == next(iter(cylinder.experiments.values())).plant.cylinder.bore
     # Both from what was kept, in eight bytes: four would leave 6e-8.
-    errors = {row.model: row.mse.value for row in again.rows}
+    errors = {row.model: row.mse.value for row in again.ranking.rows}
     assert stored["best_mse"].sel(model=list(errors)).values == pytest.approx([*errors.values()], rel=1e-12)
     assert cells["mse"].dtype == float
     assert json.loads(block["parameters"].values[0])["n"] == [1.2, 1.3]
     _, cells = stored_cylinder(results, FAILING)
-    assert rankings(cells)[0].recommended == ""
+    assert answers(cells)[0].chosen == ""
 
 
 def test_what_is_not_there_or_does_not_belong_together_is_refused(results):

@@ -15,8 +15,7 @@ from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS
 from pneumo.physics.models import MODELS
 from pneumo.statistics.intervals import FEWEST, fraction_interval, quotient_interval, student_interval
 from pneumo.statistics.model_pairs import CRITERIA, MODEL_PAIRS, REFINED_MODELS
-from pneumo.statistics.ranking import cost
-from pneumo.statistics.recommendation import MATERIAL
+from pneumo.statistics.ranking import MATERIAL, cost
 
 CHEAPEST_FIRST = sorted(REFINED_MODELS, key=lambda name: (cost(MODELS[name]), REFINED_MODELS.index(name)))
 ENOUGH = "M6 enough"  # within MATERIAL of the best of REFINED_MODELS

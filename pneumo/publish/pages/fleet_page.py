@@ -10,12 +10,13 @@ from markupsafe import Markup
 from pneumo.physics.models import MODELS
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO, percent_text
-from pneumo.statistics.recommendation import MATERIAL
+from pneumo.statistics.ranking import MATERIAL
+from pneumo.statistics.robust_choice import FULL_ORDER
 
 DIGITS = 4  # of numbers in the table
-HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "recommended", "n", "worst RMS (kPa)", "best")
-HEADS += ("its worst RMS (kPa)", "runs", "failed runs")
-TEXTS = ("cylinder", "recommended", "best")  # columns without numbers
+HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "recommended", "n", "worst RMS (kPa)")
+HEADS += ("not distinguished", "best reduced", "its worst RMS (kPa)", "runs", "failed runs")
+TEXTS = ("cylinder", "recommended", "not distinguished", "best reduced")  # columns without numbers
 
 
 def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
@@ -29,16 +30,14 @@ def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
     for i, name in enumerate(columns["cylinder"].tolist()):
         lengths = [_number(columns[key][i] * KILO) for key in ("bore", "stroke")]
         k_0, *others = columns["k_0"][i].tolist()
-        recommended, results = str(columns["recommended"][i]), ["", None, None, "", None]
+        recommended, results = str(columns["recommended"][i]), ["", None, None, "", "", None]
         if recommended:
-            n, worst = columns["worst_n"][i], columns["worst_rms"][i] / KILO
-            chosen, best = models.index(recommended), int(worst.argmin())
-            results = [
-                recommended,
-                *map(_number, (n[chosen], worst[chosen])),
-                models[best],
-                _number(worst[best]),
-            ]
+            n = dict(zip(models, columns["worst_n"][i], strict=True)) | {FULL_ORDER: np.nan}
+            worst = dict(zip(models, columns["worst_rms"][i], strict=True))
+            best = min(models, key=lambda model: worst[model])
+            worst[FULL_ORDER] = columns["worst_rms_of_full_order"][i]
+            chosen = [recommended, _number(n[recommended]), _number(worst[recommended] / KILO)]
+            results = [*chosen, str(columns["tied"][i]), best, _number(worst[best] / KILO)]
         counts = [int(columns[key][i]) for key in ("runs", "failed_runs")]
         one_k_0 = _number(k_0 if all(other == k_0 for other in others) else np.nan)
         rows.append((name, *lengths, one_k_0, *results, *counts))
@@ -52,8 +51,8 @@ def _number(value: float) -> float | None:
 def fleet_page(name: str, index: xr.Dataset) -> str:
     """Write the page of a fleet, style, script and data inside; the same index gives the same text."""
     rows = fleet_rows(index)
-    chosen, best = ([row[HEADS.index(head)] for row in rows] for head in ("recommended", "best"))
-    counts = [(model, chosen.count(model), best.count(model)) for model in MODELS]
+    chosen, best = ([row[HEADS.index(head)] for row in rows] for head in ("recommended", "best reduced"))
+    counts = [(model, chosen.count(model), best.count(model)) for model in (*MODELS, FULL_ORDER)]
     data = json.dumps(rows, separators=(",", ":"), allow_nan=False, ensure_ascii=False).replace(
         "<", "\\u003c"
     )

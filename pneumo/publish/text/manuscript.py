@@ -28,7 +28,7 @@ from pneumo.publish.text.todays_answer import todays_answer
 from pneumo.simulation.signals import EXACT, STUDY_SAMPLINGS
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.model_pairs import REFINEMENT_PAIRS
-from pneumo.statistics.recommendation import MATERIAL
+from pneumo.statistics.ranking import MATERIAL
 from pneumo.storage.files import atomic, read, read_json
 
 QUOTED = ("M7", "M8", "M10")  # models whose error budget the text quotes: section 4 ranks these
