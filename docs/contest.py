@@ -5,7 +5,7 @@ import xarray as xr
 from fragments import table
 
 from pneumo.evidence.random_cylinders.contest_statistics import BEFOREHAND, LIMIT, answer, row_of
-from pneumo.publish.text.formatting import percent_text, with_interval
+from pneumo.publish.text.formatting import percent_text, span_text, with_interval
 from pneumo.publish.text.todays_answer import rule_text
 
 LOOPS = ("open", "closed")
@@ -123,10 +123,6 @@ def _of_cases(contest: xr.Dataset, valve_right: bool) -> xr.Dataset:
     return contest.isel(case=np.flatnonzero((right == valve_right) & told))
 
 
-def _between(values: np.ndarray) -> str:
-    return f"{values.min():.2f} to {values.max():.2f}"
-
-
 def numbers(contest: xr.Dataset) -> dict[str, str]:
     """Numbers of the page by name."""
     known, wrong = _of_cases(contest, True), _of_cases(contest, False)
@@ -142,10 +138,10 @@ def numbers(contest: xr.Dataset) -> dict[str, str]:
         "answer": answer(contest),
         "held_out": f"{contest['cylinders'].sel(part='all').item()}",
         "cylinders": f"{contest.sizes['cylinder']}",
-        "full_quotient": _between(loops.sel(bound="value").values),
+        "full_quotient": span_text(loops.sel(bound="value").values),
         "full_quotient_most": f"{loops.sel(bound='high').max().item():.2f}",
         "full_quotient_worst": f"{worst['full'].item()} with k_0 told {worst['case_k_0'].item():.2g} times",
-        "full_quotient_wrong_valve": _between(off.sel(bound="value").values),
+        "full_quotient_wrong_valve": span_text(off.sel(bound="value").values),
         "experiments": f"{contest.sizes['experiment']}",
         "paper_low_worse": f"{int((paper_quotients(contest)[TOLD[LOW]] > 1).sum())}",
         "paper_high_worse": f"{int((paper_quotients(contest)[TOLD[HIGH]] > 1).sum())}",

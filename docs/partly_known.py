@@ -5,7 +5,7 @@ import xarray as xr
 from fragments import table
 
 from pneumo.evidence.at_work.partly_known_statistics import COMPARED, PARTS, pays
-from pneumo.publish.text.formatting import with_interval
+from pneumo.publish.text.formatting import span_text, with_interval
 
 SENSORS = {"none": "no pressure", "one": "P_A", "both": "both pressures"}
 SHOWN = ("full", "full, 2 k_0", "full, k_0 estimated from 2 k_0", "M8, k_0 estimated from 2 k_0")
@@ -92,7 +92,7 @@ def numbers(found: xr.Dataset) -> dict[str, str]:
     turned = (pays(other) != (other.sel(bound="high", part=PARTS[1]) < 0.95)).sum().item()
 
     def span(values: xr.DataArray) -> str:
-        return f"{values.min().item():.2f} to {values.max().item():.2f}"
+        return span_text(values.values)
 
     return {
         "plants": f"{found.sizes['plant']}",

@@ -28,6 +28,7 @@ from pneumo.publish.text.terminal_tables import (
     gain_text,
     ranking_cells,
 )
+from pneumo.publish.text.todays_answer import kept_sentences
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.statistics.intervals import Interval
 from pneumo.statistics.ranking import rank_models
@@ -60,6 +61,8 @@ def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
     ranking = found.ranking
     assert "Recommended: full order" in page and with_indices(found.reason) in page
     assert "<code>pneumo export full --config &#39;a&lt;b.yaml&#39;</code>" in page
+    for sentences in kept_sentences():
+        assert page.count(with_indices(sentences)) == 1
     for row in ranking.rows:
         line = "".join(f"<td>{text}</td>" for text in ranking_cells(row))
         assert line in page

@@ -1,10 +1,18 @@
 """One answer for README, documentation and manuscript: it follows the evidence."""
 
+import re
+
 import numpy as np
 import pytest
 
 from pneumo.evidence.random_cylinders.contest_statistics import BEFOREHAND
-from pneumo.publish.text.todays_answer import full_over_beforehand, rule_text, todays_answer
+from pneumo.publish.text.todays_answer import (
+    full_over_beforehand,
+    kept_sentences,
+    quoted,
+    rule_text,
+    todays_answer,
+)
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import KEPT
 
@@ -41,3 +49,17 @@ def test_the_answer_changes_with_each_part_of_the_evidence():
     assert [a != b for a, b in zip(told, other, strict=True)] == [False, True, False, True]
     a, b, _ = CONTEST["rule_n"].sel(ruled="M6").values
     assert rule_text(CONTEST, "M6").startswith(f"n = {a:.3g} - {b:.3g}/")
+
+
+def test_pages_quote_the_evidence_of_today():
+    kept, contest, partly_known = kept_sentences(), CONTEST, read(KEPT / "partly_known.nc")
+    assert kept == quoted(contest, partly_known), "run: make numbers"
+    rows = todays_answer(contest, AIR)
+    for row, words in zip(
+        rows[:2], (" times the mean square error", " times what the best reduced"), strict=True
+    ):
+        number = re.search(rf"(\d[\d. to]+){words}", row.evidence)
+        assert number and number[1] in kept.choice
+    more = partly_known.assign(observer_over_reduced=2 * partly_known["observer_over_reduced"])
+    assert quoted(contest, more).in_use != kept.in_use and quoted(contest, more).choice == kept.choice
+    assert "controller 1.00 times" in kept.in_use

@@ -24,6 +24,7 @@ rule ranking_page:
         parameters=rules.parameters.output[0],
         cells=expand(rules.ranking_cells.output[0], cylinder=USER_CYLINDERS),
         templates=page_templates("study.html.j2"),
+        quoted="pneumo/publish/text/todays_answer.json",
     output:
         page="results/study.html",
     log:

@@ -21,6 +21,7 @@ from pneumo.publish.text.terminal_tables import (
     ranking_cells,
     regime_text,
 )
+from pneumo.publish.text.todays_answer import kept_sentences
 from pneumo.selection.answer import Answer, export_command
 from pneumo.selection.cylinder_ranking import TITLE, save_cells
 from pneumo.statistics.intervals import CONFIDENCE
@@ -65,6 +66,7 @@ def study_page(
         confidence=percent_text(CONFIDENCE),
         material=percent_text(MATERIAL),
         kilo=KILO,
+        quoted=kept_sentences(),
     )
 
 

@@ -39,6 +39,18 @@ def with_interval(ends: Iterable[float], digits: int = 2) -> str:
     return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
+def span_text(values: np.ndarray, digits: int = 2) -> str:
+    """Write the lowest and the highest of some values; one number where both are written alike.
+
+    Examples
+    --------
+    >>> span_text(np.array([0.142, 0.451, 0.3])), span_text(np.array([0.999, 1.004]))
+    ('0.14 to 0.45', '1.00')
+    """
+    low, high = (f"{value:.{digits}f}" for value in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
+
+
 def percent_text(fraction: float, digits: int = 0) -> str:
     """Write a fraction in per cent.
 
