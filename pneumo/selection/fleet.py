@@ -65,7 +65,7 @@ ABOUT |= {
     for name in ("best_mse", "over_best", "gain")
     for end, words in (("low", "lower"), ("high", "upper"))
 }
-INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0")  # variables of the index
+INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0", "k_0_factor")  # of the index
 
 
 def studies_of(study: Study) -> dict[str, Study]:

@@ -19,6 +19,7 @@ from pneumo.fit.rig.rig_file import key
 from pneumo.publish.figures.fit_figures import diagnosis_figure
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.style import paper_style
+from pneumo.publish.text.fit_text import answer_text, misfit_text, next_experiments
 from pneumo.publish.text.terminal_tables import (
     fit_heads,
     fit_rows,
@@ -156,3 +157,22 @@ def test_no_label_of_a_correlation_is_cut(a_fit):
 @pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, a_fit, visit, tmp_path):
     assert_fit_for_a_phone(visit, fit_page(a_fit, "bench.csv"), tmp_path / "fit.html", scheme, least=20)
+
+
+def test_the_page_begins_with_the_best_model_the_place_of_the_misfit_and_the_next_experiment(a_fit):
+    assert answer_text(a_fit).startswith("M8 predicts the part held out best: 1 kPa RMS, ")
+    assert misfit_text(a_fit) == "The residual is spread evenly over the record."
+    odd = a_fit.data["P"].copy()
+    odd.loc[{"chamber": "B"}][100:110] += 5e3
+    place = misfit_text(replace(a_fit, data=a_fit.data.assign(P=odd)))
+    assert re.match(r"The residual is largest in B at t = 0\.1 to 0\.109 s, x = 0 to 0 mm: \d", place)
+    assert next_experiments(a_fit) == []  # without the full order no light
+    sure, unsure = (of_full_order(a_fit, factor) for factor in (1.1, 4.0))
+    assert next_experiments(sure) == []
+    assert {"k_0", "V_d of A, V_d of B"} <= {line.partition(":")[0] for line in next_experiments(unsure)}
+    narrow = unsure.data.assign(moved_by=unsure.data["moved_by"] * 200)
+    assert "k_0: know the exhaust path better, which moves it most." in next_experiments(
+        replace(unsure, data=narrow)
+    )
+    page = fit_page(a_fit, "bench.csv")
+    assert page.index("predicts the part held out best") < page.index("Warning:") < page.index("<main>")

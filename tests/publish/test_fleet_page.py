@@ -10,7 +10,7 @@ from brief import in_brief
 from page_checks import assert_fit_for_a_phone, assert_quiet, assert_readable, in_chromium, stands_alone
 from ranked_cells import LEVEL, answered, made
 
-from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows
+from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows, regrets
 from pneumo.selection.answer import Answer
 from pneumo.selection.fleet import UNDECIDED, answer_dataset, together
 from pneumo.statistics.ranking import Ranking
@@ -28,6 +28,7 @@ def index():
     parts = [answer_dataset(answer).drop_vars("advice") for answer in of_three]
     for i, other_k_0 in enumerate((0.3, 0.3, 0.4)):
         parts[i] = parts[i].assign_coords(k_0=("experiment", [0.3, other_k_0]))
+        parts[i]["k_0_factor"] = ("experiment", [2.7, 2.7])
     sizes = zip(parts, (0.025, 0.0123456, 0.1), strict=True)
     parts = [part.assign(bore=bore, stroke=10 * bore, failed_runs=np.int32(0)) for part, bore in sizes]
     parts[2]["failed_runs"] += 4
@@ -38,6 +39,7 @@ def test_rows_hold_the_recommendation_in_mm_and_kPa(index):
     first, second, failed = fleet_rows(index)
     row = dict(zip(HEADS, first, strict=True))
     inputs = {"cylinder": "c1", "bore (mm)": 25.0, "stroke (mm)": 250.0, "k₀ (W/K)": 0.3}
+    inputs["known within × or ÷"] = 2.7
     assert inputs.items() <= row.items()
     answer = answered(made(**FIRST))
     chosen, best = answer.contender(answer.chosen).row, answer.ranking.unknown_k_0.models[0]
@@ -47,7 +49,7 @@ def test_rows_hold_the_recommendation_in_mm_and_kPa(index):
     assert row["worst RMS (kPa)"] == pytest.approx(chosen.worst / 1e3, rel=1e-3)
     assert row["its worst RMS (kPa)"] == pytest.approx(best.worst / 1e3, rel=1e-3)
     assert second[1] == 12.35
-    assert failed == ("c10", 100.0, 1000.0, None, "", None, None, "", "", None, 0, 4)
+    assert failed == ("c10", 100.0, 1000.0, None, 2.7, "", None, None, "", "", None, 0, 4)
 
 
 def test_the_best_model_is_that_of_the_lowest_worst_case(index):
@@ -67,6 +69,23 @@ def test_models_that_runs_do_not_distinguish_are_named():
     assert answer_dataset(answered(cells))["tied"].item() == "M8"
     alone = answered(made(runs=1))
     assert answer_dataset(alone)["tied"].item() == UNDECIDED
+
+
+def test_regret_of_one_model_for_all_is_over_the_lowest_worst_case_of_each_cylinder(index):
+    of_two = index.isel(cylinder=[0, 1])
+    worst = of_two["worst_rms"].transpose("cylinder", "model").values
+    worst = np.column_stack([worst, of_two["worst_rms_of_full_order"].values])
+    rows = {row.model: row for row in regrets(index)}
+    assert list(rows) == sorted(rows, key=lambda model: rows[model].nine_in_ten)
+    assert len(rows) == worst.shape[1]
+    for model, column in zip([*index["model"].values, FULL_ORDER], worst.T, strict=True):
+        over = column / worst.min(axis=1)
+        assert rows[model].most == pytest.approx(over.max())
+        assert rows[model].most_at == ("c1", "c2")[over.argmax()]
+        assert rows[model].enough == (over**2 <= 1.1).sum()
+    first = next(iter(rows.values()))
+    assert f"whole plant, each cylinder at its own n: {first.model}, whose" in fleet_page("plant", index)
+    assert regrets(index.isel(cylinder=[2])) == []
 
 
 def test_the_page_holds_its_rows_and_stands_alone(index):
@@ -110,7 +129,7 @@ def test_the_table_sorts_and_filters(index, visit, tmp_path):
     browser.run(SET.format("high", "50"))
     assert browser.run(NAMES) == "c1"
     browser.run("element('reset').click()")
-    browser.run(SET.format("recommended", fleet_rows(index)[0][4]))
+    browser.run(SET.format("recommended", fleet_rows(index)[0][5]))
     assert browser.run(NAMES) == "c1"
     assert_readable(browser, least=20)
     assert_quiet(browser, file)

@@ -4,6 +4,7 @@ from pneumo.fit.fit_result import ClosedChambersResult, FitResult
 from pneumo.publish.figures.fit_figures import diagnosis_figure, held_out_figure, residual_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
+from pneumo.publish.text.fit_text import answer_text, misfit_text, next_experiments
 from pneumo.publish.text.terminal_tables import (
     RIG_HEADS,
     RIG_TITLE,
@@ -12,6 +13,9 @@ from pneumo.publish.text.terminal_tables import (
     rig_rows,
     wall_text,
 )
+
+# Class and symbol of a light.
+LIGHT_LOOKS = {"green": ("close", "✓"), "yellow": ("explained", "≈"), "red": ("contradicted", "!")}
 
 
 def fit_page(fit: FitResult, name: str) -> str:
@@ -32,6 +36,10 @@ def fit_page(fit: FitResult, name: str) -> str:
         warnings=fit.warnings,
         valve=wall_text(fit) if closed else "",
         notes=fit.notes,
+        answer=answer_text(fit),
+        misfit=misfit_text(fit),
+        experiments=next_experiments(fit),
+        lights=LIGHT_LOOKS,
         pressures=image_address(residual_figure(fit), "png"),
         diagnosis=image_address(diagnosis_figure(fit), "png") if "correlation" in fit.data else "",
         ranking=image_address(held_out_figure(fit), "png"),

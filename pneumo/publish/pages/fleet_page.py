@@ -1,21 +1,29 @@
 """Index page of a fleet: one self-contained HTML file with a table of its cylinders to sort and filter."""
 
 import json
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
 from pneumo.physics.models import MODELS
+from pneumo.publish.model_looks import colours
 from pneumo.publish.pages.page import page_text
-from pneumo.publish.text.formatting import KILO, percent_text
+from pneumo.publish.text.formatting import KILO, no_exponent, percent_text
 from pneumo.statistics.ranking import MATERIAL
 from pneumo.statistics.robust_choice import FULL_ORDER
 
 DIGITS = 4  # of numbers in the table
-HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "recommended", "n", "worst RMS (kPa)")
-HEADS += ("not distinguished", "best reduced", "its worst RMS (kPa)", "runs", "failed runs")
+HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "known within × or ÷", "recommended", "n")
+HEADS += (
+    "worst RMS (kPa)",
+    "not distinguished",
+    "best reduced",
+    "its worst RMS (kPa)",
+    "runs",
+    "failed runs",
+)
 TEXTS = ("cylinder", "recommended", "not distinguished", "best reduced")  # columns without numbers
 
 
@@ -40,8 +48,38 @@ def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
             results = [*chosen, str(columns["tied"][i]), best, _number(worst[best] / KILO)]
         counts = [int(columns[key][i]) for key in ("runs", "failed_runs")]
         one_k_0 = _number(k_0 if all(other == k_0 for other in others) else np.nan)
-        rows.append((name, *lengths, one_k_0, *results, *counts))
+        known = _number(columns["k_0_factor"][i].max())
+        rows.append((name, *lengths, one_k_0, known, *results, *counts))
     return rows
+
+
+class Regret(NamedTuple):
+    """What one model for the whole fleet costs: its worst RMS error over the lowest of each cylinder."""
+
+    model: str
+    median: float
+    nine_in_ten: float  #: nine cylinders in ten are below
+    most: float
+    most_at: str  #: cylinder
+    enough: int  #: cylinders on which its mean square error is within 10 % of the lowest
+
+
+def regrets(index: xr.Dataset) -> list[Regret]:
+    """Regret of the models, full order included, that ran on every cylinder; lowest nine-in-ten first."""
+    full_order = index["worst_rms_of_full_order"].expand_dims(model=[FULL_ORDER])
+    worst = xr.concat([index["worst_rms"], full_order], "model").transpose("cylinder", "model")
+    worst = worst.isel(cylinder=np.isfinite(worst.values).any(axis=1))
+    if not worst.sizes["cylinder"]:
+        return []
+    over = (worst / worst.min("model")).values
+    names = worst["cylinder"].values
+    rows: list[Regret] = []
+    for model, ratio in zip(worst["model"].values.tolist(), over.T, strict=True):
+        if np.isfinite(ratio).all():
+            median, nine = np.quantile(ratio, (0.5, 0.9)).tolist()
+            enough = int((ratio**2 <= 1 + MATERIAL).sum())
+            rows.append(Regret(model, median, nine, float(ratio.max()), str(names[ratio.argmax()]), enough))
+    return sorted(rows, key=lambda row: row.nine_in_ten)
 
 
 def _number(value: float) -> float | None:
@@ -65,6 +103,8 @@ def fleet_page(name: str, index: xr.Dataset) -> str:
         without=chosen.count(""),
         total=len(rows),
         material=percent_text(MATERIAL),
+        regrets=[(r.model, *map(no_exponent, r[1:4]), r.most_at, r.enough) for r in regrets(index)],
+        colours=Markup(json.dumps(colours())),  # names of models and colours
         data=Markup(data),  # JSON whose "<" are escaped
         config=index.attrs["config_sha256"],
     )

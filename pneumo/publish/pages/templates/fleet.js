@@ -41,6 +41,68 @@ function draw() {
   });
   element("shown").textContent = `${found.length} of ${rows.length} cylinders`;
   element("more").hidden = found.length <= limit;
+  scatter(found);
+}
+
+const colours = JSON.parse(element("colours").textContent);
+const night = matchMedia("(prefers-color-scheme: dark)");
+const MARGIN = { left: 64, right: 12, top: 12, bottom: 44 };
+const SIZES = [1, 2, 5].flatMap((digit) => [1, 10, 100, 1000].map((power) => digit * power)); // mm
+const colour = (model) => (colours[model] ?? ["#767676", "#9a9a9a"])[night.matches ? 1 : 0];
+
+// Values that a logarithmic axis spans, and the function from a value to a pixel.
+function axis(column, from, to) {
+  const values = rows.map((row) => row[names.indexOf(column)]).filter((value) => value > 0);
+  const [low, high] = [Math.min(...values) / 1.1, Math.max(...values) * 1.1];
+  const place = (value) => from + ((to - from) * Math.log(value / low)) / Math.log(high / low);
+  return { place, ticks: SIZES.filter((value) => value >= low && value <= high) };
+}
+
+function scatter(found) {
+  const canvas = element("scatter");
+  const { clientWidth: width, clientHeight: height } = canvas;
+  const scale = devicePixelRatio || 1;
+  [canvas.width, canvas.height] = [width * scale, height * scale];
+  const pen = canvas.getContext("2d");
+  pen.scale(scale, scale);
+  const style = getComputedStyle(document.body);
+  const x = axis("bore (mm)", MARGIN.left, width - MARGIN.right);
+  const y = axis("stroke (mm)", height - MARGIN.bottom, MARGIN.top);
+  pen.font = "12px system-ui, sans-serif";
+  pen.fillStyle = style.color;
+  pen.strokeStyle = "#80808060";
+  pen.textAlign = "center";
+  for (const tick of x.ticks) {
+    pen.strokeRect(x.place(tick), MARGIN.top, 0, height - MARGIN.top - MARGIN.bottom);
+    pen.fillText(tick, x.place(tick), height - MARGIN.bottom + 16);
+  }
+  pen.fillText("bore (mm)", (MARGIN.left + width) / 2, height - 6);
+  pen.textAlign = "right";
+  for (const tick of y.ticks) {
+    pen.strokeRect(MARGIN.left, y.place(tick), width - MARGIN.left - MARGIN.right, 0);
+    pen.fillText(tick, MARGIN.left - 6, y.place(tick) + 4);
+  }
+  pen.save();
+  pen.translate(14, height / 2);
+  pen.rotate(-Math.PI / 2);
+  pen.textAlign = "center";
+  pen.fillText("stroke (mm)", 0, 0);
+  pen.restore();
+  const [bore, stroke, model] = ["bore (mm)", "stroke (mm)", "recommended"].map((head) => names.indexOf(head));
+  found.forEach((row, i) => {
+    const turn = 2.4 * i; // golden angle: no two neighbours are moved alike
+    const radius = found.length > 1 ? 3 * ((i % 7) / 6) : 0;
+    pen.fillStyle = colour(row[model]);
+    pen.beginPath();
+    pen.arc(x.place(row[bore]) + radius * Math.cos(turn), y.place(row[stroke]) + radius * Math.sin(turn), 4, 0, 7);
+    pen.fill();
+  });
+  element("key").replaceChildren(...[...new Set(rows.map((row) => row[model]))].sort(order.compare).map((name) => {
+    const [entry, dot] = [document.createElement("span"), document.createElement("i")];
+    dot.style.background = colour(name);
+    entry.append(dot, name || "none");
+    return entry;
+  }));
 }
 
 function again() {
@@ -62,3 +124,5 @@ element("reset").addEventListener("click", () => {
   again();
 });
 draw(); // a browser may have kept the filters over a reload
+for (const event of ["resize", "load"]) addEventListener(event, draw);
+night.addEventListener("change", draw);

@@ -1,0 +1,90 @@
+"""Sentences on a fit: its answer, where the misfit is, and the next experiment."""
+
+import numpy as np
+
+from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
+from pneumo.fit.fitted_parameters import CONFIGURED, FULL_ORDER, PARAMETERS, QUANTITIES
+from pneumo.publish.text.formatting import KILO
+
+WINDOWS = 20  # of a record, among which the one with the largest residual is looked for
+MUCH = 1.5  # times the RMS residual of its chamber: a window above it is named
+OF_INTERVAL = 0.5  # of half an interval: a configured quantity that moves a parameter by more is named
+EXPERIMENTS = {  # that determine a group of parameters
+    "wall": "fill a chamber fast, shut it off and wait, then fit that (pneumo fit --closed-from)",
+    "flow": "record full strokes with the valve fully open",
+    "dead volume": "record strokes up to both stops, and rests there",
+    "valve": "record small steps of the command on both sides of zero, at 1 kHz or more",
+    "configured": "record full strokes with the valve fully open, and the supply pressure with them",
+}
+
+
+def _named(model: str) -> str:
+    return "the full order" if model == FULL_ORDER else model
+
+
+def _error(fit: FitResult, model: str) -> float:
+    return rms_of_chambers(fit.data["rms_held_out"].sel(model=model).values)
+
+
+def answer_text(fit: FitResult) -> str:
+    """Best model on the part held out, best reduced one, and how many parameters are determined."""
+    first, best = fit.models[0], fit.best_model
+    swing = rms_of_chambers(fit.data["P"].std("t").values)
+    kpa, percent = _error(fit, first) / KILO, 100 * _error(fit, first) / swing
+    name = _named(first)
+    text = f"{name[0].upper()}{name[1:]} predicts the part held out best: {kpa:.3g} kPa RMS"
+    if np.isfinite(percent):
+        text += f", {percent:.2g} % of the pressures' swing"
+    if best != first:
+        law = "law" if isinstance(fit, ClosedChambersResult) else "reduced model"
+        text += f". Best {law}: {best}, {_error(fit, best) / KILO:.3g} kPa"
+    lights = list(fit.lights.values())
+    if lights:
+        text += f". Of {len(lights)} parameters of the rig, {lights.count('green')} are determined"
+    return f"{text}."
+
+
+def misfit_text(fit: FitResult) -> str:
+    """Where the residual of the best model is largest: chamber, time and position."""
+    data = fit.data.sel(model=fit.models[0])
+    t, x = data["t"].values, data["x"].values * KILO
+    residual = (data["P"] - data["pressure"]).transpose("chamber", "t").values
+    rms = np.sqrt(np.mean(residual**2, axis=1))
+    windows = [part for part in np.array_split(np.arange(len(t)), WINDOWS) if len(part)]
+    by_window = np.array([np.sqrt(np.mean(residual[:, part] ** 2, axis=1)) for part in windows]) / rms
+    if not np.isfinite(by_window).any():
+        return ""
+    place, chamber = np.unravel_index(np.nanargmax(by_window), by_window.shape)
+    ratio, part = by_window[place, chamber], windows[place]
+    if ratio < MUCH:
+        return "The residual is spread evenly over the record."
+    where = f"t = {t[part[0]]:.4g} to {t[part[-1]]:.4g} s, x = {x[part].min():.3g} to {x[part].max():.3g} mm"
+    above = f"{ratio:.2g} times its RMS over the record"
+    return f"The residual is largest in {'AB'[chamber]} at {where}: {above}."
+
+
+def next_experiments(fit: FitResult) -> list[str]:
+    """Experiments that would determine the parameters whose light is not green, a line for each group."""
+    poor: dict[str, list[str]] = {}
+    lines: list[str] = []
+    for name, light in fit.lights.items():
+        if light == "green":
+            continue
+        poor.setdefault(PARAMETERS[name].group, []).append(QUANTITIES[name].heading)
+        if by := _moved_by(fit, name):
+            lines.append(f"{QUANTITIES[name].heading}: know {by} better, which moves it most.")
+    known = (f"{', '.join(poor[group])}: {EXPERIMENTS[group]}." for group in poor if group in EXPERIMENTS)
+    return [*known, *dict.fromkeys(lines)]
+
+
+def _moved_by(fit: FitResult, name: str) -> str:
+    """Name of the configured quantity that moves a parameter by much of its interval, or an empty text."""
+    cell = fit.data.sel(model=FULL_ORDER, parameter=name)
+    if "moved_by" not in cell:
+        return ""
+    moved, half = np.abs(cell["moved_by"].values), (cell["high"].item() - cell["low"].item()) / 2
+    if not np.isfinite(moved).all() or not moved.max() > OF_INTERVAL * half:
+        return ""
+    largest = str(cell["quantity"].values[np.argmax(moved)])
+    names = {QUANTITIES[key].name: QUANTITIES[key].name for key in CONFIGURED}
+    return names.get(largest, largest)
