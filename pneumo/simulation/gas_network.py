@@ -167,6 +167,36 @@ def _replayed(
     return states
 
 
+def fastest_rate(
+    nodes: Sequence[Node],
+    links: Sequence[Link],
+    surroundings: Sequence[tuple[float, float]],
+    V: np.ndarray,
+    areas: np.ndarray,
+    gas: Gas,
+) -> float:
+    """Inverse of the longest step that is stable and accurate, 1/s; arguments as of `replay`.
+
+    From the smallest volumes and the largest areas, so that two samples that have them are enough.
+    """
+    # Rates over the area of a node's restrictions per volume: the slope of the proportional flow, and the
+    # relative change of pressure by a sonic flow at the largest pressure ratio.
+    P = [node.P for node in nodes] + [pressure for pressure, _ in surroundings]
+    slope = gas.gamma * (2 * gas.R * HOTTEST / LAMINAR) ** 0.5
+    sonic = gas.gamma * gas.R * HOTTEST**0.5 * gas.sonic_coefficient * max(P) / min(P)
+    rates = list[float]()
+    for s, node in enumerate(nodes):
+        open_to = [
+            A_t.max() * max(1.0, link.back) for link, A_t in zip(links, areas, strict=True) if s in link[:2]
+        ]
+        wide = sum(open_to) / np.abs(V[s]).min()
+        store = (node.k_store + node.k_back) / node.c_store if node.c_store else 0.0
+        heat = (node.k_0 * node.lane.wall_scale + node.k_store) * (gas.gamma - 1) * HOTTEST
+        heat /= min(P) * np.abs(V[s]).min()
+        rates += [(wide * slope + store + heat) / STABLE, wide * sonic / ACCURATE]
+    return max(rates)
+
+
 def replay(
     nodes: Sequence[Node],
     links: Sequence[Link],
@@ -204,22 +234,7 @@ def replay(
         Pressures and temperatures at every sample; NaN from the sample on at which a pressure or a
         temperature is no longer positive.
     """
-    # Rates over the area of a node's restrictions per volume: the slope of the proportional flow, and the
-    # relative change of pressure by a sonic flow at the largest pressure ratio.
-    P = [node.P for node in nodes] + [pressure for pressure, _ in surroundings]
-    slope = gas.gamma * (2 * gas.R * HOTTEST / LAMINAR) ** 0.5
-    sonic = gas.gamma * gas.R * HOTTEST**0.5 * gas.sonic_coefficient * max(P) / min(P)
-    steps = [1.0]
-    for s, node in enumerate(nodes):
-        open_to = [
-            A_t.max() * max(1.0, link.back) for link, A_t in zip(links, areas, strict=True) if s in link[:2]
-        ]
-        wide = sum(open_to) / np.abs(V[s]).min()
-        store = (node.k_store + node.k_back) / node.c_store if node.c_store else 0.0
-        heat = (node.k_0 * node.lane.wall_scale + node.k_store) * (gas.gamma - 1) * HOTTEST
-        heat /= min(P) * np.abs(V[s]).min()
-        steps += [h * (wide * slope + store + heat) / STABLE, h * wide * sonic / ACCURATE]
-    parts = int(np.ceil(max(steps)))
+    parts = max(1, int(np.ceil(h * fastest_rate(nodes, links, surroundings, V, areas, gas))))
     rows = np.array([(*node.lane, *node[1:]) for node in nodes], dtype=float)
     states = _replayed(
         rows,

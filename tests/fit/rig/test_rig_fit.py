@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from independent_rig import BORE, CLOSES, OF_B, OPENS, TRUTH, simulated
 
-from pneumo.fit.rig.rig_file import rig
+from pneumo.evidence.measured_air import as_skin, as_store
+from pneumo.fit.rig.rig_file import key, rig
 from pneumo.fit.rig.rig_fit import (
     correlation_time,
     fit_rig,
@@ -31,7 +32,6 @@ ABOUT = {
     "P_s_bar": [4, 9],
 }
 HOSE = {"hose_volume_mL": [0.5, 50], "hose_C_dm3_per_sbar": [0.1, 5], "hose_b": 0.5283}
-NO_K = {"k_0_W_per_K": 0}
 TANK = {"volume_L": 10, "orifice_mm": 2, "C_d": [0.5, 1], "k_0_W_per_K": [0, 20], "P_start_bar": 8}
 
 
@@ -165,19 +165,20 @@ def test_a_silencer_holds_pressure_back_and_a_wide_one_is_none(model):
 
 
 def test_a_skin_of_the_wall_is_a_store_beside_the_gas_with_other_numbers():
-    gas_k, back, c = 5.0, 3.0, 40.0
-    slow = gas_k * back / (gas_k + back)  # both in series
-    part = gas_k / (gas_k + back)
     about = {**TANK, "C_d": 0.8}
-    skin = rig(
-        {**about, "store_k_W_per_K": gas_k, "store_back_W_per_K": back, "store_c_J_per_K": c} | NO_K, "test"
+    skin = {"store_k": 5.0, "store_back": 3.0, "store_c": 40.0, "k_0": 0.0}
+    store = as_store(skin)
+    assert store["store_back"] == 0 and store["k_0"] == pytest.approx(15 / 8)  # both in series
+    assert as_skin(store) == pytest.approx(skin)
+    skin, store, alone = (
+        rig(about | {key(name): value for name, value in values.items()}, "test")
+        for values in (skin, store, {"k_0": store["k_0"]})
     )
-    store = {"store_k_W_per_K": gas_k - slow, "store_c_J_per_K": c * part**2, "k_0_W_per_K": slow}
     t = np.linspace(0.2, 60, 20)
     run = vessel_run(Points(t, np.zeros(20)))
     replays = [
         replay_run(known, "full order", {name: low for name, (low, _) in known.ends.items()}, run).P.values
-        for known in (skin, rig(about | store, "test"), rig(about | {"k_0_W_per_K": slow}, "test"))
+        for known in (skin, store, alone)
     ]
     # Both are the same linear response; steps are of fifth order.
     np.testing.assert_allclose(replays[0], replays[1], rtol=1e-6)
