@@ -24,7 +24,10 @@ def rig(
     temperature: Annotated[
         bool, Option("--temperature", help="fit measured gas temperatures too, and their lag")
     ] = False,
-    output: Annotated[Path | None, output_to("folder for rig.html, rig.nc")] = None,
+    to: Annotated[
+        Literal["c"] | None, Option(help="write the model with the lowest error held out as C too")
+    ] = None,
+    output: Annotated[Path | None, output_to("folder for rig.html, rig.nc, rig.c")] = None,
 ) -> None:
     """Fit models to chambers behind an on/off valve, or a vessel.
 
@@ -35,8 +38,9 @@ def rig(
     from pneumo.errors import InputError, printable
     from pneumo.fit.record.columns import read_mapping
     from pneumo.fit.record.formats import LARGEST_FILE
+    from pneumo.fit.rig.rig_c import rig_c
     from pneumo.fit.rig.rig_file import read_rig
-    from pneumo.fit.rig.rig_fit import RIG_MODELS, fitted_runs, judged_models, rig_warnings
+    from pneumo.fit.rig.rig_fit import RIG_MODELS, fitted_runs, judged_models, rig_warnings, values_of
     from pneumo.fit.rig.rig_record import read_runs
     from pneumo.fit.rig.rig_result import unphysical, with_replays
     from pneumo.hashing import code_hash
@@ -47,6 +51,8 @@ def rig(
     for name in model or ():
         if name not in RIG_MODELS:
             raise InputError(f"--model {printable(name)}: must be one of {', '.join(RIG_MODELS)}")
+    if to is not None and output is None:
+        raise InputError("--to c: needs -o, a folder for its files")
     if output is not None:
         context.with_resource(output_folder(output))
     if record.suffix.lower() == ".nc" and record.is_file():  # its variables may fill the memory
@@ -73,3 +79,9 @@ def rig(
         page = rig_page(result, record.name, warnings, odd, len(runs) > 1)
         write_text(page, output / "rig.html")
         typer.echo(f"{output / 'rig.html'} and {output / 'rig.nc'}: written")
+    if output is not None and to is not None:
+        best = str(result["held_out"].idxmin().item())
+        files = rig_c(known, best, values_of(result, known, best), runs)
+        for name, text in files.items():
+            write_text(text, output / name)
+        typer.echo(f"{', '.join(str(output / name) for name in files)}: written, {best}")
