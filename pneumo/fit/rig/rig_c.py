@@ -72,8 +72,8 @@ def rig_c(rig: Rig, model: str, values: Mapping[str, float], runs: Sequence[Run]
         b = b_of_gas if np.isnan(link.b) else link.b
         restrictions.append([int(link.first), int(link.second), b, int(link.b > 0), link.back, *areas_of])
     heading = [
-        f"A rig by {model}: volumes of gas joined by restrictions, SI units.",
-        f"As fitted by pneumo {version('pneumo')}.",
+        "A rig: volumes of gas joined by restrictions, in SI units.",
+        f"Model: {model}, with parameters as fitted by pneumo {version('pneumo')}.",
         f"Equation numbers are those of J. Falcao Carneiro and F. Gomes de Almeida (2006), {DOI}.",
     ]
     content: dict[str, Any] = {
