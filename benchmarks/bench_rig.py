@@ -19,6 +19,10 @@ CONTROL = 1e-3  # s, period of the controller and of the record
 LAMINAR = 0.999  # pressure ratio above which flow is proportional to the pressure difference
 STOP_STIFFNESS, STOP_DAMPING = 1e6, 1e3  # N/m, N s/m
 STICTION = 1e-3  # m/s, speed below which Coulomb friction falls to zero
+AT_STOP, BEYOND = (
+    1.2,
+    0.75,
+)  # s for which a target is beyond an end, and its distance from mid-stroke, in strokes
 CAPACITY = 5e-4  # m^3, of the line behind a weak supply
 PRESSURE_NOISE, POSITION_NOISE = 1e3, 2e-5  # Pa, m: standard deviations of the sensors
 
@@ -202,11 +206,12 @@ def bench_record(
     duration: float,
     period: float = CONTROL,
     noise: tuple[float, float] = (PRESSURE_NOISE, POSITION_NOISE),
+    stops: bool = False,
 ) -> dict[str, np.ndarray]:
     """Columns t, u, x, P_A, P_B, P_s: random targets under a proportional controller, noise on top.
 
     The controller's `period`, s, is that of the record; `noise` is in Pa and m. The run is one second longer;
-    its start from rest is cut off.
+    its start from rest is cut off. With `stops`, the last two targets are beyond both ends of the stroke.
     """
     warm_up = round(1.0 / period)
     target = np.empty(warm_up + round(duration / period) + 1)
@@ -215,6 +220,9 @@ def bench_record(
         hold = round(rng.uniform(0.2, 1.0) / period)
         target[at : at + hold] = rng.uniform(-0.42, 0.42) * rig.stroke
         at += hold
+    if stops:
+        held = round(AT_STOP / period)
+        target[-2 * held : -held], target[-held:] = BEYOND * rig.stroke, -BEYOND * rig.stroke
     rows = _run(rig, target, 1.5 * U_MAX / rig.stroke, round(rig.dead_time / period), period)[warm_up:]
     count = len(rows)
     return {
