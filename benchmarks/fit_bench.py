@@ -453,6 +453,19 @@ def write(outcomes: Sequence[Outcome], models: Sequence[str], folder: Path) -> N
     (folder / "fit_bench.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
+def kept(folder: Path) -> list[Outcome]:
+    """Outcomes that `write` left in a folder."""
+    outcomes: list[Outcome] = []
+    for one in json.loads((folder / "fit_bench.json").read_text(encoding="utf-8")):
+        ends = (np.nan, np.nan, -np.inf, np.inf)
+        found = {
+            name: [end if v is None else v for v, end in zip(row, ends, strict=True)]
+            for name, row in one["found"].items()
+        }
+        outcomes.append(Outcome(**{name: one[name] for name in Outcome._fields} | {"found": found}))
+    return outcomes
+
+
 def main() -> None:
     """Judge records of every disturbance and write results/fit_bench.md and .json."""
     parser = argparse.ArgumentParser(description=main.__doc__)
@@ -466,9 +479,10 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=ROOT / "results", help="folder [results]")
     parser.add_argument("--single", action="store_true", help="one thing off at a time, of one bench")
     parser.add_argument("--minutes", type=float, default=np.inf, help="no case is begun after these [no end]")
+    parser.add_argument("--resume", action="store_true", help="keep the cases that the folder has")
     parser.add_argument("--jobs", type=int, default=1, help="records at a time [1]")
     chosen = parser.parse_args()
-    outcomes: list[Outcome] = []
+    outcomes = kept(chosen.output) if chosen.resume else []
 
     def add(one: Outcome) -> None:
         outcomes.append(one)
@@ -491,8 +505,9 @@ def main() -> None:
         for number in range(chosen.undisturbed if name == "none" else chosen.count)
     ]
     if not chosen.only:
-        cases.append(("none", chosen.seed, chosen.models, purpose_rig()))
+        cases.append(("none", chosen.seed - 1, chosen.models, purpose_rig()))
     np.random.default_rng(0).shuffle(cases)
+    cases = cases[len(outcomes) :]
     ends = time.monotonic() + 60 * chosen.minutes
     with ProcessPoolExecutor(chosen.jobs) as pool:
         for future in [pool.submit(judged, *case) for case in cases]:
