@@ -274,6 +274,8 @@ def pressures_of_sets(
         Supply pressure, Pa, at every stage, shape (steps, 3), in place of the plant's.
     """
     P_s = np.full(u.shape, plant.conditions.P_s) if P_s is None else P_s
+    # Of one layout, since the kernel is compiled for each.
+    u, motions, P_s = (np.ascontiguousarray(signal) for signal in (u, motions, P_s))
     count, width, full = len(lanes), -(-len(lanes) // WIDTH) * WIDTH, start_T is not None
     padded = np.minimum(np.arange(width), count - 1)
     need = 3 if full else int(needs(lanes).max())
