@@ -28,8 +28,9 @@ from pneumo.fit.fitted_parameters import (
 )
 from pneumo.fit.stage_signals import StageSignals
 from pneumo.fit.valve_signal import behind_valve
-from pneumo.physics.cylinder import heat_area
+from pneumo.physics.cylinder import chamber_of, heat_area, sign_of
 from pneumo.physics.models import Lane, Model, lane, lane_array
+from pneumo.physics.valve import choked_flow
 from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
@@ -38,6 +39,7 @@ SUPPLY_LINE = 0.05  # s, time constant of the volume behind a supply that sags
 LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
 # Parameters that all sets of one replay have in common.
 SHARED = (*VALVE, *ALSO)
+LEAKS = {"piston_leak", "valve_leak"}
 # The full-order chambers, as a row of the table of models; their temperature is a state.
 FULL = Model(FULL_ORDER, "gamma", "gamma", "gamma", "constant", True, "lambda A_q")
 
@@ -127,10 +129,11 @@ class Problem(NamedTuple):
         return np.array(result).T
 
     def at_bound(self, theta: np.ndarray) -> tuple[str, ...]:
-        """Names of the parameters on a bound of the search; a lag of zero is normal."""
+        """Names of the parameters on a bound of the search; a lag, dead band or leak of zero is normal."""
         low, high = self.bounds()
         margin = ON_BOUND * (high - low)
-        reached = (theta >= high - margin) | ((theta <= low + margin) & (np.array(self.names) != "lag"))
+        from_zero = np.array([PARAMETERS[name].search.low == 0 for name in self.names])
+        reached = (theta >= high - margin) | ((theta <= low + margin) & ~from_zero)
         return tuple(np.array(self.names)[reached].tolist())
 
     def guess(self) -> np.ndarray:
@@ -197,10 +200,16 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]], motio
         u = behind_valve(signals.u, signals.h, value)
         P_s = sagging_supply(signals, u, plant, value["sag"]) if "sag" in value else signals.P_s
         sets = *steps, start[rows], start_T[rows], P_s
-        result[:, rows] = pressures_of_sets(u, motions, lanes[rows], V_d[rows], plant, *sets)
+        of_A = of_B = motions, plant
         if "C_B" in value:
-            other = plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
-            result[:, rows, 1] = pressures_of_sets(u, motions, lanes[rows], V_d[rows], other, *sets)[:, :, 1]
+            of_B = motions, plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
+        if LEAKS & value.keys():
+            leaked = leaked_volume(signals, plant, value)
+            of_A, of_B = with_leak(*of_A, leaked, 0), with_leak(*of_B, leaked, 1)
+        result[:, rows] = pressures_of_sets(u, of_A[0], lanes[rows], V_d[rows], of_A[1], *sets)
+        if of_B is not of_A:
+            other = pressures_of_sets(u, of_B[0], lanes[rows], V_d[rows], of_B[1], *sets)
+            result[:, rows, 1] = other[:, :, 1]
         result[:, rows] = as_logged(result[:, rows], signals.period, value)
     return result + np.array([offsets(value) for value in values])
 
@@ -227,6 +236,46 @@ def sagging_supply(signals: StageSignals, u: np.ndarray, plant: Plant, sag: floa
     decay = np.exp(-signals.h / SUPPLY_LINE)
     smooth = np.asarray(lfilter([1 - decay], [1.0, -decay], flow))
     return np.broadcast_to((plant.conditions.P_s * (1 - sag * smooth))[:, None], u.shape)
+
+
+def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) -> np.ndarray:
+    """Volume that leaks out of each chamber, m^3/s at the chamber's pressure, by (step, chamber).
+
+    Past the piston, and through both paths of the valve: each a fraction of the configured valve's area. The
+    flows are those at the measured pressures and T_amb.
+    """
+    c, gas = plant.conditions, plant.gas
+    steps = np.arange(len(signals.u)) / signals.stride
+    chambers = [np.interp(steps, np.arange(signals.P.shape[1]), side) for side in signals.P]
+    supply = np.full(len(steps), c.P_s) if signals.P_s is None else signals.P_s[:, 0]
+    A_t = plant.valve.k_xu * plant.valve.u_max
+
+    def mass_flow(P_1: np.ndarray, P_2: np.ndarray) -> np.ndarray:
+        """Mass flow from 1 to 2, kg/s."""
+        upstream = np.maximum(P_1, P_2)
+        ratio = np.minimum(P_1, P_2) / upstream
+        above = np.clip((ratio - gas.critical_ratio) / (1 - gas.critical_ratio), 0.0, 1.0)
+        return np.sign(P_1 - P_2) * choked_flow(A_t, upstream, c.T_amb, gas) * np.sqrt(1 - above**2)
+
+    piston, valve = (value.get(name, 0.0) for name in ("piston_leak", "valve_leak"))
+    past = piston * mass_flow(*chambers)
+    outside = np.full(len(steps), c.P_atm)
+    flows = [
+        sign * past + valve * (mass_flow(P, outside) - mass_flow(supply, P))
+        for sign, P in zip((1.0, -1.0), chambers, strict=True)
+    ]
+    return np.stack([m * gas.R * c.T_amb / P for m, P in zip(flows, chambers, strict=True)], axis=-1)
+
+
+def with_leak(motions: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) -> tuple[np.ndarray, Plant]:
+    """Motions whose velocity is that of a piston which makes room as air leaks out of one chamber.
+
+    Air that stays in a chamber expands into the room of air that leaves, as behind a moving piston: the rates
+    of pressure and temperature are the same. The position is not changed.
+    """
+    chamber, moved = chamber_of(plant.cylinder, side), motions.copy()
+    moved[..., 1] += sign_of(side) * (leaked[:, side] / chamber.area)[:, None]
+    return moved, plant
 
 
 def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarray:

@@ -155,6 +155,18 @@ PARAMETERS: dict[str, Parameter] = {
         "cause",
         explanation="a supply that sags by a fraction of {:.2g} at full flow",
     ),
+    "piston_leak": Parameter(
+        Quantity("the leak past the piston", "piston leak", "1", "%", 1e2),
+        Search(0.0, 0.3, 0.0, logarithmic=False),
+        "cause",
+        explanation="a leak past the piston of {:.2g} % of the valve's C",
+    ),
+    "valve_leak": Parameter(
+        Quantity("the leak of the valve's paths", "valve leak", "1", "%", 1e2),
+        Search(0.0, 0.3, 0.0, logarithmic=False),
+        "cause",
+        explanation="a leak of each path of the valve of {:.2g} % of its C",
+    ),
     "skew": Parameter(
         Quantity("the delay of x", "delay of x", "s", "ms", 1e3),
         Search(-0.03, 0.03, 0.0, logarithmic=False),
