@@ -462,7 +462,8 @@ def kept(folder: Path) -> list[Outcome]:
             name: [end if v is None else v for v, end in zip(row, ends, strict=True)]
             for name, row in one["found"].items()
         }
-        outcomes.append(Outcome(**{name: one[name] for name in Outcome._fields} | {"found": found}))
+        texts = one["refused"], one["warnings"]
+        outcomes.append(Outcome(one["disturbance"], one["seed"], one["seconds"], *texts, found))
     return outcomes
 
 
@@ -499,7 +500,7 @@ def main() -> None:
             ]
             print(f"{SINGLE[one.disturbance].text}: {'; '.join(rows)} {one.warnings}")
         return
-    cases = [
+    cases: list[tuple[Any, ...]] = [
         (name, chosen.seed + number, chosen.models)
         for name in chosen.only or DISTURBANCES
         for number in range(chosen.undisturbed if name == "none" else chosen.count)

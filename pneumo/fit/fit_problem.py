@@ -248,14 +248,14 @@ def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) 
     steps = np.arange(len(signals.u)) / signals.stride
     chambers = [np.interp(steps, np.arange(signals.P.shape[1]), side) for side in signals.P]
     supply = np.full(len(steps), c.P_s) if signals.P_s is None else signals.P_s[:, 0]
-    A_t = plant.valve.k_xu * plant.valve.u_max
+    sonic = choked_flow(plant.valve.k_xu * plant.valve.u_max, 1.0, c.T_amb, gas)  # over the pressure upstream
 
     def mass_flow(P_1: np.ndarray, P_2: np.ndarray) -> np.ndarray:
         """Mass flow from 1 to 2, kg/s."""
         upstream = np.maximum(P_1, P_2)
         ratio = np.minimum(P_1, P_2) / upstream
         above = np.clip((ratio - gas.critical_ratio) / (1 - gas.critical_ratio), 0.0, 1.0)
-        return np.sign(P_1 - P_2) * choked_flow(A_t, upstream, c.T_amb, gas) * np.sqrt(1 - above**2)
+        return np.sign(P_1 - P_2) * sonic * upstream * np.sqrt(1 - above**2)
 
     piston, valve = (value.get(name, 0.0) for name in ("piston_leak", "valve_leak"))
     past = piston * mass_flow(*chambers)
