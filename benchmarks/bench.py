@@ -24,8 +24,8 @@ def cpu() -> str:
     """Name of the processor, its number of cores and its vector instructions."""
     info = Path("/proc/cpuinfo")
     text = info.read_text() if info.exists() else ""
-    found = re.search(r"model name\s*: (.*)", text)
-    name = found.group(1) if found else platform.processor() or platform.machine()
+    named = re.search(r"model name\s*: (.*)", text)
+    name = named.group(1) if named else platform.processor() or platform.machine()
     numbers = re.search(r"cpu family\s*: (\d+)\nmodel\s*: (\d+)", text)
     family = f" (family {numbers.group(1)}, model {numbers.group(2)})" if numbers else ""
     return f"{name}{family}, {os.cpu_count()} cores, {widest()}"
@@ -55,21 +55,21 @@ def main() -> None:
     """Measure everything and write it."""
     print(f"bench: contenders on one core, {REPEATS} times in turn", flush=True)
     with ProcessPoolExecutor(1) as pool:  # its own process: the study below is not to stay on one core
-        found = pool.submit(contest).result()
+        report = pool.submit(contest).result()
     names = ("ns_per_lane_evaluation", "bound_ns", "fraction_of_bound", "bound")
-    sets = {widest(): found}
+    sets = {widest(): report}
     if widest() == "AVX-512":
         print("bench: the kernel with AVX2", flush=True)
         sets["AVX2"] = with_avx2()
     print("bench: the study, three times", flush=True)
-    found |= run_study()
-    found["instruction_sets"] = {name: {key: row[key] for key in names} for name, row in sets.items()}
-    found["cpu"] = cpu()
+    report |= run_study()
+    report["instruction_sets"] = {name: {key: row[key] for key in names} for name, row in sets.items()}
+    report["cpu"] = cpu()
     results = ROOT / "results"
-    (results / "bench.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
-    (results / "bench.md").write_text(markdown(found), encoding="utf-8")
-    chart(found, results / "figures/bench")
-    show(found)
+    (results / "bench.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+    (results / "bench.md").write_text(markdown(report), encoding="utf-8")
+    chart(report, results / "figures/bench")
+    show(report)
 
 
 if __name__ == "__main__":

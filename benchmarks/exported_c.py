@@ -320,7 +320,7 @@ def measured(
         write_files({file: text.encode() for file, text in files.items()}, Path(folder))
         _run(folder, ["gcc", *CC, "main.c", f"{model}.c", "-lm", "-o", "main"])
         ns = [float(line) for line in _run(folder, ["./main"]).split()]
-        found: dict[str, Any] = {"ns": dict(zip(methods, ns, strict=True))}
+        costs: dict[str, Any] = {"ns": dict(zip(methods, ns, strict=True))}
         if arm:
             compiler = ["arm-none-eabi-gcc", *ARM, *CC]
             _run(folder, [*compiler, "-fstack-usage", "-c", f"{model}.c", "-o", "model.o"])
@@ -338,12 +338,12 @@ def measured(
             if not all(ticks):
                 raise ValueError(f"{name}: failed on the Cortex-M4F")
             per_step = [INSTRUCTIONS_PER_TICK * number / STEPS for number in ticks]
-            found["instructions"] = dict(zip(methods, per_step, strict=True))
+            costs["instructions"] = dict(zip(methods, per_step, strict=True))
             sizes = _run(folder, ["arm-none-eabi-size", "model.o"]).splitlines()[1].split()
-            found["code_bytes"] = int(sizes[0])
+            costs["code_bytes"] = int(sizes[0])
             usage = Path(folder, "model.su").read_text(encoding="utf-8").splitlines()
-            found["stack_bytes"] = sum(int(line.split("\t")[1]) for line in usage)
-    return found
+            costs["stack_bytes"] = sum(int(line.split("\t")[1]) for line in usage)
+    return costs
 
 
 def _version(command: str) -> str:
@@ -355,15 +355,15 @@ def _version(command: str) -> str:
 def observer_costs(shared: bool) -> dict[str, Any]:
     """Costs of a cycle of every observer, by precision and row."""
     recording, has_arm = recording_of(), _has_arm()
-    found: dict[str, Any] = {"sensors": SENSORS, "processor": _processor(), "shared": shared, "rows": {}}
+    results: dict[str, Any] = {"sensors": SENSORS, "processor": _processor(), "shared": shared, "rows": {}}
     for precision, size in (("double", 8), ("float", 4)):
-        of_precision = found["rows"].setdefault(precision, {})
+        of_precision = results["rows"].setdefault(precision, {})
         for name, files in observer_programs(recording, precision):
             states = len(system(name, N, recording.plant, piston=True).states)
             cost = measured(name, files, has_arm and precision == "float", ["cycle"])
             of_precision[name] = {"states": states, "estimate_bytes": size * (states + states**2)} | cost
             print("observer", precision, name, of_precision[name], flush=True)
-    return found
+    return results
 
 
 def _has_arm() -> bool:
@@ -380,7 +380,7 @@ def costs(shared: bool) -> dict[str, Any]:
     recording = recording_of()
     has_arm = _has_arm()
     _, error = temperature_polynomial(recording)
-    found: dict[str, Any] = {
+    results: dict[str, Any] = {
         "experiment": EXPERIMENT,
         "n": N,
         "processor": _processor(),
@@ -392,16 +392,16 @@ def costs(shared: bool) -> dict[str, Any]:
         "rows": {},
     }
     for part, (valve, piston) in PARTS.items():
-        found["operations"][part] = {
+        results["operations"][part] = {
             name: operations(recording, system(name, N, recording.plant, valve=valve, piston=piston))
             for name in (*MODELS, FULL_ORDER)
         }
     for part, precision in product(PARTS, ("double", "float")):
-        of_part = found["rows"].setdefault(part, {}).setdefault(precision, {})
+        of_part = results["rows"].setdefault(part, {}).setdefault(precision, {})
         for name, files in programs(recording, precision, part):
             of_part[name] = measured(name, files, has_arm and precision == "float")
             print(part, precision, name, of_part[name], flush=True)
-    return found
+    return results
 
 
 if __name__ == "__main__":

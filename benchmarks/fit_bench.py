@@ -345,8 +345,8 @@ def fitted_outcome(
     }
     found: dict[str, list[float]] = {}
     for short, (parameter, factor, truth) in wanted.items():
-        one = row.sel(parameter=parameter)
-        estimate, low, high = (factor * float(one[key]) for key in ("estimate", "low", "high"))
+        row_of_parameter = row.sel(parameter=parameter)
+        estimate, low, high = (factor * float(row_of_parameter[key]) for key in ("estimate", "low", "high"))
         if np.isfinite(estimate):
             ends = low if np.isfinite(low) else -np.inf, high if np.isfinite(high) else np.inf
             found[short] = [truth, estimate, *ends]
@@ -357,8 +357,8 @@ def summary(outcomes: Iterable[Outcome]) -> pd.DataFrame:
     """Counts by disturbance, and the median of each parameter's estimate over its truth."""
     rows: dict[str, dict[str, Any]] = {}
     by_name: dict[str, list[Outcome]] = {}
-    for one in outcomes:
-        by_name.setdefault(one.disturbance, []).append(one)
+    for outcome in outcomes:
+        by_name.setdefault(outcome.disturbance, []).append(outcome)
     for name, group in by_name.items():
         row: dict[str, Any] = {"records": len(group)}
         for parameter in TOLERANCE:
@@ -446,11 +446,13 @@ def write(outcomes: Sequence[Outcome], models: Sequence[str], folder: Path) -> N
     """Write the table, and every case as JSON."""
     folder.mkdir(exist_ok=True)
     (folder / "fit_bench.md").write_text(markdown(outcomes, models), encoding="utf-8")
-    found: list[dict[str, Any]] = []
-    for one in outcomes:
-        ends = {name: [v if np.isfinite(v) else None for v in row] for name, row in one.found.items()}
-        found.append(one._asdict() | {"found": ends, "outside": one.outside, "wrong": one.wrong})
-    (folder / "fit_bench.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    records: list[dict[str, Any]] = []
+    for outcome in outcomes:
+        ends = {name: [v if np.isfinite(v) else None for v in row] for name, row in outcome.found.items()}
+        records.append(
+            outcome._asdict() | {"found": ends, "outside": outcome.outside, "wrong": outcome.wrong}
+        )
+    (folder / "fit_bench.json").write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
 
 
 def kept(folder: Path) -> list[Outcome]:
@@ -485,10 +487,10 @@ def main() -> None:
     chosen = parser.parse_args()
     outcomes = kept(chosen.output) if chosen.resume else []
 
-    def add(one: Outcome) -> None:
-        outcomes.append(one)
-        verdict = "refused" if one.refused else f"wrong {one.wrong}, {len(one.warnings)} warnings"
-        print(f"{one.disturbance} {one.seed}: {verdict} ({one.seconds:.1f} s)", flush=True)
+    def add(outcome: Outcome) -> None:
+        outcomes.append(outcome)
+        verdict = "refused" if outcome.refused else f"wrong {outcome.wrong}, {len(outcome.warnings)} warnings"
+        print(f"{outcome.disturbance} {outcome.seed}: {verdict} ({outcome.seconds:.1f} s)", flush=True)
         write(outcomes, chosen.models, chosen.output)  # keep finished cases
 
     if chosen.single:

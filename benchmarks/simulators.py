@@ -86,8 +86,8 @@ def pressure_difference(folder: Path, kind: str, loop: str) -> float:
     squares = []
     for name, e in study(load(ROOT / "config/paper.yaml")).experiments.items():
         if e.loop == loop:
-            own, other = (xr.load_dataset(folder / k / f"{name}.nc") for k in (OWN, kind))
-            squares += [float(((other[P].values - own[P].values) ** 2).mean()) for P in ("P_A", "P_B")]
+            by_pneumo, other = (xr.load_dataset(folder / k / f"{name}.nc") for k in (OWN, kind))
+            squares += [float(((other[P].values - by_pneumo[P].values) ** 2).mean()) for P in ("P_A", "P_B")]
     return float(f"{np.mean(squares) ** 0.5:.3g}")
 
 

@@ -41,10 +41,10 @@ def snakemake(folder: Path, cache: Path, *arguments: str) -> dict[str, Any]:
     for line in process.stderr:
         now = time.perf_counter() - begin
         lines.append(line)
-        if found := STARTED.match(line):
-            started[found.group(1)] = now
-        elif (found := FINISHED.match(line)) and found.group(1) in started:  # rule all has no job
-            stages[found.group(2)] = now - started[found.group(1)]
+        if match := STARTED.match(line):
+            started[match.group(1)] = now
+        elif (match := FINISHED.match(line)) and match.group(1) in started:  # rule all has no job
+            stages[match.group(2)] = now - started[match.group(1)]
     _, status, usage = os.wait4(process.pid, 0)
     wall = time.perf_counter() - begin
     if status:

@@ -63,13 +63,13 @@ def difference(contender: Contender, case: Case, run: Run) -> float:
         If it is larger than the contender is granted.
     """
     theirs, ours = run().mse, scalar(case)().mse
-    found = float(np.max(abs(theirs / ours - 1)))
-    if not found <= contender.tolerance:
+    error = float(np.max(abs(theirs / ours - 1)))
+    if not error <= contender.tolerance:
         raise DisagreementError(
-            f"{contender.label}: MSE differs from the readable kernel's by {found:.1e} of it, more than the "
+            f"{contender.label}: MSE differs from the readable kernel's by {error:.1e} of it, more than the "
             f"{contender.tolerance:.0e} granted ({contender.reason})"
         )
-    return found
+    return error
 
 
 def compare(contenders: dict[str, Contender], repeats: int) -> dict[str, Any]:
@@ -86,8 +86,8 @@ def compare(contenders: dict[str, Contender], repeats: int) -> dict[str, Any]:
     for name, contender in contenders.items():
         case = longest.first(round(contender.seconds / h))
         run = contender.prepare(case)
-        found = difference(contender, case, run)
-        checks[name] = {"mse_relative": found, "tolerance": contender.tolerance, "reason": contender.reason}
+        error = difference(contender, case, run)
+        checks[name] = {"mse_relative": error, "tolerance": contender.tolerance, "reason": contender.reason}
         runs[name] = run, evaluations(case, run().calls)
         if name == "kernel":
             runs["kernel_exact"] = our_run(replay, case, EXACT_SAMPLING), runs[name][1]

@@ -129,7 +129,7 @@ def numbers(contest: xr.Dataset) -> dict[str, str]:
     loops = known["full_quotient"].sel(part=list(LOOPS))
     off = wrong["full_quotient"].sel(part=list(LOOPS))
 
-    def of(choice: str, k_0: float = 1.0, part: str = "all") -> str:
+    def error_text(choice: str, k_0: float = 1.0, part: str = "all") -> str:
         return error(row_of(contest, choice, k_0), part)
 
     worst = known.isel(case=int(np.argmax(loops.sel(bound="high").max("part").values)))
@@ -148,15 +148,15 @@ def numbers(contest: xr.Dataset) -> dict[str, str]:
         "paper_high_most": f"{paper_quotients(contest)[TOLD[HIGH]].max():.1f}",
         "wrong_valve_cases": f"{off.sel(bound='high').size}",
         "wrong_valve_not_below": f"{not_below}",
-        "simulated": of(BEFOREHAND),
-        "simulated_low": of(BEFOREHAND, LOW),
-        "simulated_high": of(BEFOREHAND, HIGH),
-        "adiabatic": of(ADIABATIC),
-        "adiabatic_low_third": of(ADIABATIC, part="lowest third"),
-        "M6_rule": of("M6 by rule"),
-        "M8_rule": of("M8 by rule"),
-        "M6_configured": of("M6 at 1.35"),
-        "M8_configured": of("M8 at 1.35"),
-        "direct_rule": of("rule of decision 57"),
+        "simulated": error_text(BEFOREHAND),
+        "simulated_low": error_text(BEFOREHAND, LOW),
+        "simulated_high": error_text(BEFOREHAND, HIGH),
+        "adiabatic": error_text(ADIABATIC),
+        "adiabatic_low_third": error_text(ADIABATIC, part="lowest third"),
+        "M6_rule": error_text("M6 by rule"),
+        "M8_rule": error_text("M8 by rule"),
+        "M6_configured": error_text("M6 at 1.35"),
+        "M8_configured": error_text("M8 at 1.35"),
+        "direct_rule": error_text("rule of decision 57"),
         **{f"n_{model}": rule_text(contest, model) for model in contest["ruled"].values},
     }

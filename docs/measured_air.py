@@ -256,17 +256,24 @@ def wall_table(air: xr.Dataset, gas_spring: xr.Dataset) -> str:
     travel = np.mean([run.x.mean() for run in rigs["pulses"][1]])
     bore = rigs["pulses"][0].ends["bore"][0]
 
-    def of(case: str, parameter: str) -> float:
+    def estimate_of(case: str, parameter: str) -> float:
         return air["estimate"].sel(case=case, model=FULL, parameter=parameter).item()
 
-    V = of("pulses", "dead_volume_mL") * 1e-6 + np.pi / 4 * bore**2 * travel
+    V = estimate_of("pulses", "dead_volume_mL") * 1e-6 + np.pi / 4 * bore**2 * travel
     rows.append(
-        ("behind an on/off valve", bore, V, wetted_area(V, bore), of("pulses", "k_0_W_per_K"), "`pulses`")
+        (
+            "behind an on/off valve",
+            bore,
+            V,
+            wetted_area(V, bore),
+            estimate_of("pulses", "k_0_W_per_K"),
+            "`pulses`",
+        )
     )
     for name, case in (("vessel", "discharge"), ("vessel, nitrogen", NITROGEN)):
         with xr.open_dataset(DATA / f"tank/{case}.nc", decode_times=False) as tank:
             bore, V = tank.attrs["diameter_m"], rigs[case][0].ends["volume"][0]
-        rows.append((name, bore, V, wetted_area(V, bore), of(case, "k_0_W_per_K"), f"`{case}`"))
+        rows.append((name, bore, V, wetted_area(V, bore), estimate_of(case, "k_0_W_per_K"), f"`{case}`"))
     values = gas_spring["value"].sel(law="wall heat, constant", leakage="none")
     for record in gas_spring["record"].values:
         signals = read_closed_record(DATA / f"mbari/{record}.nc")

@@ -18,9 +18,9 @@ def percent(scale: float) -> str:
     return "all known" if scale == 0 else f"{100 * scale:g} %"
 
 
-def ratio_table(found: xr.Dataset, use: str, sensors: str, scale: str, outer: list[dict[str, str]]) -> str:
+def ratio_table(dataset: xr.Dataset, use: str, sensors: str, scale: str, outer: list[dict[str, str]]) -> str:
     """Errors over those of the best reduced model with the same k_0, by how much is not known."""
-    ratios = found[f"{use}_over_reduced"].sel(part="all")
+    ratios = dataset[f"{use}_over_reduced"].sel(part="all")
     rows = []
     for at in outer:
         for name in SHOWN:
@@ -28,22 +28,22 @@ def ratio_table(found: xr.Dataset, use: str, sensors: str, scale: str, outer: li
                 with_interval(
                     ratios.sel(at | {"compared": name, scale: s}).sel(bound=["value", "low", "high"]).values
                 )
-                for s in found[scale].values
+                for s in dataset[scale].values
             ]
             words = [text for key, text in at.items() if key == "loop"]
             rows.append([*words, SENSORS[at[sensors]], name, *cells])
     head = ["loop"] if "loop" in outer[0] else []
-    return table([*head, "measured", "model", *(percent(s) for s in found[scale].values)], rows)
+    return table([*head, "measured", "model", *(percent(s) for s in dataset[scale].values)], rows)
 
 
-def tables(found: xr.Dataset) -> dict[str, str]:
+def tables(dataset: xr.Dataset) -> dict[str, str]:
     """Tables of the page by name."""
-    outer = [{"loop": loop, "sensors": sensors} for loop in found["loop"].values for sensors in SENSORS]
-    control = [{"control_sensors": sensors} for sensors in found["control_sensors"].values]
+    outer = [{"loop": loop, "sensors": sensors} for loop in dataset["loop"].values for sensors in SENSORS]
+    control = [{"control_sensors": sensors} for sensors in dataset["control_sensors"].values]
     return {
-        "observers": ratio_table(found, "observer", "sensors", "scale", outer),
-        "controllers": ratio_table(found, "controller", "control_sensors", "control_scale", control),
-        "reach": reach_table(found),
+        "observers": ratio_table(dataset, "observer", "sensors", "scale", outer),
+        "controllers": ratio_table(dataset, "controller", "control_sensors", "control_scale", control),
+        "reach": reach_table(dataset),
     }
 
 
@@ -53,9 +53,9 @@ def reach(paying: np.ndarray, scales: np.ndarray) -> str:
     return "nowhere" if last == 0 else percent(float(scales[last - 1]))
 
 
-def reach_table(found: xr.Dataset) -> str:
+def reach_table(dataset: xr.Dataset) -> str:
     """Up to what share of `OFF` the full order and k_0 as a state pay, by the criterion."""
-    paying, fixed = pays(found["observer_over_reduced"]), pays(found["observer_over_fixed"])
+    paying, fixed = pays(dataset["observer_over_reduced"]), pays(dataset["observer_over_fixed"])
     full_states = [name for name in STATES if name.startswith("full")]
     columns = {
         "k_0 right": (paying, {"compared": ["full"]}),
@@ -65,11 +65,11 @@ def reach_table(found: xr.Dataset) -> str:
         "M8: k_0 estimated, against fixed": (fixed, {"state": [s for s in STATES if s not in full_states]}),
     }
     rows = []
-    for loop in found["loop"].values:
+    for loop in dataset["loop"].values:
         for sensors, words in SENSORS.items():
             at = {"loop": loop, "sensors": sensors}
             cells = [
-                reach(every.sel(at | rows_of).all(list(rows_of)).values, found["scale"].values)
+                reach(every.sel(at | rows_of).all(list(rows_of)).values, dataset["scale"].values)
                 for every, rows_of in columns.values()
             ]
             rows.append([loop, words, *cells])
@@ -79,23 +79,23 @@ def reach_table(found: xr.Dataset) -> str:
     return table(["loop", "measured", *columns], rows)
 
 
-def numbers(found: xr.Dataset) -> dict[str, str]:
+def numbers(dataset: xr.Dataset) -> dict[str, str]:
     """Numbers of the page by name."""
-    ratios = found["observer_over_reduced"].sel(part="all")
+    ratios = dataset["observer_over_reduced"].sel(part="all")
     known = ratios.sel(scale=0.0, compared="full")
-    control = found["controller_over_reduced"].sel(part="all", compared=FULL)
-    largest = found["scale"].max().item()
+    control = dataset["controller_over_reduced"].sel(part="all", compared=FULL)
+    largest = dataset["scale"].max().item()
     full_states = [name for name in STATES if name.startswith("full")]
-    k_0 = found["k_0_found"].sel(row=full_states, scale=0.0)
+    k_0 = dataset["k_0_found"].sel(row=full_states, scale=0.0)
     off = np.abs(np.log(k_0)).median(("plant", "seed", "row"))
-    other = found["observer_over_reduced"].sel(compared=FULL)
+    other = dataset["observer_over_reduced"].sel(compared=FULL)
     turned = (pays(other) != (other.sel(bound="high", part=PARTS[1]) < 0.95)).sum().item()
 
     def span(values: xr.DataArray) -> str:
         return span_text(values.values)
 
     return {
-        "plants": f"{found.sizes['plant']}",
+        "plants": f"{dataset.sizes['plant']}",
         "full_known_none": span(known.sel(sensors="none", bound="value")),
         "full_known_both": span(known.sel(sensors="both", bound="value")),
         "full_unknown": span(ratios.sel(scale=largest, compared="full", bound="value")),

@@ -10,7 +10,7 @@ def numbers(floor: xr.Dataset) -> dict[str, str]:
     measured = floor["measured"]
     formula = (floor["formula"] / measured).sel(period=slice(0, 2.5e-3))  # up to 2 ms
     by_rate, by_size = (floor[f"{name}_formula"] / floor[f"{name}_measured"] for name in ("rate", "size"))
-    own = floor["own_predicted"] / floor["own_measured"]
+    quotient = floor["own_predicted"] / floor["own_measured"]
     between = floor["between_measured"] / measured
     drifting = floor["between_formula"] / floor["between_measured"]
 
@@ -19,8 +19,8 @@ def numbers(floor: xr.Dataset) -> dict[str, str]:
 
     return {
         "M8": span(floor["reduced"] / measured.sel(period=1e-3), 2),
-        "own open": within(own, open_loop),
-        "own closed": within(own, ~open_loop),
+        "own open": within(quotient, open_loop),
+        "own closed": within(quotient, ~open_loop),
         "linear open": within(formula.sel(transport="linear"), open_loop),
         "held open": within(formula.sel(transport=["hold", "delay"]), open_loop),
         "slow open": within(by_rate.sel(rate=10), open_loop & on_D),

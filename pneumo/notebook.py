@@ -113,7 +113,7 @@ class RecordFit:
         folder = Path(folder)
         check_output(folder)
         self.result.save(study(self.configuration).config_sha256, folder / "fit.nc")
-        name = ", ".join(Path(one).name for one in self.measurement.name.split(", "))
+        name = ", ".join(Path(name_of_file).name for name_of_file in self.measurement.name.split(", "))
         T = self.measurement.T
         write_text(fit_page(self.result, name), folder / "fit.html")
         rest = self.configuration, self.cylinder, self.plant, self.result, name
@@ -208,14 +208,14 @@ def fit(
     plant = configured_plant(configured, cylinder, 1.0)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     records = [
-        read_record(one, configuration, cylinder, columns=columns, x_from=x_from)
-        for one in ([record] if isinstance(record, Path | str | pd.DataFrame | xr.Dataset) else record)
+        read_record(file, configuration, cylinder, columns=columns, x_from=x_from)
+        for file in ([record] if isinstance(record, Path | str | pd.DataFrame | xr.Dataset) else record)
     ]
     measurement, part = joined(records, part, MOST_STEPS)
     rule = _SAMPLING[command]
     if not trust:
-        for one in records:
-            check_columns(one, plant, command=rule)
+        for file in records:
+            check_columns(file, plant, command=rule)
     result = fit_measurement(
         measurement,
         plant,

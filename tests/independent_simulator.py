@@ -132,11 +132,13 @@ def advance(a, command, state, start, times):
 def actuator(file, name):
     """Actuator of an experiment of a configuration; its cylinder's and the experiment's own sections."""
     everything = yaml.safe_load(file.read_text(encoding="utf-8"))
-    own = everything["experiments"][name]
-    c, gas, supply = everything["cylinders"][own["cylinder"]], everything["gas"], everything["supply"]
+    experiment = everything["experiments"][name]
+    c, gas, supply = everything["cylinders"][experiment["cylinder"]], everything["gas"], everything["supply"]
     bore, stroke = c["bore_mm"] / 1000, c["stroke_mm"] / 1000
     walls = pi * bore**2 / 2 + pi * bore * stroke / 2
-    k_0 = own["k_0_W_per_K"] if "k_0_W_per_K" in own else own["lambda_0_W_per_m2K"] * walls
+    k_0 = (
+        experiment["k_0_W_per_K"] if "k_0_W_per_K" in experiment else experiment["lambda_0_W_per_m2K"] * walls
+    )
     a = Actuator(
         gas["R_J_per_kgK"],
         gas["gamma"],
@@ -153,14 +155,14 @@ def actuator(file, name):
         c["u_max_V"],
         k_0,
     )
-    return a, c, own, everything["step_s"]
+    return a, c, experiment, everything["step_s"]
 
 
 def simulate(name, duration=None, file=CONFIGURATION):
     """Samples of an experiment by signal, from rest; `duration`, s, if not the experiment's own."""
-    a, c, own, step = actuator(file, name)
-    closed, every = own["loop"] == "closed", round(c["sample_time_s"] / step)
-    count = round((duration or own["duration_s"]) / step) + 1
+    a, c, experiment, step = actuator(file, name)
+    closed, every = experiment["loop"] == "closed", round(c["sample_time_s"] / step)
+    count = round((duration or experiment["duration_s"]) / step) + 1
     numbers = random_numbers(c["seed"])
     draws = np.array([next(numbers) for _ in range((count - 1) // every + 1)])
     if closed:

@@ -68,8 +68,8 @@ def too_many(counts: dict[str, dict[str, int]]) -> list[str]:
     """
     return [
         name
-        for name, found in counts.items()
-        if found.get("survived", 0) > MOST_SURVIVE * sum(found.values())
+        for name, count in counts.items()
+        if count.get("survived", 0) > MOST_SURVIVE * sum(count.values())
     ]
 
 

@@ -70,8 +70,8 @@ def assert_accessible(visit, file, before: str = "0") -> None:
         browser.run(f"{before};{axe};0")
         rules = "{rules: {'color-contrast': {enabled: false}}}"
         broken = browser.run(f"axe.run({rules}).then((r) => r.violations)")
-        found = [(rule["id"], [node["html"][:200] for node in rule["nodes"]]) for rule in broken]
-        assert not found, found
+        violations = [(rule["id"], [node["html"][:200] for node in rule["nodes"]]) for rule in broken]
+        assert not violations, violations
         assert browser.run("document.documentElement.scrollWidth") == width
 
 

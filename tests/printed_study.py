@@ -73,8 +73,8 @@ def _cells(n: tuple[float, ...], number: int) -> xr.Dataset:
 def _traces(t: list[float], P: np.ndarray, T: np.ndarray, **others: np.ndarray) -> xr.Dataset:
     """A run of three samples; pressures and temperatures by sample, or by sample and chamber."""
     both = {name: (("t", "chamber"), np.broadcast_to(a, (3, 2))) for name, a in (("P", P), ("T", T))}
-    one = {name: ("t", values) for name, values in others.items()}
-    return xr.Dataset(both | one, coords={"t": t, "chamber": CHAMBERS})
+    variables = {name: ("t", values) for name, values in others.items()}
+    return xr.Dataset(both | variables, coords={"t": t, "chamber": CHAMBERS})
 
 
 def _settling_run() -> xr.Dataset:

@@ -485,8 +485,8 @@ class TestSite:
             const found = () => [...document.querySelectorAll('#search-results li a')].map((a) => a.href);
             const look = () => found().length ? done(found()) : setTimeout(look, 50);
             look(); setTimeout(() => done([]), 30000); })"""
-        found = browser.run(script)
-        assert found and not any("/decisions/" in address for address in found)
+        result = browser.run(script)
+        assert result and not any("/decisions/" in address for address in result)
 
     def test_code_has_buttons_that_copy(self, browser):
         browser.open(SITE / "start.html")

@@ -229,14 +229,16 @@ def check_evidence() -> None:
             typer.echo(row.format(file, 0, "OTHER STUDY", "", "", "", "made from another configuration"))
             continue
         start = time.perf_counter()
-        found = check_samples(file)
-        wrong += [] if found.good else [file]
+        checked = check_samples(file)
+        wrong += [] if checked.good else [file]
         words = (
-            "as kept" if found.good else "DIFFERENT",
-            f"{found.off:.1e}",
-            "this" if found.by_this_code else "earlier",
+            "as kept" if checked.good else "DIFFERENT",
+            f"{checked.off:.1e}",
+            "this" if checked.by_this_code else "earlier",
         )
-        typer.echo(row.format(file, found.numbers, *words, f"{time.perf_counter() - start:.1f}", found.worst))
+        typer.echo(
+            row.format(file, checked.numbers, *words, f"{time.perf_counter() - start:.1f}", checked.worst)
+        )
     if wrong:
         raise ResultError(f"{', '.join(wrong)}: not what is computed today; `make evidence` makes it anew")
 

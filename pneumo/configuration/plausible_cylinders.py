@@ -116,7 +116,7 @@ def checked(sources: Sources, *, trust: bool = False) -> Configuration:
         if len(lines) < 2:  # what is wrong is not in the rows, or in one only
             raise
         raise BadRowsError(lines) from None
-    lines = [] if trust else [_line(found, sources) for found in implausible(configuration)]
+    lines = [] if trust else [_line(problem, sources) for problem in implausible(configuration)]
     if len(lines) > 1 and sources.table is not None:
         raise BadRowsError(lines)
     if lines:
@@ -124,11 +124,11 @@ def checked(sources: Sources, *, trust: bool = False) -> Configuration:
     return configuration
 
 
-def _line(found: Implausible, sources: Sources) -> str:
+def _line(problem: Implausible, sources: Sources) -> str:
     """Error message for an implausible value, with the file in which it is written."""
-    reason = f"{found.reason}; {REMEDY}"
-    context = {"value": found.value, "condition": reason, "fields": [found.path]}
-    error = {"type": "conflict", "loc": (), "input": found.value, "ctx": context}
+    reason = f"{problem.reason}; {REMEDY}"
+    context = {"value": problem.value, "condition": reason, "fields": [problem.path]}
+    error = {"type": "conflict", "loc": (), "input": problem.value, "ctx": context}
     table, experiments = sources.table, sources.content.get("experiments") or ()
     if table is None:
         return error_line(error, sources.parts)

@@ -203,12 +203,12 @@ def gas_spring(folder: Path, progress: Callable[[str], None] = lambda _text: Non
 
 def _on_other(part: xr.Dataset, rig: Rig, other: Rig, runs: list[Run]) -> xr.Dataset:
     """Errors on the other run of the vessel; its pressures and temperature before it starts are its own."""
-    own = {
+    columns = {
         name: float(np.mean(other.ends[name]))
         for name in ("P_start", "P_surroundings", "T_surroundings", "T_start")
     }
     rows = [
-        [rms(error) for error in run_errors(rig, model, values_of(part, rig, model) | own, runs[0])]
+        [rms(error) for error in run_errors(rig, model, values_of(part, rig, model) | columns, runs[0])]
         for model in part["model"].values
     ]
     P, T = np.transpose(rows)

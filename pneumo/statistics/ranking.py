@@ -105,8 +105,8 @@ def _failed_runs(cells: xr.Dataset) -> tuple[str, ...]:
     meanings = cells["run_status"].attrs["flag_meanings"].split()
     for i, j in np.argwhere(cells["run_status"].transpose("experiment", "run").values):
         run = cells[["run_status", "run_failure_time", "seed"]].isel(experiment=i, run=j)
-        what, at = meanings[int(run["run_status"])].replace("_", " "), float(run["run_failure_time"])
-        failures.append(f"{run['experiment'].item()}, seed {int(run['seed'])}: {what} at {at:g} s")
+        reason, at = meanings[int(run["run_status"])].replace("_", " "), float(run["run_failure_time"])
+        failures.append(f"{run['experiment'].item()}, seed {int(run['seed'])}: {reason} at {at:g} s")
     return tuple(failures)
 
 

@@ -23,28 +23,36 @@ def cylinder(bore: float, stroke: float, V_d: float) -> Cylinder:
 
 def test_data_are_the_printed_numbers_with_their_source():
     results = Results(Path(), PAPER)
-    for column, one in zip(COLUMNS, measured_conductances(), strict=True):
+    for column, measurement in zip(COLUMNS, measured_conductances(), strict=True):
         for name in ("P_f", "V_f", "A_q", "k_0", "lambda_0"):
-            assert getattr(one, name) == pytest.approx(results.printed[column, name].value, rel=1e-12), name
+            assert getattr(measurement, name) == pytest.approx(
+                results.printed[column, name].value, rel=1e-12
+            ), name
         sizes = {
-            name: 1e-3 * float(results.table_1[one.cylinder, name]) for name in ("bore", "rod", "stroke")
+            name: 1e-3 * float(results.table_1[measurement.cylinder, name])
+            for name in ("bore", "rod", "stroke")
         }
-        assert {name: getattr(one, name) for name in sizes} == pytest.approx(sizes)
-        assert one.type == results.table_1[one.cylinder, "type"] and "10.1243/09596518JSCE188" in one.source
+        assert {name: getattr(measurement, name) for name in sizes} == pytest.approx(sizes)
+        assert (
+            measurement.type == results.table_1[measurement.cylinder, "type"]
+            and "10.1243/09596518JSCE188" in measurement.source
+        )
 
 
 def test_interval_holds_every_measured_conductance_and_the_default_scales_as_said():
-    for one in measured_conductances():
+    for measurement in measured_conductances():
         product, factor = coefficient_times_length()
-        predicted = product * one.A_q**2 / one.V_f
-        assert predicted / factor < one.k_0 < predicted * factor
+        predicted = product * measurement.A_q**2 / measurement.V_f
+        assert predicted / factor < measurement.k_0 < predicted * factor
     small, large = cylinder(0.02, 0.1, 1.6e-6), cylinder(0.04, 0.2, 8 * 1.6e-6)
-    one, other = default_conductance(small), default_conductance(large)
+    measurement, other = default_conductance(small), default_conductance(large)
     # Twice the size: V / A_q doubles, lambda_0 halves, A_q is four times as large.
-    assert other.lambda_0 == pytest.approx(one.lambda_0 / 2) and other.k_0 == pytest.approx(2 * one.k_0)
+    assert other.lambda_0 == pytest.approx(measurement.lambda_0 / 2) and other.k_0 == pytest.approx(
+        2 * measurement.k_0
+    )
     V = volume(0.0, chamber_of(small, 0), small)
-    assert one.k_0 == pytest.approx(one.lambda_0 * wetted_area(V, 0.02))
-    assert one.k_0_low < one.k_0 < one.k_0_high
+    assert measurement.k_0 == pytest.approx(measurement.lambda_0 * wetted_area(V, 0.02))
+    assert measurement.k_0_low < measurement.k_0 < measurement.k_0_high
 
 
 def test_measurements_of_one_cylinder_count_as_one():

@@ -466,8 +466,8 @@ def test_k_0_is_known_within_what_is_said_or_the_catalogue_or_two(tmp_path):
 )
 def test_words_and_numbers_are_those_of_yaml_1_2(tmp_path, text, value):
     (tmp_path / "a.yaml").write_text(f"key: {text}\n", encoding="utf-8")
-    found = read_yaml(tmp_path / "a.yaml")["key"]
-    assert found == value and type(found) is type(value)
+    parsed = read_yaml(tmp_path / "a.yaml")["key"]
+    assert parsed == value and type(parsed) is type(value)
 
 
 @pytest.mark.parametrize("text", ["1:30", "2_5", "1_000.0", "\u0663\u0664", "0x10", "nan"])

@@ -72,8 +72,8 @@ def test_unusual_cylinders_are_taken(changes):
 
 def test_the_speed_is_the_one_that_check_prints():
     configuration = sources(valve={"C_dm3_per_sbar": 90.0}).validated()
-    (found,) = implausible(configuration)
-    speed = found.reason.partition(" m/s")[0].rpartition(" ")[2]
+    (problem,) = implausible(configuration)
+    speed = problem.reason.partition(" m/s")[0].rpartition(" ")[2]
     assert float(speed) > FASTEST and f"about {speed} m/s" in study_notes(study(configuration))[0]
 
 
@@ -86,8 +86,8 @@ def test_a_supply_in_bar_is_named_once():
 def test_shipped_configurations_are_plausible():
     paper, smoke = ROOT / "config/paper.yaml", ROOT / "config/smoke.yaml"
     for files in ([paper], [paper, smoke], [TEMPLATE]):
-        found = read_sources(*files)
-        assert checked(found) == found.validated()
+        sources = read_sources(*files)
+        assert checked(sources) == sources.validated()
 
 
 def test_files_of_signals_are_not_read_for_it(tmp_path):

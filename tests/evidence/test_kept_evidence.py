@@ -47,8 +47,8 @@ def test_no_set_is_kept_twice_and_the_seeds_are_those_that_are_drawn():
 @pytest.mark.slow
 @pytest.mark.parametrize("file", kept_samples.SAMPLES)
 def test_samples_computed_again_are_those_that_are_kept(file):
-    found = kept_samples.check_samples(file)
-    assert found.numbers and found.good, found
+    checked = kept_samples.check_samples(file)
+    assert checked.numbers and checked.good, checked
 
 
 def test_every_kept_file_has_samples():

@@ -80,16 +80,16 @@ def test_a_signal_that_cannot_be_read_is_refused_before_the_jobs(fleet_of, capsy
 
 
 def test_what_a_job_may_need_follows_the_simulated_seconds(fleet_of):
-    def of(count, **changes):
+    def planned(count, **changes):
         return resources(validated(fleet_of(count, changes).content("000000"), []))
 
-    one, two = of(1), of(2)
+    one, two = planned(1), planned(2)
     steps = 2 * 20_000 * 5  # experiments, steps of each, seeds
     assert one.seconds == pytest.approx(fleet_plan.SECONDS_PER_STEP * steps * 9)
     assert two.seconds == pytest.approx(2 * one.seconds)
-    assert of(1, run={"seeds": 10}).seconds == pytest.approx(2 * one.seconds)
-    assert of(1, run={"duration_limit_s": 2.0}).seconds == pytest.approx(one.seconds / 10)
-    assert of(1, step_s=0.0005).bytes_per_thread == pytest.approx(2 * one.bytes_per_thread)
+    assert planned(1, run={"seeds": 10}).seconds == pytest.approx(2 * one.seconds)
+    assert planned(1, run={"duration_limit_s": 2.0}).seconds == pytest.approx(one.seconds / 10)
+    assert planned(1, step_s=0.0005).bytes_per_thread == pytest.approx(2 * one.bytes_per_thread)
     leaking = read_yaml(TEMPLATE)
     leaking["cylinders"]["mine"]["valve"]["leak_dm3_per_sbar"] = 0.1
     assert resources(validated(leaking, [])).seconds == pytest.approx(fleet_plan.LEAKING * one.seconds)

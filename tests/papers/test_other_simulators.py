@@ -84,11 +84,11 @@ def test_items_whose_runs_are_missing_say_so_and_an_average_of_some_is_none(fold
         assert items[name]["status"] == "missed" and "not to be judged" in items[name]["reason"], name
     both = other.other_results(folder, BRIEF)
     (folder / "E16.nc").unlink()
-    one = other.other_results(folder, BRIEF)
+    results = other.other_results(folder, BRIEF)
     levels = BRIEF.experiments_by_level
     for level in both.statistics["level"].values:
         whole = set(levels.get(level, NAMES)) <= {"E13"}
-        assert one.statistics["mse"].sel(level=level).notnull().any() == (
+        assert results.statistics["mse"].sel(level=level).notnull().any() == (
             whole and bool(levels.get(level, True))
         )
     assert "runs of nobody" in verdict_page(judged, other.PAPER_FOLDER)

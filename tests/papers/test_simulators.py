@@ -59,13 +59,13 @@ def test_its_end_stops_are_met_and_left(monkeypatch, tmp_path):
     file.write_text(text.replace("reverse_at: 0.96", "reverse_at: 2"), encoding="utf-8")
     run = independent.simulate("E11", 8.0, file)
     e = STUDY.experiments["E11"]
-    own = pneumo.simulate(e.plant, 1e-3, command=np.asarray(run["u"]))
+    simulated = pneumo.simulate(e.plant, 1e-3, command=np.asarray(run["u"]))
     for side in (e.plant.cylinder.x_min, e.plant.cylinder.x_max):
         assert np.sum(run["x"] == side) > 100
     # Impacts of the study are at the ends of steps, and the recorded command is late by one at a draw.
-    np.testing.assert_allclose(run["x"], own.x, atol=1e-3 * e.plant.cylinder.stroke)
+    np.testing.assert_allclose(run["x"], simulated.x, atol=1e-3 * e.plant.cylinder.stroke)
     # In a step the pressure changes by 1 % of the supply's there.
-    np.testing.assert_allclose(run["P_A"], own.P_A, atol=0.02 * e.plant.conditions.P_s)
+    np.testing.assert_allclose(run["P_A"], simulated.P_A, atol=0.02 * e.plant.conditions.P_s)
 
 
 @C_COMPILER
@@ -88,8 +88,8 @@ def test_the_verdict_on_independent_runs_is_the_verdict_on_the_studys(tmp_path):
     for name, tolerance in (("E13", 1e-5), ("E16", 2e-2)):
         e = brief.experiments[name]
         sampling = other.study_sampling(other.PUBLISHED, e)
-        own = other.replayed_grid(e, brief.n, record(e), sampling, e.steps)["mse"].mean("chamber")
-        np.testing.assert_allclose(results.cells["mse"].sel(experiment=name), own, rtol=tolerance)
+        by_pneumo = other.replayed_grid(e, brief.n, record(e), sampling, e.steps)["mse"].mean("chamber")
+        np.testing.assert_allclose(results.cells["mse"].sel(experiment=name), by_pneumo, rtol=tolerance)
     judged = other.verdict_on(tmp_path, brief, "independent")
     reasons = {item["id"]: item["reason"] for item in judged["items"]}
     assert judged["study"] == "runs of independent" and "not to be judged" in reasons["T8.E01.M8"]

@@ -45,16 +45,16 @@ def test_exchanged_columns_count_as_printed_only():
 def test_argument_for_exchanged_columns(exchanged):
     """A study whose n, and whose mean errors at these n, are those of the one or the other column."""
     printed = table8().reset_coords(drop=True)
-    own = printed.copy()
+    copy = printed.copy()
     if exchanged:
         for model, other in (("M8", "M9"), ("M9", "M8")):
-            own.loc[{"model": model}] = printed.sel(model=other).values
+            copy.loc[{"model": model}] = printed.sel(model=other).values
     of_table_7 = table7()["mean_error"].reset_coords(drop=True).sel(model=printed["model"])
     n = xr.DataArray(np.linspace(1, 1.4, 9).round(2), dims="n", name="n")
     n = n.assign_coords(n=n)
-    mean_error = of_table_7 + 5000.0 * (n - own)  # Table 7's at the study's own n
+    mean_error = of_table_7 + 5000.0 * (n - copy)  # Table 7's at the study's own n
     results = SimpleNamespace(
-        statistics=xr.Dataset({"best_n": own}), cells=xr.Dataset({"mean_error": mean_error})
+        statistics=xr.Dataset({"best_n": copy}), cells=xr.Dataset({"mean_error": mean_error})
     )
     finding = columns_of_table_8(results)
     assert finding.holds == exchanged

@@ -104,10 +104,10 @@ def test_a_wrong_unit_is_noticed(wrong):
 
 def test_units_of_what_is_stored_follow_from_each_other():
     udunits = {name: re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", symbol.unit) for name, symbol in SYMBOLS.items()}
-    one = {name: U.Unit(unit.replace(" ", "*")) for name, unit in udunits.items()}  # as pint writes them
-    assert all(one[name] == U.Unit(ARGUMENTS[name][1]) for name in ("P", "T", "k_0"))
-    assert one["v"] == one["x"] / one["t"]
-    assert one["variance"] == one["mse"] == one["p10"] == one["p90"] == one["std"] ** 2
-    assert one["mean_error"] == one["P"] == one["pressure"] == one["std"]
-    assert one["u"] == U.Unit("V") and one["k_0"] == U.Unit("W") / one["T"]
-    assert one["settling_time"] == one["failure_time"] == one["t"]
+    units = {name: U.Unit(unit.replace(" ", "*")) for name, unit in udunits.items()}  # as pint writes them
+    assert all(units[name] == U.Unit(ARGUMENTS[name][1]) for name in ("P", "T", "k_0"))
+    assert units["v"] == units["x"] / units["t"]
+    assert units["variance"] == units["mse"] == units["p10"] == units["p90"] == units["std"] ** 2
+    assert units["mean_error"] == units["P"] == units["pressure"] == units["std"]
+    assert units["u"] == U.Unit("V") and units["k_0"] == U.Unit("W") / units["T"]
+    assert units["settling_time"] == units["failure_time"] == units["t"]

@@ -119,9 +119,9 @@ def test_limiter(u, u_max):
 
 @given(some.plants(), some.voltages(), some.pressures(), some.pressures(), some.temperatures())
 def test_flow_is_antisymmetric_at_equal_temperatures(plant, u, P_1, P_2, T):
-    there = Conditions(P_1, P_1, T, T, P_1, T)
+    conditions = Conditions(P_1, P_1, T, T, P_1, T)
     back = Conditions(P_2, P_2, T, T, P_2, T)
-    forward = net_flow(u, P_2, T, plant.valve, plant.gas, there)
+    forward = net_flow(u, P_2, T, plant.valve, plant.gas, conditions)
     assert forward == -net_flow(u, P_1, T, plant.valve, plant.gas, back)  # the same arithmetic: exact
     assert math.copysign(1, forward) == math.copysign(1, P_1 - P_2) or forward == 0
 
@@ -179,7 +179,7 @@ def test_leak_is_a_restriction_to_either_port_beside_the_valve(plant, u, P, T, l
         for port in (c.P_s, c.P_atm)
     ]
     # All flows are proportional to areas; areas are added before, here flows after.
-    expected = [sum(way[i] for way in (open_, *ways)) for i in range(2)]
+    expected = [sum(path[i] for path in (open_, *ways)) for i in range(2)]
     assert [m_in, m_out] == pytest.approx(expected, rel=8 * EPS)
 
 

@@ -265,8 +265,8 @@ def test_claims(parts, verdict, page):
 
 
 def test_links_to_what_is_there_and_text_is_escaped(parts, verdict, made):
-    for there in (False, True):
-        assert ('href="paper.pdf"' in report_page(PAPER, parts[:1], verdict, None, there)) == there
+    for present in (False, True):
+        assert ('href="paper.pdf"' in report_page(PAPER, parts[:1], verdict, None, present)) == present
     page = report_page(PAPER._replace(name="mine"), parts[:1], None, None, False)
     assert "verdict.html" not in page and "2006" not in page and "pneumo · report · mine" in page
     text = hostile(made)

@@ -57,9 +57,9 @@ def page():
 
 
 def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
-    found = answered(made())
-    ranking = found.ranking
-    assert "Recommended: full order" in page and with_indices(found.reason) in page
+    answer = answered(made())
+    ranking = answer.ranking
+    assert "Recommended: full order" in page and with_indices(answer.reason) in page
     assert "<code>pneumo export full --config &#39;a&lt;b.yaml&#39;</code>" in page
     for sentences in kept_sentences():
         assert page.count(with_indices(sentences)) == 1
@@ -70,8 +70,8 @@ def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
     e = STUDY.experiments["E06"]
     groups = [f"{name} {known_groups(e)[name]:.3g}" for name in ("thermal", "exchange")]
     assert ", ".join(groups) in page
-    for contender in found.contenders:
-        line = "".join(f"<td>{text}</td>" for text in contest_cells(contender, found.swing))
+    for contender in answer.contenders:
+        line = "".join(f"<td>{text}</td>" for text in contest_cells(contender, answer.swing))
         assert line in page
     assert "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])
     assert page.count("<img") == 5
@@ -91,10 +91,10 @@ def test_inputs_are_in_the_units_of_a_catalogue(page):
 def test_texts_are_escaped():
     cells = made()
     cells["run_status"][:] = 1
-    found = answered(cells)
-    found = found._replace(ranking=found.ranking._replace(left_out=("<b>&",)), reason="<i>")
+    answer = answered(cells)
+    answer = answer._replace(ranking=answer.ranking._replace(left_out=("<b>&",)), reason="<i>")
     mine: Study = STUDY._replace(name="<script>", experiments={"X": STUDY.experiments["E06"]})
-    page = study_page(mine, cells, [found])
+    page = study_page(mine, cells, [answer])
     assert "<b>&" not in page and "&lt;b&gt;&amp;" in page and "&lt;i&gt;" in page
     assert "<script>" not in page and "<img" not in page
 
@@ -152,12 +152,12 @@ def test_pictures_over_n_and_of_the_traces():
 
 
 def test_picture_of_regret_over_k_0():
-    found = answered(made(ends=(2.0, 4.0)))
-    ax = study_figures.regret_figure(found).axes[0]
+    answer = answered(made(ends=(2.0, 4.0)))
+    ax = study_figures.regret_figure(answer).axes[0]
     curves = {line.get_label(): line for line in ax.lines}
     assert curves["full order"].get_ydata() == pytest.approx(np.zeros(3), abs=1e-9)
     assert curves["full order"].get_linewidth() > curves["$M_{8}$, $n$ = 1.3"].get_linewidth()
-    M8, full = found.contender("M8").row, found.contender("full order").row
+    M8, full = answer.contender("M8").row, answer.contender("full order").row
     expected = (np.array(M8.rms) - full.rms) / 1e3
     assert curves["$M_{8}$, $n$ = 1.3"].get_ydata() == pytest.approx(expected)
     assert curves["$M_{8}$, $n$ = 1.3"].get_xdata() == pytest.approx([0.15, 0.3, 0.6])
@@ -165,15 +165,15 @@ def test_picture_of_regret_over_k_0():
 
 
 def test_cells_of_the_contest():
-    found = answered(made(ends=(2.0, 4.0), noise=1e-9))
-    heads = contest_heads(found.ranking.unknown_k_0)
-    texts = dict(zip(heads, contest_cells(found.contender("M8"), found.swing), strict=True))
+    answer = answered(made(ends=(2.0, 4.0), noise=1e-9))
+    heads = contest_heads(answer.ranking.unknown_k_0)
+    texts = dict(zip(heads, contest_cells(answer.contender("M8"), answer.swing), strict=True))
     worst = (3e6 * 4) ** 0.5
     assert texts["worst"] == no_exponent(worst / 1e3) and texts["k_0 = 0.6"] == texts["worst"]
     assert texts["worst, % of swing"] == no_exponent(100 * worst / SWING)
     assert texts["MSE / chosen"] == "6.00 (6.00 to 6.00)"
     assert texts["ns a step"] == f"{step_costs()['M8'].ns:.0f}"
-    full = dict(zip(heads, contest_cells(found.contender("full order"), np.nan), strict=True))
+    full = dict(zip(heads, contest_cells(answer.contender("full order"), np.nan), strict=True))
     assert (full["k_0 = 0.3"], full["n"], full["MSE / chosen"]) == ("0.00", "–", "1.00")
     assert full["worst, % of swing"] == "–"
 

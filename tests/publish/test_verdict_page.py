@@ -18,14 +18,14 @@ pytestmark = pytest.mark.xdist_group("printed")
 
 @pytest.fixture(scope="module")
 def judged(judged_once):
-    found = judged_once
+    judged = judged_once
     # One of every status, and one item that falls with exact signals.
-    items = {item["id"]: item for item in found["items"]}
+    items = {item["id"]: item for item in judged["items"]}
     items["T7.M5.mse"] |= {"status": "missed", "reason": "for this test <&>"}
     items["S4.M6_85"]["stands_exact"] = False
-    found["counts"]["missed"] += 1
-    found["counts"]["exact"] -= 1
-    return found
+    judged["counts"]["missed"] += 1
+    judged["counts"]["exact"] -= 1
+    return judged
 
 
 @pytest.fixture(scope="module")

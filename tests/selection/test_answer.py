@@ -26,24 +26,24 @@ def row(name):
 
 
 def test_the_full_order_is_chosen_like_any_other_row():
-    found = answered(made(ends=(2.0, 4.0)))
-    assert found.chosen == found.recommended == FULL_ORDER and found.tied == ()
-    assert [c.row.worst for c in found.contenders] == sorted(c.row.worst for c in found.contenders)
-    assert len(found.contenders) == len(MODELS) + 1
-    assert found.headline == "Recommended: full order"
+    answer = answered(made(ends=(2.0, 4.0)))
+    assert answer.chosen == answer.recommended == FULL_ORDER and answer.tied == ()
+    assert [c.row.worst for c in answer.contenders] == sorted(c.row.worst for c in answer.contenders)
+    assert len(answer.contenders) == len(MODELS) + 1
+    assert answer.headline == "Recommended: full order"
     worst = (0.5e6 * 4) ** 0.5 / 1e3
     assert (
         f"at most {worst:.3g} kPa RMS error, {1e5 * worst / SWING:.2g} % of the pressures' swing"
-        in found.reason
+        in answer.reason
     )
-    assert "for k_0 from 0.15 to 0.6 W/K" in found.reason
+    assert "for k_0 from 0.15 to 0.6 W/K" in answer.reason
     assert (
-        "Best reduced model: M6 at n = 1.3, at most 2.83 kPa" in found.reason
-        and "without k_0" not in found.reason
+        "Best reduced model: M6 at n = 1.3, at most 2.83 kPa" in answer.reason
+        and "without k_0" not in answer.reason
     )
     assert "Best without k_0: M6 at n = 1.3, at most 2.83 kPa" in answered(made()).reason
-    assert any("its own equations" in line and "pneumo fit" in line for line in found.advice)
-    assert not any("Measure k_0" in line for line in found.advice)
+    assert any("its own equations" in line and "pneumo fit" in line for line in answer.advice)
+    assert not any("Measure k_0" in line for line in answer.advice)
 
 
 def test_the_cheapest_row_within_the_limit_is_chosen_and_k_0_costs_most():
@@ -54,10 +54,10 @@ def test_the_cheapest_row_within_the_limit_is_chosen_and_k_0_costs_most():
         (LEVEL | {"M6": 2.4 * far, "M9": 3.5}, "M10"),
     ):
         assert answered(made(level, noise=1e-6, full=MUCH)).recommended == chosen
-    found = answered(made(LEVEL | {"M6": 2.4 * near}, noise=1e-6, full=MUCH))
+    answer = answered(made(LEVEL | {"M6": 2.4 * near}, noise=1e-6, full=MUCH))
     assert (
         "it needs no k_0 and is the cheapest within 10 % of the lowest worst mean square error"
-        in found.reason
+        in answer.reason
     )
     # A full order that is as good as M7 costs less; one that is as good as M6 needs k_0.
     assert (
@@ -80,17 +80,17 @@ def test_the_order_of_cost_is_that_of_the_measured_instructions():
 def test_rows_whose_intervals_overlap_are_a_tie_that_is_named():
     level = LEVEL | {"M7": 3.02, "M8": 3.0, "M9": 9.0, "M10": 9.0}
     cells = made(level, runs=4, noise=0.3, full=MUCH)
-    found = answered(cells)
-    assert (found.chosen, found.tied, found.recommended) == ("M7", ("M8",), "")
-    assert found.headline == "Tie: M7 at n = 1.3, M8 at n = 1.3"
+    answer = answered(cells)
+    assert (answer.chosen, answer.tied, answer.recommended) == ("M7", ("M8",), "")
+    assert answer.headline == "Tie: M7 at n = 1.3, M8 at n = 1.3"
     assert (
-        "M7 at n = 1.3 has at most 1.7" in found.reason
-        and "and costs least; the intervals of M8 overlap with it" in found.reason
+        "M7 at n = 1.3 has at most 1.7" in answer.reason
+        and "and costs least; the intervals of M8 overlap with it" in answer.reason
     )
-    assert any(line == "More seeds distinguish M7, M8: --seeds 16." for line in found.advice)
+    assert any(line == "More seeds distinguish M7, M8: --seeds 16." for line in answer.advice)
     of_models = cells["mse"].sel(n=1.3).mean(("experiment", "chamber"))
     ratio = paired_ratio(of_models.sel(model="M8").values, of_models.sel(model="M7").values)
-    assert found.contender("M8").over_chosen == pytest.approx(ratio)
+    assert answer.contender("M8").over_chosen == pytest.approx(ratio)
     assert ratio.low < 1 < ratio.high
     clear = answered(made(level, noise=1e-6, full=MUCH))
     assert (clear.recommended, clear.tied) == ("M7", ()) and "More seeds" not in " ".join(clear.advice)
@@ -99,11 +99,11 @@ def test_rows_whose_intervals_overlap_are_a_tie_that_is_named():
 def test_intervals_are_those_of_the_worst_case():
     cells = made(ends=(2.0, 4.0), full=MUCH)
     cells["mse_of_wrong_k_0"].loc[{"model": "M8", "k_0_end": "high", "run": 1}] *= 3
-    found = answered(cells)
-    assert found.chosen == "M6"
+    answer = answered(cells)
+    assert answer.chosen == "M6"
     worst = cells["mse_of_wrong_k_0"].sel(k_0_end="high", n=1.3).mean(("experiment", "chamber"))
     ratio = paired_ratio(worst.sel(model="M8").values, worst.sel(model="M6").values)
-    assert found.contender("M8").over_chosen == pytest.approx(ratio, rel=1e-6)
+    assert answer.contender("M8").over_chosen == pytest.approx(ratio, rel=1e-6)
 
 
 def test_a_valve_or_dead_volumes_that_are_not_known_count_like_k_0():
@@ -131,11 +131,13 @@ def test_a_valve_or_dead_volumes_that_are_not_known_count_like_k_0():
 
 def test_one_run_decides_only_without_random_numbers():
     cells = made(runs=1, full=MUCH)
-    found = answered(cells)
+    answer = answered(cells)
     assert (
-        found.chosen == "M9" and not found.recommended and found.headline.startswith("Undecided by one run")
+        answer.chosen == "M9"
+        and not answer.recommended
+        and answer.headline.startswith("Undecided by one run")
     )
-    assert any("one run of a random signal has no intervals" in line for line in found.advice)
+    assert any("one run of a random signal has no intervals" in line for line in answer.advice)
     cells["random"][:] = 0
     assert answered(cells).recommended == "M9" and not any("seeds" in line for line in answered(cells).advice)
 
@@ -143,8 +145,8 @@ def test_one_run_decides_only_without_random_numbers():
 def test_no_sentence_compares_a_number_with_itself():
     for ends in ((1.0, 1.0), (1.05, 1.05), (2.0, 4.0)):
         for level in (LEVEL, LEVEL | {"M6": 2.5}):
-            found = answered(made(level, noise=1e-6, ends=ends, full=MUCH))
-            for text in (found.reason, *found.advice):
+            answer = answered(made(level, noise=1e-6, ends=ends, full=MUCH))
+            for text in (answer.reason, *answer.advice):
                 assert not re.search(r"([\d.]+ kPa)[^.;]* instead of \1", text), text
     (line,) = [
         line for line in answered(made(noise=1e-6, ends=(2, 4), full=MUCH)).advice if "Measure k_0" in line
@@ -158,16 +160,16 @@ def test_a_k_0_that_is_known_exactly_needs_no_advice_about_it():
     cells = made(noise=1e-6)
     cells["k_0_factor"][:] = 1.0
     cells["mse_of_full_order"][:] = 0.0  # the run itself
-    found = answered(cells)
+    answer = answered(cells)
     assert (
-        found.recommended == FULL_ORDER
-        and "at most 0 kPa RMS error" in found.reason
-        and "at the given k_0" in found.reason
+        answer.recommended == FULL_ORDER
+        and "at most 0 kPa RMS error" in answer.reason
+        and "at the given k_0" in answer.reason
     )
     several = made(experiments=("X", "Y"))
     several["k_0_factor"][:], several["k_0"][1] = 3.0, 0.5
     assert "where k_0 is known within a factor of 3" in answered(several).reason
-    assert np.isinf(found.contender("M10").over_chosen.value)
+    assert np.isinf(answer.contender("M10").over_chosen.value)
     cells["mse_of_full_order"][:] = MUCH * 1e6
     of_models = answered(cells)
     assert of_models.recommended == "M9" and not any("k_0" in line for line in of_models.advice)
@@ -176,9 +178,11 @@ def test_a_k_0_that_is_known_exactly_needs_no_advice_about_it():
 def test_runs_that_failed_leave_no_answer():
     cells = made()
     cells["run_status"][:] = 1
-    (found,) = answers(cells)
+    (answer,) = answers(cells)
     assert (
-        found.headline == "Recommended: none" and "no full-order run" in found.reason and not found.contenders
+        answer.headline == "Recommended: none"
+        and "no full-order run" in answer.reason
+        and not answer.contenders
     )
     cells = made()
     for name in ("mse", "mse_of_wrong_k_0"):
@@ -191,8 +195,8 @@ def test_runs_that_failed_leave_no_answer():
 
 
 def test_cells_of_earlier_code_have_no_full_order_and_no_swing():
-    found = answered(made(noise=1e-6).drop_vars(["mse_of_full_order", "swing"]))
-    assert found.chosen == "M9" and np.isnan(found.swing) and "swing" not in found.reason
+    answer = answered(made(noise=1e-6).drop_vars(["mse_of_full_order", "swing"]))
+    assert answer.chosen == "M9" and np.isnan(answer.swing) and "swing" not in answer.reason
 
 
 def test_short_runs_narrow_grids_and_other_winners_are_named():
@@ -213,8 +217,8 @@ def mine():
 
 
 def test_the_next_command_exports_the_chosen_row(mine):
-    found: Answer = answered(made(noise=1e-6, full=MUCH))
-    command = export_command(found, mine, ["my plant.yaml", "quick.yaml"])
+    answer: Answer = answered(made(noise=1e-6, full=MUCH))
+    command = export_command(answer, mine, ["my plant.yaml", "quick.yaml"])
     files = "--config 'my plant.yaml' --config quick.yaml"
     assert command == f"pneumo export M9 --n 1.3 --to c {files} -o m9.c"
     assert (
@@ -223,9 +227,9 @@ def test_the_next_command_exports_the_chosen_row(mine):
     )
     e = mine.experiments["X"]
     others = {"X": e, "Y": e._replace(plant=e.plant._replace(k_0=2.5)), "Z": e._replace(cylinder="other")}
-    command = export_command(found, mine._replace(experiments=others), ["my.yaml"])
+    command = export_command(answer, mine._replace(experiments=others), ["my.yaml"])
     assert f"--cylinder mine --k0 {e.plant.k_0:g} " in command
-    assert "--config CONFIGURATION.yaml --cylinder mine" in export_command(found, mine)
+    assert "--config CONFIGURATION.yaml --cylinder mine" in export_command(answer, mine)
     cells = made()
     cells["run_status"][:] = 1
     assert export_command(answers(cells)[0], mine) == ""

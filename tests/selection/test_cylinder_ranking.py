@@ -67,14 +67,14 @@ def with_options():
 
 
 def test_template_holds_every_key_and_right_options(with_options):
-    def there(node):
+    def keys_of(node):
         for key, value in node.items():
             yield key
             if isinstance(value, dict):
-                yield from there(value)
+                yield from keys_of(value)
 
     known = {key for path, _ in fields() for key in path} - {"NAME"}
-    assert sorted(known - set(there(with_options))) == []
+    assert sorted(known - set(keys_of(with_options))) == []
     # What excludes one another: the rest of one kind goes.
     mine, closed = with_options["cylinders"]["mine"], with_options["experiments"]["closed"]
     del mine["k_x_k_u_m2_per_V"], mine["closed_loop"]["variance_m2"]

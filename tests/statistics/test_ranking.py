@@ -34,8 +34,8 @@ def test_the_best_n_is_that_of_all_runs_and_experiments_together():
     times[0, 0] = 0.1, 3.0, 3.0  # the first run asks for 1.2, all others for 1.4
     times[0, 1:], times[1] = (3.0, 3.0, 0.5), (3.0, 3.0, 0.5)
     dims = ("experiment", "run", "n")
-    found = rank_models(cells.assign(mse=cells["mse"] * xr.DataArray(times, dims=dims)), "mine")
-    assert found.row("M6").n == 1.4
+    ranking = rank_models(cells.assign(mse=cells["mse"] * xr.DataArray(times, dims=dims)), "mine")
+    assert ranking.row("M6").n == 1.4
 
 
 def test_paired_comparison_is_sharper_than_two_intervals_and_gains_are_per_cent():

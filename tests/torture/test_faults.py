@@ -33,8 +33,8 @@ class TestFaults:
         expected = smoke_study.hashes()
         smoke_study.clear()
         for with_jobs in (True, False):  # left to themselves, jobs go on writing for a while
-            run, there = smoke_study.start(), len(smoke_study.hashes())
-            while len(smoke_study.hashes()) == there and run.poll() is None:
+            run, count = smoke_study.start(), len(smoke_study.hashes())
+            while len(smoke_study.hashes()) == count and run.poll() is None:
                 time.sleep(0.1)
             assert stop(run, signal.SIGKILL, with_jobs=with_jobs, after=0)
         assert smoke_study.hashes() != expected
@@ -90,6 +90,10 @@ def test_another_number_is_found_with_its_share_of_the_largest(two_studies, name
 
 
 def test_the_last_place_of_stored_pressures_may_differ_between_processors():
-    one = np.array([1.0, 3.0], np.float32)
-    assert 0 < relative_change(one, np.nextafter(one, np.inf, dtype=np.float32)) <= np.finfo(np.float32).eps
+    values = np.array([1.0, 3.0], np.float32)
+    assert (
+        0
+        < relative_change(values, np.nextafter(values, np.inf, dtype=np.float32))
+        <= np.finfo(np.float32).eps
+    )
     assert relative_change(np.array([0.0]), np.array([-0.0])) > 0  # bit for bit

@@ -68,8 +68,8 @@ def classes_of_the_decisions() -> dict[str, tuple[float, str]]:
 
 
 def test_classes_are_those_of_the_decisions_and_every_status_is_recorded():
-    found = {name: (tolerance.limit, tolerance.measure) for name, tolerance in CLAIMS.classes.items()}
-    assert found == classes_of_the_decisions()
+    tolerances = {name: (tolerance.limit, tolerance.measure) for name, tolerance in CLAIMS.classes.items()}
+    assert tolerances == classes_of_the_decisions()
     assert CLAIMS.classes["settling"].floor == 0.001
     seeds = {name: tolerance.seeds for name, tolerance in CLAIMS.classes.items() if tolerance.seeds}
     assert seeds == dict.fromkeys(NARROWED, 0.25) and CLAIMS.classes["mu"].signed

@@ -57,9 +57,9 @@ def scale_settling_time(results: Path, factor: float) -> None:
 
 
 def test_a_perfect_reproduction_is_exact_but_for_the_papers_mistakes_and_counted_so(judged_once):
-    found = {item["id"]: item["status"] for item in judged_once["items"]}
-    names = {status: {name for name in found if found[name] == status} for status in STATUSES}
-    assert {name for name in found if name.startswith(("T", "F"))} - names["exact"] == {"T4.E.k_0=0.02"}
+    statuses = {item["id"]: item["status"] for item in judged_once["items"]}
+    names = {status: {name for name in statuses if statuses[name] == status} for status in STATUSES}
+    assert {name for name in statuses if name.startswith(("T", "F"))} - names["exact"] == {"T4.E.k_0=0.02"}
     assert not names["missed"]
     alike = {"S4.alike.adiabatic", "S4.alike.typical", "S4.levels.adiabatic"}
     assert names["contradicted"] == OF_M7 | alike | {"S4.M5_30", "S4.slpm_D", "S4.slpm_E"}
@@ -164,10 +164,10 @@ def test_another_study_is_judged_without_the_papers_experiments(results):
         with xr.open_dataset(results / file) as opened:
             dataset = opened.load()
         write(dataset.sel(experiment=list(few)), results / file, {})
-    found = verdict(results, PAPER_2006)
-    items = {item["id"]: item for item in found["items"]}
-    assert found["study"] == "smoke"
-    assert found["highlights"]["transport"] is None
+    judged = verdict(results, PAPER_2006)
+    items = {item["id"]: item for item in judged["items"]}
+    assert judged["study"] == "smoke"
+    assert judged["highlights"]["transport"] is None
     assert items["T5.E14.P_A"]["status"] == "missed"
     assert "not to be judged: this study has no E14" in items["T5.E14.P_A"]["reason"]
     assert items["T5.E06.P_A"]["status"] == "exact"
@@ -175,8 +175,10 @@ def test_another_study_is_judged_without_the_papers_experiments(results):
 
 def test_results_of_another_study_are_named_as_such(results):
     whole = from_json(read_json(results / "parameters.json"))
-    own = {"own": whole.experiments["E06"]}
-    write_json(to_json(whole._replace(name="32 x 200 mm", experiments=own)), results / "parameters.json")
+    experiments = {"own": whole.experiments["E06"]}
+    write_json(
+        to_json(whole._replace(name="32 x 200 mm", experiments=experiments)), results / "parameters.json"
+    )
     with pytest.raises(ResultError, match="holds another study, 32 x 200 mm, with the experiments own;"):
         verdict(results, PAPER_2006)
 
@@ -194,15 +196,15 @@ def test_a_stored_verdict_is_shown_while_nothing_it_was_made_from_changed(result
         return stored_verdict(results, paper, module, PAPER_2006.reads)
 
     assert stored() is None
-    found = verdict(results, PAPER_2006._replace(folder=paper))
-    assert json.dumps(found["items"]) == json.dumps(judged_once["items"])  # the same results, the same text
-    write_json(json.dumps(found), results / "verdict.json")
-    assert stored() | {"sha256": ""} == json.loads(json.dumps(found)) | {"sha256": ""}
+    judged = verdict(results, PAPER_2006._replace(folder=paper))
+    assert json.dumps(judged["items"]) == json.dumps(judged_once["items"])  # the same results, the same text
+    write_json(json.dumps(judged), results / "verdict.json")
+    assert stored() | {"sha256": ""} == json.loads(json.dumps(judged)) | {"sha256": ""}
     assert stored("pneumo.verdict.judging") is None  # other code
     scale_settling_time(results, 1.5)
     assert stored() is None
     anew = current_verdict(results, "2006", paper)
-    assert anew["counts"] != found["counts"]
+    assert anew["counts"] != judged["counts"]
     write_json(json.dumps(anew), results / "verdict.json")
     assert stored() is not None
     edit(paper / "claims.yaml", "# What the paper claims", "# What it claims")

@@ -171,10 +171,10 @@ def test_percentiles_of_the_figures_agree_and_constant_n_lie_on_the_grid():
     assert apart.sizes == {"level": 1, "model": 6} and (apart <= 0.011).all()
     assert (abs(ten["p10"] - nine["p10"]) <= 1.3e5).all()
     for number in (9, 10, 11):
-        found = published.percentiles(number)
-        assert (found["p10"] < found["p90"]).all()
-    assert found["constant_n"].sizes == {"level": 3, "model": 9}
-    assert found["constant_n"].isin([1.0, 1.2, 1.25, 1.3, 1.35, 1.4]).all()
+        values = published.percentiles(number)
+        assert (values["p10"] < values["p90"]).all()
+    assert values["constant_n"].sizes == {"level": 3, "model": 9}
+    assert values["constant_n"].isin([1.0, 1.2, 1.25, 1.3, 1.35, 1.4]).all()
 
 
 FIGURE_7 = published.read_cells("figure7", published.PAPER_FOLDER)

@@ -10,10 +10,10 @@ from pneumo.storage.files import attributes, read, read_study, write
 
 def main(parameters: Path, cells: Path, errors: Path, ledger: Path, code: str) -> None:
     study, sets = read_study(parameters), read_seed_sets(errors)
-    found = choose_open_loop(study, read(cells), sets, lambda text: print(text, flush=True))
+    choice = choose_open_loop(study, read(cells), sets, lambda text: print(text, flush=True))
     title = "Setup of the open loops, chosen by the likelihood of Tables 7, 8, 9 and Figs 9, 11"
     summary = "Score of every pair of setups of cylinders D and E, and the best ones: paper/decisions/0062"
-    write(found, ledger, attributes(title, summary, study.config_sha256, code))
+    write(choice, ledger, attributes(title, summary, study.config_sha256, code))
 
 
 run_job(main, globals())

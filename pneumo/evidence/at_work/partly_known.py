@@ -206,7 +206,7 @@ def _observers(
     gamma, signs = experiment.plant.gas.gamma, [signs_of(seed) for seed in seeds]
     n = chosen_n(runs[:TUNING_SEEDS], grid, gamma)
     shape = len(SENSORS), len(SCALES), len(ROWS)
-    noise, errors, found = np.empty((*shape, 2)), np.empty((*shape, SEEDS)), np.empty((*shape, SEEDS))
+    noise, errors, found_k_0 = np.empty((*shape, 2)), np.empty((*shape, SEEDS)), np.empty((*shape, SEEDS))
     for (s, scale), (j, row) in product(enumerate(SCALES), enumerate(ROWS)):
         plants = [told_plant(experiment.plant, scale, of_run) for of_run in signs]
         told = [Told(run, of_run) for run, of_run in zip(runs, plants, strict=True)]
@@ -215,14 +215,14 @@ def _observers(
             best = tuned_noise(told[:TUNING_SEEDS], model, sensors)
             judged = [filter_errors(of_run, model, sensors, *best) for of_run in told[TUNING_SEEDS:]]
             noise[i, s, j] = best
-            errors[i, s, j], found[i, s, j] = np.transpose(judged)
+            errors[i, s, j], found_k_0[i, s, j] = np.transpose(judged)
     factors = np.array([row.k_0_factor for row in ROWS])
     return {
         "n": n,
         "force_noise": noise[..., 0],
         "pressure_noise": noise[..., 1],
         "estimation_error": np.sqrt(errors),
-        "k_0_found": found * factors[:, None],
+        "k_0_found": found_k_0 * factors[:, None],
     }
 
 

@@ -76,7 +76,7 @@ def partly_known_statistics(cells: xr.Dataset) -> xr.Dataset:
     """
     variables: dict[str, tuple[tuple[str, ...], np.ndarray]] = {}
     for use, name in (("observer", "estimation_error"), ("controller", "tracking_error")):
-        variables |= {f"{use}_{what}": value for what, value in _compared(cells[name]).items()}
+        variables |= {f"{use}_{quantity}": value for quantity, value in _compared(cells[name]).items()}
     for name in ("estimation_error", "tracking_error"):
         logs: xr.DataArray = xr.apply_ufunc(np.log, cells[name])
         mean = logs.mean(("seed", "plant"))

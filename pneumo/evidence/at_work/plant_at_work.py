@@ -288,7 +288,7 @@ def plant_at_work(
     progress("controllers: done")
     plant_of = [closed_loop.plant._replace(k_0=c.k_0_factor * closed_loop.plant.k_0) for c in CARRIED]
     carried = list(zip(CARRIED, parts[-1]["n"], plant_of, strict=True))
-    seen = [[observability(c.model, n, own, k) for c, n, own in carried] for k in SENSORS.values()]
+    seen = [[observability(c.model, n, of_model, k) for c, n, of_model in carried] for k in SENSORS.values()]
     values = {name: np.stack([part[name] for part in parts]) for name in parts[0]} | control
     values["observability_rank"] = np.array([[o.rank for o in row] for row in seen])
     values["observable_deviation"] = np.array([[o.deviation for o in row] for row in seen])

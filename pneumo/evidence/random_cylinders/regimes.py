@@ -147,9 +147,9 @@ def map_of_ratios(runs: xr.Dataset) -> xr.Dataset:
             ]
             logs = np.log(quotient.sel(loop=loop).values[good])
             for place in np.ndindex(MAP_BINS, MAP_BINS):
-                here = logs[(places[0] == place[0]) & (places[1] == place[1])]
-                if len(here) >= FEWEST:
-                    ratio[i, j, *place] = np.exp(student_interval(here))
+                in_bin = logs[(places[0] == place[0]) & (places[1] == place[1])]
+                if len(in_bin) >= FEWEST:
+                    ratio[i, j, *place] = np.exp(student_interval(in_bin))
     dims = ("map_ratio_of", "loop", *(f"{name}_bin" for name in MAP_GROUPS), "bound")
     words = {"units": "1", "long_name": "geometric mean ratio of the models' errors in a part of the map"}
     coords = {"map_ratio_of": list(quotients), "loop": list(LOOPS), "bound": list(INTERVAL)}

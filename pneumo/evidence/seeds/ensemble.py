@@ -50,7 +50,7 @@ def tables_by_seeds(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -
     by_seeds: list[xr.Dataset] = []
     for seeds in ensemble["seeds"].values:
         cells = [ensemble.sel(seeds=seeds, transport=name) for name in ensemble["transport"].values]
-        by_seeds.append(xr.concat([statistics(one, levels) for one in cells], ensemble["transport"]))
+        by_seeds.append(xr.concat([statistics(grid, levels) for grid in cells], ensemble["transport"]))
     return xr.concat(by_seeds, ensemble["seeds"])
 
 

@@ -20,10 +20,10 @@ def seed_deviations(claims: Claims, sources: Sequence[StudyResults]) -> dict[str
         if not claim.models or claims.classes[claim.tolerance].seeds is None:
             continue
         try:
-            found = [finding_for(claim, source) for source in sources]
+            of_sources = [finding_for(claim, source) for source in sources]
         except MissingEvidence:
             continue
-        numbers = [(finding.varies, finding.margin, finding.value) for finding in found]
+        numbers = [(finding.varies, finding.margin, finding.value) for finding in of_sources]
         values = [next((v for v in known if v is not None), None) for known in numbers]
         if None not in values:
             deviations[name] = float(np.std(np.array(values, dtype=float), ddof=1))

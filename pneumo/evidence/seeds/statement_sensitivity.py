@@ -31,7 +31,7 @@ def _without(study: Study, name: str) -> Study:
 
 def _like_for_like(results: list[ComputedResults], level: str) -> bool | None:
     """Whether wall heat saves more than mixing where both steps start from the same models: M6 above M7."""
-    by_model = [one.statistics["mse"].sel(level=level) for one in results]
+    by_model = [result.statistics["mse"].sel(level=level) for result in results]
     holds = sum(bool(mse.sel(model="M6") > mse.sel(model="M7")) for mse in by_model)
     share = fraction_interval(holds, len(results))
     return True if share.low > 0.5 else False if share.high < 0.5 else None

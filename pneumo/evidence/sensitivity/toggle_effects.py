@@ -54,9 +54,11 @@ def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
             "no_number": int(np.sum(np.isnan(toggled) & ~np.isnan(printed))),
         }
         for table in LOGARITHMIC_TABLES:
-            here = logarithmic & (tables == table) & (toggled > 0) & (taken > 0)
-            change = np.log(toggled[here] / taken[here])
-            misfit, before = (_rms_of_finite(np.log(x[here] / printed[here])) for x in (toggled, taken))
+            both_positive = logarithmic & (tables == table) & (toggled > 0) & (taken > 0)
+            change = np.log(toggled[both_positive] / taken[both_positive])
+            misfit, before = (
+                _rms_of_finite(np.log(x[both_positive] / printed[both_positive])) for x in (toggled, taken)
+            )
             rows[alternative] |= {
                 f"largest_{table}": float(np.max(np.abs(change), initial=0.0)),
                 f"rms_{table}": _rms_of_finite(change),

@@ -116,8 +116,8 @@ def _n_shifted(steps: int) -> Callable[[xr.Dataset], xr.Dataset]:
 
     def change(grid: xr.Dataset) -> xr.Dataset:
         last = grid.sizes["n"] - 1
-        of = [min(max(i + steps, 0), last) for i in range(last + 1)]
-        return grid.isel(n=of).assign_coords(n=grid["n"])
+        moved_to = [min(max(i + steps, 0), last) for i in range(last + 1)]
+        return grid.isel(n=moved_to).assign_coords(n=grid["n"])
 
     return change
 

@@ -20,13 +20,13 @@ def columns_of_table_8(results: StudyResults) -> Finding:
 
     At the n in a model's own column its mean error over all experiments should be Table 7's.
     """
-    printed, own = table8().reset_coords(drop=True), results.statistics["best_n"]
-    own = own.sel(experiment=printed["experiment"])
+    printed, computed = table8().reset_coords(drop=True), results.statistics["best_n"]
+    computed = computed.sel(experiment=printed["experiment"])
     equal: dict[str, int] = {}
     means: dict[str, list[float]] = {}
     for words, columns in {"printed": EXCHANGED, "exchanged": EXCHANGED[::-1]}.items():
         n = printed.sel(model=list(columns)).assign_coords(model=list(EXCHANGED))
-        equal[words] = int((abs(own.sel(model=list(EXCHANGED)) - n) < TOLERANCE_OF_N).sum())
+        equal[words] = int((abs(computed.sel(model=list(EXCHANGED)) - n) < TOLERANCE_OF_N).sum())
         cells = at_n(results.cells.sel(experiment=n["experiment"], model=list(EXCHANGED)), n)
         means[words] = cells["mean_error"].mean("experiment", skipna=False).values.tolist()
     in_table_7 = table7()["mean_error"].sel(model=list(EXCHANGED)).values.tolist()
@@ -36,7 +36,7 @@ def columns_of_table_8(results: StudyResults) -> Finding:
 
     nearer = {words: [f"{mean:.0f}" for mean in values] for words, values in means.items()}
     shown = (
-        f"n of M8 and M9 equal to ours: {equal['printed']} of {2 * own.sizes['experiment']} as printed, "
+        f"n of M8 and M9 equal to ours: {equal['printed']} of {2 * computed.sizes['experiment']} as printed, "
         f"{equal['exchanged']} exchanged; mean errors at these n: {' and '.join(nearer['printed'])} Pa, "
         f"exchanged {' and '.join(nearer['exchanged'])} Pa, in Table 7 "
         f"{' and '.join(f'{mean:.0f}' for mean in in_table_7)} Pa"
@@ -51,17 +51,20 @@ def row_of_M10(results: StudyResults) -> Finding:
     printed, upper = table9().sel(level=level, model="M10"), percentiles(11)["p90"]
     row = {name: float(printed[name]) for name in ("mse", "mean_error")}
     row["p90"] = float(upper.sel(level=level, model="M10"))
-    ours = {
+    computed = {
         model: {name: number_at(results.statistics[name], level=level, model=model) for name in row}
         for model in ("M8", "M10")
     }
-    nearer = [name for name in row if abs(ours["M8"][name] - row[name]) < abs(ours["M10"][name] - row[name])]
+    nearer = [
+        name for name in row if abs(computed["M8"][name] - row[name]) < abs(computed["M10"][name] - row[name])
+    ]
 
     def words(numbers: dict[str, float]) -> str:
         mse, p90 = (f"{numbers[name] / 1e6:.1f}e6 Pa²" for name in ("mse", "p90"))
         return f"MSE {mse}, μ {numbers['mean_error']:.0f} Pa, 90 % {p90}"
 
-    shown = f"printed for M10: {words(row)}; ours for M8: {words(ours['M8'])}; for M10: {words(ours['M10'])}"
+    M8, M10 = words(computed["M8"]), words(computed["M10"])
+    shown = f"printed for M10: {words(row)}; ours for M8: {M8}; for M10: {M10}"
     return Finding(holds=len(nearer) == len(row), shown=shown)
 
 

@@ -47,9 +47,9 @@ def read_columns(file: Path, names: tuple[str, ...]) -> pd.DataFrame:
         raise ResultError(f"{file}: cannot be read: {printable(str(error), 200)}") from None
     missing = [name for name in names if name not in table]
     if missing:
-        there = printable(", ".join(map(str, table.columns)), 200)
+        columns = printable(", ".join(map(str, table.columns)), 200)
         raise ResultError(
-            f"{file}: has no column {missing[0]}; needed are {', '.join(names)}, there are {there}"
+            f"{file}: has no column {missing[0]}; needed are {', '.join(names)}, there are {columns}"
         )
     return table
 
@@ -157,13 +157,13 @@ def other_results(folder: Path, study: Study, report: Any = lambda _text: None) 
         if file is None:
             continue
         recording, run = read_run(file, e)
-        own = _first(folder, f"{name}_replays")
-        if own is None:
+        replays = _first(folder, f"{name}_replays")
+        if replays is None:
             cells.append(replayed_grid(e, study.n, recording, study_sampling(PUBLISHED, e), e.steps))
         else:
-            cells.append(read_errors(own, e, study.n))
+            cells.append(read_errors(replays, e, study.n))
         runs["datum", name] = run
-        report(f"{name}: {file.name}, {'its own replays' if own else 'replayed by pneumo'}")
+        report(f"{name}: {file.name}, {'its replays replays' if replays else 'replayed by pneumo'}")
     if not cells:
         raise ResultError(f"{folder}: holds no run such as E01.csv or E01.nc")
     names = [name for _, name in runs]

@@ -86,8 +86,8 @@ def percentiles(number: int) -> xr.Dataset:
 
 def with_percentiles(table: xr.Dataset, number: int) -> xr.Dataset:
     """Table 7 or 9 with `p10` and `p90`, Pa2, as read off Fig. 9, 10 or 11; NaN for models without."""
-    found = percentiles(number)[["p10", "p90"]]
-    return table.merge(found if "level" in table.dims else found.squeeze("level", drop=True), join="left")
+    values = percentiles(number)[["p10", "p90"]]
+    return table.merge(values if "level" in table.dims else values.squeeze("level", drop=True), join="left")
 
 
 def traces_of_fig_7() -> dict[str, np.ndarray]:

@@ -55,8 +55,11 @@ def quoted_coefficient() -> dict[str, float]:
     length = _length(det["bore"], det["stroke"])
     at_rest = det["lambda_av"] * (P_0 * T_0 / (det["P"] * det["T"])) ** 0.5
     product, factor = coefficient_times_length()
-    found = {"length": length, "lambda_0": at_rest, "predicted": product / length}
-    return {name: float(f"{v:.6g}") for name, v in (found | {"highest": product * factor / length}).items()}
+    by_experiment = {"length": length, "lambda_0": at_rest, "predicted": product / length}
+    return {
+        name: float(f"{v:.6g}")
+        for name, v in (by_experiment | {"highest": product * factor / length}).items()
+    }
 
 
 def _length(bore: float, depth: float) -> float:

@@ -61,8 +61,8 @@ class Results:
         T_amb = T_av * P_f / mean_pressure(P_f, delta_P)
         c_v = np.mean(C_V) + np.ptp(C_V) / 2 * moved[-1]
         gas = {"T_amb": T_amb, "c_v": c_v, "R": R, "P_0": P_0, "T_0": T_0}
-        found = seven_steps(P_i, piston * S_i, piston * S_f, (P_f, delta_P, tau), bore=bore, **gas)
-        return found._asdict() | {"V_f_over_A_q": found.V_f / found.A_q, "T_amb": T_amb}
+        steps = seven_steps(P_i, piston * S_i, piston * S_f, (P_f, delta_P, tau), bore=bore, **gas)
+        return steps._asdict() | {"V_f_over_A_q": steps.V_f / steps.A_q, "T_amb": T_amb}
 
     def allowed(self, column: str) -> dict[str, tuple[float, float]]:
         """Lowest and highest value of each quantity of `follows` that the digits of the inputs allow.
@@ -78,9 +78,9 @@ class Results:
 
         def off(moved: np.ndarray, names: list[str]) -> np.ndarray:
             """Distances from the printed values, in half units."""
-            found = self.follows(column, moved)
+            values = self.follows(column, moved)
             printed = [self.printed[column, name] for name in names]
-            return np.array([(found[n] - p.value) / p.half for n, p in zip(names, printed, strict=True)])
+            return np.array([(values[n] - p.value) / p.half for n, p in zip(names, printed, strict=True)])
 
         def farthest(names: list[str]) -> float:
             """Smallest possible distance of the cell that is farthest from its printed value."""

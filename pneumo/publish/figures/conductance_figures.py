@@ -50,11 +50,20 @@ def coefficients(trend: xr.Dataset) -> Figure:
         ax.plot([x, x], [low, high], color=GREY, linewidth=3.0, alpha=0.5, solid_capstyle="butt")
         ax.annotate(f"2006, {name}", (x, high), ha="center", va="bottom")
     for experiment, mark in MARKS.items():
-        of = trend.sel(column=[c for c in trend["column"].values if c.endswith(experiment)])
+        of_experiment = trend.sel(column=[c for c in trend["column"].values if c.endswith(experiment)])
         # Printed values are rounded to a tenth and may lie outside the range that the inputs allow.
-        bars = [(of["lambda_0"] - of["low"]).clip(0), (of["high"] - of["lambda_0"]).clip(0)]
+        bars = [
+            (of_experiment["lambda_0"] - of_experiment["low"]).clip(0),
+            (of_experiment["high"] - of_experiment["lambda_0"]).clip(0),
+        ]
         look: dict[str, Any] = {"fmt": mark, "color": ACCENT, "markerfacecolor": "white", "capsize": 2.0}
-        ax.errorbar(of["V_f_over_A_q"] * MM, of["lambda_0"], bars, label=f"experiment {experiment}", **look)
+        ax.errorbar(
+            of_experiment["V_f_over_A_q"] * MM,
+            of_experiment["lambda_0"],
+            bars,
+            label=f"experiment {experiment}",
+            **look,
+        )
     ax.plot(trend["length_quoted"] * MM, trend["quoted"], "^", color=INK, label="quoted (Det)")
     ax.set(xscale="log", yscale="log", xlabel=axis_label("$V/A_q$", "mm"))
     ax.set_ylabel(axis_label(r"$\lambda_0$", "W m$^{-2}$ K$^{-1}$"))

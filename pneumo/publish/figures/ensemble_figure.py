@@ -34,11 +34,13 @@ def ensemble_figure(ensemble: xr.Dataset) -> Figure:
     for ax, ratio in zip(axes, REFINEMENT_PAIRS, strict=True):
         pair, part = MODEL_PAIRS[ratio], ensemble.sel(ratio=ratio)
         for transport, (source, offset) in DRAWN.items():
-            here = part.sel(transport=transport)
+            of_transport = part.sel(transport=transport)
 
-            def row(name: str, here: xr.Dataset = here) -> np.ndarray:
-                by_level = here[f"ratio_{name}"].transpose("level", "averaged").sel(averaged=[*AVERAGES])
-                return np.concatenate([here[f"experiment_ratio_{name}"], by_level.values.ravel()])
+            def row(name: str, of_transport: xr.Dataset = of_transport) -> np.ndarray:
+                by_level = (
+                    of_transport[f"ratio_{name}"].transpose("level", "averaged").sel(averaged=[*AVERAGES])
+                )
+                return np.concatenate([of_transport[f"experiment_ratio_{name}"], by_level.values.ravel()])
 
             ax.hlines(y + offset, row("single_low"), row("single_high"), color=INK, lw=0.7)
             ax.plot(row("value"), y + offset, label=STUDY_SAMPLING[transport], **SOURCE_MARKER[source])

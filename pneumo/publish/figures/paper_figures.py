@@ -68,11 +68,11 @@ def fig07(settling: xr.Dataset, printed: Mapping[str, np.ndarray]) -> Figure:
     for ax, name in zip(axes.flat, ("force", "x", "P_A", "T_A", "P_B", "T_B"), strict=True):
         if name in printed:
             t, low, high = printed[name]
-            here = (t + release >= 0) & (t + release <= end)
+            in_window = (t + release >= 0) & (t + release <= end)
             sign = np.sign(push["force"]) if name == "force" else 1.0  # the paper draws its size
-            bounds = (sign * bound[here] / scales.get(name, 1.0) for bound in (low, high))
+            bounds = (sign * bound[in_window] / scales.get(name, 1.0) for bound in (low, high))
             look: dict[str, Any] = {"color": ACCENT, "lw": 2.2, "alpha": 0.5, "capstyle": "round"}
-            ax.vlines(t[here] + release, *bounds, zorder=0.8, label=READ_OFF, **look)
+            ax.vlines(t[in_window] + release, *bounds, zorder=0.8, label=READ_OFF, **look)
     if printed:
         legend_outside(fig, position, 1)
     for letter, ax in zip("abcdef", axes.flat, strict=True):

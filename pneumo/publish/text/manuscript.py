@@ -236,11 +236,11 @@ def _floor(floor: xr.Dataset) -> dict[str, Any]:
 
 def _variants(variants: xr.Dataset) -> dict[str, Any]:
     """Number of alternatives in which each refinement pays; exact signals, mean over experiments."""
-    here = variants.sel(transport=EXACT, criterion="mean")
-    inlet = here["ratio"].sel(pair="M8/M7", alternative=["inlet.colder", "inlet.warmer"])
+    ratios = variants.sel(transport=EXACT, criterion="mean")
+    inlet = ratios["ratio"].sel(pair="M8/M7", alternative=["inlet.colder", "inlet.warmer"])
 
     def pays(**labels: str) -> str:
-        cell = here[["counted", "share"]].sel(labels)
+        cell = ratios[["counted", "share"]].sel(labels)
         return f"{round((cell['share'] * cell['counted']).item())} of {cell['counted'].item():.0f}"
 
     return {

@@ -422,10 +422,10 @@ def probability_table(ensemble: xr.Dataset, transport: str, level: str) -> Table
     caption = "* difference not significant (Holm, 5 %)"
     table = Table("criterion", "model", *models, title=f"{title}, {level}", caption=caption)
     for criterion, model in itertools.product(CRITERIA, models):
-        here = ensemble.sel(criterion=criterion, transport=transport, level=level, model=model)
+        ratios = ensemble.sel(criterion=criterion, transport=transport, level=level, model=model)
         cells: list[str] = []
         for other in models:
-            at = here.sel(other=other)
+            at = ratios.sel(other=other)
             mark = "" if at["resolved"].item() else " *"
             cells.append("" if model == other else f"{100 * at['probability'].item():.0f}{mark}")
         table.add_row(criterion, model, *cells)

@@ -93,10 +93,12 @@ def test_the_covariance_moves_by_differences_of_the_prediction(model):
     if model.estimates_k_0:
         noise[-1] = H * 0.01**2
     expected = F @ C_0 @ F.T + np.diag(noise)
-    found = after(start, model=model)[1][np.ix_(names, names)]
+    covariance = after(start, model=model)[1][np.ix_(names, names)]
     scale = np.sqrt(np.diag(expected))
     # One-sided differences of the filter, over larger steps, leave less than a hundredth of a step's change.
-    np.testing.assert_allclose(found / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-2)
+    np.testing.assert_allclose(
+        covariance / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-2
+    )
 
 
 def test_k_0_and_temperatures_are_kept_possible():

@@ -82,15 +82,15 @@ def test_ratios_are_against_the_best_reduced_model_of_equal_knowledge():
     cells = invented(
         {"full": 1.0, "M8": 4.0, "M6": 6.0, "M8, 0.5 k_0": 5.0, "M8, k_0 estimated from 0.5 k_0": 2.0}
     )
-    found = statistics.partly_known_statistics(cells).isel(scale=0)
+    statistics_of_cells = statistics.partly_known_statistics(cells).isel(scale=0)
     names = cells["row"].values
-    ratio = found["observer_over_reduced"].sel(part="without new")
-    assert names[found["observer_best_reduced"].sel(compared="full")] == "M8"
+    ratio = statistics_of_cells["observer_over_reduced"].sel(part="without new")
+    assert names[statistics_of_cells["observer_best_reduced"].sel(compared="full")] == "M8"
     assert ratio.sel(compared="full", bound="value") == pytest.approx(0.25, rel=0.2)
     assert ratio.sel(compared="M8, k_0 estimated from 0.5 k_0", bound="value") == pytest.approx(0.4, rel=0.2)
-    state = found["observer_over_fixed"].sel(state="M8, k_0 estimated from 0.5 k_0", part="all")
+    state = statistics_of_cells["observer_over_fixed"].sel(state="M8, k_0 estimated from 0.5 k_0", part="all")
     assert state.sel(bound="low") < 0.4 < state.sel(bound="high")
-    pays = statistics.pays(found["observer_over_reduced"])
+    pays = statistics.pays(statistics_of_cells["observer_over_reduced"])
     assert pays.sel(compared="M8, k_0 estimated from 0.5 k_0") and not pays.sel(
         compared="full"
     )  # on new plants

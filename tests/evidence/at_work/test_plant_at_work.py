@@ -135,9 +135,9 @@ def test_an_error_is_answered_by_four_equal_poles(e, de, dde, integral, w):
     a = acceleration(*y[1:], 0.0, PLANT.cylinder)
     _, c_2, c_1, c_0, c_i = np.poly([-w] * 4)  # s^4 + 4 w s^3 + 6 w^2 s^2 + 4 w^3 s + w^4, of the integral
     jerk = c_2 * dde + c_1 * de + c_0 * e + c_i * integral
-    found = commanded(y, np.array([y[0] + e, y[1] + de, a + dde, 0.0]), integral, w, PLANT, MODEL)
+    command = commanded(y, np.array([y[0] + e, y[1] + de, a + dde, 0.0]), integral, w, PLANT, MODEL)
     asked = commanded(y, np.array([y[0], y[1], a, jerk]), 0.0, w, PLANT, MODEL)
-    assert found == pytest.approx(asked, rel=1e-9, abs=1e-9)
+    assert command == pytest.approx(asked, rel=1e-9, abs=1e-9)
 
 
 def test_a_controller_with_the_perfect_model_and_state_tracks():
@@ -180,16 +180,16 @@ def test_the_controller_leaves_no_offset_under_a_force():
 
 @settings(max_examples=30)
 @given(st.floats(-0.1, 0.1), st.floats(0.2, 1.0))
-def test_a_minimum_jerk_motion_has_the_derivatives_it_says(way, duration):
+def test_a_minimum_jerk_motion_has_the_derivatives_it_says(travel, duration):
     t = np.linspace(-0.1, duration + 0.1, 4001)
-    motion = minimum_jerk(t, way, duration)
-    assert motion[0, 0] == 0 and motion[-1, 0] == pytest.approx(way)
+    motion = minimum_jerk(t, travel, duration)
+    assert motion[0, 0] == 0 and motion[-1, 0] == pytest.approx(travel)
     for k in range(2):  # the third jumps at both ends
-        scale = abs(way) / duration ** (k + 1)
+        scale = abs(travel) / duration ** (k + 1)
         np.testing.assert_allclose(np.gradient(motion[:, k], t), motion[:, k + 1], atol=0.05 * scale + 1e-12)
     inside = (t > 0.01) & (t < duration - 0.01)
     third = np.gradient(motion[:, 2], t)[inside]
-    np.testing.assert_allclose(third, motion[inside, 3], atol=0.5 * abs(way) / duration**3 + 1e-12)
+    np.testing.assert_allclose(third, motion[inside, 3], atol=0.5 * abs(travel) / duration**3 + 1e-12)
 
 
 def test_tasks_differ_by_seed_and_stay_between_the_stops():
@@ -268,9 +268,9 @@ def test_losses_are_ratios_to_the_best_with_intervals():
 
 def test_the_best_model_has_the_lowest_mean_and_not_the_lowest_single_error():
     used = np.exp([[0.0, 0.1, -0.1, 0.0], [-3.0, 4.0, 4.0, 4.0]])
-    found = statistics.losses(used)
-    np.testing.assert_array_equal(found[0], 1.0)
-    assert found[1, 0] == pytest.approx(np.exp(9 / 4))
+    lost = statistics.losses(used)
+    np.testing.assert_array_equal(lost[0], 1.0)
+    assert lost[1, 0] == pytest.approx(np.exp(9 / 4))
 
 
 def invented_cells(order: dict[str, float]) -> xr.Dataset:

@@ -110,11 +110,11 @@ def test_changed_is_the_configured_plant_and_the_profile_is_lowest_at_the_truth(
 def test_a_synthetic_cylinder_is_found_again_without_a_hint(monkeypatch):
     # Narrower than the real search, which takes a minute or two, and with a small population.
     monkeypatch.setattr(mechanics, "SEARCH_BOUNDS", np.array([(0.5, 8.0), (20.0, 400.0), (0.2, 0.8)]))
-    found = mechanics.search_bounds(synthetic(), seed=1, mapper=map, population=4, generations=4)
+    bounds = mechanics.search_bounds(synthetic(), seed=1, mapper=map, population=4, generations=4)
     # Printed milliseconds leave a valley in which both change by some 1.5 % together.
-    np.testing.assert_allclose(np.exp(found.x[:2]), np.exp(TRUE[:2]), rtol=0.02)
-    assert abs(found.x[2] - TRUE[2]) < 0.2  # two experiments hardly determine the stop
-    assert found.fun < 1.0  # eight cells; what is left is rounding
+    np.testing.assert_allclose(np.exp(bounds.x[:2]), np.exp(TRUE[:2]), rtol=0.02)
+    assert abs(bounds.x[2] - TRUE[2]) < 0.2  # two experiments hardly determine the stop
+    assert bounds.fun < 1.0  # eight cells; what is left is rounding
 
 
 def test_what_does_not_settle_is_a_large_finite_residual_and_runs_can_be_capped():
@@ -166,16 +166,16 @@ def test_claims_mark_what_is_fitted():
 @pytest.mark.parametrize("name", ["E08", "E10", "E12", "E14", "E16"])
 def test_the_configured_end_of_a_settling_run_is_the_identified_one(name):
     e = STUDY.experiments[name]
-    found = settling_stops.identified_stop(e, table5().sel(experiment=name).values)
-    assert found.low - e.h < e.push.stop < found.high + e.h
-    assert found.misfit < 0.03
+    stop = settling_stops.identified_stop(e, table5().sel(experiment=name).values)
+    assert stop.low - e.h < e.push.stop < stop.high + e.h
+    assert stop.misfit < 0.03
 
 
 def test_an_end_is_found_again():
     e = STUDY.experiments["E14"]
     times = settle(e._replace(push=e.push._replace(stop=1.6))).times
-    found = settling_stops.identified_stop(e, np.where([True, True, True, False], times, np.nan))
-    assert found.low <= 1.6 <= found.high and found.misfit < 1e-3
+    stop = settling_stops.identified_stop(e, np.where([True, True, True, False], times, np.nan))
+    assert stop.low <= 1.6 <= stop.high and stop.misfit < 1e-3
 
 
 # All of it, with hardly any effort: searches stay where they start, runs last 60 steps
@@ -207,9 +207,9 @@ def hasty() -> xr.Dataset:
         patch.setattr(settling_stops, "CANDIDATES", 10)
         brief = {name: e._replace(steps=60) for name, e in STUDY.experiments.items()}
         said = []
-        found = identify(STUDY._replace(experiments=brief), ["D", "E"], 0, 2, said.append)
+        identified = identify(STUDY._replace(experiments=brief), ["D", "E"], 0, 2, said.append)
     assert [text[:3] for text in said] == ["D: "] * 4 + ["E: "] * 4
-    return found
+    return identified
 
 
 @pytest.mark.slow
@@ -235,9 +235,9 @@ def test_both_cylinders_have_their_mechanics_and_the_lowest_deviance_is_zero(has
     assert hasty["force_deviance"].sel(force_ratio=1.0).values == pytest.approx(centre)
     deviance = hasty["profile_deviance"].sel(cylinder="D")
     assert deviance.min() == 0 and (deviance.isel(offset=[0, 4]).dropna("parameter") > 0).all()
-    own = hasty["settling_log_ratio"].sel(experiment=list(QUICK["D"]))
+    of_cylinder = hasty["settling_log_ratio"].sel(experiment=list(QUICK["D"]))
     for key, fitted in (("fitted_rms", 1), ("scored_rms", 0)):
-        chosen = own.sel(quantity=(hasty["fitted"] == fitted).values)
+        chosen = of_cylinder.sel(quantity=(hasty["fitted"] == fitted).values)
         assert hasty[key].sel(cylinder="D").item() == pytest.approx(rms_of(chosen.values))
 
 
@@ -274,8 +274,11 @@ def found(evidence_file) -> xr.Dataset:
 def test_constants_lie_in_their_intervals_the_scored_half_agrees(found):
     configured = {"D": (1.5, 100.0, 0.3), "E": (5.0, 100.0, 38.0 / 137.5)}
     for cylinder, values in configured.items():
-        own = found.sel(cylinder=cylinder)
-        assert bool((own["low"] <= values).all() and (values <= own["high"]).all()), cylinder
-        assert bool((own["low"] < own["estimate"]).all() and (own["estimate"] < own["high"]).all())
+        of_cylinder = found.sel(cylinder=cylinder)
+        assert bool((of_cylinder["low"] <= values).all() and (values <= of_cylinder["high"]).all()), cylinder
+        assert bool(
+            (of_cylinder["low"] < of_cylinder["estimate"]).all()
+            and (of_cylinder["estimate"] < of_cylinder["high"]).all()
+        )
     assert float(found["fitted_rms"].max()) <= 0.03
     assert float(found["scored_rms"].max()) <= 0.05

@@ -69,14 +69,17 @@ def test_there_are_144_setups_and_todays_is_one_of_each_cylinders():
 
 @pytest.mark.parametrize("name", OPEN)
 def test_todays_setup_gives_the_studys_own_cells(name):
-    own = STUDY.experiments[name]._replace(steps=3000)
-    setup = configured_setup(STUDY, own.cylinder)
-    e = with_setup(own._replace(drive=own.drive._replace(toggles=not own.drive.toggles, late=0.0)), setup)
-    assert e == own
-    on_time = record(with_setup(own, setup._replace(late=0.0)))
+    experiment = STUDY.experiments[name]._replace(steps=3000)
+    setup = configured_setup(STUDY, experiment.cylinder)
+    e = with_setup(
+        experiment._replace(drive=experiment.drive._replace(toggles=not experiment.drive.toggles, late=0.0)),
+        setup,
+    )
+    assert e == experiment
+    on_time = record(with_setup(experiment, setup._replace(late=0.0)))
     recorded = on_time._replace(u=reversed_late(on_time.u, draws_of(e), setup.late))
     np.testing.assert_array_equal(recorded.u, record(e).u)
-    expected = replayed_grid(own, STUDY.n, record(own), own.sampling, own.steps)
+    expected = replayed_grid(experiment, STUDY.n, record(experiment), experiment.sampling, experiment.steps)
     for values, quantity in zip(joined_cells(STUDY, e, recorded), ("mean_error", "mse"), strict=True):
         np.testing.assert_array_equal(values, expected[quantity].mean("chamber").transpose("model", "n"))
 
@@ -123,27 +126,27 @@ GOOD = {"D": 17, "E": 101}
 
 
 def test_the_pair_that_meets_the_tables_is_chosen(invented):
-    found = choose_open_loop(STUDY, invented, SEEDS, lambda text: None)
-    first = found.sel(pair="1")
+    choice = choose_open_loop(STUDY, invented, SEEDS, lambda text: None)
+    first = choice.sel(pair="1")
     assert first["setup_number"].values.tolist() == [17, 101]
-    assert int(np.argmin(found["score"].values)) == 17 * 144 + 101
+    assert int(np.argmin(choice["score"].values)) == 17 * 144 + 101
     over_seeds = numbers_of_seed_sets(STUDY, SEEDS)
     likelihood = TableLikelihood(over_seeds)
     expected = likelihood.chi_square(over_seeds[0], TABLES) + penalty((SETUPS[17], SETUPS[101]))
-    assert first["scores"].values[0] == pytest.approx(expected) == found["score"].min().item()
-    today = found.sel(pair="today")
+    assert first["scores"].values[0] == pytest.approx(expected) == choice["score"].min().item()
+    today = choice.sel(pair="today")
     assert today["scores"].values[0] > expected and today["place"] > 1
-    assert found["pair"].values[:20].tolist() == [str(k + 1) for k in range(20)]
-    assert (np.diff(found["scores"].isel(pair=slice(20), criterion=0)) >= 0).all()
+    assert choice["pair"].values[:20].tolist() == [str(k + 1) for k in range(20)]
+    assert (np.diff(choice["scores"].isel(pair=slice(20), criterion=0)) >= 0).all()
     for k, name in enumerate(CRITERIA[1:], start=1):
-        best = found["scores"].sel(pair=f"best by {name}").values[k]
-        assert best <= found["scores"].isel(criterion=k).min().item()
+        best = choice["scores"].sel(pair=f"best by {name}").values[k]
+        assert best <= choice["scores"].isel(criterion=k).min().item()
     np.testing.assert_array_equal(
-        found["mse"].sel(experiment=OPEN[0]), PairErrors(STUDY, invented)(17, 101)[1, 0]
+        choice["mse"].sel(experiment=OPEN[0]), PairErrors(STUDY, invented)(17, 101)[1, 0]
     )
-    assert all(values.attrs["long_name"] for values in found.data_vars.values())
+    assert all(values.attrs["long_name"] for values in choice.data_vars.values())
     console = Console(width=160, file=io.StringIO())
-    for table in open_loop_tables(found):
+    for table in open_loop_tables(choice):
         console.print(table)
     assert "20736 pairs tried" in console.file.getvalue()
 
@@ -151,9 +154,9 @@ def test_the_pair_that_meets_the_tables_is_chosen(invented):
 def test_a_pair_with_a_failed_cell_comes_last(invented):
     failed = invented.copy(deep=True)
     failed["mse"].loc[{"open_loop": "E13", "model": "M8", "setup": GOOD["D"]}] = np.nan
-    found = choose_open_loop(STUDY, failed, SEEDS, lambda text: None)
-    assert np.isinf(found["score"].values[17]).all() and np.isfinite(found["score"].values[16]).all()
-    assert found["setup_number"].sel(pair="1").values[0] != 17
+    choice = choose_open_loop(STUDY, failed, SEEDS, lambda text: None)
+    assert np.isinf(choice["score"].values[17]).all() and np.isfinite(choice["score"].values[16]).all()
+    assert choice["setup_number"].sel(pair="1").values[0] != 17
 
 
 def test_a_part_of_the_study_has_no_tables(invented):
@@ -182,10 +185,10 @@ def test_a_short_search_has_each_run_once_and_replays_it_with_every_setup(monkey
     cells = open_loop_cells(part, 2, said.append)
     assert len(said) == 2 and cells["mse"].notnull().all() and cells["closed_mse"].notnull().all()
     for name in names[:2]:
-        own = configured_setup(STUDY, brief[name].cylinder)
-        e = with_setup(brief[name], own)
+        setup = configured_setup(STUDY, brief[name].cylinder)
+        e = with_setup(brief[name], setup)
         values = joined_cells(part, e, record(e))
-        stored = cells.sel(open_loop=name).isel(setup=SETUPS.index(own))
+        stored = cells.sel(open_loop=name).isel(setup=SETUPS.index(setup))
         np.testing.assert_array_equal(stored["mean_error"], values[0])
         np.testing.assert_array_equal(stored["mse"], values[1])
     by_amplitude = (

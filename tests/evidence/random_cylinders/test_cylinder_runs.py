@@ -322,21 +322,21 @@ def test_the_direct_rule_does_not_see_the_half_held_out():
     lowest[200:, :, M["M10"]] *= 0.1  # another rule would be better there
     cells = invented(lowest)
     cells["thermal"] = (("cylinder", "loop"), thermal)
-    found = direct_rule(regime.with_answers(cells, 200))
-    assert found["rule_model"].values.tolist() == ["M6", "M8"]
-    assert found["rule_threshold"].item() == pytest.approx(0.7, rel=0.03)
+    rule = direct_rule(regime.with_answers(cells, 200))
+    assert rule["rule_model"].values.tolist() == ["M6", "M8"]
+    assert rule["rule_threshold"].item() == pytest.approx(0.7, rel=0.03)
     # Nor is it judged on the half that it was fitted to.
     held, names = lowest[200:], [M["M6"], M["M8"]]
-    chosen = np.where(thermal[200:] < found["rule_threshold"].item(), *(held[..., name] for name in names))
+    chosen = np.where(thermal[200:] < rule["rule_threshold"].item(), *(held[..., name] for name in names))
     expected = np.exp(np.log(chosen / held[..., M["M10"]]).mean())
-    assert found["rule_error"].sel(choice="rule", bound="value").item() == pytest.approx(expected)
+    assert rule["rule_error"].sel(choice="rule", bound="value").item() == pytest.approx(expected)
 
 
 def test_a_tie_is_no_gain_and_a_run_on_an_edge_is_in_both_thirds():
     lowest = errors(31)
     lowest[..., M["M8"]] = lowest[..., M["M7"]]
-    found = compared(lowest, 31)["share"].sel(statement="M8/M7 < 1", bound="value")
-    assert (found == 0).all()
+    fraction = compared(lowest, 31)["share"].sel(statement="M8/M7 < 1", bound="value")
+    assert (fraction == 0).all()
     group = np.arange(62.0).reshape(31, 2) + 1.0
     lowest[..., M["M8"]] = np.where(group == 62, 1e-6, 1.0) * lowest[..., M["M7"]]
     runs = regime.with_answers(invented(lowest, group), 31)

@@ -116,39 +116,39 @@ def invented_runs(cylinders=40, seed=0):
     return xr.Dataset({name: (dims[name], value) for name, value in values.items()}, coords)
 
 
-def row_of(found, choice, k_0=1.0, valve=1.0):
+def row_of(contest, choice, k_0=1.0, valve=1.0):
     """Row of a choice at a k_0 and valve told."""
     at = (
-        (found["choice"] == choice)
-        & np.isclose(found["row_k_0"], k_0)
-        & np.isclose(found["row_valve"], valve)
+        (contest["choice"] == choice)
+        & np.isclose(contest["row_k_0"], k_0)
+        & np.isclose(contest["row_valve"], valve)
     )
-    return found.isel(row=int(np.flatnonzero(at)[0]))
+    return contest.isel(row=int(np.flatnonzero(at)[0]))
 
 
 def test_tables_of_invented_runs_say_what_was_put_in():
     runs = invented_runs()
     paper = runs.isel(loop=0, cylinder=[0, 1]).rename(cylinder="experiment")
-    found = s.contest_statistics(runs, paper.drop_vars(["held_out", "loop"]), 1.0, ("M6", "M8"))
-    assert row_of(found, s.BEFOREHAND, 0.5)["paper_error"].values == pytest.approx([1.1, 1.1])
-    assert row_of(found, "full order, adiabatic")["paper_error"].values == pytest.approx([0.5, 0.5])
-    assert row_of(found, "M6 in hindsight")["error"].sel(part="all").values == pytest.approx([1, 1, 1])
-    assert row_of(found, s.BEFOREHAND)["error"].sel(part="all", bound="value") == pytest.approx(1.1)
-    assert row_of(found, "M6 by rule")["error"].sel(part="all", bound="value") < 1.05
-    assert row_of(found, "M6 at 1.35")["error"].sel(part="all", bound="value") > 1.05
+    contest = s.contest_statistics(runs, paper.drop_vars(["held_out", "loop"]), 1.0, ("M6", "M8"))
+    assert row_of(contest, s.BEFOREHAND, 0.5)["paper_error"].values == pytest.approx([1.1, 1.1])
+    assert row_of(contest, "full order, adiabatic")["paper_error"].values == pytest.approx([0.5, 0.5])
+    assert row_of(contest, "M6 in hindsight")["error"].sel(part="all").values == pytest.approx([1, 1, 1])
+    assert row_of(contest, s.BEFOREHAND)["error"].sel(part="all", bound="value") == pytest.approx(1.1)
+    assert row_of(contest, "M6 by rule")["error"].sel(part="all", bound="value") < 1.05
+    assert row_of(contest, "M6 at 1.35")["error"].sel(part="all", bound="value") > 1.05
     law = 0.2 + np.log(2.7) / 2
-    at = row_of(found, "full order, true law", 2.7, 0.97)
+    at = row_of(contest, "full order, true law", 2.7, 0.97)
     assert at["error"].sel(part="open", bound="value") == pytest.approx(law)
     assert at["of_swing"].sel(part="all") == pytest.approx(0.1 * law**0.5)
-    case = (found["full"] == "full order, constant law") & (found["case_k_0"] == 2.0)
+    case = (contest["full"] == "full order, constant law") & (contest["case_k_0"] == 2.0)
     expected = 2 * (0.2 + np.log(2) / 2) / 1.1
-    assert found["full_quotient"].isel(case=case).sel(part="all", bound="value") == pytest.approx(expected)
-    assert found["runs"].sel(part="all") == 40 and found["cylinders"].sel(part="all") == 20
+    assert contest["full_quotient"].isel(case=case).sel(part="all", bound="value") == pytest.approx(expected)
+    assert contest["runs"].sel(part="all") == 40 and contest["cylinders"].sel(part="all") == 20
     # The truth told the truth is no row, and 20 cylinders are no answer.
-    full = found["choice"] == "full order, true law"
-    assert not (full & (found["row_k_0"] == 1) & (found["row_valve"] == 1)).any()
-    assert s.answer(found) == "no answer: fewer than 200 cylinders held out"
-    many = found.assign(cylinders=found["cylinders"] * 20)
+    full = contest["choice"] == "full order, true law"
+    assert not (full & (contest["row_k_0"] == 1) & (contest["row_valve"] == 1)).any()
+    assert s.answer(contest) == "no answer: fewer than 200 cylinders held out"
+    many = contest.assign(cylinders=contest["cylinders"] * 20)
     assert s.answer(many) == "depends on what is known"  # 2 * 0.7 / 1.1 is no gain
     gain = many.assign(full_quotient=many["full_quotient"] * 0.5)
     assert s.answer(gain) == "carry the full order"

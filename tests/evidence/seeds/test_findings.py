@@ -176,10 +176,10 @@ def test_a_cell_that_fails_leaves_no_average_and_is_counted(ensemble):
     lacking_one = ensemble_statistics(lacking, STUDY.experiments_by_level)
     assert lacking_one["seed_sets"] == 3
     assert lacking_one["failed_sets"].sel(experiment="E05") == 1 == lacking_one["failed_sets"].sum()
-    of = {"transport": "exact", "level": "typical"}
-    assert lacking_one["table_mse"].sel(of | {"model": "M10"}).isnull().all()
-    assert lacking_one["table_mse"].sel(of | {"model": "M9"}).notnull().all()
-    assert lacking_one["ratio_value"].sel(of | {"ratio": "M10/M8"}).isnull().all()
+    place = {"transport": "exact", "level": "typical"}
+    assert lacking_one["table_mse"].sel(place | {"model": "M10"}).isnull().all()
+    assert lacking_one["table_mse"].sel(place | {"model": "M9"}).notnull().all()
+    assert lacking_one["ratio_value"].sel(place | {"ratio": "M10/M8"}).isnull().all()
     rows = f.findings(STUDY, f.over_seeds(STUDY, lacking), CLAIMS, ROOT / "results")["claims"]
     (row,) = [row for row in rows if row["id"] == "S4.alike.typical"]
     assert (row["stands"], row["why"]) == ("not run", "no number for typical, M10")
@@ -194,8 +194,8 @@ def test_as_table_figure_and_on_the_terminal(judged, ensemble, tmp_path):
     console = Console(width=80, record=True)
     console.print(ratio_table(everything), probability_table(everything, "exact", "overall"))
     shown = console.export_text()
-    of = {"ratio": "M8/M7", "level": "adiabatic", "averaged": "mean", "transport": "exact"}
-    value = everything["ratio_value"].sel(of)
+    place = {"ratio": "M8/M7", "level": "adiabatic", "averaged": "mean", "transport": "exact"}
+    value = everything["ratio_value"].sel(place)
     assert f"{value.item():.3f} [" in shown and "Of 3 seed sets" in shown and "…" not in shown
     for file in save(ensemble_figure(everything), tmp_path / "ensemble"):
         assert file.stat().st_size > 10_000
@@ -225,9 +225,11 @@ def test_own_seeds_give_what_the_verdict_says(evidence_file, results, transport)
 def test_a_deviation_over_seeds_is_that_of_a_sample(monkeypatch):
     numbers = [Finding(value=value) for value in (0.0, 1.0, 4.0)]
     monkeypatch.setattr(seed_deviations, "finding_for", lambda _claim, source: source)
-    found = seed_deviations.seed_deviations(CLAIMS, numbers)
+    deviations = seed_deviations.seed_deviations(CLAIMS, numbers)
     # Squares about 5/3: 25/9, 4/9, 49/9, over two degrees of freedom.
-    assert found and list(found.values()) == pytest.approx([(13 / 3) ** 0.5] * len(found), rel=1e-15)
+    assert deviations and list(deviations.values()) == pytest.approx(
+        [(13 / 3) ** 0.5] * len(deviations), rel=1e-15
+    )
 
 
 def three_experiments(ensemble):
@@ -258,12 +260,12 @@ def test_like_for_like_compares_walls_with_mixing_from_the_same_models(ensemble)
     for model, value in (size | {"M9": 2.9}).items():
         mse = mse.where(mse["model"] != model, value)
     entries = {"S4.walls_before_mixing": CLAIMS.items["S4.walls_before_mixing"]}
-    found = sensitivity.dependences(study, cells.assign(mse=mse), CLAIMS._replace(items=entries))
-    assert "like for like" in found["S4.walls_before_mixing"]
+    dependences = sensitivity.dependences(study, cells.assign(mse=mse), CLAIMS._replace(items=entries))
+    assert "like for like" in dependences["S4.walls_before_mixing"]
 
 
 def test_an_answer_that_turns_is_depends(ensemble):
     turned = {"S4.alike.overall": ["E14 left out"]}
-    found = f.findings(STUDY, f.over_seeds(STUDY, ensemble), CLAIMS, ROOT / "results", turned)
-    row = next(row for row in found["claims"] if row["id"] == "S4.alike.overall")
+    findings = f.findings(STUDY, f.over_seeds(STUDY, ensemble), CLAIMS, ROOT / "results", turned)
+    row = next(row for row in findings["claims"] if row["id"] == "S4.alike.overall")
     assert row["stands"] == f.DEPENDS and row["why"].endswith(", but not with E14 left out")

@@ -117,8 +117,8 @@ def test_baseline_is_what_the_verdict_finds(tiny, tmp_path):
 
 def test_an_alternative_changes_what_it_touches_only(tiny):
     def changed(alternative: str) -> set[tuple[int, str]]:
-        here, taken = tiny.sel(alternative=alternative), tiny.sel(alternative=AS_TAKEN)
-        names = tiny["item"].values[((here != taken) & (here.notnull() | taken.notnull())).values]
+        toggled, taken = tiny.sel(alternative=alternative), tiny.sel(alternative=AS_TAKEN)
+        names = tiny["item"].values[((toggled != taken) & (toggled.notnull() | taken.notnull())).values]
         return {(CLAIMS.items[name].table, CLAIMS.items[name].column) for name in names.tolist()}
 
     assert {table for table, _ in changed("mass_D.mass_D_1")} >= {5, 7, 9}

@@ -38,9 +38,9 @@ def grid():
     ],
 )
 def test_models_get_the_errors_of_others(grid, mistake, model, source):
-    found = p.MISTAKES[mistake](grid)
-    np.testing.assert_array_equal(found["mse"].sel(model=model), grid["mse"].sel(model=source))
-    np.testing.assert_array_equal(found["mse"].sel(model="M2"), grid["mse"].sel(model="M2"))
+    mistaken = p.MISTAKES[mistake](grid)
+    np.testing.assert_array_equal(mistaken["mse"].sel(model=model), grid["mse"].sel(model=source))
+    np.testing.assert_array_equal(mistaken["mse"].sel(model="M2"), grid["mse"].sel(model="M2"))
 
 
 def test_bookkeeping(grid):
@@ -79,15 +79,17 @@ def test_a_rerun_has_runs_cells_and_settling_times_of_its_own():
     short = {name: STUDY.experiments[name]._replace(steps=300) for name in ("E13", "E14")}
     study = STUDY._replace(experiments=short)
     heavy = p.MISTAKES["M + 10 %"].change(Alternative(study), {})
-    own, mistaken = p.rerun_results(KEPT, Alternative(study), 1), p.rerun_results(KEPT, heavy, 1)
+    as_taken, mistaken = p.rerun_results(KEPT, Alternative(study), 1), p.rerun_results(KEPT, heavy, 1)
     assert mistaken.run("datum", "E14", "x")["x"].sizes["t"] == 301
-    for of in ("cells", "statistics"):
-        assert not getattr(own, of)["mse"].equals(getattr(mistaken, of)["mse"])
-    assert not own.settling_times.sel(experiment="E14").equals(mistaken.settling_times.sel(experiment="E14"))
+    for table in ("cells", "statistics"):
+        assert not getattr(as_taken, table)["mse"].equals(getattr(mistaken, table)["mse"])
+    assert not as_taken.settling_times.sel(experiment="E14").equals(
+        mistaken.settling_times.sel(experiment="E14")
+    )
     claim = CLAIMS.items["T5.E14.P_A"]
-    assert p.agrees(claim, CLAIMS, own)  # a settling run does not depend on the length of the other
-    assert not p.agrees(CLAIMS.items["T7.M8.mse"], CLAIMS, own)
-    assert not p.agrees(CLAIMS.items["T5.E01.P_A"], CLAIMS, own)  # not run
+    assert p.agrees(claim, CLAIMS, as_taken)  # a settling run does not depend on the length of the other
+    assert not p.agrees(CLAIMS.items["T7.M8.mse"], CLAIMS, as_taken)
+    assert not p.agrees(CLAIMS.items["T5.E01.P_A"], CLAIMS, as_taken)  # not run
 
 
 def test_an_experiment_gets_the_errors_of_another(grid):

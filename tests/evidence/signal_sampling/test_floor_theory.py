@@ -182,11 +182,11 @@ def test_floor_of_ones_own_run_and_what_it_refuses(fine):
     assert both == pytest.approx(rms(theory.predicted_error(recording, 1e-3, "delay")))
     assert pneumo.sampling_floor(run, e.h / 2)[0] == pytest.approx(pneumo.sampling_floor(run, e.h)[0] / 2)
     measured = pneumo.recorded(e.plant, e.h, u=run.u, x=run.x, v=run.v)
-    for of, period, sampling, words in (
+    for source, period, sampling, words in (
         (run, 1e-3, "cubic", r"^sampling = 'cubic': must be one of linear, hold, delay, hold_next$"),
         (run, -1.0, "linear", r"^period = -1: must be a positive number$"),
         (run, 7.7e-5, "linear", r"^period = 7.7e-05 s: must be a multiple or a whole fraction of"),
         (measured, 1e-3, "linear", r"^run: must come from simulate"),
     ):
         with pytest.raises(InputError, match=words):
-            pneumo.sampling_floor(of, period, sampling)
+            pneumo.sampling_floor(source, period, sampling)

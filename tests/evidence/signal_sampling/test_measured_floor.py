@@ -70,14 +70,14 @@ def dataset():
 
 def test_sweeps_meet_where_they_are_the_same(dataset):
     # 20 draws a second and the study's valve, samples 1 ms apart, stand in three sweeps.
-    for way in f.FLOOR_SOURCES:
-        once = dataset[way].sel(period=1e-3)
-        np.testing.assert_allclose(dataset[f"rate_{way}"].sel(rate=20.0), once, rtol=1e-12)
-        np.testing.assert_allclose(dataset[f"size_{way}"].sel(size=1.0), once, rtol=1e-12)
+    for source in f.FLOOR_SOURCES:
+        once = dataset[source].sel(period=1e-3)
+        np.testing.assert_allclose(dataset[f"rate_{source}"].sel(rate=20.0), once, rtol=1e-12)
+        np.testing.assert_allclose(dataset[f"size_{source}"].sel(size=1.0), once, rtol=1e-12)
     e = refined(lasting("E09", 0.2), f.FLOOR_REFINEMENT)
     recording = record(e)
     samplings = EXACT_SAMPLING, SHIFTS["delay"].sampling._replace(every=f.FLOOR_REFINEMENT)
-    exact, late = (replay(recording, LANES, way, f.FLOOR_REFINEMENT).pressure for way in samplings)
+    exact, late = (replay(recording, LANES, source, f.FLOOR_REFINEMENT).pressure for source in samplings)
     direct = np.sqrt(np.mean((exact - late) ** 2))
     assert dataset["reduced"].sel(experiment="E09", transport="delay").item() == pytest.approx(direct)
     # A model relaxes almost as the chamber does.
@@ -96,9 +96,11 @@ def test_figure_shows_every_point_and_is_unclipped(dataset, tmp_path):
             lines = ax.get_lines()
             shown = [lines[3 * i + j].get_ydata() for i in range(len(SAMPLING_LOOKS)) for j in range(3)]
             of_experiment = dataset.sel(experiment=name)
-            ways = ("predicted", "formula", "measured")
+            sources = ("predicted", "formula", "measured")
             expected = [
-                of_experiment[prefix + way].sel(transport=kind) for kind in SAMPLING_LOOKS for way in ways
+                of_experiment[prefix + source].sel(transport=kind)
+                for kind in SAMPLING_LOOKS
+                for source in sources
             ]
             np.testing.assert_array_equal(shown, expected)
             np.testing.assert_allclose(lines[0].get_xdata(), dataset[dimension] * scale)
