@@ -132,7 +132,7 @@ def test_a_run_without_temperatures_has_none(folder, recordings):
 def test_the_command_refuses_an_empty_folder_and_to_record(tmp_path):
     for arguments, message in (
         (["--runs", str(tmp_path)], "holds no run such as E01.csv"),
-        (["--runs", str(tmp_path), "--record"], "never recorded"),
+        (["--runs", str(tmp_path), "--record"], "without --record"),
     ):
         with pytest.raises(ResultError, match=message):
             CliRunner().invoke(app, ["paper", "verdict", *arguments], catch_exceptions=False)
