@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from pneumo.configuration.parameters import accuracy
 from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage.interval_coverage import true_parameters
 from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
@@ -79,7 +80,8 @@ def test_noise_in_the_position_is_left_out_only_where_it_hardly_matters(rough, k
     noises = with_added_noise(record.part(0, split_of(record)), FEW_PAIRS + 1)
 
     def found():
-        return estimate(MODELS["M7"], known.configured, record, noisy=noises, intervals=("k_xu",))
+        given = {"noisy": noises, "intervals": ("k_xu",), "known": accuracy()}
+        return estimate(MODELS["M7"], known.configured, record, **given)
 
     short = found()
     monkeypatch.setattr(fit_estimate, "SLIGHT", -1.0)  # never
