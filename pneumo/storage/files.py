@@ -125,12 +125,14 @@ def write(
     attributes: Mapping[str, Any],
     digits: int | None = None,
     uncompressed: Container[str] = (),
+    digits_of: Mapping[str, int] | None = None,
 ) -> None:
     """Write a dataset atomically as compressed NetCDF-4; make its folder if necessary.
 
     Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are added
     to the global attributes that all files have. With `digits`, floating-point variables are rounded with a
-    relative error below 10**-digits and stored in 4 bytes. Variables in `uncompressed` are not compressed.
+    relative error below 10**-digits and stored in 4 bytes; `digits_of` has the digits of variables that need
+    fewer. Variables in `uncompressed` are not compressed.
     """
     dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
@@ -141,7 +143,7 @@ def write(
         numeric = variable.dtype.kind in "fiu" and variable.ndim and str(name) not in uncompressed
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
         if digits is not None and variable.dtype.kind == "f":
-            bits = int(digits * math.log2(10))  # of the fraction
+            bits = int((digits_of or {}).get(str(name), digits) * math.log2(10))  # of the fraction
             rounded = {"significant_digits": bits, "quantize_mode": "BitRound", "complevel": 9}
             encoding[str(name)] |= {"dtype": "float32", **rounded}
         if variable.dtype.kind != "f":

@@ -101,6 +101,14 @@ def test_rounded_numbers_keep_their_digits_and_equal_ones_stay_equal(tmp_path, d
     assert (kept[::2] == kept[1::2]).all() and (kept != values).any()
 
 
+def test_variables_that_need_fewer_digits_have_them(tmp_path):
+    values = np.random.default_rng(6).uniform(1.0, 2.0, 50)
+    dataset = xr.Dataset({name: ("row", values) for name in ("fine", "coarse")})
+    write(dataset, tmp_path / "a.nc", {}, digits=4, digits_of={"coarse": 2})
+    off = {name: np.abs(read(tmp_path / "a.nc")[name] / values - 1).max() for name in dataset}
+    assert off["fine"] < 1e-4 and 1e-3 < off["coarse"] < 1e-2
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_run_made_again_is_the_stored_one_to_the_last_bit(results, tmp_path, name):
     e, file = lasting(name, 1.0), results / f"datum/{name}.nc"

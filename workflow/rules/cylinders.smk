@@ -46,7 +46,7 @@ rule cylinders:
 
 # The full order in the contest, paper/decisions/0075: `snakemake -j2 contest`. Blocks come in turn from both halves.
 CONTEST_BLOCK = 10  # cylinders in one job, one or two minutes on one core
-CONTESTED = 220  # cylinders of each half; all would take two hours and more
+CONTESTED = 1000  # cylinders of each half
 CONTEST_BLOCKS = [
     f"{first + half:04}" for first in range(0, CONTESTED, CONTEST_BLOCK) for half in (0, COMPARED)
 ]

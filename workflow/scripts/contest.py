@@ -9,6 +9,8 @@ from pneumo.evidence.random_cylinders.contest_statistics import answer, contest_
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, write
 
+TWO_DIGITS = dict.fromkeys(("mse_with_k_0", "mse_without_k_0", "mse_simulated"), 2)  # most of the file
+
 
 def main(blocks: list[Path], paper: Path, rule: Path, compared: int, cells: Path, code: str) -> None:
     runs: xr.Dataset = xr.concat([read(block) for block in blocks], "cylinder").sortby("cylinder")
@@ -22,7 +24,7 @@ def main(blocks: list[Path], paper: Path, rule: Path, compared: int, cells: Path
         "none: cylinders are drawn in pneumo.evidence.random_cylinders.random_plants",
         code,
     )
-    write(runs.merge(statistics, compat="no_conflicts"), cells, about, digits=3)
+    write(runs.merge(statistics, compat="no_conflicts"), cells, about, digits=3, digits_of=TWO_DIGITS)
 
 
 run_job(main, globals())
