@@ -6,7 +6,9 @@ SHELL := bash
 
 PYTHON ?= python3.11
 JOBS ?= 2
-MODULES ?= physics/valve statistics/averages
+ROOMS ?= physics simulation statistics verdict fit
+SAMPLE ?= 40
+SEED ?= 1
 COUNT ?= 3
 EVIDENCE ?= $(notdir $(wildcard paper/evidence/*.nc paper/evidence/*.json))
 UNDISTURBED ?= 20
@@ -108,11 +110,11 @@ evidence: .venv/.dev  ## make EVIDENCE (all that is kept; hours) anew in results
 	snakemake -j$(JOBS) $(addprefix results/,$(EVIDENCE))
 	python workflow/kept.py compare $(EVIDENCE)
 
-mutations: .venv/.dev  ## change numbers and operators of MODULES one at a time; do the tests notice? (10 min each)
-	@echo "== mutations: cosmic-ray on $(MODULES)"
+mutations: .venv/.dev  ## change numbers and operators of ROOMS (or modules), SAMPLE of each (0: all); do the tests notice?
+	@echo "== mutations: cosmic-ray on $(ROOMS)"
 	$(activate)
 	uv pip install --quiet --constraint requirements.lock cosmic-ray
-	python -m tests.mutations $(MODULES)
+	python -m tests.mutations $(ROOMS) --sample $(SAMPLE) --seed $(SEED)
 
 torture: .venv/.dev  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
 	@echo "== torture: results/evidence/torture.json"

@@ -23,6 +23,7 @@ from pneumo.physics.valve import (
     mass_flow,
     sonic_coefficient,
 )
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics, opening_rate
 
 EPS = np.finfo(float).eps
 AIR = exact_gas(287.0, 1.4)
@@ -204,3 +205,14 @@ def test_net_leak_passes_the_difference_of_both_flows(plant, u, P, T, leak):
 def test_flow_follows_its_law_but_where_pressures_are_nearly_equal(laminar):
     factors = [laminar_factor(5e5, 5e5 * (1 - part * laminar), laminar) for part in (0.0, 0.25, 1.5, 4.0)]
     assert factors == pytest.approx([0.0, 0.5, 1.0, 1.0], abs=1e-12)
+
+
+def test_by_default_the_opening_is_the_command_at_once():
+    assert PROPORTIONAL == (0.0, 0.0, 0.0, 0.0) and PROPORTIONAL.proportional
+    assert ValveDynamics(dead_time=0.01).proportional
+    for each in ("lag", "null", "dead_band"):
+        assert not ValveDynamics(**{each: 0.1}).proportional
+
+
+def test_a_lag_closes_the_difference_in_its_time_constant():
+    assert opening_rate(3.0, 1.0, 0.5) == 4.0
