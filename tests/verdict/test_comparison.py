@@ -5,7 +5,7 @@ import math
 import pytest
 
 from pneumo.verdict.claims import Claim, ToleranceClass
-from pneumo.verdict.comparison import as_printed, compare, where_true
+from pneumo.verdict.comparison import as_printed, compare, relative_deviation, where_true
 from pneumo.verdict.sources import Finding
 
 
@@ -145,3 +145,24 @@ def test_where_statements_are_true():
     about = ToleranceClass(measure="relative", limit=0.1)
     assert where_true(claim(), about) == pytest.approx((1.8, 2.2))
     assert where_true(claim(sense="at_most"), about) == pytest.approx((-math.inf, 2.2))
+
+
+@pytest.mark.parametrize(
+    ("finding", "measure", "changes", "expected"),
+    [
+        (Finding(value=2.5), "relative", {}, 0.25),
+        (Finding(value=-1.5), "relative", {"printed": "-2.0"}, 0.25),
+        (Finding(value=2.5), "sigma", {"sigma": 5.0}, 0.1),
+        (Finding(value=2.5), "sigma", {"sigma": 5.0, "tolerance": "read_off"}, 0.25),
+        (Finding(value=3.0), "absolute", {"unit": "log10"}, 9.0),  # ten times the printed number
+        (Finding(low=1.0, high=1.5), "relative", {}, -0.25),  # from the nearest of a range
+        (Finding(low=1.0, high=3.0), "relative", {}, 0.0),
+        (Finding(value=2.5), "log10", {}, None),
+        (Finding(value=2.5), "truth", {}, None),
+        (Finding(holds=True), "relative", {}, None),
+        (Finding(value=2.5), "relative", {"printed": "0.0"}, None),
+    ],
+)
+def test_deviation_as_a_fraction_of_the_printed_number(finding, measure, changes, expected):
+    tolerance = ToleranceClass(measure=measure, limit=0.1)
+    assert relative_deviation(claim(**changes), tolerance, finding) == pytest.approx(expected)
