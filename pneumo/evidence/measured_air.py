@@ -35,6 +35,7 @@ FREE_N, FREE_C_D, FREE_VOLUME = (0.5, 6.0), (0.1, 2.0), (0.5e-6, 4e-4)  # decisi
 LAG = (0.0, 20.0)  # s, of a thermometer
 STORE_K, STORE_C = (0.0, 100.0), (0.0, 5000.0)  # W/K and J/K, of a heat store
 SKIN_K, SKIN_C = (0.0, 2000.0), (0.0, 3e5)  # of a skin of the wall, between the gas and the rest of the wall
+SPRING_STORE = (0.0, 2000.0)  # W/K and J/K, of a heat store in the gas spring
 VESSEL_SKIN_C = (10.0, 3e5)  # J/K: a thinner one takes ever smaller steps, as a better conductance does
 LEAST_THROUGH = 1e-3  # W/K, below which nothing flows through a skin to the wall
 SPRINGS = ("2021-07-26", "2022-01-28", "friction")  # records of data/mbari with closed chambers
@@ -170,7 +171,7 @@ def gas_spring(folder: Path, progress: Callable[[str], None] = lambda _text: Non
             rig, run = spring_chamber(folder, record, side)
             constant = judged(rig, FULL_ORDER, [run])
             near = constant.estimate.values
-            store = rig.changed(store_k=(0.0, 2000.0), store_c=(0.0, 2000.0))
+            store = rig.changed(store_k=SPRING_STORE, store_c=SPRING_STORE)
             beside = near | {"store_k": STORE_K[1] / 2, "store_c": 50.0}
             skin = near | {"store_k": near["k_0"], "store_c": 1e3, "store_back": near["k_0"]}
             by_store = judged(store, FULL_ORDER, [run], near=beside)
