@@ -11,6 +11,7 @@ from pneumo.evidence.measured_air import (
     EQ_7,
     LAWS_OF_WALL,
     NITROGEN,
+    SPRING_STORE,
     SPRINGS,
     VESSELS,
     nitrogen_points,
@@ -56,7 +57,8 @@ def storage_rows(air: xr.Dataset) -> list[list[str]]:
         for chamber in "AB":
             part = air.sel(record=record, chamber=chamber)
             held_out = [cell(part["spring_held_out"].sel(wall=law) / 1e3, ".1f") for law in LAWS_OF_WALL]
-            c = cell(part["spring_c"].sel(wall=LAWS_OF_WALL[2]), ".0f")
+            of_store = part["spring_c"].sel(wall=LAWS_OF_WALL[2])
+            c = cell(of_store, ".0f") if of_store < SPRING_STORE[1] else f"**{of_store.item():.0f}**"
             rows.append([f"gas spring `{record}`, {chamber}", *held_out, "", c])
     return rows
 
@@ -229,8 +231,8 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
         "lag": f"{lag:.0f}",
         "spring friction": spring_text(air, "friction", "A"),
         **{
-            f"spring c {chamber}": span(air["spring_c"].sel(wall=LAWS_OF_WALL[2], chamber=chamber), 0)
-            for chamber in "AB"
+            f"spring c {chamber}": span(c.where(c < SPRING_STORE[1]), 0)
+            for chamber, c in zip("AB", air["spring_c"].sel(wall=LAWS_OF_WALL[2]).T, strict=True)
         },
         "store": f"{fitted.sel(case='discharge, store', model=FULL).item():.1f}",
         "filling": span(fitted.sel(case="filling").drop_sel(model=[ADIABATIC]), 1),

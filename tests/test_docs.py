@@ -245,7 +245,7 @@ def test_sentences_of_measurements_hold():
 
 
 def test_sentences_of_measured_air_hold():
-    from measured_air import CONSTANT_T, EQ_7, FULL, LAWS_OF_WALL
+    from measured_air import CONSTANT_T, EQ_7, FULL, LAWS_OF_WALL, SPRING_STORE
 
     air = xr.load_dataset(KEPT / "measured_air.nc")
     pulses, bare = (air["held_out"].sel(case=case) for case in ("pulses", "pulses, no hose"))
@@ -280,6 +280,10 @@ def test_sentences_of_measured_air_hold():
     # A skin of the wall is the same response as a store: its search may end lower, not higher.
     skin = air["spring_held_out"].sel(wall=LAWS_OF_WALL[3])
     assert (skin < 1.01 * air["spring_held_out"].sel(wall=LAWS_OF_WALL[2])).all()
+    fitted_store, fitted_skin = (air["spring_fitted"].sel(wall=LAWS_OF_WALL[i]) for i in (2, 3))
+    on_bound = air["spring_c"].sel(wall=LAWS_OF_WALL[2]) >= SPRING_STORE[1]
+    assert on_bound.values.tolist() == [[False, True], [False, False], [False, False]]
+    assert (abs(fitted_store / fitted_skin - 1) < 1e-3).values[~on_bound.values].all()
     nitrogen, T = air["fitted"].sel(case="nitrogen"), air["T_error"].sel(case="nitrogen")
     order = [nitrogen.sel(model=name).item() for name in (FULL, "M8", "M6")]
     assert order == sorted(order) and order[-1] < nitrogen.sel(model=CONSTANT_T).min()
