@@ -60,6 +60,7 @@ from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 
 ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs/static/fit_bench.json"
 TOLERANCE = {"k_0": 0.25, "C": 0.05, "V_A": 0.1, "V_B": 0.1}  # of the truth
 DURATION, SHORT = 10.0, 4.0  # s
 RATES = (100.0, 200.0, 500.0, 1000.0, 2000.0)  # Hz
@@ -455,6 +456,22 @@ def write(outcomes: Sequence[Outcome], models: Sequence[str], folder: Path) -> N
     (folder / "fit_bench.json").write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
 
 
+def for_the_page(folder: Path) -> None:
+    """Write counts of the cases that `write` left in a folder to docs/static/fit_bench.json, for fit.md."""
+    outcomes = kept(folder)
+    table = summary(outcomes)
+    table = table.astype(object).where(table.notna(), None)
+    table.insert(0, "text", [DISTURBANCES[str(name)].text for name in table.index])
+    undisturbed = [outcome for outcome in outcomes if outcome.disturbance == "none"]
+    content = {
+        "table": table.to_dict(orient="index"),
+        "undisturbed": held(undisturbed).to_dict(orient="index"),
+        "unwarned": held([o for o in outcomes if not o.warned]).to_dict(orient="index"),
+        "seconds": float(np.median([o.seconds for o in outcomes if not o.refused])),
+    }
+    PAGE.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
 def kept(folder: Path) -> list[Outcome]:
     """Outcomes that `write` left in a folder."""
     outcomes: list[Outcome] = []
@@ -483,8 +500,12 @@ def main() -> None:
     parser.add_argument("--single", action="store_true", help="one thing off at a time, of one bench")
     parser.add_argument("--minutes", type=float, default=np.inf, help="no case is begun after these [no end]")
     parser.add_argument("--resume", action="store_true", help="keep the cases that the folder has")
+    parser.add_argument("--page", action="store_true", help="only write the folder's counts for fit.md")
     parser.add_argument("--jobs", type=int, default=1, help="records at a time [1]")
     chosen = parser.parse_args()
+    if chosen.page:
+        for_the_page(chosen.output)
+        return
     outcomes = kept(chosen.output) if chosen.resume else []
 
     def add(outcome: Outcome) -> None:
