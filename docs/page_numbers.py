@@ -14,6 +14,7 @@ import at_work
 import cluster
 import contest
 import cost
+import fit_bench
 import measured_air
 import measurements
 import opening_picture
@@ -91,6 +92,7 @@ def from_kept_files() -> Numbers:
             "partly_known",
         )
     )
+    bench = fit_bench.stored()
     fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
     steps = json.loads(STEP_COST.read_text(encoding="utf-8"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
@@ -109,6 +111,7 @@ def from_kept_files() -> Numbers:
             "of_full_order": f"{fits['full_true_k_0'].count().item()}",
             "coverage": coverage_tables(intervals_that_hold(fits), full_order_truth(fits)).strip(),
         },
+        "fit_bench": named(fit_bench.numbers(bench), fit_bench.tables(bench)),
         "measured_air": named(
             measured_air.numbers(air),
             measured_air.tables(air) | {"walls": measured_air.wall_table(air, measured)},

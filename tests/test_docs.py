@@ -1,5 +1,6 @@
 """The documentation: every block of code runs, every number is the results', every public name is there."""
 
+import json
 import re
 import shlex
 import subprocess
@@ -242,6 +243,16 @@ def test_sentences_of_measurements_hold():
     assert np.abs(leaky - none.sel(law=WALL)).max() < 3e3  # Pa
     simple = (held.sel(leakage="past the piston", law=SIMPLE) ** 2).mean("chamber") ** 0.5
     assert (simple > none.sel(law=SIMPLE)).all()
+
+
+def test_sentences_of_the_bench_of_fits_hold():
+    bench = json.loads((ROOT / "docs/static/fit_bench.json").read_text(encoding="utf-8"))
+    none, rows = bench["table"]["none"], bench["table"].values()
+    assert bench["undisturbed"]["k_0"]["error"] < 0.1 < bench["unwarned"]["k_0"]["error"]
+    share = {name: row["held"] / row["intervals"] for name, row in bench["undisturbed"].items()}
+    assert 0.93 <= share.pop("C") <= 0.97 < min(share.values())
+    assert none["warned"] > 0.05 * none["records"] and none["cause wrong"] > 0
+    assert sum(row["silent"] for row in rows) > 0
 
 
 def test_sentences_of_measured_air_hold():
