@@ -12,6 +12,7 @@ from jinja2 import Template
 from myst_nb.core.read import read_myst_markdown_notebook
 from small_study import EXPERIMENTS, ROOT, small_study
 
+SHOWN = ("replay.c", "controller.c", "controller.xml", "system.ssd")  # files beside the pages, which they use
 SMALL = "small"  # folder of the small study's results
 RESULTS = ROOT / "results"
 DOCS = Path(__file__).parent
@@ -64,7 +65,8 @@ def prepare(folder: Path) -> dict[str, str]:
     """
     for name in ("config", "paper", "pneumo"):
         (folder / name).symlink_to(ROOT / name)
-    (folder / "replay.c").symlink_to(ROOT / "docs/replay.c")
+    for name in SHOWN:
+        (folder / name).symlink_to(DOCS / name)
     small_study(folder / SMALL, folder / "small.yaml")
     (folder / "results").symlink_to(RESULTS if whole_study() else folder / SMALL)
     profile = folder / "ipython/profile_default/ipython_kernel_config.py"
