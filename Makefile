@@ -6,7 +6,7 @@ SHELL := bash
 
 PYTHON ?= python3.11
 JOBS ?= 2
-ROOMS ?= physics simulation statistics verdict fit
+ROOMS ?= physics statistics verdict
 SAMPLE ?= 40
 SEED ?= 1
 COUNT ?= 3

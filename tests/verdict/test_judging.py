@@ -20,8 +20,10 @@ from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.storage import kept_evidence
 from pneumo.storage.files import read_json, write, write_json
+from pneumo.verdict.comparison import Comparison
 from pneumo.verdict.judging import STATUSES, Judge, facts, statuses_text, verdict
-from pneumo.verdict.stored_verdict import stored_verdict
+from pneumo.verdict.sources import Finding
+from pneumo.verdict.stored_verdict import hashes_behind_verdict, stored_verdict
 
 OF_M7 = {"S4.M7_40", "S4.M7_10", "S4.M7_mu", "S4.M7_sigma", "S4.M7_72", "S4.best_choice"}
 
@@ -243,3 +245,45 @@ def test_explain_says_what_is_wrong(printed_once, what, words):
     with pytest.raises(ResultError, match=re.escape(words)):
         command = ["paper", "explain", *what, "--results", str(printed_once)]
         CliRunner().invoke(app, command, catch_exceptions=False)
+
+
+def test_a_number_of_a_fraction_or_of_its_own_unit_is_shown_with_the_unit(judged_once):
+    shown = {item["id"]: item["shown"] for item in judged_once["items"]}
+    assert shown["ABS.ten_percent"].startswith("10 % (") and shown["T5.E01.P_A"] == "7.844 s"
+    assert shown["T9.adiabatic.M1.mu"] == "-110"  # in hundreds of Pa, as its table says
+
+
+BY_SEEDS = "true, but by less than a quarter of what other seeds change"
+INSIDE = "+5.00% (limit 10.00%), inside class mse"
+
+
+@pytest.mark.parametrize(
+    ("agreement", "tolerance", "finding", "reason"),
+    [
+        ("exact", "best_n", Finding(value=2.0), "equal at the printed digits"),
+        ("exact", "mse", Finding(value=2.0), "equal at the printed digits"),
+        ("exact", "mse", Finding(holds=True), "true as stated"),
+        ("exact", "decade", Finding(value=2.0), "true as stated"),
+        ("close", "mse", Finding(value=2.0), INSIDE),
+        ("close", "mse", Finding(holds=True), BY_SEEDS),
+        ("close", "decade", Finding(value=2.0), BY_SEEDS),
+        ("close", "mse", Finding(low=1.9, high=2.1), f"{INSIDE}, an interval 0.1 of the printed number wide"),
+        ("close", "mse", Finding(low=1.9), INSIDE),
+    ],
+)
+def test_reasons_of_what_agrees(printed_once, agreement, tolerance, finding, reason):
+    judge = Judge(printed_once, PAPER_2006)
+    claim = judge.claims.items["T5.E01.P_A"].model_copy(
+        update={"printed": "2.0", "tolerance": tolerance, "seed_deviation": 0.1}
+    )
+    found = judge._status(claim, finding, Comparison(agreement, 0.05, 0.1), None)
+    assert found == (agreement, reason)
+
+
+def test_a_result_shorter_than_a_seal_counts_among_the_inputs(tmp_path):
+    found = []
+    for text in ("a", "b"):
+        (tmp_path / "short.csv").write_text(text)
+        reads = hashes_behind_verdict(tmp_path, PAPER_2006.folder, "pneumo.verdict.claims", ["short.csv"])
+        found.append(reads["inputs_sha256"])
+    assert found[0] != found[1]
