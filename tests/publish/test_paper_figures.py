@@ -132,6 +132,14 @@ def test_bars_are_as_high_as_the_results(name, models):
         np.testing.assert_array_equal(bars[label], mse.reindex(model=models))
 
 
+def test_dots_of_fig08_are_errors_over_the_printed_ones():
+    dots = DRAW["fig08"]().axes[1].lines[:-1]
+    printed = table7()["mse"].reindex(model=list(MODELS))
+    for line, sampling in zip(dots, ("published", "exact"), strict=True):
+        mse = STATISTICS[sampling]["mse"].sel(level="overall").reindex(model=list(MODELS))
+        np.testing.assert_array_equal(line.get_ydata(), mse / printed)
+
+
 @pytest.mark.parametrize(
     ("name", "panel", "model", "ends"),
     [
