@@ -1,7 +1,7 @@
 """Who reproduces the paper how well: four sets of runs, each through ``pneumo paper verdict --runs``.
 
 ``python -m benchmarks.simulators FOLDER`` makes the runs that FOLDER lacks (two hours of one core for all),
-judges each set, and writes docs/static/simulators.json.
+judges each set, and writes paper/2006/simulators.json.
 """
 
 import json
@@ -21,7 +21,7 @@ from pneumo.simulation.full_order import STATE, record
 from pneumo.storage.files import read_json
 
 ROOT = PAPERS.parent
-FILE = ROOT / "docs/static/simulators.json"
+FILE = ROOT / "paper/2006/simulators.json"
 OWN = "pneumo"
 SIMULATORS = {  # folder: name
     OWN: "pneumo",

@@ -1,12 +1,14 @@
-"""Table of verdict.md: who reproduces the paper how well, from docs/static/simulators.json."""
+"""Table of verdict.md: who reproduces the paper how well, from paper/2006/simulators.json."""
 
 import json
 from typing import Any
 
-from cluster import STATIC
 from fragments import table
 
-FILE = STATIC / "simulators.json"
+from pneumo.papers import PAPERS
+from pneumo.publish.pages.verdict_page import SIMULATORS
+
+FILE = PAPERS / "2006" / SIMULATORS
 
 
 def stored() -> list[dict[str, Any]]:

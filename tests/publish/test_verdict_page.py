@@ -1,7 +1,9 @@
 """The verdict's page: its text, and how it behaves in a headless Chromium where there is one."""
 
 import html
+import json
 import re
+import shutil
 
 import pytest
 from brief import in_brief
@@ -10,7 +12,7 @@ from page_checks import Structure, assert_accessible, assert_quiet, assert_reada
 from pneumo.errors import ResultError
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.publish.pages.page import STATUS_LOOKS
-from pneumo.publish.pages.verdict_page import deviation_text, size_class, verdict_page
+from pneumo.publish.pages.verdict_page import SIMULATORS, deviation_text, size_class, verdict_page
 from pneumo.publish.text.explain import cell_text, item_text
 
 pytestmark = pytest.mark.xdist_group("printed")
@@ -51,6 +53,20 @@ def test_every_item_has_an_anchor_every_link_a_target_and_every_cell_stands_once
     cells = re.findall(r'<td class="[\w-]+" data-status="(\w+)" data-id="([^"]+)">', page)
     expected = [(item["status"], item["id"]) for item in judged["items"] if item["table"]]
     assert sorted(cells) == sorted(expected)
+
+
+def test_other_simulators_stand_beside_with_their_counts(judged, page, tmp_path):
+    part = page.partition('<h2 id="simulators">')[2].partition("</section>")[0]
+    rows = re.findall(r'<th scope="row">(.*?)</th>(.*?)</tr>', part)
+    stored = json.loads((PAPER_FOLDER / SIMULATORS).read_text(encoding="utf-8"))
+    assert [html.unescape(name) for name, _ in rows] == [row["name"] for row in stored]
+    for (_, cells), row in zip(rows, stored, strict=True):
+        numbers = re.findall(r"<td>([\d.]+)</td>", cells)
+        assert numbers[:5] == [str(row["statuses"][status]) for status in STATUS_LOOKS]
+        assert numbers[5:] == [f"{row['table_7']:.3f}", f"{row['table_9']:.3f}", str(row["table_8"]["exact"])]
+    folder = tmp_path / "paper"
+    shutil.copytree(PAPER_FOLDER, folder, ignore=shutil.ignore_patterns(SIMULATORS))
+    assert 'id="simulators"' not in verdict_page(judged, folder)
 
 
 def test_counts_by_kind_of_evidence(judged, page):

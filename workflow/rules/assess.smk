@@ -33,7 +33,7 @@ rule verdict:
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
         figures=expand("paper/2006/published/figure{number}.csv", number=[7, 9, 11]),
         templates=page_templates("verdict.html.j2"),
-        about=["paper/2006/page.yaml", "paper/2006/findings.html.j2"],
+        about=["paper/2006/page.yaml", "paper/2006/findings.html.j2", "paper/2006/simulators.json"],
     output:
         judged="results/verdict.json",
         page=report("results/verdict.html", caption="../captions/verdict.rst", category="Pages"),

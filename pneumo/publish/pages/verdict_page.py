@@ -1,10 +1,11 @@
 """Page of a verdict: one self-contained HTML file; judging is done in `pneumo.verdict`.
 
 The paper's ``page.yaml`` has the headings and the layout of the tables, its ``findings.html.j2`` the
-findings beyond the items.
+findings beyond the items, and ``simulators.json`` the counts of the verdicts on other simulators' runs.
 """
 
 import itertools
+import json
 import math
 import re
 from collections import defaultdict
@@ -26,6 +27,7 @@ SIZES = {  # largest deviation of a class of the colour scale, and its heading
     0.05: "5 %",
     math.inf: "more",
 }
+SIMULATORS = "simulators.json"  # of a paper; `python -m benchmarks.simulators` writes it
 BAND, LARGEST = 0.02, 0.1  # deviations of the shaded band and of the edges of the scatter
 
 
@@ -85,6 +87,7 @@ def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[st
     The same verdict gives the same text. `folder` is the paper's; `PaperError` if its ``page.yaml`` is
     missing or wrong. `evidence` has a text for each further file behind the verdict.
     """
+    simulators = folder / SIMULATORS
     page = Page.read(folder / "page.yaml", "page", read_entries(folder, "page.yaml"))
     return page_text(
         "verdict.html.j2",
@@ -92,6 +95,7 @@ def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[st
         page=page,
         verdict=verdict,
         evidence=evidence,
+        simulators=json.loads(simulators.read_text(encoding="utf-8")) if simulators.is_file() else [],
         items={item["id"]: item for item in verdict["items"]},
         statuses=STATUS_LOOKS,
         origins=ORIGINS,
