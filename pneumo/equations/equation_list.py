@@ -2,13 +2,12 @@
 
 Each names a function of `pneumo.physics` and its arguments. `pneumo.equations.system` solves them on numbers;
 here they become symbolic assignments, for the printers of `pneumo.export`. Only the order of the
-calls is repeated from `pneumo.simulation`; tests compare the two.
+calls is repeated from `pneumo.simulation`; tests compare the two. SymPy, whose import takes 0.4 s, is loaded
+by the functions that need it.
 """
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
-
-import sympy
 
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import Choice, choices
@@ -175,6 +174,8 @@ def exact_numbers(value: Any) -> Any:
         return yes if yes == no else Choice(condition, yes, no)
     if isinstance(value, tuple):
         return tuple(exact_numbers(part) for part in value)
+    import sympy
+
     value = sympy.sympify(value)
     floats = value.atoms(sympy.Float)
     exact = {f: sympy.Rational(int(2 * f), 2) for f in floats if float(2 * f).is_integer()}
@@ -189,14 +190,18 @@ def names_in(value: Any) -> set[str]:
 
 
 def _real(name: str) -> Any:
-    return sympy.Symbol(name, real=True)
+    from sympy import Symbol
+
+    return Symbol(name, real=True)
 
 
 def symbols_of(plant: Plant) -> Plant:
     """A plant whose numbers are symbols named as in `constants`; an absent load, friction or leak stays 0."""
+    from sympy import Symbol
+
     names = ("R", "gamma_", "sonic_coefficient", "critical_ratio")
     gas = Gas._make([*map(_real, names), plant.gas.elliptic])
-    u_max: Any = sympy.Symbol("u_max", positive=True)
+    u_max: Any = Symbol("u_max", positive=True)
     usual = Valve(_real("k_xu"), u_max, net_leak=plant.valve.net_leak)
     unusual = [
         name for name in ("laminar", "exhaust", "leak") if getattr(plant.valve, name) != getattr(usual, name)
@@ -233,8 +238,10 @@ def _tangent(value: Any, moving: set[str]) -> Any:
         return Choice(value.condition, _tangent(value.yes, moving), _tangent(value.no, moving))
     if isinstance(value, tuple):
         return tuple(_tangent(part, moving) for part in value)
+    from sympy import Add
+
     terms = (value.diff(s) * _real(f"d_{s.name}") for s in value.free_symbols if s.name in moving)
-    return sympy.Add(*terms)
+    return Add(*terms)
 
 
 def with_tangents(given: list[Statement], moving: set[str]) -> list[Statement]:
