@@ -15,6 +15,7 @@ from pneumo import MODELS
 from pneumo.equations.system import rates, system
 from pneumo.errors import InputError
 from pneumo.export import exported
+from pneumo.linear.linear_model import all_derivatives
 from pneumo.physics.valve import limited
 
 N = 1.35
@@ -101,6 +102,23 @@ def test_matlab(plant, random_states, tmp_path):
 def test_casadi(model, plant, random_states, tmp_path):
     pytest.importorskip("casadi", reason="CasADi is not installed")
     assert difference(run_casadi(model, plant, random_states, tmp_path), model, plant, random_states) < 1e-12
+
+
+@pytest.mark.parametrize("model", ["M8", "M10"])
+def test_casadi_s_derivatives_are_those_of_the_equations(model, plant, random_states, tmp_path):
+    """So they are those of the FMUs too, which are compared with the same."""
+    casadi = pytest.importorskip("casadi", reason="CasADi is not installed")
+    chosen = system(model, N, plant)
+    (tmp_path / "model.py").write_text(source(MODELS[model], plant, "casadi"))
+    given = [casadi.SX.sym(name) for name in ("u", "x", "v", "P_A", "P_B")]
+    rate = casadi.vertcat(*runpy.run_path(str(tmp_path / "model.py"))[f"{model}_dP_dt"](*given))
+    jacobian = casadi.Function("jacobian", given, [casadi.jacobian(rate, casadi.vertcat(*given))])
+    order = [("u", "x", "v", "P_A", "P_B").index(name) for name in (*chosen.states, *chosen.inputs)]
+    for state in random_states[:1000]:
+        point, mine = state[order], np.asarray(jacobian(*state))[:, order]
+        exact = all_derivatives(chosen, point)
+        size = np.abs(exact) @ np.abs(point)  # of the terms of each rate
+        assert np.all(np.abs(mine - exact) * np.abs(point) <= 1e-12 * size[:, None])
 
 
 @pytest.mark.parametrize("target", ["casadi", "matlab"])
