@@ -9,9 +9,7 @@ from pneumo.evidence.random_cylinders.contest_statistics import answer, contest_
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, write
 
-TWO_DIGITS: dict[str, int] = dict.fromkeys(
-    ("mse_with_k_0", "mse_without_k_0", "mse_simulated"), 2
-)  # most of the file
+TWO_DIGITS: dict[str, int] = {"mse_with_k_0": 2, "mse_without_k_0": 2, "mse_simulated": 2}  # most of the file
 
 
 def main(blocks: list[Path], paper: Path, rule: Path, compared: int, cells: Path, code: str) -> None:
