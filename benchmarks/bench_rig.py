@@ -19,10 +19,8 @@ CONTROL = 1e-3  # s, period of the controller and of the record
 LAMINAR = 0.999  # pressure ratio above which flow is proportional to the pressure difference
 STOP_STIFFNESS, STOP_DAMPING = 1e6, 1e3  # N/m, N s/m
 STICTION = 1e-3  # m/s, speed below which Coulomb friction falls to zero
-AT_STOP, BEYOND = (
-    1.2,
-    0.75,
-)  # s for which a target is beyond an end, and its distance from mid-stroke, in strokes
+AT_STOP = 1.2  # s for which a target is beyond an end of the stroke
+BEYOND = 0.75  # strokes from mid-stroke to such a target
 CAPACITY = 5e-4  # m^3, of the line behind a weak supply
 PRESSURE_NOISE, POSITION_NOISE = 1e3, 2e-5  # Pa, m: standard deviations of the sensors
 

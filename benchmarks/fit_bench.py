@@ -419,7 +419,7 @@ def held(outcomes: Iterable[Outcome]) -> pd.DataFrame:
     """By parameter: intervals, those that hold the truth, and the median error of the estimate."""
     rows: dict[str, dict[str, float]] = {}
     for parameter in TOLERANCE:
-        found = [one.found[parameter] for one in outcomes if parameter in one.found]
+        found = [case.found[parameter] for case in outcomes if parameter in case.found]
         holds = [low <= truth <= high for truth, _, low, high in found]
         errors = [abs(estimate / truth - 1) for truth, estimate, _, _ in found]
         if found:
@@ -430,8 +430,8 @@ def held(outcomes: Iterable[Outcome]) -> pd.DataFrame:
 def coverage_text(outcomes: Sequence[Outcome]) -> str:
     """How often intervals held the truth, by parameter, and median errors."""
     groups = {
-        "undisturbed records": [one for one in outcomes if one.disturbance == "none"],
-        "records without a warning": [one for one in outcomes if not one.warned],
+        "undisturbed records": [outcome for outcome in outcomes if outcome.disturbance == "none"],
+        "records without a warning": [outcome for outcome in outcomes if not outcome.warned],
     }
     lines: list[str] = []
     for text, group in groups.items():

@@ -17,9 +17,8 @@ from pneumo.storage.files import DOI
 
 LONG = 1e6  # s: any valve has opened within it
 SAMPLES = 60  # of the test program's run
-TOLERANCE = (
-    1e-9  # of the test program, relative: rounding, and a library's pow of a few units in the last place
-)
+# Of the test program, relative: rounding, and a library's pow of a few units in the last place.
+TOLERANCE = 1e-9
 VALVE = ("opening_delay", "opening", "closing_delay", "closing")
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
-from pneumo.fit.fitted_parameters import CONFIGURED, FULL_ORDER, PARAMETERS, QUANTITIES
+from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
 from pneumo.publish.text.formatting import KILO
 
 WINDOWS = 20  # of a record, among which the one with the largest residual is looked for
@@ -85,6 +85,4 @@ def _moved_by(fit: FitResult, name: str) -> str:
     moved, half = np.abs(cell["moved_by"].values), (cell["high"].item() - cell["low"].item()) / 2
     if not np.isfinite(moved).all() or not moved.max() > OF_INTERVAL * half:
         return ""
-    largest = str(cell["quantity"].values[np.argmax(moved)])
-    names = {QUANTITIES[key].name: QUANTITIES[key].name for key in CONFIGURED}
-    return names.get(largest, largest)
+    return str(cell["quantity"].values[np.argmax(moved)])
