@@ -14,6 +14,7 @@ from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.publish.pages.page import STATUS_LOOKS
 from pneumo.publish.pages.verdict_page import SIMULATORS, deviation_text, size_class, verdict_page
 from pneumo.publish.text.explain import cell_text, item_text
+from pneumo.storage.files import read_json
 
 pytestmark = pytest.mark.xdist_group("printed")
 
@@ -67,6 +68,16 @@ def test_other_simulators_stand_beside_with_their_counts(judged, page, tmp_path)
     folder = tmp_path / "paper"
     shutil.copytree(PAPER_FOLDER, folder, ignore=shutil.ignore_patterns(SIMULATORS))
     assert 'id="simulators"' not in verdict_page(judged, folder)
+
+
+@pytest.mark.results
+def test_pneumo_s_row_beside_other_simulators_is_of_todays_study(results):
+    """Else the page would compare other simulators with a study that is no more."""
+    row, *_ = json.loads((PAPER_FOLDER / SIMULATORS).read_text(encoding="utf-8"))
+    scores = json.loads(read_json(results / "verdict.json"))["highlights"]["scores"]
+    for table in (7, 9):
+        assert row[f"table_{table}"] == scores[f"table_{table}_mse"]["rms_of_ln_ratio"]
+    assert row["table_8"]["exact"] == scores["table_8"]["exact"]
 
 
 def test_counts_by_kind_of_evidence(judged, page):
