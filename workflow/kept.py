@@ -1,7 +1,8 @@
 """Keep a copy of evidence in paper/evidence, or compare what was made anew with the copy.
 
-`python workflow/kept.py keep floor.nc` copies from results/; `compare` prints how far results/ are from the
-copies, each number over its kept value, and exits with 1 where that is more than the copy's digits explain.
+`python workflow/kept.py keep floor.nc` copies from results/ and lists the SHA-256 of all copies; `compare`
+prints how far results/ are from the copies, each number over its kept value, and exits with 1 where that is
+more than the copy's digits explain.
 """
 
 import json
@@ -12,7 +13,7 @@ from pathlib import Path
 
 from pneumo.evidence.kept_copies import COPIES, Copy, differences, tolerance
 from pneumo.storage.files import read, read_json, write, write_json
-from pneumo.storage.kept_evidence import KEPT
+from pneumo.storage.kept_evidence import KEPT, kept_files, list_kept
 
 RESULTS = Path("results")
 
@@ -31,7 +32,7 @@ def keep(name: str) -> None:
 def main(what: str, names: Sequence[str]) -> int:
     """Keep or compare the named files; return the exit code."""
     code = 0
-    for name in names or sorted(file.name for file in KEPT.iterdir() if file.suffix in (".nc", ".json")):
+    for name in names or [file.name for file in kept_files(KEPT)]:
         if what == "keep":
             keep(name)
             continue
@@ -41,6 +42,8 @@ def main(what: str, names: Sequence[str]) -> int:
         words = f"{off[worst]:.1e} off in {worst}" if off[worst] else "equal"
         print(f"{name}: {words}{', too much' if far else ''}")
         code |= far
+    if what == "keep":
+        list_kept(KEPT)
     return code
 
 

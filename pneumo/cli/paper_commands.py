@@ -211,7 +211,7 @@ def ensemble(
 
 
 def check_evidence() -> None:
-    """Compute samples of the kept evidence again; compare.
+    """Compare the kept evidence with its SHA-256, and samples of it with what is computed again.
 
     It takes a minute; whole files take hours: `make evidence`.
     """
@@ -219,11 +219,14 @@ def check_evidence() -> None:
 
     from pneumo.errors import ResultError
     from pneumo.evidence.kept_samples import SAMPLES, check_samples, of_this_study
+    from pneumo.storage.kept_evidence import KEPT, LIST, unlike_list
 
     row = "{:<18} {:>7}  {:<11} {:>9}  {:<8} {:>5}  {}"
     typer.echo(row.format("file", "numbers", "", "off by", "code", "s", "farthest"))
-    wrong: list[str] = []
-    for file in SAMPLES:
+    changed, wrong = unlike_list(KEPT), list[str]()
+    for file in changed:
+        typer.echo(row.format(file, 0, "CHANGED", "", "", "", f"SHA-256 not as in {LIST}"))
+    for file in (file for file in SAMPLES if file not in changed):
         if not of_this_study(file):
             wrong.append(file)
             typer.echo(row.format(file, 0, "OTHER STUDY", "", "", "", "made from another configuration"))
@@ -239,8 +242,12 @@ def check_evidence() -> None:
         typer.echo(
             row.format(file, checked.numbers, *words, f"{time.perf_counter() - start:.1f}", checked.worst)
         )
-    if wrong:
-        raise ResultError(f"{', '.join(wrong)}: not what is computed today; `make evidence` makes it anew")
+    problems = [f"{', '.join(changed)}: not as listed in {KEPT / LIST}"] if changed else []
+    problems += (
+        [f"{', '.join(wrong)}: not what is computed today; `make evidence` makes it anew"] if wrong else []
+    )
+    if problems:
+        raise ResultError("; ".join(problems))
 
 
 def verify(

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pneumo.regular_file import regular_file
-from pneumo.storage.seal import LARGEST_JSON, LARGEST_RESULT
+from pneumo.storage.seal import LARGEST_JSON, LARGEST_RESULT, sha256_lines
 
 KEPT = Path(__file__).resolve().parents[2] / "paper" / "evidence"
+LIST = "SHA256SUMS"  # of the kept files, in the form of ``sha256sum``
 NO_CONFIGURATION = "none: "  # begins `config_sha256` of evidence that no configuration made
 
 
@@ -19,6 +20,24 @@ def evidence_file(results: Path, name: str, config_sha256: str = "") -> Path | N
     """
     files = (file for file in (results / name, KEPT / name) if file.exists())
     return next((file for file in files if not config_sha256 or _made_from(file, config_sha256)), None)
+
+
+def kept_files(folder: Path) -> list[Path]:
+    """Files of evidence in a folder, sorted."""
+    return sorted(file for file in folder.iterdir() if file.suffix in (".nc", ".json"))
+
+
+def list_kept(folder: Path) -> None:
+    """Write the SHA-256 of every kept file into a list beside them."""
+    (folder / LIST).write_text(sha256_lines(kept_files(folder), folder), encoding="utf-8")
+
+
+def unlike_list(folder: Path) -> list[str]:
+    """Names of kept files that are missing, not listed, or changed since they were listed, sorted."""
+    with regular_file(folder / LIST, LARGEST_JSON) as opened:
+        listed = set(opened.read().decode().splitlines())
+    found = set(sha256_lines(kept_files(folder), folder).splitlines())
+    return sorted({line.partition("  ")[2] for line in listed ^ found})
 
 
 def made(file: Path, code_sha256: str) -> str:

@@ -38,6 +38,7 @@ def test_a_copy_has_what_is_read_to_its_digits_and_says_what_made_it(floor, tmp_
         np.testing.assert_allclose(copy["measured"], floor["measured"], rtol=1e-4)
         assert copy.attrs["date_created"] == "2023-11-14"
         assert {name: copy.attrs[name] for name in MADE} == MADE
+    assert (tmp_path / "kept/SHA256SUMS").read_text().endswith("  floor.nc\n")
 
 
 @pytest.mark.parametrize(("factor", "code"), [(1.0, 0), (1 + 1e-5, 0), (1.01, 1), (np.nan, 1)])

@@ -1,6 +1,8 @@
 """Evidence that is kept with the source: whose it is, how much, and a sample of it computed again."""
 
 import json
+import re
+import shutil
 from datetime import date
 
 import netCDF4
@@ -10,11 +12,12 @@ from paper_study import STUDY
 
 from pneumo.evidence import kept_copies, kept_samples
 from pneumo.evidence.seeds.seed_sets import read_seed_sets, seed_sets
+from pneumo.storage import kept_evidence
 from pneumo.storage.files import read, read_json, write, write_json
-from pneumo.storage.kept_evidence import KEPT, NO_CONFIGURATION
+from pneumo.storage.kept_evidence import KEPT, NO_CONFIGURATION, kept_files, unlike_list
 
 SEED_SETS = KEPT / "seed_sets.nc"
-FILES = sorted(file for file in KEPT.iterdir() if file.suffix in (".nc", ".json"))
+FILES = kept_files(KEPT)
 README = (KEPT / "README.md").read_text(encoding="utf-8")
 
 
@@ -53,6 +56,33 @@ def test_samples_computed_again_are_those_that_are_kept(file):
 
 def test_every_kept_file_has_samples():
     assert set(kept_samples.SAMPLES) == {file.name for file in FILES}
+
+
+def test_kept_files_are_as_listed():
+    assert unlike_list(KEPT) == [], "`python workflow/kept.py keep NAME` lists them"
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_a_number_doubled_in_a_file_with_a_good_seal_is_not_as_listed(file, tmp_path, monkeypatch, inside):
+    folder = shutil.copytree(KEPT, tmp_path / "kept")
+    if file.suffix == ".json":
+        text = read_json(file)
+        digit = re.search(r"(?<=: 0\.)[1-4](?=\d*[,\n])", text)
+        write_json(text[: digit.start()] + str(2 * int(digit[0])) + text[digit.end() :], folder / file.name)
+    else:
+        dataset = read(file)
+        variable = next(v for v in dataset.data_vars.values() if v.dtype.kind == "f" and (v > 0).any())
+        place = np.flatnonzero(variable.values > 0)[0]
+        variable.values.flat[place] *= 2
+        write(dataset, folder / file.name, dataset.attrs)
+    assert unlike_list(folder) == [file.name]
+    monkeypatch.setattr(kept_evidence, "KEPT", folder)
+    monkeypatch.setattr(kept_samples, "SAMPLES", {file.name: None})
+    code, out, err = inside("paper", "check-evidence")
+    assert code == 2 and f"{file.name}: not as listed" in err and out.count("CHANGED") == 1
+    (folder / file.name).unlink()
+    (folder / "floor2.nc").write_bytes(b"")
+    assert unlike_list(folder) == sorted([file.name, "floor2.nc"])
 
 
 @pytest.mark.parametrize("file", [file for file in FILES if file.suffix == ".nc"], ids=lambda file: file.name)
