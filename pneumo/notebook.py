@@ -25,6 +25,7 @@ from pneumo.fit.fit_result import FitResult
 from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
 from pneumo.fit.fitted_yaml import fitted_configuration
 from pneumo.fit.mistaken_columns import check_columns
+from pneumo.fit.position_checks import position_shown
 from pneumo.fit.record.columns import Column
 from pneumo.fit.record.joined_records import joined
 from pneumo.fit.record.measurement import Measurement, read_measurement
@@ -223,7 +224,7 @@ def fit(
         command=rule,
         part=part,
         also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
-        known=accuracy(configuration),
+        known=accuracy(configuration, position_shown(measurement, plant)),
         progress=LOGGER.info,
     )
     return RecordFit(result, measurement, plant, configuration, named, command)

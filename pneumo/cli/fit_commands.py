@@ -116,6 +116,7 @@ def fit(
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
     from pneumo.fit.mistaken_columns import check_columns
+    from pneumo.fit.position_checks import position_shown
     from pneumo.fit.record.columns import read_mapping
     from pneumo.fit.record.joined_records import joined
     from pneumo.fit.record.measurement import read_measurement
@@ -167,7 +168,7 @@ def fit(
             for record in records:
                 check_columns(record, plant, command=rule)
         causes = fitted_too(also or (), measured, configured_dynamics(configuration, named))
-        known = accuracy(configuration)
+        known = accuracy(configuration, position_shown(measured, plant))
         fitted = fit_measurement(
             measured, plant, names, command=rule, part=part, also=causes, known=known, progress=say
         )

@@ -140,18 +140,22 @@ class Accuracy(NamedTuple):
     P_gain: float  # of each pressure sensor
 
 
-def accuracy(configuration: Configuration | None = None) -> Accuracy:
-    """Accuracy of the rig in SI units, as configured or by default."""
+def accuracy(configuration: Configuration | None = None, position_shown: bool = True) -> Accuracy:
+    """Accuracy of the rig in SI units, as configured or by default.
+
+    `position_shown` says whether a record or configured dead volumes show a wrong zero or scale of x.
+    """
     s = (configuration and configuration.accuracy) or AccuracySection()
     percent, mm = 1e-2, 1e-3
+    x_zero, x_scale = (0.5, 0.1) if position_shown else (5.0, 5.0)  # mm, per cent
     return Accuracy(
         b=s.b,
         exhaust=s.exhaust_percent * percent,
         P_s=s.P_s_percent * percent,
         bore=s.bore_percent * percent,
         stroke=s.stroke_mm * mm,
-        x_zero=s.x_zero_mm * mm,
-        x_scale=s.x_scale_percent * percent,
+        x_zero=(s.x_zero_mm or x_zero) * mm,
+        x_scale=(s.x_scale_percent or x_scale) * percent,
         T_amb=s.T_amb_K,
         T_in=s.T_in_K,
         P_atm=s.P_atm_percent * percent,

@@ -316,7 +316,8 @@ class AccuracySection(_Section):
     """How accurately the rig is known, for `pneumo fit`: limits of errors, as data sheets state them.
 
     A limit is half of a 95 % interval. b, exhaust ratio and supply pressure are fitted within theirs; the
-    other quantities cannot be fitted, and widen the intervals of what is.
+    other quantities cannot be fitted, and widen the intervals of what is. Zero and scale of the position are
+    taken for good to 0.5 mm and 0.1 % where stops or configured dead volumes show them, else to 5 mm and 5 %.
     """
 
     b: Number = _key("of the critical pressure ratio", 0.1, gt=0, le=1)
@@ -324,8 +325,8 @@ class AccuracySection(_Section):
     P_s_percent: Percent = _key("of the supply pressure", 2.0)
     bore_percent: Percent = _key("of the bore", 0.2)
     stroke_mm: Number = _key("of the stroke", 0.5, gt=0, le=1000)
-    x_zero_mm: Number = _key("of the position's zero", 0.5, gt=0, le=1000)
-    x_scale_percent: Percent = _key("of the position's scale", 0.1)
+    x_zero_mm: Number | None = _key("of the position's zero", None, gt=0, le=1000)
+    x_scale_percent: Percent | None = _key("of the position's scale", None)
     T_amb_K: Number = _key("of the temperature of walls and surroundings", 3.0, gt=0, le=100)
     T_in_K: Number = _key("of the temperature of incoming air", 3.0, gt=0, le=100)
     P_atm_percent: Percent = _key("of the atmospheric pressure", 2.0)

@@ -44,7 +44,7 @@ from pneumo.fit.parameter_intervals import (
     parameter_interval,
     remainder_shifts,
 )
-from pneumo.fit.position_checks import dead_volume_notes, stop_warnings
+from pneumo.fit.position_checks import dead_volume_notes, position_shown, stop_warnings
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import residuals, sensor_noise
 from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
@@ -302,7 +302,7 @@ def fit_measurement(
     for note in long:
         progress(f"note: {note}")
     estimates: dict[str, Estimate] = {}
-    known = known or accuracy()
+    known = known or accuracy(position_shown=position_shown(m, plant))
     prior: Mapping[str, Prior] = NO_PRIORS
     reported, off = (*REPORTED, *also), np.zeros((2, 1))
     options: dict[str, Any] = {"intervals": reported, "part": part, "known": known}
@@ -353,7 +353,7 @@ def fit_measurement(
             *measurement.notes,
             *long,
             *undetermined_notes(problem, estimates[judged.name]),
-            *dead_volume_notes(m, plant),
+            *dead_volume_notes(m, plant, known),
             *alike_notes(reduced),
             *uncorrected_notes(estimates),
         ),

@@ -20,6 +20,8 @@ PUSHED = 0.5  # force on the piston over the largest, with which one that rests 
 RESTS = 0.05  # s, for which it rests
 STILL, STILL_NOISE = 2e-3, 6.0  # of the stroke, or of the noise in x, within which it stays then
 AT_END = 0.02  # of the stroke, from the outermost x
+LEAST_FORCE = 0.1  # of the largest, on a piston that has come to a stop and is pushed on harder later
+GIVES = 1e-4  # m, accuracy with which forces on a resting piston must show how far its stop gives way
 SURE = 2.0  # deviation over what the stated accuracies allow
 MOVED = 0.05  # of a dead volume, by which an error of the position moves it unsaid
 STATED = 0.15  # accuracy of a configured dead volume: half of a 95 per cent interval, relative
@@ -28,23 +30,39 @@ MM, CM3 = 1e3, 1e6  # per m and per m^3
 
 
 class Stops(NamedTuple):
-    """Positions, m, at which a piston rests although it is pushed on; NaN where it never does."""
+    """Positions, m, at which a piston meets its stops; NaN where it never rests there under force."""
 
     low: float
     high: float
 
 
 def stops_of(record: Measurement, plant: Plant) -> Stops:
-    """Stops that a record shows."""
+    """Stops that a record shows, without force on them: buffers give way by a millimetre under pressure."""
     c, x = plant.cylinder, record.x
     samples = max(2, round(RESTS / record.period))
     span = maximum_filter1d(x, samples) - minimum_filter1d(x, samples)
     still = span < max(STILL * c.stroke, STILL_NOISE * noise_of(x, x))
     force = c.A_A * record.P[0] - c.A_B * record.P[1] + c.load
     enough = PUSHED * (plant.conditions.P_s - plant.conditions.P_atm) * min(c.A_A, c.A_B)
-    low = still & (force < -enough) & (x < x.min() + AT_END * c.stroke)
-    high = still & (force > enough) & (x > x.max() - AT_END * c.stroke)
-    return Stops(*(float(np.median(x[at])) if at.any() else np.nan for at in (low, high)))
+    ends = x < x.min() + AT_END * c.stroke, x > x.max() - AT_END * c.stroke
+    some = LEAST_FORCE / PUSHED * enough
+    low, high = (
+        still & at & (outward > some) if np.any(still & at & (outward > enough)) else np.zeros(len(x), bool)
+        for at, outward in zip(ends, (-force, force), strict=True)
+    )
+    return Stops(*(contact(x[at], force[at]) if at.any() else np.nan for at in (low, high)))
+
+
+def contact(x: np.ndarray, force: np.ndarray) -> float:
+    """Position of a stop without force, from those of a piston that rests on it under several forces, N.
+
+    Where these hardly differ, the stop is taken for rigid.
+    """
+    spread = float(force.std())
+    if spread * len(x) ** 0.5 * GIVES < noise_of(x, x) * np.abs(force).max():
+        return float(np.median(x))
+    given = max(float(np.polyfit(force, x, 1)[0]), 0.0)  # m/N
+    return float(np.median(x - given * force))
 
 
 def stop_warnings(record: Measurement, plant: Plant, known: Accuracy) -> list[str]:
@@ -86,14 +104,20 @@ def stated_volume_warnings(plant: Plant, estimate: Estimate) -> list[str]:
     ]
 
 
-def dead_volume_notes(record: Measurement, plant: Plant) -> list[str]:
+def position_shown(record: Measurement, plant: Plant) -> bool:
+    """Whether stops or configured dead volumes show a wrong zero or scale of x, or stroke."""
+    return stated(plant) or bool(np.isfinite(stops_of(record, plant)).all())
+
+
+def dead_volume_notes(record: Measurement, plant: Plant, known: Accuracy) -> list[str]:
     """Note on a record that cannot show a wrong zero or scale of x, or stroke."""
-    if stated(plant) or np.isfinite(stops_of(record, plant)).all():
+    if position_shown(record, plant):
         return []
     each = ", ".join(f"V_d of {side} by {area * CM3 / MM:.2g} cm³" for side, area, _ in _sides(plant))
     return [
         "a wrong zero or scale of x, or stroke, would not show: no dead volumes are configured, and the"
-        f" piston does not rest on both stops; 1 mm of zero moves {each}"
+        f" piston does not rest on both stops; 1 mm of zero moves {each}, and intervals allow for"
+        f" {MM * known.x_zero:g} mm and {100 * known.x_scale:g} % of scale (section accuracy)"
     ]
 
 

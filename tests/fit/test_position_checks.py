@@ -9,6 +9,7 @@ from pneumo.configuration.parameters import accuracy, load, study
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.position_checks import (
     dead_volume_notes,
+    position_shown,
     stated,
     stated_volume_warnings,
     stop_warnings,
@@ -60,6 +61,21 @@ def test_stops_that_are_elsewhere_are_said_in_millimetres(ends, said):
     assert said in texts[0] if said else texts == []
 
 
+@pytest.mark.parametrize("wrong", [0.0, 5e-3])
+def test_stops_that_give_way_are_where_the_piston_meets_them(wrong):
+    record, c = moved(-HALF + wrong, HALF + wrong), PLANT.cylinder
+    # Pressures rise once the piston has come to a stop, which gives way by 1.5 mm under the supply's.
+    rise, rest = np.minimum(np.arange(500) / 400, 1.0), PLANT.conditions.P_atm
+    driving = rest + (PLANT.conditions.P_s - rest) * np.tile(rise, 4)
+    up = record.u > 0
+    P = np.array([np.where(up, driving, rest), np.where(up, rest, driving)])
+    force = c.A_A * P[0] - c.A_B * P[1]
+    resting = np.tile(np.arange(500) >= 300, 4)
+    pressed = record._replace(x=record.x + np.where(resting, 1.5e-3 * force / np.abs(force).max(), 0.0), P=P)
+    assert stops_of(pressed, PLANT) == pytest.approx((-HALF + wrong, HALF + wrong), abs=1.5e-4)
+    assert bool(stop_warnings(pressed, PLANT, accuracy())) == bool(wrong)
+
+
 def test_dead_volumes_move_by_what_the_piston_displaces_in_per_cent():
     (text,) = stop_warnings(moved(-HALF + 5e-3, HALF + 5e-3), PLANT, accuracy())
     c = PLANT.cylinder
@@ -105,7 +121,23 @@ def test_a_dead_volume_that_the_record_hardly_knows_contradicts_nothing():
 
 def test_where_nothing_shows_a_wrong_zero_a_note_says_so():
     assert stated(STATED) and not stated(PLANT)
-    (text,) = dead_volume_notes(moved(-HALF, HALF, pressed=False), PLANT)
+    between = moved(-HALF, HALF, pressed=False)
+    (text,) = dead_volume_notes(between, PLANT, accuracy(position_shown=False))
     assert f"1 mm of zero moves V_d of A by {1e3 * AREAS[0]:.2g} cm³" in text
-    assert dead_volume_notes(moved(-HALF, HALF), PLANT) == []
-    assert dead_volume_notes(moved(-HALF, HALF, pressed=False), STATED) == []
+    assert "intervals allow for 5 mm and 5 % of scale" in text
+    assert dead_volume_notes(moved(-HALF, HALF), PLANT, accuracy()) == []
+    assert dead_volume_notes(between, STATED, accuracy()) == []
+
+
+def test_a_position_that_nothing_shows_is_known_to_5_mm_and_5_per_cent_unless_stated(tmp_path):
+    between = moved(-HALF, HALF, pressed=False)
+    assert position_shown(moved(-HALF, HALF), PLANT) and position_shown(between, STATED)
+    assert not position_shown(between, PLANT)
+    shown, hidden = accuracy(), accuracy(position_shown=False)
+    assert (shown.x_zero, shown.x_scale) == pytest.approx((5e-4, 1e-3))
+    assert hidden == shown._replace(x_zero=5e-3, x_scale=0.05)
+    file = tmp_path / "accuracy.yaml"
+    file.write_text("accuracy: {x_zero_mm: 0.2, x_scale_percent: 0.3}\n", encoding="utf-8")
+    stating = load(TEMPLATE, file)
+    for known in (accuracy(stating), accuracy(stating, position_shown=False)):
+        assert (known.x_zero, known.x_scale) == pytest.approx((2e-4, 3e-3))
