@@ -85,11 +85,17 @@ class FitResult:
 
     @property
     def best_model(self) -> str:
-        """Name of the best reduced model without a parameter on its bound: the one to replay or export."""
+        """Name of the best reduced model without a parameter on its bound: the one to replay or export.
+
+        Where every model has one on its bound, the best of all.
+        """
         reduced = [name for name in self.models if name != FULL_ORDER]
-        at_bound = self.data.get("at_bound")
-        inside = [name for name in reduced if at_bound is None or not at_bound.sel(model=name).any()]
+        inside = [name for name in reduced if not self.on_bound(name)]
         return (inside or reduced)[0]
+
+    def on_bound(self, model: str) -> bool:
+        """Whether a parameter of a model is on a bound of the search."""
+        return "at_bound" in self.data and bool(self.data["at_bound"].sel(model=model).any())
 
     @property
     def model_of_rig(self) -> str:

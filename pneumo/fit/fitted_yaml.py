@@ -99,7 +99,10 @@ def _best_model_lines(fit: FitResult) -> list[str]:
     line = f"Best reduced model: {best}, off by {_held_out_error(fit, best)}"
     if not exported:
         return [line]
-    return [f"{line}, with its own {values}", f"  for export and linearise: {best} {' '.join(options)}"]
+    line += f", with its own {values}"
+    if fit.on_bound(best):  # a warning says so
+        return [line]
+    return [line, f"  for export and linearise: {best} {' '.join(options)}"]
 
 
 def _put_values(

@@ -119,6 +119,14 @@ def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment
     assert "bench.csv by M8" in text
 
 
+def test_a_model_on_a_bound_of_the_search_is_not_offered_for_an_export(mine):
+    fit = found()
+    assert "for export and linearise: M8" in written(fit, "mine", mine, TEMPLATE)
+    fit.data["at_bound"].loc[{"parameter": "k_0"}] = 1
+    text = written(fit, "mine", mine, TEMPLATE)
+    assert "Best reduced model: M8, off by 1.22 kPa" in text and "for export" not in text
+
+
 def test_a_coefficient_gives_way_to_k_0_and_a_measured_temperature_is_kept(mine, tmp_path):
     other = tmp_path / "other.yaml"
     content = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
