@@ -23,11 +23,14 @@ def _number(value: Any) -> Any:
     return value
 
 
+MOST_PERCENT = 50.0  # of an accuracy
+MOST_K_0_FACTOR = 100.0  # within which k_0 may be known
+
 Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
 Fraction = Annotated[Number, Field(gt=0, lt=1)]
 Seconds = Annotated[Number, Field(gt=0, le=1e5)]
 Frequency = Annotated[Number, Field(gt=0, le=1e4)]
-Percent = Annotated[Number, Field(gt=0, le=50)]
+Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
 Level = Annotated[Number, Field(ge=-100, le=100)]
 Conductance = Annotated[Number, Field(ge=0, le=1e4)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")]
@@ -213,7 +216,7 @@ class CylinderSection(_Section):
         None,
         exclude_if=lambda value: value is None,
         ge=1,
-        le=100,
+        le=MOST_K_0_FACTOR,
     )
     valve_within_percent: Percent | None = _key(
         "pneumo study: accuracy of the valve's flow; left out: exact",

@@ -6,7 +6,7 @@ import numpy as np
 import yaml
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.schema import Configuration
+from pneumo.configuration.schema import MOST_K_0_FACTOR, MOST_PERCENT, Configuration
 from pneumo.errors import printable
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
 from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, QUANTITIES, of_group
@@ -18,6 +18,12 @@ SUFFIX = "-fitted"
 # Section and key by parameter.
 KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
 DYNAMICS = "cylinders.valve_dynamics"
+ALIKE = 1e-9  # of rounding, below which two numbers are equal
+MOST_WITHIN = {  # that a configuration may say
+    "k_0_factor": MOST_K_0_FACTOR,
+    "valve_within_percent": MOST_PERCENT,
+    "dead_volumes_within_percent": MOST_PERCENT,
+}
 NOTED = (*dict.fromkeys((*KEYS, *ALSO)), "k_0_A", "k_0_B", "leak")
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
 
@@ -64,6 +70,9 @@ def fitted_configuration(
         notes.append(f"T = {T:.2f} K, measured")
     known = {name: interval for name, interval in estimates.items() if interval.known}
     notes += _put_values(content, section, known, plant)
+    accuracies, cut = _known_within(known)
+    section |= accuracies
+    notes += cut
     unknown = [
         _line(name, interval) for name, interval in estimates.items() if name in KEYS and name not in known
     ]
@@ -131,6 +140,30 @@ def _put_values(
     if dynamics:
         section["valve_dynamics"] = dynamics
     return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
+
+
+def _known_within(known: dict[str, Interval]) -> tuple[dict[str, float], list[str]]:
+    """Accuracies of k_0, valve and dead volumes for `pneumo study`, by key, and notes on those cut.
+
+    They reach the farther end of the interval. An unknown one stays as configured.
+    """
+    accuracies: dict[str, float] = {}
+    if "k_0" in known:
+        value, low, high = known["k_0"]
+        accuracies["k_0_factor"] = max(value / low, high / value)
+    percent = {name: 100 * max(i.high - i.value, i.value - i.low) / i.value for name, i in known.items()}
+    for key, names in (
+        ("valve_within_percent", ("k_xu",)),
+        ("dead_volumes_within_percent", of_group("dead volume")),
+    ):
+        if percent.keys() >= {*names}:
+            accuracies[key] = max(percent[name] for name in names)
+    cut = [key for key, accuracy in accuracies.items() if accuracy > MOST_WITHIN[key]]
+    rounded = {key: float(np.ceil(100 * accuracy - ALIKE)) / 100 for key, accuracy in accuracies.items()}
+    return (
+        {key: min(accuracy, MOST_WITHIN[key]) for key, accuracy in rounded.items()},
+        [f"the interval is wider than {key} may say" for key in cut],
+    )
 
 
 def _experiments(

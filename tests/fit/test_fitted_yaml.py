@@ -8,6 +8,7 @@ import yaml
 from checkout import ROOT
 
 from pneumo.catalogue import default_conductance
+from pneumo.configuration.known_within import known_within
 from pneumo.configuration.parameters import load, study
 from pneumo.fit.fit_result import Estimate, FitResult, fit_data
 from pneumo.fit.fitted_parameters import REPORTED
@@ -16,6 +17,7 @@ from pneumo.fit.record.measurement import Measurement
 from pneumo.publish.text.terminal_tables import rig_rows
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
+from pneumo.statistics.intervals import Interval
 
 SAMPLES = 200
 VALUES = {"n": 1.312345678, "k_0": 0.4512345678, "k_xu": 8.9e-7, "V_d_A": 9e-6, "V_d_B": 11e-6}
@@ -117,6 +119,23 @@ def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment
     text = written(found(full=full._replace(low={}, high={})), "mine", mine, TEMPLATE)
     assert configured_plant(read(text, tmp_path)[1]).k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
     assert "bench.csv by M8" in text
+
+
+def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_path):
+    before = tmp_path / "before.yaml"
+    before.write_text("cylinders: {mine: {valve_within_percent: 5.0, dead_volumes_within_percent: 20.0}}\n")
+    narrow = Interval(VALUES["k_xu"], 0.99 * VALUES["k_xu"], 1.017 * VALUES["k_xu"])
+    fit = found(k_xu=narrow.low)
+    fit.data["high"].loc[{"model": "M8", "parameter": "k_xu"}] = narrow.high
+    known = known_within(read(written(fit, "mine", mine, TEMPLATE, before), tmp_path)[0])["mine"]
+    assert known.valve == pytest.approx(0.017, abs=1e-4)  # rounded up to 0.01 %
+    assert 1 / 0.9 <= known.k_0_factor <= 1 / 0.9 + 0.01 and known.dead_volumes == pytest.approx(0.1)
+    # An open end says nothing of an accuracy; one that is too wide for a key is said to be.
+    text = written(found(k_0=np.nan, V_d_B=np.nan, k_xu=1e-8), "mine", mine, TEMPLATE, before)
+    unknown = known_within(read(text, tmp_path)[0])["mine"]
+    assert (unknown.valve, unknown.dead_volumes) == (0.5, 0.2)
+    assert unknown.k_0_factor == known_within(load(TEMPLATE))["mine"].k_0_factor
+    assert "wider than valve_within_percent may say" in text
 
 
 def test_a_model_on_a_bound_of_the_search_is_not_offered_for_an_export(mine):
