@@ -199,7 +199,7 @@ lock-check: .venv/.study  ## is there a wheel of every locked package for Linux 
 clean:  ## remove results, documentation and caches, keep .venv
 	@echo "== clean: results, site, workflow state, tool caches"
 	find results -mindepth 1 ! -path results/README.md -delete
-	rm -rf site jupyter_execute dist build .coverage* .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf results-* site jupyter_execute dist build .coverage* .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 
 # Stamps come last, so an interrupted set-up starts afresh. uv, itself pinned in the lock, takes seconds where pip takes
 # minutes; pip is kept for machines where only pip is configured to reach a package index.

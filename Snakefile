@@ -13,6 +13,7 @@ from pneumo.jobs.checked_study import (
     as_written,
     checked_study,
     limits_of_cylinders,
+    results_folder,
     user_cylinders,
     without_trust,
 )
@@ -20,7 +21,7 @@ from pneumo.jobs.fleet_plan import checked_fleet, resources
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
 from pneumo.jobs.run_lock import check_run_folder, is_dry_run, set_damaged_aside, take_run_lock
 
-min_version("9.0")
+min_version("9.27")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
 
 if workflow.is_main_process:
@@ -32,7 +33,7 @@ configfile: "config/paper.yaml"
 
 onstart:
     if workflow.is_main_process:
-        take_run_lock()
+        take_run_lock(RESULTS)
 
 
 # Cylinders in a table are planned without the paper's study; jobs need not check every row again.
@@ -42,11 +43,16 @@ OPTIONS, TRUST = without_trust(
 )  # --config trust=true, as `pneumo study --trust`
 config.pop("trust", None)
 config.update(as_written(FILES, OPTIONS))
+RESULTS = results_folder(FILES, OPTIONS)
 FLEET = checked_fleet(config, FILES, OPTIONS, check=workflow.is_main_process, trust=TRUST)
 
 
 if workflow.is_main_process and not is_dry_run(sys.argv[1:]):
-    set_damaged_aside()
+    set_damaged_aside(RESULTS)
+
+
+pathvars:
+    results=RESULTS,  # what <results> in the rules stands for
 
 
 include: "workflow/rules/common.smk"

@@ -157,7 +157,7 @@ def judged_smoke_study(tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("smoke") / "a path" / "pneumo"
     run = Study(folder, "config/smoke.yaml")
-    done = run.run("-j2", "results/verdict.html", "results/report.html")
+    done = run.run("-j2", *(f"{run.results.name}/{page}.html" for page in ("verdict", "report")))
     assert done.code == 0, done.output
     return run
 

@@ -20,9 +20,9 @@ from tests.torture.study import Study
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 
-def planned(study: Study, *options: str) -> dict[str, int]:
+def planned(study: Study) -> dict[str, int]:
     """Jobs that a dry run would start, by rule."""
-    text = study.run("-n", *options).output
+    text = study.run("-n").output
     if "Nothing to be done" in text:
         return {}
     table = re.search(r"^job\s+count\n-+\s+-+\n(.*?)\n\n", text, re.MULTILINE | re.DOTALL)
@@ -49,6 +49,9 @@ def test_a_study_is_made_up_to_verdict_and_report(judged_smoke_study):
     assert {"published/statistics.nc", "exact/statistics.nc", "settling.nc"} <= made
     assert {"parameters.json", "verdict.json", "verdict.html", "report.html"} <= made
     assert not [name for name in made if name.endswith(".part")]
+    # The paper's own results would be beside them.
+    assert judged_smoke_study.results.name == "results-smoke"
+    assert [file.name for file in (judged_smoke_study.folder / "results").iterdir()] == ["README.md"]
 
 
 @pytest.mark.slow
@@ -142,11 +145,12 @@ RUNS = ("open", "other")
 @pytest.mark.slow
 def test_cylinders_of_ones_own(tmp_path):
     compiled_already = {"PYTHONPATH": str(ROOT)}
-    study = Study(tmp_path / "own", "my.yaml", compiled_already)
+    study = Study(tmp_path / "own", "my.yaml more.yaml", compiled_already)
     shutil.copy(study.folder / "pneumo/selection/templates/cylinder.yaml", study.folder / "my.yaml")
     (study.folder / "more.yaml").write_text(OWN)
-    done = study.run("-j2", "--configfile", "my.yaml", "more.yaml")
+    done = study.run()
     assert done.code == 0, done.output
+    assert [file.name for file in (study.folder / "results").iterdir()] == ["README.md"]
     names = [
         (t, kind, name) for t in ("published", "exact") for kind in ("replay", "traces") for name in RUNS
     ]
@@ -168,27 +172,26 @@ def test_cylinders_of_ones_own(tmp_path):
 @pytest.mark.slow
 def test_a_table_of_cylinders_runs_in_blocks(tmp_path):
     compiled_already = {"PYTHONPATH": str(ROOT)}
-    fleet = Study(tmp_path / "fleet", "fleet.yaml", compiled_already)
+    fleet = Study(tmp_path / "fleet", "fleet.yaml quick.yaml", compiled_already)
     write_table_template(fleet.folder / "fleet.yaml")
     table = fleet.folder / "fleet.csv"
     head, first, second = table.read_text().splitlines()
     table.write_text("\n".join([head, first, second, first.replace("first", "third")]))
     quick = "run: {seeds: 2, duration_limit_s: 0.3, block_size: 2}\nn: [1.2, 1.3]\n"
     (fleet.folder / "quick.yaml").write_text(quick)
-    options = ("-j2", "--configfile", "fleet.yaml", "quick.yaml")
-    assert planned(fleet, *options) == {"fleet_block": 2, "fleet_index": 1}
-    done = fleet.run(*options)
+    assert planned(fleet) == {"fleet_block": 2, "fleet_index": 1}
+    done = fleet.run()
     assert done.code == 0, done.output
     assert set(fleet.hashes()) == {"fleet/000000.nc", "fleet/000002.nc", "fleet.nc", "fleet.html"}
-    assert planned(fleet, *options) == {}
+    assert planned(fleet) == {}
     with replaced(table, "third,25.0", "third,20.0"):  # its block alone
-        assert planned(fleet, *options) == {"fleet_block": 1, "fleet_index": 1}
+        assert planned(fleet) == {"fleet_block": 1, "fleet_index": 1}
     with replaced(table, "third,25.0", "third,2000.0"):
-        done = fleet.run(*options)
+        done = fleet.run()
     assert (done.code, done.output.count("pneumo: ")) == (2, 1)
     assert done.refusal.startswith("fleet.csv: row 4, column bore_mm = 2000.0: must be")
     # The page of one, and the same cells as of its own study, in four bytes.
-    done = fleet.pneumo("study", "--from", "results", "--cylinder", "third", "-o", "page")
+    done = fleet.pneumo("study", "--from", fleet.results.name, "--cylinder", "third", "-o", "page")
     assert done.code == 0 and "third: open, closed, 2 runs each" in done.output, done.output
     alone = fleet.pneumo("study", "fleet.yaml", "quick.yaml", "--cylinder", "third", "-o", "alone")
     assert alone.code == 0, alone.output

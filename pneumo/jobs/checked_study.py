@@ -1,6 +1,7 @@
 """The study that the Snakefile plans, checked before any job starts."""
 
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -40,6 +41,19 @@ def without_trust(options: Mapping[str, Any]) -> tuple[dict[str, Any], bool]:
     """
     trust = str(options.get("trust")).lower() == "true"  # Snakemake reads the word as text
     return {key: value for key, value in options.items() if key != "trust"}, trust
+
+
+def results_folder(files: Sequence[Path], options: Mapping[str, Any]) -> str:
+    """Return the folder that a run fills: `results`, or another one for files or options on top.
+
+    Examples
+    --------
+    >>> results_folder([], {}), results_folder([Path("my.yaml"), Path("more.yaml")], {})
+    ('results', 'results-my-more')
+    """
+    own = [Path(file) for file in files if Path(file).resolve() != BASE.resolve()]
+    names = [re.sub(r"[^\w.-]", "_", file.stem) for file in own] or ["config"] * bool(options)
+    return "-".join(["results", *names])
 
 
 def checked_study(

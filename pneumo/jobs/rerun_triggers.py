@@ -27,15 +27,15 @@ def code_behind(script: str, *modules: str) -> Callable[[object], str]:
     return lambda wildcards: of_script()  # noqa: ARG005 - Snakemake looks at its name
 
 
-def evidence_for(study: Study, name: str) -> list[str]:
+def evidence_for(results: str, study: Study, name: str) -> list[str]:
     """Return the file of evidence that was made from this configuration in a list, which may be empty."""
-    file = evidence_file(Path("results"), name, study.config_sha256)
+    file = evidence_file(Path(results), name, study.config_sha256)
     return [] if file is None else [os.path.relpath(file)]
 
 
-def kept_or_made(study: Study, name: str) -> str:
+def kept_or_made(results: str, study: Study, name: str) -> str:
     """Return the path of evidence made from this configuration, else where it will be made."""
-    return (evidence_for(study, name) or [f"results/{name}"])[0]
+    return (evidence_for(results, study, name) or [f"{results}/{name}"])[0]
 
 
 def page_templates(template: str) -> list[str]:

@@ -20,9 +20,8 @@ from pneumo.storage.seal import check_seal, sealed_files
 STATE = Path(".snakemake")
 RUN_LOCK, JOBS_LOCK = STATE / "pneumo.run", STATE / "pneumo.jobs"
 RUN = "PNEUMO_RUN"  # name of the run in the environment of its jobs
-RESULTS = Path("results")
 ROOM = 2_000_000  # bytes for Snakemake's own files
-DATED = ("results", "paper", "pneumo", "workflow")  # folders of files whose times Snakemake compares
+DATED = ("paper", "pneumo", "workflow")  # folders of files whose times Snakemake compares, beside results
 
 
 def check_run_folder(checkout: Path) -> None:
@@ -53,16 +52,18 @@ def _refused(problem: str) -> int:
     return 2
 
 
-def take_run_lock() -> None:
+def take_run_lock(results: str) -> None:
     """Take the run lock of this folder until this process ends; wait for jobs of a killed run.
+
+    `results` is the folder that the run writes into.
 
     Ends the process with exit code 2 and one line on standard error if another run holds the lock, or if
     results cannot be written.
     """
     try:
-        RESULTS.mkdir(exist_ok=True)
-        if not os.access(RESULTS, os.W_OK):
-            raise PermissionError(errno.EACCES, "not writable", RESULTS)
+        Path(results).mkdir(exist_ok=True)
+        if not os.access(results, os.W_OK):
+            raise PermissionError(errno.EACCES, "not writable", results)
         RUN_LOCK.parent.mkdir(exist_ok=True)
         lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a descriptor: stays open until the process ends
         JOBS_LOCK.open("a").close()
@@ -82,7 +83,7 @@ def take_run_lock() -> None:
         except BlockingIOError:
             print("pneumo: waiting for a job of a killed run to end", file=sys.stderr)
             fcntl.flock(jobs, fcntl.LOCK_EX)
-    _warn_about_future_files()
+    _warn_about_future_files(results)
 
 
 def is_dry_run(arguments: Sequence[str]) -> bool:
@@ -96,13 +97,13 @@ def is_dry_run(arguments: Sequence[str]) -> bool:
     return any(re.fullmatch(r"-[a-z]*n[a-z]*|--dry-?run", argument) for argument in arguments)
 
 
-def set_damaged_aside() -> None:
+def set_damaged_aside(results: str) -> None:
     """Rename results whose seal is missing or wrong, with a line for each, before a run is planned.
 
     Else the run would be planned with them, and a job that reads one would fail after Snakemake has removed
     the job's good outputs.
     """
-    for file in sealed_files(RESULTS):
+    for file in sealed_files(Path(results)):
         try:
             check_seal(file)
         except DamagedError as error:
@@ -122,12 +123,12 @@ def job_lock() -> Generator[None]:
         yield
 
 
-def _warn_about_future_files() -> None:
+def _warn_about_future_files(results: str) -> None:
     """Print one line if files are dated in the future, after the clock was set back.
 
     Snakemake refuses an output that is older than its input.
     """
-    files = [file for folder in DATED for file in Path(folder).rglob("*") if file.is_file()]
+    files = [file for folder in (results, *DATED) for file in Path(folder).rglob("*") if file.is_file()]
     newest = max(files, key=lambda file: file.stat().st_mtime, default=None)
     if newest and newest.stat().st_mtime > time.time() + 1:
         remedy = "correct the clock, or `touch` the file, else Snakemake refuses what is made from it"

@@ -14,7 +14,7 @@ from typing import BinaryIO
 from pneumo.errors import DamagedError
 from pneumo.regular_file import regular_file
 
-LISTED = re.compile(r"^([0-9a-f]{64})  (results/.+)$", re.MULTILINE)
+LISTED = re.compile(r"^([0-9a-f]{64})  (results(?:-[^/]+)?/.+)$", re.MULTILINE)
 SEALED_JSON = ("parameters.json", "verdict.json", "findings.json")
 LARGEST_RESULT = 50_000_000_000  # bytes; the study's largest has 92 million
 LARGEST_JSON = 100_000_000  # bytes, read as a whole
@@ -43,7 +43,7 @@ def manifest(results: Path) -> dict[Path, str]:
     lines = (
         line for log in logs for line in LISTED.findall(log.read_text(encoding="utf-8", errors="replace"))
     )
-    return {results / Path(name).relative_to("results"): digest for digest, name in lines}
+    return {results.joinpath(*Path(name).parts[1:]): digest for digest, name in lines}
 
 
 def sha256_lines(files: Iterable[Path], root: Path) -> str:

@@ -6,7 +6,23 @@ import pytest
 from checkout import ROOT
 
 from pneumo.configuration.parameters import merged, read_yaml
-from pneumo.jobs.checked_study import as_written, checked_study, without_trust
+from pneumo.jobs.checked_study import as_written, checked_study, results_folder, without_trust
+
+
+@pytest.mark.parametrize(
+    ("files", "options", "folder"),
+    [
+        ([], {}, "results"),
+        (["config/paper.yaml"], {}, "results"),
+        (["config/smoke.yaml"], {}, "results-smoke"),
+        (["one/my.yaml", "more.yaml"], {"step_s": 0.002}, "results-my-more"),
+        (["a {b} ü<.yaml"], {}, "results-a__b__ü_"),
+        ([], {"step_s": 0.002}, "results-config"),
+    ],
+)
+def test_only_the_papers_study_fills_the_folder_results(monkeypatch, files, options, folder):
+    monkeypatch.chdir(ROOT)
+    assert results_folder([Path(file) for file in files], options) == folder
 
 
 @pytest.mark.parametrize(("options", "source"), [({"step_s": -1}, "--config"), ({}, "config/paper.yaml")])

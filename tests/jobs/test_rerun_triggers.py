@@ -24,28 +24,28 @@ def empty_folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize("damage", [b"", b"{", b"[]", b"{}", b"\xff"])
 def test_evidence_counts_for_the_configuration_that_made_it_only(name, damage):
     file = Path("results") / name
-    assert evidence_for(STUDY, name) == []
+    assert evidence_for("results", STUDY, name) == []
     if name.endswith(".nc"):
         write(xr.Dataset({"x": 1.0}), file, OWN)
     else:
         write_json(json.dumps(OWN), file)
-    assert evidence_for(STUDY, name) == [str(file)]
-    assert evidence_for(STUDY._replace(config_sha256="another"), name) == []
+    assert evidence_for("results", STUDY, name) == [str(file)]
+    assert evidence_for("results", STUDY._replace(config_sha256="another"), name) == []
     before = fingerprints([str(file)])
     file.write_bytes(damage)
-    assert evidence_for(STUDY, name) == [str(file)]  # so that the job which reads it refuses it
+    assert evidence_for("results", STUDY, name) == [str(file)]  # so that the job which reads it refuses it
     assert list(before) == [str(file)] and fingerprints([str(file)]) != before
 
 
 def test_kept_evidence_serves_where_results_lack_it_and_that_of_no_configuration_every_study(tmp_path):
     write(xr.Dataset({"x": 1.0}), tmp_path / "kept/floor.nc", OWN)
     another = STUDY._replace(config_sha256="another")
-    assert kept_or_made(STUDY, "floor.nc") == "kept/floor.nc"
-    assert kept_or_made(another, "floor.nc") == "results/floor.nc"
+    assert kept_or_made("results", STUDY, "floor.nc") == "kept/floor.nc"
+    assert kept_or_made("results-another", another, "floor.nc") == "results-another/floor.nc"
     write(xr.Dataset({"x": 2.0}), tmp_path / "results/floor.nc", OWN)
-    assert kept_or_made(STUDY, "floor.nc") == "results/floor.nc"
+    assert kept_or_made("results", STUDY, "floor.nc") == "results/floor.nc"
     write(xr.Dataset({"x": 1.0}), tmp_path / "kept/cylinders.nc", {"config_sha256": "none: drawn"})
-    assert kept_or_made(STUDY, "cylinders.nc") == "kept/cylinders.nc"
+    assert kept_or_made("results", STUDY, "cylinders.nc") == "kept/cylinders.nc"
 
 
 @pytest.mark.parametrize("name", ["floor.nc", "findings.json"])

@@ -14,14 +14,14 @@ from pneumo.storage.files import write_json
 
 def refusal(capsys):
     with pytest.raises(SystemExit) as end:
-        take_run_lock()
+        take_run_lock("results")
     assert end.value.code == 2
     return capsys.readouterr().err
 
 
 def test_a_second_run_and_results_that_cannot_be_written_are_refused(run_folder, monkeypatch, capsys):
     monkeypatch.setenv(RUN, "")  # so that what is set here does not outlast this test
-    take_run_lock()
+    take_run_lock("results")
     assert os.environ[RUN] == RUN_LOCK.read_text() != ""
     assert refusal(capsys).startswith("pneumo: another run is active in this folder")
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # whom root may always write
@@ -70,7 +70,7 @@ def test_a_file_from_the_future_is_named_and_not_changed(run_folder, monkeypatch
     file.parent.mkdir()
     file.touch()
     os.utime(file, (date, date))
-    take_run_lock()
+    take_run_lock("results")
     warned = capsys.readouterr().err.startswith("pneumo: results/E01.nc: modified in the future; correct the")
     assert warned == (shift > 0)
     assert file.stat().st_mtime == pytest.approx(date)
@@ -85,7 +85,7 @@ def test_damaged_results_are_set_aside_and_good_ones_stay(run_folder, capsys):
     (results / "datum/E01.nc").write_bytes(b"cut")
     (results / "table7.md").write_text("has no seal")
     os.mkfifo(results / "pipe.nc")
-    set_damaged_aside()
+    set_damaged_aside("results")
     left = {str(file.relative_to(results)) for file in results.rglob("*") if not file.is_dir()}
     assert left == {"parameters.json.damaged", "verdict.json", "datum/E01.nc.damaged", "table7.md", "pipe.nc"}
     lines = capsys.readouterr().err.splitlines()

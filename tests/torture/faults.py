@@ -139,11 +139,11 @@ def damage(bench: Bench, spoil: Callable[[Bench, Path], None]) -> Iterator[tuple
         path = bench.rng.choice(sealed_files(study.results))
         name, before = str(path.relative_to(study.folder)), path.stat()
         spoil(bench, path)
-        named = name in study.pneumo("paper", "verify").output
+        named = name in study.pneumo("paper", "verify", study.results.name).output
         if number % 2:
             os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # only its content differs
             refused, by = (
-                study.pneumo("paper", "verify", "--remove").code == 0,
+                study.pneumo("paper", "verify", study.results.name, "--remove").code == 0,
                 "removed by `pneumo paper verify`",
             )
             refused = refused and not path.exists()

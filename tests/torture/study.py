@@ -30,13 +30,17 @@ class Done(NamedTuple):
 class Study:
     """A checkout's copy in a new folder and the study in it.
 
-    `config` is merged over the paper's, `environment` over this process's variables.
+    The files of `config`, with spaces between, are merged over the paper's, `environment` over this process's
+    variables.
     """
 
     def __init__(self, folder: Path, config: str, environment: Mapping[str, str] | None = None):
-        self.folder, self.results = copy_checkout(folder), folder / "results"
+        files = config.split()
+        self.folder = copy_checkout(folder)
+        self.results = folder / "-".join(["results", *(Path(file).stem for file in files)])
+        self.results.mkdir(exist_ok=True)
         self.command = [sys.executable, "-m", "snakemake", "--rerun-incomplete"]
-        self.command += ["--configfile", config] if config else []
+        self.command += ["--configfile", *files] if files else []
         python_path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
         self.environment = os.environ | {"PYTHONPATH": python_path} | dict(environment or {})
         self.options: dict[str, Any] = {"cwd": self.folder, "env": self.environment, "text": True}

@@ -6,9 +6,9 @@ rule statistics:
         parameters=rules.parameters.output[0],
         cells=rules.replay.output,
     output:
-        tables=expand("results/{transport}/statistics.nc", transport=TRANSPORTS),
+        tables=expand("<results>/{transport}/statistics.nc", transport=TRANSPORTS),
     log:
-        "results/logs/statistics.log",
+        "<results>/logs/statistics.log",
     params:
         code=code_behind("statistics.py"),
     message:
@@ -20,7 +20,7 @@ rule statistics:
 rule verdict:
     input:
         # Evidence is not part of the study; once it is there, the verdict uses it and it is kept up to date.
-        evidence=evidence_for(STUDY, "assumptions.nc") + evidence_for(STUDY, "power.nc"),
+        evidence=evidence_for(RESULTS, STUDY, "assumptions.nc") + evidence_for(RESULTS, STUDY, "power.nc"),
         parameters=rules.parameters.output[0],
         settling=rules.settling.output,
         datum=rules.datum.output,
@@ -35,10 +35,10 @@ rule verdict:
         templates=page_templates("verdict.html.j2"),
         about=["paper/2006/page.yaml", "paper/2006/findings.html.j2", "paper/2006/simulators.json"],
     output:
-        judged="results/verdict.json",
-        page=report("results/verdict.html", caption="../captions/verdict.rst", category="Pages"),
+        judged="<results>/verdict.json",
+        page=report("<results>/verdict.html", caption="../captions/verdict.rst", category="Pages"),
     log:
-        "results/logs/verdict.log",
+        "<results>/logs/verdict.log",
     params:
         name="2006",
         code_now=code_now("assumptions.nc", "power.nc"),

@@ -18,9 +18,9 @@ rule at_work_block:
         parameters=rules.parameters.output[0],
         template="pneumo/selection/templates/cylinder.yaml",
     output:
-        block="results/at_work/{plant}.nc",
+        block="<results>/at_work/{plant}.nc",
     log:
-        "results/logs/at_work_{plant}.log",
+        "<results>/logs/at_work_{plant}.log",
     wildcard_constraints:
         plant="|".join(AT_WORK),
     params:
@@ -37,9 +37,9 @@ rule at_work_statistics:
         parameters=rules.parameters.output[0],
         blocks=expand(rules.at_work_block.output, plant=AT_WORK),
     output:
-        cells="results/at_work.nc",
+        cells="<results>/at_work.nc",
     log:
-        "results/logs/at_work.log",
+        "<results>/logs/at_work.log",
     params:
         code=code_behind("at_work.py"),
     message:
@@ -51,7 +51,7 @@ rule at_work_statistics:
 rule at_work:
     input:
         rules.at_work_statistics.output,
-        expand("results/figures/at_work.{kind}", kind=["svg", "png"]),
+        expand("<results>/figures/at_work.{kind}", kind=["svg", "png"]),
 
 
 # The same with the full order, and with k_0 as a state, where a plant is known in part only: paper/decisions/0076.
@@ -66,9 +66,9 @@ rule partly_known_block:
         parameters=rules.parameters.output[0],
         template="pneumo/selection/templates/cylinder.yaml",
     output:
-        block="results/partly_known/{plant}.nc",
+        block="<results>/partly_known/{plant}.nc",
     log:
-        "results/logs/partly_known_{plant}.log",
+        "<results>/logs/partly_known_{plant}.log",
     wildcard_constraints:
         plant="|".join(PARTLY_KNOWN),
     params:
@@ -86,9 +86,9 @@ rule partly_known:
         parameters=rules.parameters.output[0],
         blocks=expand(rules.partly_known_block.output, plant=PARTLY_KNOWN),
     output:
-        cells="results/partly_known.nc",
+        cells="<results>/partly_known.nc",
     log:
-        "results/logs/partly_known.log",
+        "<results>/logs/partly_known.log",
     params:
         code=code_behind("partly_known.py"),
     message:

@@ -18,13 +18,13 @@ def sets_of(wildcards):
 
 def kept(name):
     """Function for an input: the evidence in results, else the copy kept with the source, else to be made."""
-    return lambda wildcards: kept_or_made(STUDY, name)
+    return lambda wildcards: kept_or_made(RESULTS, STUDY, name)
 
 
 def code_now(*names):
     """Function for a parameter: the evidence that there is, and the code that would make it now."""
     return lambda wildcards: {
-        file: EVIDENCE_CODE[name](wildcards) for name in names for file in evidence_for(STUDY, name)
+        file: EVIDENCE_CODE[name](wildcards) for name in names for file in evidence_for(RESULTS, STUDY, name)
     }
 
 

@@ -5,9 +5,9 @@ rule ranking_cells:
     input:
         parameters=rules.parameters.output[0],
     output:
-        cells="results/study/{cylinder}.nc",
+        cells="<results>/study/{cylinder}.nc",
     log:
-        "results/logs/study/{cylinder}.log",
+        "<results>/logs/study/{cylinder}.log",
     wildcard_constraints:
         cylinder=r"[A-Za-z][\w-]*",
     params:
@@ -26,9 +26,9 @@ rule ranking_page:
         templates=page_templates("study.html.j2"),
         quoted="pneumo/publish/text/todays_answer.json",
     output:
-        page="results/study.html",
+        page="<results>/study.html",
     log:
-        "results/logs/ranking_page.log",
+        "<results>/logs/ranking_page.log",
     params:
         code=code_behind("ranking_page.py"),
     message:

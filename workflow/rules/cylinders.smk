@@ -7,9 +7,9 @@ CYLINDER_BLOCKS = [f"{first:04}" for first in range(0, CYLINDERS, CYLINDER_BLOCK
 
 rule cylinders_block:
     output:
-        block="results/cylinders/{first}.nc",
+        block="<results>/cylinders/{first}.nc",
     log:
-        "results/logs/cylinders_{first}.log",
+        "<results>/logs/cylinders_{first}.log",
     wildcard_constraints:
         first=r"\d{4}",
     threads: all_cores
@@ -24,11 +24,11 @@ rule cylinders_block:
 
 rule cylinders_analysis:
     input:
-        blocks=expand("results/cylinders/{first}.nc", first=CYLINDER_BLOCKS),
+        blocks=expand("<results>/cylinders/{first}.nc", first=CYLINDER_BLOCKS),
     output:
-        cells="results/cylinders.nc",
+        cells="<results>/cylinders.nc",
     log:
-        "results/logs/cylinders.log",
+        "<results>/logs/cylinders.log",
     params:
         compared=COMPARED,
         code=code_behind("cylinders.py"),
@@ -41,7 +41,7 @@ rule cylinders_analysis:
 rule cylinders:
     input:
         rules.cylinders_analysis.output,
-        expand("results/figures/regimes.{kind}", kind=["svg", "png"]),
+        expand("<results>/figures/regimes.{kind}", kind=["svg", "png"]),
 
 
 # The full order in the contest, paper/decisions/0075: `snakemake -j2 contest`. Blocks come in turn from both halves.
@@ -54,9 +54,9 @@ CONTEST_BLOCKS = [
 
 rule contest_block:
     output:
-        block="results/contest/{first}.nc",
+        block="<results>/contest/{first}.nc",
     log:
-        "results/logs/contest_{first}.log",
+        "<results>/logs/contest_{first}.log",
     wildcard_constraints:
         first=r"\d{4}",
     params:
@@ -72,9 +72,9 @@ rule contest_paper:
     input:
         parameters=rules.parameters.output[0],
     output:
-        runs="results/contest_paper.nc",
+        runs="<results>/contest_paper.nc",
     log:
-        "results/logs/contest_paper.log",
+        "<results>/logs/contest_paper.log",
     params:
         code=code_behind("contest_paper.py"),
     message:
@@ -89,9 +89,9 @@ rule contest:
         paper=rules.contest_paper.output.runs,
         rule=kept("cylinders.nc"),
     output:
-        cells="results/contest.nc",
+        cells="<results>/contest.nc",
     log:
-        "results/logs/contest.log",
+        "<results>/logs/contest.log",
     params:
         compared=COMPARED,
         code=code_behind("contest.py"),

@@ -9,9 +9,9 @@ rule ensemble_block:
     input:
         parameters=rules.parameters.output[0],
     output:
-        block="results/ensemble/{first}.nc",
+        block="<results>/ensemble/{first}.nc",
     log:
-        "results/logs/ensemble_{first}.log",
+        "<results>/logs/ensemble_{first}.log",
     wildcard_constraints:
         first=r"\d{3}",
     threads: all_cores
@@ -29,9 +29,9 @@ rule seed_sets:
     input:
         blocks=expand(rules.ensemble_block.output, first=BLOCKS),
     output:
-        errors="results/seed_sets.nc",
+        errors="<results>/seed_sets.nc",
     log:
-        "results/logs/seed_sets.log",
+        "<results>/logs/seed_sets.log",
     params:
         code=code_behind("seed_sets.py"),
     message:
@@ -45,9 +45,9 @@ rule ensemble_statistics:
         parameters=rules.parameters.output[0],
         errors=kept("seed_sets.nc"),
     output:
-        tables="results/ensemble.nc",
+        tables="<results>/ensemble.nc",
     log:
-        "results/logs/ensemble_statistics.log",
+        "<results>/logs/ensemble_statistics.log",
     params:
         code=code_behind("ensemble_statistics.py"),
     message:
@@ -63,11 +63,11 @@ rule findings:
         claims="paper/2006/claims.yaml",
         published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 8, 9]),
     output:
-        findings="results/findings.json",
-        table="results/findings.md",
-        deviations="results/seed_deviations.csv",
+        findings="<results>/findings.json",
+        table="<results>/findings.md",
+        deviations="<results>/seed_deviations.csv",
     log:
-        "results/logs/findings.log",
+        "<results>/logs/findings.log",
     params:
         code=code_behind("findings.py"),
     message:
@@ -79,5 +79,5 @@ rule findings:
 rule ensemble:
     input:
         rules.ensemble_statistics.output,
-        expand("results/figures/ensemble.{kind}", kind=["svg", "png"]),
+        expand("<results>/figures/ensemble.{kind}", kind=["svg", "png"]),
         rules.findings.output,

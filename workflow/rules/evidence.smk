@@ -43,11 +43,11 @@ EVIDENCE_CODE = {
 
 rule evidence_figure:
     input:
-        results=lambda wildcards: kept_or_made(STUDY, DRAWN[wildcards.drawn]["results"]),
+        results=lambda wildcards: kept_or_made(RESULTS, STUDY, DRAWN[wildcards.drawn]["results"]),
     output:
-        figure=expand("results/figures/{{drawn}}.{kind}", kind=["svg", "png"]),
+        figure=expand("<results>/figures/{{drawn}}.{kind}", kind=["svg", "png"]),
     log:
-        "results/logs/figure_{drawn}.log",
+        "<results>/logs/figure_{drawn}.log",
     wildcard_constraints:
         drawn="|".join(DRAWN),
     params:
@@ -65,9 +65,9 @@ rule assumptions:
         assumptions="paper/2006/assumptions.yaml",
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
     output:
-        toggled="results/assumptions.nc",
+        toggled="<results>/assumptions.nc",
     log:
-        "results/logs/assumptions.log",
+        "<results>/logs/assumptions.log",
     threads: all_cores
     params:
         configuration=config,
@@ -83,10 +83,10 @@ rule assumptions_effects:
         toggled=kept("assumptions.nc"),
         claims="paper/2006/claims.yaml",
     output:
-        table="results/assumptions.md",
-        figure=expand("results/figures/assumptions.{kind}", kind=["svg", "png"]),
+        table="<results>/assumptions.md",
+        figure=expand("<results>/figures/assumptions.{kind}", kind=["svg", "png"]),
     log:
-        "results/logs/assumptions_effects.log",
+        "<results>/logs/assumptions_effects.log",
     params:
         code=code_behind("assumptions_effects.py"),
     message:
@@ -98,14 +98,14 @@ rule assumptions_effects:
 rule power:
     input:
         parameters=rules.parameters.output[0],
-        cells=expand("results/published/replay/{experiment}.nc", experiment=STUDY.experiments),
+        cells=expand("<results>/published/replay/{experiment}.nc", experiment=STUDY.experiments),
         runs=[rules.datum.output, rules.settling.output.runs],
         claims="paper/2006/claims.yaml",
         seed_deviations="paper/2006/seed_deviations.csv",
     output:
-        agrees="results/power.nc",
+        agrees="<results>/power.nc",
     log:
-        "results/logs/power.log",
+        "<results>/logs/power.log",
     threads: all_cores
     params:
         configuration=config,
@@ -121,9 +121,9 @@ rule identification:
         parameters=rules.parameters.output[0],
         published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 9]),
     output:
-        estimates="results/identification.nc",
+        estimates="<results>/identification.nc",
     log:
-        "results/logs/identification.log",
+        "<results>/logs/identification.log",
     threads: all_cores
     params:
         code=code_behind("identification.py"),
@@ -137,9 +137,9 @@ rule open_loop_cells:
     input:
         parameters=rules.parameters.output[0],
     output:
-        cells="results/open_loop_cells.nc",
+        cells="<results>/open_loop_cells.nc",
     log:
-        "results/logs/open_loop_cells.log",
+        "<results>/logs/open_loop_cells.log",
     threads: all_cores
     params:
         code=code_behind("open_loop_cells.py"),
@@ -157,9 +157,9 @@ rule open_loop:
         published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 8, 9]),
         figures=expand("paper/2006/published/figure{number}.csv", number=[9, 11]),
     output:
-        ledger="results/open_loop.nc",
+        ledger="<results>/open_loop.nc",
     log:
-        "results/logs/open_loop.log",
+        "<results>/logs/open_loop.log",
     params:
         code=code_behind("open_loop.py"),
     message:
@@ -172,9 +172,9 @@ rule error_budget:
     input:
         parameters=rules.parameters.output[0],
     output:
-        budgets="results/error_budget.nc",
+        budgets="<results>/error_budget.nc",
     log:
-        "results/logs/error_budget.log",
+        "<results>/logs/error_budget.log",
     threads: all_cores
     params:
         code=code_behind("error_budget.py"),
@@ -188,9 +188,9 @@ rule floor:
     input:
         parameters=rules.parameters.output[0],
     output:
-        floors="results/floor.nc",
+        floors="<results>/floor.nc",
     log:
-        "results/logs/floor.log",
+        "<results>/logs/floor.log",
     threads: all_cores
     params:
         code=code_behind("floor.py"),
@@ -207,9 +207,9 @@ rule measured_records:
     input:
         records=[f"data/mbari/{name}.nc" for name in RECORDS],
     output:
-        cells="results/measurements.nc",
+        cells="<results>/measurements.nc",
     log:
-        "results/logs/measurements.log",
+        "<results>/logs/measurements.log",
     params:
         code=code_behind("measurements.py"),
     message:
@@ -231,9 +231,9 @@ rule measured_air:
             *[f"data/mbari/{name}.nc" for name in RECORDS],
         ],
     output:
-        cells="results/measured_air.nc",
+        cells="<results>/measured_air.nc",
     log:
-        "results/logs/measured_air.log",
+        "<results>/logs/measured_air.log",
     params:
         code=code_behind("measured_air.py"),
     message:
@@ -247,7 +247,9 @@ rule measurements:
         rules.measured_records.output,
         rules.measured_air.output,
         expand(
-            "results/figures/{drawn}.{kind}", drawn=["measurements", "pulses", "vessel"], kind=["svg", "png"]
+            "<results>/figures/{drawn}.{kind}",
+            drawn=["measurements", "pulses", "vessel"],
+            kind=["svg", "png"],
         ),
 
 
@@ -255,9 +257,9 @@ rule variants:
     input:
         assumptions="paper/2006/assumptions.yaml",
     output:
-        cells="results/variants.nc",
+        cells="<results>/variants.nc",
     log:
-        "results/logs/variants.log",
+        "<results>/logs/variants.log",
     threads: all_cores
     params:
         configuration=config,
@@ -272,9 +274,9 @@ rule variants_summary:
     input:
         cells=kept("variants.nc"),
     output:
-        table="results/variants.md",
+        table="<results>/variants.md",
     log:
-        "results/logs/variants_summary.log",
+        "<results>/logs/variants_summary.log",
     params:
         code=code_behind("variants_summary.py"),
     message:
@@ -289,9 +291,9 @@ CASE_BLOCKS = [f"{first:03}" for first in range(0, CASES, CASES_IN_BLOCK)]
 
 rule fit_coverage_block:
     output:
-        block="results/fit_coverage/{first}.nc",
+        block="<results>/fit_coverage/{first}.nc",
     log:
-        "results/logs/fit_coverage_{first}.log",
+        "<results>/logs/fit_coverage_{first}.log",
     wildcard_constraints:
         first=r"\d{3}",
     params:
@@ -307,10 +309,10 @@ rule fit_coverage:
     input:
         blocks=expand(rules.fit_coverage_block.output, first=CASE_BLOCKS),
     output:
-        cells="results/fit_coverage.nc",
-        table="results/fit_coverage.md",
+        cells="<results>/fit_coverage.nc",
+        table="<results>/fit_coverage.md",
     log:
-        "results/logs/fit_coverage.log",
+        "<results>/logs/fit_coverage.log",
     params:
         code=code_behind("fit_coverage.py"),
     message:
@@ -325,7 +327,7 @@ rule evidence:
         rules.variants_summary.output,
         kept("power.nc"),
         kept("open_loop.nc"),
-        expand("results/figures/{name}.{kind}", name=DRAWN, kind=["svg", "png"]),
+        expand("<results>/figures/{name}.{kind}", name=DRAWN, kind=["svg", "png"]),
         kept("fit_coverage.nc"),
         rules.ensemble.input,
-        "results/paper.pdf",  # of rules/manuscript.smk, which reads the rest
+        "<results>/paper.pdf",  # of rules/manuscript.smk, which reads the rest

@@ -13,9 +13,9 @@ def resources_of(block):
 
 rule fleet_block:
     output:
-        cells="results/fleet/{block}.nc",
+        cells="<results>/fleet/{block}.nc",
     log:
-        "results/logs/fleet/{block}.log",
+        "<results>/logs/fleet/{block}.log",
     wildcard_constraints:
         block=r"\d+",
     threads: all_cores
@@ -34,13 +34,13 @@ rule fleet_block:
 
 rule fleet_index:
     input:
-        blocks=expand("results/fleet/{block}.nc", block=FLEET.blocks),
+        blocks=expand("<results>/fleet/{block}.nc", block=FLEET.blocks),
         templates=page_templates("fleet.html.j2"),
     output:
-        index="results/fleet.nc",
-        page="results/fleet.html",
+        index="<results>/fleet.nc",
+        page="<results>/fleet.html",
     log:
-        "results/logs/fleet_index.log",
+        "<results>/logs/fleet_index.log",
     params:
         name=FLEET.sources.content["name"],
         code=code_behind("fleet_index.py"),

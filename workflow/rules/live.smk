@@ -7,9 +7,9 @@ rule live:
         templates=expand("pneumo/export/templates/{name}.j2", name=["model.c", "model.h", "test.c", "live.c"]),
         sources=[f"docs/live/live.{suffix}" for suffix in ("html", "css", "js")],
     output:
-        page="results/live.html",
+        page="<results>/live.html",
     log:
-        "results/logs/live.log",
+        "<results>/logs/live.log",
     params:
         code=code_behind("live.py"),
         n=1.35,

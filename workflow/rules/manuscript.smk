@@ -11,8 +11,8 @@ rule manuscript:
             rules.verdict.output[0],
             rules.ensemble_statistics.output[0],
         ],
-        evidence=lambda wildcards: [kept_or_made(STUDY, name) for name in READ],
-        figures=expand("results/figures/{name}.svg", name=["traces", "floor", "ensemble", "regimes"]),
+        evidence=lambda wildcards: [kept_or_made(RESULTS, STUDY, name) for name in READ],
+        figures=expand("<results>/figures/{name}.svg", name=["traces", "floor", "ensemble", "regimes"]),
         sources=[
             "paper/manuscript/style.typ",
             "paper/manuscript/references.bib",
@@ -20,10 +20,10 @@ rule manuscript:
         ],
         source="paper/manuscript/manuscript.typ",
     output:
-        numbers="results/manuscript.json",
-        pdf="results/paper.pdf",
+        numbers="<results>/manuscript.json",
+        pdf="<results>/paper.pdf",
     log:
-        "results/logs/manuscript.log",
+        "<results>/logs/manuscript.log",
     params:
         code_now=code_now(*READ),
         code=code_behind("manuscript.py"),

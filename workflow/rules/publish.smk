@@ -16,13 +16,13 @@ rule schemes:
         schemes=expand("paper/schemes/fig{number}.svg", number=SCHEMES),
     output:
         figures=report(
-            expand("results/figures/fig{number}.svg", number=SCHEMES),
+            expand("<results>/figures/fig{number}.svg", number=SCHEMES),
             caption="../captions/schemes.rst",
             category="Figures",
             subcategory="Schemes",
         ),
     log:
-        "results/logs/schemes.log",
+        "<results>/logs/schemes.log",
     params:
         code=code_behind("schemes.py"),
     message:
@@ -34,21 +34,21 @@ rule schemes:
 rule figures:
     input:
         parameters=rules.parameters.output[0],
-        settling=f"results/settling/{SHOWN['fig07']}.nc",
-        datum=f"results/datum/{SHOWN['traces']}.nc",
+        settling=f"<results>/settling/{SHOWN['fig07']}.nc",
+        datum=f"<results>/datum/{SHOWN['traces']}.nc",
         cells=rules.replay.output,
         statistics=rules.statistics.output,
     output:
         svg=report(
-            expand("results/figures/{name}.svg", name=FIGURES),
+            expand("<results>/figures/{name}.svg", name=FIGURES),
             caption="../captions/figures.rst",
             category="Figures",
             subcategory="Results",
         ),
-        png=expand("results/figures/{name}.png", name=FIGURES),
-        table="results/table7.md",
+        png=expand("<results>/figures/{name}.png", name=FIGURES),
+        table="<results>/table7.md",
     log:
-        "results/logs/figures.log",
+        "<results>/logs/figures.log",
     params:
         code=code_behind("figures.py"),
     message:
@@ -64,10 +64,12 @@ rule traces:
         statistics=rules.statistics.output,
     output:
         traces=expand(
-            "results/{transport}/traces/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments
+            "<results>/{transport}/traces/{experiment}.nc",
+            transport=TRANSPORTS,
+            experiment=STUDY.experiments,
         ),
     log:
-        "results/logs/traces.log",
+        "<results>/logs/traces.log",
     threads: all_cores
     params:
         code=code_behind("traces.py"),
@@ -88,14 +90,14 @@ rule report:
         templates=page_templates("report.html.j2"),
         quoted="pneumo/publish/text/todays_answer.json",
     output:
-        page=report("results/report.html", caption="../captions/report.rst", category="Pages"),
+        page=report("<results>/report.html", caption="../captions/report.rst", category="Pages"),
     log:
-        "results/logs/report.log",
+        "<results>/logs/report.log",
     params:
         # What is there is shown. As inputs, these would bring the whole ensemble and all evidence with them.
-        findings={} if USER_CYLINDERS else fingerprints(evidence_for(STUDY, "findings.json")),
+        findings={} if USER_CYLINDERS else fingerprints(evidence_for(RESULTS, STUDY, "findings.json")),
         code_now=code_behind("findings.py"),
-        manuscript=exists("results/paper.pdf"),
+        manuscript=exists(f"{RESULTS}/paper.pdf"),
         code=code_behind("report.py"),
     message:
         "Report: the study as a page to explore"

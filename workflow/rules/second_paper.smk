@@ -10,12 +10,12 @@ rule simulated_example:
             "paper/2007/published/{name}.csv", name=["table2", "table3", "table4", "table5", "quoted"]
         ),
     output:
-        response="results/2007/example.nc",
-        coefficients="results/2007/coefficients.nc",
-        svg=expand("results/2007/figures/{name}.svg", name=DRAWN_2007),
-        png=expand("results/2007/figures/{name}.png", name=DRAWN_2007),
+        response="<results>/2007/example.nc",
+        coefficients="<results>/2007/coefficients.nc",
+        svg=expand("<results>/2007/figures/{name}.svg", name=DRAWN_2007),
+        png=expand("<results>/2007/figures/{name}.png", name=DRAWN_2007),
     log:
-        "results/logs/simulated_example.log",
+        "<results>/logs/simulated_example.log",
     params:
         code=code_behind("simulated_example.py"),
     message:
@@ -34,10 +34,10 @@ rule verdict_2007:
         templates=page_templates("verdict.html.j2"),
         about=["paper/2007/page.yaml", "paper/2007/findings.html.j2"],
     output:
-        judged="results/2007/verdict.json",
-        page=report("results/2007/verdict.html", caption="../captions/verdict.rst", category="Pages"),
+        judged="<results>/2007/verdict.json",
+        page=report("<results>/2007/verdict.html", caption="../captions/verdict.rst", category="Pages"),
     log:
-        "results/logs/verdict_2007.log",
+        "<results>/logs/verdict_2007.log",
     params:
         name="2007",
         code_now={},

@@ -3,9 +3,9 @@
 
 rule parameters:
     output:
-        parameters="results/parameters.json",
+        parameters="<results>/parameters.json",
     log:
-        "results/logs/parameters.log",
+        "<results>/logs/parameters.log",
     priority: 3
     threads: all_cores  # nothing starts beside it that would keep a core from the full-order runs
     params:
@@ -21,10 +21,10 @@ rule settling:
     input:
         parameters=rules.parameters.output[0],
     output:
-        runs=expand("results/settling/{experiment}.nc", experiment=STUDY.experiments),
-        table="results/settling.nc",
+        runs=expand("<results>/settling/{experiment}.nc", experiment=STUDY.experiments),
+        table="<results>/settling.nc",
     log:
-        "results/logs/settling.log",
+        "<results>/logs/settling.log",
     priority: 1  # before what replays do not wait for
     params:
         meanwhile="pneumo.jobs.kernels.compile_replays",  # by name: no result of this rule comes from it
@@ -39,9 +39,9 @@ rule datum:
     input:
         parameters=rules.parameters.output[0],
     output:
-        runs=expand("results/datum/{experiment}.nc", experiment=STUDY.experiments),
+        runs=expand("<results>/datum/{experiment}.nc", experiment=STUDY.experiments),
     log:
-        "results/logs/datum.log",
+        "<results>/logs/datum.log",
     priority: 2  # the replays wait for it
     threads: all_cores_but_one  # which the settling runs have meanwhile
     params:
@@ -58,10 +58,12 @@ rule replay:
         datum=rules.datum.output,
     output:
         cells=expand(
-            "results/{transport}/replay/{experiment}.nc", transport=TRANSPORTS, experiment=STUDY.experiments
+            "<results>/{transport}/replay/{experiment}.nc",
+            transport=TRANSPORTS,
+            experiment=STUDY.experiments,
         ),
     log:
-        "results/logs/replay.log",
+        "<results>/logs/replay.log",
     threads: all_cores
     params:
         code=code_behind("replay.py"),
