@@ -87,6 +87,11 @@ def test_counts_by_kind_of_evidence(judged, page):
     head = re.search(r"No choice was made with (\d+) facts in view:</strong> (\d+) exact", page)
     measured = judged["headline"]["measured"]
     assert [*map(int, head.groups())] == [measured["items"], measured["exact"]]
+    first = re.search(
+        r'<p class="sharpest">(\d+) printed facts had no part in any choice .*?:\s(.*?)\.', page, re.S
+    )
+    statuses = ", ".join(f"{n} {name}" for name, n in measured.items() if n and name != "items")
+    assert first.groups() == (str(measured["items"]), statuses)
     for item in judged["items"]:
         assert f"<dt>Basis</dt><dd>{item['basis']}: " in page
 
