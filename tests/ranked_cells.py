@@ -30,8 +30,8 @@ def made(
     """Cells with a given MSE for each model at n = `best`, more elsewhere, and noise that models share.
 
     With walls, it is as many times that as `ends` say where the cylinder's k_0 is the lowest or the highest;
-    so is the full order's, `full`. With `off_plant`, four factors, all models have as many times their error
-    where valve (within 3 %) or dead volumes (within 20 %) are at an end, and the full order of M6's.
+    so is the full order's, `full`. With `off_plant`, eight factors, all models have as many times their error
+    where k_0, valve (within 3 %) and dead volumes (within 20 %) are at their ends, the full order of M6's.
     """
     rng = np.random.default_rng(1)
     shape = (len(experiments), runs, len(MODELS), len(N), 2)

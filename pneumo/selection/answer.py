@@ -212,7 +212,8 @@ def _range(robust: UnknownConductance) -> str:
         for words, limit in (("the valve", robust.valve), ("dead volumes", robust.dead_volumes))
         if limit
     ]
-    return " and ".join([", ".join([k_0, *others[:-1]]), *others[-1:]])
+    together = ", in every combination of their ends" if others else ""
+    return " and ".join([", ".join([k_0, *others[:-1]]), *others[-1:]]) + together
 
 
 def _reason(robust: UnknownConductance, chosen: RobustModel, tied: Sequence[str], swing: float) -> str:
@@ -274,10 +275,11 @@ def _advice(
     elif robust.factor > 1 and max(chosen.rms) == chosen.worst:
         lines.append(_about_k_0(robust, chosen))
     if max(chosen.every) > max(chosen.rms):
-        named_first = "valve" if int(np.argmax(chosen.off_plant)) < 2 else "dead volumes"
+        unknown = (("valve", robust.valve), ("dead volumes", robust.dead_volumes))
+        names = " and ".join(name for name, limit in unknown if limit)
         lines.append(
-            f"Measure the {named_first}, above all (pneumo fit): where valve and dead volumes are as"
-            f" configured, the error is at most {_kpa(max(chosen.rms))} RMS instead of {_kpa(chosen.worst)}."
+            f"Measure {names}, above all (pneumo fit): known exactly, they leave at most"
+            f" {_kpa(max(chosen.rms))} RMS instead of {_kpa(chosen.worst)}."
         )
     columns = (cells[name].values for name in ("experiment", "duration", "time_constant"))
     lines += [

@@ -4,6 +4,7 @@ Full-order runs and replays are those of the paper's study. The first run of an 
 configured seed, so that its cells equal those of `results/exact`.
 """
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -27,7 +28,14 @@ from pneumo.storage.layout import CHAMBERS, run_outcome
 
 TITLE = "Reduced models on repeated runs"
 K_0_ENDS = ("low", "high")  # of the range within which the cylinder's k_0 is known
-OFF_PLANTS = ("valve low", "valve high", "dead volumes low", "dead volumes high")  # ends of their ranges
+CORNERS = tuple(itertools.product((-1, 1), repeat=3))  # ends of the ranges of k_0, valve, dead volumes
+OFF_PLANTS = tuple(
+    ", ".join(
+        f"{name} {'low' if end < 0 else 'high'}"
+        for name, end in zip(("k_0", "valve", "V_d"), ends, strict=True)
+    )
+    for ends in CORNERS
+)
 TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experiment's stride
 
 
@@ -92,20 +100,21 @@ def mse_at_other_k_0(
 
 
 def off_plants(plant: Plant, known: KnownWithin) -> list[Plant]:
-    """Plants whose valve or dead volumes are at an end of the range in which they are known.
+    """Plants whose k_0, valve and dead volumes are each at an end of the range in which they are known.
 
-    In the order of `OFF_PLANTS`, each with all else as configured.
+    In the order of `OFF_PLANTS`. Plants are equal where a range is a single value.
     """
     valve, cylinder = plant.valve, plant.cylinder
-    valves = [valve._replace(k_xu=valve.k_xu * (1 + end * known.valve)) for end in (-1, 1)]
-    scales = [1 + end * known.dead_volumes for end in (-1, 1)]
-    cylinders = [
-        cylinder._replace(V_d_A=scale * cylinder.V_d_A, V_d_B=scale * cylinder.V_d_B) for scale in scales
-    ]
-    return [
-        *(plant._replace(valve=valve) for valve in valves),
-        *(plant._replace(cylinder=cylinder) for cylinder in cylinders),
-    ]
+
+    def at(k_0_end: int, valve_end: int, volume_end: int) -> Plant:
+        volume = 1 + volume_end * known.dead_volumes
+        return plant._replace(
+            k_0=plant.k_0 * known.k_0_factor**k_0_end,
+            valve=valve._replace(k_xu=valve.k_xu * (1 + valve_end * known.valve)),
+            cylinder=cylinder._replace(V_d_A=volume * cylinder.V_d_A, V_d_B=volume * cylinder.V_d_B),
+        )
+
+    return [at(*ends) for ends in CORNERS]
 
 
 def mse_on_other_plant(
@@ -133,8 +142,9 @@ def one_run(
     times its factor in `known`, give by (k_0_end, model, n, chamber) `mse_of_wrong_k_0` of models with the
     configured k_0 and `mse_of_right_k_0` of models with that of the run; by (k_0_end, chamber),
     `mse_of_full_order` with the configured k_0; all in Pa^2. Where valve or dead volumes are not known
-    exactly, runs at the ends of their ranges give `mse_of_off_plant` and `mse_of_full_order_off_plant` in the
-    same way, by `off_plant`. With `traced` it also has the first samples of all pressures.
+    exactly, runs with every combination of the ends of all three ranges give `mse_of_off_plant` and
+    `mse_of_full_order_off_plant` in the same way, by `off_plant`. With `traced` it also has the first samples
+    of all pressures.
     """
     recording = record(experiment)
     stride = experiment.pressure_stride if traced else experiment.steps
@@ -157,13 +167,10 @@ def one_run(
         **run_outcome(recording),
     )
     if known.valve or known.dead_volumes:
-        as_configured = cells["mse"].transpose(*dims[1:]).values, np.zeros(2)
-        off = [
-            as_configured if plant == experiment.plant else mse_on_other_plant(experiment, n, plant)
-            for plant in off_plants(experiment.plant, known)
-        ]
-        reduced, full_order = (np.stack(arrays) for arrays in zip(*off, strict=True))
-        about |= {"long_name": "mean square error where the cylinder's valve or dead volumes are off"}
+        plants = off_plants(experiment.plant, known)
+        off = {plant: mse_on_other_plant(experiment, n, plant) for plant in dict.fromkeys(plants)}
+        reduced, full_order = (np.stack(arrays) for arrays in zip(*map(off.get, plants), strict=True))
+        about |= {"long_name": "mean square error where the cylinder's k_0, valve and dead volumes are off"}
         cells["mse_of_off_plant"] = (("off_plant", *dims[1:]), reduced, about)
         cells["mse_of_full_order_off_plant"] = (("off_plant", "chamber"), full_order, about)
         cells = cells.assign_coords(off_plant=list(OFF_PLANTS))

@@ -1,7 +1,8 @@
 """Worst-case ranking of the models for a cylinder that is not known exactly.
 
 A model and its n are chosen once, with the configured plant. The cylinder's k_0 may be the lowest or the
-highest of its range; so may, each by itself, its valve and its dead volumes, where their accuracy is given.
+highest of its range; so may, in every combination, its valve and its dead volumes, where their accuracy is
+given.
 Errors are root mean squares over both chambers, the experiments and the runs.
 """
 
@@ -22,7 +23,7 @@ class RobustModel(NamedTuple):
     model: str
     n: float  # NaN for a model without n
     rms: tuple[float, float, float]  # Pa, where the cylinder's k_0 is the lowest, the assumed, the highest
-    # Pa, where its valve is the smallest, the largest, its dead volumes the smallest, the largest
+    # Pa, where k_0, valve and dead volumes are each at an end of their range, in every combination
     off_plant: tuple[float, ...] = ()
 
     @property

@@ -107,7 +107,7 @@ def test_intervals_are_those_of_the_worst_case():
 
 
 def test_a_valve_or_dead_volumes_that_are_not_known_count_like_k_0():
-    cells = made(noise=1e-6, off_plant=(3.0, 2.0, 1.5, 4.0))
+    cells = made(noise=1e-6, off_plant=(3.0, 2.0, 1.5, 4.0, 3.0, 2.0, 1.5, 1.0))
     answer = answered(cells)
     # The full order, best at every k_0, is as bad as M6 where valve or dead volumes are off; M9 is not.
     assert answer.recommended == "M9" and answer.contender(FULL_ORDER).row.rms[2] < 1e3
@@ -116,17 +116,19 @@ def test_a_valve_or_dead_volumes_that_are_not_known_count_like_k_0():
     assert np.argmax(M9.every) == 6 and answer.contender(FULL_ORDER).over_chosen.value == pytest.approx(
         3.2, 1e-3
     )
-    assert "W/K, the valve within 3 % and dead volumes within 20 %; " in answer.reason
+    ranges = "W/K, the valve within 3 % and dead volumes within 20 %, in every combination of their ends; "
+    assert ranges in answer.reason
     (line,) = [line for line in answer.advice if line.startswith("Measure")]
-    assert line.startswith("Measure the dead volumes, above all") and "instead of 3.1" in line
-    (line,) = [
-        line for line in answered(made(noise=1e-6, off_plant=(3, 2, 1, 1))).advice if "Measure" in line
-    ]
-    assert line.startswith("Measure the valve, above all")
-    assert contest_heads(answer.ranking.unknown_k_0)[5:7] == ["valve ± 3 %", "V_d ± 20 %"]
+    assert line.startswith("Measure valve and dead volumes, above all") and "instead of 3.1" in line
+    heads = contest_heads(answer.ranking.unknown_k_0)
+    assert heads[5] == "k_0, valve ± 3 %, V_d ± 20 %"
     shown = contest_cells(answer.contender("M9"), SWING)
-    assert len(shown) == len(contest_heads(answer.ranking.unknown_k_0))
-    assert shown[6] == shown[7] > shown[5]
+    assert len(shown) == len(heads) and shown[5] == shown[6] > shown[4]
+    # No column and no advice for dead volumes that are not said to be unknown.
+    cells["dead_volumes_within"][:] = 0.0
+    answer = answered(cells)
+    assert contest_heads(answer.ranking.unknown_k_0)[5:7] == ["k_0, valve ± 3 %", "worst"]
+    assert any(line.startswith("Measure valve, above all") for line in answer.advice)
 
 
 def test_one_run_decides_only_without_random_numbers():

@@ -94,14 +94,15 @@ def contest_heads(robust: UnknownConductance) -> list[str]:
     else:
         k_0 = [f"k_0 / {robust.factor:.2g}", "k_0", f"{robust.factor:.2g} k_0"]
     if robust.valve or robust.dead_volumes:
-        k_0 += [f"valve ± {100 * robust.valve:.2g} %", f"V_d ± {100 * robust.dead_volumes:.2g} %"]
+        others = (("valve", robust.valve), ("V_d", robust.dead_volumes))
+        k_0 += [", ".join(["k_0", *(f"{name} ± {100 * limit:.2g} %" for name, limit in others if limit)])]
     return ["model", "n", *k_0, "worst", "worst, % of swing", "MSE / chosen", "ns a step", "instructions"]
 
 
 def contest_cells(contender: Contender, swing: float) -> list[str]:
     """Cells of a row, by `contest_heads`: RMS errors in kPa, the worst also in per cent of the swing."""
     row, over, step = contender
-    off_plant = [max(row.off_plant[:2]), max(row.off_plant[2:])] if row.off_plant else []
+    off_plant = [max(row.off_plant)] if row.off_plant else []
     shown = (*row.rms, *off_plant, row.worst)
     errors = [no_exponent(value / KILO) if np.isfinite(value) else "–" for value in shown]
     percent = no_exponent(100 * row.worst / swing) if np.isfinite(row.worst / swing) else "–"
@@ -128,7 +129,7 @@ def study_tables(answer: Answer) -> list[Table]:
         heads = contest_heads(robust)
         hidden = (*ON_PAGE, *WIDE) if robust.valve or robust.dead_volumes else ON_PAGE
         shown = [i for i, head in enumerate(heads) if head not in hidden]
-        broken = [re.sub(r" = | (?=/ \d|k_0|chosen|step|%|swing|±)", "\n", heads[i]) for i in shown]
+        broken = [re.sub(r" = | (?=/ \d|k_0|chosen|step|%|swing|±|valve|V_d)", "\n", heads[i]) for i in shown]
         contest = (contest_cells(contender, answer.swing) for contender in answer.contenders)
         rows = ([cells[i] for i in shown] for cells in contest)
         tables.append(_table(CONTEST_TITLE, broken, rows, answer.chosen, numbers=True))
