@@ -197,6 +197,7 @@ def _valve(section: CylinderSection, gas: Gas) -> Valve:
         assert section.k_x_k_u_m2_per_V is not None
         return Valve(section.k_x_k_u_m2_per_V, u_max)
     area = _area_per_conductance(gas)
+    assert catalogue.C_dm3_per_sbar is not None
     k_xu = catalogue.C_dm3_per_sbar * area / u_max
     return Valve(k_xu, u_max, exhaust=catalogue.exhaust_ratio, leak=catalogue.leak_dm3_per_sbar * area)
 

@@ -84,10 +84,14 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
     speed = flow * plant.gas.R * s.T_0 / (s.P_0 * c.A_A)  # of a chamber at rest pressure that takes it all
     opening: tuple[Path, float] = (("k_x_k_u_m2_per_V",), section.k_x_k_u_m2_per_V or 0.0)
     if section.valve is not None:
-        opening = (("valve", "C_dm3_per_sbar"), section.valve.C_dm3_per_sbar)
+        key, value = section.valve.flow_as_given
+        opening = (("valve", key), value)
     if speed > FASTEST:
         reason = f"fully open it moves the piston of {section.bore_mm:g} mm at {speed:.3g} m/s"
-        yield Implausible(*opening, f"{reason}, no cylinder survives {FASTEST:g} m/s")
+        reason += f", no cylinder survives {FASTEST:g} m/s"
+        if opening[0][-1] == "C_dm3_per_sbar":
+            reason += "; is this a nominal flow in l/min? then Q_n_l_per_min"
+        yield Implausible(*opening, reason)
     needed: dict[tuple[Path, float], float] = {  # s for a stroke, by what slows it down
         opening: c.stroke / speed if speed else inf,
         (("friction_Ns_per_m",), section.friction_Ns_per_m): c.stroke * c.k_f / force,

@@ -8,10 +8,19 @@ import unicodedata
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from pneumo.configuration.experiment import MOST_HALVINGS
+from pneumo.configuration.nominal_flow import conductance_of_nominal_flow
 from pneumo.configuration.text_file import NUMBER
 from pneumo.errors import printable
 
@@ -161,12 +170,46 @@ class SettlingSection(_Section):
 
 
 class ValveSection(_Section):
-    """A valve by its catalogue: flow by ISO 6358, conductance C and critical ratio b at full opening."""
+    """A valve by its catalogue: flow by ISO 6358, conductance C and critical ratio b at full opening.
 
-    C_dm3_per_sbar: Number = _key("sonic conductance C from supply to chamber at u_max_V", gt=0, le=1000)
+    A nominal flow is converted: the section then has the C that belongs to it.
+    """
+
+    C_dm3_per_sbar: Number | None = _key(
+        "sonic conductance C from supply to chamber at u_max_V; or give Q_n_l_per_min", None, gt=0, le=1000
+    )
+    Q_n_l_per_min: Number | None = _key(
+        "nominal flow from supply to chamber at u_max_V, from 7 to 6 bar absolute, of air at 20 °C and 1 bar",
+        None,
+        exclude_if=lambda value: value is None,
+        gt=0,
+        le=2.5e5,
+    )
     b: Number = _key("critical pressure ratio; take 0.3 if the catalogue has none", gt=0, lt=1)
     exhaust_ratio: Number = _key("C from chamber to exhaust over C from supply to chamber", 1.0, gt=0, le=10)
     leak_dm3_per_sbar: Number = _key("sonic conductance of each closed path", 0.0, ge=0, le=100)
+    _Q_n: float | None = PrivateAttr(None)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _with_conductance(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        section = handler(value)
+        section._exactly_one("C_dm3_per_sbar", "Q_n_l_per_min")
+        if section.Q_n_l_per_min is None:
+            return section
+        C = conductance_of_nominal_flow(section.Q_n_l_per_min, section.b)
+        others = section.model_dump(exclude_unset=True, exclude={"C_dm3_per_sbar", "Q_n_l_per_min"})
+        converted = cls(C_dm3_per_sbar=C, **others)
+        converted._Q_n = section.Q_n_l_per_min
+        return converted
+
+    @property
+    def flow_as_given(self) -> tuple[str, float]:
+        """Key and value by which the configuration gives the flow."""
+        if self._Q_n is not None:
+            return "Q_n_l_per_min", self._Q_n
+        assert self.C_dm3_per_sbar is not None
+        return "C_dm3_per_sbar", self.C_dm3_per_sbar
 
 
 class ValveDynamicsSection(_Section):

@@ -17,14 +17,14 @@ from pneumo.catalogue import coefficient_times_length, default_conductance
 from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation
 from pneumo.configuration.known_within import KnownWithin, known_within
-from pneumo.configuration.parameters import load, merged, study, validated
+from pneumo.configuration.parameters import load, merged, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import HELD, SAMPLINGS
 from pneumo.configuration.schema_messages import allowed
 from pneumo.configuration.study_json import from_json, to_json
 from pneumo.errors import ConfigurationError
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.valve import Gas, Valve, choked_flow, exact_gas
+from pneumo.physics.valve import Gas, Valve, choked_flow, exact_gas, mass_flow
 from pneumo.selection.cylinder_template import TEMPLATE
 
 CONFIG = PAPER.parent
@@ -134,6 +134,27 @@ def test_catalogue_valve_passes_the_choked_flow_of_ISO_6358_and_may_leak():
     assert valve.leak == pytest.approx(0.01 * valve.k_xu * valve.u_max, rel=1e-12)
 
 
+def test_nominal_flow_is_that_from_7_to_6_bar_absolute():
+    by_flow = on_own_cylinder(valve={"Q_n_l_per_min": 350.0, "b": 0.3}).plant
+    flow = mass_flow(by_flow.valve.k_xu * 5.0, 7e5, 6e5, 293.15, by_flow.gas)
+    assert flow == pytest.approx(1.185 * 350e-3 / 60, rel=1e-12)
+    # The root of ISO 6358 in figures of its own: 60 * 7 * sqrt(1 - (0.557143 / 0.7)^2) = 254.27.
+    C = 350 / 254.27
+    by_C = on_own_cylinder(valve={"C_dm3_per_sbar": C, "b": 0.3}).plant.valve
+    assert by_flow.valve.k_xu == pytest.approx(by_C.k_xu, rel=1e-4)
+    wide = on_own_cylinder(valve={"Q_n_l_per_min": 420.0, "b": 0.9}).plant  # sonic all the way
+    C = sonic_conductance(wide.valve, wide.gas)
+    assert pytest.approx(1.0) == C
+
+
+def test_a_converted_flow_is_written_as_its_conductance():
+    override = {"cylinders": {"own": OWN | {"valve": {"Q_n_l_per_min": 350.0, "b": 0.3}}}}
+    valve = validated(merged(BASE, override), ()).cylinders["own"].valve
+    written = valve.model_dump(exclude_unset=True)
+    assert written == {"C_dm3_per_sbar": valve.C_dm3_per_sbar, "b": 0.3}
+    assert valve.flow_as_given == ("Q_n_l_per_min", 350.0)
+
+
 def test_rod_weight_and_load():
     flat = on_own_cylinder().plant.cylinder
     assert (flat.load, flat.coulomb) == (0.0, 0.0) and flat.A_A == flat.A_B
@@ -194,6 +215,13 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
         ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with the section valve"),
         ({}, {"valve": None}, "k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;"),
         ({}, {"valve": {"b": 0.3}}, "own.valve.C_dm3_per_sbar: missing"),
+        ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min"),
+        (
+            {},
+            {"valve": {"C_dm3_per_sbar": 1, "Q_n_l_per_min": 250, "b": 0.3}},
+            "own.valve.C_dm3_per_sbar = 1.0: conflicts with Q_n_l_per_min; give only one",
+        ),
+        ({}, {"valve": {"Q_n_l_per_min": 0, "b": 0.3}}, "own.valve.Q_n_l_per_min = 0: must be a number"),
         ({}, {"valve": {"C_dm3_per_sbar": 1, "b": 1}}, "own.valve.b = 1: must be a number greater than 0"),
         ({}, {"open_loop": None}, "experiments.X.loop = 'open': needs the section cylinders.own.open_loop"),
         ({}, {"closed_loop": {"k_p_V_per_m": 1}}, "own.closed_loop.amplitude_mm: missing; must be a number"),
@@ -414,6 +442,7 @@ UNITS = {
     **{"bore_mm": "mm", "dead_volume_m3": "m³", "variance_m2": "m²", "friction_Ns_per_m": "N s/m"},
     **{"k_x_k_u_m2_per_V": "m²/V", "k_p_V_per_m": "V/m", "R_J_per_kgK": "J/(kg K)", "k_0_W_per_K": "W/K"},
     **{"lambda_0_W_per_m2K": "W/(m² K)", "C_dm3_per_sbar": "dm³/(s bar)", "P_s_Pa": "Pa"},
+    **{"Q_n_l_per_min": "l/min"},
     **{"duration_limit_s": "s", "from_Hz": "Hz", "P_0_per_P_s": "", "critical_ratio": "", "n": ""},
 }
 

@@ -36,6 +36,14 @@ def sources(**changes):
         ({"bore_mm": 0.025, "rod_mm": 0.01}, "bore_mm = 0.025: below 1 mm; is it in metres?"),
         ({"stroke_mm": 0.16}, "stroke_mm = 0.16: below 1 mm"),
         ({"valve": {"C_dm3_per_sbar": 90.0}}, "valve.C_dm3_per_sbar = 90.0: fully open it moves the piston"),
+        (
+            {"valve": {"C_dm3_per_sbar": 350.0}},
+            "no cylinder survives 30 m/s; is this a nominal flow in l/min? then Q_n_l_per_min",
+        ),
+        (
+            {"valve": {"C_dm3_per_sbar": None, "Q_n_l_per_min": 2e4}},
+            "mine.yaml: cylinders.mine.valve.Q_n_l_per_min = 20000.0: fully open it moves the piston",
+        ),
         ({"valve": None, AREA: 7e-5}, f"{AREA} = 7e-05: fully open it moves the piston of 25 mm at"),
         ({"valve": None, AREA: 7e-13}, f"{AREA} = 7e-13: a stroke takes"),
         ({"valve": None, AREA: 1e-323}, f"{AREA} = 1e-323: a stroke takes inf s"),
