@@ -20,8 +20,9 @@ from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.storage import kept_evidence
 from pneumo.storage.files import read_json, write, write_json
+from pneumo.verdict.claims import READ_OFF, read_claims
 from pneumo.verdict.comparison import Comparison
-from pneumo.verdict.judging import STATUSES, Judge, facts, statuses_text, verdict
+from pneumo.verdict.judging import STATUSES, Judge, _exact_as, facts, statuses_text, verdict
 from pneumo.verdict.sources import Finding
 from pneumo.verdict.stored_verdict import hashes_behind_verdict, stored_verdict
 
@@ -278,6 +279,25 @@ def test_reasons_of_what_agrees(printed_once, agreement, tolerance, finding, rea
     )
     found = judge._status(claim, finding, Comparison(agreement, 0.05, 0.1), None)
     assert found == (agreement, reason)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "finding", "sense"),
+    [
+        (READ_OFF, Finding(value=2.0), "reading"),
+        ("best_n", Finding(value=2.0), "grid"),
+        ("statement", Finding(holds=True), "true"),
+        ("statement", Finding(shown="2.0"), "true"),
+        ("decade", Finding(value=2.0), "true"),
+        ("settling", Finding(value=2.0), "digits"),  # before and after READ_OFF in the alphabet
+        ("mse", Finding(value=2.0), "digits"),
+        ("mse", Finding(low=1.9, high=2.1), "range"),
+    ],
+)
+def test_senses_in_which_an_item_is_exact(tolerance, finding, sense):
+    claims = read_claims(PAPER_2006.folder)
+    claim = claims.items["T5.E01.P_A"].model_copy(update={"printed": "2.0", "tolerance": tolerance})
+    assert _exact_as(claim, claims.classes[tolerance], finding) == sense
 
 
 def test_a_result_shorter_than_a_seal_counts_among_the_inputs(tmp_path):
