@@ -139,29 +139,29 @@ def _report(
     from pneumo.selection.answer import answers, export_command
     from pneumo.selection.plants import study_notes
 
-    console, found = Console(), answers(cells)
-    for answer in found:
+    console, of_cylinders = Console(), answers(cells)
+    for answer in of_cylinders:
         console.print(f"{answer.ranking.cylinder}: {answer.headline}. {answer.reason}.", markup=False)
     console.print()
     for note in study_notes(chosen):
         console.print(note, markup=False)
     for name, e in chosen.experiments.items():
         console.print(f"{name}: {regime_text(e)}", markup=False)
-    commands = [export_command(answer, configured, files) for answer in found]
-    for answer in found:
+    commands = [export_command(answer, configured, files) for answer in of_cylinders]
+    for answer in of_cylinders:
         for table in study_tables(answer):
             console.print(table)
         for reason in answer.ranking.left_out:
             console.print(f"Left out: {reason}.", markup=False)
     for sentences in kept_sentences():
         console.print(sentences, markup=False)
-    for answer, command in zip(found, commands, strict=True):
+    for answer, command in zip(of_cylinders, commands, strict=True):
         for advice in answer.advice:
             console.print(f"- {advice}", markup=False)
         if command:
             console.print(f"{answer.headline}. Next: {command}", markup=False, soft_wrap=True)
-    page, stored = save_study(chosen, cells, found, folder, commands)
+    page, stored = save_study(chosen, cells, of_cylinders, folder, commands)
     console.print(f"{page}, {stored}: written", markup=False, soft_wrap=True)
-    for answer in found:
+    for answer in of_cylinders:
         if not answer.chosen:
             raise InputError(f"{answer.ranking.cylinder}: {answer.reason}; see {page}")

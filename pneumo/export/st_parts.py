@@ -266,7 +266,7 @@ def comparing_program(
     """
     name, instance = block
     real, last = TYPES[precision], (len(system.states) - 1,)
-    own = [
+    variables = [
         Variable(instance, name),
         Variable("passed", "BOOL", ("FALSE",), f"all {compared} agree"),
         Variable("largest", real, comment="largest relative difference from Python"),
@@ -280,4 +280,6 @@ def comparing_program(
         "`passed` if all agree."
     )
     scales = Variable("scale", real, numbers(scale(system), precision), last=last)
-    return Unit("PROGRAM", f"{name}_test", comment, {"VAR": own, "VAR CONSTANT": [*arrays, scales]}, body)
+    return Unit(
+        "PROGRAM", f"{name}_test", comment, {"VAR": variables, "VAR CONSTANT": [*arrays, scales]}, body
+    )

@@ -42,8 +42,8 @@ def step_costs(system: System, chamber: Cost, piston: Cost, stops: Cost) -> dict
     for name, method in METHODS.items():
         stages = len(method.b)
         below = stages * (stages - 1) // 2  # of the tableau's diagonal
-        own = states * (below + 2 * stages + 1) + inputs * stages
-        costs[name] = chamber.times(2).plus(piston).times(stages).plus(stops).plus(Cost(own, 0, 0, 0))
+        integration = states * (below + 2 * stages + 1) + inputs * stages
+        costs[name] = chamber.times(2).plus(piston).times(stages).plus(stops).plus(Cost(integration, 0, 0, 0))
     return costs
 
 
@@ -74,7 +74,7 @@ def block(system: System, precision: str) -> Unit:
     chamber_names = [*system.chamber_states, "u" if system.valve else "m", "x", "v"]
     piston_names = [*(name for name in system.inputs if name not in ("x", "v")), "x", "v"]
     piston_names += ["P_A", "P_B"] * system.piston + ["opening"] * ("opening" in system.states)
-    own = [
+    internal = [
         *(Variable(f"{name}_before", real) for name in system.inputs),
         Variable("state", real, last=(states - 1,)),
         Variable("stage", real, last=(states - 1,)),
@@ -119,7 +119,7 @@ def block(system: System, precision: str) -> Unit:
         )
         .rstrip()
     )
-    declarations = {"VAR_INPUT": inputs, "VAR_OUTPUT": outputs, "VAR": own, "VAR CONSTANT": constants}
+    declarations = {"VAR_INPUT": inputs, "VAR_OUTPUT": outputs, "VAR": internal, "VAR CONSTANT": constants}
     body = TEMPLATES.get_template("block.st.j2").render(known).rstrip()
     return Unit("FUNCTION_BLOCK", f"Pneumo_{system.name}", comment, declarations, body)
 

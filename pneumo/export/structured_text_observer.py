@@ -18,19 +18,25 @@ from pneumo.export.st_parts import (
 )
 
 
-def _call_cost(states: int, own: int, readings: int, chamber: Cost, piston: Cost, stops: Cost) -> Cost:
+def _call_cost(
+    states: int, per_chamber: int, readings: int, chamber: Cost, piston: Cost, stops: Cost
+) -> Cost:
     """Operations of one call of the observer, which corrects the estimate and predicts the next.
 
-    `states` counts all states, `own` those of one chamber.
+    `states` counts all states, `per_chamber` those of one.
     """
-    probes, N, lower = own + 4, states, states * (states + 1) // 2
+    probes, N, lower = per_chamber + 4, states, states * (states + 1) // 2
     rates = chamber.times(2 * probes).plus(piston.times(2)).plus(stops)
-    slopes = Cost(1, 4 + 2 * own * (2 + own), 0, 0) if own == 1 else Cost(2, 5 + 2 * own * (2 + own), 0, 0)
+    slopes = (
+        Cost(1, 4 + 2 * per_chamber * (2 + per_chamber), 0, 0)
+        if per_chamber == 1
+        else Cost(2, 5 + 2 * per_chamber * (2 + per_chamber), 0, 0)
+    )
     covariance = Cost(2 * N**3 + lower * N + 2 * N**2 + 2, 0, 0, 0)
-    noise = Cost(2 + 4 + (5 if own == 2 else 0), 1 + (1 if own == 2 else 0), 0, 0)
+    noise = Cost(2 + 4 + (5 if per_chamber == 2 else 0), 1 + (1 if per_chamber == 2 else 0), 0, 0)
     correction = Cost(1 + N + 2 * lower, N, 0, 0).times(readings)
     moved = Cost(2 + N * 2 + N, 0, 0, 0)  # dx, dP; the middle and the end of the step
-    possible = Cost(2 * 2 * 3 * own, 0, 0, 0)
+    possible = Cost(2 * 2 * 3 * per_chamber, 0, 0, 0)
     total = rates
     for part in (slopes, covariance, noise, correction, moved, possible):
         total = total.plus(part)
@@ -42,8 +48,8 @@ def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit
     text = system_text(system, precision, CONSTANTS)
     real, P_0 = text.real, system.plant.conditions.P_0
     zero = text.numbers([0.0])
-    last, own = len(system.states) - 1, len(system.chamber_states)
-    probes = own + 4  # the estimate; x, v and each state of a chamber moved; the middle of the step
+    last, per_chamber = len(system.states) - 1, len(system.chamber_states)
+    probes = per_chamber + 4  # the estimate; x, v and each state of a chamber moved; the middle of the step
     deviations = {"x": noise.x_deviation, "pressure": noise.pressure_deviation}
     inputs = [
         Variable("u", real, zero, f"{described('u')}; held since the call before"),
@@ -73,14 +79,14 @@ def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit
         *(Variable(name, real, last=(last, last)) for name in matrices),
         Variable("rate", real, last=(probes - 1, last)),
         *(Variable(name, real) for name in ("dx", "dP", "most", "half", "total", "difference")),
-        *[Variable("most_T", real)] * (own - 1),
+        *[Variable("most_T", real)] * (per_chamber - 1),
         *(Variable(f"{name}_stage", real) for name in ("u", "force", "x", "v", "P_A", "P_B")),
         *text.variables((*system.chamber_states, "u", "x", "v"), ("i", "j", "k", "probe", "side", "first")),
     ]
     known = {
         "states": system.states,
         "own_states": system.chamber_states,
-        "temperature": own == 2,
+        "temperature": per_chamber == 2,
         "readings": noise.readings,
         "probes": probes,
         "steps": {name: text.number(value) for name, value in STEPS.items()},
@@ -89,7 +95,7 @@ def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit
         "heading": heading(system),
         "noise": noise,
         "real": real,
-        "cost": _call_cost(len(system.states), own, len(noise.readings), *text.costs),
+        "cost": _call_cost(len(system.states), per_chamber, len(noise.readings), *text.costs),
     }
     comment = TEMPLATES.get_template("observer_head.st.j2").render(known).rstrip()
     body = TEMPLATES.get_template("observer.st.j2").render(known).rstrip()
