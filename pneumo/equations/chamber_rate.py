@@ -28,7 +28,7 @@ def model_row(model: Model | str) -> Model:
 
 
 def model_and_index(model: Model | str, n: float | None) -> tuple[Model, float]:
-    """The `Model` of a name or row, and its polytropic index n; 1 where the model has none and n is None.
+    """The named or given `Model`, and its polytropic index n; 1 where the model has none and n is None.
 
     Raises
     ------

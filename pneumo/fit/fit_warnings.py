@@ -229,7 +229,7 @@ def on_bound(name: str, value: float) -> str:
 
 
 def index_warnings(n: float, gamma: float, meaning: str) -> list[str]:
-    """Warning of an index n that no process of a gas has."""
+    """Warning if n is outside 1 to gamma by more than noise; else none."""
     return [] if 1 - BEYOND < n < gamma + BEYOND else [f"n = {n:.3g} is outside 1 to {gamma:g}: {meaning}"]
 
 

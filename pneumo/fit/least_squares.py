@@ -20,7 +20,7 @@ FLAT = 1e-2  # curvature over the largest, below which a direction is flat and l
 
 
 class Fit(NamedTuple):
-    """Corrected sum of squares of a model at one set of parameters, with its derivatives.
+    """Sum of squares of a model at one set of parameters, corrected for position noise, with derivatives.
 
     Pressures count in units of P_s, parameters on the scale of the search.
     """

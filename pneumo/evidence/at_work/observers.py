@@ -23,7 +23,7 @@ def reduced(lane: Lane) -> FilterModel:
 
 
 def filter_noise(force: float, pressure: float) -> Noise:
-    """Noise of a filter with process noise as given and the readings of `sampled_plant`."""
+    """Noise of a filter: process noise `force` and `pressure`, variances of readings from `sampled_plant`."""
     return Noise(force, pressure, X_VARIANCE, PRESSURE_VARIANCE)
 
 

@@ -68,7 +68,7 @@ def settling_cells(
             raise ResultError(f"{name}: not in this study; there are {', '.join(experiments)}")
         row = table.sel(experiment=name) if name in table["experiment"].values else None
         if row is None or not bool(np.isfinite(row).all()):
-            raise ResultError(f"{name}: has no four legible settling times in Table 5")
+            raise ResultError(f"{name}: not all four settling times in Table 5 are legible")
     rows = table.sel(experiment=list(names), quantity=list(QUANTITIES))
     sigma = log_noise(rows.values, rows["half_unit"].values, SETTLING_DISCREPANCY)
     return SettlingCells(tuple(experiments[name] for name in names), rows.values, sigma)

@@ -111,7 +111,7 @@ def choices(
 
 
 def runs_counted(cells: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Which held-out runs count, by the name of a part of them."""
+    """Masks by (cylinder, loop) of the held-out runs that count, by subset."""
     best = best_in_hindsight(cells)
     good = (cells["held_out"] == 1) & (cells["run_status"] == 0) & best.notnull()
     group, everywhere = cells[GROUP], xr.ones_like(best, dtype=bool)

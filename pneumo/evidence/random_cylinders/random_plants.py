@@ -38,7 +38,7 @@ class Ranges(NamedTuple):
 
 
 def log_uniform(low: float, high: float) -> Draw:
-    """Return a draw whose logarithm is uniform between two ends."""
+    """Return a function of a generator that draws log-uniformly, `low` to `high`."""
     return lambda rng: float(np.exp(rng.uniform(*np.log((low, high)))))
 
 

@@ -61,7 +61,7 @@ BUDGET_LONG_NAMES = {
 
 
 def sliced(experiment: Experiment, seconds: float) -> Experiment:
-    """Return an experiment cut to its first seconds."""
+    """Return an experiment whose run lasts at most `seconds`."""
     return experiment._replace(steps=min(experiment.steps, round(seconds / experiment.h)))
 
 

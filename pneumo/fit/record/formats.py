@@ -100,7 +100,7 @@ def given_table(source: "pd.DataFrame | xr.Dataset") -> Table:
 
 
 def _one_dimensional(data: "xr.Dataset") -> Table:
-    """Signals of a dataset with their units."""
+    """`Table` of a dataset's one-dimensional variables."""
     import pandas as pd
 
     signals = [name for name in data.variables if data[name].ndim == 1]

@@ -107,7 +107,7 @@ def lambda_E() -> tuple[bool, str]:
 
 
 def valve_units() -> tuple[bool, str]:
-    """With x_v = k_u u and A = k_x x_v, k_u is a length per volt and k_x a length."""
+    """Proof by units: x_v = k_u u and A = k_x x_v make k_u a length per volt and k_x a length."""
     area, x_v, u = np.array([2, 0]), np.array([1, 0]), np.array([0, 1])  # exponents of length and voltage
     k_u, k_x = (x_v - u).tolist(), (area - x_v).tolist()
     words = "x_v = k_u u makes k_u a length per volt; A = k_x x_v makes k_x a length, not a length per volt"

@@ -86,7 +86,7 @@ class StudyResults:
         return self.study.experiments[name]
 
     def plant(self, cylinder: str) -> Plant:
-        """Parameters of a cylinder, from its first experiment."""
+        """Plant of a cylinder, as in its first experiment of the study."""
         return next(iter(self.experiments(cylinder).values())).plant
 
     def experiments(

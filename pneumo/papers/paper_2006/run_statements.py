@@ -101,6 +101,6 @@ def extremum(results: StudyResults, experiment: str, quantity: str, order: str, 
     ]
     turns = turning_points(values.values, 2 * min(readings))
     if len(turns) < int(order):
-        raise MissingEvidence(f"{quantity} turns {len(turns)} times")
+        raise MissingEvidence(f"{quantity} has only {len(turns)} extrema")
     at = values[turns[int(order) - 1]]
     return Finding(float(at["t"] - run["release_time"]) if column == "time" else float(at))

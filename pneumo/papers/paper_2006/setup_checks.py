@@ -21,7 +21,7 @@ def excitation_bandwidth(results: StudyResults) -> Finding:
 
 
 def conductances_enclose(results: StudyResults, low: float, high: float) -> Finding:
-    """Whether the range from `low` to `high` lies between the middle two of four conductances."""
+    """Whether the range from `low` to `high` lies between the second and third of the study's four k_0."""
     k_0 = sorted({float(f"{e.plant.k_0:.2g}") for e in results.study.experiments.values()})
     if len(k_0) != 4:
         raise MissingEvidence("this study does not have the paper's four conductances")

@@ -21,7 +21,7 @@ def number_at(values: xr.DataArray, **labels: str | float) -> float:
     except KeyError:
         raise MissingEvidence(f"this study has no {', '.join(map(str, labels.values()))}") from None
     if not math.isfinite(value):
-        raise MissingEvidence(f"no number for {', '.join(map(str, labels.values()))}")
+        raise MissingEvidence(f"no finite result for {', '.join(map(str, labels.values()))}")
     return value
 
 

@@ -133,8 +133,8 @@ def test_what_does_not_settle_is_a_large_finite_residual_and_runs_can_be_capped(
     ("name", "message"),
     [
         ("E17", "not in this study; there are E01, "),
-        ("E04", "has no four legible settling times in Table 5"),  # its row is blanked
-        ("E13", "has no four legible settling times in Table 5"),  # its row is taken out
+        ("E04", "not all four settling times in Table 5 are legible"),  # its row is blanked
+        ("E13", "not all four settling times in Table 5 are legible"),  # its row is taken out
     ],
 )
 def test_experiments_that_cannot_be_used(name, message):

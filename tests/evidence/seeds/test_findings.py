@@ -163,7 +163,7 @@ def test_a_study_of_two_experiments_says_what_it_lacks(ensemble):
     few = f.findings(only, sources, CLAIMS, ROOT / "results")
     rows = {row["id"]: row for row in few["claims"]}
     assert rows["S4.alike.typical"]["stands"] == "not run"
-    assert rows["S4.alike.typical"]["why"] == "no number for typical, M1"
+    assert rows["S4.alike.typical"]["why"] == "no finite result for typical, M1"
     assert rows["S4.no_single_best"]["stands"] != "not run"
 
 
@@ -182,7 +182,7 @@ def test_a_cell_that_fails_leaves_no_average_and_is_counted(ensemble):
     assert lacking_one["ratio_value"].sel(place | {"ratio": "M10/M8"}).isnull().all()
     rows = f.findings(STUDY, f.over_seeds(STUDY, lacking), CLAIMS, ROOT / "results")["claims"]
     (row,) = [row for row in rows if row["id"] == "S4.alike.typical"]
-    assert (row["stands"], row["why"]) == ("not run", "no number for typical, M10")
+    assert (row["stands"], row["why"]) == ("not run", "no finite result for typical, M10")
 
 
 @pytest.mark.slow
