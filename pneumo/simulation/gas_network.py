@@ -51,6 +51,13 @@ class Node(NamedTuple):
     k_back: float = 0.0  #: conductance from the store to the wall, W/K
 
 
+# Columns of a node's row in the kernel: the fields of its lane, then the others.
+N_V, N_IN, N_OUT, EXPONENT, MIXING, _, WALL_SCALE, E_A, E_PT = range(len(Lane._fields))
+FULL, P_START, T_START, P_0, T_0, T_WALL, K_0, K_STORE, C_STORE, K_BACK = (
+    len(Lane._fields) + i for i in range(len(Node._fields) - 1)
+)
+
+
 class Link(NamedTuple):
     """A restriction between two ends, `first` and `second`.
 
@@ -93,7 +100,9 @@ def network_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
         row = nodes[s]
         work[P_OF, s] = y[s]
         # (6), or the state
-        work[T_OF, s] = y[count + s] if row[9] > 0 else temperature(y[s], row[12], row[13], row[3])
+        work[T_OF, s] = (
+            y[count + s] if row[FULL] > 0 else temperature(y[s], row[P_0], row[T_0], row[EXPONENT])
+        )
         work[M_IN, s], work[M_OUT, s], work[MT_IN, s] = 0.0, 0.0, 0.0
     for s in range(len(outside)):
         work[P_OF, count + s], work[T_OF, count + s] = outside[s, 0], outside[s, 1]
@@ -116,16 +125,18 @@ def network_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
         dV_dt = (V[s, j + 1] - V[s, j]) / h
         volume, ratio = V[s, j] + at * h * dV_dt, ratios[s, j] + at * (ratios[s, j + 1] - ratios[s, j])
         T_in = work[MT_IN, s] / m_in if m_in > 0 else T
-        conductance = wall_conductance(row[15], ratio, P * T / (row[12] * row[13]), row[7], row[8])
-        heat = row[6] * wall_heat(T, conductance, row[14])
+        conductance = wall_conductance(row[K_0], ratio, P * T / (row[P_0] * row[T_0]), row[E_A], row[E_PT])
+        heat = row[WALL_SCALE] * wall_heat(T, conductance, row[T_WALL])
         dy[count + s], dy[2 * count + s] = 0.0, 0.0
-        if row[17] > 0:
-            stored = row[16] * (T - y[2 * count + s])
+        if row[C_STORE] > 0:
+            stored = row[K_STORE] * (T - y[2 * count + s])
             heat -= stored
-            dy[2 * count + s] = (stored + row[18] * (row[14] - y[2 * count + s])) / row[17]
-        T_inlet = row[4] * T_in + (1 - row[4]) * T
-        dy[s] = dP_dt(P, T, volume, dV_dt, m_in, m_out, T_inlet, heat, row[0], row[1], row[2], gas.R, g)
-        if row[9] > 0:
+            dy[2 * count + s] = (stored + row[K_BACK] * (row[T_WALL] - y[2 * count + s])) / row[C_STORE]
+        T_inlet = row[MIXING] * T_in + (1 - row[MIXING]) * T
+        dy[s] = dP_dt(
+            P, T, volume, dV_dt, m_in, m_out, T_inlet, heat, row[N_V], row[N_IN], row[N_OUT], gas.R, g
+        )
+        if row[FULL] > 0:
             dy[count + s] = dT_dt(P, T, volume, dV_dt, m_in, m_out, T_in, heat, gas.R, g)
 
 
@@ -152,7 +163,7 @@ def _replayed(
     states = np.full((samples, 3 * count), np.nan)
     y = np.empty(3 * count)
     for s in range(count):
-        y[s], y[count + s], y[2 * count + s] = nodes[s, 10], nodes[s, 11], nodes[s, 14]
+        y[s], y[count + s], y[2 * count + s] = nodes[s, P_START], nodes[s, T_START], nodes[s, T_WALL]
     Y, K = np.empty((STAGES, 3 * count)), np.empty((STAGES, 3 * count))
     work = np.empty((5, count + len(outside)))
     copy_state(y, states[0])
@@ -161,7 +172,7 @@ def _replayed(
             context = (j, part, parts, h, V, areas, ratios, nodes, links, outside, gas, work)
             _step(y, context, h / parts, Y, K, y)
         for s in range(count):
-            if not (y[s] > 0 and (nodes[s, 9] == 0 or y[count + s] > 0)):
+            if not (y[s] > 0 and (nodes[s, FULL] == 0 or y[count + s] > 0)):
                 return states
         copy_state(y, states[j + 1])
     return states
