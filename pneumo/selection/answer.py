@@ -227,7 +227,7 @@ def _reason(robust: UnknownConductance, chosen: RobustModel, tied: Sequence[str]
         reason += f", {100 * chosen.worst / swing:.2g} % of the pressures' swing of {_kpa(swing)},"
     reason += f" {_range(robust)}"
     if tied:
-        reason += f", and costs least; the intervals of {' and '.join(tied)} overlap with it"
+        reason += f", and costs least; the runs do not tell {' and '.join(tied)} from it"
     elif chosen == best:
         reason += ": the lowest worst case"
     if chosen != best and best.model not in tied:

@@ -77,7 +77,7 @@ def test_the_order_of_cost_is_that_of_the_measured_instructions():
     }
 
 
-def test_rows_whose_intervals_overlap_are_a_tie_that_is_named():
+def test_rows_that_the_runs_do_not_tell_apart_are_a_tie_that_is_named():
     level = LEVEL | {"M7": 3.02, "M8": 3.0, "M9": 9.0, "M10": 9.0}
     cells = made(level, runs=4, noise=0.3, full=MUCH)
     answer = answered(cells)
@@ -85,7 +85,7 @@ def test_rows_whose_intervals_overlap_are_a_tie_that_is_named():
     assert answer.headline == "Tie: M7 at n = 1.3, M8 at n = 1.3"
     assert (
         "M7 at n = 1.3 has at most 1.7" in answer.reason
-        and "and costs least; the intervals of M8 overlap with it" in answer.reason
+        and "and costs least; the runs do not tell M8 from it" in answer.reason
     )
     assert any(line == "More seeds distinguish M7, M8: --seeds 16." for line in answer.advice)
     of_models = cells["mse"].sel(n=1.3).mean(("experiment", "chamber"))
