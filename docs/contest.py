@@ -4,9 +4,17 @@ import numpy as np
 import xarray as xr
 from fragments import table
 
-from pneumo.evidence.random_cylinders.contest_statistics import BEFOREHAND, LIMIT, answer, row_of
+from pneumo.evidence.random_cylinders.contest_statistics import (
+    BEFOREHAND,
+    LIMIT,
+    answer,
+    best_in_hindsight,
+    row_of,
+    runs_counted,
+)
+from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text, span_text, with_interval
-from pneumo.publish.text.todays_answer import rule_text
+from pneumo.publish.text.todays_answer import full_over_beforehand, rule_text
 
 LOOPS = ("open", "closed")
 FULL = {law: f"full order, {law} law" for law in ("true", "constant")}
@@ -123,6 +131,33 @@ def _of_cases(contest: xr.Dataset, valve_right: bool) -> xr.Dataset:
     return contest.isel(case=np.flatnonzero((right == valve_right) & told))
 
 
+def turns(contest: xr.Dataset) -> dict[str, str]:
+    """The full order with constant k_0 told too large over the choice beforehand, where it is not ahead."""
+    cases = full_over_beforehand(contest, True)
+    at = cases.isel(case=int(np.argmax(cases["case_k_0"].values)))
+    parts = {"full_middle_third": "middle third", "full_not_cut": "not cut"}
+    return {name: with_interval(at.sel(part=part).values) for name, part in parts.items()}
+
+
+def median_quotients(contest: xr.Dataset) -> list[float]:
+    """Medians of the full order's error, both laws, over the choice's with the same knowledge, by loop.
+
+    The valve is right.
+    """
+    counted = runs_counted(contest)
+    at = contest.sel(valve_told=1.0)
+    quotients = at["mse_full"] / at["mse_simulated"].sel(carried="best")
+    medians = [quotients.where(counted[loop]).median(("cylinder", "loop")).values for loop in LOOPS]
+    return np.array(medians).ravel().tolist()
+
+
+def classical_best(contest: xr.Dataset) -> float:
+    """Fraction of the held-out runs in which one of M1 to M4 is below the best of M5 to M10 in hindsight."""
+    counted = runs_counted(contest)["all"]
+    below = best_in_hindsight(contest, tuple(MODELS)[:4]) < best_in_hindsight(contest)
+    return float((below & counted).sum() / counted.sum())
+
+
 def numbers(contest: xr.Dataset) -> dict[str, str]:
     """Numbers of the page by name."""
     known, wrong = _of_cases(contest, True), _of_cases(contest, False)
@@ -148,10 +183,13 @@ def numbers(contest: xr.Dataset) -> dict[str, str]:
         "paper_high_most": f"{paper_quotients(contest)[TOLD[HIGH]].max():.1f}",
         "wrong_valve_cases": f"{off.sel(bound='high').size}",
         "wrong_valve_not_below": f"{not_below}",
+        **turns(contest),
+        "full_median_most": f"{max(median_quotients(contest)):.2f}",
+        "classical_best": percent_text(classical_best(contest)).removesuffix(" %"),
         "simulated": error_text(BEFOREHAND),
         "simulated_low": error_text(BEFOREHAND, LOW),
         "simulated_high": error_text(BEFOREHAND, HIGH),
-        "adiabatic": error_text(ADIABATIC),
+        **{f"adiabatic_{loop}": error_text(ADIABATIC, part=loop) for loop in LOOPS},
         "adiabatic_low_third": error_text(ADIABATIC, part="lowest third"),
         "M6_rule": error_text("M6 by rule"),
         "M8_rule": error_text("M8 by rule"),

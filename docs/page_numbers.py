@@ -124,13 +124,24 @@ def from_kept_files() -> Numbers:
     }
 
 
+def missed_in_tables(verdict: dict[str, Any]) -> dict[str, str]:
+    """Missed cells of Tables 7 to 9, and the chi-square of the last."""
+    missed = [item["table"] for item in verdict["items"] if item["status"] == "missed"]
+    (of_9,) = (row["meant"] for row in verdict["highlights"]["fit"]["tables"] if row["table"] == "Table 9")
+    return {
+        "missed_of_tables": f"{sum(table in (7, 8, 9) for table in missed)}",
+        "chi_square_9": f"{of_9['chi_square']:.0f} for {of_9['numbers']} numbers",
+    }
+
+
 def from_the_study(results: Path) -> Numbers:
     """Numbers from results/, the whole study of the paper."""
     levels, mse = which_model.over_levels(results), which_model.by_experiment(results)
     verdict = json.loads((results / "verdict.json").read_text(encoding="utf-8"))
     return {
         "table_7": {"table": (results / "table7.md").read_text(encoding="utf-8").strip()},
-        "verdict": {kind: verdict[kind] for kind in ("counts", "counts_by_basis", "headline", "near_misses")},
+        "verdict": {kind: verdict[kind] for kind in ("counts", "counts_by_basis", "headline", "near_misses")}
+        | missed_in_tables(verdict),
         "which_model": named(which_model.numbers(levels, mse), which_model.tables(levels, mse)),
     }
 

@@ -6,6 +6,7 @@ from fragments import table
 
 from pneumo.evidence.at_work.partly_known_statistics import COMPARED, PARTS, pays
 from pneumo.publish.text.formatting import span_text, with_interval
+from pneumo.publish.text.todays_answer import controllers, observers
 
 SENSORS = {"none": "no pressure", "one": "P_A", "both": "both pressures"}
 SHOWN = ("full", "full, 2 k_0", "full, k_0 estimated from 2 k_0", "M8, k_0 estimated from 2 k_0")
@@ -81,10 +82,6 @@ def reach_table(dataset: xr.Dataset) -> str:
 
 def numbers(dataset: xr.Dataset) -> dict[str, str]:
     """Numbers of the page by name."""
-    ratios = dataset["observer_over_reduced"].sel(part="all")
-    known = ratios.sel(scale=0.0, compared="full")
-    control = dataset["controller_over_reduced"].sel(part="all", compared=FULL)
-    largest = dataset["scale"].max().item()
     full_states = [name for name in STATES if name.startswith("full")]
     k_0 = dataset["k_0_found"].sel(row=full_states, scale=0.0)
     off = np.abs(np.log(k_0)).median(("plant", "seed", "row"))
@@ -96,10 +93,8 @@ def numbers(dataset: xr.Dataset) -> dict[str, str]:
 
     return {
         "plants": f"{dataset.sizes['plant']}",
-        "full_known_none": span(known.sel(sensors="none", bound="value")),
-        "full_known_both": span(known.sel(sensors="both", bound="value")),
-        "full_unknown": span(ratios.sel(scale=largest, compared="full", bound="value")),
-        "controller": span(control.sel(bound="value")),
+        **{f"full_{case.replace(' ', '_')}": text for case, text in observers(dataset).items()},
+        "controller": controllers(dataset),
         "k_0_found_one": span(np.exp(off.sel(sensors="one"))),
         "k_0_found_both": span(np.exp(off.sel(sensors="both"))),
         "without_new_turns": f"{turned}",

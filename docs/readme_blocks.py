@@ -50,8 +50,8 @@ def ten_models() -> str:
 
 def answer() -> str:
     """Table of which model to take, by what is known."""
-    advice = todays_answer(xr.load_dataset(KEPT / "contest.nc"), xr.load_dataset(KEPT / "measured_air.nc"))
-    return table(["if", "take", "what the evidence says"], advice)
+    evidence = (xr.load_dataset(KEPT / f"{name}.nc") for name in ("contest", "measured_air", "partly_known"))
+    return table(["if", "take", "what the evidence says"], todays_answer(*evidence))
 
 
 def judged() -> str:
@@ -70,7 +70,7 @@ def table_7() -> str:
 
 
 def _counted(counts: Mapping[str, int]) -> str:
-    return ", ".join(f"{counts[status]} {status}" for status in STATUSES)
+    return ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
 
 
 def verdict() -> str:

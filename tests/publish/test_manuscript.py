@@ -116,7 +116,7 @@ def project(tmp_path_factory):
         shutil.copy(ROOT / "results" / name, results)
     for name in ("traces", "floor", "ensemble", "regimes"):
         shutil.copy(ROOT / "results/figures/traces.svg", results / f"figures/{name}.svg")
-    for name in ("contest.nc", "measured_air.nc"):
+    for name in ("contest.nc", "measured_air.nc", "partly_known.nc"):
         shutil.copy(KEPT / name, results)
     made = {"ensemble": invented_ensemble, "variants": invented_variants, "floor": invented_floor}
     made |= {"identification": invented_identification, "error_budget": invented_budget}

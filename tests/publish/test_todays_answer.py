@@ -7,6 +7,7 @@ import pytest
 
 from pneumo.evidence.random_cylinders.contest_statistics import BEFOREHAND
 from pneumo.publish.text.todays_answer import (
+    FULL,
     full_over_beforehand,
     kept_sentences,
     quoted,
@@ -16,14 +17,14 @@ from pneumo.publish.text.todays_answer import (
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import KEPT
 
-CONTEST, AIR = read(KEPT / "contest.nc"), read(KEPT / "measured_air.nc")
+CONTEST, AIR, AT_WORK = (read(KEPT / f"{name}.nc") for name in ("contest", "measured_air", "partly_known"))
 
 
 def test_the_full_orders_ratios_are_those_of_the_errors_of_one_knowledge():
     """Ratio of two geometric means over the same runs is the geometric mean of the ratios."""
     for right in (True, False):
         cases = full_over_beforehand(CONTEST, right)
-        assert not cases["full"].str.contains("adiabatic").any()
+        assert set(cases["full"].values) == {FULL} and np.isclose(cases["case_valve"], 1).all() == right
         for i in range(cases.sizes["case"]):
             at = cases.isel(case=i)
             errors = []
@@ -37,29 +38,62 @@ def test_the_full_orders_ratios_are_those_of_the_errors_of_one_knowledge():
                 assert at.sel(part=loop, bound="value").item() == pytest.approx(expected, rel=0.01), at
 
 
-def test_the_answer_changes_with_each_part_of_the_evidence():
-    told = [row.evidence for row in todays_answer(CONTEST, AIR)]
-    other = [
-        row.evidence for row in todays_answer(CONTEST.assign(full_quotient=2 * CONTEST["full_quotient"]), AIR)
-    ]
-    assert [a != b for a, b in zip(told, other, strict=True)] == [True, True, False, False]
-    other = [row.evidence for row in todays_answer(CONTEST, AIR.assign(held_out=2 * AIR["held_out"]))]
-    assert [a != b for a, b in zip(told, other, strict=True)] == [False, False, True, False]
-    other = [row.evidence for row in todays_answer(CONTEST.assign(error=2 * CONTEST["error"]), AIR)]
-    assert [a != b for a, b in zip(told, other, strict=True)] == [False, True, False, True]
+def evidence(contest=CONTEST, air=AIR, at_work=AT_WORK):
+    return [row.evidence for row in todays_answer(contest, air, at_work)]
+
+
+@pytest.mark.parametrize(
+    "changed, rows",
+    [
+        ({"contest": CONTEST.assign(full_quotient=2 * CONTEST["full_quotient"])}, [1]),
+        ({"contest": CONTEST.assign(error=2 * CONTEST["error"])}, [2, 4]),
+        ({"air": AIR.assign(held_out=2 * AIR["held_out"])}, [3]),
+        ({"at_work": AT_WORK.assign(controller_over_reduced=2 * AT_WORK["controller_over_reduced"])}, [0]),
+    ],
+)
+def test_the_answer_changes_with_each_part_of_the_evidence(changed, rows):
+    pairs = zip(evidence(), evidence(**changed), strict=True)
+    assert [i for i, (before, after) in enumerate(pairs) if before != after] == rows
     a, b, _ = CONTEST["rule_n"].sel(ruled="M6").values
     assert rule_text(CONTEST, "M6").startswith(f"n = {a:.3g} - {b:.3g}/")
 
 
+def spans(text):
+    """Pairs of numbers written as a span."""
+    return [(float(low), float(high)) for low, high in re.findall(r"([\d.]+) to ([\d.]+)", text)]
+
+
+def test_no_case_of_a_row_is_outside_the_span_that_it_prints():
+    """Every k_0 told within 2.7 and, in the second row, both valves: what the user may have."""
+    _, known, wrong, _, _ = evidence()
+    e, choice = CONTEST["error"].sel(part="all", bound="value").values, CONTEST["choice"].values
+    valve, k_0 = CONTEST["row_valve"].values, CONTEST["row_k_0"].values
+    for (low, high), name in zip(spans(wrong), (FULL, BEFOREHAND), strict=True):
+        inside = e[(choice == name) & ~np.isclose(valve, 1.0)]
+        assert len(inside) == 6 and low - 0.05 <= inside.min() and inside.max() <= high + 0.05
+        assert max(inside.min() - low, high - inside.max()) < 0.05
+    (low, high), (least, most) = spans(known)
+    for told in np.unique(k_0):
+        at = (CONTEST["full"].values == FULL) & np.isclose(CONTEST["case_valve"], 1)
+        of_loops = CONTEST["full_quotient"].values[at & np.isclose(CONTEST["case_k_0"], told)][0, 1:3, 0]
+        assert (of_loops > low - 0.005).all() and (of_loops < high + 0.005).all()
+    thirds = CONTEST["full_quotient"].values[at][:, 3:6]
+    assert list(CONTEST["part"].values[3:6]) == ["lowest third", "middle third", "highest third"]
+    assert (least, most) == pytest.approx(thirds.reshape(-1, 3)[thirds[..., 0].argmax(), 1:], abs=0.005)
+
+
+def test_measured_air_is_told_on_records_that_no_fit_used():
+    air = evidence()[3]
+    for case in ("pulses", "discharge", "filling"):
+        for model in ("full order", "M10", "M8"):
+            assert f"{AIR['held_out'].sel(case=case, model=model).item() / 1e3:.1f}" in air
+
+
 def test_pages_quote_the_evidence_of_today():
-    kept, contest, partly_known = kept_sentences(), CONTEST, read(KEPT / "partly_known.nc")
-    assert kept == quoted(contest, partly_known), "run: make numbers"
-    rows = todays_answer(contest, AIR)
-    for row, words in zip(
-        rows[:2], (" times the mean square error", " times what the best reduced"), strict=True
-    ):
-        number = re.search(rf"(\d[\d. to]+){words}", row.evidence)
-        assert number and number[1] in kept.choice
-    more = partly_known.assign(observer_over_reduced=2 * partly_known["observer_over_reduced"])
-    assert quoted(contest, more).in_use != kept.in_use and quoted(contest, more).choice == kept.choice
-    assert "controller 1.00 times" in kept.in_use
+    kept = kept_sentences()
+    assert kept == quoted(CONTEST, AT_WORK), "run: make numbers"
+    _, known, wrong, _, _ = evidence()
+    assert spans(known + wrong) == spans(kept.choice)
+    more = AT_WORK.assign(observer_over_reduced=2 * AT_WORK["observer_over_reduced"])
+    assert quoted(CONTEST, more).in_use != kept.in_use and quoted(CONTEST, more).choice == kept.choice
+    assert "controller it had 1.00 times" in kept.in_use

@@ -1,7 +1,7 @@
 # Everything that there is -> the manuscript: `snakemake -j2 results/paper.pdf`, part of `snakemake -j2 evidence`.
 
 READ = ["identification.nc", "error_budget.nc", "floor.nc", "variants.nc", "cylinders.nc", "findings.json"]
-READ += ["contest.nc", "measured_air.nc"]
+READ += ["contest.nc", "measured_air.nc", "partly_known.nc"]
 
 
 rule manuscript:

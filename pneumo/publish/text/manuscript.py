@@ -63,7 +63,9 @@ def manuscript_numbers(results: Iterable[Path]) -> dict[str, Any]:
         "floor": _floor(read(files["floor.nc"])),
         "variants": _variants(read(files["variants.nc"], "ratio", "share", "counted")),
         "cylinders": _cylinders(read(files["cylinders.nc"])),
-        "contest": _contest(read(files["contest.nc"]), read(files["measured_air.nc"])),
+        "contest": _contest(
+            *(read(files[f"{name}.nc"]) for name in ("contest", "measured_air", "partly_known"))
+        ),
         "statements": [{key: row[key] for key in STATED} for row in claims if row["headline"]],
         "standing": {answer: str(answers.count(answer)) for answer in ("yes", "in part", "depends", "no")}
         | {"all": str(len(answers))},
@@ -71,12 +73,15 @@ def manuscript_numbers(results: Iterable[Path]) -> dict[str, Any]:
     }
 
 
-def _contest(contest: xr.Dataset, air: xr.Dataset) -> dict[str, Any]:
+ANSWERED_BY = ("contest", "measured_air", "partly_known")  # files behind `todays_answer`
+
+
+def _contest(contest: xr.Dataset, air: xr.Dataset, partly_known: xr.Dataset) -> dict[str, Any]:
     costs = step_costs()
     full, model, polynomial = (costs[row].instructions for row in (FULL_ORDER, "M8", "M8 with a polynomial"))
     words = [
         {key: re.sub("[*`]", "", cell) for key, cell in row._asdict().items()}
-        for row in todays_answer(contest, air)
+        for row in todays_answer(contest, air, partly_known)
     ]
     return {
         "cylinders": str(contest.sizes["cylinder"]),
