@@ -77,7 +77,7 @@ numbers: .venv/.dev  ## write the numbers of pages and README from results/ and 
 docs: .venv/.dev  ## build the documentation into site/; a warning is an error
 	@echo "== docs: sphinx-build docs site"
 	$(activate)
-	sphinx-build --quiet --fail-on-warning --keep-going --nitpicky docs site
+	sphinx-build --jobs $(JOBS) --quiet --fail-on-warning --keep-going --nitpicky docs site
 
 crosscheck: .venv/.dev  ## run the equations once more in GNU Octave, where it is installed, and compare
 	@echo "== crosscheck: octave-cli tests/crosscheck/crosscheck.m"

@@ -13,6 +13,7 @@ from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
 from nbclient import NotebookClient
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 from sphinx.util import logging
 from sphinx.util.math import get_node_equation_number
 
@@ -49,7 +50,7 @@ myst_substitutions = {
     "record_formats": fragments.record_formats(),
     "rig_quantities": fragments.rig_quantities(),
     "rig_scheme": rig_scheme(),
-    "files": fragments.files(examples / notebooks.SMALL),
+    "files": fragments.files(examples / "results"),
     "results": notebooks.kind_of_results(),
     "commands": fragments.commands(),
 }
@@ -113,6 +114,15 @@ def link_notebook(_app: Sphinx, page: str, source: list[str]) -> None:
         source[0] = notebooks.with_link(page, source[0])
 
 
+def spread_notebooks(_app: Sphinx, _environment: BuildEnvironment, names: list[str]) -> None:
+    """Spread notebooks evenly over the pages: a process reads neighbours, and notebooks take longest."""
+    run = [name for name in names if name in notebooks.pages()]
+    names[:] = [name for name in names if name not in run]
+    distance = len(names) // max(len(run), 1) + 1
+    for number, name in enumerate(run):
+        names.insert(number * distance, name)
+
+
 def leave_out_of_search(app: Sphinx, _doctree: nodes.document) -> None:
     """Leave decisions out of the search: a reader's words would find them before the pages that explain."""
     page = app.env.current_document.docname
@@ -142,6 +152,7 @@ def make_accessible(app: Sphinx, exception: Exception | None) -> None:
 def setup(app: Sphinx) -> None:
     """Draw formulas as MathML: no script, no font, no other package."""
     app.add_html_math_renderer("mathml", (inline_formula, None), (formula, None))
+    app.connect("env-before-read-docs", spread_notebooks)
     app.connect("source-read", link_notebook)
     app.connect("doctree-read", leave_out_of_search)
     app.connect("build-finished", make_accessible)

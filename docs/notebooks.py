@@ -13,7 +13,6 @@ from myst_nb.core.read import read_myst_markdown_notebook
 from small_study import EXPERIMENTS, ROOT, small_study
 
 SHOWN = ("replay.c", "controller.c", "controller.xml", "system.ssd")  # files beside the pages, which they use
-SMALL = "small"  # folder of the small study's results
 RESULTS = ROOT / "results"
 DOCS = Path(__file__).parent
 HEAD = "---\nfile_format: mystnb\n"
@@ -55,8 +54,8 @@ def prepare(folder: Path) -> dict[str, str]:
     Parameters
     ----------
     folder : pathlib.Path
-        Empty. It gets links to the checkout's inputs, a small study, and `results`: the whole study's where
-        that was made, else the small one's.
+        Empty. It gets links to the checkout's inputs and `results`: the whole study's where that was made,
+        else those of a small study.
 
     Returns
     -------
@@ -67,8 +66,10 @@ def prepare(folder: Path) -> dict[str, str]:
         (folder / name).symlink_to(ROOT / name)
     for name in SHOWN:
         (folder / name).symlink_to(DOCS / name)
-    small_study(folder / SMALL, folder / "small.yaml")
-    (folder / "results").symlink_to(RESULTS if whole_study() else folder / SMALL)
+    if whole_study():
+        (folder / "results").symlink_to(RESULTS)
+    else:
+        small_study(folder / "results", folder / "small.yaml")
     profile = folder / "ipython/profile_default/ipython_kernel_config.py"
     profile.parent.mkdir(parents=True)
     profile.write_text(PROFILE.format(folder=folder), encoding="utf-8")
