@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.fit.fit_problem import FULL, LIMITS, Problem, search_value, si_value
 from pneumo.fit.fit_result import VAGUE, Estimate, equally_good
 from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES
@@ -195,12 +197,12 @@ def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     values, high = estimate.values, estimate.high
     measured_volumes = problem.model.name == FULL.name and stated(problem.plant)
     result = stated_volume_warnings(problem.plant, estimate) if measured_volumes else []
-    cylinder, at_bound = problem.plant.cylinder, problem.at_bound(problem.inner(values))
+    at_bound = problem.at_bound(problem.inner(values))
     for name in problem.names:
         if name in at_bound:
             result.append(on_bound(name, values[name]))
         if PARAMETERS[name].group == "dead volume" and not measured_volumes:
-            result += dead_volume_warnings(name, values[name] / getattr(cylinder, name))
+            result += dead_volume_warnings(name, values[name], problem.plant)
         if name == "dead_time" and high.get(name, np.nan) < -EARLY * problem.signals.period:
             result.append(
                 "the valve acts before its command was logged: check the time stamps; if the command was not"
@@ -245,12 +247,19 @@ def bounds_of_reduced(estimates: Mapping[str, Estimate], parameters: Sequence[st
     return result
 
 
-def dead_volume_warnings(name: str, ratio: float) -> list[str]:
-    """Warning of a dead volume that is far from the configured one, by its ratio to that."""
+def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
+    """Warning of a dead volume, m3, that is far from the configured one, or from the default for it."""
+    ratio = volume / getattr(plant.cylinder, name)
     if 1 / UNLIKELY < ratio < UNLIKELY:
         return []
-    question = "check the stroke and the zero of x; is there a hose to the valve?"
-    return [f"{QUANTITIES[name].name} is {ratio:.2g} times the configured one: {question}"]
+    question = "check the stroke and the zero of x"
+    if stated(plant):
+        configured, remedy = "the configured one", f"{question}; is there a hose to the valve?"
+    else:
+        _, key = PARAMETERS[name].key.rsplit(".", 1)
+        configured = f"the default of {100 * DEAD_FRACTION:g} % of half the stroke, since none is configured"
+        remedy = f"give {key} (with hoses), or {question}"
+    return [f"{QUANTITIES[name].name} is {ratio:.2g} times {configured}: {remedy}"]
 
 
 def apart(ends: Iterable[tuple[float, float]]) -> bool:

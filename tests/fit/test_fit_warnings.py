@@ -8,12 +8,13 @@ import pytest
 from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo import simulate
-from pneumo.configuration.parameters import load, study
+from pneumo.configuration.parameters import DEAD_FRACTION, load, study
 from pneumo.errors import InputError
 from pneumo.fit.estimate import estimate, fit_measurement, split_of
 from pneumo.fit.fit_problem import FULL, Problem
 from pneumo.fit.fit_result import Estimate, equally_good
 from pneumo.fit.fit_warnings import (
+    dead_volume_warnings,
     disagreements,
     doubtful,
     fit_warnings,
@@ -117,7 +118,14 @@ def test_bounds_vague_intervals_and_unlikely_values_are_doubted(sound):
         (text,) = undetermined_notes(problem, found._replace(**ends))
         assert "closed-chamber test" in text
     assert any("null offset is on the bound" in text for text in doubts(null=0.1 * U_MAX))
-    assert any("2.5 times the configured" in text for text in doubts(V_d_B=2.5 * configured))
+    default = (
+        f"2.5 times the default of {100 * DEAD_FRACTION:g} % of half the stroke, since none is configured"
+    )
+    (text,) = doubts(V_d_B=2.5 * configured)
+    assert default in text and "give dead_volume_B_m3 (with hoses)" in text
+    cylinder = problem.plant.cylinder._replace(V_d_A=1.01 * configured)
+    (text,) = dead_volume_warnings("V_d_A", 3.03 * configured, problem.plant._replace(cylinder=cylinder))
+    assert "3 times the configured one" in text
     assert any("--command linear" in text for text in doubts(dead_time=-5e-3, high={"dead_time": -4e-3}))
     assert doubts(lag=0.0) == []
 

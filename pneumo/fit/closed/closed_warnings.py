@@ -90,7 +90,7 @@ def closed_warnings(
         if name.startswith("V_d"):
             ratio = value / getattr(plant.cylinder, name)
             result += [on_bound(name, value)] if ratio < LOW[name] * (1 + ON_BOUND) else []
-            result += dead_volume_warnings(name, ratio)
+            result += dead_volume_warnings(name, value, plant)
         if name in DETERMINED and not wall.high[name] < VAGUE * wall.low[name]:
             result.append(f"this record does not determine {QUANTITIES[name].name}: {REMEDY}")
     if "free n" in estimates:
