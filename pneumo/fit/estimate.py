@@ -29,6 +29,7 @@ from pneumo.fit.fit_warnings import (
     bounds_of_reduced,
     disagreements,
     doubtful,
+    early_notes,
     fit_warnings,
     undetermined_notes,
 )
@@ -353,6 +354,7 @@ def fit_measurement(
             *measurement.notes,
             *long,
             *undetermined_notes(problem, estimates[judged.name]),
+            *early_notes(problem, estimates[judged.name]),
             *dead_volume_notes(m, plant, known),
             *alike_notes(reduced),
             *uncorrected_notes(estimates),

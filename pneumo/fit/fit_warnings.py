@@ -194,7 +194,7 @@ def _coloured(split: Sequence[Residual]) -> float:
 
 def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of parameters on a bound, or unlikely for this cylinder."""
-    values, high = estimate.values, estimate.high
+    values = estimate.values
     measured_volumes = problem.model.name == FULL.name and stated(problem.plant)
     result = stated_volume_warnings(problem.plant, estimate) if measured_volumes else []
     at_bound = problem.at_bound(problem.inner(values))
@@ -203,7 +203,7 @@ def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
             result.append(on_bound(name, values[name]))
         if PARAMETERS[name].group == "dead volume" and not measured_volumes:
             result += dead_volume_warnings(name, values[name], problem.plant)
-        if name == "dead_time" and high.get(name, np.nan) < -EARLY * problem.signals.period:
+        if name == "dead_time" and acts_early(problem, estimate) and values[name] <= -problem.signals.period:
             result.append(
                 "the valve acts before its command was logged: check the time stamps; if the command was not"
                 " held between samples: --command linear"
@@ -227,6 +227,22 @@ def undetermined_notes(problem: Problem, estimate: Estimate) -> list[str]:
 def on_bound(name: str, value: float) -> str:
     """Warning of a parameter on a bound."""
     quantity = QUANTITIES[name]
+def acts_early(problem: Problem, estimate: Estimate) -> bool:
+    """Whether a valve acts before its command was logged, by more than clocks explain."""
+    return estimate.high.get("dead_time", np.nan) < -EARLY * problem.signals.period
+
+
+def early_notes(problem: Problem, estimate: Estimate) -> list[str]:
+    """Note on a valve that acts less than a sample before its command was logged."""
+    value, period = estimate.values.get("dead_time", 0.0), problem.signals.period
+    if not (acts_early(problem, estimate) and value > -period):
+        return []
+    return [
+        f"the valve acts {1e3 * -value:.2g} ms before its command was logged, less than a sample of"
+        f" {1e3 * period:.3g} ms: `fitted.yaml` has no dead time"
+    ]
+
+
     return f"{quantity.name} is on the bound of the search: {value:.3g} {quantity.unit}"
 
 

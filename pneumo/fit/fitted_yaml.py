@@ -69,7 +69,7 @@ def fitted_configuration(
         content["supply"] |= {"T_amb_K": _rounded(T), "T_in_K": _rounded(T)}
         notes.append(f"T = {T:.2f} K, measured")
     known = {name: interval for name, interval in estimates.items() if interval.known}
-    notes += _put_values(content, section, known, plant)
+    notes += _put_values(content, section, known, plant, float(np.diff(fit.data["t"].values[:2]).item()))
     accuracies, cut = _known_within(known)
     section |= accuracies
     notes += cut
@@ -115,9 +115,12 @@ def _best_model_lines(fit: FitResult) -> list[str]:
 
 
 def _put_values(
-    content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant
+    content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant, period: float
 ) -> list[str]:
-    """Put the values found into their keys, but for k_0; return a note on each."""
+    """Put the values found into their keys, but for k_0; return a note on each.
+
+    `period` is the time between samples, s.
+    """
     sections = {"supply": content["supply"], "cylinders": section, "cylinders.valve": section.get("valve")}
     dynamics = sections[DYNAMICS] = section.pop("valve_dynamics", {})
     dead_volumes = of_group("dead volume")
@@ -131,7 +134,9 @@ def _put_values(
             interval = interval.scaled(section["valve"][key] / plant.valve.k_xu)
             note = f"C = {_text(interval)} dm3/(s bar) at u_max_V"
         notes.append(note)
-        if path == DYNAMICS and interval.low <= 0 <= interval.high:
+        # No valve acts before its command: less than a sample is the clock's.
+        early = name == "dead_time" and -period < interval.value < 0
+        if path == DYNAMICS and (early or interval.low <= 0 <= interval.high):
             dynamics.pop(key, None)
         elif (target := sections.get(path)) is not None:
             target[key] = _rounded(interval.value)
@@ -159,7 +164,9 @@ def _known_within(known: dict[str, Interval]) -> tuple[dict[str, float], list[st
         if percent.keys() >= {*names}:
             accuracies[key] = max(percent[name] for name in names)
     cut = [key for key, accuracy in accuracies.items() if accuracy > MOST_WITHIN[key]]
-    rounded = {key: float(np.ceil(100 * accuracy - ALIKE)) / 100 for key, accuracy in accuracies.items()}
+    rounded = {
+        key: max(1.0, float(np.ceil(100 * accuracy - ALIKE))) / 100 for key, accuracy in accuracies.items()
+    }
     return (
         {key: min(accuracy, MOST_WITHIN[key]) for key, accuracy in rounded.items()},
         [f"the interval is wider than {key} may say" for key in cut],

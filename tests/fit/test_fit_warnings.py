@@ -17,6 +17,7 @@ from pneumo.fit.fit_warnings import (
     dead_volume_warnings,
     disagreements,
     doubtful,
+    early_notes,
     fit_warnings,
     parameter_warnings,
     undetermined_notes,
@@ -128,6 +129,10 @@ def test_bounds_vague_intervals_and_unlikely_values_are_doubted(sound):
     assert "3 times the configured one" in text
     assert any("--command linear" in text for text in doubts(dead_time=-5e-3, high={"dead_time": -4e-3}))
     assert doubts(lag=0.0) == []
+    quarter = found._replace(values=found.values | {"dead_time": -2.5e-4}, high={"dead_time": -2e-4})
+    assert not any("--command" in text for text in parameter_warnings(problem, quarter))
+    assert "0.25 ms before its command" in early_notes(problem, quarter)[0]
+    assert early_notes(problem, found) == []
 
 
 @pytest.mark.parametrize(("n", "odd"), [(0.9, True), (1.0, False), (1.39, False), (1.5, True)])

@@ -121,6 +121,15 @@ def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment
     assert "bench.csv by M8" in text
 
 
+@pytest.mark.parametrize(("dead_time", "kept"), [(-0.25e-3, False), (0.25e-3, True), (-2e-3, True)])
+def test_a_valve_early_by_less_than_a_sample_of_1_ms_has_no_dead_time(mine, tmp_path, dead_time, kept):
+    ends = sorted(factor * dead_time for factor in (0.9, 1.1))
+    low, high = (VALUES | {"dead_time": end} for end in ends)
+    full = Estimate(VALUES | {"dead_time": dead_time}, low, high, *[np.zeros(2)] * 3)
+    section = read(written(found(full=full), "mine", mine, TEMPLATE), tmp_path)[0].cylinders["mine"]
+    assert (section.valve_dynamics is not None) == kept
+
+
 def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_path):
     before = tmp_path / "before.yaml"
     before.write_text("cylinders: {mine: {valve_within_percent: 5.0, dead_volumes_within_percent: 20.0}}\n")
