@@ -361,7 +361,7 @@ def fit_measurement(
         ),
         warnings=tuple(warnings),
         held_out_from=float(measurement.t[split]),
-        doubted=bool(of_rig),
+        of_rig=tuple(of_rig),
     )
 
 

@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import shorten
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
@@ -18,7 +19,21 @@ from pneumo.storage.files import attributes, write
 
 Light = Literal["green", "yellow", "red"]  # of a parameter: determined, to be checked, not determined
 VAGUE, ROUGH = 3.0, 1.5  # upper over lower end of an interval that says little, and of one to be checked
+FIRST_WORDS = 48  # characters by which a table names a warning
 AS_GOOD = 1.05  # error on the part held out over the lowest, up to which models are equally good
+
+
+class FitWarning(str):
+    """Sentence of a warning, and the parameters that it concerns; without any, all of the rig."""
+
+    __slots__ = ("parameters",)
+    parameters: tuple[str, ...]
+
+    def __new__(cls, text: str, *parameters: str) -> Self:
+        """Make a sentence that concerns `parameters`."""
+        warning = super().__new__(cls, text)
+        warning.parameters = parameters
+        return warning
 
 
 class Estimate(NamedTuple):
@@ -55,6 +70,11 @@ def equally_good(estimates: Mapping[str, Estimate]) -> list[str]:
     return [name for name in errors if errors[name] <= AS_GOOD * min(errors.values())]
 
 
+def first_words(text: str) -> str:
+    """Beginning of a sentence, cut at a word."""
+    return shorten(text, FIRST_WORDS, placeholder=" ...")
+
+
 def light(name: str, interval: Interval, doubted: bool) -> Light:
     """Light of a parameter by its interval; a search that begins at zero needs no lower end."""
     search, (_, low, high) = PARAMETERS[name].search, interval
@@ -72,7 +92,7 @@ class FitResult:
     notes: tuple[str, ...]  # remarks on the record, a sentence each
     warnings: tuple[str, ...]  # reasons not to believe the fit, a sentence each
     held_out_from: float  # s, time of the last sample that was fitted
-    doubted: bool = False  # whether warnings concern the rig, and not a reduced model alone
+    of_rig: tuple[str, ...] = ()  # those warnings that concern the rig, and not a reduced model alone
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
 
     title: ClassVar = "Reduced models fitted to a measurement"
@@ -120,16 +140,36 @@ class FitResult:
     def lights(self) -> dict[str, Light]:
         """Lights of the full order's parameters; none where it was not fitted.
 
-        Red: the interval has an open end or says little. Yellow: it is wide, or warnings concern the rig.
+        Red: the interval has an open end or says little. Yellow: it is wide, or a warning of the rig concerns
+        the parameter.
         """
-        if FULL_ORDER not in self.models:
-            return {}
-        found = self.estimates(FULL_ORDER)
         return {
-            name: light(name, interval, self.doubted)
-            for name, interval in found.items()
-            if name not in STARTS
+            name: light(name, interval, bool(self._doubts(name))) for name, interval in self._rig().items()
         }
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
+        reasons: dict[str, str] = {}
+        for name, interval in self._rig().items():
+            alone = light(name, interval, doubted=False)
+            if alone == "red":
+                reasons[name] = "open or too wide an interval"
+            elif doubts := self._doubts(name):
+                reasons[name] = first_words(doubts[0])
+            elif alone == "yellow":
+                reasons[name] = "wide interval"
+        return reasons
+
+    def _rig(self) -> dict[str, Interval]:
+        """Estimates of the full order but for the first pressures and temperatures; none without it."""
+        found = self.estimates(FULL_ORDER) if FULL_ORDER in self.models else {}
+        return {name: interval for name, interval in found.items() if name not in STARTS}
+
+    def _doubts(self, name: str) -> list[str]:
+        """Warnings of the rig that concern a parameter."""
+        concerned = ((text, getattr(text, "parameters", ())) for text in self.of_rig)
+        return [text for text, parameters in concerned if not parameters or name in parameters]
 
     def correlation(self, model: str) -> pd.DataFrame:
         """Correlation of a model's parameters, by their names."""

@@ -13,8 +13,8 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.fit.fit_problem import FULL, LIMITS, Problem, search_value, si_value
-from pneumo.fit.fit_result import VAGUE, Estimate, equally_good
-from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES
+from pneumo.fit.fit_result import VAGUE, Estimate, FitWarning, equally_good
+from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES, STARTS
 from pneumo.fit.least_squares import fit
 from pneumo.fit.position_checks import stated, stated_volume_warnings
 from pneumo.fit.residuals import BLOCK, Residual, block_means, residuals
@@ -200,14 +200,17 @@ def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     at_bound = problem.at_bound(problem.inner(values))
     for name in problem.names:
         if name in at_bound:
-            result.append(on_bound(name, values[name]))
+            # A start on its bound says nothing of one parameter.
+            concerned = () if name in STARTS else (name,)
+            result.append(FitWarning(on_bound(name, values[name]), *concerned))
         if PARAMETERS[name].group == "dead volume" and not measured_volumes:
             result += dead_volume_warnings(name, values[name], problem.plant)
         if name == "dead_time" and acts_early(problem, estimate) and values[name] <= -problem.signals.period:
-            result.append(
+            text = (
                 "the valve acts before its command was logged: check the time stamps; if the command was not"
                 " held between samples: --command linear"
             )
+            result.append(FitWarning(text, name))
         if name == "n":
             result += index_warnings(values[name], problem.plant.gas.gamma, "no gas does this")
     return result
@@ -224,9 +227,6 @@ def undetermined_notes(problem: Problem, estimate: Estimate) -> list[str]:
     return result
 
 
-def on_bound(name: str, value: float) -> str:
-    """Warning of a parameter on a bound."""
-    quantity = QUANTITIES[name]
 def acts_early(problem: Problem, estimate: Estimate) -> bool:
     """Whether a valve acts before its command was logged, by more than clocks explain."""
     return estimate.high.get("dead_time", np.nan) < -EARLY * problem.signals.period
@@ -243,6 +243,9 @@ def early_notes(problem: Problem, estimate: Estimate) -> list[str]:
     ]
 
 
+def on_bound(name: str, value: float) -> str:
+    """Warning of a parameter on a bound."""
+    quantity = QUANTITIES[name]
     return f"{quantity.name} is on the bound of the search: {value:.3g} {quantity.unit}"
 
 
@@ -275,7 +278,7 @@ def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
         _, key = PARAMETERS[name].key.rsplit(".", 1)
         configured = f"the default of {100 * DEAD_FRACTION:g} % of half the stroke, since none is configured"
         remedy = f"give {key} (with hoses), or {question}"
-    return [f"{QUANTITIES[name].name} is {ratio:.2g} times {configured}: {remedy}"]
+    return [FitWarning(f"{QUANTITIES[name].name} is {ratio:.2g} times {configured}: {remedy}", name)]
 
 
 def apart(ends: Iterable[tuple[float, float]]) -> bool:

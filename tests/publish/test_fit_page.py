@@ -11,7 +11,7 @@ from brief import in_brief
 from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
-from pneumo.fit.fit_result import Estimate, FitResult, fit_data, light
+from pneumo.fit.fit_result import Estimate, FitResult, FitWarning, fit_data, light
 from pneumo.fit.fitted_parameters import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.rig.rig_file import QUANTITIES as OF_RIG
@@ -77,7 +77,7 @@ def test_tables_fit_a_terminal(a_fit):
     assert text.count(" M8 ") == text.count(" M3 ") == 4  # a line in each table
 
 
-def of_full_order(a_fit, factor=1.0, names=REPORTED, doubted=False):
+def of_full_order(a_fit, factor=1.0, names=REPORTED, of_rig=()):
     """Fit of the full order alone, whose every parameter has an interval `factor` wide to either side."""
     names = [name for name in names if name != "n"]
     # Many digits, and signs where a parameter may have one.
@@ -88,7 +88,7 @@ def of_full_order(a_fit, factor=1.0, names=REPORTED, doubted=False):
     moved = value[..., None] * np.linspace(0.01, 0.02, len(SHIFTING))
     data |= {"moved_by": (("model", "parameter", "quantity"), moved)}
     coords = {"model": ["full"], "parameter": names, "quantity": list(SHIFTING)}
-    return replace(a_fit, data=xr.Dataset(data, coords), doubted=doubted)
+    return replace(a_fit, data=xr.Dataset(data, coords), of_rig=of_rig)
 
 
 def test_every_parameter_of_a_rig_has_a_line_with_its_light_in_a_terminal(a_fit):
@@ -121,6 +121,22 @@ def test_every_parameter_of_a_rig_has_a_line_with_its_light_in_a_terminal(a_fit)
 )
 def test_a_light_says_whether_the_record_determines_a_parameter(name, ends, doubted, color):
     assert light(name, Interval(1.0, *ends), doubted) == color
+
+
+def test_a_warning_colours_the_parameters_that_it_concerns_and_their_lines_name_it(a_fit):
+    volume = FitWarning("the dead volume of A is 2.3 times the default: give it, with the hoses", "V_d_A")
+    fit = of_full_order(a_fit, 1.1, of_rig=(volume,))
+    assert [name for name, color in fit.lights.items() if color != "green"] == ["V_d_A"]
+    assert fit.reasons == {"V_d_A": "the dead volume of A is 2.3 times the ..."}
+    fit = of_full_order(a_fit, 1.1, of_rig=("the piston rests elsewhere", volume))
+    assert set(fit.lights.values()) == {"yellow"} and set(fit.reasons.values()) == {
+        "the piston rests elsewhere"
+    }
+    fit = of_full_order(a_fit, 2.0, of_rig=(volume,))
+    assert {fit.reasons["k_0"], fit.reasons["V_d_B"]} == {"open or too wide an interval"}
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(full_order_table(rig_rows(of_full_order(a_fit, 1.1, of_rig=(volume,)))))
+    assert "V_d of A: the dead volume of A is 2.3 times the ..." in console.export_text()
 
 
 def test_tables_of_a_rig_fit_a_terminal():
@@ -169,10 +185,12 @@ def test_the_page_begins_with_the_best_model_the_place_of_the_misfit_and_the_nex
     assert next_experiments(a_fit) == []  # without the full order no light
     sure, unsure = (of_full_order(a_fit, factor) for factor in (1.1, 4.0))
     assert next_experiments(sure) == []
-    assert {"k_0", "V_d of A, V_d of B"} <= {line.partition(":")[0] for line in next_experiments(unsure)}
+    # At most two lines: those that settle most.
+    advised = [line.partition(":")[0] for line in next_experiments(unsure)]
+    assert advised == ["V_d of A, V_d of B", "k_0"]
     narrow = unsure.data.assign(moved_by=unsure.data["moved_by"] * 200)
-    assert "k_0: know the exhaust path better, which moves it most." in next_experiments(
-        replace(unsure, data=narrow)
-    )
+    (line,) = next_experiments(replace(unsure, data=narrow))  # it moves every parameter
+    assert line.startswith("k_0, k_x k_u, ") and "know the exhaust path better" in line
+    assert next_experiments(of_full_order(a_fit, 1.1, of_rig=("the stops are elsewhere",))) == []
     page = fit_page(a_fit, "bench.csv")
     assert page.index("predicts the part held out best") < page.index("Warning:") < page.index("<main>")

@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
+from pneumo.fit.fit_result import ClosedChambersResult, FitResult, light, rms_of_chambers
 from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
 from pneumo.publish.text.formatting import KILO
 
 WINDOWS = 20  # of a record, among which the one with the largest residual is looked for
 MUCH = 1.5  # times the RMS residual of its chamber: a window above it is named
 OF_INTERVAL = 0.5  # of half an interval: a configured quantity that moves a parameter by more is named
+MOST_ADVICE = 2  # lines on what to do next
 EXPERIMENTS = {  # that determine a group of parameters
     "wall": "fill a chamber fast, shut it off and wait, then fit that (pneumo fit --closed-from)",
     "flow": "record full strokes with the valve fully open",
@@ -64,17 +65,30 @@ def misfit_text(fit: FitResult) -> str:
 
 
 def next_experiments(fit: FitResult) -> list[str]:
-    """Experiments that would determine the parameters whose light is not green, a line for each group."""
-    poor: dict[str, list[str]] = {}
-    lines: list[str] = []
-    for name, light in fit.lights.items():
-        if light == "green":
+    """At most `MOST_ADVICE` lines on what would settle most of the parameters with a wide or open interval.
+
+    A light that only a warning colours wants no new record: its warning says what to do.
+    """
+    settled: dict[str, dict[str, int]] = {}  # by advice: parameters, a red one counts twice
+    for name, interval in fit.estimates(FULL_ORDER).items() if fit.lights else ():
+        weight = {"green": 0, "yellow": 1, "red": 2}[light(name, interval, doubted=False)]
+        if name not in fit.lights or not weight:
             continue
-        poor.setdefault(PARAMETERS[name].group, []).append(QUANTITIES[name].heading)
+        if experiment := EXPERIMENTS.get(PARAMETERS[name].group):
+            settled.setdefault(experiment, {})[name] = weight
         if by := _moved_by(fit, name):
-            lines.append(f"{QUANTITIES[name].heading}: know {by} better, which moves it most.")
-    known = (f"{', '.join(poor[group])}: {EXPERIMENTS[group]}." for group in poor if group in EXPERIMENTS)
-    return [*known, *dict.fromkeys(lines)]
+            settled.setdefault(f"know {by} better: it moves most", {})[name] = weight
+    lines: list[str] = []
+    while settled and len(lines) < MOST_ADVICE:
+        best = max(settled, key=lambda advice: sum(settled[advice].values()))
+        done = settled.pop(best)
+        lines.append(f"{', '.join(QUANTITIES[name].heading for name in done)}: {best}.")
+        settled = {
+            advice: rest
+            for advice, names in settled.items()
+            if (rest := {name: weight for name, weight in names.items() if name not in done})
+        }
+    return lines
 
 
 def _moved_by(fit: FitResult, name: str) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 
 from pneumo.configuration.experiment import Experiment
@@ -178,15 +179,15 @@ def fit_rows(fit: FitResult) -> list[list[str]]:
 
 RIG_TITLE = (
     "The rig, by the full order: intervals allow for errors of the configuration.\n"
-    "Green: determined. Yellow: wide, or see the warnings. Red: not determined."
+    "Green: determined. Yellow: wide, or warned of. Red: not determined."
 )
-RIG_HEADS = ("of the rig", "light", "95 % interval", "moves by", "mostly by")
+RIG_HEADS = ("of the rig", "light", "95 % interval", "moves by", "mostly by", "because")
 
 
 def rig_rows(fit: FitResult) -> list[list[str]]:
     """Cells by `RIG_HEADS` of the full order's parameters, and how far configured quantities move each."""
     rows: list[list[str]] = []
-    looks = fitted_quantities(fit)
+    looks, reasons = fitted_quantities(fit), fit.reasons
     headings = {QUANTITIES[name].name: QUANTITIES[name].heading for name in CONFIGURED}
     for name, light in fit.lights.items():
         quantity, cell = QUANTITIES[name], fit.data.sel(model=FULL_ORDER, parameter=name)
@@ -195,11 +196,11 @@ def rig_rows(fit: FitResult) -> list[list[str]]:
         # Not `formatting.ends_text`: these may be negative, and an end at zero is a limit.
         form = ".2g" if name in VALVE else ".4g" if name == "P_s" else ".3g"
         value = f"{interval.value:{form}} ({interval.ends_text(form)})"
-        row = [f"{heading} ({unit})" if unit else heading, light, value, "–", "–"]
+        row = [f"{heading} ({unit})" if unit else heading, light, value, "–", "–", reasons.get(name, "")]
         moved = factor * cell["moved_by"].values if "moved_by" in cell else np.full(1, np.nan)
         if np.isfinite(moved).all() and moved.any():
             largest = str(cell["quantity"].values[np.argmax(np.abs(moved))])
-            row[3:] = f"± {np.sqrt(moved @ moved):.2g}", headings.get(largest, largest).removeprefix("the ")
+            row[3:5] = f"± {np.sqrt(moved @ moved):.2g}", headings.get(largest, largest).removeprefix("the ")
         rows.append(row)
     return rows
 
@@ -219,8 +220,16 @@ def fit_tables(fit: FitResult) -> list[Table]:
 
 
 def full_order_table(rows: Sequence[Sequence[str]]) -> Table:
-    """Table of `rig_rows`, with the lights in their colours."""
-    return _table(RIG_TITLE, RIG_HEADS, ([row[0], f"[{row[1]}]{row[1]}[/]", *row[2:]] for row in rows))
+    """Table of `rig_rows`, with the lights in their colours; below it the reasons of those not green."""
+    *heads, _ = RIG_HEADS
+    shown = ([row[0], f"[{row[1]}]{row[1]}[/]", *row[2:-1]] for row in rows)
+    table = _table(RIG_TITLE, heads, shown)
+    named: dict[str, list[str]] = {}
+    for heading, *_, reason in rows:
+        named.setdefault(reason, []).append(heading.partition(" (")[0])
+    lines = [f"{', '.join(names)}: {escape(reason)}" for reason, names in named.items() if reason]
+    table.caption, table.caption_justify = "\n".join(lines) or None, "left"
+    return table
 
 
 def validation_tables(errors: Mapping[str, np.ndarray]) -> list[Table]:
