@@ -36,8 +36,10 @@ def show(
 ) -> None:
     """Draw a record as a fit reads it, and say what is odd in it."""
     from pneumo.configuration.parameters import study
+    from pneumo.fit.mistaken_columns import mistake
     from pneumo.fit.record.columns import read_mapping
     from pneumo.fit.record.measurement import read_measurement
+    from pneumo.fit.record.ranges import above_supply, ranges_text
     from pneumo.publish.figures.fit_figures import record_figure
     from pneumo.publish.style import save
     from pneumo.selection.plants import configured_plant
@@ -45,9 +47,11 @@ def show(
     plant = configured_plant(study(read_configuration(config, trust)), cylinder, 1.0)
     mapping = read_mapping(columns) if columns else None
     record = read_measurement(measurement, plant, mapping, from_end=x_from == "end")
-    for note in record.notes:
+    odd = "" if trust or record.closed else mistake(record, plant)
+    for note in (*record.notes, *above_supply(record, plant), *([odd] if odd else [])):
         typer.echo(f"note: {note}", err=True)
     typer.echo(f"{len(record.u)} samples, {record.period:.4g} s apart, {record.t[-1]:.4g} s")
+    typer.echo(ranges_text(record, plant))
     svg, png = save(record_figure(record), output)
     typer.echo(f"{svg} and {png}: written")
 

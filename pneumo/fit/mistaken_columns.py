@@ -46,13 +46,20 @@ def quick_fit_error(measurement: Measurement, plant: Plant, command: Sampling) -
     return plant.conditions.P_s * float(np.sqrt(np.mean(quick.residual**2)))
 
 
-def check_columns(measurement: Measurement, plant: Plant, *, command: Sampling = HELD) -> None:
-    """Raise an `InputError` if a model follows a measurement far better with a column corrected."""
+def mistake(measurement: Measurement, plant: Plant, *, command: Sampling = HELD) -> str:
+    """Sentence on the column with which, corrected, a model follows a measurement far better, or nothing."""
     as_given = quick_fit_error(measurement, plant, command)
     candidates = corrected(measurement, plant.conditions.P_atm).items()
     error, best = min((quick_fit_error(right, plant, command), text) for text, right in candidates)
-    if error < BETTER * as_given:
-        raise InputError(
-            f"{measurement.name}: {best}: a quick fit of {MODEL} is then off by {error / 1e3:.3g} kPa RMS,"
-            f" and by {as_given / 1e3:.3g} kPa as the columns are; --trust skips this check"
-        )
+    if error >= BETTER * as_given:
+        return ""
+    return (
+        f"{measurement.name}: {best}: a quick fit of {MODEL} is then off by {error / 1e3:.3g} kPa RMS,"
+        f" and by {as_given / 1e3:.3g} kPa as the columns are"
+    )
+
+
+def check_columns(measurement: Measurement, plant: Plant, *, command: Sampling = HELD) -> None:
+    """Raise an `InputError` if a model follows a measurement far better with a column corrected."""
+    if text := mistake(measurement, plant, command=command):
+        raise InputError(f"{text}; --trust skips this check")

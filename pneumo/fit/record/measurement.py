@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ class Measurement(NamedTuple):
     closed: bool = False  # no gas flows: the valve was shut all the time
     P_s: np.ndarray | None = None  # Pa, absolute supply pressure, where it was measured
     begins: tuple[int, ...] = (0,)  # first samples of parts of several records, one after another
+    units: Mapping[str, str] = MappingProxyType({})  # of the columns that were read, by quantity
 
     @property
     def t(self) -> np.ndarray:
@@ -178,8 +180,9 @@ def read_measurement(
     T = float(np.mean(values["T"])) if "T" in values else np.nan
     P = np.array([values["P_A"], values["P_B"]])
     m = np.array([values[name] for name in FLOWS]) if measured_flow else None
-    x, v, u = values["x"], values.get("v"), values["u"]
-    return Measurement(str(path), period, u, x, P, v, T, tuple(notes), m, closed, values.get("P_s"))
+    x, v, u, P_s = values["x"], values.get("v"), values["u"], values.get("P_s")
+    units = {quantity: column.unit for quantity, column in columns.items()}
+    return Measurement(str(path), period, u, x, P, v, T, tuple(notes), m, closed, P_s, units=units)
 
 
 def _uniform(values: dict[str, np.ndarray], period: float) -> dict[str, np.ndarray]:
