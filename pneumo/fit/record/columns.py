@@ -1,10 +1,11 @@
 """Columns of a measurement: which quantity each holds, and in which unit."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
+import yaml
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import read_yaml
@@ -32,7 +33,20 @@ KNOWN_UNITS = {unit for units in UNITS.values() for unit in units} | {
 HEADER = re.compile(
     r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g)?))\s*$"
 )
+IN_BRACKETS = re.compile(r"(.+?)\s*[\[(](.+)[\])]")
 ROS_FIELD = "field."  # before the names that `rostopic echo -p` writes
+UNNAMED = "?"  # for a column that nobody can guess
+LIKELY = {"t": "s", "u": "V", "x": "mm", **dict.fromkeys(("P_A", "P_B"), "bar")}
+LIKELY |= dict.fromkeys(("m_A", "m_B"), "kg/s")
+GUESSES = {  # names of columns in other laboratories, in small letters and digits
+    "t": re.compile(r"t|time|timestamp|zeit|temps|tempo"),
+    "u": re.compile(r"u|u?(command|cmd|ventil|valve|stell\w*|spannung|voltage)"),
+    "x": re.compile(r"x|s|pos(ition)?|weg|hub|lage|stroke|displacement"),
+    "P_A": re.compile(r"(p|druck|pressure|pression)(a|1)"),
+    "P_B": re.compile(r"(p|druck|pressure|pression)(b|2)"),
+    "m_A": re.compile(r"(m|q|flow|massflow)(a|1)"),
+    "m_B": re.compile(r"(m|q|flow|massflow)(b|2)"),
+}
 TIME = ("time", "zeit", "x_value")  # names of t that instruments write
 
 
@@ -97,6 +111,35 @@ def columns_by_header(names: list[str], units: Mapping[str, str]) -> dict[str, C
             unit = plain_unit(unit.replace("_per_s", "/s").replace("_g", GAUGE))
             columns[quantity] = Column(column=name, unit=unit)
     return columns
+
+
+def proposed_mapping(
+    names: Sequence[str], units: Mapping[str, str], known: Mapping[str, Column], needed: Sequence[str]
+) -> str:
+    """YAML in one line for `read_mapping`: columns guessed by their names, `UNNAMED` for the others."""
+    proposed = {
+        quantity: column if column.unit else column.model_copy(update={"unit": LIKELY.get(quantity, "")})
+        for quantity, column in known.items()
+    }
+    free = [name for name in names if name not in {c.column for c in known.values()}]
+    for quantity in (quantity for quantity in needed if quantity not in known):
+        likely = (name for name in free if GUESSES[quantity].fullmatch(_foreign(name)[0]))
+        name = next(likely, UNNAMED)
+        free = [other for other in free if other != name]
+        unit = plain_unit(units.get(name) or _foreign(name)[1])
+        proposed[quantity] = Column(column=name, unit=unit if unit in KNOWN_UNITS else LIKELY[quantity])
+    entries = ({q: c.model_dump(exclude_defaults=True)} for q, c in proposed.items())
+    texts = (
+        yaml.safe_dump(entry, default_flow_style=True, allow_unicode=True, width=10**6) for entry in entries
+    )
+    return f"{{{', '.join(text.strip()[1:-1] for text in texts)}}}"
+
+
+def _foreign(header: str) -> tuple[str, str]:
+    """Letters and digits of a header in lower case, and the unit in brackets behind them."""
+    match = IN_BRACKETS.fullmatch(header.strip())
+    name, unit = match.groups() if match else (header, "")
+    return re.sub(r"[\W_]", "", name.lower()), unit
 
 
 def _name_and_unit(name: str) -> tuple[str, str]:

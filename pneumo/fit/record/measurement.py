@@ -11,7 +11,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
-from pneumo.fit.record.columns import KNOWN_UNITS, UNITS, Column, columns_by_header
+from pneumo.fit.record.columns import KNOWN_UNITS, UNITS, Column, columns_by_header, proposed_mapping
 from pneumo.fit.record.formats import given_table, read_table
 from pneumo.fit.record.plausibility import GAP, UNEVEN, Samples, check_signals, check_time, check_velocity
 
@@ -140,15 +140,16 @@ def read_measurement(
     names = [str(name) for name in table.columns]
     columns = dict(mapping) if mapping else columns_by_header(names, units)
     measured_flow = any(quantity in columns for quantity in FLOWS)
-    for quantity in REQUIRED + (() if closed else FLOWS if measured_flow else ("u",)):
-        if quantity not in columns:
-            present = ", ".join(printable(name, 30) for name in names[:12])
-            shut = "; if the valve was shut all the time: --closed both" if quantity == "u" else ""
-            raise InputError(
-                f"{path}: no column {quantity}: must have a header such as"
-                f" {quantity}_{next(iter(UNITS[quantity]))}, or be named with --columns; columns:"
-                f" {present}{shut}"
-            )
+    needed = REQUIRED + (() if closed else FLOWS if measured_flow else ("u",))
+    if missing := [quantity for quantity in needed if quantity not in columns]:
+        present = ", ".join(printable(name, 30) for name in names[:12])
+        shut = "; if the valve was shut all the time: --closed both" if "u" in missing else ""
+        raise InputError(
+            f"{path}: no column {', '.join(missing)}: must have a header such as"
+            f" {missing[0]}_{next(iter(UNITS[missing[0]]))}, or be named with --columns; columns:"
+            f" {present}{shut}; a file for --columns, to check and complete:"
+            f" {proposed_mapping(names, units, columns, needed)}"
+        )
     values: dict[str, np.ndarray] = {}
     samples = Samples(path, first_line, values)
     notes: list[str] = []

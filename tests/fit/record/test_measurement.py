@@ -15,6 +15,7 @@ from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record import formats as record_formats
 from pneumo.fit.record.columns import ANR, UNITS, ZERO_CELSIUS, Column, read_mapping
 from pneumo.fit.record.measurement import read_measurement
+from pneumo.fit.record.ranges import above_supply, ranges_text
 
 PINT = pint.UnitRegistry()
 SI = {"t": "s", "u": "V", "x": "m", "v": "m/s", "T": "K"} | dict.fromkeys(("m_A", "m_B"), "kg/s")
@@ -162,6 +163,42 @@ def test_confused_columns_are_refused(tmp_path):
     ):
         with pytest.raises(InputError, match=words):
             check_columns(confused, known().configured)
+
+
+def test_all_missing_columns_are_named_and_the_mapping_proposed_is_read_as_it_is(tmp_path):
+    foreign = dict(zip(("Zeit", "U_Ventil", "Weg", "p1", "p 2 [bar(g)]"), table().values(), strict=True))
+    with pytest.raises(InputError, match="no column x, P_A, P_B, u: must") as error:
+        read(tmp_path, foreign)
+    proposed = str(error.value).partition("complete: ")[2]
+    file = tmp_path / "columns.yaml"
+    file.write_text(proposed)
+    mapping = read_mapping(file)
+    assert {q: c.column for q, c in mapping.items()} == dict(
+        zip(["t", "u", "x", "P_A", "P_B"], foreign, strict=True)
+    )
+    assert mapping["P_B"].unit == "bar(g)" and mapping["x"].unit == "mm"
+    assert mapping["t"].unit == "s"  # Zeit was known, its unit was not
+    mapping["P_A"] = mapping["P_A"].model_copy(update={"unit": "kPa"})  # the user's check
+    np.testing.assert_array_equal(read(tmp_path, foreign, mapping=mapping).P, read(tmp_path, table()).P)
+    # What nobody can guess is left to the user; what was read stays.
+    with pytest.raises(InputError, match=r"no column P_A: .*P_A: \{column: '\?', unit: bar") as error:
+        read(tmp_path, {"AI 3" if name == "P_A_kPa" else name: v for name, v in table().items()})
+    assert "u: {column: u_V, unit: V}" in str(error.value)
+
+
+def test_a_record_is_shown_with_its_ranges_and_pressures_above_the_supply(tmp_path):
+    measured, plant = read(tmp_path, table()), known().configured
+    text = ranges_text(measured, plant)
+    low, high = (f"{1e3 * end:.3g}" for end in (measured.x.min(), measured.x.max()))
+    assert f"x (read as mm) {low} to {high} mm, at a stop " in text
+    assert f"P_A (read as kPa absolute) {measured.P[0].min() / 1e5:.3g} to " in text
+    assert f"P_B (read as bar gauge) {measured.P[1].min() / 1e5:.3g} to " in text
+    assert above_supply(measured, plant) == []
+    rests = measured._replace(x=np.full_like(measured.x, plant.cylinder.x_max))
+    assert "at a stop 100 % of the time" in ranges_text(rests, plant)
+    high_P = np.array([measured.P[0] * 0 + 1.2 * plant.conditions.P_s, measured.P[1]])
+    (note,) = above_supply(rests._replace(P=high_P), plant)
+    assert note.startswith("P_A is above the configured supply 100 % of the time") and "100 % of that" in note
 
 
 def test_wide_long_endless_and_huge_files_are_refused_before_they_are_read(tmp_path, monkeypatch):
