@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from scipy import stats
 
 from pneumo.evidence.random_cylinders.cylinder_runs import LOOPS
 from pneumo.evidence.random_cylinders.dimensionless_groups import KNOWN_GROUPS
@@ -55,6 +54,8 @@ def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
     fraction of cylinders by statement: the first is better (by the geometric mean over its runs), or M6 is
     enough (in every run); `cylinders`, the number that counts.
     """
+    from scipy.stats import rankdata  # 0.3 s of import, which `pneumo study` does not need
+
     runs = runs.sel(cylinder=runs["held_out"] == 0)
     ratio = np.full((len(LOOPS_AND_BOTH), len(MODEL_PAIRS), len(CRITERIA), 3), np.nan)
     share = np.full((len(LOOPS_AND_BOTH), len(MODEL_PAIRS) + 1, 3), np.nan)
@@ -66,7 +67,7 @@ def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
         number[i] = len(mse)
         m6 = mse[..., int(np.flatnonzero(names == "M6")[0])]
         ran = np.isfinite(m6)
-        ranks = np.where(ran[..., None], stats.rankdata(np.nan_to_num(mse, nan=np.inf), axis=2), np.nan)
+        ranks = np.where(ran[..., None], rankdata(np.nan_to_num(mse, nan=np.inf), axis=2), np.nan)
         best = np.min(mse[..., np.isin(names, REFINED_MODELS)], axis=2)
         for j, pair in enumerate(MODEL_PAIRS.values()):
             a, b = (int(np.flatnonzero(names == name)[0]) for name in (pair.model, pair.other))
