@@ -70,7 +70,8 @@ rule traces:
         ),
     log:
         "<results>/logs/traces.log",
-    threads: all_cores
+    priority: 1  # the report waits for it
+    threads: all_cores_but_one  # which verdict and figures have meanwhile
     params:
         code=code_behind("traces.py"),
     message:
