@@ -189,6 +189,7 @@ SINGLE = {
     "bits": Disturbance("12 bit, no noise", bits=12, noise=0.0),
     "good": Disturbance("sensors of 0.1 kPa", noise=100.0),
     "poor": Disturbance("sensors of 10 kPa", noise=1e4),
+    "crosses": Disturbance("a heavy piston: pressures cross P_s", rig=_rig(mass=3.0)),
 }
 
 
@@ -298,7 +299,7 @@ def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None =
 def judged_alone(case: str, seed: int, models: Sequence[str]) -> Outcome:
     """Outcome of a record of the first user's bench with one thing off, from `SINGLE`."""
     d, rng = SINGLE[case], np.random.default_rng(seed)
-    rig = purpose_rig()._replace(e_PT=0.0)
+    rig = d.rig(purpose_rig())._replace(e_PT=0.0)
     columns = bench_record(rig, rng, d.duration, 1 / d.rate, (d.noise, POSITION_NOISE), d.stops)
     if d.bits:
         step = FULL_SCALE / 2**d.bits

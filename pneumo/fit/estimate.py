@@ -48,6 +48,7 @@ from pneumo.fit.parameter_intervals import (
 from pneumo.fit.position_checks import dead_volume_notes, position_shown, stop_warnings
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import residuals, sensor_noise
+from pneumo.fit.sensor_offsets import SensorOffset, sensor_offsets
 from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
 from pneumo.physics.models import MODELS, Model, Wall
 from pneumo.physics.valve_dynamics import ValveDynamics
@@ -161,7 +162,15 @@ def estimate(
         plant.conditions.P_s * misfit(changes, best.jacobian, inverse_curvature(best)),
         problem.at_bound(best.theta),
         not definite(best),
+        offsets_of(problem, best, changes) if model is FULL else {},
     )
+
+
+def offsets_of(problem: Problem, best: Fit, changes: np.ndarray) -> dict[str, SensorOffset]:
+    """Offsets of the pressure sensors that are not fitted, by the name of their cause."""
+    names = [f"offset_{side}" for side in "AB"]
+    found = sensor_offsets(best, changes, problem.plant.conditions.P_s)
+    return {name: offset for name, offset in zip(names, found, strict=True) if name not in problem.also}
 
 
 def first_pressures(problem: Problem) -> np.ndarray:

@@ -57,6 +57,7 @@ class Estimate(NamedTuple):
     )
     at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
     uncorrected: bool = False  # whether intervals come from plain least squares
+    offsets: Mapping[str, Any] = MappingProxyType({})  # `SensorOffset`, by the cause's name
 
 
 def rms_of_chambers(errors: np.ndarray) -> float:

@@ -51,7 +51,7 @@ def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     # With a wrong rig all parameters are odd: its cause says more.
     # Where residuals remain, b, exhaust and supply make up for what is wrong elsewhere.
     if name == FULL.name and not cause and not any(residual.unexplained for residual in split):
-        cause = configured_warnings(problem, estimate)
+        cause = configured_warnings(problem, estimate) + offset_warnings(estimate)
     return symptoms + (cause or parameter_warnings(problem, estimate))
 
 
@@ -73,6 +73,32 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
             explanation = PARAMETERS[name].explanation.format(*numbers)
             result.append(f"{explanation} is outside its stated accuracy (--also {name} fits it freely)")
     return result
+
+
+def offset_warnings(estimate: Estimate) -> list[str]:
+    """Warning of an offset of a pressure sensor, not fitted, that would move a parameter out of its interval.
+
+    Offsets of which the record is about as sure are named together.
+    """
+    sure: dict[str, float] = {}
+    for name, offset in estimate.offsets.items():
+        shifts = dict(zip(estimate.expected, np.abs(offset.shifts).tolist(), strict=True))
+        moves = any(
+            shifts.get(parameter, 0.0) > max(most, estimate.expected.get(parameter, 0.0))
+            for parameter, most in TOLERATED.items()
+        )
+        if moves and abs(offset.value) > OUTSIDE * offset.deviation:
+            sure[name] = abs(offset.value) / offset.deviation
+    alike = [name for name in sure if TIED * sure[name] >= max(sure.values())]
+    if not alike:
+        return []
+    texts = " or ".join(
+        f"{PARAMETERS[name].explanation.format(QUANTITIES[name].factor * estimate.offsets[name].value)}"
+        f" (--also {name} fits it)"
+        for name in alike
+    )
+    tied = ": this record cannot tell which" if len(alike) > 1 else ""
+    return [f"{texts} would move parameters out of their intervals and leave less of the residual{tied}"]
 
 
 def doubtful(
