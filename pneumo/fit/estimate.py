@@ -33,7 +33,7 @@ from pneumo.fit.fit_warnings import (
     fit_warnings,
     undetermined_notes,
 )
-from pneumo.fit.fitted_parameters import ALSO, REPORTED, SHIFTING, STARTS, start_name
+from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, REPORTED, SHIFTING, STARTS, start_name
 from pneumo.fit.least_squares import Fit, descend, fit
 from pneumo.fit.parameter_intervals import (
     HALF_WIDTH,
@@ -131,6 +131,7 @@ def estimate(
         if name in intervals:
             ends = parameter_interval(*profiled, best, i, both)
             ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
+            ends = limited_ends(name, ends, problem.bounds()[0, i])
             low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
     # No model predicts the first pressures of the part held out: these alone are fitted.
     fixed = {name: value for name, value in values.items() if name not in STARTS}
@@ -164,6 +165,14 @@ def estimate(
         not definite(best),
         offsets_of(problem, best, changes) if model is FULL else {},
     )
+
+
+def limited_ends(name: str, ends: tuple[float, float], lowest: float) -> tuple[float, float]:
+    """Ends of an interval; the lowest value of the search is that of a dead volume: none is below zero."""
+    low, high = ends
+    if PARAMETERS[name].group == "dead volume" and np.isfinite(high):
+        return max(low, lowest), high
+    return ends
 
 
 def offsets_of(problem: Problem, best: Fit, changes: np.ndarray) -> dict[str, SensorOffset]:
