@@ -18,11 +18,11 @@ CONTRAST = """
     .map((c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)
     .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
   const background = (node) => {
-    for (; node; node = node.parentElement) {
-      const colour = channels(getComputedStyle(node).backgroundColor);
-      if (colour.length < 4 || colour[3] > 0) return colour;
-    }
-    return [255, 255, 255];
+    if (!node) return [255, 255, 255];
+    const [r, g, b, alpha = 1] = channels(getComputedStyle(node).backgroundColor);
+    if (alpha === 1) return [r, g, b];
+    const below = background(node.parentElement);
+    return [r, g, b].map((c, i) => alpha * c + (1 - alpha) * below[i]);
   };
   let worst = {ratio: 99}, texts = 0;
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);

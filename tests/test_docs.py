@@ -19,7 +19,7 @@ from browser import Tab
 from checkout import ROOT
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
-from page_checks import assert_accessible, in_chromium
+from page_checks import assert_accessible, assert_readable, in_chromium
 from typer.testing import CliRunner
 
 import pneumo
@@ -34,6 +34,8 @@ from pneumo.verdict.errata import read_errata
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"
 PAGES = sorted(DOCS.glob("*.md"))
+# Pages of the site without a source of their own in docs; decisions are alike, so one of them.
+GENERATED = ("search", "genindex", "py-modindex", "decisions/0155-how-a-fit-is-judged")
 
 # What an example of a shell says but no test runs, by its first words, and why.
 NOT_RUN = {
@@ -500,13 +502,16 @@ def browser(chromium):
 class TestSite:
     pytestmark = in_site
 
-    def test_pages_need_no_network_and_fit_a_narrow_screen(self, browser):
+    def test_pages_need_no_network_fit_a_narrow_screen_and_have_contrast(self, browser):
         pages = sorted(SITE.rglob("*.html"))
         assert len(pages) > len(PAGES)
         for page in pages:
             browser.open(page)
             width = browser.run("document.documentElement.scrollWidth")
             assert width <= 390, f"{page.name}: {width} px wide"
+            for scheme in ("light", "dark"):
+                browser.page.emulate_media(color_scheme=scheme)
+                assert_readable(browser, least=10)
         assert [url for url in browser.requests if not url.startswith(("file:", "data:"))] == []
         assert browser.console == []
 
@@ -537,7 +542,7 @@ class TestSite:
             nbformat.read(SITE / f"notebooks/{page}.ipynb", as_version=4)
 
     @pytest.mark.slow
-    @pytest.mark.parametrize("page", [page.stem for page in PAGES])
+    @pytest.mark.parametrize("page", [*(page.stem for page in PAGES), *GENERATED])
     def test_pages_are_accessible(self, page, chromium):
         tabs = []
 
