@@ -1,6 +1,7 @@
 """pneumo: reduced-order thermodynamic models of servo-pneumatic actuator chambers, reproduced and judged."""
 
-from typing import TYPE_CHECKING
+# True to type checkers. `typing` takes long to import; Ctrl-C would meet a traceback there, before `main`.
+TYPE_CHECKING = False
 
 if TYPE_CHECKING:
     from pneumo.catalogue import default_conductance as default_conductance

@@ -40,3 +40,9 @@ def test_import_loads_neither_numba_nor_xarray_and_errors_have_one_base():
     errors = [getattr(pneumo, name) for name in pneumo.__all__ if name.endswith("Error")]
     assert len(errors) == 6 and all(issubclass(error, pneumo.PneumoError) for error in errors)
     assert str(pneumo.DamagedError(Path("E01.nc"), "damaged")) == "E01.nc: damaged"
+
+
+def test_hardly_anything_is_imported_before_ctrl_c_is_one_line():
+    code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import pneumo.cli; print('typing' in sys.modules)"
+    bare = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, check=True)
+    assert bare.stdout == "False\n"
