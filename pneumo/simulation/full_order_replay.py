@@ -17,7 +17,7 @@ from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.full_order import RAN, Recording, failure
 from pneumo.simulation.runge_kutta import STAGES, dormand_prince, embedded_error
-from pneumo.simulation.signals import replay_tolerance, stage_inputs
+from pneumo.simulation.signals import replay_in_blocks, replay_tolerance
 
 
 class FullRow(NamedTuple):
@@ -82,47 +82,63 @@ def _row_step(
 
 
 @kernel
-def _replay_rows(recording: Recording, rows: np.ndarray, sampling: Sampling) -> np.ndarray:
-    steps, count, plant = len(recording.states) - 1, len(rows), recording.plant
-    most, tolerance = recording.most_halvings, replay_tolerance(sampling)
-    squares, state, before = np.zeros((count, 2)), np.empty((count, 2, 2)), np.empty(2)
-    for side in range(2):
-        for i in range(count):
-            for s in range(2):
-                state[i, side, s] = recording.states[0, 2 + 2 * side + s]
-    y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
-    inputs = np.empty((2 << most, STAGES + 1, 3))  # of parts 1, then 2 and 3, then 4 to 7, ...
-    Y_row, K_row, error = np.empty((STAGES, 2)), np.empty((STAGES + 1, 2)), np.empty(2)
-    for k in range(steps):
-        first = recording.halvings[k] if sampling.exact else 0
-        known = first - 1  # halvings for which the inputs are known
+def _replay_rows(
+    first: int,
+    inputs: np.ndarray,
+    halvings: np.ndarray,
+    again: bool,
+    states: np.ndarray,
+    plant: Plant,
+    h: float,
+    most: int,
+    tolerance: float,
+    rows: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+    coarse: np.ndarray,
+    squares: np.ndarray,
+) -> int:
+    """Add squared errors of consecutive steps, as `pneumo.simulation.signals.replay_in_blocks` asks for them.
+
+    States `before` and `after` the step have shape (row, chamber, 2); `coarse`, shape (row, chamber), tells
+    which of them have to be halved, and `squares` holds the sums.
+    """
+    Y, K, error = np.empty((STAGES, 2)), np.empty((STAGES + 1, 2)), np.empty(2)
+    place = 0
+    for j in range(len(halvings)):
+        parts, some_coarse = 1 << halvings[j], False
         for side in range(2):
             sign, chamber = sign_of(side), chamber_of(plant.cylinder, side)
-            for i in range(count):
-                row, now = FullRow(rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3]), state[i, side]
-                before[0], before[1] = now[0], now[1]
-                if not before[0] > 0:
+            for i in range(len(rows)):
+                row, start, now = (
+                    FullRow(rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3]),
+                    before[i, side],
+                    after[i, side],
+                )
+                if not again:
+                    start[0], start[1] = now[0], now[1]
+                    coarse[i, side] = start[0] > 0
+                if not coarse[i, side]:
                     continue
-                largest = 0.0
-                for halvings in range(first, most + 1):
-                    parts, largest, now[0], now[1] = 1 << halvings, 0.0, before[0], before[1]
-                    for part in range(parts):
-                        stages = inputs[parts + part]
-                        if halvings > known:
-                            stage_inputs(recording, sampling, k, part, parts, y, Y, K, stages)
-                        context = (stages, sign, chamber, plant, row)
-                        estimate = _row_step(now, context, recording.h / parts, most > 0, Y_row, K_row, error)
-                        largest = max(largest, estimate)
-                    known = max(known, halvings)
-                    if largest <= tolerance:
-                        break
+                largest, now[0], now[1] = 0.0, start[0], start[1]
+                for part in range(place, place + parts):
+                    context = (inputs[part], sign, chamber, plant, row)
+                    largest = max(largest, _row_step(now, context, h / parts, most > 0, Y, K, error))
+                coarse[i, side] = not largest <= tolerance
+                some_coarse = some_coarse or coarse[i, side]
+        if some_coarse and halvings[j] < most:
+            return j
+        place += parts
+        for side in range(2):
+            for i in range(len(rows)):
+                now = after[i, side]
                 if not (now[0] > 0 and now[1] > 0):
                     now[0] = now[1] = np.nan
-                difference = recording.states[k + 1, 2 + 2 * side] - now[0]
+                difference = states[first + j + 1, 2 + 2 * side] - now[0]
                 squares[i, side] += difference * difference
                 if not difference * difference < np.inf:
                     squares[i, side] = np.nan
-    return squares / (steps + 1)
+    return len(halvings)
 
 
 def full_order_mse(recording: Recording, rows: list[FullRow], sampling: Sampling) -> np.ndarray:
@@ -134,4 +150,9 @@ def full_order_mse(recording: Recording, rows: list[FullRow], sampling: Sampling
     """
     if failure(recording.states)[0] != RAN:
         return np.full((len(rows), 2), np.nan)
-    return _replay_rows(recording, np.array(rows, dtype=float), sampling)
+    states, plant, h, most = recording.states, recording.plant, recording.h, recording.most_halvings
+    after, squares = np.tile(states[0, 2:].reshape(2, 2), (len(rows), 1, 1)), np.zeros((len(rows), 2))
+    work = np.array(rows, dtype=float), np.empty_like(after), after, np.empty((len(rows), 2), bool), squares
+    common = states, plant, h, most, replay_tolerance(sampling), *work
+    replay_in_blocks(recording, sampling, lambda *steps: _replay_rows(*steps, *common))
+    return squares / len(states)

@@ -30,7 +30,7 @@ from pneumo.simulation.polynomials import (
     polynomial,
 )
 from pneumo.simulation.runge_kutta import STAGES, A, B, E
-from pneumo.simulation.signals import replay_tolerance, stage_inputs
+from pneumo.simulation.signals import replay_in_blocks, replay_tolerance
 
 WIDTH = 8  # lanes are padded to a multiple of this; a vector register holds 2, 4 or 8
 ROW = 136  # lanes at once; 17 cache lines, an odd number, so that rows do not compete for places in the cache
@@ -231,49 +231,50 @@ def store_accurate(W: np.ndarray, starts: tuple[np.uint64, ...], tolerance: floa
 # without NaN a lane could not say that it left the range.
 @kernel(fastmath={"contract"})
 def _replay(
-    recording: Recording,
+    first: int,
+    inputs: np.ndarray,
+    halvings: np.ndarray,
+    again: bool,
+    states: np.ndarray,
+    plant: Plant,
+    h: float,
+    most: int,
+    tolerance: float,
     W: np.ndarray,
     starts: tuple[np.uint64, ...],
-    sampling: Sampling,
     stride: int,
     psi: tuple[float, ...],
     pressure: np.ndarray,
-) -> None:
-    plant, h = recording.plant, recording.h
+) -> int:
+    """Advance W by consecutive steps, as `pneumo.simulation.signals.replay_in_blocks` asks for them."""
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), GROUP * starts[3]
-    y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
-    inputs, most, coarse = np.empty((STAGES + 1, 3)), recording.most_halvings, False
-    tolerance = replay_tolerance(sampling)
-    for k in range(len(recording.states) - 1):
-        if most > 0:
+    place = 0
+    for j in range(len(halvings)):
+        k, parts = first + j, 1 << halvings[j]
+        if most > 0 and not again:
             for b in (np.uint64(0), SIDE_B):
                 for i in range(count):
                     W[BEFORE + b + i] = W[P_A + b + i]
                     W[COARSE + b + i] = 1.0 if W[P_A + b + i] > 0 else 0.0
-        first = recording.halvings[k] if sampling.exact else 0
-        for halvings in range(first, most + 1):
-            parts = 1 << halvings
-            if most > 0:
-                for b in (np.uint64(0), SIDE_B):
-                    for i in range(count):
-                        W[P_A + b + i] = W[BEFORE + b + i]
-                        W[LARGEST + b + i] = 0.0
-            for part in range(parts):
-                stage_inputs(recording, sampling, k, part, parts, y, Y, K, inputs)
-                advance(W, inputs, starts, plant, h / parts, psi, s_sonic)
-                if most > 0:
-                    estimate_errors(W, inputs, starts, plant, h / parts, psi, s_sonic)
-            if most > 0:
-                coarse = store_accurate(W, starts, tolerance)
-            if not coarse:
-                break
         if most > 0:
+            for b in (np.uint64(0), SIDE_B):
+                for i in range(count):
+                    W[P_A + b + i] = W[BEFORE + b + i]
+                    W[LARGEST + b + i] = 0.0
+        for part in range(place, place + parts):
+            advance(W, inputs[part], starts, plant, h / parts, psi, s_sonic)
+            if most > 0:
+                estimate_errors(W, inputs[part], starts, plant, h / parts, psi, s_sonic)
+        place += parts
+        if most > 0:
+            if store_accurate(W, starts, tolerance) and halvings[j] < most:
+                return j
             for b in (np.uint64(0), SIDE_B):
                 for i in range(count):
                     W[P_A + b + i] = W[AFTER + b + i]
         for side in range(2):
             now, errors, squares = (P_A, SUM_A, SQUARES_A) if side == 0 else (P_B, SUM_B, SQUARES_B)
-            P_full = recording.states[k + 1, 2 + 2 * side]
+            P_full = states[k + 1, 2 + 2 * side]
             for i in range(count):
                 error = P_full - P_0 * W[now + i]
                 add(W, errors, i, error)
@@ -281,6 +282,7 @@ def _replay(
             if (k + 1) % stride == 0:
                 for i in range(count):
                     pressure[(k + 1) // stride, side, i] = P_0 * W[now + i]
+    return len(halvings)
 
 
 def needs(lanes: np.ndarray) -> np.ndarray:
@@ -361,7 +363,9 @@ def replay_block(
     W, starts = work_array(lanes, recording.plant)
     shape = ((samples - 1) // stride + 1, 2, WIDTH * int(starts[3]))
     pressure = np.full(shape, recording.plant.conditions.P_0)
-    _replay(recording, W, starts, sampling, stride, psi, pressure)
+    states, plant, h, most = recording.states, recording.plant, recording.h, recording.most_halvings
+    common = states, plant, h, most, replay_tolerance(sampling), W, starts, stride, psi, pressure
+    replay_in_blocks(recording, sampling, lambda *steps: _replay(*steps, *common))
     rows = W.reshape(-1, ROW)[:, :count]
     mean_error = rows[[int(SUM_A) // ROW, int(SUM_B) // ROW]].T / samples
     mse = rows[[int(SQUARES_A) // ROW, int(SQUARES_B) // ROW]].T / samples
