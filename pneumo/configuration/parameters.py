@@ -147,7 +147,7 @@ def accuracy(configuration: Configuration | None = None, position_shown: bool = 
     """
     s = (configuration and configuration.accuracy) or AccuracySection()
     percent, mm = 1e-2, 1e-3
-    x_zero, x_scale = (0.5, 0.1) if position_shown else (5.0, 5.0)  # mm, per cent
+    x_zero, x_scale = (0.5, 0.1) if position_shown else (5.0, 0.1)  # mm, per cent
     return Accuracy(
         b=s.b,
         exhaust=s.exhaust_percent * percent,

@@ -363,7 +363,7 @@ class AccuracySection(_Section):
 
     A limit is half of a 95 % interval. b, exhaust ratio and supply pressure are fitted within theirs; the
     other quantities cannot be fitted, and widen the intervals of what is. Zero and scale of the position are
-    taken for good to 0.5 mm and 0.1 % where stops or configured dead volumes show them, else to 5 mm and 5 %.
+    taken for good to 0.5 mm and 0.1 % where stops or configured dead volumes show them, else to 5 mm and 0.1 %.
     """
 
     b: Number = _key("of the critical pressure ratio", 0.1, gt=0, le=1)

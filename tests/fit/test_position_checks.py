@@ -124,18 +124,18 @@ def test_where_nothing_shows_a_wrong_zero_a_note_says_so():
     between = moved(-HALF, HALF, pressed=False)
     (text,) = dead_volume_notes(between, PLANT, accuracy(position_shown=False))
     assert f"1 mm of zero moves V_d of A by {1e3 * AREAS[0]:.2g} cm³" in text
-    assert "intervals allow for 5 mm and 5 % of scale" in text
+    assert "intervals allow for 5 mm and 0.1 % of scale" in text
     assert dead_volume_notes(moved(-HALF, HALF), PLANT, accuracy()) == []
     assert dead_volume_notes(between, STATED, accuracy()) == []
 
 
-def test_a_position_that_nothing_shows_is_known_to_5_mm_and_5_per_cent_unless_stated(tmp_path):
+def test_a_position_that_nothing_shows_is_known_to_5_mm_unless_stated(tmp_path):
     between = moved(-HALF, HALF, pressed=False)
     assert position_shown(moved(-HALF, HALF), PLANT) and position_shown(between, STATED)
     assert not position_shown(between, PLANT)
     shown, hidden = accuracy(), accuracy(position_shown=False)
     assert (shown.x_zero, shown.x_scale) == pytest.approx((5e-4, 1e-3))
-    assert hidden == shown._replace(x_zero=5e-3, x_scale=0.05)
+    assert hidden == shown._replace(x_zero=5e-3)
     file = tmp_path / "accuracy.yaml"
     file.write_text("accuracy: {x_zero_mm: 0.2, x_scale_percent: 0.3}\n", encoding="utf-8")
     stating = load(TEMPLATE, file)
