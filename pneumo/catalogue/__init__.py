@@ -51,6 +51,14 @@ def measured_conductances() -> tuple[Measured, ...]:
 
 
 @cache
+def measured_cylinders() -> str:
+    """Number and bores of the measured cylinders, in words."""
+    bores = sorted({f"{1e3 * measured.bore:.0f}" for measured in measured_conductances()})
+    count = len({measured.cylinder for measured in measured_conductances()})
+    return f"{count} measured cylinders, {' and '.join(bores)} mm bore"
+
+
+@cache
 def coefficient_times_length() -> tuple[float, float]:
     """Mean of lambda_0 V / A_q over cylinders, W/(m K), and the factor of its prediction interval.
 

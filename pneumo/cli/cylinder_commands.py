@@ -27,9 +27,14 @@ def init(
     source: Annotated[
         Path | None, Option("--from", help="copy this configuration, such as fitted.yaml of a fit")
     ] = None,
+    keys: Annotated[bool, Option("--keys", help="print every key with its unit and range instead")] = False,
     trust: Trust = False,
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""
+    if keys:
+        from pneumo.configuration.schema_readme import readme
+
+        return typer.echo(readme(), nl=False)
     from pneumo.errors import InputError
     from pneumo.selection.cylinder_template import TEMPLATE, write_table_template, write_template
 

@@ -78,6 +78,8 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
         key = max(against, key=lambda key: against[key])
         reason = f"the piston cannot move {'out' if out < back else 'back'}: at P_s_Pa = {s.P_s:g} the air"
         reason += f" pushes with {air:.3g} N, and load, weight and Coulomb friction hold it"
+        if key == "load_N":
+            reason += "; is it a weight? then mass_kg and incline_deg"
         yield Implausible((key,), getattr(section, key), reason)
         return
     flow = mass_flow(plant.valve.k_xu * plant.valve.u_max, s.P_s, s.P_0, s.T_in, plant.gas)
@@ -88,10 +90,7 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
         opening = (("valve", key), value)
     if speed > FASTEST:
         reason = f"fully open it moves the piston of {section.bore_mm:g} mm at {speed:.3g} m/s"
-        reason += f", no cylinder survives {FASTEST:g} m/s"
-        if opening[0][-1] == "C_dm3_per_sbar":
-            reason += "; is this a nominal flow in l/min? then Q_n_l_per_min"
-        yield Implausible(*opening, reason)
+        yield Implausible(*opening, f"{reason}, no cylinder survives {FASTEST:g} m/s")
     needed: dict[tuple[Path, float], float] = {  # s for a stroke, by what slows it down
         opening: c.stroke / speed if speed else inf,
         (("friction_Ns_per_m",), section.friction_Ns_per_m): c.stroke * c.k_f / force,

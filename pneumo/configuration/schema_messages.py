@@ -1,5 +1,6 @@
 """The allowed values of a field in words, and the one-line message for a wrong configuration."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
@@ -11,6 +12,7 @@ PATTERNS = {
     r"^[\w-]{1,40}$": "of at most 40 letters, digits, _ and -",
     r"^[A-Za-z][\w-]{0,39}$": "of at most 40 letters, digits, _ and -, a letter first",
 }
+DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
 _BOUNDS = (
     ("greater than", "gt", "exclusiveMinimum"),
     ("at least", "ge", "minimum"),
@@ -79,6 +81,21 @@ def dotted(path: tuple[Any, ...]) -> str:
     return ".".join(printable(key) if isinstance(key, str) else shown(key) for key in path)
 
 
+def _hint(key: Any, value: Any) -> str:
+    """Likely cause of a wrong value, as a question or a remedy; empty if none is known."""
+    if isinstance(value, str):
+        return "decimal point, not comma" if DECIMAL_COMMA.fullmatch(value.strip()) else ""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isinstance(key, str):
+        return ""
+    if key in ("T_amb_K", "T_in_K") and -60 <= value < 150:
+        return "is it in degC?"
+    if key == "P_s_Pa" and 0 < value < 100:
+        return "is it in bar?"
+    if key == "C_dm3_per_sbar" and value > 0:
+        return "is this a nominal flow in l/min? then Q_n_l_per_min"
+    return ""
+
+
 Written = Callable[[tuple[Any, ...]], tuple[tuple[Any, ...], str]]
 
 
@@ -111,6 +128,8 @@ def error_line(
         _, parent = _schema_at(error["loc"][:-2])
         words = [PATTERNS[pattern] for pattern in parent.get("patternProperties", ())]
         text = " ".join(["the name must be text", *words])
+    if not missing and (hint := _hint(path[-1] if path else "", value)):
+        text += f"; {hint}"
     path, field = written(path)
     paths = [written(each)[0] for each in paths]
     setters = [name for name, content in sources if any(_sets(content, path) for path in paths)]

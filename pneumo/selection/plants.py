@@ -2,7 +2,7 @@
 
 from math import isfinite
 
-from pneumo.catalogue import default_conductance
+from pneumo.catalogue import default_conductance, measured_cylinders
 from pneumo.configuration.experiment import Plant, Study
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Cylinder
@@ -10,6 +10,7 @@ from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas, mass_flow
 
 AIR = exact_gas(287.0, 1.4)
+WEAK = 0.01  # fraction of the valve's full opening below which a signal hardly moves a piston
 
 
 def check_positive(**values: float) -> None:
@@ -79,8 +80,8 @@ def plant(
 def study_notes(study: Study) -> list[str]:
     """Sentences by which a user notices a wrong unit or a default k_0 in a configuration.
 
-    They give size, force and speed of each cylinder, signals beyond their limits, and each k_0 that comes
-    from the catalogue, with its interval.
+    They give size, force and speed of each cylinder, signals beyond their limits or too weak to move the
+    piston, and each k_0 that is the default, with its origin and interval.
     """
     notes, defaults = [], []
     for name, p in {e.cylinder: e.plant for e in study.experiments.values()}.items():
@@ -91,9 +92,11 @@ def study_notes(study: Study) -> list[str]:
         speed = flow * p.gas.R * s.T_0 / (s.P_0 * c.A_A)  # of a chamber at rest pressure that takes it all
         notes.append(f"{name}: {size}: at most {force:.3g} N and, with its valve, about {speed:.3g} m/s")
         if p.k_0 == default.k_0:
-            interval = f"95 % of such cylinders: {default.k_0_low:.2g} to {default.k_0_high:.2g} W/K"
-            remedy = "measure it: docs/fit.md"
-            defaults.append(f"{name}: k_0 = {default.k_0:.2g} W/K from the catalogue ({interval}); {remedy}")
+            interval = f"95 % interval {default.k_0_low:.2g} to {default.k_0_high:.2g} W/K"
+            origin = f"estimated from {measured_cylinders()}; {interval}"
+            defaults.append(
+                f"{name}: k_0 = {default.k_0:.2g} W/K, {origin}; measure it with `pneumo fit --closed A`"
+            )
     for e in study.experiments.values():
         largest = e.excitation.amplitude * max(map(abs, e.excitation.levels), default=1.0)
         limit, unit, meaning = e.plant.valve.u_max, "V", "the command's limit"
@@ -101,6 +104,14 @@ def study_notes(study: Study) -> list[str]:
             limit, unit, meaning = e.plant.cylinder.stroke / 2, "m", "half the stroke"
         if largest > limit:
             notes.append(f"{e.name}: its signal of {largest:g} {unit} exceeds {meaning}, {limit:g} {unit}")
+        opening = e.drive.k_p * largest if e.drive.closed_loop else largest
+        if opening < WEAK * e.plant.valve.u_max:
+            cause = f"a reference of {1e3 * largest:g} mm" if e.drive.closed_loop else "its signal"
+            keys = "k_p_V_per_m and amplitude" if e.drive.closed_loop else "amplitude_V"
+            notes.append(
+                f"{e.name}: {cause} opens the valve by {opening:.2g} V of {e.plant.valve.u_max:g} V only,"
+                f" and the piston hardly moves: check {keys}"
+            )
     return [*notes, *defaults]
 
 

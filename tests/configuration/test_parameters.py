@@ -147,6 +147,22 @@ def test_nominal_flow_is_that_from_7_to_6_bar_absolute():
     assert pytest.approx(1.0) == C
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        ("supply.T_amb_K", 20, "and at most 500; is it in degC?"),
+        ("supply.P_s_Pa", 6, "; is it in bar?"),
+        ("supply.T_in_K", "25,0", "; decimal point, not comma"),
+        ("cylinders.D.bore_mm", 0.025, "D.bore_mm = 0.025: must exceed rod_mm = 10; is it in metres?"),
+    ],
+)
+def test_a_message_names_the_likely_cause(path, value, words):
+    with_rod = merged(BASE, {"cylinders": {"D": {"rod_mm": 10.0}}})
+    override = with_value(path, value)
+    assert words in error_of(merged(with_rod, override), ("mine.yaml", override))
+    assert "is it" not in error_of(merged(BASE, with_value("supply.T_amb_K", 600)))
+
+
 def test_a_converted_flow_is_written_as_its_conductance():
     override = {"cylinders": {"own": OWN | {"valve": {"Q_n_l_per_min": 350.0, "b": 0.3}}}}
     valve = validated(merged(BASE, override), ()).cylinders["own"].valve

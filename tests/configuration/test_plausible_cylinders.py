@@ -26,6 +26,7 @@ def sources(**changes):
     ("changes", "words"),
     [
         ({"load_N": 300.0}, "mine.yaml: cylinders.mine.load_N = 300.0: the piston cannot move back"),
+        ({"load_N": 785.0}, "hold it; is it a weight? then mass_kg and incline_deg"),
         (
             {"load_N": -300.0},
             "load_N = -300.0: the piston cannot move out: at P_s_Pa = 700000 the air pushes",
