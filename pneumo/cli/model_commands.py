@@ -3,6 +3,7 @@
 Modules are imported inside the functions, so that help and errors of usage are fast.
 """
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,6 +21,9 @@ from pneumo.cli.options import (
     configured_rig,
     output_to,
 )
+
+LEAST_PRESSURE = 0.1  # of the atmosphere, at an operating point
+STEADY = 1.0  # Pa/s; slower is an equilibrium to all digits that a user types
 
 
 def linearise(
@@ -49,7 +53,8 @@ def linearise(
     """Print a linear model of chambers or actuator at a point."""
     import json
 
-    from pneumo.equations.system import quantity, rate_unit, system
+    from pneumo.equations.system import quantity, rate_unit, rates, system
+    from pneumo.errors import InputError
     from pneumo.linear.linear_analysis import natural_modes, operating_range
     from pneumo.linear.linear_model import linearise as linear_model
 
@@ -58,6 +63,10 @@ def linearise(
     names = system(model, n, plant, piston=states == "actuator", dynamics=dynamics)
     least, most = plant.conditions.P_atm, plant.conditions.P_s
     for name, P in (("P_A", P_A), ("P_B", P_B)):
+        if 0 < P < LEAST_PRESSURE * least:
+            raise InputError(
+                f"{name} = {P:g} Pa: must be at least a tenth of the atmosphere, {least:g} Pa; is it in bar?"
+            )
         if P > 0 and not least <= P <= most:
             typer.echo(
                 f"note: {name} = {P:g} Pa, outside {least:g} (atmosphere) to {most:g} (supply)", err=True
@@ -78,6 +87,17 @@ def linearise(
         states=states,
         dynamics=dynamics,
     )
+    T_0 = plant.conditions.T_0
+    point = {"u": u, "x": x, "v": v, "P_A": P_A, "P_B": P_B, "opening": u, "force": 0.0}
+    point |= {"T_A": T_0 if T_A is None else T_A, "T_B": T_0 if T_B is None else T_B}
+    at = rates(names, *([point[name] for name in group] for group in (names.states, names.inputs)))
+    moving = [
+        f"d{name}/dt = {rate:.3g} Pa/s"
+        for name, rate in zip(names.states, (complex(rate).real for rate in at), strict=True)
+        if name.startswith("P_") and abs(rate) > STEADY
+    ]
+    if moving:
+        typer.echo(f"note: the point is not an equilibrium: {', '.join(moving)}", err=True)
     A, B = ([[float(rate) for rate in row] for row in matrix] for matrix in (linear.A, linear.B))
     if plot is not None:
         from pneumo.publish.figures.modes_figure import modes_figure
@@ -118,6 +138,7 @@ def export(
     output: Annotated[Path | None, output_to("file to write [a single file: standard output]")] = None,
 ) -> None:
     """Write a model as source code, or as an FMU."""
+    from pneumo.equations.system import system
     from pneumo.errors import InputError
     from pneumo.export import exported, write_files
 
@@ -143,7 +164,17 @@ def export(
         return typer.echo("".join(text.decode() for text in files.values()), nl=False)
     first, *rest = files
     names = {first: output.name} | {name: name for name in rest}
-    return write_files({names[name]: content for name, content in files.items()}, output.parent)
+    write_files({names[name]: content for name, content in files.items()}, output.parent)
+    moving = piston or observer is not None
+    chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics)
+    typer.echo(f"{', '.join(str(output.parent / name) for name in names.values())}: written")
+    typer.echo(f"states {', '.join(chosen.states)}; inputs {', '.join(chosen.inputs)}")
+    if to == "c":
+        stem = output.with_suffix("")
+        build = shlex.join(["cc", "-O2", str(output), f"{stem}_test.c", "-lm", "-o", f"{stem}_test"])
+        run = shlex.quote(str(output.parent.resolve() / f"{stem.name}_test"))
+        typer.echo(f"Test it: {build} && {run}")
+    return None
 
 
 def models() -> None:

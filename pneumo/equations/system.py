@@ -13,8 +13,9 @@ from pneumo.equations.equation_list import (
     stop_equations,
     valve_equations,
 )
+from pneumo.errors import InputError
 from pneumo.physics.cylinder import Side, chamber_of
-from pneumo.physics.models import Model
+from pneumo.physics.models import MODELS, Model
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 from pneumo.simulation.tableau import DORMAND_PRINCE, Tableau, explicit
 
@@ -106,6 +107,8 @@ def system(
     dynamics: ValveDynamics = PROPORTIONAL,
 ) -> System:
     """A `System` from a model's row or name, or "full" for the full order; errors as in `model_and_index`."""
+    if isinstance(model, str) and model not in (*MODELS, FULL_ORDER):
+        raise InputError(f"model {model!r}: no such model; there are {', '.join(MODELS)} and {FULL_ORDER}")
     row, n = (None, 1.0) if model == FULL_ORDER else model_and_index(model, n)
     return System(row, n, plant, valve, piston, dynamics)
 

@@ -46,7 +46,8 @@ def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_uni
     inside("init", "mine.yaml")
     code, out, _ = inside("check", "mine.yaml")
     assert code == 0
-    assert "mine: k_0 = 0.27 W/K from the catalogue (95 % of such cylinders: 0.099 to 0.73" in out
+    origin = "estimated from 3 measured cylinders, 20 and 32 mm bore; 95 % interval 0.099 to 0.73 W/K"
+    assert f"mine: k_0 = 0.27 W/K, {origin}; measure it with `pneumo fit" in out and "hardly" not in out
     force = f"{np.pi / 4 * 0.025**2 * (7e5 - 101325):.3g} N"
     line = f"mine: 25 x 160 mm, 3 kg, supply 7 bar absolute: at most {force} and, with its valve, about "
     assert line in out
@@ -54,6 +55,11 @@ def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_uni
     for slip, words in (
         ("closed_loop: {amplitude_mm: 1500}", "closed: its signal of 1.5 m exceeds half the stroke, 0.08 m"),
         ("open_loop: {amplitude_V: 24}", "open: its signal of 24 V exceeds the command's limit, 10 V"),
+        (
+            "closed_loop: {k_p_V_per_m: 0.1}",
+            "closed: a reference of 15 mm opens the valve by 0.0015 V of 10 V",
+        ),
+        ("open_loop: {amplitude_V: 0.01}", "open: its signal opens the valve by 0.01 V of 10 V only"),
     ):
         (tmp_path / "slip.yaml").write_text(f"cylinders: {{mine: {{{slip}}}}}")
         assert words in inside("check", "mine.yaml", "slip.yaml")[1]
@@ -61,7 +67,7 @@ def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_uni
 
 def test_what_check_models_and_version_print(inside):
     code, out, _ = inside("check", ROOT / "config/paper.yaml")
-    assert code == 0 and "paper: 16 experiments, n = 1.0, 1.05" in out and "from the catalogue" not in out
+    assert code == 0 and "paper: 16 experiments, n = 1.0, 1.05" in out and "estimated from" not in out
     assert "E03  cylinder E  open   loop  k_0 = 0.02 W/K  1800 s, step 1 ms" in out
     code, out, _ = inside("models")
     assert code == 0 and all(f"M{i} " in out for i in range(1, 11))
@@ -165,9 +171,26 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
     linear = linearise("M8", 1.3, plant._replace(k_0=0.3), u=1.0, P_A=5e5, P_B=6e5)
     code, out, _ = inside("linearise", "M8", "--n", 1.3, *AT, *given)
     assert code == 0 and f"{linear.A[0, 0]:.6g}" in out and "u (V)" in out
+    low = ["--u", 1, "--P_A", 5e4, "--P_B", 6e5]
+    code, _, err = inside("linearise", "M8", "--n", 1.3, *low, *given)
+    assert code == 0 and "note: P_A = 50000 Pa, outside 101325 (atmosphere) to 700000 (supply)\n" in err
+    assert "note: the point is not an equilibrium: dP_A/dt = " in err and err.count("Pa/s") == 2
     in_bar = ["--u", 1, "--P_A", 5, "--P_B", 6e5]
-    code, _, err = inside("linearise", "M8", "--n", 1.3, *in_bar, *given)
-    assert (code, err) == (0, "note: P_A = 5 Pa, outside 101325 (atmosphere) to 700000 (supply)\n")
+    assert_one_line(inside("linearise", "M8", "--n", 1.3, *in_bar, *given), "P_A = 5 Pa", "is it in bar?")
+
+
+def test_an_export_names_its_files_states_and_inputs_and_how_to_test_it(inside, tmp_path):
+    inside("init", "mine.yaml")
+    code, out, _ = inside("export", "full", "--to", "c", "--config", "mine.yaml", "-o", "full.c")
+    assert code == 0 and "full.c, full.h, full_test.c: written\n" in out
+    assert "states P_A, T_A, P_B, T_B; inputs u, x, v\n" in out
+    command = out.splitlines()[-1].removeprefix("Test it: ")
+    assert subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True).returncode == 0  # noqa: S602
+
+
+def test_the_keys_of_a_configuration_are_printed(inside):
+    code, out, _ = inside("init", "--keys")
+    assert code == 0 and out == (ROOT / "config/README.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -178,6 +201,10 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
         (["export", "m8", "--n", 1.35, "--to", "matlab"], "model 'm8': no such model, perhaps M8"),
         (["fit", "a.csv", "--model", "M7", "--model", "m8"], "model 'm8': no such model, perhaps M8"),
         (["linearise", "Full", *AT], "model 'Full': no such model, perhaps full"),
+        (
+            ["linearise", "M99", *AT],
+            "no such model; there are M1, M2, M3, M4, M5, M6, M7, M8, M9, M10 and full",
+        ),
     ],
 )
 def test_an_index_without_use_and_a_name_in_small_letters_are_refused(arguments, words, inside):
