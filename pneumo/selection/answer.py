@@ -15,6 +15,7 @@ from pneumo.configuration.experiment import Study
 from pneumo.equations.system import FULL_ORDER as EXPORTED_FULL_ORDER
 from pneumo.export.step_cost import StepCost, step_costs
 from pneumo.physics.models import MODELS
+from pneumo.selection.plants import AIR
 from pneumo.statistics.intervals import UNKNOWN, Interval, paired_ratio
 from pneumo.statistics.ranking import MATERIAL, Ranking, cost, rank_models
 from pneumo.statistics.robust_choice import FULL_ORDER, RobustModel, UnknownConductance
@@ -287,7 +288,8 @@ def _advice(
         for name, duration, time_constant in zip(*columns, strict=True)
         if duration < LONG_RUN * time_constant
     ]
-    edges = {float(cells["n"].min()), float(cells["n"].max())}
+    gamma = float(np.max(cells.get("gamma", AIR.gamma)))  # not in cells of earlier code
+    edges = {float(cells["n"].min()), float(cells["n"].max())} - {1.0, gamma}  # isothermal, adiabatic
     at_edge = {row.model: None for row in (chosen, first) if row.n in edges}
     if at_edge:
         lines.append(

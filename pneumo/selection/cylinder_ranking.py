@@ -234,6 +234,7 @@ def run_study(
         within = {"long_name": "largest relative error of the dead volumes"}
         part["dead_volumes_within"] = ((), limits(e).dead_volumes, within)
         part["time_constant"] = ((), thermal_time_constant(e.plant), {"units": "s"})
+        part["gamma"] = ((), e.plant.gas.gamma, {"units": "1", "long_name": "ratio of specific heats"})
         part["duration"] = ((), e.duration, {"units": "s", "long_name": "length of each run"})
         part["random"] = ((), np.int8(e.excitation.random), {"long_name": "whether the seed plays a role"})
         parts.append(part)

@@ -86,6 +86,7 @@ def test_inputs_are_in_the_units_of_a_catalogue(page):
     cells = made(experiments=("open", "closed"))
     by_catalogue = study_page(study(load(TEMPLATE)), with_traces(cells), [answered(cells)])
     assert "C = 1.5 dm³/(s bar), b = 0.3 up to 10 V" in by_catalogue
+    assert "-7.958 N, of it -7.958 N by the atmosphere on the rod" in by_catalogue and "rod" not in page
 
 
 def test_texts_are_escaped():

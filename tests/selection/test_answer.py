@@ -131,6 +131,21 @@ def test_a_valve_or_dead_volumes_that_are_not_known_count_like_k_0():
     assert any(line.startswith("Measure valve, above all") for line in answer.advice)
 
 
+def test_no_wider_grid_is_advised_beyond_isothermal_and_adiabatic():
+    level = LEVEL | {"M6": 1.0}
+    cells = made(level, best=1.4, noise=1e-6, full=MUCH)
+    assert answered(cells).recommended == "M6"  # at 1.4, the last of the list
+    assert not any("wider grid" in line for line in answered(cells).advice)
+    cells["gamma"] = ("experiment", [1.6])
+    assert any("wider grid" in line for line in answered(cells).advice)
+
+
+def test_the_full_order_is_not_judged_by_its_own_runs():
+    answer = answered(made(ends=(2.0, 4.0)))
+    full, M9 = (contest_cells(answer.contender(name), SWING) for name in (FULL_ORDER, "M9"))
+    assert full[3] == "" and "" not in M9
+
+
 def test_one_run_decides_only_without_random_numbers():
     cells = made(runs=1, full=MUCH)
     answer = answered(cells)
@@ -204,6 +219,7 @@ def test_cells_of_earlier_code_have_no_full_order_and_no_swing():
 def test_short_runs_narrow_grids_and_other_winners_are_named():
     cells = made(best=1.4, full=MUCH, experiments=("X", "Y"), noise=1e-6)
     cells["duration"][:] = 6.9
+    cells["gamma"] = ("experiment", [1.6, 1.6])
     cells["mse"].loc[{"experiment": "Y", "model": "M1"}] = 1.0
     advice = " ".join(answered(cells).advice)
     assert "X lasts less than ten thermal time constants, 0.7 s" in advice

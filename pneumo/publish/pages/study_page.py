@@ -113,13 +113,16 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
     if g.elliptic:
         size = f"C = {sonic_conductance(v, g):.4g} dm³/(s bar), b = {g.critical_ratio:g}"
     leak = f"leak {v.leak * MM2:.3g} mm²" if v.leak else "no leak"
+    load, on_rod = f"{c.load:.4g} N", (c.A_B - c.A_A) * s.P_atm
+    if on_rod:
+        load += f", of it {on_rod:.4g} N by the atmosphere on the rod"
     supply = f"P_s = {s.P_s / KILO:g} kPa, atmosphere {s.P_atm / KILO:g} kPa"
     inputs = [
         ("areas A, B", f"{c.A_A * MM2:.4g}, {c.A_B * MM2:.4g} mm²"),
         ("stroke", f"{c.stroke * KILO:.4g} mm"),
         ("dead volumes A, B", f"{c.V_d_A * CM3:.4g}, {c.V_d_B * CM3:.4g} cm³"),
         ("mass, friction", f"{c.M:g} kg, {c.k_f:g} N s/m, Coulomb {c.coulomb:g} N"),
-        ("constant force", f"{c.load:.4g} N"),
+        ("constant force", load),
         ("valve", f"{size} up to {v.u_max:g} V, exhaust {v.exhaust:g} times, {leak}"),
         ("flow", "ISO 6358" if g.elliptic else f"eq (1), critical ratio {g.critical_ratio:.4g}"),
         ("supply", f"{supply}, start {s.P_0 / KILO:.4g} kPa and {s.T_0:g} K"),

@@ -23,6 +23,7 @@ from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.likelihood import NOT_DISTINGUISHED
 from pneumo.statistics.model_pairs import CRITERIA, REFINED_MODELS
 from pneumo.statistics.ranking import RankedModel
+from pneumo.statistics.robust_choice import FULL_ORDER as NO_REDUCED_MODEL
 from pneumo.statistics.robust_choice import UnknownConductance
 
 if TYPE_CHECKING:
@@ -47,7 +48,10 @@ STUDY_HEADS = (
     *("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "geom.", "wins", "A (kPa)", "B (kPa)"),
 )
 IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
-CONTEST_TITLE = "RMS error (kPa) by the cylinder's k_0 (W/K); each row takes the one assumed"
+CONTEST_TITLE = (
+    "RMS error (kPa) by the cylinder's k_0 (W/K); each row takes the one assumed,"
+    " with which the runs are the full order's own: its cell is empty"
+)
 ON_PAGE = ("worst", "instructions")  # columns of `contest_heads` that are not in the terminal
 WIDE = ("worst, % of swing", "ns a step")  # nor these, where valve or dead volumes have a column
 
@@ -106,6 +110,8 @@ def contest_cells(contender: Contender, swing: float) -> list[str]:
     off_plant = [max(row.off_plant)] if row.off_plant else []
     shown = (*row.rms, *off_plant, row.worst)
     errors = [no_exponent(value / KILO) if np.isfinite(value) else "–" for value in shown]
+    if row.model == NO_REDUCED_MODEL and row.rms[1] == 0:
+        errors[1] = ""  # the run by its own equations
     percent = no_exponent(100 * row.worst / swing) if np.isfinite(row.worst / swing) else "–"
     ratio = no_exponent(over.value) if np.isfinite(over.value) else "–"
     if over.known and over.low != over.high:
