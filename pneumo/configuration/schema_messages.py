@@ -91,7 +91,7 @@ def _hint(key: Any, value: Any) -> str:
         return "is it in degC?"
     if key == "P_s_Pa" and 0 < value < 100:
         return "is it in bar?"
-    if key == "C_dm3_per_sbar" and value > 0:
+    if key == "C_dm3_per_sbar" and value >= 20:
         return "is this a nominal flow in l/min? then Q_n_l_per_min"
     return ""
 

@@ -175,7 +175,7 @@ def test_cells_of_the_contest():
     assert texts["MSE / chosen"] == "6.00 (6.00 to 6.00)"
     assert texts["ns a step"] == f"{step_costs()['M8'].ns:.0f}"
     full = dict(zip(heads, contest_cells(answer.contender("full order"), np.nan), strict=True))
-    assert (full["k_0 = 0.3"], full["n"], full["MSE / chosen"]) == ("0.00", "–", "1.00")
+    assert (full["k_0 = 0.3"], full["n"], full["MSE / chosen"]) == ("", "–", "1.00")
     assert full["worst, % of swing"] == "–"
 
 
