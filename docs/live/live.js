@@ -5,7 +5,7 @@ const live = (() => {
   const names = Object.keys(layout.parameters), models = names.slice(0, -2), full = models.length;
   const rows = [...models, "full order"]; // of a replayed record
   const bytes = Uint8Array.from(atob(element("wasm").textContent.trim()), (c) => c.charCodeAt(0));
-  const code = new WebAssembly.Instance(new WebAssembly.Module(bytes), {env: {pow: Math.pow}}).exports;
+  const code = new WebAssembly.Instance(new WebAssembly.Module(bytes)).exports;
   const at = (place, count) => new Float64Array(code.memory.buffer, place, count);
   const state = at(code.place_of_state(), 6), commands = at(code.place_of_commands(), layout.most_steps);
   const pressures = at(code.place_of_pressures(), 2 * models.length);

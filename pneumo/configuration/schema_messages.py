@@ -13,7 +13,7 @@ PATTERNS = {
     r"^[A-Za-z][\w-]{0,39}$": "of at most 40 letters, digits, _ and -, a letter first",
 }
 DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
-_BOUNDS = (
+BOUNDS = (
     ("greater than", "gt", "exclusiveMinimum"),
     ("at least", "ge", "minimum"),
     ("less than", "lt", "exclusiveMaximum"),
@@ -44,12 +44,12 @@ def allowed(node: Mapping[str, Any]) -> str:
     if node["type"] == "array":
         return f"a list{' (not empty)' if node.get('minItems') else ''}, each {allowed(node['items'])}"
     kind = {"number": "a number", "integer": "a whole number", "string": "text", "object": "a section"}
-    limits = [f"{words} {node[key]:.10g}" for words, *keys in _BOUNDS for key in keys if key in node]
+    limits = [f"{words} {node[key]:.10g}" for words, *keys in BOUNDS for key in keys if key in node]
     pattern = f" {PATTERNS[node['pattern']]}" if "pattern" in node else ""
     return f"{kind[node['type']]} {' and '.join(limits)}".rstrip() + pattern
 
 
-def _schema_at(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Mapping[str, Any]]:
+def schema_at(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Mapping[str, Any]]:
     """Path and schema of the field at an error's location; for an unknown key, the schema of its section."""
     node: Mapping[str, Any] = SCHEMA
     path: list[Any] = []
@@ -108,13 +108,13 @@ def error_line(
 
     `written` returns the path that a field has in its source, and the words for it.
     """
-    path, node = _schema_at(error["loc"])
+    path, node = schema_at(error["loc"])
     value, text = error["input"], f"must be {allowed(node)}"
     paths, missing = [path], error["type"] == "missing"
     if error["type"] == "conflict":
         value, text = error["ctx"]["value"], error["ctx"]["condition"]
         paths = [path + field for field in error["ctx"]["fields"]]
-        path, limits = paths[0], f"be {allowed(_schema_at(paths[0])[1])}"
+        path, limits = paths[0], f"be {allowed(schema_at(paths[0])[1])}"
         missing = value is None
         if missing:
             text = f"must {limits}; {text}"
@@ -125,7 +125,7 @@ def error_line(
         near = get_close_matches(str(error["loc"][-1]), known, 1)
         text = f"unknown key{''.join(f', perhaps {key}' for key in near)}; known keys: {', '.join(known)}"
     elif error["loc"][-1:] == ("[key]",):
-        _, parent = _schema_at(error["loc"][:-2])
+        _, parent = schema_at(error["loc"][:-2])
         words = [PATTERNS[pattern] for pattern in parent.get("patternProperties", ())]
         text = " ".join(["the name must be text", *words])
     if not missing and (hint := _hint(path[-1] if path else "", value)):

@@ -6,7 +6,7 @@ import math
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,40 +20,49 @@ from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE
 from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
 
 MOST_STEPS = 1000  # in one call
-MOST_PARTS = 2**MOST_HALVINGS  # of a step
-EXPORTED = ("take_defaults", "start", "advance", "start_record", "replay_record")
-FLAGS = ["--target=wasm32", "-std=c99", "-O3", "-ffreestanding", "-nostdlib", "-fno-math-errno", "-I."]
-PLACES = ("parameters", "state", "pressures", "squares", "commands", "record", "replayed")
+EXPORTED = ("take_defaults", "start", "advance", "start_record", "replay_record", "study_run")
+FLAGS = [
+    "--target=wasm32",
+    "-std=c99",
+    "-O3",
+    "-flto",
+    "-ffreestanding",
+    "-nostdlib",
+    "-fno-math-errno",
+    "-I.",
+]
+PLACES = ("parameters", "state", "pressures", "squares", "commands", "record", "replayed", "errors")
 GAS = "gas"  # the full order's chambers without the piston
 TOOLS = {"clang": "clang", "wasm-ld": "lld"}  # program -> Debian's package
 TYPICAL_K_0 = 0.5  # W/K
+TERMS = 14  # of the exponential series
 DEAD_PER_SWEPT = 0.05  # dead volume over swept volume, as of both cylinders of the paper
-# clang has no headers for this target: roots and absolute values are its instructions, powers the browser's.
-MATH_H = """\
-double pow(double x, double y);
-static inline double sqrt(double x) { return __builtin_sqrt(x); }
-static inline double fabs(double x) { return __builtin_fabs(x); }
-#define HUGE_VAL __builtin_huge_val()
-"""
 
 
 class Module(NamedTuple):
-    """A WebAssembly module, and for each model the names of its parameters in their order in the C struct."""
+    """A WebAssembly module, with the parameters of its models."""
 
     code: bytes
-    parameters: dict[str, list[str]]
+    parameters: dict[str, list[str]]  # of each model, in their order in the C struct
+    defaults: dict[str, float]  # of the full order with its piston, in SI units
 
 
-def sources(plant: Plant, n: float) -> tuple[dict[str, str], list[System]]:
-    """C files of all models at n and of the full order, with and without piston, and their systems."""
-    systems = [system(model, n, plant) for model in MODELS.values()]
+def sources(plant: Plant, *n: float) -> tuple[dict[str, str], list[System]]:
+    """C files of all models at n and of the full order, with and without piston, and their systems.
+
+    Runs of a study replay every model at each `n`, all else at the first.
+    """
+    systems = [system(model, n[0], plant) for model in MODELS.values()]
     systems.append(system(FULL_ORDER, None, plant, piston=True))
     names, files = [chosen.name for chosen in systems], dict[str, str]()
     systems.append(system(FULL_ORDER, None, plant))
     for chosen, name in zip(systems, [*names, GAS], strict=True):
         files |= _renamed(c99(chosen, name), chosen.name, name)
         del files[f"{name}_test.c"]
-    known = {"names": names, "most_steps": MOST_STEPS, "most_parts": MOST_PARTS, "tolerance": STEP_TOLERANCE}
+    files["full.inc"] = files.pop("full.c")
+    known = {"names": names, "most_steps": MOST_STEPS, "most_halvings": MOST_HALVINGS}
+    known |= {"tolerance": STEP_TOLERANCE, "coulomb": plant.cylinder.coulomb, "indices": [*map(digits, n)]}
+    known["with_n"] = [name for name, model in MODELS.items() if model.has_n]
     A, b, c = (np.vectorize(digits)(values).tolist() for values in DORMAND_PRINCE[:3])
     known |= {
         "A": A,
@@ -74,7 +83,7 @@ def _renamed(files: dict[str, str], old: str, new: str) -> dict[str, str]:
     }
 
 
-def module(plant: Plant, n: float) -> Module:
+def module(plant: Plant, *n: float) -> Module:
     """Compile the `sources` to WebAssembly.
 
     Raises
@@ -85,15 +94,31 @@ def module(plant: Plant, n: float) -> Module:
     for tool, package in TOOLS.items():
         if shutil.which(tool) is None:
             raise InputError(f"{tool}: not installed, so that there is no page; `apt-get install {package}`")
-    files, systems = sources(plant, n)
+    files, systems = sources(plant, *n)
     wanted = [*EXPORTED, *(f"place_of_{name}" for name in PLACES)]
-    linked = ["--no-entry", "--allow-undefined", "--strip-all", *(f"--export={name}" for name in wanted)]
+    linked = ["--no-entry", "--strip-all", *(f"--export={name}" for name in wanted)]
     command = ["clang", *FLAGS, *(f"-Wl,{flag}" for flag in linked)]
-    code = compiled(command, files | {"math.h": MATH_H}, "live.wasm")
+    factors = [digits(1 / math.factorial(i)) for i in range(TERMS)]
+    files["math.h"] = TEMPLATES.get_template("wasm_math.h.j2").render(over_factorial=factors)
+    code = compiled(command, files, "live.wasm")
     names = [*(chosen.name for chosen in systems[:-1]), GAS]
-    return Module(
-        code, dict(zip(names, ([c.name for c in printed(s).constants] for s in systems), strict=True))
-    )
+    constants = [printed(s).constants for s in systems]
+    by_model = {name: [c.name for c in each] for name, each in zip(names, constants, strict=True)}
+    return Module(code, by_model, {c.name: c.value for c in constants[-2]})
+
+
+def assembled(folder: Path, name: str, layout: Mapping[str, Any], compiled: Module) -> str:
+    """HTML page `name` in one file, from its HTML and JavaScript in `folder`, with a layout and a module."""
+    page = (folder / f"{name}.html").read_text(encoding="utf-8")
+    inside = {
+        "/* live.css */": (folder / "live.css").read_text(encoding="utf-8"),
+        f"/* {name}.js */": (folder / f"{name}.js").read_text(encoding="utf-8"),
+        "LAYOUT": json.dumps(dict(layout) | {"parameters": compiled.parameters}),
+        "WASM": base64.b64encode(compiled.code).decode(),
+    }
+    for mark, content in inside.items():
+        page = page.replace(mark, content)
+    return page
 
 
 def installed() -> bool:
@@ -116,21 +141,11 @@ def live_page(
     by name; `colours` has, by model, the colours on light and on dark ground.
     """
     compiled = module(next(iter(plants.values())), n)
-    page = (folder / "live.html").read_text(encoding="utf-8")
     full = {name: system(FULL_ORDER, None, plant, piston=True) for name, plant in plants.items()}
     layout = {
-        "parameters": compiled.parameters,
         "most_steps": MOST_STEPS,
         "dead_per_swept": DEAD_PER_SWEPT,
         "plants": {name: {c.name: c.value for c in printed(each).constants} for name, each in full.items()},
         "colours": dict(colours),
     }
-    inside = {
-        "/* live.css */": (folder / "live.css").read_text(encoding="utf-8"),
-        "/* live.js */": (folder / "live.js").read_text(encoding="utf-8"),
-        "LAYOUT": json.dumps(layout),
-        "WASM": base64.b64encode(compiled.code).decode(),
-    }
-    for mark, content in inside.items():
-        page = page.replace(mark, content)
-    return page
+    return assembled(folder, "live", layout, compiled)

@@ -4,7 +4,10 @@
 rule live:
     input:
         parameters=rules.parameters.output[0],
-        templates=expand("pneumo/export/templates/{name}.j2", name=["model.c", "model.h", "test.c", "live.c"]),
+        templates=expand(
+            "pneumo/export/templates/{name}.j2",
+            name=["model.c", "model.h", "test.c", "live.c", "wasm_math.h"],
+        ),
         sources=[f"docs/live/live.{suffix}" for suffix in ("html", "css", "js")],
     output:
         page="<results>/live.html",

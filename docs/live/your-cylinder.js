@@ -1,0 +1,295 @@
+"use strict";
+// Cylinder, runs and choice without the page: tests compare each with Python.
+const study = (() => {
+  const element = (id) => document.getElementById(id);
+  const layout = JSON.parse(element("layout").textContent), {plant: given, rows, n} = layout;
+  const bytes = Uint8Array.from(atob(element("wasm").textContent.trim()), (c) => c.charCodeAt(0));
+  const draws = new Float64Array(Uint8Array.from(atob(layout.draws), (c) => c.charCodeAt(0)).buffer);
+  const count = draws.length / layout.most_runs;
+  const NUMBER = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?$/;
+  const TOLD = ["k_0_factor", "k_0_W_per_K"]; // follow from k_0_low and k_0_high
+
+  // Mass flow, kg/s, by ISO 6358.
+  const flow = (b, area, P_u, P_d) => {
+    const above = Math.max(0, (P_d / P_u - b) / (1 - b));
+    return (area * given.sonic_coefficient * P_u * Math.sqrt(1 - above ** 2)) / Math.sqrt(given.T_in);
+  };
+  const atRest = (b, P_s) => {
+    let [low, high] = [given.P_atm, P_s];
+    for (let i = 0; i < 100; i++) {
+      const P = (low + high) / 2;
+      if (flow(b, 1, P_s, P) > flow(b, 1, P, given.P_atm)) low = P; else high = P;
+    }
+    return low;
+  };
+  // Texts by key -> constants of the exported C, in SI units, and the factor of k_0.
+  const plant = (texts) => {
+    const value = (key) => Number(texts[key]), blank = (key) => !(texts[key] ?? "").trim();
+    const bore = value("bore_mm") * 1e-3, stroke = value("stroke_mm") * 1e-3, rod = value("rod_mm") * 1e-3;
+    const P_s = value("P_s_Pa"), area = Math.PI * bore ** 2 / 4, rod_area = Math.PI * rod ** 2 / 4;
+    const V_d_A = blank("dead_volume_m3") ? layout.dead_fraction * area * stroke / 2 : value("dead_volume_m3");
+    const V = V_d_A + area * stroke / 2, A_q = 4 * V / bore + Math.PI / 2 * bore ** 2;
+    const {product, factor} = layout.catalogue, middle = product * A_q / V * A_q;
+    const low = blank("k_0_low") ? middle / factor : value("k_0_low");
+    const high = blank("k_0_high") ? middle * factor : value("k_0_high");
+    const asCatalogue = blank("k_0_low") && blank("k_0_high");
+    return {
+      bore, stroke, P_s, A_A: area, A_B: area - rod_area, V_d_A, critical_ratio: value("b"), P_0: atRest(value("b"), P_s),
+      V_d_B: blank("dead_volume_B_m3") ? V_d_A : value("dead_volume_B_m3"), M: value("mass_kg"), k_f: value("friction_Ns_per_m"),
+      x_min: -stroke / 2, x_max: stroke / 2, load: -rod_area * given.P_atm, coulomb: value("coulomb_N"),
+      k_xu: value("C_dm3_per_sbar") * layout.area_per_conductance / given.u_max,
+      k_0: asCatalogue ? middle : Math.sqrt(low * high), factor: asCatalogue ? factor : Math.sqrt(high / low), asCatalogue,
+    };
+  };
+  // Texts of the YAML's keys; without those that keep their default.
+  const keys = (texts) => {
+    const told = {...texts};
+    TOLD.forEach((key) => delete told[key]);
+    const {k_0, factor, asCatalogue} = plant(texts);
+    if (!asCatalogue) Object.assign(told, {k_0_W_per_K: String(k_0), k_0_factor: String(factor)});
+    for (const key of Object.keys(told)) {
+      told[key] = told[key].trim();
+      if (!told[key]) delete told[key]; else if (NUMBER.test(told[key])) told[key] = String(Number(told[key]));
+    }
+    return told;
+  };
+  const yaml = (texts) => {
+    const told = keys(texts);
+    const needed = new Set(layout.fields.filter(({value}) => value !== null).map(({key}) => key));
+    const line = (key) => (key in told || needed.has(key) ? `${key}: ${told[key] ?? "null"}` : layout.unset[key]);
+    return layout.template.replace(/\{\{(\w+)\}\}/g, (_, key) => line(key));
+  };
+  const general = (value, digits) => { // as Python's format g
+    if (!value || !Number.isFinite(value)) return value ? String(value).replace("Infinity", "inf") : "0";
+    const [mantissa, power] = value.toExponential(digits - 1).split("e");
+    if (power >= -4 && power < digits) return String(Number(value.toPrecision(digits)));
+    return `${Number(mantissa)}e${power < 0 ? "-" : "+"}${String(Math.abs(power)).padStart(2, "0")}`;
+  };
+  const repr = (value) => { // as Python's of a float
+    const [digits, power] = (value && Math.abs(value) < 1e-4 ? value.toExponential() : String(value)).split("e");
+    return power ? `${digits}e-${power.slice(1).padStart(2, "0")}` : `${digits}${digits.includes(".") ? "" : ".0"}`;
+  };
+  // First field that `pneumo check` refuses: {key, line}; null if it refuses none.
+  const check = (texts) => {
+    const told = keys(texts), path = (key) => layout.fields.find((field) => field.key === key).path;
+    const refused = (key, why) => ({key, line: `${path(key)} = ${repr(Number(told[key]))}: ${why}`});
+    const allowed = (key) => layout.fields.find((field) => field.key === key).allowed;
+    const wrong = (section) => {
+      for (const {key, bounds, value, path} of layout.fields.filter((field) => field.path.startsWith(section))) {
+        if (!(key in told) && value === null) continue;
+        const text = told[key] ?? "None", x = NUMBER.test(text) ? Number(text) : NaN;
+        if (x > (bounds.gt ?? -Infinity) && x >= (bounds.ge ?? -Infinity)
+          && x < (bounds.lt ?? Infinity) && x <= (bounds.le ?? Number.MAX_VALUE)) continue;
+        let shown = text === "None" || Number.isInteger(x) ? text : `'${text}'`;
+        if (!Number.isInteger(x) && !Number.isNaN(x)) shown = repr(x);
+        return {key, line: `${path} = ${shown}: must be ${allowed(key)}`};
+      }
+      return null;
+    };
+    const {P_s, bore, stroke, A_A, A_B, load, coulomb, M, k_f, k_xu, P_0} = plant(texts), {P_atm} = given;
+    const [mm, rod] = [Number(told.bore_mm), Number(told.rod_mm)], limits = layout.plausible;
+    const supply = wrong("supply");
+    if (supply) return supply;
+    if (P_s <= P_atm) return refused("P_s_Pa", `must exceed P_atm_Pa = ${general(P_atm, 6)} and be ${allowed("P_s_Pa")}`);
+    const cylinder = wrong("cylinders");
+    if (cylinder) return cylinder;
+    if (rod >= mm) return refused("rod_mm", `must be below bore_mm = ${general(mm, 6)} and be ${allowed("rod_mm")}`);
+    const wall = wrong("experiments");
+    if (wall) return wall;
+    const implausible = (key, why) => refused(key, `${why}; ${limits.remedy}`);
+    for (const key of ["bore_mm", "stroke_mm"]) {
+      if (Number(told[key]) < limits.least_mm) return implausible(key, `below ${limits.least_mm} mm; is it in metres?`);
+    }
+    const out = A_A * P_s - A_B * P_atm + load, back = A_B * P_s - A_A * P_atm - load, force = Math.min(out, back) - coulomb;
+    if (force <= 0) {
+      const push = general((out < back ? A_A : A_B) * (P_s - P_atm), 3);
+      return implausible("coulomb_N", `the piston cannot move ${out < back ? "out" : "back"}: at P_s_Pa = ${general(P_s, 6)}`
+        + ` the air pushes with ${push} N, and load, weight and Coulomb friction hold it`);
+    }
+    const speed = flow(Number(told.b), k_xu * given.u_max, P_s, P_0) * given.R * given.T_0 / (P_0 * A_A);
+    if (speed > limits.fastest) {
+      return implausible("C_dm3_per_sbar", `fully open it moves the piston of ${general(mm, 6)} mm at ${general(speed, 3)} m/s,`
+        + ` no cylinder survives ${general(limits.fastest, 6)} m/s`);
+    }
+    const needed = {C_dm3_per_sbar: stroke / speed, friction_Ns_per_m: stroke * k_f / force, mass_kg: Math.sqrt(2 * M * stroke / force)};
+    const slowest = Object.keys(needed).reduce((one, other) => (needed[other] > needed[one] ? other : one));
+    if (needed[slowest] <= limits.slowest) return null;
+    return implausible(slowest, `a stroke takes ${general(needed[slowest], 3)} s, more than ${general(limits.slowest, 6)} s: the piston cannot move`);
+  };
+
+  // One run, in a worker: the module with a plant's constants -> mean square errors [row][n][chamber] and the variance of the pressures.
+  const worker = ({bytes, parameters, constants, k_0, loop, gain, reverse, commands, layout}) => {
+    const code = new WebAssembly.Instance(new WebAssembly.Module(bytes)).exports;
+    const at = (place, length) => new Float64Array(code.memory.buffer, place, length);
+    code.take_defaults();
+    Object.entries(parameters).forEach(([model, names], i) => names.forEach((name, j) => {
+      if (name in constants) at(code.place_of_parameters(i), names.length)[j] = model === "full" && name === "k_0" ? k_0 : constants[name];
+    }));
+    at(code.place_of_commands(), commands.length).set(commands);
+    const variance = code.study_run(layout.steps, layout.every, layout.h, loop, gain, reverse);
+    const errors = at(code.place_of_errors(), layout.rows.length * layout.n.length * 2);
+    return {variance, errors: layout.rows.map((row, i) => layout.n.map((_, j) => {
+      const place = (i * layout.n.length + (row.has_n ? j : 0)) * 2; // the same at every n, for a row without one
+      return Number.isNaN(variance) ? [NaN, NaN] : [...errors.slice(place, place + 2)];
+    }))};
+  };
+  let pool = [];
+  const cancel = () => { pool.forEach((one) => one.terminate()); pool = []; };
+  // All runs of a study: promise of {errors: [case][experiment][run][row][n][chamber], swing: [experiment][run], k_0, factor}.
+  const run = (texts, runs, progress = () => {}) => new Promise((done, failed) => {
+    cancel();
+    const constants = plant(texts), {k_0, factor, stroke} = constants, jobs = [];
+    layout.experiments.forEach(({closed}, e) => [k_0 / factor, k_0, k_0 * factor].forEach((truth, k) => {
+      for (let r = 0; r < runs; r++) {
+        const of = Array.from(draws.subarray(r * count, (r + 1) * count)), volts = Number(texts.amplitude_V);
+        const commands = of.map((draw) => (closed ? Number(texts.amplitude_mm) * 1e-3 * draw : volts * Math.sign(draw)));
+        jobs.push({e, k, r, message: {bytes, parameters: layout.parameters, constants, k_0: truth, loop: Number(closed), commands, layout: {...layout, draws: ""},
+          gain: Number(texts.k_p_V_per_m), reverse: layout.reverse_at * stroke / 2}});
+      }
+    }));
+    const table = () => layout.experiments.map(() => Array(runs)), errors = [table(), table(), table()], swing = table();
+    const url = URL.createObjectURL(new Blob([`const run = ${worker}; onmessage = ({data}) => postMessage(run(data));`]));
+    let next = 0, ready = 0;
+    const mine = pool = Array.from({length: Math.min(navigator.hardwareConcurrency || 2, jobs.length)}, () => new Worker(url));
+    mine.forEach((one) => {
+      let job;
+      const take = () => { job = jobs[next++]; if (job) one.postMessage(job.message); };
+      one.onerror = (event) => { cancel(); failed(new Error(event.message)); };
+      one.onmessage = ({data}) => {
+        errors[job.k][job.e][job.r] = data.errors;
+        if (job.k === 1) swing[job.e][job.r] = Math.sqrt(data.variance);
+        progress(++ready / jobs.length);
+        if (ready === jobs.length) { cancel(); URL.revokeObjectURL(url); done({errors, swing, k_0, factor}); } else take();
+      };
+      take();
+    });
+  });
+
+  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+  const largest = (values) => (values.every(Number.isFinite) ? Math.max(...values) : Infinity);
+  // The rule of pneumo.selection.answer.
+  const choose = ({errors, swing: swings, k_0, factor}) => {
+    const full = rows.length - 1, kept = swings[0].map((_, r) => r).filter((r) => swings.every((of) => Number.isFinite(of[r])));
+    const none = (reason) => ({headline: "Recommended: none", reason, rows: []});
+    if (!kept.length) return none("no full-order run succeeded");
+    // Mean square error of a row at n in a case and a run; the full order is the truth at the assumed k_0.
+    const square = (row, j, k, r) => (row === full && k === 1 ? 0 : mean(errors[k].map((of) => mean(of[r][row][j]))));
+    const found = rows.map((row, i) => {
+      const at = (row.has_n ? n : [NaN]).map((value, j) => {
+        const rms = [0, 1, 2].map((k) => Math.sqrt(mean(kept.map((r) => square(i, j, k, r)))));
+        return {...row, i, j, n: value, rms, worst: largest(rms)};
+      });
+      return at.reduce((one, other) => (other.worst < one.worst ? other : one));
+    });
+    const byWorst = (one, other) => (one.worst < other.worst ? -1 : Number(one.worst > other.worst));
+    const models = found.slice(0, full).sort(byWorst), sorted = [...models, found[full]].sort(byWorst), best = sorted[0];
+    if (!Number.isFinite(models[0].worst)) return none("every model failed in a run");
+    const limit = Math.sqrt(1 + layout.material) * best.worst;
+    const chosen = sorted.filter((row) => row.worst <= limit).reduce((one, other) => (other.cost < one.cost ? other : one));
+    const squares = (row) => kept.map((r) => square(row.i, row.j, Math.max(row.rms.findIndex((x) => !(x < largest(row.rms))), 0), r));
+    const lower = squares(chosen);
+    for (const row of sorted) { // its mean square error over the chosen row's, and the interval
+      const upper = squares(row), logs = upper.map((value, r) => Math.log(value / lower[r])), middle = mean(logs);
+      const spread = logs.length > 1 ? layout.quantiles[logs.length - 2] * Math.sqrt(logs.reduce((sum, x) => sum + (x - middle) ** 2, 0) / (logs.length - 1) / logs.length) : NaN;
+      if (!upper.every(Number.isFinite)) row.over = [NaN, NaN, NaN];
+      else if ([...upper, ...lower].every((x) => x > 0)) row.over = [middle, middle - spread, middle + spread].map(Math.exp);
+      else row.over = Array(3).fill(upper.every((x, r) => x === lower[r]) ? 1 : Infinity);
+      row.tied = row !== chosen && row.over.every(Number.isFinite) && row.over[1] <= 1 && 1 <= row.over[2];
+      row.regret = largest(row.rms.map((x, k) => x - Math.min(...found.map((other) => other.rms[k]).filter(Number.isFinite))));
+    }
+    const tied = sorted.filter((row) => row.tied), swing = Math.sqrt(mean(swings.map((of) => mean(kept.map((r) => of[r] ** 2)))));
+    const named = (row) => (row.has_n ? `${row.name} at n = ${general(row.n, 6)}` : row.name), kPa = (x) => `${general(x / 1e3, 3)} kPa`;
+    let headline = `Recommended: ${named(chosen)}`;
+    if (kept.length < 2) headline = `Undecided by one run of a random signal: ${named(chosen)}`;
+    else if (tied.length) headline = `Tie: ${[chosen, ...tied].map(named).join(", ")}`;
+    const range = factor === 1 ? "at the given k_0" : `for k_0 from ${general(k_0 / factor, 2)} to ${general(k_0 * factor, 2)} W/K`;
+    let reason = `${tied.length ? named(chosen) : "It"} has at most ${kPa(chosen.worst)} RMS error, ${general(100 * chosen.worst / swing, 2)} % of the pressures' swing of ${kPa(swing)}, ${range}`;
+    if (tied.length) reason += `, and costs least; the intervals of ${tied.map((row) => row.name).join(" and ")} overlap with it`;
+    else if (chosen === best) reason += ": the lowest worst case";
+    if (chosen !== best && !best.tied) {
+      reason += `; it ${chosen.needs_k_0 ? "" : "needs no k_0 and "}is the cheapest within ${(100 * layout.material).toFixed(0)} % of the lowest worst mean square error, that of ${best.name} (${kPa(best.worst)} RMS)`;
+    }
+    const shown = new Set([chosen, best, ...tied]);
+    for (const [words, of] of [["Best reduced model", models], ["Best without k_0", models.filter((row) => !row.needs_k_0)]]) {
+      if (!shown.has(of[0]) && Number.isFinite(of[0].worst)) reason += `. ${words}: ${named(of[0])}, at most ${kPa(of[0].worst)}`;
+      shown.add(of[0]);
+    }
+    return {headline, reason, rows: sorted, chosen, swing, k_0: [k_0 / factor, k_0, k_0 * factor]};
+  };
+  return {layout, plant, yaml, check, general, run, cancel, choose};
+})();
+
+(() => {
+  const element = (id) => document.getElementById(id), {layout, general} = study;
+  const form = element("fields"), texts = {}, inputs = {}, defaults = {};
+  const WALL = [["k_0_low", "lowest k₀ of a chamber's wall"], ["k_0_high", "highest k₀"]];
+  const made = layout.fields.flatMap((field) => (field.key === "k_0_factor" ? WALL.map(([key, words]) => ({key, words, unit: "W/K", value: null, catalogue: true})) : [field]));
+  for (const {key, words, unit, value, catalogue} of made.filter(({key}) => key !== "k_0_W_per_K")) {
+    const label = document.createElement("label"), input = document.createElement("input"), small = document.createElement("small");
+    Object.assign(input, {id: key, type: "text", inputMode: "decimal", autocomplete: "off", value: value ?? ""});
+    small.textContent = `${words}${unit ? `, ${unit}` : ""}`;
+    if (catalogue) small.textContent += "; blank: the catalogue's";
+    label.append(key, small, input);
+    form.insertBefore(label, element("runs").closest("p"));
+    inputs[key] = input;
+    defaults[key] = texts[key] = input.value;
+  }
+  const runs = element("runs");
+  for (let r = 1; r <= layout.most_runs; r++) runs.add(new Option(String(r), String(r)));
+  inputs.seeds = runs;
+  defaults.seeds = runs.value = String(layout.runs);
+
+  const tell = (text, bad = false) => { element("told").textContent = text; element("told").className = bad ? "bad" : ""; };
+  // Take the inputs; what is running ends. True if they describe a cylinder.
+  const changed = () => {
+    study.cancel();
+    for (const key of Object.keys(inputs)) { texts[key] = inputs[key].value; inputs[key].removeAttribute("aria-invalid"); }
+    const said = Object.entries(texts).filter(([key, text]) => text.trim() !== defaults[key]);
+    history.replaceState(null, "", said.length ? `#${new URLSearchParams(said)}` : location.pathname + location.search);
+    const {k_0, factor} = study.plant(texts);
+    [inputs.k_0_low.placeholder, inputs.k_0_high.placeholder] = [k_0 / factor, k_0 * factor].map((value) => general(value, 3));
+    element("yaml").href = `data:text/yaml;charset=utf-8,${encodeURIComponent(study.yaml(texts))}`;
+    element("progress").value = 0;
+    element("result").hidden = true;
+    const refused = study.check(texts);
+    const at = refused && (inputs[refused.key] ?? inputs.k_0_low);
+    if (at) at.setAttribute("aria-invalid", "true");
+    tell(refused ? refused.line : `${2 * 3 * Number(runs.value)} runs of ${layout.steps * layout.h} s: press Run.`, Boolean(refused));
+    element("run").disabled = Boolean(refused);
+    return !refused;
+  };
+  const fill = (place, tag, cells) => cells.forEach((values, i) => {
+    const row = place.insertRow();
+    values.forEach((text, j) => {
+      const cell = document.createElement(tag === "th" || !j ? "th" : "td");
+      Object.assign(cell, {scope: tag === "th" ? "col" : "row", textContent: text});
+      row.append(cell);
+    });
+    if (tag === "td" && !i) row.className = "first";
+  });
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    if (!changed()) return;
+    tell("Running ...");
+    const began = performance.now();
+    try {
+      const answer = study.choose(await study.run(texts, Number(texts.seeds), (part) => { element("progress").value = part; }));
+      tell(`${answer.headline}. ${answer.reason}.`);
+      document.body.dataset.seconds = (performance.now() - began) / 1e3; // for tests
+      [element("heads"), element("ranking")].forEach((part) => part.replaceChildren());
+      if (!answer.chosen) return;
+      const kPa = (value) => (Number.isFinite(value) ? general(value / 1e3, 3) : "–");
+      fill(element("heads"), "th", [["model", "n", ...answer.k_0.map((k_0) => `k₀ = ${general(k_0, 2)}`), "worst", "% of swing", "regret"]]);
+      fill(element("ranking"), "td", answer.rows.map((row) => [row.name, row.has_n ? general(row.n, 6) : "", ...row.rms.map(kPa), kPa(row.worst),
+        Number.isFinite(row.worst) ? general(100 * row.worst / answer.swing, 2) : "–", kPa(row.regret)]));
+      element("ranking").rows[answer.rows.indexOf(answer.chosen)].className = "best";
+      element("result").hidden = false;
+    } catch (problem) {
+      tell(problem.message, true);
+    }
+  });
+  form.addEventListener("input", changed);
+  for (const [key, text] of new URLSearchParams(location.hash.slice(1))) if (key in inputs) inputs[key].value = text;
+  if (!runs.value) runs.value = defaults.seeds;
+  changed();
+})();
