@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from brief import in_brief
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from page_checks import assert_accessible, assert_fit_for_a_phone, assert_quiet, in_chromium, stands_alone
 
@@ -217,6 +217,13 @@ def test_fields_are_judged_and_converted_as_by_pneumo_check(examples, tab, tmp_p
 
     @settings(max_examples=examples)
     @given(changed=st.fixed_dictionaries({}, optional=FIELD_TEXTS))
+    @example({"rod_mm": "25"})
+    @example({"P_s_Pa": "1e5"})
+    @example({"bore_mm": "0.4", "rod_mm": "0"})
+    @example({"coulomb_N": "3e3"})
+    @example({"C_dm3_per_sbar": "90", "bore_mm": "12.5"})
+    @example({"C_dm3_per_sbar": "1e-5"})
+    @example({"k_0_low": "9"})
     def same(changed):
         texts = given_texts | changed
         script = (
@@ -240,7 +247,7 @@ def test_fields_are_judged_and_converted_as_by_pneumo_check(examples, tab, tmp_p
         assert made["critical_ratio"] == plant.gas.critical_ratio
 
     same()
-    assert len(judged) >= 3
+    assert len(judged) >= 6
     assert read_yaml_of(
         tab.page.evaluate("(texts) => study.yaml(texts)", given_texts), tmp_path
     ) == read_yaml(TEMPLATE)
