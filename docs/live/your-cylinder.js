@@ -74,12 +74,16 @@ const study = (() => {
     const told = keys(texts), path = (key) => layout.fields.find((field) => field.key === key).path;
     const refused = (key, why) => ({key, line: `${path(key)} = ${repr(Number(told[key]))}: ${why}`});
     const allowed = (key) => layout.fields.find((field) => field.key === key).allowed;
+    const C = "C_dm3_per_sbar";
     const wrong = (section) => {
       for (const {key, bounds, value, path} of layout.fields.filter((field) => field.path.startsWith(section))) {
-        if (!(key in told) && value === null) continue;
+        if (!(key in told) && (value === null || key === C)) continue;
         const text = told[key] ?? "None", x = NUMBER.test(text) ? Number(text) : NaN;
         if (x > (bounds.gt ?? -Infinity) && x >= (bounds.ge ?? -Infinity)
-          && x < (bounds.lt ?? Infinity) && x <= (bounds.le ?? Number.MAX_VALUE)) continue;
+          && x < (bounds.lt ?? Infinity) && x <= (bounds.le ?? Number.MAX_VALUE)) {
+          if (key !== "b" || C in told) continue; // C may be left out, for a nominal flow
+          return {key: C, line: `${layout.fields.find((field) => field.key === C).path}: missing; must be ${allowed(C)}; or give Q_n_l_per_min`};
+        }
         let shown = text === "None" || Number.isInteger(x) ? text : `'${text}'`;
         if (!Number.isInteger(x) && !Number.isNaN(x)) shown = repr(x);
         return {key, line: `${path} = ${shown}: must be ${allowed(key)}`};
@@ -109,7 +113,7 @@ const study = (() => {
     const speed = flow(Number(told.b), k_xu * given.u_max, P_s, P_0) * given.R * given.T_0 / (P_0 * A_A);
     if (speed > limits.fastest) {
       return implausible("C_dm3_per_sbar", `fully open it moves the piston of ${general(mm, 6)} mm at ${general(speed, 3)} m/s,`
-        + ` no cylinder survives ${general(limits.fastest, 6)} m/s`);
+        + ` no cylinder survives ${general(limits.fastest, 6)} m/s; is this a nominal flow in l/min? then Q_n_l_per_min`);
     }
     const needed = {C_dm3_per_sbar: stroke / speed, friction_Ns_per_m: stroke * k_f / force, mass_kg: Math.sqrt(2 * M * stroke / force)};
     const slowest = Object.keys(needed).reduce((one, other) => (needed[other] > needed[one] ? other : one));
@@ -204,7 +208,7 @@ const study = (() => {
     else if (tied.length) headline = `Tie: ${[chosen, ...tied].map(named).join(", ")}`;
     const range = factor === 1 ? "at the given k_0" : `for k_0 from ${general(k_0 / factor, 2)} to ${general(k_0 * factor, 2)} W/K`;
     let reason = `${tied.length ? named(chosen) : "It"} has at most ${kPa(chosen.worst)} RMS error, ${general(100 * chosen.worst / swing, 2)} % of the pressures' swing of ${kPa(swing)}, ${range}`;
-    if (tied.length) reason += `, and costs least; the intervals of ${tied.map((row) => row.name).join(" and ")} overlap with it`;
+    if (tied.length) reason += `, and costs least; the runs do not tell ${tied.map((row) => row.name).join(" and ")} from it`;
     else if (chosen === best) reason += ": the lowest worst case";
     if (chosen !== best && !best.tied) {
       reason += `; it ${chosen.needs_k_0 ? "" : "needs no k_0 and "}is the cheapest within ${(100 * layout.material).toFixed(0)} % of the lowest worst mean square error, that of ${best.name} (${kPa(best.worst)} RMS)`;
