@@ -197,11 +197,13 @@ def export(inside, plant):
 
 
 def test_command_writes_or_prints_the_source(export, plant, tmp_path):
-    assert export(output="m8.c") == (0, "", "")
+    code, out, error = export(output="m8.c")
+    assert (code, error) == (0, "") and out.startswith("m8.c, m8.h, m8_test.c: written\n")
     written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert written == exported("M8", N, plant, "c", stem="m8")
     assert sorted(written) == ["m8.c", "m8.h", "m8_test.c"]
-    assert export(to="st", output="m8.st") == (0, "", "")
+    code, out, error = export(to="st", output="m8.st")
+    assert (code, error) == (0, "") and out.endswith("states P_A, P_B; inputs u, x, v\n")
     assert {f"m8{end}" for end in (".st", "_test.st", ".xml")} <= {path.name for path in tmp_path.iterdir()}
     assert export(to="casadi") == (0, source("M8", plant, "casadi"), "")
 
