@@ -69,10 +69,16 @@ const study = (() => {
     const [digits, power] = (value && Math.abs(value) < 1e-4 ? value.toExponential() : String(value)).split("e");
     return power ? `${digits}e-${power.slice(1).padStart(2, "0")}` : `${digits}${digits.includes(".") ? "" : ".0"}`;
   };
+  const comma = (text) => (/^[+-]?[0-9]+,[0-9]+$/.test(text.trim()) ? "; decimal point, not comma" : "");
+  const hint = (key, value) => {
+    if (["bore_mm", "stroke_mm"].includes(key) && value > 0 && value < 1) return "; is it in metres?";
+    if (key === "P_s_Pa" && value > 0 && value < 100) return "; is it in bar?";
+    return key === "C_dm3_per_sbar" && value >= 20 ? "; is this a nominal flow in l/min? then Q_n_l_per_min" : "";
+  };
   // First field that `pneumo check` refuses: {key, line}; null if it refuses none.
   const check = (texts) => {
     const told = keys(texts), path = (key) => layout.fields.find((field) => field.key === key).path;
-    const refused = (key, why) => ({key, line: `${path(key)} = ${repr(Number(told[key]))}: ${why}`});
+    const refused = (key, why) => ({key, line: `${path(key)} = ${repr(Number(told[key]))}: ${why}${hint(key, Number(told[key]))}`});
     const allowed = (key) => layout.fields.find((field) => field.key === key).allowed;
     const C = "C_dm3_per_sbar";
     const wrong = (section) => {
@@ -86,7 +92,7 @@ const study = (() => {
         }
         let shown = text === "None" || Number.isInteger(x) ? text : `'${text}'`;
         if (!Number.isInteger(x) && !Number.isNaN(x)) shown = repr(x);
-        return {key, line: `${path} = ${shown}: must be ${allowed(key)}`};
+        return {key, line: `${path} = ${shown}: must be ${allowed(key)}${Number.isNaN(x) ? comma(text) : hint(key, x)}`};
       }
       return null;
     };
@@ -97,12 +103,16 @@ const study = (() => {
     if (P_s <= P_atm) return refused("P_s_Pa", `must exceed P_atm_Pa = ${general(P_atm, 6)} and be ${allowed("P_s_Pa")}`);
     const cylinder = wrong("cylinders");
     if (cylinder) return cylinder;
+    if (rod >= mm && mm < 1) return refused("bore_mm", `must exceed rod_mm = ${general(rod, 6)} and be ${allowed("bore_mm")}`);
     if (rod >= mm) return refused("rod_mm", `must be below bore_mm = ${general(mm, 6)} and be ${allowed("rod_mm")}`);
     const wall = wrong("experiments");
     if (wall) return wall;
-    const implausible = (key, why) => refused(key, `${why}; ${limits.remedy}`);
+    const implausible = (key, why) => {
+      const {line} = refused(key, why);
+      return {key, line: `${line}; ${limits.remedy}`};
+    };
     for (const key of ["bore_mm", "stroke_mm"]) {
-      if (Number(told[key]) < limits.least_mm) return implausible(key, `below ${limits.least_mm} mm; is it in metres?`);
+      if (Number(told[key]) < limits.least_mm) return implausible(key, `below ${limits.least_mm} mm`);
     }
     const out = A_A * P_s - A_B * P_atm + load, back = A_B * P_s - A_A * P_atm - load, force = Math.min(out, back) - coulomb;
     if (force <= 0) {
@@ -113,7 +123,7 @@ const study = (() => {
     const speed = flow(Number(told.b), k_xu * given.u_max, P_s, P_0) * given.R * given.T_0 / (P_0 * A_A);
     if (speed > limits.fastest) {
       return implausible("C_dm3_per_sbar", `fully open it moves the piston of ${general(mm, 6)} mm at ${general(speed, 3)} m/s,`
-        + ` no cylinder survives ${general(limits.fastest, 6)} m/s; is this a nominal flow in l/min? then Q_n_l_per_min`);
+        + ` no cylinder survives ${general(limits.fastest, 6)} m/s`);
     }
     const needed = {C_dm3_per_sbar: stroke / speed, friction_Ns_per_m: stroke * k_f / force, mass_kg: Math.sqrt(2 * M * stroke / force)};
     const slowest = Object.keys(needed).reduce((one, other) => (needed[other] > needed[one] ? other : one));

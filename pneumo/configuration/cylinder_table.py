@@ -167,7 +167,7 @@ def _check_head(where: str, head: Sequence[str]) -> None:
     for column in head:
         if column not in COLUMNS:
             known = ", ".join(COLUMNS)
-            problem = f"unknown; columns are keys of config/README.md: {known}"
+            problem = f"unknown; columns are keys of a cylinder: {known}"
             raise ConfigurationError(f"{where}: row 1, column {shown(column)}: {problem}")
         if head.count(column) > 1:
             raise ConfigurationError(f"{where}: row 1, column {column}: appears twice")

@@ -63,7 +63,7 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
     for key in ("bore_mm", "stroke_mm"):
         value = getattr(section, key)
         if value < LEAST_MM:
-            yield Implausible((key,), value, f"below {LEAST_MM:g} mm; is it in metres?")
+            yield Implausible((key,), value, f"below {LEAST_MM:g} mm")
     c, s = plant.cylinder, plant.conditions
     # Full supply pressure on one side of the piston, the atmosphere on the other.
     out, back = c.A_A * s.P_s - c.A_B * s.P_atm + c.load, c.A_B * s.P_s - c.A_A * s.P_atm - c.load
@@ -129,9 +129,13 @@ def checked(sources: Sources, *, trust: bool = False) -> Configuration:
 
 def _line(problem: Implausible, sources: Sources) -> str:
     """Error message for an implausible value, with the file in which it is written."""
-    reason = f"{problem.reason}; {REMEDY}"
-    context = {"value": problem.value, "condition": reason, "fields": [problem.path]}
-    error = {"type": "conflict", "loc": (), "input": problem.value, "ctx": context}
+    context = {
+        "value": problem.value,
+        "condition": problem.reason,
+        "fields": [problem.path],
+        "remedy": REMEDY,
+    }
+    error = {"type": "conflict", "loc": (), "input": problem.value, "ctx": context | {"remedy": REMEDY}}
     table, experiments = sources.table, sources.content.get("experiments") or ()
     if table is None:
         return error_line(error, sources.parts)

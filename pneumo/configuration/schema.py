@@ -237,7 +237,7 @@ class CylinderSection(Section):
     def _one_valve_and_parts_that_fit(self) -> Self:
         self.exactly_one("k_x_k_u_m2_per_V", "valve", "the section valve")
         if self.rod_mm >= self.bore_mm and self.bore_mm < 1:
-            condition = f"must exceed rod_mm = {self.rod_mm:g}; is it in metres?"
+            condition = f"must exceed rod_mm = {self.rod_mm:g}"
             raise conflict(self.bore_mm, condition, ("bore_mm",), ("rod_mm",))
         if self.rod_mm >= self.bore_mm:
             condition = f"must be below bore_mm = {self.bore_mm:g}"

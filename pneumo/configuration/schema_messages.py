@@ -89,6 +89,8 @@ def _hint(key: Any, value: Any) -> str:
         return ""
     if key in ("T_amb_K", "T_in_K") and -60 <= value < 150:
         return "is it in degC?"
+    if key in ("bore_mm", "stroke_mm") and 0 < value < 1:
+        return "is it in metres?"
     if key == "P_s_Pa" and 0 < value < 100:
         return "is it in bar?"
     if key == "C_dm3_per_sbar" and value >= 20:
@@ -130,6 +132,8 @@ def error_line(
         text = " ".join(["the name must be text", *words])
     if not missing and (hint := _hint(path[-1] if path else "", value)):
         text += f"; {hint}"
+    if remedy := error.get("ctx", {}).get("remedy"):
+        text += f"; {remedy}"
     path, field = written(path)
     paths = [written(each)[0] for each in paths]
     setters = [name for name, content in sources if any(_sets(content, path) for path in paths)]

@@ -89,7 +89,7 @@ def test_a_path_is_a_path_and_no_pattern(written, name):
         ({"bore_mm": [[25.0], [25.0]]}, "fleet.parquet': cannot be read: Unsupported cast from list"),
         ({"seed": [1.5, 2.5]}, "row 2, column seed = 1.5: must be"),
         ({"name": [160, 80]}, "row 2, column name = '160': the name must be text of at most 40 letters"),
-        ({"bore_cm": 4}, "row 1, column 'bore_cm': unknown; columns are keys of config/README.md"),
+        ({"bore_cm": 4}, "row 1, column 'bore_cm': unknown; columns are keys of a cylinder: name, bore_mm"),
         ({"valve": [{"b": 0.3}] * 2}, "row 1, column 'valve': unknown"),
     ],
 )
