@@ -24,11 +24,7 @@ from typer.testing import CliRunner
 
 import pneumo
 from pneumo.cli import commands as cli
-from pneumo.configuration.parameters import load, study
 from pneumo.papers.paper_2006.paper import PAPER_2006
-from pneumo.physics.valve import mass_flow
-from pneumo.selection.cylinder_template import write_template
-from pneumo.selection.plants import configured_plant
 from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.errata import read_errata
 
@@ -394,17 +390,6 @@ def test_sentences_of_which_model_hold(results):
     for level in ("adiabatic", "typical"):
         at = both.sel(level=level)
         assert gain(at.sel(transport="published"), "M8", "M7") > gain(at.sel(transport="exact"), "M8", "M7")
-
-
-def test_a_nominal_flow_over_250_is_about_the_conductance(tmp_path):
-    words = (DOCS / "own-cylinder.md").read_text(encoding="utf-8")
-    over = float(re.search(r"from 6 to 5 bar gauge, means a C of about that in l/min over (\d+)", words)[1])
-    write_template(tmp_path / "mine.yaml")
-    configuration = load(tmp_path / "mine.yaml")
-    gas, valve, *_ = configured_plant(study(configuration))
-    flow = mass_flow(valve.k_xu * valve.u_max, 7e5, 6e5, 293.15, gas) / (1e5 / (gas.R * 293.15))  # m^3/s
-    C = configuration.cylinders["mine"].valve.C_dm3_per_sbar
-    assert 60e3 * flow / over == pytest.approx(C, rel=0.05)  # of the b of the template
 
 
 def test_architecture_lists_the_rooms_in_the_order_of_the_import_contract():

@@ -132,6 +132,6 @@ def test_commands_take_the_dynamics_of_the_configuration(configured, inside, pla
     at = ["--u", 1, "--P_A", "4e5", "--P_B", "5e5", *configured()]
     code, out, told = inside("linearise", "full", "--json", *at)
     assert code == 0 and json.loads(out)["states"] == ["opening", "P_A", "T_A", "P_B", "T_B"]
-    assert told == "note: the valve's dead time, 5 ms, is left out\n"
+    assert told.startswith("note: the valve's dead time, 5 ms, is left out\n")
     code, _, told = inside("linearise", "full", "--json", "--u", 1, *at[2:6], *configured(null_V=9.8))
     assert code == 2 and "null_V = 9.8" in told and "must be below 10" in told
