@@ -211,7 +211,7 @@ def ensemble(
 
 
 def check_evidence() -> None:
-    """Compare the kept evidence with its SHA-256 and with samples computed again.
+    """Compare kept evidence with its SHA-256 and with samples.
 
     It takes a minute; whole files take hours: `make evidence`.
     """
