@@ -162,7 +162,7 @@ def as_cells(each, swing, k_0, factor):
     )
 
 
-@pytest.mark.parametrize("examples", in_brief([25, 400], [25]))
+@pytest.mark.parametrize("examples", in_brief([25, 200], [25]))
 def test_the_choice_is_that_of_python(examples, tab):
     kinds = set()
 
@@ -211,7 +211,7 @@ FIELD_TEXTS = {
 }
 
 
-@pytest.mark.parametrize("examples", in_brief([60, 400], [60]))
+@pytest.mark.parametrize("examples", in_brief([60, 100], [60]))
 def test_fields_are_judged_and_converted_as_by_pneumo_check(examples, tab, tmp_path):
     given_texts, judged = tab.run(TEXTS), set()
 
