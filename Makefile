@@ -38,7 +38,7 @@ reproduce: .venv/.study  ## run the whole study of the paper into results/
 	$(activate)
 	snakemake -j$(JOBS)
 
-test: .venv/.dev  ## run the tests but for the slow ones, in two minutes (those of results need results)
+test: .venv/.dev  ## run the tests but for the slow ones, in minutes (those of results need results)
 	@echo "== test: pytest -n $(JOBS), without the slow ones"
 	$(activate)
 	pytest -n $(JOBS) -m "not wheel and not slow"

@@ -8,6 +8,7 @@ import pytest
 from checkout import ROOT
 from typer.testing import CliRunner
 
+from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.cli.commands import app
 from pneumo.configuration.parameters import load, study
 from pneumo.publish.style import save
@@ -35,6 +36,12 @@ def test_links_and_the_picture_exist_and_no_file_is_named_without_a_link():
     named = re.findall(r"`([\w./-]+/[\w./-]*)`", README)
     assert [name for name in named if not name.startswith(made)] == []
     assert re.findall(r"!\[[^]]+\]\((.*)\)", README) == ["paper/readme/errors.png"]
+
+
+def test_k_0_is_said_to_be_known_as_the_measured_cylinders_say():
+    words = re.search(r"estimates from (\w+) measured ones within a factor of (\d\.\d)", README)
+    assert words and words[1] == {3: "three"}[len({row.cylinder for row in measured_conductances()})]
+    assert words[2] == f"{coefficient_times_length()[1]:.1f}"
 
 
 def test_it_names_what_ci_runs():

@@ -68,7 +68,8 @@ def lost_to_it(contest: xr.Dataset) -> str:
     case, third = np.unravel_index(int(values.argmax()), values.shape)
     interval = with_interval(ratios.isel(case=case, part=third).values)
     k_0 = ratios["case_k_0"].values[case]
-    return f"{interval} in the {THIRDS[third]} of `thermal` where k_0 is told {k_0:.2g} times too large"
+    wrong = f"{k_0:.2g} times too large" if k_0 > 1 else f"{1 / k_0:.2g} times too small"
+    return f"{interval} in the {THIRDS[third]} of `thermal` where k_0 is told {wrong}"
 
 
 def rule_text(contest: xr.Dataset, model: str) -> str:
