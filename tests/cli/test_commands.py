@@ -21,6 +21,7 @@ from pneumo.cli import main as first_main
 from pneumo.cli.commands import app, paper
 from pneumo.configuration.parameters import load, sonic_conductance, study
 from pneumo.linear.linear_model import linearise
+from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import significant
 from pneumo.selection.plants import configured_plant
 from pneumo.selection.runs import simulate
@@ -203,7 +204,7 @@ def test_the_keys_of_a_configuration_are_printed(inside):
         (["linearise", "Full", *AT], "model 'Full': no such model, perhaps full"),
         (
             ["linearise", "M99", *AT],
-            "no such model; there are M1, M2, M3, M4, M5, M6, M7, M8, M9, M10 and full",
+            f"no such model; there are {', '.join(MODELS)} and full",
         ),
     ],
 )
