@@ -487,6 +487,7 @@ def browser(chromium):
 class TestSite:
     pytestmark = in_site
 
+    @pytest.mark.slow
     def test_pages_need_no_network_fit_a_narrow_screen_and_have_contrast(self, browser):
         pages = sorted(SITE.rglob("*.html"))
         assert len(pages) > len(PAGES)

@@ -150,6 +150,7 @@ def test_averages_leave_a_failed_run_out_and_count_the_others(folder):
     assert time.dropna("experiment").to_series().to_dict() == {"E06": E06.h}
 
 
+@pytest.mark.slow
 def test_table_page_and_figure_say_that_a_run_failed(folder):
     judged = verdict(folder, PAPER_2006)
     assert list(judged["failures"]) == ["E06"]

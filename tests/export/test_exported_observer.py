@@ -164,6 +164,7 @@ def test_the_kept_noise_is_that_of_the_models_at_work():
     assert json.loads(FILE.read_text(encoding="utf-8")) == tuned(xr.load_dataset(KEPT / "at_work.nc"))
 
 
+@pytest.mark.slow
 def test_models_that_were_not_tuned_say_so(plant):
     for name, told in (("M8", "best in closed loop"), (FULL_ORDER, "not tuned for this model")):
         assert told in exported(name, N, plant, "c", observer="none")[f"{name}.h"].decode()

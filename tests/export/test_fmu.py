@@ -58,7 +58,7 @@ FORMS = [
 ]
 LATE = ("full", 2, {"dynamics": ValveDynamics(lag=4e-3, null=0.1, dead_band=0.3), "piston": True})
 FORMS.append(LATE)
-BRIEF_FORMS = [("M10", 2, {}), ("full", 3, {"piston": True}), LATE]
+BRIEF_FORMS = [("full", 3, {"piston": True})]
 
 
 @pytest.mark.parametrize(("model", "fmi", "parts"), in_brief(FORMS, BRIEF_FORMS))
@@ -301,6 +301,7 @@ def test_directional_derivatives_are_those_of_the_equations(model, fmi, parts, f
     fmu.freeInstance()
 
 
+@pytest.mark.slow
 def test_an_fmu_is_the_same_on_every_run_and_has_no_model_exchange_with_dry_friction(plant):
     first, second = (exported("M8", N, plant, "fmu", piston=True) for _ in range(2))
     assert first == second

@@ -56,6 +56,7 @@ def test_the_page_stands_alone(page):
 SLIDER = re.compile(r'\["(\w+)", "[^"]*", "[^"]*", ([\d.e-]+), ([\d.]+), ([\d.]+), [\d.]+\]')
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler is installed")
 def test_every_corner_of_the_sliders_runs(plant, tmp_path):
     """The page's source in native code; small cylinders with the largest valve failed at steps of 1 ms."""
@@ -193,6 +194,7 @@ def test_a_dropped_record_is_replayed_as_in_python(velocity, page, plant, record
     np.testing.assert_allclose(squares, full, rtol=1e-7)
 
 
+@pytest.mark.slow
 @CLANG
 @in_chromium
 def test_a_record_is_ranked_and_nothing_is_asked_of_a_network(page, plant, record, visit, tmp_path):
@@ -220,6 +222,7 @@ def test_a_record_is_ranked_and_nothing_is_asked_of_a_network(page, plant, recor
     assert_quiet(browser, page)
 
 
+@pytest.mark.slow
 @CLANG
 @in_chromium
 @pytest.mark.parametrize(
@@ -242,6 +245,7 @@ def test_a_file_that_is_no_record_is_one_line(change, told, page, record, visit,
     assert browser.run("document.getElementById('result').hidden")
 
 
+@pytest.mark.slow
 @CLANG
 @in_chromium
 def test_the_address_holds_cylinder_and_command(page, visit):
@@ -304,6 +308,7 @@ def test_the_page_is_readable_and_fits_a_phone(scheme, page, visit):
     assert tops == sorted(tops)  # the cylinder first
 
 
+@pytest.mark.slow
 @CLANG
 @in_chromium
 def test_axe_finds_nothing(page, visit):

@@ -85,6 +85,7 @@ def test_ranges_hold_all_inputs_within_their_digits(results):
             assert np.all((low <= inside[name]) & (inside[name] <= high)), (column, name)
 
 
+@pytest.mark.slow
 def test_a_changed_time_constant_turns_its_column_red(results, red_before, tmp_path):
     paper = Path(shutil.copytree(PAPER_2007.folder, tmp_path / "paper"))
     edit(paper / "published/table3.csv", "B1,tau,0.493", "B1,tau,0.518")  # + 5 %

@@ -68,6 +68,7 @@ def test_its_end_stops_are_met_and_left(monkeypatch, tmp_path):
     np.testing.assert_allclose(run["P_A"], simulated.P_A, atol=0.02 * e.plant.conditions.P_s)
 
 
+@pytest.mark.slow
 @C_COMPILER
 def test_runs_of_the_fmu_are_those_of_the_study_where_the_command_is(tmp_path):
     pytest.importorskip("fmpy", reason="fmpy is not installed")

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from brief import in_brief
 from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
@@ -168,9 +167,10 @@ def test_no_label_of_a_correlation_is_cut(a_fit):
         assert box.x1 <= fig.bbox.x1 and box.y1 <= fig.bbox.y1, text.get_text()
 
 
+@pytest.mark.slow
 @in_chromium
 @pytest.mark.xdist_group("chromium")
-@pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, a_fit, visit, tmp_path):
     assert_fit_for_a_phone(visit, fit_page(a_fit, "bench.csv"), tmp_path / "fit.html", scheme, least=20)
 

@@ -6,7 +6,6 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from brief import in_brief
 from page_checks import assert_fit_for_a_phone, assert_quiet, assert_readable, in_chromium, stands_alone
 from ranked_cells import LEVEL, answered, made
 
@@ -149,8 +148,9 @@ def test_a_long_table_is_drawn_in_parts(index, visit, tmp_path):
     assert browser.run(drawn) == 450 and browser.run("element('more').hidden")
 
 
+@pytest.mark.slow
 @in_chromium
 @pytest.mark.xdist_group("chromium")
-@pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, index, visit, tmp_path):
     assert_fit_for_a_phone(visit, fleet_page("plant", index), tmp_path / "fleet.html", scheme, least=40)

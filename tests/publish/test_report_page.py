@@ -354,6 +354,7 @@ class TestInBrowser:
             np.testing.assert_allclose(drawn, signal[0] * step, rtol=1e-6)
         np.testing.assert_allclose(browser.run("traces.t"), steps * e.h, rtol=1e-12)
 
+    @pytest.mark.slow
     def test_choosing_an_experiment_changes_traces_and_numbers(self, view, made):
         browser = view("#e=E06&t=exact&c=A&n=best&w=all&m=M5 M6")
         before = browser.run("plots.error.data[6]"), browser.run(ROWS_SHOWN)
@@ -372,6 +373,7 @@ class TestInBrowser:
         values = [float(value) for _, _, value, _ in after[1]]
         assert values == sorted(values)
 
+    @pytest.mark.slow
     def test_a_run_opens_at_two_seconds_of_it(self, view):
         browser = view()
         assert self.address(browser) == {
@@ -420,6 +422,7 @@ class TestInBrowser:
         assert self.address(browser)["w"] == "all"
         assert browser.run(ROWS_SHOWN) == whole
 
+    @pytest.mark.slow
     def test_far_away_limits_of_every_step_are_drawn_and_near_samples(self, view, made):
         browser = view("#e=E03&t=exact&c=B&n=best&m=M7&w=all")
         e, cells = PAPER.experiments["E03"], made["E03"][2]["exact"].isel(choice=0, chamber=1).sel(model="M7")
@@ -434,6 +437,7 @@ class TestInBrowser:
         assert browser.run("plots.error.data[0].length") == len(shown_steps(e))
         assert "300 ms apart" in browser.run("element('sampling').textContent")
 
+    @pytest.mark.slow
     def test_keyboard(self, view):
         browser = view("#e=E16&t=exact&c=A&n=best&m=M5 M7&w=all")
 
@@ -457,6 +461,7 @@ class TestInBrowser:
         assert press("3")["m"] == "M7 M10"  # a digit in a field is a digit
         assert browser.console == []
 
+    @pytest.mark.slow
     def test_everything_is_reached_by_tab_and_seen(self, view):
         browser = view()
         seen = []
@@ -471,6 +476,7 @@ class TestInBrowser:
         assert controls <= set(seen)
         assert len([text for text in seen if re.fullmatch(r"\d*M\d+", text)]) == len(MODELS)
 
+    @pytest.mark.slow
     def test_the_address_holds_the_view(self, view):
         choice = {"e": "E03", "t": "published", "c": "B", "n": "1.35", "m": "M2 M10", "w": "697.5 720"}
         browser = view("#" + urlencode(choice))
@@ -486,6 +492,7 @@ class TestInBrowser:
         assert self.address(nonsense) == {"e": "E12", "t": "exact", "c": "A", "n": "best", "w": "40 42"}
         assert nonsense.console == []
 
+    @pytest.mark.slow
     def test_texts_of_the_user_are_texts(self, view, made, tmp_path):
         other = tmp_path / "hostile.html"
         other.write_text(hostile(made), encoding="utf-8")
@@ -494,9 +501,11 @@ class TestInBrowser:
         assert browser.run("document.querySelectorAll('img, header b, main b').length") == 0
         assert HOSTILE in browser.run("element('about').textContent")
 
+    @pytest.mark.slow
     def test_contrast_is_at_least_4_5(self, view):
         assert_readable(view(), 100)
 
+    @pytest.mark.slow
     def test_contrast_of_the_dark_form(self, visit, file):
         browser = visit(file, color_scheme="dark")
         browser.run(DRAWN)

@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from brief import in_brief
 from page_checks import assert_fit_for_a_phone, in_chromium
 
 from pneumo.publish.figures.rig_figure import ranked, rig_figure
@@ -85,8 +84,9 @@ def test_figure_has_panels_for_each_chamber_and_the_temperature_and_draws_three_
     assert len({str(line.get_linestyle()) + line.get_color() for line in pressures.get_lines()}) == 4
 
 
+@pytest.mark.slow
 @in_chromium
 @pytest.mark.xdist_group("chromium")
-@pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, visit, tmp_path):
     assert_fit_for_a_phone(visit, page(made(2)), tmp_path / "rig.html", scheme, least=20)

@@ -5,7 +5,6 @@ import re
 
 import numpy as np
 import pytest
-from brief import in_brief
 from page_checks import assert_fit_for_a_phone, in_chromium
 from paper_study import STUDY
 from ranked_cells import SWING, answered, made
@@ -80,6 +79,7 @@ def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
     assert "<script" not in page
 
 
+@pytest.mark.slow
 def test_inputs_are_in_the_units_of_a_catalogue(page):
     supply = STUDY.experiments["E06"].plant.conditions.P_s / 1e3
     assert "mm²/V up to" in page and f"P<sub>s</sub> = {supply:g} kPa" in page and "no leak" in page
@@ -191,7 +191,8 @@ def test_tables_fit_a_terminal():
     assert "mine: X, 4 runs each" in text
 
 
+@pytest.mark.slow
 @in_chromium
-@pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_page_is_readable_on_a_phone_in_both_schemes(scheme, page, visit, tmp_path):
     assert_fit_for_a_phone(visit, page, tmp_path / "study.html", scheme, least=100)

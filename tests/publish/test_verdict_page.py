@@ -187,6 +187,7 @@ class TestInBrowser:
         of_table_7 = sum("Table 7" in item["where"] for item in judged["items"])
         assert 30 < of_table_7 < 40 and self.shown(browser) == of_table_7  # not 17, 7.5 or links to T7
 
+    @pytest.mark.slow
     def test_a_permanent_link_opens_its_item(self, visit, file):
         browser = visit(file, "#T8.E07.M7")
         browser.wait("document.activeElement.parentElement.id === 'T8.E07.M7'")
@@ -201,6 +202,7 @@ class TestInBrowser:
         browser.wait("document.getElementById('S1.P_0').open")
         assert self.shown(browser) == judged["counts"]["items"]
 
+    @pytest.mark.slow
     def test_keyboard(self, browser, judged):
         browser.press("Tab")
         assert browser.run("document.activeElement.className") == "skip"

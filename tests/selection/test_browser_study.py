@@ -102,7 +102,7 @@ def difference(tab, changed, steps, runs, folder):
     return max(largest, np.abs(swing - 1).max()), found, answer(cells, "mine")
 
 
-@pytest.mark.parametrize("name", CYLINDERS)
+@pytest.mark.parametrize("name", in_brief(CYLINDERS, ["template"]))
 def test_errors_and_answer_are_those_of_pneumo_study(name, tab, tmp_path):
     largest, found, expected = difference(tab, CYLINDERS[name], SHORT, 2, tmp_path)
     assert largest < 1e-6
@@ -162,11 +162,11 @@ def as_cells(each, swing, k_0, factor):
     )
 
 
-@pytest.mark.parametrize("examples", in_brief([25, 200], [25]))
-def test_the_choice_is_that_of_python(examples, tab):
+@pytest.mark.slow
+def test_the_choice_is_that_of_python(tab):
     kinds = set()
 
-    @settings(max_examples=examples)
+    @settings(max_examples=100)
     @given(seed=st.integers(0, 2**32 - 1), runs=st.integers(1, 5), factor=st.sampled_from([1.0, 2.0, 2.71]))
     def same(seed, runs, factor):
         each, swing = table(np.random.default_rng(seed), runs)
@@ -211,11 +211,11 @@ FIELD_TEXTS = {
 }
 
 
-@pytest.mark.parametrize("examples", in_brief([60, 100], [60]))
-def test_fields_are_judged_and_converted_as_by_pneumo_check(examples, tab, tmp_path):
+@pytest.mark.slow
+def test_fields_are_judged_and_converted_as_by_pneumo_check(tab, tmp_path):
     given_texts, judged = tab.run(TEXTS), set()
 
-    @settings(max_examples=examples)
+    @settings(max_examples=100)
     @given(changed=st.fixed_dictionaries({}, optional=FIELD_TEXTS))
     @example({"rod_mm": "25"})
     @example({"P_s_Pa": "1e5"})
@@ -258,6 +258,7 @@ def read_yaml_of(text, folder):
     return read_yaml(folder / "read.yaml")
 
 
+@pytest.mark.slow
 def test_a_link_holds_the_inputs_and_a_change_cancels(page, visit):
     browser = visit(page, "#bore_mm=32&k_0_low=0.2&seeds=1&unknown=1")
     assert browser.run("[bore_mm.value, k_0_low.value, runs.value]") == ["32", "0.2", "1"]
@@ -280,7 +281,8 @@ def test_a_link_holds_the_inputs_and_a_change_cancels(page, visit):
     assert {url.split(":")[0] for url in browser.requests} <= {"file", "blob", "data"}
 
 
-@pytest.mark.parametrize("scheme", in_brief(["light", "dark"], ["dark"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_page_is_small_accessible_and_fits_a_phone(scheme, page, visit, tmp_path):
     text = page.read_text(encoding="utf-8")
     stands_alone(text)

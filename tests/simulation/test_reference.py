@@ -24,7 +24,8 @@ from pneumo.storage.grid_layout import replay_dataset
 
 LANES, INDEX = grid_lanes(STUDY.n, 1.4)
 EPS = np.finfo(float).eps
-both_samplings = pytest.mark.parametrize("sampling", [INTERPOLATED, EXACT_SAMPLING])
+BOTH = [INTERPOLATED, EXACT_SAMPLING]
+both_samplings = pytest.mark.parametrize("sampling", BOTH)
 
 
 def replayed(recording, sampling=EXACT_SAMPLING, lanes=LANES, stride=1):
@@ -187,7 +188,7 @@ def test_lanes_are_independent_and_a_mirrored_recording_swaps_the_chambers(sampl
         assert np.array_equal(getattr(together, name), getattr(mirrored, name)[:, ::-1])
 
 
-@both_samplings
+@pytest.mark.parametrize("sampling", in_brief(BOTH, BOTH[:1]))
 def test_compiled_replay_equals_the_python_that_one_reads(sampling, monkeypatch):
     # 40 steps; powers may differ by an ulp between libraries, which adds up to 1e-13 at most.
     recording = record(lasting("E14", 0.04))

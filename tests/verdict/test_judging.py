@@ -104,6 +104,7 @@ def test_a_fact_counts_by_the_worst_of_its_items():
         assert facts(items) == [two, alone, equal]
 
 
+@pytest.mark.slow
 def test_a_changed_result_is_noticed_and_a_changed_statistic_in_the_text(results):
     statuses = [status(results, "T5.E14.P_A")]
     for _ in range(2):
@@ -143,6 +144,7 @@ def test_an_erratum_whose_proof_fails_explains_nothing(printed_once, monkeypatch
     assert status(printed_once, "S2.eq5") == "contradicted"
 
 
+@pytest.mark.slow
 def test_an_alternative_assumption_explains_only_where_it_was_run_and_fits(
     results, paper, monkeypatch, tmp_path
 ):
@@ -159,6 +161,7 @@ def test_an_alternative_assumption_explains_only_where_it_was_run_and_fits(
         assert status(results, "T5.E14.P_A", paper) == expected
 
 
+@pytest.mark.slow
 def test_another_study_is_judged_without_the_papers_experiments(results):
     whole = from_json(read_json(results / "parameters.json"))
     few = {name: whole.experiments[name] for name in ("E06", "E12")}
@@ -214,6 +217,7 @@ def test_a_stored_verdict_is_shown_while_nothing_it_was_made_from_changed(result
     assert stored() is None
 
 
+@pytest.mark.slow
 def test_explain_tells_an_item_and_a_cell_and_verdict_counts(printed_once, judged_once):
     for what, first, words in (
         (["T7.M8.mse"], "T7.M8.mse", "1.16e7 Pa²"),

@@ -25,6 +25,7 @@ def judged(folder, *options):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True)
 
 
+@pytest.mark.slow
 def test_its_workflow_judges_the_paper_as_recorded_and_notices_a_change(repository):
     (job,) = yaml.safe_load((repository / ".github/workflows/verdict.yml").read_text())["jobs"].values()
     commands = [step["run"] for step in job["steps"] if "run" in step]

@@ -151,6 +151,7 @@ def test_the_pair_that_meets_the_tables_is_chosen(invented):
     assert "20736 pairs tried" in console.file.getvalue()
 
 
+@pytest.mark.slow
 def test_a_pair_with_a_failed_cell_comes_last(invented):
     failed = invented.copy(deep=True)
     failed["mse"].loc[{"open_loop": "E13", "model": "M8", "setup": GOOD["D"]}] = np.nan

@@ -126,6 +126,7 @@ def row_of(contest, choice, k_0=1.0, valve=1.0):
     return contest.isel(row=int(np.flatnonzero(at)[0]))
 
 
+@pytest.mark.slow
 def test_tables_of_invented_runs_say_what_was_put_in():
     runs = invented_runs()
     paper = runs.isel(loop=0, cylinder=[0, 1]).rename(cylinder="experiment")
