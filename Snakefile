@@ -20,6 +20,7 @@ from pneumo.jobs.checked_study import (
 from pneumo.jobs.fleet_plan import checked_fleet, resources
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
 from pneumo.jobs.run_lock import check_run_folder, is_dry_run, set_damaged_aside, take_run_lock
+from pneumo.publish.labels import shown
 
 min_version("9.27")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space

@@ -18,6 +18,7 @@ from pneumo.cli.paper_commands import (
     check_evidence,
     ensemble,
     explain,
+    figures,
     identify,
     setups,
     verdict,
@@ -36,7 +37,7 @@ app.add_typer(paper, name="paper")
 
 for command in (init, check, study, show, fit, rig, linearise, export, models):
     app.command()(command)
-for command in (verdict, explain, assumptions, identify, setups, ensemble, check_evidence, verify):
+for command in (verdict, explain, figures, assumptions, identify, setups, ensemble, check_evidence, verify):
     paper.command()(command)
 
 

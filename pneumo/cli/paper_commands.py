@@ -84,6 +84,25 @@ def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
     return judged
 
 
+def figures(
+    results: Results = RESULTS,
+    style: Annotated[
+        Literal["paper", "talk"],
+        Option(help="paper: as the workflow does; talk: large type, for slides"),
+    ] = "paper",
+    output: Annotated[Path | None, output_to("folder to write [figures-STYLE]")] = None,
+) -> None:
+    """Draw the study's figures from its results, as SVG and PNG."""
+    from pneumo.publish.figures.saved_figures import save_figures
+    from pneumo.publish.style import drawn_for
+    from pneumo.storage.files import output_folder
+
+    folder = output or Path(f"figures-{style}")
+    with output_folder(folder), drawn_for(style):
+        files = save_figures(results, folder)
+    typer.echo(f"{folder}: {len(files)} files written")
+
+
 def explain(
     what: Annotated[
         list[str], Argument(help="item of the verdict (T7.M8.mse) or cell of the grid (E07 M8 1.35)")

@@ -1,4 +1,6 @@
-"""Labels for figures, tables and pages of the short names in results."""
+"""Labels for figures, tables and pages of the short names in results; which experiments figures show."""
+
+from collections.abc import Collection
 
 SAMPLING = {  # how the signals of a full-order run reach the replays -> label
     "published": "signals as in the paper",
@@ -18,4 +20,12 @@ SOURCES = {  # of a mean square error in Figs 8 to 11 -> label
     "reproduced": "reproduced",
     "exact": f"reproduced, {SAMPLING['exact']}",
 }
+# Experiments that single figures show: the example of the paper, and one in which the sampling of the signals
+# alone decides whether mixing pays.
+SHOWN = {"fig07": "E14", "traces": "E06"}
 AVERAGES = {"mean": "mean", "geometric": "geom. mean"}  # over experiments
+
+
+def shown(figure: str, experiments: Collection[str]) -> str:
+    """Experiment that a figure shows, of those of a study; a smaller study shows its first."""
+    return SHOWN[figure] if SHOWN[figure] in experiments else next(iter(experiments))

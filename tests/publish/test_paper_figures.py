@@ -20,7 +20,7 @@ from pneumo.publish.figures import paper_figures as figures
 from pneumo.publish.figures.panels import symbol
 from pneumo.publish.figures.traces_figure import mse_over_n, time_traces
 from pneumo.publish.model_looks import TRACED_MODELS
-from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, paper_style
+from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, TYPE_SIZE, drawn_for, paper_style
 from pneumo.statistics.averages import statistics
 
 EXPERIMENTS = ["E06", "E12"]
@@ -89,15 +89,16 @@ def texts(fig: Figure) -> list[str]:
     return [text.get_text() for text in fig.findobj(Text) if text.get_visible()]
 
 
+@pytest.mark.parametrize("style", TYPE_SIZE)
 @pytest.mark.parametrize("name", in_brief(DRAW, ["fig08"]))
-def test_figure_is_unclipped_and_the_same_on_two_renders(name, tmp_path):
-    fig = DRAW[name]()
-    svg = saved_whole(fig, tmp_path / name)
-    again = io.BytesIO()
-    with paper_style():
-        DRAW[name]().savefig(again, format="svg", metadata={"Date": None, "Creator": None})
+def test_figure_is_unclipped_and_the_same_on_two_renders(name, style, tmp_path):
+    with drawn_for(style):
+        fig, again = DRAW[name](), io.BytesIO()
+        svg = saved_whole(fig, tmp_path / name)
+        with paper_style():
+            DRAW[name]().savefig(again, format="svg", metadata={"Date": None, "Creator": None})
     assert svg.read_bytes() == again.getvalue()
-    width_mm = fig.get_size_inches()[0] * MM_PER_INCH
+    width_mm = fig.get_size_inches()[0] * MM_PER_INCH * TYPE_SIZE[style]
     assert np.isclose(width_mm, [SINGLE_MM, DOUBLE_MM]).any()
     with paper_style():
         boxes = [ax.get_tightbbox() for ax in fig.axes] + [item.get_window_extent() for item in fig.legends]

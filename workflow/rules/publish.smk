@@ -1,12 +1,5 @@
 # Results -> figures and the tables that the README shows.
 
-# Experiments that single figures show: the example of the paper, and one in which the sampling of the signals alone decides
-# whether mixing pays. A smaller study shows its first.
-SHOWN = {
-    figure: experiment if experiment in STUDY.experiments else next(iter(STUDY.experiments))
-    for figure, experiment in {"fig07": "E14", "traces": "E06"}.items()
-}
-
 SCHEMES = ["01", "02", "03", "04", "05", "06", "12"]
 FIGURES = ["fig07", "fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"]
 
@@ -34,8 +27,8 @@ rule schemes:
 rule figures:
     input:
         parameters=rules.parameters.output[0],
-        settling=f"<results>/settling/{SHOWN['fig07']}.nc",
-        datum=f"<results>/datum/{SHOWN['traces']}.nc",
+        settling=f"<results>/settling/{shown('fig07', STUDY.experiments)}.nc",
+        datum=f"<results>/datum/{shown('traces', STUDY.experiments)}.nc",
         cells=rules.replay.output,
         statistics=rules.statistics.output,
     output:

@@ -62,7 +62,7 @@ def time_traces(
         column[-1].xaxis.set_major_locator(MaxNLocator(5))
     axes[0, 0].set_ylabel(axis_label("$P_A$", "kPa"))
     for ax in axes[1:, 0]:
-        ax.set_ylabel(axis_label("Residual", "kPa"))
+        ax.set_ylabel("Residual\n(kPa)")
     fig.align_ylabels()
     legend_outside(fig, axes[0, 0], columns=5, columnspacing=1.5)
     fig.set_layout_engine("constrained", w_pad=0.06)  # tick labels of neighbouring columns stay apart
