@@ -141,7 +141,7 @@ def _report(
     from pneumo.publish.pages.study_page import save_study
     from pneumo.publish.text.terminal_tables import regime_text, study_tables
     from pneumo.publish.text.todays_answer import kept_sentences
-    from pneumo.selection.answer import answers, export_command
+    from pneumo.selection.answer import answers, next_command
     from pneumo.selection.plants import study_notes
 
     console, of_cylinders = Console(), answers(cells)
@@ -152,7 +152,7 @@ def _report(
         console.print(note, markup=False)
     for name, e in chosen.experiments.items():
         console.print(f"{name}: {regime_text(e)}", markup=False)
-    commands = [export_command(answer, configured, files) for answer in of_cylinders]
+    commands = [next_command(answer, configured, files) for answer in of_cylinders]
     for answer in of_cylinders:
         for table in study_tables(answer):
             console.print(table)

@@ -23,6 +23,8 @@ from pneumo.statistics.robust_choice import FULL_ORDER, RobustModel, UnknownCond
 # Beside `cost` of the models: it needs k_0, but no power; a step costs less than one of M5 to M10.
 FULL_ORDER_COST = (1, 0, 0, 1)
 MORE_SEEDS = 4  # times as many halve an interval
+FIRST_SEEDS, MOST_SEEDS = 5, 1000  # after a single run; of `pneumo study`
+UNKNOWN_FILE = "CONFIGURATION.yaml"  # in a command, where the name is not known
 LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's rule
 
 
@@ -52,6 +54,7 @@ class Answer(NamedTuple):
     swing: float = np.nan  #: standard deviation of the pressures, Pa
     reason: str = ""
     advice: tuple[str, ...] = ()
+    more_seeds: int = 0  #: runs of each experiment that may decide; 0 if these do, or if any tied row will do
 
     @property
     def recommended(self) -> str:
@@ -114,6 +117,7 @@ def answer(cells: xr.Dataset, cylinder: str) -> Answer:
         if row != chosen and over.known and over.low <= 1 <= over.high
     )
     swing = float((kept["swing"] ** 2).mean()) ** 0.5 if "swing" in kept else np.nan
+    more_seeds = _more_seeds([over for row, over, _ in contenders if row.model in tied], ranking.runs, random)
     return Answer(
         ranking,
         contenders,
@@ -122,7 +126,8 @@ def answer(cells: xr.Dataset, cylinder: str) -> Answer:
         ranking.runs > 1 or not random,
         swing,
         _reason(robust, chosen, tied, swing),
-        tuple(_advice(kept, ranking, robust, chosen, tied, random)),
+        tuple(_advice(kept, ranking, robust, chosen, tied, more_seeds)),
+        more_seeds,
     )
 
 
@@ -136,6 +141,23 @@ def row_cost(row: RobustModel) -> tuple[int, ...]:
     if row.model == FULL_ORDER:
         return (*FULL_ORDER_COST, 0)
     return (*cost(MODELS[row.model]), list(MODELS).index(row.model))
+
+
+def next_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> str:
+    """Command line of the next step: the study with more seeds where they may decide, else the export.
+
+    Parameters are those of `export_command`.
+    """
+    if not answer.more_seeds:
+        return export_command(answer, study, files)
+    words, cylinder = ["pneumo", "study", *(files or [UNKNOWN_FILE])], answer.ranking.cylinder
+    if not files or len({e.cylinder for e in study.experiments.values()}) > 1:
+        words += ["--cylinder", cylinder]
+    if {name for name, e in study.experiments.items() if e.cylinder == cylinder} > {
+        *answer.ranking.experiments
+    }:
+        words += [word for name in answer.ranking.experiments for word in ("--experiment", name)]
+    return shlex.join([*words, "--seeds", str(answer.more_seeds)])
 
 
 def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> str:
@@ -158,7 +180,7 @@ def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> s
     if np.isfinite(contender.row.n):
         words += ["--n", f"{contender.row.n:g}"]
     words += ["--to", "c"]
-    for file in files or ["CONFIGURATION.yaml"]:
+    for file in files or [UNKNOWN_FILE]:
         words += ["--config", file]
     if not files or len({e.cylinder for e in study.experiments.values()}) > 1:
         words += ["--cylinder", cylinder]
@@ -193,6 +215,19 @@ def _over(upper: np.ndarray, lower: np.ndarray) -> Interval:
     if (lower > 0).all() and (upper > 0).all():
         return paired_ratio(upper, lower)
     return Interval(1.0, 1.0, 1.0) if np.array_equal(upper, lower) else Interval(np.inf, np.inf, np.inf)
+
+
+def _more_seeds(tied: Sequence[Interval], runs: int, random: bool) -> int:
+    """Number of runs that may decide; 0 if no more are needed.
+
+    Tied rows whose ratio to the chosen one is known within 10 % need none: any of them will do.
+    """
+    if random and runs < 2:
+        return FIRST_SEEDS
+    limit = 1 + MATERIAL
+    if all(1 / limit <= over.low and over.high <= limit for over in tied) or runs >= MOST_SEEDS:
+        return 0
+    return min(MORE_SEEDS * runs, MOST_SEEDS)
 
 
 def _kpa(rms: float) -> str:
@@ -257,17 +292,23 @@ def _advice(
     robust: UnknownConductance,
     chosen: RobustModel,
     tied: Sequence[str],
-    random: bool,
+    more_seeds: int,
 ) -> list[str]:
     """What would make the answer more certain, one line each."""
     first = ranking.rows[0]
     lines: list[str] = []
-    if tied:
+    names = ", ".join((chosen.model, *tied))
+    if tied and more_seeds:
+        lines.append(f"More seeds distinguish {names}: --seeds {more_seeds}.")
+    elif tied:
         lines.append(
-            f"More seeds distinguish {', '.join((chosen.model, *tied))}: --seeds {MORE_SEEDS * ranking.runs}."
+            f"Any of {names} will do: their worst mean square errors differ by less than"
+            f" {100 * MATERIAL:.0f} %. {chosen.model} costs least."
         )
-    elif ranking.runs < 2 and random:
-        lines.append("Repeat with several seeds (--seeds 5): one run of a random signal has no intervals.")
+    elif more_seeds:
+        lines.append(
+            f"Repeat with several seeds (--seeds {more_seeds}): one run of a random signal has no intervals."
+        )
     if chosen.model == FULL_ORDER:
         lines.append(
             "Confirm the full order on a measured record (pneumo fit): these runs are its own equations,"

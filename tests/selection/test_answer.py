@@ -13,7 +13,7 @@ from pneumo.cli.commands import app
 from pneumo.export.step_cost import step_costs
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.terminal_tables import contest_cells, contest_heads
-from pneumo.selection.answer import Answer, answers, export_command, row_cost
+from pneumo.selection.answer import Answer, answers, export_command, next_command, row_cost
 from pneumo.statistics.intervals import paired_ratio
 from pneumo.statistics.ranking import MATERIAL
 from pneumo.statistics.robust_choice import FULL_ORDER, RobustModel
@@ -77,23 +77,35 @@ def test_the_order_of_cost_is_that_of_the_measured_instructions():
     }
 
 
-def test_rows_that_the_runs_do_not_tell_apart_are_a_tie_that_is_named():
+def test_rows_that_the_runs_do_not_tell_apart_are_a_tie_that_is_named(mine):
     level = LEVEL | {"M7": 3.02, "M8": 3.0, "M9": 9.0, "M10": 9.0}
-    cells = made(level, runs=4, noise=0.3, full=MUCH)
+    cells = made(level, runs=4, noise=1.0, full=MUCH)
     answer = answered(cells)
     assert (answer.chosen, answer.tied, answer.recommended) == ("M7", ("M8",), "")
     assert answer.headline == "Tie: M7 at n = 1.3, M8 at n = 1.3"
     assert (
-        "M7 at n = 1.3 has at most 1.7" in answer.reason
+        "M7 at n = 1.3 has at most " in answer.reason
         and "and costs least; the runs do not tell M8 from it" in answer.reason
     )
     assert any(line == "More seeds distinguish M7, M8: --seeds 16." for line in answer.advice)
+    assert next_command(answer, mine, ["my.yaml"]) == "pneumo study my.yaml --seeds 16"
+    both = mine._replace(experiments=mine.experiments | {"Y": mine.experiments["X"]})
+    assert next_command(answer, both, ["my.yaml"]).endswith("my.yaml --experiment X --seeds 16")
+    assert "CONFIGURATION.yaml --cylinder mine --seeds" in next_command(answer, mine)
     of_models = cells["mse"].sel(n=1.3).mean(("experiment", "chamber"))
     ratio = paired_ratio(of_models.sel(model="M8").values, of_models.sel(model="M7").values)
     assert answer.contender("M8").over_chosen == pytest.approx(ratio)
     assert ratio.low < 1 < ratio.high
     clear = answered(made(level, noise=1e-6, full=MUCH))
     assert (clear.recommended, clear.tied) == ("M7", ()) and "More seeds" not in " ".join(clear.advice)
+
+
+def test_any_of_rows_that_are_known_to_be_alike_will_do(mine):
+    cells = made(LEVEL | {"M7": 3.0, "M8": 3.0, "M9": 9.0, "M10": 9.0}, noise=0.02, full=MUCH)
+    answer = answered(cells)
+    assert (answer.chosen, answer.tied, answer.recommended, answer.more_seeds) == ("M7", ("M8",), "", 0)
+    assert answer.advice[0].startswith("Any of M7, M8 will do: ") and "less than 10 %" in answer.advice[0]
+    assert next_command(answer, mine, ["my.yaml"]) == export_command(answer, mine, ["my.yaml"]) != ""
 
 
 def test_intervals_are_those_of_the_worst_case():
@@ -146,7 +158,7 @@ def test_the_full_order_is_not_judged_by_its_own_runs():
     assert full[3] == "" and "" not in M9
 
 
-def test_one_run_decides_only_without_random_numbers():
+def test_one_run_decides_only_without_random_numbers(mine):
     cells = made(runs=1, full=MUCH)
     answer = answered(cells)
     assert (
@@ -155,6 +167,7 @@ def test_one_run_decides_only_without_random_numbers():
         and answer.headline.startswith("Undecided by one run")
     )
     assert any("one run of a random signal has no intervals" in line for line in answer.advice)
+    assert next_command(answer, mine, ["my.yaml"]) == "pneumo study my.yaml --seeds 5"
     cells["random"][:] = 0
     assert answered(cells).recommended == "M9" and not any("seeds" in line for line in answered(cells).advice)
 

@@ -22,7 +22,7 @@ from pneumo.publish.text.terminal_tables import (
     regime_text,
 )
 from pneumo.publish.text.todays_answer import kept_sentences
-from pneumo.selection.answer import Answer, export_command
+from pneumo.selection.answer import Answer, next_command
 from pneumo.selection.cylinder_ranking import TITLE, save_cells
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import MATERIAL, Ranking
@@ -38,10 +38,10 @@ def study_page(
 ) -> str:
     """Write the page, style and pictures inside, of cells of `run_study`, with the answer for each cylinder.
 
-    `commands` export each answer; by default those for a configuration of unknown name. The same results give
-    the same text.
+    `commands` are the next step of each answer; by default those for a configuration of unknown name. The
+    same results give the same text.
     """
-    commands = commands or [export_command(answer, study) for answer in answers]
+    commands = commands or [next_command(answer, study) for answer in answers]
     parts = [
         (
             answer,
