@@ -35,7 +35,7 @@ PLACES = ("parameters", "state", "pressures", "squares", "commands", "record", "
 GAS = "gas"  # the full order's chambers without the piston
 TOOLS = {"clang": "clang", "wasm-ld": "lld"}  # program -> Debian's package
 TYPICAL_K_0 = 0.5  # W/K
-TERMS = 14  # of the exponential series
+TERMS = 14  # of the series of logarithm and exponential
 DEAD_PER_SWEPT = 0.05  # dead volume over swept volume, as of both cylinders of the paper
 
 
@@ -98,8 +98,11 @@ def module(plant: Plant, *n: float) -> Module:
     wanted = [*EXPORTED, *(f"place_of_{name}" for name in PLACES)]
     linked = ["--no-entry", "--strip-all", *(f"--export={name}" for name in wanted)]
     command = ["clang", *FLAGS, *(f"-Wl,{flag}" for flag in linked)]
-    factors = [digits(1 / math.factorial(i)) for i in range(TERMS)]
-    files["math.h"] = TEMPLATES.get_template("wasm_math.h.j2").render(over_factorial=factors)
+    series = {
+        "over_odd": [digits(1 / (2 * i + 1)) for i in range(TERMS)],
+        "over_factorial": [digits(1 / math.factorial(i)) for i in range(TERMS)],
+    }
+    files["math.h"] = TEMPLATES.get_template("wasm_math.h.j2").render(series)
     code = compiled(command, files, "live.wasm")
     names = [*(chosen.name for chosen in systems[:-1]), GAS]
     constants = [printed(s).constants for s in systems]
