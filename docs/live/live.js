@@ -1,10 +1,6 @@
-"use strict";
 const live = (() => {
-  const element = (id) => document.getElementById(id);
-  const layout = JSON.parse(element("layout").textContent);
   const names = Object.keys(layout.parameters), models = names.slice(0, -2), full = models.length;
   const rows = [...models, "full order"]; // of a replayed record
-  const bytes = Uint8Array.from(atob(element("wasm").textContent.trim()), (c) => c.charCodeAt(0));
   const code = new WebAssembly.Instance(new WebAssembly.Module(bytes)).exports;
   const at = (place, count) => new Float64Array(code.memory.buffer, place, count);
   const state = at(code.place_of_state(), 6), commands = at(code.place_of_commands(), layout.most_steps);
@@ -100,7 +96,6 @@ const ranked = async (record, indices, onward = () => {}) => {
 };
 
 (() => {
-  const element = (id) => document.getElementById(id);
   const SLIDERS = [ // name, text, unit, factor to SI, least, most, step
     ["bore", "Bore", "mm", 1e-3, 10, 63, 1], ["stroke", "Stroke", "mm", 1e-3, 50, 400, 5],
     ["M", "Load", "kg", 1, 0.5, 20, 0.5], ["k_xu", "Valve area per volt", "mm²/V", 1e-6, 0.01, 1, 0.01],

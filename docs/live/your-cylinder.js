@@ -1,9 +1,6 @@
-"use strict";
 // Cylinder, runs and choice without the page: tests compare each with Python.
 const study = (() => {
-  const element = (id) => document.getElementById(id);
-  const layout = JSON.parse(element("layout").textContent), {plant: given, rows, n} = layout;
-  const bytes = Uint8Array.from(atob(element("wasm").textContent.trim()), (c) => c.charCodeAt(0));
+  const {plant: given, rows, n} = layout;
   const draws = new Float64Array(Uint8Array.from(atob(layout.draws), (c) => c.charCodeAt(0)).buffer);
   const count = draws.length / layout.most_runs;
   const NUMBER = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?$/;
@@ -132,8 +129,8 @@ const study = (() => {
   };
 
   // One run, in a worker: the module with a plant's constants -> mean square errors [row][n][chamber] and the variance of the pressures.
-  const worker = ({bytes, parameters, constants, k_0, loop, gain, reverse, commands, layout}) => {
-    const code = new WebAssembly.Instance(new WebAssembly.Module(bytes)).exports;
+  const worker = ({module, parameters, constants, k_0, loop, gain, reverse, commands, layout}) => {
+    const code = new WebAssembly.Instance(module).exports;
     const at = (place, length) => new Float64Array(code.memory.buffer, place, length);
     code.take_defaults();
     Object.entries(parameters).forEach(([model, names], i) => names.forEach((name, j) => {
@@ -152,12 +149,12 @@ const study = (() => {
   // All runs of a study: promise of {errors: [case][experiment][run][row][n][chamber], swing: [experiment][run], k_0, factor}.
   const run = (texts, runs, progress = () => {}) => new Promise((done, failed) => {
     cancel();
-    const constants = plant(texts), {k_0, factor, stroke} = constants, jobs = [];
+    const constants = plant(texts), {k_0, factor, stroke} = constants, module = new WebAssembly.Module(bytes), jobs = [];
     layout.experiments.forEach(({closed}, e) => [k_0 / factor, k_0, k_0 * factor].forEach((truth, k) => {
       for (let r = 0; r < runs; r++) {
         const of = Array.from(draws.subarray(r * count, (r + 1) * count)), volts = Number(texts.amplitude_V);
         const commands = of.map((draw) => (closed ? Number(texts.amplitude_mm) * 1e-3 * draw : volts * Math.sign(draw)));
-        jobs.push({e, k, r, message: {bytes, parameters: layout.parameters, constants, k_0: truth, loop: Number(closed), commands, layout: {...layout, draws: ""},
+        jobs.push({e, k, r, message: {module, parameters: layout.parameters, constants, k_0: truth, loop: Number(closed), commands, layout: {...layout, draws: ""},
           gain: Number(texts.k_p_V_per_m), reverse: layout.reverse_at * stroke / 2}});
       }
     }));
@@ -184,7 +181,7 @@ const study = (() => {
   // The rule of pneumo.selection.answer.
   const choose = ({errors, swing: swings, k_0, factor}) => {
     const full = rows.length - 1, kept = swings[0].map((_, r) => r).filter((r) => swings.every((of) => Number.isFinite(of[r])));
-    const none = (reason) => ({headline: "Recommended: none", reason, rows: []});
+    const none = (reason) => ({headline: "Recommended: none", reason, next: "", rows: []});
     if (!kept.length) return none("no full-order run succeeded");
     // Mean square error of a row at n in a case and a run; the full order is the truth at the assumed k_0.
     const square = (row, j, k, r) => (row === full && k === 1 ? 0 : mean(errors[k].map((of) => mean(of[r][row][j]))));
@@ -211,6 +208,7 @@ const study = (() => {
       row.tied = row !== chosen && row.over.every(Number.isFinite) && row.over[1] <= 1 && 1 <= row.over[2];
       row.regret = largest(row.rms.map((x, k) => x - Math.min(...found.map((other) => other.rms[k]).filter(Number.isFinite))));
     }
+    const [first, more, most] = layout.more_seeds, alike = ([, low, high]) => 1 / (1 + layout.material) <= low && high <= 1 + layout.material;
     const tied = sorted.filter((row) => row.tied), swing = Math.sqrt(mean(swings.map((of) => mean(kept.map((r) => of[r] ** 2)))));
     const named = (row) => (row.has_n ? `${row.name} at n = ${general(row.n, 6)}` : row.name), kPa = (x) => `${general(x / 1e3, 3)} kPa`;
     let headline = `Recommended: ${named(chosen)}`;
@@ -228,13 +226,18 @@ const study = (() => {
       if (!shown.has(of[0]) && Number.isFinite(of[0].worst)) reason += `. ${words}: ${named(of[0])}, at most ${kPa(of[0].worst)}`;
       shown.add(of[0]);
     }
-    return {headline, reason, rows: sorted, chosen, swing, k_0: [k_0 / factor, k_0, k_0 * factor]};
+    let moreSeeds = tied.every((row) => alike(row.over)) || kept.length >= most ? 0 : Math.min(more * kept.length, most);
+    if (kept.length < 2) moreSeeds = first;
+    const model = chosen.i === full ? "full" : chosen.name, file = `-o ${model.toLowerCase()}.c`;
+    const next = moreSeeds ? `pneumo study my.yaml --seeds ${moreSeeds}`
+      : `pneumo export ${model} ${chosen.has_n ? `--n ${general(chosen.n, 6)} ` : ""}--to c --config my.yaml ${file}`;
+    return {headline, reason, next, moreSeeds, tied, rows: sorted, chosen, swing, k_0: [k_0 / factor, k_0, k_0 * factor]};
   };
   return {layout, plant, yaml, check, general, run, cancel, choose};
 })();
 
 (() => {
-  const element = (id) => document.getElementById(id), {layout, general} = study;
+  const {general} = study;
   const form = element("fields"), texts = {}, inputs = {}, defaults = {};
   const WALL = [["k_0_low", "lowest k₀ of a chamber's wall"], ["k_0_high", "highest k₀"]];
   const made = layout.fields.flatMap((field) => (field.key === "k_0_factor" ? WALL.map(([key, words]) => ({key, words, unit: "W/K", value: null, catalogue: true})) : [field]));
@@ -281,6 +284,11 @@ const study = (() => {
     });
     if (tag === "td" && !i) row.className = "first";
   });
+  const why = ({moreSeeds, tied, chosen}) => {
+    if (moreSeeds) return "Next, more runs, which may decide: five here, or";
+    if (!tied.length) return "Next, the model as C source:";
+    return `Any of ${[chosen, ...tied].map(({name}) => name).join(", ")} will do: they differ by less than ${(100 * layout.material).toFixed(0)} %. Next, the one that costs least as C source:`;
+  };
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     if (!changed()) return;
@@ -289,6 +297,8 @@ const study = (() => {
     try {
       const answer = study.choose(await study.run(texts, Number(texts.seeds), (part) => { element("progress").value = part; }));
       tell(`${answer.headline}. ${answer.reason}.`);
+      element("next").textContent = answer.next;
+      element("why").textContent = why(answer);
       document.body.dataset.seconds = (performance.now() - began) / 1e3; // for tests
       [element("heads"), element("ranking")].forEach((part) => part.replaceChildren());
       if (!answer.chosen) return;

@@ -111,11 +111,19 @@ def module(plant: Plant, *n: float) -> Module:
 
 
 def assembled(folder: Path, name: str, layout: Mapping[str, Any], compiled: Module) -> str:
-    """HTML page `name` in one file, from its HTML and JavaScript in `folder`, with a layout and a module."""
-    page = (folder / f"{name}.html").read_text(encoding="utf-8")
+    """HTML page `name` in one file, from its body and JavaScript in `folder`, with a layout and a module.
+
+    The title is that of the body's heading.
+    """
+    page, body, style, script = (
+        (folder / file).read_text(encoding="utf-8")
+        for file in ("frame.html", f"{name}.html", "live.css", f"{name}.js")
+    )
     inside = {
-        "/* live.css */": (folder / "live.css").read_text(encoding="utf-8"),
-        f"/* {name}.js */": (folder / f"{name}.js").read_text(encoding="utf-8"),
+        "TITLE": body.partition("<h1>")[2].partition("</h1>")[0],
+        "BODY": body,
+        "/* live.css */": style,
+        "SCRIPT": script,
         "LAYOUT": json.dumps(dict(layout) | {"parameters": compiled.parameters}),
         "WASM": base64.b64encode(compiled.code).decode(),
     }

@@ -14,7 +14,7 @@ from pneumo.configuration.plausible_cylinders import FASTEST, LEAST_MM, REMEDY, 
 from pneumo.configuration.schema_messages import BOUNDS, allowed, dotted, schema_at
 from pneumo.export.live import assembled, module
 from pneumo.physics.models import MODELS
-from pneumo.selection.answer import FULL_ORDER_COST, row_cost
+from pneumo.selection.answer import FIRST_SEEDS, FULL_ORDER_COST, MORE_SEEDS, MOST_SEEDS, row_cost
 from pneumo.selection.cylinder_ranking import seeds_of
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.simulation.excitation import normal_deviates
@@ -115,6 +115,7 @@ def _layout() -> dict[str, Any]:
             for row in rows
         ],
         "material": MATERIAL,
+        "more_seeds": [FIRST_SEEDS, MORE_SEEDS, MOST_SEEDS],
         "quantiles": [student_quantile(degrees) for degrees in range(1, len(seeds))],
         "plausible": {"least_mm": LEAST_MM, "fastest": FASTEST, "slowest": SLOWEST, "remedy": REMEDY},
     }

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from page_checks import assert_accessible, assert_fit_for_a_phone, assert_quiet, in_chromium, stands_alone
 
 from pneumo.configuration.known_within import known_within
-from pneumo.configuration.parameters import read_sources, read_yaml, study
+from pneumo.configuration.parameters import load, read_sources, read_yaml, study
 from pneumo.configuration.plausible_cylinders import checked
 from pneumo.errors import ConfigurationError
 from pneumo.physics.models import MODELS
-from pneumo.selection.answer import answer
+from pneumo.selection.answer import answer, next_command
 from pneumo.selection.browser_study import browser_study
 from pneumo.selection.cylinder_ranking import run_study
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -82,8 +82,8 @@ def difference(tab, changed, steps, runs, folder):
     texts = tab.run(TEXTS) | changed
     script = """async ([texts, runs, steps]) => {
       study.layout.steps = steps;
-      const table = await study.run(texts, runs), {headline, reason, rows} = study.choose(table);
-      return {...table, headline, reason, names: rows.map((row) => row.name)};
+      const table = await study.run(texts, runs), {headline, reason, next, rows} = study.choose(table);
+      return {...table, headline, reason, next, names: rows.map((row) => row.name)};
     }"""
     found = tab.page.evaluate(script, [texts, runs, steps])
     configuration = configured(tab.page.evaluate("(texts) => study.yaml(texts)", texts), folder)
@@ -99,7 +99,9 @@ def difference(tab, changed, steps, runs, folder):
     full = cells["mse_of_full_order"].transpose("k_0_end", "experiment", "run", "chamber").values
     largest = max(np.abs(ratio - 1).max(), np.abs(errors[::2, ..., -1, 0, :] / full - 1).max())
     swing = np.array(found["swing"]) / cells["swing"].transpose("experiment", "run").values
-    return max(largest, np.abs(swing - 1).max()), found, answer(cells, "mine")
+    expected = answer(cells, "mine")
+    assert found["next"] == next_command(expected, plan, ["my.yaml"])
+    return max(largest, np.abs(swing - 1).max()), found, expected
 
 
 @pytest.mark.parametrize("name", in_brief(CYLINDERS, ["template"]))
@@ -164,7 +166,7 @@ def as_cells(each, swing, k_0, factor):
 
 @pytest.mark.slow
 def test_the_choice_is_that_of_python(tab):
-    kinds = set()
+    kinds, plan = set(), study(load(TEMPLATE))
 
     @settings(max_examples=100)
     @given(seed=st.integers(0, 2**32 - 1), runs=st.integers(1, 5), factor=st.sampled_from([1.0, 2.0, 2.71]))
@@ -182,10 +184,12 @@ def test_the_choice_is_that_of_python(tab):
             assert row["n"] == pytest.approx(choice.n, nan_ok=True)
             assert row["rms"] == pytest.approx(choice.rms, rel=1e-12, nan_ok=True)
             assert row["over"] == pytest.approx(over, rel=1e-9, nan_ok=True)
-        kinds.add(expected.headline.split()[0])
+        assert found["next"] == next_command(expected, plan, ["my.yaml"])
+        kinds.add((expected.headline.split()[0], *found["next"].split()[1:2]))
 
     same()
-    assert kinds == {"Recommended:", "Tie:", "Undecided"}
+    decided = {("Recommended:", "export"), ("Tie:", "export"), ("Recommended:",)}
+    assert kinds == decided | {("Tie:", "study"), ("Undecided", "study")}
 
 
 def one_in(*usual, odd=("", "abc", "-1", "0", "1e9")):

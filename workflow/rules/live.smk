@@ -8,7 +8,7 @@ rule live:
             "pneumo/export/templates/{name}.j2",
             name=["model.c", "model.h", "test.c", "live.c", "wasm_math.h"],
         ),
-        sources=[f"docs/live/live.{suffix}" for suffix in ("html", "css", "js")],
+        sources=[f"docs/live/{name}" for name in ("frame.html", "live.html", "live.css", "live.js")],
     output:
         page="<results>/live.html",
     log:
