@@ -32,8 +32,9 @@ from pneumo.evidence.fit_coverage.interval_coverage import full_order_truth, int
 from pneumo.evidence.sensitivity.toggle_effects import LOGARITHMIC_TABLES, toggle_effects
 from pneumo.export.step_cost import FILE as STEP_COST
 from pneumo.publish.style import save
+from pneumo.publish.text.kept_sentences import keep_sentences
 from pneumo.publish.text.markdown_tables import coverage_tables
-from pneumo.publish.text.todays_answer import keep_sentences, quoted
+from pneumo.publish.text.todays_answer import quoted
 from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.assumptions import AS_TAKEN
 from pneumo.verdict.claims import read_claims
@@ -147,7 +148,7 @@ def from_the_study(results: Path) -> Numbers:
 
 
 def write() -> None:
-    """Write docs/numbers.yaml and todays_answer.json; without results/ their numbers stay as they are."""
+    """Write docs/numbers.yaml and kept_sentences.json; without results/ their numbers stay as they are."""
     keep_sentences(quoted(*(xr.load_dataset(KEPT / f"{name}.nc") for name in ("contest", "partly_known"))))
     numbers = stored_numbers() | from_kept_files()
     if (RESULTS / "verdict.json").exists():

@@ -139,8 +139,8 @@ def _report(
 
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import save_study
+    from pneumo.publish.text.kept_sentences import kept_sentences
     from pneumo.publish.text.terminal_tables import regime_text, study_tables
-    from pneumo.publish.text.todays_answer import kept_sentences
     from pneumo.selection.answer import answers, next_command
     from pneumo.selection.plants import study_notes
 

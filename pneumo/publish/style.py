@@ -53,7 +53,6 @@ PAPER_RC: dict[Any, Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.axisbelow": True,
-    "axes.formatter.use_mathtext": True,
     "axes.formatter.limits": (-3, 4),
     "grid.color": PALE,
     "grid.linewidth": 0.5,

@@ -20,6 +20,7 @@ from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
 from pneumo.publish.text import terminal_tables
 from pneumo.publish.text.formatting import no_exponent
+from pneumo.publish.text.kept_sentences import kept_sentences
 from pneumo.publish.text.terminal_tables import (
     STUDY_HEADS,
     contest_cells,
@@ -27,7 +28,6 @@ from pneumo.publish.text.terminal_tables import (
     gain_text,
     ranking_cells,
 )
-from pneumo.publish.text.todays_answer import kept_sentences
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.statistics.intervals import Interval
 from pneumo.statistics.ranking import rank_models

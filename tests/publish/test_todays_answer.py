@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pneumo.evidence.random_cylinders.contest_statistics import BEFOREHAND
+from pneumo.publish.text.kept_sentences import kept_sentences
 from pneumo.publish.text.todays_answer import (
     FULL,
     full_over_beforehand,
-    kept_sentences,
     quoted,
     rule_text,
     todays_answer,

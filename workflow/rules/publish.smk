@@ -82,7 +82,7 @@ rule report:
         traces=rules.traces.output,
         verdict=[] if USER_CYLINDERS else [rules.verdict.output.judged],
         templates=page_templates("report.html.j2"),
-        quoted="pneumo/publish/text/todays_answer.json",
+        quoted="pneumo/publish/text/kept_sentences.json",
     output:
         page=report("<results>/report.html", caption="../captions/report.rst", category="Pages"),
     log:

@@ -15,7 +15,7 @@ from pneumo.publish.model_looks import FIRST_SHOWN, MODEL_LOOKS, on_dark
 from pneumo.publish.pages.packing import FRACTION, packed, rounded, rounding_step
 from pneumo.publish.pages.page import STATUS_LOOKS, page_text
 from pneumo.publish.text.formatting import KILO
-from pneumo.publish.text.todays_answer import kept_sentences
+from pneumo.publish.text.kept_sentences import kept_sentences
 from pneumo.storage.files import read
 from pneumo.storage.layout import CHAMBERS, failure_text
 from pneumo.storage.trace_layout import (

@@ -12,6 +12,7 @@ from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
 from pneumo.publish.text.formatting import KILO, percent_text
+from pneumo.publish.text.kept_sentences import kept_sentences
 from pneumo.publish.text.terminal_tables import (
     CONTEST_TITLE,
     STUDY_HEADS,
@@ -21,7 +22,6 @@ from pneumo.publish.text.terminal_tables import (
     ranking_cells,
     regime_text,
 )
-from pneumo.publish.text.todays_answer import kept_sentences
 from pneumo.selection.answer import Answer, next_command
 from pneumo.selection.cylinder_ranking import TITLE, save_cells
 from pneumo.statistics.intervals import CONFIDENCE

@@ -1,12 +1,8 @@
 """Advice for a reader of today, from the evidence: one text for README, documentation, manuscript and pages.
 
-Pages of an installed pneumo have no evidence beside them: they quote todays_answer.json, which
-`make numbers` writes.
+Pages of an installed pneumo, without evidence beside them, quote `kept_sentences`.
 """
 
-import json
-from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +12,8 @@ from pneumo.equations.system import FULL_ORDER
 from pneumo.evidence.at_work.partly_known_statistics import COMPARED, REDUCED
 from pneumo.evidence.random_cylinders.contest_statistics import BEFOREHAND
 from pneumo.publish.text.formatting import span_text, with_interval
+from pneumo.publish.text.kept_sentences import Quoted
 
-FILE = Path(__file__).with_name("todays_answer.json")
 FULL = "full order, constant law"  # the law that a user has: the true one is not known
 LOOPS = ["open", "closed"]
 THIRDS = ["lowest third", "middle third", "highest third"]
@@ -120,13 +116,6 @@ def todays_answer(contest: xr.Dataset, air: xr.Dataset, partly_known: xr.Dataset
     ]
 
 
-class Quoted(NamedTuple):
-    """Sentences of the answer for the pages of pneumo."""
-
-    choice: str  #: which model to take, by what is known: two sentences
-    in_use: str  #: what that means in an observer and in a controller
-
-
 def controllers(partly_known: xr.Dataset) -> str:
     """Tracking errors with the full order over those with the best reduced model, k_0 right or wrong."""
     rows = [row.name for row in COMPARED if not row.estimates_k_0]
@@ -167,14 +156,3 @@ def quoted(contest: xr.Dataset, partly_known: xr.Dataset) -> Quoted:
         f" it had {of_observers['unknown']} times. In a position controller it had"
         f" {controllers(partly_known)} times the tracking error: there the model hardly matters.",
     )
-
-
-@cache
-def kept_sentences() -> Quoted:
-    """Return the sentences as they were written last."""
-    return Quoted(**json.loads(FILE.read_text(encoding="utf-8")))
-
-
-def keep_sentences(sentences: Quoted) -> None:
-    """Write the file that pages quote."""
-    FILE.write_text(json.dumps(sentences._asdict(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
