@@ -49,6 +49,8 @@ def error_budget_figure(budget: xr.Dataset) -> Figure:
         alone.sharey(axes[1, 0])
         alone.tick_params(labelleft=alone is axes[1, 0])
         stack.set_title(str(level))
+    for ax in axes[0]:
+        ax.ticklabel_format(axis="y", useMathText=True)
     axes[0, 0].set_ylabel(axis_label("MSE, parts stacked", "Pa$^2$"))
     axes[1, 0].set_ylabel(axis_label("MSE of each part", "Pa$^2$"))
     fig.align_ylabels()

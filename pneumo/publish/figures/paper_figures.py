@@ -166,6 +166,7 @@ def fig10(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     for source, x in _slots(BEST_MODELS, tables, width=0.78).items():
         _whiskers(ax, x, tables[source].reindex(model=BEST_MODELS), INK)
     ax.set_ylim(bottom=0)
+    ax.ticklabel_format(axis="y", useMathText=True)
     _explain_whiskers(ax)
     return _finished(fig, ax, statistics, columns=2)
 
