@@ -39,15 +39,9 @@ def _stretched(problem: Problem, known: Accuracy) -> Problem:
     return problem._replace(signals=problem.signals._replace(motion=motion))
 
 
-def _warmer(surroundings: bool) -> Callable[[Plant, Accuracy], Plant]:
-    def change(plant: Plant, known: Accuracy) -> Plant:
-        c = plant.conditions
-        warmer = (
-            c._replace(T_amb=c.T_amb + known.T_amb) if surroundings else c._replace(T_in=c.T_in + known.T_in)
-        )
-        return plant._replace(conditions=warmer)
-
-    return change
+def _warmer(plant: Plant, known: Accuracy) -> Plant:
+    c = plant.conditions
+    return plant._replace(conditions=c._replace(T_amb=c.T_amb + known.T_amb))
 
 
 def _atmosphere(plant: Plant, known: Accuracy) -> Plant:
@@ -74,7 +68,7 @@ def _measured_supply(problem: Problem, known: Accuracy) -> Problem:
 
 
 _CHANGES = (
-    *(_plant(_wider), _plant(_longer), _moved, _stretched, _plant(_warmer(True)), _plant(_warmer(False))),
+    *(_plant(_wider), _plant(_longer), _moved, _stretched, _plant(_warmer)),
     *(_plant(_atmosphere), _gain(0), _gain(1), _measured_supply),
 )
 # Of `UNFITTED`: the problem in which the quantity is off by its accuracy.

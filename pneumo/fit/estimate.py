@@ -59,7 +59,7 @@ NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
 OTHER_WALLS: tuple[Wall, ...] = ("k_0", "lambda_0 A_q")  # beside that of the full order
 ALONE_STEPS = 15  # of a search with one configured quantity free
 SLIGHT = 0.03  # of half an interval, by which noise in the position may move a parameter unsaid
-LAW_STEPS = 4  # from one wall's law to another's minimum
+LAW_STEPS = 4  # near the minimum of a wall's law
 
 
 def estimate(
@@ -123,7 +123,10 @@ def estimate(
         best = descend(problem, rough.theta, most=2)  # so near, two steps are enough
         fitted, moved, both = judged(best)
     of_noise, _ = both
-    laws = wall_law_shifts(few, best) if model is FULL and intervals else np.zeros((1, len(best.theta)))
+    by_law = wall_law_fits(few, best) if model is FULL and intervals else [best]
+    laws = np.array([fitted.theta - by_law[0].theta for fitted in by_law])
+    # What another law explains is no remainder: the intervals cover that law.
+    nearest = min((best, *by_law[1:]), key=lambda fitted: np.sum(fitted.residual**2))
     values = problem.values(best.theta)
     low: dict[str, float] = {}
     high: dict[str, float] = {}
@@ -144,7 +147,7 @@ def estimate(
     pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
     remainder, expected = (
         dict(zip(problem.names, half.tolist(), strict=True))
-        for half in (remainder_shifts(best), expected_shifts(of_noise))
+        for half in (remainder_shifts(nearest), expected_shifts(of_noise))
     )
     moved_by = parameter_shifts(problem, best, moved)
     rows = zip(problem.names, correlation(both).tolist(), strict=True)
@@ -240,19 +243,18 @@ def parameter_shifts(problem: Problem, best: Fit, moved: np.ndarray) -> dict[str
     }
 
 
-def wall_law_shifts(problem: Problem, best: Fit) -> np.ndarray:
-    """Shifts of the parameters with other laws of the wall that fit as well, shape (law, parameter).
+def wall_law_fits(problem: Problem, best: Fit) -> list[Fit]:
+    """Fit of the full order's law of the wall, then those of other laws that fit as well.
 
     Nobody knows a wall's law: its conductance may be constant, or follow the area, or area and root of PT.
+    The minimum of another law may be far along the valley of b, C and k_0.
     """
-    plain = problem._replace(noisy=None)
-    fits = {
-        wall: descend(plain._replace(model=FULL._replace(wall=wall)), best.theta, most=LAW_STEPS)
-        for wall in (FULL.wall, *OTHER_WALLS)
-    }
-    lowest = min(fitted.squares for fitted in fits.values())
-    alike = [f for wall, f in fits.items() if wall == FULL.wall or f.squares <= AS_GOOD**2 * lowest]
-    return np.array([fitted.theta - fits[FULL.wall].theta for fitted in alike])
+    fits = list[Fit]()
+    for wall in (FULL.wall, *OTHER_WALLS):
+        of_law = problem._replace(noisy=None, model=FULL._replace(wall=wall))
+        fits.append(descend(of_law, fit(of_law, start=best.theta).theta, most=LAW_STEPS))
+    most = AS_GOOD**2 * min(fitted.squares for fitted in fits)
+    return fits[:1] + [fitted for fitted in fits[1:] if fitted.squares <= most]
 
 
 def split_of(record: StageSignals, part: float = PART) -> int:

@@ -49,7 +49,7 @@ def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
         symptoms = residual_warnings(name, dict(zip("AB", split, strict=True)))
     cause = cause_warnings(problem, split) if symptoms and name == FULL.name else []
     # With a wrong rig all parameters are odd: its cause says more.
-    # Where residuals remain, b, exhaust and supply make up for what is wrong elsewhere.
+    # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
     if name == FULL.name and not cause and not any(residual.unexplained for residual in split):
         cause = configured_warnings(problem, estimate) + offset_warnings(estimate)
     return symptoms + (cause or parameter_warnings(problem, estimate))

@@ -123,6 +123,13 @@ PARAMETERS: dict[str, Parameter] = {
         key="cylinders.valve.exhaust_ratio",
         explanation="an exhaust path of {:.3g} times the area of the supply's (configured: {:.3g})",
     ),
+    "T_in": Parameter(
+        Quantity("the supply's temperature", "T_in", "K", "K"),
+        Search(0.8, 1.25, "conditions.T_in", times="conditions.T_in", logarithmic=False),
+        "configured",
+        key="supply.T_in_K",
+        explanation="a supply at {:.4g} K (configured: {:.4g})",
+    ),
     # Fitted only where `Problem.also` names them.
     "A_B": Parameter(
         Quantity("the piston area of B", "area of B", "m2", "mm²", 1e6),
@@ -223,7 +230,7 @@ REPORTED = tuple(name for name in PARAMETERS if name not in (*STARTS, *ALSO))
 
 # Quantities that are configured and not fitted; `configured_quantities` has the problem with each changed.
 UNFITTED = (
-    *("the bore", "the stroke", "the zero of x", "the scale of x", "T_amb", "T_in", "P_atm"),
+    *("the bore", "the stroke", "the zero of x", "the scale of x", "T_amb", "P_atm"),
     *("the gain of P_A", "the gain of P_B", "the gain of P_s"),
 )
 SHIFTING = (*UNFITTED, *(PARAMETERS[name].quantity.name for name in CONFIGURED))

@@ -60,6 +60,32 @@ def test_b_exhaust_and_supply_that_are_configured_a_little_wrong_are_fitted(colu
         assert full[name].low < value < full[name].high, name
 
 
+def test_a_supply_that_is_not_as_warm_as_configured_is_fitted(columns, tmp_path_factory):
+    supply = {"T_in_K": RIG.T_amb + 2.0, "T_amb_K": RIG.T_amb}
+    plant = believed_plant(RIG, tmp_path_factory.mktemp("warm"), supply)
+    P = np.array([columns["P_A"], columns["P_B"]])
+    found = fit_measurement(Measurement("m", 1e-3, columns["u"], columns["x"], P), plant, [])
+    full = found.estimates("full")
+    assert found.warnings == ()
+    # To first order C moved by a third of what it did: the valley of C, b, exhaust and supply is curved.
+    assert full["k_0"].value == pytest.approx(RIG.k_0, rel=0.1)
+    assert full["T_in"].value == pytest.approx(RIG.T_amb, abs=1.0)
+    assert full["T_in"].low < RIG.T_amb < full["T_in"].high
+
+
+def test_what_another_law_of_the_wall_explains_is_no_remainder(tmp_path_factory, monkeypatch):
+    columns = bench_record(RIG._replace(e_A=0.0, e_PT=0.0, k_0=3.0), np.random.default_rng(3), SECONDS)
+    plant = plant_of(RIG, tmp_path_factory)
+    P = np.array([columns["P_A"], columns["P_B"]])
+    record = stage_signals(1e-3, columns["u"], columns["x"], P, plant)
+    known = {"noisy": None, "prior": priors(plant, record, accuracy(), 1e3), "known": accuracy()}
+    covered = estimate(FULL, plant, record, **known)
+    assert covered.low["k_0"] < 3.0 < covered.high["k_0"]
+    monkeypatch.setattr("pneumo.fit.estimate.OTHER_WALLS", ())
+    alone = estimate(FULL, plant, record, **known)
+    assert covered.remainder["k_0"] < 0.5 * alone.remainder["k_0"]
+
+
 @pytest.mark.parametrize("quantity", ["the zero of x", "T_amb", "P_atm"])
 def test_shifts_are_those_of_a_fit_with_the_quantity_changed(problem, optimum, quantity):
     # A tenth of the accuracy: 3 K of T_amb are too much for the first order.
@@ -84,7 +110,7 @@ def test_a_wrong_zero_of_x_is_a_dead_volume(problem, optimum):
     assert shift * V_d == pytest.approx(-volume, rel=0.05)  # the wall's area changes too
 
 
-def test_a_wrong_zero_of_x_leaves_no_residual_but_wrong_temperatures_do(problem, optimum):
+def test_a_wrong_zero_of_x_leaves_no_residual_but_wrong_gains_do(problem, optimum):
     known, P_s = accuracy(), problem.plant.conditions.P_s
 
     def left(known):
@@ -92,10 +118,10 @@ def test_a_wrong_zero_of_x_leaves_no_residual_but_wrong_temperatures_do(problem,
         return P_s * misfit(changes, optimum.jacobian, inverse_curvature(optimum))
 
     exact = type(known)(*(0.0 * limit for limit in known))
-    zero, warm = (left(exact._replace(**{name: getattr(known, name)})) for name in ("x_zero", "T_in"))
-    assert zero < 0.05 * warm  # Pa: the dead volumes take it up, but for the wall's area
-    assert left(exact._replace(T_in=0.1 * known.T_in)) == pytest.approx(0.1 * warm, rel=0.05)
-    assert left(known) > warm
+    zero, gains = (left(exact._replace(**{name: getattr(known, name)})) for name in ("x_zero", "P_gain"))
+    assert zero < 0.2 * gains  # Pa: the dead volumes take it up, but for the wall's area
+    assert left(exact._replace(P_gain=0.1 * known.P_gain)) == pytest.approx(0.1 * gains, rel=0.05)
+    assert left(known) > gains
 
 
 def test_intervals_allow_for_what_is_configured(problem):

@@ -98,7 +98,7 @@ def test_every_parameter_of_a_rig_has_a_line_with_its_light_in_a_terminal(a_fit)
     assert "…" not in text and max(map(len, text.splitlines())) <= 80
     for row in rig_rows(fit):
         assert len(re.findall(rf"^ {re.escape(row[0])} .* green ", text, re.MULTILINE)) == 1
-    assert rig_rows(fit)[0][4] == "exhaust ratio"  # the last quantity moves most
+    assert rig_rows(fit)[0][4] == "T_in"  # the last quantity moves most
     open_ended = fit.data.assign(low=np.nan * fit.data["low"], high=np.nan * fit.data["high"])
     _, color, value, *_ = rig_rows(replace(fit, data=open_ended))[0]
     assert value.endswith("(not determined)") and color == "red"
@@ -190,7 +190,7 @@ def test_the_page_begins_with_the_best_model_the_place_of_the_misfit_and_the_nex
     assert advised == ["V_d of A, V_d of B", "k_0"]
     narrow = unsure.data.assign(moved_by=unsure.data["moved_by"] * 200)
     (line,) = next_experiments(replace(unsure, data=narrow))  # it moves every parameter
-    assert line.startswith("k_0, k_x k_u, ") and "know the exhaust path better" in line
+    assert line.startswith("k_0, k_x k_u, ") and "know the supply's temperature better" in line
     assert next_experiments(of_full_order(a_fit, 1.1, of_rig=("the stops are elsewhere",))) == []
     page = fit_page(a_fit, "bench.csv")
     assert page.index("predicts the part held out best") < page.index("Warning:") < page.index("<main>")
