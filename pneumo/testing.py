@@ -160,7 +160,16 @@ def cylinders() -> st.SearchStrategy[Cylinder]:
         area = math.pi * bore**2 / 4
         half = area * stroke / 2
         return Cylinder(
-            bore, stroke, area, area, dead_A * half, dead_B * half, M, k_f, -stroke / 2, stroke / 2
+            bore=bore,
+            stroke=stroke,
+            A_A=area,
+            A_B=area,
+            V_d_A=dead_A * half,
+            V_d_B=dead_B * half,
+            M=M,
+            k_f=k_f,
+            x_min=-stroke / 2,
+            x_max=stroke / 2,
         )
 
     friction, dead = _zero_or_between(1.0, 1e4), dead_volume_fractions()

@@ -118,7 +118,15 @@ def study(configuration: Configuration) -> Study:
     )
     digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
     levels = {name: tuple(values) for name, values in c.levels.items()}
-    return Study(c.name, experiments, tuple(c.n), levels, digest, c.percentile_rule, c.run.seeds)
+    return Study(
+        name=c.name,
+        experiments=experiments,
+        n=tuple(c.n),
+        levels=levels,
+        config_sha256=digest,
+        percentiles=c.percentile_rule,
+        seeds=c.run.seeds,
+    )
 
 
 class Accuracy(NamedTuple):
@@ -210,16 +218,16 @@ def _cylinder(s: CylinderSection, P_atm: float) -> Cylinder:
     V_d_B = V_d_A if s.dead_volume_B_m3 is None else s.dead_volume_B_m3
     weight = s.mass_kg * STANDARD_GRAVITY * sin(radians(s.incline_deg))
     return Cylinder(
-        bore,
-        stroke,
-        area,
-        area - rod_area,
-        V_d_A,
-        V_d_B,
-        s.mass_kg,
-        s.friction_Ns_per_m,
-        -stroke / 2,
-        stroke / 2,
+        bore=bore,
+        stroke=stroke,
+        A_A=area,
+        A_B=area - rod_area,
+        V_d_A=V_d_A,
+        V_d_B=V_d_B,
+        M=s.mass_kg,
+        k_f=s.friction_Ns_per_m,
+        x_min=-stroke / 2,
+        x_max=stroke / 2,
         load=s.load_N - weight - rod_area * P_atm,
         coulomb=s.coulomb_N,
     )
@@ -297,15 +305,15 @@ def _experiment(c: Configuration, name: str) -> Experiment:
     assert loop
     duration = min(e.duration_s, c.run.duration_limit_s or e.duration_s)
     return Experiment(
-        name,
-        e.cylinder,
-        plant,
-        _drive(s, e.loop),
-        _excitation(c, name, s),
-        _push(c, name, plant),
-        SAMPLINGS[loop.replays_read]._replace(delay=(loop.lag_s / c.step_s,) * 3),
-        c.step_s,
-        max(1, round(duration / c.step_s)),
-        e.pressure_stride,
-        c.most_halvings,
+        name=name,
+        cylinder=e.cylinder,
+        plant=plant,
+        drive=_drive(s, e.loop),
+        excitation=_excitation(c, name, s),
+        push=_push(c, name, plant),
+        sampling=SAMPLINGS[loop.replays_read]._replace(delay=(loop.lag_s / c.step_s,) * 3),
+        h=c.step_s,
+        steps=max(1, round(duration / c.step_s)),
+        pressure_stride=e.pressure_stride,
+        most_halvings=c.most_halvings,
     )

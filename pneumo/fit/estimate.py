@@ -97,7 +97,15 @@ def estimate(
         Parameters at which the search begins, on its scale.
     """
     split = split_of(record, part)
-    problem = Problem(model, plant, record.part(0, split), {}, noisy, also, prior)
+    problem = Problem(
+        model=model,
+        plant=plant,
+        signals=record.part(0, split),
+        fixed={},
+        noisy=noisy,
+        also=also,
+        priors=prior,
+    )
     few = problem if noisy is None else problem._replace(noisy=noisy[: 2 * FEW_PAIRS])
     plain = problem._replace(noisy=None)
     optimum = fit(plain, start=start)
@@ -153,20 +161,20 @@ def estimate(
     rows = zip(problem.names, correlation(both).tolist(), strict=True)
     related = {name: dict(zip(problem.names, row, strict=True)) for name, row in rows}
     return Estimate(
-        values,
-        low,
-        high,
-        rms,
-        held_out,
-        pressure,
-        moved_by,
-        remainder,
-        expected,
-        related,
-        plant.conditions.P_s * misfit(changes, best.jacobian, inverse_curvature(best)),
-        problem.at_bound(best.theta),
-        not definite(best),
-        offsets_of(problem, best, changes) if model is FULL else {},
+        values=values,
+        low=low,
+        high=high,
+        rms=rms,
+        held_out=held_out,
+        pressure=pressure,
+        moved=moved_by,
+        remainder=remainder,
+        expected=expected,
+        correlation=related,
+        of_configuration=plant.conditions.P_s * misfit(changes, best.jacobian, inverse_curvature(best)),
+        at_bound=problem.at_bound(best.theta),
+        uncorrected=not definite(best),
+        offsets=offsets_of(problem, best, changes) if model is FULL else {},
     )
 
 
@@ -361,7 +369,15 @@ def fit_measurement(
         add(MODELS[name], corrected, behind, noisy)
     estimates = ranked(estimates)
     judged = FULL if FULL.name in estimates else MODELS[next(iter(estimates))]
-    problem = Problem(judged, plant, first, {}, few, also, prior if judged is FULL else NO_PRIORS)
+    problem = Problem(
+        model=judged,
+        plant=plant,
+        signals=first,
+        fixed={},
+        noisy=few,
+        also=also,
+        priors=prior if judged is FULL else NO_PRIORS,
+    )
     of_rig = stop_warnings(m, plant, known) + fit_warnings(problem, estimates[judged.name])
     warnings = of_rig + disagreements(estimates)
     if judged is FULL:

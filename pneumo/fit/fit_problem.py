@@ -41,7 +41,15 @@ LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
 SHARED = (*VALVE, *ALSO)
 LEAKS = {"piston_leak", "valve_leak"}
 # The full-order chambers, as a row of the table of models; their temperature is a state.
-FULL = Model(FULL_ORDER, "gamma", "gamma", "gamma", "constant", True, "lambda A_q")
+FULL = Model(
+    name=FULL_ORDER,
+    n_V="gamma",
+    n_in="gamma",
+    n_out="gamma",
+    temperature="constant",
+    mixing=True,
+    wall="lambda A_q",
+)
 
 
 def search_value(name: str, value: float) -> float:

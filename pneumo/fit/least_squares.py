@@ -90,7 +90,16 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     distance, prior = problem.prior_terms(theta)
     squares, slope = squares + float(prior @ distance**2), slope - prior * distance
     curvature = J.T @ J - excess_curvature + np.diag(prior)
-    return Fit(theta, residual, jacobian, squares, slope, curvature, scatter, prior)
+    return Fit(
+        theta=theta,
+        residual=residual,
+        jacobian=jacobian,
+        squares=squares,
+        slope=slope,
+        curvature=curvature,
+        scatter=scatter,
+        prior=prior,
+    )
 
 
 def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.ndarray | None = None) -> Fit:

@@ -163,7 +163,18 @@ def stage_signals(
             motion[stages, :, 0], motion[stages, :, 1] = spline(at[stages]), spline.derivative()(at[stages])
     flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
     supply = None if P_s is None else np.interp(at, t, P_s)
-    return StageSignals(period, h, limited, motion, P, penalty, noise, supply, flow, begins)
+    return StageSignals(
+        period=period,
+        h=h,
+        u=limited,
+        motion=motion,
+        P=P,
+        penalty=penalty,
+        noise=noise,
+        P_s=supply,
+        flow=flow,
+        begins=begins,
+    )
 
 
 def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> np.ndarray:

@@ -119,15 +119,15 @@ def answer(cells: xr.Dataset, cylinder: str) -> Answer:
     swing = float((kept["swing"] ** 2).mean()) ** 0.5 if "swing" in kept else np.nan
     more_seeds = _more_seeds([over for row, over, _ in contenders if row.model in tied], ranking.runs, random)
     return Answer(
-        ranking,
-        contenders,
-        chosen.model,
-        tied,
-        ranking.runs > 1 or not random,
-        swing,
-        _reason(robust, chosen, tied, swing),
-        tuple(_advice(kept, ranking, robust, chosen, tied, more_seeds)),
-        more_seeds,
+        ranking=ranking,
+        contenders=contenders,
+        chosen=chosen.model,
+        tied=tied,
+        compared=ranking.runs > 1 or not random,
+        swing=swing,
+        reason=_reason(robust, chosen, tied, swing),
+        advice=tuple(_advice(kept, ranking, robust, chosen, tied, more_seeds)),
+        more_seeds=more_seeds,
     )
 
 

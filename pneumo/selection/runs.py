@@ -102,7 +102,16 @@ def simulate(
         raise InputError("command, reference: give exactly one")
     states, signal, halvings = run(equilibrium(plant), signal, 0.0, drive, plant, float(h), MOST_HALVINGS)
     u = command_series(states, signal, drive)
-    recording = Recording(states, signal, u, drive, plant, float(h), halvings, MOST_HALVINGS)
+    recording = Recording(
+        states=states,
+        reference=signal,
+        u=u,
+        drive=drive,
+        plant=plant,
+        h=float(h),
+        halvings=halvings,
+        most_halvings=MOST_HALVINGS,
+    )
     return Run(recording, simulated=True)
 
 
@@ -140,7 +149,16 @@ def recorded(
     for name in ("x", "v", *measured):
         states[:, STATE.index(name)] = signals[name]
     reference, halvings = np.zeros(len(u)), np.zeros(len(u) - 1, dtype=np.int8)
-    recording = Recording(states, reference, u, OPEN_LOOP, plant, float(h), halvings, MOST_HALVINGS)
+    recording = Recording(
+        states=states,
+        reference=reference,
+        u=u,
+        drive=OPEN_LOOP,
+        plant=plant,
+        h=float(h),
+        halvings=halvings,
+        most_halvings=MOST_HALVINGS,
+    )
     return Run(recording, simulated=False)
 
 

@@ -96,7 +96,16 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
         for name in names
     }
     robust = robust_choice(cells)
-    return Ranking(cylinder, names, runs, failed_runs, rows, tuple(gains), robust, by_experiment)
+    return Ranking(
+        cylinder=cylinder,
+        experiments=names,
+        runs=runs,
+        left_out=failed_runs,
+        rows=rows,
+        gains=tuple(gains),
+        unknown_k_0=robust,
+        by_experiment=by_experiment,
+    )
 
 
 def _failed_runs(cells: xr.Dataset) -> tuple[str, ...]:
@@ -140,5 +149,17 @@ def _rows(
         n = cell_n[name] if model.has_n and np.isfinite(error.value) else np.nan
         wins, failed = int((winner == i).sum()), int(np.isnan(stacked[i]).sum())
         rms = float(A), float(B)
-        rows.append(RankedModel(place[name], name, n, error, rms, over_best, geometric[name], wins, failed))
+        rows.append(
+            RankedModel(
+                place=place[name],
+                model=name,
+                n=n,
+                mse=error,
+                rms=rms,
+                over_best=over_best,
+                geometric_place=geometric[name],
+                wins=wins,
+                failed=failed,
+            )
+        )
     return tuple(sorted(rows, key=lambda row: row.place))

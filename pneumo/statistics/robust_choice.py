@@ -94,7 +94,15 @@ def robust_choice(cells: xr.Dataset) -> UnknownConductance:
     assumed = float(k_0[0]) if len(k_0) == 1 else np.nan
     models = tuple(sorted(rows, key=lambda row: row.worst))
     full_order = _full_order(cells, bool(off_plant))
-    return UnknownConductance(factor, assumed, models, known, full_order, valve, dead_volumes)
+    return UnknownConductance(
+        factor=factor,
+        k_0=assumed,
+        models=models,
+        known=known,
+        full_order=full_order,
+        valve=valve,
+        dead_volumes=dead_volumes,
+    )
 
 
 def _full_order(cells: xr.Dataset, off_plant: bool) -> RobustModel | None:

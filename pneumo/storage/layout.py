@@ -113,4 +113,13 @@ def recording_from(dataset: xr.Dataset, experiment: Experiment) -> Recording:
     columns = [dataset["x"].values, dataset["v"].values, P[:, 0], T[:, 0], P[:, 1], T[:, 1]]
     states, reference, u = np.stack(columns, axis=1), dataset["reference"].values, dataset["u"].values
     halvings, e = dataset["halvings"].values[1:], experiment
-    return Recording(states, reference, u, e.drive, e.plant, e.h, halvings, e.most_halvings)
+    return Recording(
+        states=states,
+        reference=reference,
+        u=u,
+        drive=e.drive,
+        plant=e.plant,
+        h=e.h,
+        halvings=halvings,
+        most_halvings=e.most_halvings,
+    )

@@ -141,7 +141,16 @@ def sagging_recording(experiment: Experiment, seed: int, steps: int) -> Recordin
             used = air_from_supply(u[k], states[k], fed) / content
             states[k + 1], halvings[k] = held_step(states[k], u[k], 0.0, fed, e.h, e.most_halvings)
             P_s += e.h * ((conditions.P_s - P_s) / REFILL - used)
-    return Recording(states, u, u, HELD, plant, e.h, halvings, e.most_halvings)
+    return Recording(
+        states=states,
+        reference=u,
+        u=u,
+        drive=HELD,
+        plant=plant,
+        h=e.h,
+        halvings=halvings,
+        most_halvings=e.most_halvings,
+    )
 
 
 class Told(NamedTuple):

@@ -69,7 +69,16 @@ def sampled_recording(experiment: Experiment, seed: int, steps: int) -> Recordin
     e = experiment
     reference = reference_series(e.drive, e.excitation._replace(seed=seed), steps)
     states, u, halvings = _sampled(equilibrium(e.plant), reference, e.drive, e.plant, e.h, e.most_halvings)
-    return Recording(states, u, u, HELD, e.plant, e.h, halvings, e.most_halvings)
+    return Recording(
+        states=states,
+        reference=u,
+        u=u,
+        drive=HELD,
+        plant=e.plant,
+        h=e.h,
+        halvings=halvings,
+        most_halvings=e.most_halvings,
+    )
 
 
 def readings(states: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -143,7 +143,17 @@ def _problem(
     names = tuple(name for name in names if not any(part in name for part in absent))
     every = max(1, fitted // MOST_SAMPLES)
     guess = {"n": 1.2, "leak": 0.01}
-    return ClosedProblem(record, law, names, fitted, known, scales, guess, every, tuple(chambers))
+    return ClosedProblem(
+        record=record,
+        law=law,
+        names=names,
+        fitted=fitted,
+        known=known,
+        scales=scales,
+        guess=guess,
+        every=every,
+        chambers=tuple(chambers),
+    )
 
 
 def _solved(problem: ClosedProblem, noisy_records: Sequence[ClosedRecord]) -> Solved:

@@ -91,7 +91,13 @@ def read_closed_record(path: Path) -> ClosedRecord:
         t, x, P_A, P_B = (data[name].values.astype(float) for name in ("t", "x", "P_A", "P_B"))
     area = np.pi / 4 * bore**2
     return ClosedRecord(
-        path.stem, t, x, np.array([P_A, P_B]), (area, area - np.pi / 4 * rod**2), bore, stroke
+        name=path.stem,
+        t=t,
+        x=x,
+        P=np.array([P_A, P_B]),
+        areas=(area, area - np.pi / 4 * rod**2),
+        bore=bore,
+        stroke=stroke,
     )
 
 

@@ -136,7 +136,17 @@ def seven_steps(
     lambda_0 = lambda_av / wall_conductance(1.0, 1.0, P_av * T_av / (P_0 * T_0), 0.0, 0.5)
     t_ss = tau * log(1 / SETTLED)
     return Conductance(
-        m, V_f, V_f - swept_f, k_av, A_q, lambda_av, t_ss, P_av, T_av, lambda_0, lambda_0 * A_q
+        m=m,
+        V_f=V_f,
+        V_d=V_f - swept_f,
+        k_av=k_av,
+        A_q=A_q,
+        lambda_av=lambda_av,
+        t_ss=t_ss,
+        P_av=P_av,
+        T_av=T_av,
+        lambda_0=lambda_0,
+        k_0=lambda_0 * A_q,
     )
 
 
@@ -187,4 +197,14 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
     standard_error = float(np.sqrt((inverse @ middle @ inverse)[-1, -1]))
     factor = float(np.exp(norm.ppf(0.5 + LEVEL / 2) * standard_error))
     rms = float(np.sqrt(np.mean(residual**2)))
-    return Transient(tau, tau / factor, tau * factor, P_inf, k_av, k_0, k_0 / factor, k_0 * factor, rms)
+    return Transient(
+        tau=tau,
+        tau_low=tau / factor,
+        tau_high=tau * factor,
+        P_inf=P_inf,
+        k_av=k_av,
+        k_0=k_0,
+        k_0_low=k_0 / factor,
+        k_0_high=k_0 * factor,
+        rms=rms,
+    )

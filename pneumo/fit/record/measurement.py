@@ -183,7 +183,20 @@ def read_measurement(
     m = np.array([values[name] for name in FLOWS]) if measured_flow else None
     x, v, u, P_s = values["x"], values.get("v"), values["u"], values.get("P_s")
     units = {quantity: column.unit for quantity, column in columns.items()}
-    return Measurement(str(path), period, u, x, P, v, T, tuple(notes), m, closed, P_s, units=units)
+    return Measurement(
+        name=str(path),
+        period=period,
+        u=u,
+        x=x,
+        P=P,
+        v=v,
+        T=T,
+        notes=tuple(notes),
+        m=m,
+        closed=closed,
+        P_s=P_s,
+        units=units,
+    )
 
 
 def _uniform(values: dict[str, np.ndarray], period: float) -> dict[str, np.ndarray]:

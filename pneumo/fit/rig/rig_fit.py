@@ -163,12 +163,22 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> Netw
     nodes += hoses
     volumes += hose_volumes
     for number in range(silencers):
-        nodes.append(Node(lane, full, P_atm, T_amb, P_atm, T_amb, T_amb))
+        nodes.append(Node(lane=lane, full=full, P=P_atm, T=T_amb, P_0=P_atm, T_0=T_amb, T_wall=T_amb))
         volumes.append(np.full_like(t, v["silencer_volume"]))
         links.append(Link(len(sides) + lines + number, atmosphere, v.get("silencer_b", np.nan)))
         areas.append(np.full_like(t, C * v["silencer_C"]))
     if supplied:
-        nodes.append(Node(full_order_lane(gas.gamma), True, v["P_s"], T_amb, v["P_s"], T_amb, T_amb))
+        nodes.append(
+            Node(
+                lane=full_order_lane(gas.gamma),
+                full=True,
+                P=v["P_s"],
+                T=T_amb,
+                P_0=v["P_s"],
+                T_0=T_amb,
+                T_wall=T_amb,
+            )
+        )
         volumes.append(np.full_like(t, v["supply_volume"]))
         links.append(Link(source, supply, v.get("regulator_b", np.nan)))
         areas.append(np.full_like(t, C * v["regulator_C"]))

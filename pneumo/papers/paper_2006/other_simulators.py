@@ -84,14 +84,14 @@ def read_run(file: Path, e: Experiment) -> tuple[Recording, xr.Dataset]:
     states = [values["x"], values["v"], values["P_A"], T["T_A"], values["P_B"], T["T_B"]]
     none = np.zeros(count)
     recording = Recording(
-        np.column_stack(states),
-        none,
-        values["u"],
-        e.drive,
-        e.plant,
-        e.h,
-        np.zeros(e.steps, np.int8),
-        e.most_halvings,
+        states=np.column_stack(states),
+        reference=none,
+        u=values["u"],
+        drive=e.drive,
+        plant=e.plant,
+        h=e.h,
+        halvings=np.zeros(e.steps, np.int8),
+        most_halvings=e.most_halvings,
     )
     run = datum_dataset(e, recording)
     run["T"] = ("t", "chamber"), np.column_stack([measured[name] for name in TEMPERATURES])
