@@ -6,12 +6,15 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
 import yaml
 from hypothesis import strategies as st
 
+from pneumo.configuration.parameters import merged, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import allowed, named_sections, resolved
+from pneumo.errors import ConfigurationError
 
 PAPER = Path(__file__).parents[1] / "config" / "paper.yaml"
 BASE = read_yaml(PAPER)
@@ -274,3 +277,35 @@ def command_lines():
     surrogates_too = st.characters(exclude_characters="\0", exclude_categories=())
     word = st.sampled_from([*WORDS, "config/paper.yaml", *ODD]) | st.text(surrogates_too, max_size=20)
     return st.lists(word, max_size=6)
+
+
+def made(override, *more):
+    """The study of an override of the paper's configuration."""
+    return study(validated(merged(BASE, override), more))
+
+
+def override_of(path, value):
+    """An override that sets one field."""
+    for key in reversed(path.split(".")):
+        value = {key: value}
+    return value
+
+
+def error_of(content, *sources):
+    """The line that a configuration gets."""
+    with pytest.raises(ConfigurationError) as error:
+        validated(content, sources)
+    return str(error.value)
+
+
+def complaint(path, value):
+    """The line that an override of one field in a second file gets."""
+    override = override_of(path, value)
+    return error_of(merged(BASE, override), ("config/paper.yaml", BASE), ("mine.yaml", override))
+
+
+def assert_one_line(done, *words):
+    """Check that a command (exit code, output, error) refused its input in one line with these words."""
+    code, out, err = done
+    assert (code, out) == (2, "") and len(err.splitlines()) == 1 and err.startswith("pneumo: "), err
+    assert all(word in err for word in words), err

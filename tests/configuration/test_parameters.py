@@ -1,6 +1,5 @@
 """Configuration: what paper.yaml says, conversion to SI, and one line for whatever is wrong."""
 
-import copy
 import json
 import math
 import re
@@ -8,7 +7,7 @@ import re
 import pint
 import pytest
 import yaml
-from bad_input import BASE, PAPER, changed, fields
+from bad_input import BASE, PAPER, complaint, error_of, fields, made, override_of
 from hypothesis import given
 from paper_study import STUDY
 
@@ -30,34 +29,9 @@ from pneumo.selection.cylinder_template import TEMPLATE
 CONFIG = PAPER.parent
 
 
-def made(override, *more):
-    """The study of an override of the paper's configuration."""
-    return study(validated(merged(BASE, override), more))
-
-
-def with_value(path, value):
-    """An override that sets one field."""
-    for key in reversed(path.split(".")):
-        value = {key: value}
-    return value
-
-
-def error_of(content, *sources):
-    """The line that a configuration gets."""
-    with pytest.raises(ConfigurationError) as error:
-        validated(content, sources)
-    return str(error.value)
-
-
-def complaint(path, value):
-    """The line that an override of one field in a second file gets."""
-    override = with_value(path, value)
-    return error_of(merged(BASE, override), ("config/paper.yaml", BASE), ("mine.yaml", override))
-
-
 def test_the_papers_study():
     s = STUDY
-    assert list(s.experiments) == NAMES
+    assert list(s.experiments) == [f"E{j:02d}" for j in range(1, 17)]
     assert s.n == (1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4)
     assert s.levels == {"adiabatic": (0.02, 0.1), "typical": (0.1, 0.5), "isothermal": (0.5, 2.5)}
     for j, e in enumerate(s.experiments.values()):  # Table 5's coding
@@ -162,9 +136,9 @@ def test_nominal_flow_is_that_from_7_to_6_bar_absolute():
 )
 def test_a_message_names_the_likely_cause(path, value, words):
     with_rod = merged(BASE, {"cylinders": {"D": {"rod_mm": 10.0}}})
-    override = with_value(path, value)
+    override = override_of(path, value)
     assert words in error_of(merged(with_rod, override), ("mine.yaml", override))
-    assert "is it" not in error_of(merged(BASE, with_value("supply.T_amb_K", 600)))
+    assert "is it" not in error_of(merged(BASE, override_of("supply.T_amb_K", 600)))
 
 
 def test_a_converted_flow_is_written_as_its_conductance():
@@ -303,136 +277,6 @@ def test_a_sampling_is_stored_by_the_name_of_its_rule(sampling):
     assert from_json(to_json(s)) == s
 
 
-NAMES = [f"E{j:02d}" for j in range(1, 17)]
-SHARE, PRESSURE = "a number greater than 0 and less than 1", "a number greater than 0 and at most 5000000"
-STOP = "must lie inside the half-stroke, above {}, and be a number at least -5000 and less than 0"
-CONDUCTANCE = "catalogue or a number at least 0 and at most 10000; or give lambda_0_W_per_m2K"
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "line"),
-    [
-        *(
-            ("cylinders.D.bore_mm", value, f"{value!r}: must be a number greater than 0 and at most 1000")
-            for value in (-20.0, True, math.nan, math.inf, "20 mm", None, [20])
-        ),
-        ("cylinders.E.dead_volume_m3", 0, "0: must be a number greater than 0 and at most 1"),
-        ("cylinders.E.seed", 1.5, "1.5: must be a whole number at least 0 and less than 4294967296"),
-        ("cylinders.E.seed", False, "False: must be a whole number at least 0 and less than 4294967296"),
-        ("cylinders.E.settling.force_N", 300, "300: must be a number at least -1000000 and less than 0"),
-        ("experiments.E01.k_0_W_per_K", -1, "-1: must be catalogue or a number at least 0 and at most 10000"),
-        ("experiments.E01.loop", "half", "'half': must be open or closed"),
-        ("experiments.E01.cylinder", 3, "3: must be text"),
-        ("experiments.E01.cylinder", "F", "'F': must be one of D, E"),
-        ("experiments.E01", "E02", "'E02': must be a section"),
-        ("run.experiments", [], "[]: must be all or a list (not empty), each text"),
-        ("run.experiments", "E01", "'E01': must be all or a list (not empty), each text"),
-        ("run.duration_limit_s", -3, "-3: must be a number greater than 0 and at most 100000"),
-        ("levels.typical", 0.1, "0.1: must be a list, each a number at least 0 and at most 10000"),
-        ("n", 1.2, "1.2: must be a list (not empty), each a number greater than 0 and at most 3"),
-        ("n", [], "[]: must be a list (not empty), each a number greater than 0 and at most 3"),
-        ("name", "my study", r"'my study': must be text of at most 40 letters, digits, _ and -"),
-        ("gas.critical_ratio", 1.5, "1.5: must be exact or a number greater than 0 and less than 1"),
-        ("supply.P_0_per_P_s", "half", f"'half': must be half-bridge or {SHARE}"),
-        ("supply.P_s_Pa", 0.9e5, f"90000.0: must exceed P_atm_Pa = 100000 and be {PRESSURE}"),
-        ("cylinders.D.settling.stop_mm", -50.0, f"-50.0: {STOP.format(-50)}"),
-        ("run.experiments", ["E01", "E99"], f"'E99': no such experiment; there are {', '.join(NAMES)}"),
-    ],
-)
-def test_bad_value(path, value, line):
-    assert complaint(path, value) == f"mine.yaml: {path} = {line}"
-
-
-@pytest.mark.parametrize(
-    ("path", "place", "known"),
-    [
-        ("cylinders.D.bore_cm", "cylinders.D.bore_cm", BASE["cylinders"]["D"]),
-        ("colour", "colour", BASE),
-        ("experiments.E01.wall.k_0", "experiments.E01.wall", BASE["experiments"]["E01"]),
-    ],
-)
-def test_unknown_key(path, place, known):
-    head, _, listed = complaint(path, 2).partition("; known keys: ")
-    assert head.startswith(f"mine.yaml: {place} = ") and set(known) <= set(listed.split(", "))
-
-
-def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_no_text():
-    content = copy.deepcopy(BASE)
-    content["cylinders"]["D"]["bore_cm"] = content["cylinders"]["D"].pop("bore_mm")
-    line = error_of(content, ("p.yaml", content))
-    assert re.match(r"p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key, perhaps bore_mm; ", line)
-    override = {"experiments": {17: BASE["experiments"]["E01"]}}
-    line = error_of(merged(BASE, override), ("mine", override))
-    assert line.startswith("mine: experiments.17 = 17: the name must be text")
-    assert error_of(BASE | {17: 1}, ("mine", {17: 1})).startswith("mine: 17 = 17: unknown key")
-
-
-@pytest.mark.parametrize("name", ["E 1", "1E", "", "a" * 41])
-def test_names_of_experiments(name):
-    text = complaint(f"experiments.{name}", BASE["experiments"]["E01"])
-    assert text.endswith(r": the name must be text of at most 40 letters, digits, _ and -, a letter first")
-
-
-@pytest.mark.parametrize(
-    ("path", "line"),
-    [
-        ("cylinders.D.mass_kg", "must be a number greater than 0 and at most 100000"),
-        ("supply", "must be a section"),
-        ("experiments.E16.loop", "must be open or closed"),
-    ],
-)
-def test_missing_field(path, line):
-    content = yaml.safe_load(changed(path.split("."), dict.__delitem__))
-    error = error_of(content, ("config/paper.yaml", content), ("mine.yaml", {"name": "mine"}))
-    assert error == f"config/paper.yaml: {path}: missing; {line}"
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "line"),
-    [
-        ("n", [1.2, 0], "n.1 = 0: must be a number greater than 0 and at most 3"),
-        # What an override leaves out or takes away is missing from its file.
-        ("experiments.X", {"loop": "open"}, "experiments.X.cylinder: missing; must be text"),
-        ("experiments.E07.k_0_W_per_K", None, f"experiments.E07.k_0_W_per_K: missing; must be {CONDUCTANCE}"),
-        # The value that gets the blame stands in an earlier file; the override moved its limit.
-        ("cylinders.D.stroke_mm", 20.0, f"cylinders.D.settling.stop_mm = -15.0: {STOP.format(-10)}"),
-    ],
-)
-def test_the_file_that_made_a_mistake_is_named_whatever_the_place(path, value, line):
-    assert complaint(path, value) == f"mine.yaml: {line}"
-
-
-def test_the_last_file_that_sets_a_field_or_makes_a_conflict_is_named(tmp_path):
-    low, high = {"supply": {"P_s_Pa": 1.5e5}}, {"supply": {"P_atm_Pa": 2e5}}
-    sources = ("base", BASE), ("low", low), ("high", high), ("n", {"n": [1]})
-    line = error_of(merged(merged(BASE, low), high), *sources)
-    assert line.startswith("high: supply.P_s_Pa = 150000.0: must exceed P_atm_Pa = 200000")
-    files = [tmp_path / f"{name}.yaml" for name in ("one", "two", "three")]
-    for file, text in zip(files, ("step_s: -1\n", "step_s: -2\n", "name: three\n"), strict=True):
-        file.write_text(text)
-    with pytest.raises(ConfigurationError) as error:
-        load(PAPER, *files)
-    assert str(error.value) == f"{files[1]}: step_s = -2: must be a number at least 1e-07 and at most 1"
-
-
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        (b"n: [1.0\n", "not valid YAML: "),
-        (b"\xff\xfe", "cannot be read: "),
-        (b"- 1\n", "must hold sections (key: value), holds list"),
-        (b"", "must hold sections (key: value), holds NoneType"),
-        (None, "cannot be read: "),
-    ],
-)
-def test_unreadable_file(tmp_path, content, problem):
-    file = tmp_path / "mine.yaml"
-    if content is not None:
-        file.write_bytes(content)
-    with pytest.raises(ConfigurationError, match=rf"^{file}: {re.escape(problem)}[^\n]*$"):
-        load(PAPER, file)
-
-
 def test_every_number_has_both_limits():
     for path, node in fields():
         for option in node.get("anyOf", [node]):
@@ -522,15 +366,3 @@ def test_words_and_numbers_are_those_of_yaml_1_2(tmp_path, text, value):
 @pytest.mark.parametrize("text", ["1:30", "2_5", "1_000.0", "\u0663\u0664", "0x10", "nan"])
 def test_text_that_python_would_take_for_a_number_is_refused(text):
     assert f"cylinders.D.mass_kg = {text!r}: must be a number" in complaint("cylinders.D.mass_kg", text)
-
-
-@pytest.mark.parametrize(
-    ("other", "words"),
-    [
-        ("e01", "differs from E01 by case or look only"),
-        ("\uff25\uff10\uff11", "must be text"),
-        ("E01\u200d", "cannot be seen"),
-    ],
-)
-def test_names_that_look_alike_are_refused(other, words):
-    assert words in complaint(f"experiments.{other}", BASE["experiments"]["E01"])
