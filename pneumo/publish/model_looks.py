@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from pneumo.physics.models import MODELS
 from pneumo.statistics.model_pairs import REFINED_MODELS
+from pneumo.statistics.robust_choice import FULL_ORDER
 
 LineStyle = str | tuple[int, tuple[float, ...]]
 
@@ -90,8 +91,9 @@ def on_dark(color: str) -> str:
 
 
 def colours() -> dict[str, tuple[str, str]]:
-    """Colours of each model on light and on dark ground."""
-    return {name: (look.color, on_dark(look.color)) for name, look in MODEL_LOOKS.items()}
+    """Colours of each model, and of the full order, on light and on dark ground."""
+    looks = MODEL_LOOKS | {FULL_ORDER: FULL_ORDER_LOOK}
+    return {name: (look.color, on_dark(look.color)) for name, look in looks.items()}
 
 
 # Models of figures and pages that do not show all; added models join where the figure has room.

@@ -58,7 +58,8 @@ def test_cells_have_the_fits_numbers_and_the_page_stands_alone_and_escapes(a_fit
     assert cells[0]["V_d of B (cm³)"].startswith("5.00")
     page = fit_page(a_fit, "<script>bench</script>.csv")
     assert "<script>" not in page and "&lt;script&gt;" in page
-    assert "column &lt;b&gt;: odd" in page and "P_A: &lt;i&gt;" in page and "P_B: odd" in page
+    assert "column &lt;b&gt;: odd" in page
+    assert "P<sub>A</sub>: &lt;i&gt;" in page and "P<sub>B</sub>: odd" in page
     assert not re.search(r"(?:src|href)=\"(?!data:)", page)
     assert len(re.findall(r"<img src=\"data:image/png;base64,", page)) == 2
     assert "0.300 (at least 0.200)" in page and "t = 0.12 s" in page

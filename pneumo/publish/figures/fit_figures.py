@@ -54,7 +54,7 @@ def residual_figure(fit: FitResult) -> Figure:
         measured = data["P"].sel(chamber=chamber).values[::every]
         replayed = data["pressure"].sel(chamber=chamber, model=best).values[::every]
         above, below = panels[2 * side], panels[2 * side + 1]
-        above.plot(t, measured / KILO, color=GREY, lw=0.5, label="measured")
+        above.plot(t, measured / KILO, color="#c8c8c8", lw=2.4, label="measured")
         above.plot(t, replayed / KILO, color=ACCENT, lw=0.9, label=best)
         above.set_ylabel(axis_label(f"$P_{chamber}$", "kPa"))
         below.plot(t, (measured - replayed) / KILO, color=INK, lw=0.4)

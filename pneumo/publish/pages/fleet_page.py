@@ -101,6 +101,8 @@ def fleet_page(name: str, index: xr.Dataset) -> str:
         texts=TEXTS,
         counts=[count for count in counts if any(count[1:])],
         without=chosen.count(""),
+        undecided=sum(bool(row[HEADS.index("not distinguished")]) for row in rows),
+        full_order=FULL_ORDER,
         total=len(rows),
         material=percent_text(MATERIAL),
         regrets=[(r.model, *map(no_exponent, r[1:4]), r.most_at, r.enough) for r in regrets(index)],

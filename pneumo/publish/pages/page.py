@@ -46,5 +46,6 @@ def axis_fraction(value: float, lowest: float, highest: float) -> float:
 
 
 def with_indices(text: str) -> Markup:
-    """Escape a text and set its indices, such as that of k_0, low."""
-    return Markup(re.sub(r"\b([A-Za-z]|λ)_([A-Za-z0-9]+)", r"\1<sub>\2</sub>", str(escape(text))))
+    """Escape a text, set its indices, such as that of k_0, low, and its names in backticks as code."""
+    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text)))
+    return Markup(re.sub(r"\b([A-Za-z]|λ)_([A-Za-z0-9]+)\b", r"\1<sub>\2</sub>", text))
