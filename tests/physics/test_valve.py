@@ -23,7 +23,7 @@ from pneumo.physics.valve import (
     mass_flow,
     sonic_coefficient,
 )
-from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics, opening_rate
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics, beyond_dead_band, opening_rate
 
 EPS = np.finfo(float).eps
 AIR = exact_gas(287.0, 1.4)
@@ -216,3 +216,11 @@ def test_by_default_the_opening_is_the_command_at_once():
 
 def test_a_lag_closes_the_difference_in_its_time_constant():
     assert opening_rate(3.0, 1.0, 0.5) == 4.0
+
+
+@pytest.mark.parametrize(
+    ("u", "seen"), [(-0.5, -0.3), (-0.2, 0.0), (0.0, 0.0), (0.3, 0.0), (0.4, 0.0), (1.0, 0.6)]
+)
+def test_a_command_within_the_dead_band_is_none_and_beyond_it_less_by_the_band(u, seen):
+    assert beyond_dead_band(u, null=0.1, dead_band=0.3) == pytest.approx(seen, abs=1e-15)
+    assert beyond_dead_band(u, null=0.1, dead_band=0.0) == u - 0.1
