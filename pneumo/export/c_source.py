@@ -107,15 +107,17 @@ def c99(
     *,
     derivatives: bool = False,
     noise: ObserverNoise | None = None,
+    tested: bool = True,
 ) -> dict[str, str]:
-    """Files of a system in C99: source, header and test program, by their names.
+    """Files of a system in C99: source, header and, if `tested`, test program, by their names.
 
     With `kinks` the source also has a function that evaluates them; with `derivatives`, one for directional
-    derivatives of the rates; with `noise`, the observer that assumes this noise.
+    derivatives of the rates; with `noise`, the observer that assumes this noise. Without the test program,
+    the header does not say which steps are stable.
     """
     parts = printed(system, CONSTANTS if noise else ())
     suffix = "f" if precision == "float" else ""
-    printer, stable = printer_of(parts, precision), stable_steps(system)
+    printer, stable = printer_of(parts, precision), stable_steps(system) if tested else {}
     tableaus = {
         name: {
             "stages": len(t.b),
@@ -158,7 +160,7 @@ def c99(
         "opened_changes": "",
         "chamber_changes": "",
         "piston_changes": "",
-        "vectors": _vectors(system, min(1e-4, stable["EULER"]), suffix),
+        "vectors": _vectors(system, min(1e-4, stable["EULER"]), suffix) if tested else (),
         "scale": "{" + _listed(scale(system), suffix) + "}",
         "tolerance": TOLERANCE[precision],
     }
@@ -172,8 +174,8 @@ def c99(
         known |= {key: _body(changed, precision, printer) for key, changed in changes.items()}
     if noise:
         known |= _observer(system, noise, precision)
-    templates = {"source": "model.c.j2", "header": "model.h.j2", "test": "test.c.j2"}
-    return {name: TEMPLATES.get_template(templates[key]).render(known) for key, name in names.items()}
+    templates = {"source": "model.c.j2", "header": "model.h.j2"} | ({"test": "test.c.j2"} if tested else {})
+    return {names[key]: TEMPLATES.get_template(name).render(known) for key, name in templates.items()}
 
 
 def _observer(system: System, noise: ObserverNoise, precision: str) -> dict[str, Any]:

@@ -57,8 +57,7 @@ def sources(plant: Plant, *n: float) -> tuple[dict[str, str], list[System]]:
     names, files = [chosen.name for chosen in systems], dict[str, str]()
     systems.append(system(FULL_ORDER, None, plant))
     for chosen, name in zip(systems, [*names, GAS], strict=True):
-        files |= _renamed(c99(chosen, name), chosen.name, name)
-        del files[f"{name}_test.c"]
+        files |= _renamed(c99(chosen, name, tested=False), chosen.name, name)
     files["full.inc"] = files.pop("full.c")
     known = {"names": names, "most_steps": MOST_STEPS, "most_halvings": MOST_HALVINGS}
     known |= {"tolerance": STEP_TOLERANCE, "coulomb": plant.cylinder.coulomb, "indices": [*map(digits, n)]}
