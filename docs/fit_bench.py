@@ -49,7 +49,6 @@ def numbers(bench: dict[str, Any]) -> dict[str, str]:
         "warned": f"{none['warned']}",
         "warned percent": f"{100 * none['warned'] / none['records']:.0f}",
         "silent": f"{sum(row['silent'] for row in every)}",
-        "silent x": f"{bench['table']['scale']['silent'] + bench['table']['zero']['silent']}",
         "named wrong": f"{sum(row['cause wrong'] for row in every)}",
         "undisturbed named wrong": f"{none['cause wrong']}",
         "error": f"{100 * of_undisturbed['k_0']['error']:.1f}",
