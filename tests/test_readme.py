@@ -67,7 +67,10 @@ def test_picture_is_of_these_results(results, monkeypatch, tmp_path):
     import opening_picture
 
     _, drawn = save(opening_picture.errors_figure(results), tmp_path / "errors")
-    assert opening_picture.PICTURE.read_bytes() == drawn.read_bytes(), "run: make numbers"
+    same = opening_picture.PICTURE.read_bytes() == drawn.read_bytes()
+    assert same, (
+        "run: make numbers"
+    )  # not `==` here: pytest would compare pictures letter by letter for minutes
 
 
 def bench_record(configuration: str, record: str) -> None:
