@@ -67,10 +67,9 @@ def test_picture_is_of_these_results(results, monkeypatch, tmp_path):
     import opening_picture
 
     _, drawn = save(opening_picture.errors_figure(results), tmp_path / "errors")
+    # Not compared in the assertion: pytest would look for the difference of two pictures for minutes.
     same = opening_picture.PICTURE.read_bytes() == drawn.read_bytes()
-    assert same, (
-        "run: make numbers"
-    )  # not `==` here: pytest would compare pictures letter by letter for minutes
+    assert same, "run: make numbers"
 
 
 def bench_record(configuration: str, record: str) -> None:

@@ -10,6 +10,11 @@ from checkout import ROOT
 from pneumo.storage.kept_evidence import KEPT
 
 
+@pytest.fixture(autouse=True)
+def modules_of_the_docs(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+
+
 def test_sentences_of_measurements_hold():
     from measurements import SIMPLE, WALL
 
@@ -29,10 +34,14 @@ def test_sentences_of_measurements_hold():
 def test_sentences_of_the_bench_of_fits_hold():
     bench = json.loads((ROOT / "docs/static/fit_bench.json").read_text(encoding="utf-8"))
     none, rows = bench["table"]["none"], bench["table"].values()
-    assert bench["undisturbed"]["k_0"]["error"] < 0.1 < bench["unwarned"]["k_0"]["error"]
-    share = {name: row["held"] / row["intervals"] for name, row in bench["undisturbed"].items()}
-    assert 0.93 <= share.pop("C") <= 0.97 < min(share.values())
-    assert none["warned"] > 0.05 * none["records"] and none["cause wrong"] > 0
+    assert bench["undisturbed"]["k_0"]["error"] < 0.1 and bench["unwarned"]["k_0"]["error"] < 0.1
+    by_one = []
+    for name, row in bench["undisturbed"].items():
+        assert row["held"] > 0.97 * row["intervals"]
+        if row["held"] - 1 <= 0.97 * row["intervals"] and row["held"] < row["intervals"]:
+            by_one.append(name)
+    assert by_one == ["C", "V_A"]
+    assert none["warned"] <= 0.05 * none["records"] and none["cause wrong"] == 1
     assert sum(row["silent"] for row in rows) > 0
 
 
