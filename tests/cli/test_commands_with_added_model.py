@@ -26,14 +26,15 @@ def run(plant):
 
 @pytest.mark.slow
 def test_fit_linear_model_and_source_code_of_the_added_model(plant, run):
-    run_of_M99 = replay("M99", 1.3, run)
     noise = np.random.default_rng(3).normal(0, 50.0, (2, len(run.t)))
-    P = np.array([run_of_M99.P_A, run_of_M99.P_B]) + noise
-    fits = fit_measurement(Measurement("m", 1e-3, run.u, run.x, P), plant, ["M99", "M4"])
-    assert [name for name in fits.models if name != "full"] == ["M99", "M4"]
+    P = np.array([run.P_A, run.P_B]) + noise
+    fits = fit_measurement(Measurement("m", 1e-3, run.u, run.x, P), plant, ["M99", "M6"])
+    assert {name for name in fits.models if name != "full"} == {"M99", "M6"}
     parameters = ["n", "k_0", "k_xu", "V_d_A", "V_d_B"]
     assert fits.data["estimate"].sel(model="M99", parameter=parameters).notnull().all()  # n and k_0 both
-    assert (fits.data["rms_held_out"].sel(model="M99") < 500).all()
+    # At k_0 = 0 it is M6: its fit is no worse, to 0.1 % in which searches end.
+    rms = np.hypot(*fits.data["rms_fitted"].transpose("chamber", ...))
+    assert rms.sel(model="M99") < 1.001 * rms.sel(model="M6")
     point = {"u": 0.3, "P_A": 4e5, "P_B": 5e5}
     named, by_row = linearise("M99", 1.3, plant, **point), linearise(M99, 1.3, plant, **point)
     assert np.array_equal(named.A, by_row.A) and np.array_equal(named.B, by_row.B)
