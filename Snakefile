@@ -3,11 +3,9 @@
 # Your own cylinders, from `pneumo init`, or a table of them: `snakemake -j2 --configfile my.yaml`.
 import shlex
 import sys
-from functools import cache
 
 from snakemake.utils import min_version
 
-from pneumo.configuration.parameters import validated
 from pneumo.hashing import code_hash
 from pneumo.jobs.checked_study import (
     as_written,
@@ -17,7 +15,7 @@ from pneumo.jobs.checked_study import (
     user_cylinders,
     without_trust,
 )
-from pneumo.jobs.fleet_plan import checked_fleet, resources
+from pneumo.jobs.fleet_plan import checked_fleet
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
 from pneumo.jobs.run_lock import check_run_folder, is_dry_run, set_damaged_aside, take_run_lock
 from pneumo.publish.labels import shown

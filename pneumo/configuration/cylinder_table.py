@@ -6,7 +6,6 @@ experiment of the configuration runs on every row.
 
 import csv
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +16,7 @@ from pneumo.errors import ConfigurationError, printable, shown
 from pneumo.regular_file import regular_file
 
 LARGEST_TABLE = 100_000_000  # bytes as text; ten thousand cylinders have one or two million
+LONGEST_INTEGER = 4000  # digits; Python reads no more than 4300
 OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys that may differ between rows
 
 
@@ -39,6 +39,13 @@ class CylinderTable(NamedTuple):
     cylinders: dict[str, dict[str, Any]]  # sections by name
     of_experiments: dict[str, dict[str, Any]]  # `OF_EXPERIMENTS` that a row sets, by name
     rows: dict[str, int]  # number by name, as in a spreadsheet: row 1 has the columns' names
+
+    def part(self, names: Iterable[str]) -> "CylinderTable":
+        """Table with some of the rows."""
+        chosen = list(names)
+        cylinders = {name: self.cylinders[name] for name in chosen}
+        of_experiments = {name: self.of_experiments[name] for name in chosen}
+        return CylinderTable(self.file, cylinders, of_experiments, {name: self.rows[name] for name in chosen})
 
     @property
     def source(self) -> tuple[str, dict[str, Any]]:
@@ -179,9 +186,8 @@ def _value(text: str) -> int | float | str:
     """Value of a table's cell: a number if it is one, else the text."""
     if not NUMBER.fullmatch(text):
         return text
-    with suppress(ValueError):
-        return int(text)
-    return float(text)
+    whole = text.lstrip("+-").isdecimal() and len(text) < LONGEST_INTEGER
+    return int(text) if whole else float(text)
 
 
 def _add_row(table: CylinderTable, head: Sequence[str], number: int, cells: Sequence[str]) -> None:

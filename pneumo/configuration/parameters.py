@@ -289,7 +289,8 @@ def _push(c: Configuration, name: str, plant: Plant) -> Push:
     return Push(settling.force_N, settling.stop_mm * 1e-3, leak, e.settling_stop_s)
 
 
-def _experiment(c: Configuration, name: str) -> Experiment:
+def plant_of(c: Configuration, name: str) -> Plant:
+    """Plant of an experiment, in SI units."""
     e = c.experiments[name]
     s = c.cylinders[e.cylinder]
     gas = _gas(c.gas, s)
@@ -300,7 +301,13 @@ def _experiment(c: Configuration, name: str) -> Experiment:
         P_0 = c.supply.P_0_per_P_s * P_s
     conditions = Conditions(P_s, P_atm, c.supply.T_in_K, c.supply.T_amb_K, P_0, c.supply.T_amb_K)
     cylinder = _cylinder(s, P_atm)
-    plant = Plant(gas, _valve(s, gas), conditions, cylinder, _k_0(e, cylinder))
+    return Plant(gas, _valve(s, gas), conditions, cylinder, _k_0(e, cylinder))
+
+
+def _experiment(c: Configuration, name: str) -> Experiment:
+    e = c.experiments[name]
+    s = c.cylinders[e.cylinder]
+    plant = plant_of(c, name)
     loop = s.closed_loop if e.loop == "closed" else s.open_loop
     assert loop
     duration = min(e.duration_s, c.run.duration_limit_s or e.duration_s)

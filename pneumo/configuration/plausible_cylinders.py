@@ -9,7 +9,7 @@ from math import inf, radians, sin
 from typing import Any, NamedTuple
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import STANDARD_GRAVITY, Sources, study
+from pneumo.configuration.parameters import STANDARD_GRAVITY, Sources, plant_of
 from pneumo.configuration.schema import Configuration, CylinderSection
 from pneumo.configuration.schema_messages import error_line
 from pneumo.errors import BadRowsError, ConfigurationError
@@ -43,19 +43,12 @@ def implausible(configuration: Configuration) -> Iterator[Implausible]:
         reason = f"no atmosphere, which has {low:g} to {high:g} Pa; is it in another unit?"
         yield Implausible(("supply", "P_atm_Pa"), P_atm, reason)
         return
-    for e in study(_one_experiment_each(configuration)).experiments.values():
-        for path, value, reason in _of_cylinder(configuration.cylinders[e.cylinder], e.plant):
-            yield Implausible(("cylinders", e.cylinder, *path), value, reason)
-            break
-
-
-def _one_experiment_each(c: Configuration) -> Configuration:
-    """Copy of a configuration with one experiment for each cylinder that runs, without its signal file."""
+    c = configuration
     chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
-    names = {c.experiments[name].cylinder: name for name in chosen}.values()
-    experiments = {name: c.experiments[name].model_copy(update={"signal": None}) for name in names}
-    run = c.run.model_copy(update={"experiments": "all"})
-    return c.model_copy(update={"experiments": experiments, "run": run})
+    for cylinder, name in {c.experiments[name].cylinder: name for name in chosen}.items():
+        for path, value, reason in _of_cylinder(c.cylinders[cylinder], plant_of(c, name)):
+            yield Implausible(("cylinders", cylinder, *path), value, reason)
+            break
 
 
 def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible]:
@@ -149,9 +142,8 @@ def _bad_rows(sources: Sources) -> list[str]:
         return []
     lines: dict[str, None] = {}  # each once: what is wrong in every row is the configuration's mistake
     for name in table.rows:
-        row = table._replace(cylinders={name: table.cylinders[name]}, rows={name: table.rows[name]})
         try:
-            sources._replace(table=row).validated()
+            sources._replace(table=table.part([name])).validated()
         except ConfigurationError as error:
             lines[str(error)] = None
     return list(lines)

@@ -349,6 +349,11 @@ class RunSection(Section):
     block_size: Count = key_of("table of cylinders: cylinders in one job of the workflow", 50, ge=1, le=10**6)
 
 
+def look(name: str) -> str:
+    """Text that is the same for names that differ by case or by look only."""
+    return unicodedata.normalize("NFKC", name).casefold()
+
+
 class Configuration(Section):
     """The whole configuration of a study."""
 
@@ -395,7 +400,7 @@ class Configuration(Section):
             for name in getattr(self, section):
                 if not all(c.isalnum() or c in "_-" for c in name):
                     raise conflict(name, "contains a character that cannot be seen", (section, name))
-                other = by_look.setdefault(unicodedata.normalize("NFKC", name).casefold(), name)
+                other = by_look.setdefault(look(name), name)
                 if other != name:
                     raise conflict(name, f"differs from {other} by case or look only", (section, name))
         return self

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pneumo.configuration.cylinder_table import with_table
 from pneumo.configuration.parameters import Sources, read_sources, study, validated
 from pneumo.configuration.plausible_cylinders import checked
-from pneumo.configuration.schema import Configuration, RunSection
+from pneumo.configuration.schema import Configuration, RunSection, look
 from pneumo.errors import ConfigurationError, as_lines
 
 # Of one core, per step and n of the grid: all models at three k_0; measured by benchmarks/fleet.py.
@@ -25,11 +25,18 @@ class Fleet(NamedTuple):
 
     sources: Sources
     blocks: dict[str, list[str]]  # names of cylinders, by the number of the first
+    planned: "dict[str, Resources]"  # by block, of those asked for
 
     def content(self, block: str) -> dict[str, Any]:
         """Return the configuration of a block's cylinders."""
         assert self.sources.table is not None
         return with_table(self.sources.content, self.sources.table, self.blocks[block])
+
+    def resources(self, block: str) -> "Resources":
+        """Return the resources that a block's job needs."""
+        if block not in self.planned:
+            self.planned[block] = resources(validated(self.content(block), []))
+        return self.planned[block]
 
     def signal_files(self) -> list[str]:
         """Return the files that hold signals of the experiments."""
@@ -85,15 +92,30 @@ def checked_fleet(
     try:
         sources = read_sources(*map(os.path.relpath, files), options=options)
         assert sources.table is not None
-        if check:
-            checked(sources, trust=trust)
         size = (sources.content.get("run") or {}).get("block_size", RunSection().block_size)
         names = list(sources.table.rows)
         blocks = {f"{first:06}": names[first : first + size] for first in range(0, len(names), size)}
-        fleet = Fleet(sources, blocks)
-        if check:  # files of signals are read when units are converted
+        fleet = Fleet(sources, blocks, {})
+        if check:
+            _check(fleet, trust)
+            # Files of signals are read when units are converted.
             study(validated(with_table(sources.content, sources.table, names[:1]), []))
         return fleet
     except ConfigurationError as error:
         print(as_lines(error), file=sys.stderr)
         sys.exit(2)
+
+
+def _check(fleet: Fleet, trust: bool) -> None:
+    """Check every row, a block at a time to save memory, and plan the blocks' resources."""
+    sources, table = fleet.sources, fleet.sources.table
+    assert table is not None
+    try:
+        for block, names in fleet.blocks.items():
+            configuration = checked(sources._replace(table=table.part(names)), trust=trust)
+            fleet.planned[block] = resources(configuration)
+        alike = len({look(name) for name in table.rows}) < len(table.rows)
+    except ConfigurationError:
+        alike = True
+    if alike:  # the whole table once more, so that all that is wrong is named
+        checked(sources, trust=trust)

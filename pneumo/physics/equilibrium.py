@@ -1,6 +1,7 @@
 """Equilibrium pressure of a half-bridge of two leaking restrictions, Appendix 2."""
 
 from collections.abc import Callable
+from functools import lru_cache
 
 from pneumo.physics.valve import Gas, mass_flow
 
@@ -8,6 +9,7 @@ TOLERANCE = 1e-9  # of P_0, over P_atm
 PRECISION = 1e-14  # of P_0, relative; both stop the search
 
 
+@lru_cache  # rows of a large table share supply and gas
 def equilibrium_pressure(P_s: float, P_atm: float, gas: Gas, area_ratio: float = 1.0) -> float:
     """Pressure at which the leak from the supply equals the leak to the atmosphere.
 

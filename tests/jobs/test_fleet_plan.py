@@ -69,6 +69,25 @@ def test_all_bad_rows_are_named_and_rows_that_cannot_move_unless_they_are_truste
     assert fleet and len(fleet.blocks) == 1
 
 
+def test_wrong_rows_of_different_blocks_are_named_together(fleet_of, capsys):
+    small = {"run": {"block_size": 2}}
+    fleet_of(6, small)
+    good, files = Path("fleet.csv").read_text(), [Path("fleet.yaml").absolute()]
+    for edits, words in (
+        ({"c5,": "C1,"}, ["row 7, column name = 'C1': differs from c1 by case"]),
+        ({"c0,25.0": "c0,-25.0", "c5,25.0": "c5,wide"}, ["row 2, column bore_mm", "row 7, column bore_mm"]),
+    ):
+        bad = good
+        for before, after in edits.items():
+            assert before in bad
+            bad = bad.replace(before, after)
+        Path("fleet.csv").write_text(bad)
+        with pytest.raises(SystemExit):
+            checked_fleet(CONFIG, files, small, check=True)
+        lines = capsys.readouterr().err.splitlines()
+        assert len(lines) == len(words) and all(word in line for word, line in zip(words, lines, strict=True))
+
+
 def test_a_signal_that_cannot_be_read_is_refused_before_the_jobs(fleet_of, capsys):
     signal = {"kind": "csv", "file": "u.csv", "column": "u", "hold_s": 0.1}
     options = {"experiments": {"open": {"signal": signal}}}

@@ -6,11 +6,6 @@ def block_content(wildcards):
     return FLEET.content(wildcards.block)
 
 
-@cache
-def resources_of(block):
-    return resources(validated(FLEET.content(block), []))
-
-
 rule fleet_block:
     output:
         cells="<results>/fleet/{block}.nc",
@@ -20,8 +15,8 @@ rule fleet_block:
         block=r"\d+",
     threads: all_cores
     resources:
-        runtime=lambda wildcards, threads, attempt: resources_of(wildcards.block).runtime(threads, attempt),
-        mem_mb=lambda wildcards, threads, attempt: resources_of(wildcards.block).mem_mb(threads, attempt),
+        runtime=lambda wildcards, threads, attempt: FLEET.resources(wildcards.block).runtime(threads, attempt),
+        mem_mb=lambda wildcards, threads, attempt: FLEET.resources(wildcards.block).mem_mb(threads, attempt),
     params:
         content=block_content,
         signals=fingerprints(FLEET.signal_files()),
