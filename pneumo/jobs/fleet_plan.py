@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pneumo.configuration.cylinder_table import with_table
 from pneumo.configuration.parameters import Sources, read_sources, study, validated
 from pneumo.configuration.plausible_cylinders import checked
-from pneumo.configuration.schema import Configuration, RunSection, look
+from pneumo.configuration.schema import Configuration, look
 from pneumo.errors import ConfigurationError, as_lines
 
 # Of one core, per step and n of the grid: all models at three k_0; measured by benchmarks/fleet.py.
@@ -90,32 +90,31 @@ def checked_fleet(
     if not isinstance(config["cylinders"], str):
         return None
     try:
-        sources = read_sources(*map(os.path.relpath, files), options=options)
-        assert sources.table is not None
-        size = (sources.content.get("run") or {}).get("block_size", RunSection().block_size)
-        names = list(sources.table.rows)
-        blocks = {f"{first:06}": names[first : first + size] for first in range(0, len(names), size)}
-        fleet = Fleet(sources, blocks, {})
-        if check:
-            _check(fleet, trust)
-            # Files of signals are read when units are converted.
-            study(validated(with_table(sources.content, sources.table, names[:1]), []))
-        return fleet
+        return _fleet(read_sources(*map(os.path.relpath, files), options=options), check, trust)
     except ConfigurationError as error:
         print(as_lines(error), file=sys.stderr)
         sys.exit(2)
 
 
-def _check(fleet: Fleet, trust: bool) -> None:
-    """Check every row, a block at a time to save memory, and plan the blocks' resources."""
-    sources, table = fleet.sources, fleet.sources.table
+def _fleet(sources: Sources, check: bool, trust: bool) -> Fleet:
+    """Return the fleet of a table, checked a block at a time, which saves memory."""
+    table = sources.table
     assert table is not None
+    names = list(table.rows)
     try:
-        for block, names in fleet.blocks.items():
-            configuration = checked(sources._replace(table=table.part(names)), trust=trust)
-            fleet.planned[block] = resources(configuration)
-        alike = len({look(name) for name in table.rows}) < len(table.rows)
+        first = sources._replace(table=table.part(names[:1])).validated()
+        size = first.run.block_size
+        blocks = {f"{i:06}": names[i : i + size] for i in range(0, len(names), size)}
+        fleet = Fleet(sources, blocks, {})
+        if check:
+            for block, of_block in blocks.items():
+                configuration = checked(sources._replace(table=table.part(of_block)), trust=trust)
+                fleet.planned[block] = resources(configuration)
+            if len({look(name) for name in names}) < len(names):
+                checked(sources, trust=trust)
+            study(first)  # files of signals are read when units are converted
+        return fleet
     except ConfigurationError:
-        alike = True
-    if alike:  # the whole table once more, so that all that is wrong is named
-        checked(sources, trust=trust)
+        if check:
+            checked(sources, trust=trust)  # names all wrong rows
+        raise

@@ -69,6 +69,13 @@ def test_all_bad_rows_are_named_and_rows_that_cannot_move_unless_they_are_truste
     assert fleet and len(fleet.blocks) == 1
 
 
+def test_a_block_of_no_rows_is_refused(fleet_of, capsys):
+    for size in (0, "many"):
+        with pytest.raises(SystemExit):
+            fleet_of(2, {"run": {"block_size": size}})
+        assert "--config: run.block_size = " in capsys.readouterr().err
+
+
 def test_wrong_rows_of_different_blocks_are_named_together(fleet_of, capsys):
     small = {"run": {"block_size": 2}}
     fleet_of(6, small)
