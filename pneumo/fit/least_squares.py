@@ -122,18 +122,20 @@ def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.nda
     def at(*theta: float) -> Fit:
         return evaluate(plain, np.array(theta))
 
-    def residual(theta: np.ndarray) -> np.ndarray:
-        distance, prior = problem.prior_terms(theta)
-        return np.append(at(*theta).residual, np.sqrt(prior) * distance)
-
-    def slopes(theta: np.ndarray) -> np.ndarray:
-        prior = problem.prior_terms(theta)[1]
-        return np.append(-at(*theta).jacobian.reshape(-1, len(theta)), np.diag(np.sqrt(prior)), axis=0)
+    # The search reads only lengths and products of residual and derivative. The triangle of the QR
+    # decomposition has the same, in a few rows instead of one for each sample.
+    @lru_cache(maxsize=KEPT)
+    def rotated(*theta: float) -> np.ndarray:
+        distance, prior = problem.prior_terms(np.array(theta))
+        now, root = at(*theta), np.sqrt(prior)
+        of_record = np.column_stack([-now.jacobian.reshape(-1, len(theta)), now.residual.ravel()])
+        of_priors = np.column_stack([np.diag(root), root * distance])
+        return np.asarray(np.linalg.qr(np.concatenate([of_record, of_priors]), mode="r"))
 
     optimum = least_squares(
-        residual,
+        lambda theta: rotated(*theta)[:, -1],
         problem.guess() if start is None else start,
-        jac=slopes,  # type: ignore[arg-type]
+        jac=lambda theta: rotated(*theta)[:, :-1],  # type: ignore[arg-type]
         bounds=problem.bounds(),
         x_scale="jac",
         ftol=tolerance,

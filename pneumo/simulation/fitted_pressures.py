@@ -69,12 +69,14 @@ def _write_geometry(
     plant: Plant,
     e_A: float,
     width: np.uint64,
+    count: np.uint64,
     offset: np.uint64,
     X: np.ndarray,
 ) -> float:
     """Write the rows `VOLUME_RATIO`, `EXPANSION` and `AREA` of the work array X for stage j of step k.
 
-    Returns the piston position of the first motion, m, positive where it enlarges the chamber.
+    Each motion has `width` lanes of the `count`, the last one also those that fill a register. Returns the
+    piston position of the first motion, m, positive where it enlarges the chamber.
     """
     x = sign * motions[0, k, j, 0]
     V, A_q = volume(x, chamber, plant.cylinder), heat_area(x, plant.cylinder)
@@ -83,11 +85,15 @@ def _write_geometry(
         V_m = volume(x_m, chamber, plant.cylinder)
         area_m = e_A * (heat_area(x_m, plant.cylinder) / A_q - 1)
         first = np.uint64(m) * width
-        for i in range(first, first + width):
-            inverse_V = 1 / (V_m + X[BEYOND + offset + i])
-            X[VOLUME_RATIO + i] = V * inverse_V
-            X[EXPANSION + i] = chamber.area * v_m * inverse_V
+        end = first + width if m + 1 < len(motions) else count
+        for i in range(first, end):
+            X[VOLUME_RATIO + i] = V_m
+            X[EXPANSION + i] = chamber.area * v_m
             X[AREA + i] = area_m
+    for i in range(count):
+        inverse_V = 1 / (X[VOLUME_RATIO + i] + X[BEYOND + offset + i])
+        X[VOLUME_RATIO + i] = V * inverse_V
+        X[EXPANSION + i] *= inverse_V
     return x
 
 
@@ -151,6 +157,7 @@ def _on_inputs(
     W: np.ndarray,
     X: np.ndarray,
     starts: tuple[np.uint64, ...],
+    width: np.uint64,
     full: bool,
     e_A: float,
     stride: int,
@@ -162,7 +169,6 @@ def _on_inputs(
 ) -> None:
     c, s_sonic, count = plant.conditions, -log(plant.gas.critical_ratio), GROUP * starts[3]
     gamma, inlet = plant.gas.gamma, c.T_in / c.T_0
-    width = GROUP * (starts[3] // np.uint64(len(motions)))
     for k in range(len(u)):
         for j in range(STAGES):
             a_0, a_1 = h * A[j, 0], h * A[j, 1]
@@ -173,7 +179,7 @@ def _on_inputs(
                 now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
                 offset = np.uint64(0) if side == 0 else OFFSET_B
                 rate, rate_T = K_0 + r + np.uint64(ROW * j), RATE_T + offset + np.uint64(ROW * j)
-                x = _write_geometry(motions, k, j, sign, chamber, plant, e_A, width, offset, X)
+                x = _write_geometry(motions, k, j, sign, chamber, plant, e_A, width, count, offset, X)
                 shared = shared_terms(sign * u[k, j], x, 0.0, chamber, supplied)
                 p_port = shared[0]
                 for i in range(count):
@@ -222,7 +228,7 @@ def _on_inputs(
                     X[k_0] = X[T + offset + i] + change  # `_step_across_port` may find another
                     X[T + offset + i] = X[T + offset + i] if X[MET + offset + i] > 0 else X[k_0]
             if meeting > 0:
-                x = _write_geometry(motions, k, last, sign, chamber, plant, e_A, width, offset, X)
+                x = _write_geometry(motions, k, last, sign, chamber, plant, e_A, width, count, offset, X)
                 shared = shared_terms(sign * u[k, last], x, 0.0, chamber, supplied)
                 _step_across_port(W, X, now, offset, starts, full, shared, supplied, h, psi, s_sonic)
                 for i in range(count):  # rates of a stage that failed would stay in the sums of the next step
@@ -276,15 +282,15 @@ def pressures_of_sets(
     P_s = np.full(u.shape, plant.conditions.P_s) if P_s is None else P_s
     # Of one layout, since the kernel is compiled for each.
     u, motions, P_s = (np.ascontiguousarray(signal) for signal in (u, motions, P_s))
-    count, width, full = len(lanes), -(-len(lanes) // WIDTH) * WIDTH, start_T is not None
-    padded = np.minimum(np.arange(width), count - 1)
+    count, full = len(lanes), start_T is not None
     need = 3 if full else int(needs(lanes).max())
     psi, _ = flow_polynomial(plant.gas)
     result = np.empty((len(motions), count, 2, len(u) // stride + 1))
-    at_once = max(1, ROW // width)
+    at_once = max(1, ROW // count)
     for first in range(0, len(motions), at_once):
         part = motions[first : first + at_once]
-        rows = np.tile(padded, len(part))
+        rows = np.tile(np.arange(count), len(part))
+        rows = np.append(rows, np.full(-len(rows) % WIDTH, count - 1))
         W, (*_, last) = work_array(lanes[rows], plant)
         # No temperature of the full order follows from its pressure.
         starts = tuple(np.uint64(0) if need >= least else last for least in (9 if full else 1, 2, 3))
@@ -298,8 +304,9 @@ def pressures_of_sets(
         pressure = np.empty((result.shape[3], 2, len(rows)))
         pressure[0] = start[rows].T
         e_A = float(lane_of(lanes[0]).e_A)
-        _on_inputs(u, part, W, X.ravel(), (*starts, last), full, e_A, stride, plant, h, psi, P_s, pressure)
-        by_motion = pressure.reshape(-1, 2, len(part), width)[..., :count]
+        lanes_of = (*starts, last), np.uint64(count), full, e_A
+        _on_inputs(u, part, W, X.ravel(), *lanes_of, stride, plant, h, psi, P_s, pressure)
+        by_motion = pressure[..., : len(part) * count].reshape(-1, 2, len(part), count)
         result[first : first + len(part)] = by_motion.transpose(2, 3, 1, 0)
     return result
 
