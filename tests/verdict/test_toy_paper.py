@@ -10,7 +10,7 @@ import xarray as xr
 from pneumo.publish.pages.page import TEMPLATES
 from pneumo.publish.pages.verdict_page import verdict_page
 from pneumo.verdict import claims as verdict_room
-from pneumo.verdict.judging import Paper, verdict
+from pneumo.verdict.judging import EXACT_AS, Paper, verdict
 from pneumo.verdict.power import NO_MISTAKE
 from pneumo.verdict.sources import Finding, MissingEvidence
 
@@ -125,6 +125,30 @@ def test_an_erratum_comes_before_the_deviation(toy):
         3.0,
     )
     assert "from 100, meant by erratum boils" in boils["reason"]
+
+
+@pytest.mark.parametrize(
+    ("density", "boils", "near"),
+    [(998.2, 100.0, 0), (998.2, 103.0, 1), (980.0, 103.0, 2), (960.0, 103.5, 0), (960.0, 97.5, 1)],
+)
+def test_a_missed_number_within_three_percent_is_a_near_miss(toy, density, boils, near):
+    # Two of the items are missed where they differ; the agreeing ones and the statements never count.
+    water = {"density": density, "boils": boils, "ice": 917.0}
+    judged = verdict(toy.folder / "results", toy._replace(sources=lambda results, folder: {"water": water}))
+    assert judged["near_misses"] == near
+
+
+def test_senses_of_exact_items_are_counted_by_kind_of_evidence(toy):
+    heavy_ice = {"density": 998.2, "boils": 100.0, "ice": 1000.0}
+    sources = toy._replace(sources=lambda results, folder: {"water": heavy_ice})
+    senses = verdict(toy.folder / "results", sources)["exact_as"]
+    none = dict.fromkeys(EXACT_AS, 0)
+    assert senses == {
+        "measured": none | {"digits": 1},
+        "fitted": none,
+        "arithmetic": none | {"true": 1},
+        "set-up": none,
+    }
 
 
 def test_a_doubt_is_shown_beside_its_items_and_changes_nothing(toy):
