@@ -1,5 +1,6 @@
 """Replays of reduced models on recorded runs, Fig. 6: the one entry, whichever kernel computes them."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,11 @@ class Replayed(NamedTuple):
     pressure: np.ndarray  # reduced pressure, Pa, shape (lane, chamber, stored steps)
 
 
+# Is handed indices of lanes, the index of a stored sample, and the lanes' pressures, Pa, from that sample on,
+# shape (sample, chamber, lane). A call that begins with sample 1 replaces what these lanes had before.
+TakePressures = Callable[[np.ndarray, int, np.ndarray], None]
+
+
 def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1) -> Replayed:
     """Replay reduced models in both chambers on the signals of a run, and compare their pressures with it.
 
@@ -35,31 +41,47 @@ def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: 
     unusual wall law or valve, or a pressure too far from P_0. Where the run itself failed, every lane has the
     status "no full-order run" (`NO_RUN`).
     """
+    different, index = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1
+    pressure = np.full((len(different), 2, (len(recording.states) - 1) // stride + 1), np.nan)
+
+    def store(of_lanes: np.ndarray, first: int, P: np.ndarray) -> None:
+        pressure[of_lanes, :, 0] = recording.plant.conditions.P_0
+        pressure[of_lanes, :, first : first + len(P)] = P.T
+
+    result = replay_in_parts(recording, different, sampling, store, stride)
+    index = index.ravel()  # NumPy 2.0 gives it another axis
+    return Replayed(*(values[index] for values in result._replace(pressure=pressure)))
+
+
+def replay_in_parts(
+    recording: Recording, lanes: np.ndarray, sampling: Sampling, take: TakePressures, stride: int = 1
+) -> Replayed:
+    """Replay as `replay`, and hand the stored pressures over in parts, which needs little memory.
+
+    The result has no pressures.
+    """
+    shape = (len(lanes), 2)
     run_status, step = failure(recording.states)
     if run_status != RAN:
-        return _no_replay(recording, lanes, step, stride)
-    different, index = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1
-    index = index.ravel()  # NumPy 2.0 gives it another axis
-    return Replayed(*(values[index] for values in _replay_lanes(recording, different, sampling, stride)))
-
-
-def _replay_lanes(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int) -> Replayed:
-    """Replay lanes by the vectorised kernel, and by the readable one those that the first cannot compute."""
-    shape, samples = (len(lanes), 2), len(recording.states)
+        return _no_replay(shape, step)
     result = Replayed(
         mean_error=np.empty(shape),
         variance=np.empty(shape),
         mse=np.empty(shape),
         status=np.full(shape, OK, dtype=np.int8),
         failure_step=np.full(shape, -1),
-        pressure=np.empty((*shape, (samples - 1) // stride + 1)),
+        pressure=np.empty((*shape, 0)),
     )
     able = followed(lanes, recording.plant)
     fast = np.flatnonzero(able)[np.argsort(needs(lanes[able]), kind="stable")]
     for first in range(0, len(fast), ROW):
         block = fast[first : first + ROW]
-        result.mean_error[block], result.mse[block], result.pressure[block] = replay_block(
-            recording, lanes[block], sampling, stride
+
+        def take_stored(sample: int, P: np.ndarray, block: np.ndarray = block) -> None:
+            take(block, -(-sample // stride), P[-sample % stride :: stride])
+
+        result.mean_error[block], result.mse[block] = replay_block(
+            recording, lanes[block], sampling, take_stored
         )
     with np.errstate(over="ignore"):  # of a lane that failed
         result.variance[:] = result.mse - result.mean_error**2
@@ -67,7 +89,8 @@ def _replay_lanes(recording: Recording, lanes: np.ndarray, sampling: Sampling, s
     rest[fast] = ~np.isfinite(result.mse[fast]).all(axis=1)
     if rest.any():
         by_reference = replay_by_reference(recording, lanes[rest], sampling, stride)
-        for values, values_of_rest in zip(result, by_reference, strict=True):
+        take(np.flatnonzero(rest), 1, by_reference.pressure[..., 1:].T)
+        for values, values_of_rest in zip(result[:-1], by_reference[:-1], strict=True):
             values[rest] = values_of_rest
     return result
 
@@ -83,9 +106,8 @@ def replay_by_reference(
     return Replayed(mean_error, mse - mean_error**2, mse, status, failed_at, pressure)
 
 
-def _no_replay(recording: Recording, lanes: np.ndarray, step: int, stride: int) -> Replayed:
+def _no_replay(shape: tuple[int, int], step: int) -> Replayed:
     """Result of a replay on a run that failed at `step`: no statistics, status "no full-order run"."""
-    shape, nothing = (len(lanes), 2), np.full((len(lanes), 2), np.nan)
-    pressure = np.full((*shape, (len(recording.states) - 1) // stride + 1), np.nan)
+    nothing = np.full(shape, np.nan)
     status, failed = np.full(shape, NO_RUN, dtype=np.int8), np.full(shape, step)
-    return Replayed(nothing, nothing, nothing, status, failed, pressure)
+    return Replayed(nothing, nothing, nothing, status, failed, np.empty((*shape, 0)))

@@ -10,6 +10,7 @@ are in units of P_0.
 A lane outside the range of the polynomials becomes NaN, and the reference replays it again.
 """
 
+from collections.abc import Callable
 from math import log, sqrt
 
 import numpy as np
@@ -30,7 +31,7 @@ from pneumo.simulation.polynomials import (
     polynomial,
 )
 from pneumo.simulation.runge_kutta import STAGES, A, B, E
-from pneumo.simulation.signals import replay_in_blocks, replay_tolerance
+from pneumo.simulation.signals import BLOCK, replay_in_blocks, replay_tolerance
 
 WIDTH = 8  # lanes are padded to a multiple of this; a vector register holds 2, 4 or 8
 ROW = 136  # lanes at once; 17 cache lines, an odd number, so that rows do not compete for places in the cache
@@ -242,11 +243,13 @@ def _replay(
     tolerance: float,
     W: np.ndarray,
     starts: tuple[np.uint64, ...],
-    stride: int,
     psi: tuple[float, ...],
     pressure: np.ndarray,
 ) -> int:
-    """Advance W by consecutive steps, as `pneumo.simulation.signals.replay_in_blocks` asks for them."""
+    """Advance W by consecutive steps, as `pneumo.simulation.signals.replay_in_blocks` asks for them.
+
+    Step k leads from ``states[k]`` to ``states[k + 1]``, and its pressures are those of ``pressure[k]``.
+    """
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), GROUP * starts[3]
     place = 0
     for j in range(len(halvings)):
@@ -279,9 +282,8 @@ def _replay(
                 error = P_full - P_0 * W[now + i]
                 add(W, errors, i, error)
                 add(W, squares, i, error * error)
-            if (k + 1) % stride == 0:
-                for i in range(count):
-                    pressure[(k + 1) // stride, side, i] = P_0 * W[now + i]
+            for i in range(count):
+                pressure[k, side, i] = P_0 * W[now + i]
     return len(halvings)
 
 
@@ -346,27 +348,39 @@ def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.ui
 
 
 def replay_block(
-    recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    recording: Recording, lanes: np.ndarray, sampling: Sampling, take: Callable[[int, np.ndarray], None]
+) -> tuple[np.ndarray, np.ndarray]:
     """Replay up to `ROW` lanes, sorted by `needs`, in both chambers on the signals of one run.
+
+    Parameters
+    ----------
+    take
+        ``take(step, pressure)`` is handed the pressures, Pa, shape (step, chamber, lane), of consecutive
+        samples, from sample `step` on; the first call begins with sample 1. They are valid until it returns.
 
     Returns
     -------
     mean_error, mse : numpy.ndarray
         Mean, Pa, and mean square, Pa^2, of the full-order minus the reduced pressure, shape (lane, chamber);
         NaN where a pressure left the range of the kernel's polynomials.
-    pressure : numpy.ndarray
-        Pa, shape (lane, chamber, stored steps).
     """
     samples, count = len(recording.states), len(lanes)
     psi, _ = flow_polynomial(recording.plant.gas)
     W, starts = work_array(lanes, recording.plant)
-    shape = ((samples - 1) // stride + 1, 2, WIDTH * int(starts[3]))
-    pressure = np.full(shape, recording.plant.conditions.P_0)
-    states, plant, h, most = recording.states, recording.plant, recording.h, recording.most_halvings
-    common = states, plant, h, most, replay_tolerance(sampling), W, starts, stride, psi, pressure
-    replay_in_blocks(recording, sampling, lambda *steps: _replay(*steps, *common))
+    pressure = np.empty((min(BLOCK, samples - 1), 2, WIDTH * int(starts[3])))
+    plant, h, most = recording.plant, recording.h, recording.most_halvings
+    common = plant, h, most, replay_tolerance(sampling), W, starts, psi, pressure
+
+    def advance_block(first: int, inputs: np.ndarray, halvings: np.ndarray, again: bool) -> int:
+        begun = first - first % BLOCK
+        done = _replay(first - begun, inputs, halvings, again, recording.states[begun:], *common)
+        end = min(begun + BLOCK, samples - 1)
+        if done and first + done == end:
+            take(begun + 1, pressure[: end - begun, :, :count])
+        return done
+
+    replay_in_blocks(recording, sampling, advance_block)
     rows = W.reshape(-1, ROW)[:, :count]
     mean_error = rows[[int(SUM_A) // ROW, int(SUM_B) // ROW]].T / samples
     mse = rows[[int(SQUARES_A) // ROW, int(SQUARES_B) // ROW]].T / samples
-    return mean_error, mse, pressure[:, :, :count].transpose(2, 1, 0)
+    return mean_error, mse

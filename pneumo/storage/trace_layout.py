@@ -11,7 +11,7 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.replay import replay
+from pneumo.simulation.replay import OK, replay_in_parts
 from pneumo.simulation.signals import study_sampling
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, described, experiment_labels
@@ -22,8 +22,6 @@ CLOSE_UP_SAMPLE = 0.005  # s, at most
 CLOSE_UP_INTERVAL = 0.25  # s
 COMMON_N = 1.35  # beside each model's best n
 CHOICES = ("best", "common")  # of n
-MOST_VALUES = 30_000_000  # pressures in memory at once: 240 MB
-LANES = 8  # replayed together at least; fewer would take as long
 
 ABOUT = {
     "mean_square": ("Pa2", "mean square error of all steps from this edge to the next"),
@@ -69,9 +67,40 @@ def lowest_and_highest(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
     return np.stack([np.minimum.reduceat(values, edges[:-1]), np.maximum.reduceat(values, edges[:-1])])
 
 
-def mean_by_interval(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Mean over every step of each interval; the last includes the run's end."""
-    return np.add.reduceat(values, edges[:-1]) / np.diff([*edges[:-1], len(values)])
+class ErrorsOfRun:
+    """Errors of lanes on one run: samples, and by interval the extremes and the mean square of all steps.
+
+    Arrays have the shape (shown step or interval, chamber, lane).
+    """
+
+    def __init__(self, full: np.ndarray, lanes: int, shown: np.ndarray, edges: np.ndarray) -> None:
+        """`full` are the full order's pressures, Pa, shape (step, chamber)."""
+        self.full, self.shown, self.begins = full, shown, edges[:-1]
+        self.samples = np.zeros((len(shown), 2, lanes))
+        self.lowest, self.highest, self.squares = np.zeros((3, len(self.begins), 2, lanes))
+
+    def take(self, lanes: np.ndarray, first: int, P: np.ndarray) -> None:
+        """Add pressures from `pneumo.simulation.replay.replay_in_parts`, of steps from `first` on."""
+        if first == 1:  # at the first step of all the error is zero
+            for values, initial in ((self.lowest, np.inf), (self.highest, -np.inf), (self.squares, 0.0)):
+                values[:, :, lanes] = initial
+                values[0][:, lanes] = 0.0
+            self.samples[0][:, lanes] = 0.0
+        end = first + len(P)
+        error = self.full[first:end, :, None] - P
+        within = self.begins[(self.begins > first) & (self.begins < end)] - first
+        parts = np.array([0, *within])
+        interval = np.searchsorted(self.begins, first, "right") - 1
+        at = slice(interval, interval + len(parts)), slice(None), lanes
+        self.lowest[at] = np.minimum(self.lowest[at], np.minimum.reduceat(error, parts))
+        self.highest[at] = np.maximum(self.highest[at], np.maximum.reduceat(error, parts))
+        self.squares[at] += np.add.reduceat(error**2, parts)
+        a, b = np.searchsorted(self.shown, (first, end))
+        self.samples[a:b, :, lanes] = error[self.shown[a:b] - first]
+
+    def mean_square(self) -> np.ndarray:
+        """Mean square error of every step of each interval; the last includes the run's end."""
+        return self.squares / np.diff([*self.begins, len(self.full)])[:, None, None]
 
 
 def n_shown(n: tuple[float, ...], best_n: np.ndarray) -> np.ndarray:
@@ -97,30 +126,24 @@ def traced(
     places = n_shown(study.n, best_n)
     lane_of = index[np.arange(len(MODELS)), places]  # by (choice, model); -1 takes any and is blanked
     edges, shown = interval_edges(experiment), shown_steps(experiment)
-    shape = (len(CHOICES), len(MODELS), len(CHAMBERS))
-    samples = np.full((*shape, len(shown)), np.nan, dtype=np.float32)
-    limits = np.full((2, *shape, len(edges) - 1), np.nan, dtype=np.float32)
-    mean_square = np.full((*shape, len(edges) - 1), np.nan)
-    full = recording.states[:, [2, 4]].T
     needed = np.unique(lane_of[places >= 0])
-    at_once = max(LANES, MOST_VALUES // full.size // LANES * LANES)
-    for first in range(0, len(needed), at_once):
-        some = needed[first : first + at_once]
-        replayed = replay(recording, lanes[some], study_sampling(transport, experiment))
-        for lane, status, pressure in zip(some, replayed.status, replayed.pressure, strict=True):
-            cells = np.argwhere((lane_of == lane) & (places >= 0))
-            for c in range(len(CHAMBERS)) if not status.any() else ():
-                error = full[c] - pressure[c]
-                of_lane = lowest_and_highest(error, edges), mean_by_interval(error**2, edges), error[shown]
-                for choice, model in cells:
-                    at = (choice, model, c)
-                    limits[:, *at], mean_square[at], samples[at] = of_lane
+    errors = ErrorsOfRun(recording.states[:, [2, 4]], len(needed), shown, edges)
+    replayed = replay_in_parts(recording, lanes[needed], study_sampling(transport, experiment), errors.take)
+    place = np.searchsorted(needed[:-1], lane_of)
+    missing = (places < 0) | (replayed.status != OK).any(axis=1)[place]
+
+    def by_cell(values: np.ndarray, dtype: type = np.float32) -> np.ndarray:
+        """Values of lanes, shape (..., chamber, lane), by (choice, model, chamber, ...)."""
+        cells = values[..., place].transpose(2, 3, 1, 0).astype(dtype)
+        cells[missing] = np.nan
+        return cells
+
     dims = ("choice", "model", "chamber")
     values: dict[str, Any] = {
-        "mean_square": ((*dims, "edge"), mean_square),
-        "lowest": ((*dims, "edge"), limits[0]),
-        "highest": ((*dims, "edge"), limits[1]),
-        "error": ((*dims, "t"), samples),
+        "mean_square": ((*dims, "edge"), by_cell(errors.mean_square(), np.float64)),
+        "lowest": ((*dims, "edge"), by_cell(errors.lowest)),
+        "highest": ((*dims, "edge"), by_cell(errors.highest)),
+        "error": ((*dims, "t"), by_cell(errors.samples)),
         "n_shown": (dims[:2], np.where(places >= 0, np.array(study.n)[places], np.nan)),
     }
     coords = {

@@ -70,9 +70,3 @@ def test_a_model_that_failed_at_every_n_has_no_best_trace(recording):
     for name in ("error", "mean_square", "lowest", "highest", "n_shown"):
         assert np.isnan(traces[name].sel(choice="best")).all()
         assert np.isfinite(traces[name].sel(choice="common")).all()
-
-
-def test_lanes_in_turn_give_the_same(recording, monkeypatch):
-    together = traced(EXPERIMENT, STUDY, recording, "exact", BEST)
-    monkeypatch.setattr(trace_layout, "MOST_VALUES", 1)
-    assert traced(EXPERIMENT, STUDY, recording, "exact", BEST).identical(together)
