@@ -10,8 +10,10 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
-from pneumo.fit.fit_problem import LIMITS, Problem, replayed_pressures
-from pneumo.fit.fitted_parameters import CONFIGURED, UNFITTED
+from pneumo.fit.fit_problem import LIMITS, Problem, replayed_pressures, si_value
+from pneumo.fit.fitted_parameters import CONFIGURED, SHIFTING, UNFITTED
+from pneumo.fit.least_squares import Fit
+from pneumo.fit.parameter_intervals import inverse_curvature
 
 
 def _plant(change: Callable[[Plant, Accuracy], Plant]) -> Callable[[Problem, Accuracy], Problem]:
@@ -117,3 +119,24 @@ def prior_shifts(problem: Problem, inverse: np.ndarray, prior: np.ndarray, known
             index = problem.names.index(name)
             result[row] = inverse[:, index] * prior[index] * getattr(known, name)
     return result
+
+
+def configured_shifts(problem: Problem, best: Fit, changes: np.ndarray, known: Accuracy | None) -> np.ndarray:
+    """Shifts of the parameters by `SHIFTING`, each off by its accuracy, shape (quantity, parameter)."""
+    if known is None:
+        return np.zeros((len(SHIFTING), len(best.theta)))
+    inverse = inverse_curvature(best)
+    unfitted = shifts(changes, best.jacobian, inverse)
+    result = np.append(unfitted, prior_shifts(problem, inverse, best.prior, known), axis=0)
+    # A parameter that the record does not determine gets no limit from what is configured.
+    low, high = problem.bounds()
+    return np.clip(result, low - high, high - low)
+
+
+def parameter_shifts(problem: Problem, best: Fit, moved: np.ndarray) -> dict[str, np.ndarray]:
+    """`configured_shifts` in SI units by parameter, shape (quantity,)."""
+    upper = best.theta + moved
+    return {
+        name: np.array([si_value(name, end) - si_value(name, best.theta[i]) for end in upper[:, i]])
+        for i, name in enumerate(problem.names)
+    }

@@ -10,7 +10,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
-from pneumo.fit.configured_quantities import changes_of, misfit, prior_shifts, shifts
+from pneumo.fit.configured_quantities import changes_of, configured_shifts, misfit, parameter_shifts
 from pneumo.fit.fit_problem import (
     FULL,
     LIMITS,
@@ -23,7 +23,7 @@ from pneumo.fit.fit_problem import (
     si_value,
     with_causes,
 )
-from pneumo.fit.fit_result import AS_GOOD, Estimate, FitResult, equally_good, fit_data, rms_of_chambers
+from pneumo.fit.fit_result import Estimate, FitResult, equally_good, fit_data, rms_of_chambers
 from pneumo.fit.fit_warnings import (
     DISTRUST,
     bounds_of_reduced,
@@ -33,7 +33,7 @@ from pneumo.fit.fit_warnings import (
     fit_warnings,
     undetermined_notes,
 )
-from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, REPORTED, SHIFTING, STARTS, start_name
+from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, REPORTED, STARTS, start_name
 from pneumo.fit.least_squares import Fit, descend, fit
 from pneumo.fit.parameter_intervals import (
     HALF_WIDTH,
@@ -50,16 +50,15 @@ from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import residuals, sensor_noise
 from pneumo.fit.sensor_offsets import SensorOffset, sensor_offsets
 from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
+from pneumo.fit.wall_laws import averaged_shift, likelihoods, wall_law_fits, wall_law_notes
 from pneumo.physics.models import MODELS, Model, Wall
 from pneumo.physics.valve_dynamics import ValveDynamics
 
 PART = 0.6  # of the record that is fitted
 MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more and takes gigabytes
 NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
-OTHER_WALLS: tuple[Wall, ...] = ("k_0", "lambda_0 A_q")  # beside that of the full order
 ALONE_STEPS = 15  # of a search with one configured quantity free
 SLIGHT = 0.03  # of half an interval, by which noise in the position may move a parameter unsaid
-LAW_STEPS = 4  # near the minimum of a wall's law
 
 
 def estimate(
@@ -131,11 +130,16 @@ def estimate(
         best = descend(problem, rough.theta, most=2)  # so near, two steps are enough
         fitted, moved, both = judged(best)
     of_noise, _ = both
-    by_law = wall_law_fits(few, best) if model is FULL and intervals else [best]
-    laws = np.array([fitted.theta - by_law[0].theta for fitted in by_law])
+    by_law: dict[Wall, Fit] = {model.wall: best}
+    if model is FULL and intervals:
+        by_law = wall_law_fits(few, best)
+    own, *others = by_law.values()
+    laws = np.array([fitted.theta - own.theta for fitted in (own, *others)])
+    weights = likelihoods([own, *others])
     # What another law explains is no remainder: the intervals cover that law.
-    nearest = min((best, *by_law[1:]), key=lambda fitted: np.sum(fitted.residual**2))
+    nearest = min((best, *others), key=lambda fitted: np.sum(fitted.residual**2))
     values = problem.values(best.theta)
+    averaged_theta = np.clip(best.theta + averaged_shift(problem, laws, weights), *problem.bounds())
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
@@ -175,6 +179,8 @@ def estimate(
         at_bound=problem.at_bound(best.theta),
         uncorrected=not definite(best),
         offsets=offsets_of(problem, best, changes) if model is FULL else {},
+        averaged=problem.values(averaged_theta) if model is FULL else {},
+        laws={law: float(weight) for law, weight in zip(by_law, weights, strict=True)},
     )
 
 
@@ -228,41 +234,6 @@ def slight(shift: np.ndarray, both: np.ndarray) -> bool:
     """Whether a shift of the parameters is a small part of their intervals, by both covariances."""
     halves = HALF_WIDTH * np.sqrt(np.max([np.diag(covariance) for covariance in both], axis=0))
     return bool(np.all(np.abs(shift) <= SLIGHT * halves))
-
-
-def configured_shifts(problem: Problem, best: Fit, changes: np.ndarray, known: Accuracy | None) -> np.ndarray:
-    """Shifts of the parameters by `SHIFTING`, each off by its accuracy, shape (quantity, parameter)."""
-    if known is None:
-        return np.zeros((len(SHIFTING), len(best.theta)))
-    inverse = inverse_curvature(best)
-    unfitted = shifts(changes, best.jacobian, inverse)
-    result = np.append(unfitted, prior_shifts(problem, inverse, best.prior, known), axis=0)
-    # A parameter that the record does not determine gets no limit from what is configured.
-    low, high = problem.bounds()
-    return np.clip(result, low - high, high - low)
-
-
-def parameter_shifts(problem: Problem, best: Fit, moved: np.ndarray) -> dict[str, np.ndarray]:
-    """`configured_shifts` in SI units by parameter, shape (quantity,)."""
-    upper = best.theta + moved
-    return {
-        name: np.array([si_value(name, end) - si_value(name, best.theta[i]) for end in upper[:, i]])
-        for i, name in enumerate(problem.names)
-    }
-
-
-def wall_law_fits(problem: Problem, best: Fit) -> list[Fit]:
-    """Fit of the full order's law of the wall, then those of other laws that fit as well.
-
-    Nobody knows a wall's law: its conductance may be constant, or follow the area, or area and root of PT.
-    The minimum of another law may be far along the valley of b, C and k_0.
-    """
-    fits = list[Fit]()
-    for wall in (FULL.wall, *OTHER_WALLS):
-        of_law = problem._replace(noisy=None, model=FULL._replace(wall=wall))
-        fits.append(descend(of_law, fit(of_law, start=best.theta).theta, most=LAW_STEPS))
-    most = AS_GOOD**2 * min(fitted.squares for fitted in fits)
-    return fits[:1] + [fitted for fitted in fits[1:] if fitted.squares <= most]
 
 
 def split_of(record: StageSignals, part: float = PART) -> int:
@@ -391,6 +362,7 @@ def fit_measurement(
             *long,
             *undetermined_notes(problem, estimates[judged.name]),
             *early_notes(problem, estimates[judged.name]),
+            *(wall_law_notes(estimates[judged.name]) if judged is FULL else ()),
             *dead_volume_notes(m, plant, known),
             *alike_notes(reduced),
             *uncorrected_notes(estimates),
@@ -426,7 +398,7 @@ def validation(
     m, plant = measurement, at_temperature(plant, measurement.T)
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
     values = {
-        name: {p: i.value for p, i in fitted.estimates(name).items() if p not in STARTS}
+        name: {p: i.value for p, i in fitted.replayed(name).items() if p not in STARTS}
         for name in fitted.models
     }
     corrected, behind = plant, record

@@ -14,6 +14,7 @@ import xarray as xr
 from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, STARTS
 from pneumo.fit.record.measurement import Measurement
 from pneumo.hashing import code_hash
+from pneumo.physics.models import Wall
 from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
 
@@ -39,7 +40,8 @@ class FitWarning(str):
 class Estimate(NamedTuple):
     """One model, fitted; arrays of two are of chambers A and B."""
 
-    values: dict[str, float]  # SI units, corrected for the bias from noise in the position; fixed ones too
+    # SI units, as the model is replayed; corrected for the bias from noise in the position; fixed ones too.
+    values: dict[str, float]
     low: dict[str, float]  # ends of their 95 per cent intervals; NaN where open
     high: dict[str, float]
     rms: np.ndarray  # Pa, root mean square of measured minus replayed pressure on the part fitted
@@ -58,6 +60,13 @@ class Estimate(NamedTuple):
     at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
     uncorrected: bool = False  # whether intervals come from plain least squares
     offsets: Mapping[str, Any] = MappingProxyType({})  # `SensorOffset`, by the cause's name
+    averaged: Mapping[str, float] = MappingProxyType({})  # where laws of the wall are averaged: their means
+    laws: Mapping[Wall, float] = MappingProxyType({})  # weights of these laws
+
+    @property
+    def estimates(self) -> dict[str, float]:
+        """Estimates in SI units, whatever the wall's law."""
+        return {**self.values, **self.averaged}
 
 
 def rms_of_chambers(errors: np.ndarray) -> float:
@@ -136,6 +145,17 @@ class FitResult:
         columns = (row[name].values.tolist() for name in ("estimate", "low", "high"))
         intervals = dict(zip(self.data["parameter"].values.tolist(), map(Interval, *columns), strict=True))
         return {name: interval for name, interval in intervals.items() if np.isfinite(interval.value)}
+
+    def replayed(self, model: str) -> dict[str, Interval]:
+        """Intervals as `estimates` has them, about the values with which the model is replayed.
+
+        They differ for the full order, which is replayed with one law of the wall.
+        """
+        values = self.data["replayed"].sel(model=model)
+        return {
+            name: interval._replace(value=float(values.sel(parameter=name)))
+            for name, interval in self.estimates(model).items()
+        }
 
     @property
     def lights(self) -> dict[str, Light]:
@@ -276,7 +296,12 @@ def fit_data(
     u, m = {"u": ("t", measurement.u)}, {"m": (t, measurement.m, flow)}
     return xr.Dataset(
         {
-            "estimate": (by_parameter, values("values"), {"long_name": "estimate, in parameter_unit"}),
+            "estimate": (by_parameter, values("estimates"), {"long_name": "estimate, in parameter_unit"}),
+            "replayed": (
+                by_parameter,
+                values("values"),
+                {"long_name": "value in replays, in parameter_unit"},
+            ),
             "low": (by_parameter, values("low"), {"long_name": f"lower {interval}"}),
             "high": (by_parameter, values("high"), {"long_name": f"upper {interval}"}),
             "rms_fitted": (by_chamber, arrays("rms"), {"long_name": f"{rms} fitted"} | Pa),

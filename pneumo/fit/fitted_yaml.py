@@ -18,6 +18,7 @@ SUFFIX = "-fitted"
 # Section and key by parameter.
 KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
 DYNAMICS = "cylinders.valve_dynamics"
+LAWS_ALIKE = 0.01  # difference of k_0 by laws of the wall, up to which nothing is said
 ALIKE = 1e-9  # of rounding, below which two numbers are equal
 MOST_WITHIN = {  # that a configuration may say
     "k_0_factor": MOST_K_0_FACTOR,
@@ -48,9 +49,9 @@ def fitted_configuration(
 ) -> str:
     """Text of a configuration of one cylinder with the parameters of `fit.model_of_rig`.
 
-    The keys are those that the user gave. A parameter with an open interval stays as configured, and a
-    comment says so. Another comment has what the best reduced model needs for an export. Of experiments that
-    differed in k_0 the first of each loop and signal stays.
+    They are those of its replays. The keys are those that the user gave. A parameter with an open interval
+    stays as configured, and a comment says so. Another comment has what the best reduced model needs for an
+    export. Of experiments that differed in k_0 the first of each loop and signal stays.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ def fitted_configuration(
     """
     content = configuration.model_dump(exclude_unset=True)
     rig, notes = fit.model_of_rig, list[str]()
-    estimates = fit.estimates(rig)
+    estimates = fit.replayed(rig)
     section = content["cylinders"][cylinder]
     if np.isfinite(T):
         content["supply"] |= {"T_amb_K": _rounded(T), "T_in_K": _rounded(T)}
@@ -73,6 +74,11 @@ def fitted_configuration(
     accuracies, cut = _known_within(known)
     section |= accuracies
     notes += cut
+    mean = fit.estimates(rig).get("k_0", Interval(np.nan, np.nan, np.nan))
+    if abs(mean.value / estimates.get("k_0", mean).value - 1) > LAWS_ALIKE:
+        notes.append(
+            f"  of likelier laws of the wall k_0 = {mean.value:.4g} W/K: this configuration has another"
+        )
     unknown = [
         _line(name, interval) for name, interval in estimates.items() if name in KEYS and name not in known
     ]

@@ -81,7 +81,7 @@ def test_what_another_law_of_the_wall_explains_is_no_remainder(tmp_path_factory,
     known = {"noisy": None, "prior": priors(plant, record, accuracy(), 1e3), "known": accuracy()}
     covered = estimate(FULL, plant, record, **known)
     assert covered.low["k_0"] < 3.0 < covered.high["k_0"]
-    monkeypatch.setattr("pneumo.fit.estimate.OTHER_WALLS", ())
+    monkeypatch.setattr("pneumo.fit.wall_laws.WALL_LAWS", {FULL.wall: ""})
     alone = estimate(FULL, plant, record, **known)
     assert covered.remainder["k_0"] < 0.5 * alone.remainder["k_0"]
 

@@ -191,3 +191,14 @@ def test_what_was_fitted_too_goes_into_its_key_or_is_said_and_shown(mine, tmp_pa
     assert shown["offset P_A (kPa)"] == ("8 (7.2 to 8.8)", "green")
     assert shown["exhaust ratio"] == ("0.75 (0.675 to 0.825)", "green")
     assert shown["lag (ms)"] == ("2 (1.8 to 2.2)", "green")
+
+
+def test_the_values_are_those_that_this_configuration_replays(mine, tmp_path):
+    full = Estimate(
+        VALUES, {n: 0.5 * v for n, v in VALUES.items()}, {n: 2 * v for n, v in VALUES.items()}, *[0.0] * 3
+    )
+    text = written(found(full=full._replace(averaged=VALUES | {"k_0": 0.4})), "mine", mine, TEMPLATE)
+    _, result = read(text, tmp_path)
+    assert result.experiments["open"].plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
+    assert "of likelier laws of the wall k_0 = 0.4 W/K" in text
+    assert "likelier" not in written(found(full=full), "mine", mine, TEMPLATE)

@@ -1,0 +1,71 @@
+"""Laws of a wall's conductance that explain a record: their fits, their weights, and the mean over them.
+
+Nobody knows the law of a cylinder's wall: its conductance may be constant, or follow the area, or area and
+root of P T, as the full order has it. All follow a record closely, but the sensors' noise mostly tells which.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneumo.fit.fit_problem import FULL, Problem
+from pneumo.fit.fit_result import AS_GOOD, Estimate
+from pneumo.fit.fitted_parameters import STARTS
+from pneumo.fit.least_squares import Fit, descend, fit
+from pneumo.physics.models import Wall
+
+# As a note says them, the full order's first.
+WALL_LAWS: dict[Wall, str] = {
+    FULL.wall: "in proportion to its area and the root of P T",
+    "k_0": "constant",
+    "lambda_0 A_q": "in proportion to its area",
+}
+LAW_STEPS = 4  # near the minimum of a wall's law
+SAID = 0.01  # difference of k_0 between the mean and the full order's law, of which a note says
+
+
+def wall_law_fits(problem: Problem, best: Fit) -> dict[Wall, Fit]:
+    """Fit of the full order's law of the wall, then those of other laws that fit as well.
+
+    The minimum of another law may be far along the valley of b, C and k_0.
+    """
+    fits: dict[Wall, Fit] = {}
+    for wall in WALL_LAWS:
+        of_law = problem._replace(noisy=None, model=FULL._replace(wall=wall))
+        fits[wall] = descend(of_law, fit(of_law, start=best.theta).theta, most=LAW_STEPS)
+    most = AS_GOOD**2 * min(fitted.squares for fitted in fits.values())
+    return {wall: fitted for wall, fitted in fits.items() if wall == FULL.wall or fitted.squares <= most}
+
+
+def likelihoods(fits: Sequence[Fit]) -> np.ndarray:
+    """Likelihoods of fits with white noise of the sensors, over their sum.
+
+    Its variance is that of the best one's differences from sample to sample, which slow errors hardly change.
+    """
+    squares = np.array([fitted.squares for fitted in fits])
+    noise = float(np.mean(np.diff(fits[int(squares.argmin())].residual, axis=1) ** 2)) / 2
+    weights = np.exp(-(squares - squares.min()) / (2 * max(noise, np.finfo(float).tiny)))
+    return weights / weights.sum()
+
+
+def averaged_shift(problem: Problem, laws: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Shift of the parameters from the full order's law to the mean over laws, on the scale of the search.
+
+    `laws` has the shift to each, shape (law, parameter). First pressures and temperatures stay those of the
+    replay.
+    """
+    start = np.array([name in STARTS for name in problem.names])
+    return np.where(start, 0.0, weights @ laws)
+
+
+def wall_law_notes(full: Estimate) -> list[str]:
+    """Note on the wall's law where the estimate of k_0 is not that of the full order's law."""
+    replayed = full.values["k_0"]
+    if not full.averaged or abs(full.averaged["k_0"] / replayed - 1) < SAID:
+        return []
+    best = max(full.laws, key=lambda law: full.laws[law])
+    return [
+        f"a wall whose conductance is {WALL_LAWS[best]} follows the record best, and estimates are means over"
+        " laws of the wall by their likelihood; full's replays, and so `fitted.yaml`, take one"
+        f" {WALL_LAWS[FULL.wall]}, with k_0 = {replayed:.3g} W/K"
+    ]
