@@ -31,7 +31,7 @@ def by_area(tmp_path_factory):
 def test_the_estimate_is_that_of_the_wall_which_the_record_has(by_area):
     estimate, replayed = by_area.estimates("full")["k_0"], by_area.replayed("full")["k_0"]
     assert estimate.value == pytest.approx(RIG.k_0, rel=0.05)
-    assert replayed.value > 1.03 * estimate.value  # at mean pressures, which are below P_0, it conducts as much
+    assert replayed.value > 1.03 * estimate.value  # below P_0 it conducts as much
     assert (estimate.low, estimate.high) == (replayed.low, replayed.high)
     assert estimate.low < estimate.value < replayed.value < estimate.high
 
