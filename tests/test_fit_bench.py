@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from brief import in_brief
 
-from benchmarks import bench_rig, fit_bench
+from benchmarks import bench_rig
 from benchmarks.bench_rig import bench_record, drawn_rig, purpose_rig
-from benchmarks.fit_bench import DISTURBANCES, Outcome, judged, markdown, summary
+from benchmarks.disturbances import DISTURBANCES
+from benchmarks.fit_bench import judged
+from benchmarks.fit_counts import TOLERANCE, Outcome, markdown, summary
 
 
 def test_the_rig_imports_nothing_of_pneumo():
@@ -59,4 +61,4 @@ def test_counts_follow_the_rules():
     assert {name: row[name] for name in counts} == counts
     text = markdown(cases, ["M8"])
     assert "Wrong in silence: 1 of 6." in text
-    assert DISTURBANCES["none"].text in text and fit_bench.TOLERANCE["k_0"] == 0.25
+    assert DISTURBANCES["none"].text in text and TOLERANCE["k_0"] == 0.25

@@ -5,7 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from benchmarks.fit_bench import DISTURBANCES, judged
+from benchmarks.disturbances import DISTURBANCES
+from benchmarks.fit_bench import judged
 from pneumo.fit.fit_problem import as_logged
 from pneumo.fit.fitted_parameters import CAUSES
 from pneumo.fit.valve_signal import behind_valve
