@@ -12,6 +12,7 @@ from pneumo.fit.closed.closed_warnings import closed_warnings
 from pneumo.fit.closed.thermal_time_constant import transient
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.fitted_yaml import fitted_configuration
+from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -111,6 +112,18 @@ def test_a_compression_and_a_hold_give_what_the_transient_alone_gives(held, plan
     # One exponential, without leakage, at mean P and T: within some per cent of the balance itself.
     k_0 = alone.data["estimate"].sel(model=EXACT, parameter="k_0_B").item()
     assert decay.k_0 == pytest.approx(k_0, rel=0.1)
+
+
+def test_a_piston_moves_where_the_first_and_last_third_differ_by_a_fiftieth_of_the_stroke(plant):
+    pressure = 2e5 + 5e4 * np.exp(-TIME / 0.7)
+
+    def sliding(by: float) -> Measurement:
+        x = np.linspace(0.0, by * plant.cylinder.stroke, len(TIME))  # thirds differ by two thirds of it
+        return Measurement("bench.csv", PERIOD, 0 * TIME, x, np.stack([pressure, pressure]))
+
+    assert transient(sliding(0.029), plant, "A").tau == pytest.approx(0.7, rel=1e-6)
+    with pytest.raises(InputError, match=r"bench\.csv: the piston moves by .* it must be held, within"):
+        transient(sliding(0.031), plant, "A")
 
 
 def test_k_0_that_is_open_and_an_n_that_no_gas_has_are_said(plant):
