@@ -17,6 +17,9 @@ def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both():
     assert read.ends["P_s"] == pytest.approx((6e5, 6e5))
     assert read.ends["P_start"] == read.ends["P_surroundings"]
     assert read.ends["n"] == (1.0, 1.4) and not read.has("hose_volume")
+    assert rig(CHAMBER | {"valve_opening_delay_ms": [-2, 1]}, "rig.yaml").ends["valve_opening_delay"] == (
+        pytest.approx((-2e-3, 1e-3))  # a trigger may come before its edge is recorded
+    )
 
 
 @pytest.mark.parametrize(
