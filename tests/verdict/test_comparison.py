@@ -86,6 +86,7 @@ def test_swings_intervals_statements_and_marks(finding, measure, limit, changes,
         (-23.4, {"printed": "-6.14e1"}, False, "-2.34e1"),
         (0.547, {"printed": "40", "scale": 0.01}, False, "55"),
         (1056, {"printed": "912"}, False, "1056"),
+        (0.0, {"printed": "1.16e7"}, False, "0.00e0"),
     ],
 )
 def test_value_is_written_like_the_printed_one(value, changes, exact, text):
