@@ -18,7 +18,7 @@ from pneumo.evidence.measured_air import (
     records,
 )
 from pneumo.fit.closed.thermal_laws import read_closed_record
-from pneumo.fit.rig.rig_fit import ADIABATIC, rms
+from pneumo.fit.rig.rig_replay import ADIABATIC, rms
 from pneumo.physics.cylinder import wetted_area
 from pneumo.physics.models import MODELS
 

@@ -40,8 +40,9 @@ def rig(
     from pneumo.fit.record.formats import LARGEST_FILE
     from pneumo.fit.rig.rig_c import rig_c
     from pneumo.fit.rig.rig_file import read_rig
-    from pneumo.fit.rig.rig_fit import RIG_MODELS, fitted_runs, judged_models, rig_warnings, values_of
+    from pneumo.fit.rig.rig_fit import fitted_runs, judged_models, rig_warnings, values_of
     from pneumo.fit.rig.rig_record import read_runs
+    from pneumo.fit.rig.rig_replay import RIG_MODELS
     from pneumo.fit.rig.rig_result import unphysical, with_replays
     from pneumo.hashing import code_hash
     from pneumo.publish.pages.rig_page import rig_page

@@ -37,7 +37,7 @@ from pneumo.evidence.sensitivity.verdict_power import MISTAKES, Rerun
 from pneumo.evidence.signal_sampling.error_budget import observed_order, sliced
 from pneumo.evidence.signal_sampling.measured_floor import own_floor
 from pneumo.fit.closed.thermal_laws import LAWS, fit_law, read_closed_record
-from pneumo.fit.rig import rig_fit
+from pneumo.fit.rig import rig_fit, rig_replay
 from pneumo.hashing import code_hash, imports_of
 from pneumo.papers.paper_2006.numbers_of_tables import TABLES, numbers_of_tables
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, table5
@@ -335,10 +335,10 @@ def _measured_air() -> Iterator[Sample]:
         before = kept.sel(case=air.PULSES)
         values = rig_fit.values_of(before, cylinder, model)
         left = pulses[len(rig_fit.fitted_runs(pulses)) :]
-        P = np.concatenate([rig_fit.run_errors(cylinder, model, values, run)[0] for run in left])
+        P = np.concatenate([rig_replay.run_errors(cylinder, model, values, run)[0] for run in left])
         # From estimates of four digits, a dozen of them.
         yield _of(
-            file, f"pulses, {model}: held_out", before["held_out"].sel(model=model), rig_fit.rms(P), 3.0
+            file, f"pulses, {model}: held_out", before["held_out"].sel(model=model), rig_replay.rms(P), 3.0
         )
     record, side = "2022-01-28", 0
     rig, run = air.spring_chamber(data / "mbari", record, side)

@@ -11,19 +11,17 @@ from pneumo.fit.closed.thermal_laws import T_WALL, THINNED, read_closed_record
 from pneumo.fit.record.columns import Column
 from pneumo.fit.rig.rig_file import Rig, read_rig
 from pneumo.fit.rig.rig_file import rig as read_rig_of
-from pneumo.fit.rig.rig_fit import (
+from pneumo.fit.rig.rig_fit import judged, judged_models, values_of
+from pneumo.fit.rig.rig_record import Points, Run, read_runs
+from pneumo.fit.rig.rig_replay import (
     ADIABATIC,
     FULL,
     RIG_MODELS,
     errors,
-    judged,
-    judged_models,
     replay_run,
     rms,
     run_errors,
-    values_of,
 )
-from pneumo.fit.rig.rig_record import Points, Run, read_runs
 from pneumo.physics.models import MODELS
 
 PULSES, DISCHARGE, FILLING, NITROGEN = "pulses", "discharge", "filling", "nitrogen"

@@ -9,8 +9,8 @@ import numpy as np
 from pneumo.export.c_source import TEMPLATES
 from pneumo.export.printing import digits
 from pneumo.fit.rig.rig_file import Rig
-from pneumo.fit.rig.rig_fit import network
 from pneumo.fit.rig.rig_record import Points, Run
+from pneumo.fit.rig.rig_replay import network
 from pneumo.simulation.gas_network import LAMINAR, fastest_rate, replay
 from pneumo.simulation.tableau import DORMAND_PRINCE
 from pneumo.storage.files import DOI

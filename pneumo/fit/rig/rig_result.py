@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 
 from pneumo.fit.rig.rig_file import Ends, Rig, factor, key
-from pneumo.fit.rig.rig_fit import fitted_runs, replay_run, values_of
+from pneumo.fit.rig.rig_fit import fitted_runs, values_of
 from pneumo.fit.rig.rig_record import Points, Run
+from pneumo.fit.rig.rig_replay import replay_run
 
 MOST_SAMPLES = 2000  # of a pressure that is shown
 C_D = (0.7, 0.9)  # of an orifice

@@ -10,8 +10,8 @@ from exported_c import C_COMPILER, STRICT, run_test_program, write
 
 from pneumo.fit.rig.rig_c import node_names, rig_c
 from pneumo.fit.rig.rig_file import rig
-from pneumo.fit.rig.rig_fit import network, opening, replay_run
 from pneumo.fit.rig.rig_record import Points, Run, vessel_run
+from pneumo.fit.rig.rig_replay import network, opening, replay_run
 from pneumo.simulation.gas_network import replay
 
 VALVE = {"valve_C_in_dm3_per_sbar": 1.2, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6, "valve_opening_ms": 5}

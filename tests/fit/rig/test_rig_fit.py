@@ -13,12 +13,10 @@ from pneumo.fit.rig.rig_fit import (
     fit_rig,
     fitted_names,
     judged,
-    lagged,
-    replay_run,
     rig_warnings,
-    run_errors,
 )
 from pneumo.fit.rig.rig_record import Points, Run, commanded, edges, halves, pulses, vessel_run
+from pneumo.fit.rig.rig_replay import lagged, replay_run, run_errors
 
 ABOUT = {
     "bore_mm": 1e3 * BORE,

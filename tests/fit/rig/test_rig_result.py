@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from pneumo.fit.rig.rig_file import rig
-from pneumo.fit.rig.rig_fit import judged_models, run_errors, values_of
+from pneumo.fit.rig.rig_fit import judged_models, values_of
 from pneumo.fit.rig.rig_record import Points, vessel_run
+from pneumo.fit.rig.rig_replay import run_errors
 from pneumo.fit.rig.rig_result import MOST_SAMPLES, unphysical, with_replays
 
 TANK = {"volume_L": 10, "orifice_mm": 2, "C_d": [0.1, 2], "k_0_W_per_K": 3, "P_start_bar": 8, "n": [0.5, 6]}
