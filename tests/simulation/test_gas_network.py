@@ -50,6 +50,7 @@ def filled(of=FULL, hose=None, supply=None, area=3e-6, V=1e-4, **wall):
     return replay(nodes, links, [SUPPLY], np.array(volumes), areas, AIR, H)
 
 
+@pytest.mark.uncompiled
 @pytest.mark.parametrize("name", MODEL_NAMES)
 @pytest.mark.parametrize("u", [4.0, -4.0])
 def test_one_chamber_follows_the_equations_of_the_study(name, u):
