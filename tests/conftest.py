@@ -2,12 +2,16 @@
 
 import copy
 import gc
+import os
 import sys
 from functools import cache
 from pathlib import Path
 
 import hypothesis
 import pytest
+
+# Before NumPy: workers share the processor, and idle threads of its linear algebra would wait by computing.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Fixtures import what they need: pytest-xdist's first process runs no fixture, and the others wait for it.
 
