@@ -74,7 +74,8 @@ def prepare(folder: Path) -> dict[str, str]:
     profile.parent.mkdir(parents=True)
     profile.write_text(PROFILE.format(folder=folder), encoding="utf-8")
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    return {"IPYTHONDIR": str(folder / "ipython"), "PATH": path}
+    # Notebooks run side by side: idle threads of linear algebra would wait by computing.
+    return {"IPYTHONDIR": str(folder / "ipython"), "PATH": path, "OPENBLAS_NUM_THREADS": "1"}
 
 
 def pages() -> list[str]:
