@@ -38,7 +38,7 @@ ON_BOUND = 0.01  # of the distance between the bounds
 SUPPLY_LINE = 0.05  # s, time constant of the volume behind a supply that sags
 LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
 # Parameters that all sets of one replay have in common.
-SHARED = (*VALVE, *ALSO)
+SHARED = tuple(name for name in (*VALVE, *ALSO) if name not in ("T_in", "exhaust"))
 LEAKS = {"piston_leak", "valve_leak"}
 # The full-order chambers, as a row of the table of models; their temperature is a state.
 FULL = Model(
@@ -171,8 +171,8 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
 
     NaN where a replay left the positive numbers. `thetas`, shape (set, parameter), is on the scale of the
     search; `motions`, shape (motion, steps, 3, 2), is by default the measured one. Lanes of one replay may
-    differ in k_xu and k_0, which are coefficients of a lane, in dead volumes and in starts; sets that differ
-    in `SHARED` parameters need another replay.
+    differ in k_xu and k_0, which are coefficients of a lane, in dead volumes, T_in, exhaust and starts; sets
+    that differ in `SHARED` parameters need another replay.
     """
     signals, values = problem.signals, [problem.values(theta) for theta in thetas]
     motions = signals.motion[None] if motions is None else motions
@@ -198,6 +198,9 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]], motio
         plant = problem.plant._replace(k_0=1.0)
         return pressures_of_sets(signals.u, motions, lanes, V_d, plant, *steps, start, P_s=signals.P_s)
     start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
+    c, ratio = problem.plant.conditions, problem.plant.valve.exhaust
+    T_in = np.array([value.get("T_in", c.T_in) for value in values])
+    exhaust = np.array([value.get("exhaust", ratio) for value in values])
     result = np.empty((len(motions), len(values), *signals.P.shape))
     alike: dict[tuple[float, ...], list[int]] = {}
     for i, value in enumerate(values):
@@ -207,7 +210,7 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]], motio
         plant = with_causes(problem.plant, value)._replace(k_0=1.0)
         u = behind_valve(signals.u, signals.h, value)
         P_s = sagging_supply(signals, u, plant, value["sag"]) if "sag" in value else signals.P_s
-        sets = *steps, start[rows], start_T[rows], P_s
+        sets = *steps, start[rows], start_T[rows], P_s, T_in[rows], exhaust[rows]
         of_A = of_B = motions, plant
         if "C_B" in value:
             of_B = motions, plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
@@ -326,6 +329,16 @@ def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
     return plant
 
 
+def scaled_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
+    """Replayed pressures in units of P_s, shape (motion, set, chamber, samples).
+
+    On the measured motion first, then on the noisy ones.
+    """
+    measured = problem.signals.motion[None]
+    motions = measured if problem.noisy is None else np.concatenate([measured, problem.noisy])
+    return replayed_pressures(problem, thetas, motions) / problem.plant.conditions.P_s
+
+
 def pressure_and_jacobian(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Replayed pressure in units of P_s, shape (motion, chamber, samples), and its derivative.
 
@@ -342,9 +355,8 @@ def pressure_and_jacobian(problem: Problem, theta: np.ndarray) -> tuple[np.ndarr
     thetas = np.tile(theta, (len(groups) + 1, 1))
     for row, members in zip(thetas[1:], groups.values(), strict=True):
         row[members] += steps[members]
-    measured = problem.signals.motion[None]
-    motions = measured if problem.noisy is None else np.concatenate([measured, problem.noisy])
-    P = replayed_pressures(problem, thetas, motions) / problem.plant.conditions.P_s
+    P = scaled_pressures(problem, thetas)
+    motions = P[:, 0, 0]
     jacobian = np.zeros((len(motions), *problem.signals.P.shape, len(theta)))
     for row, members in enumerate(groups.values(), start=1):
         for i in members:

@@ -7,7 +7,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from pneumo.errors import InputError
-from pneumo.fit.fit_problem import Problem, pressure_and_jacobian
+from pneumo.fit.fit_problem import Problem, pressure_and_jacobian, scaled_pressures
+from pneumo.fit.fitted_parameters import FULL_ORDER
 
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
 SETTLED = 0.03  # change of the sum of squares, over the variance of a residual, that is negligible
@@ -102,6 +103,21 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
     )
 
 
+def squares_at(problem: Problem, theta: np.ndarray) -> float:
+    """Corrected sum of squares as `evaluate` has it, without derivatives."""
+    P, *noisy = scaled_pressures(problem, theta[None])[:, 0]
+    excess = 0.0
+    if noisy:
+        mean_P = np.mean(noisy, axis=0)
+        excess = float(np.sum((np.array(noisy) - mean_P) ** 2)) / len(noisy)
+        P = 2 * P - mean_P
+    residual = problem.signals.P / problem.plant.conditions.P_s - P
+    residual = np.where(np.isfinite(residual), residual, OFF)
+    distance, prior = problem.prior_terms(theta)
+    squares = float(np.sum(residual**2)) - (excess if np.isfinite(excess) else 0.0)
+    return squares + float(prior @ distance**2)
+
+
 def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.ndarray | None = None) -> Fit:
     """Fit a model: plain least squares first, then corrected for noise in the position.
 
@@ -152,8 +168,11 @@ def descend(
     """Minimise the corrected sum of squares from `theta`, near its minimum (Levenberg and Marquardt).
 
     The parameter with index `fixed` keeps its value; `most` is the largest number of steps. A change of the
-    sum of squares that is less than `negligible`, or than `SETTLED` says, ends the search.
+    sum of squares that is less than `negligible`, or than `SETTLED` says, ends the search. With a fixed
+    parameter, the derivatives of the result may be those of a step before.
     """
+    # Where some parameters take replays of their own, or motions do, a sum alone is cheap beside derivatives.
+    alone = fixed is not None and (problem.model.name == FULL_ORDER or problem.noisy is not None)
     low, high = problem.bounds()
     best, damping = evaluate(problem, np.clip(theta, low, high)), 1e-3
     negligible = max(negligible, SETTLED * best.squares / best.residual.size)
@@ -171,7 +190,15 @@ def descend(
             break
         theta = best.theta.copy()
         theta[free] += move
-        trial = evaluate(problem, np.clip(theta, low, high))
+        theta = np.clip(theta, low, high)
+        if alone:
+            squares = squares_at(problem, theta)
+            if squares >= best.squares:
+                damping *= 10
+                continue
+            if best.squares - squares < negligible:
+                return best._replace(theta=theta, squares=squares)
+        trial = evaluate(problem, theta)
         if trial.squares < best.squares:
             gained, best, damping = best.squares - trial.squares, trial, damping / 10
             if gained < negligible:

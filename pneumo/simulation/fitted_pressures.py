@@ -47,12 +47,13 @@ STAGES = len(B)
 
 # Rows of a second work array, for what differs between lanes beside their model. At one stage: the plant's
 # volume over the lane's, the relative rate of the lane's volume, 1/s, its wall area over the plant's, less 1.
-VOLUME_RATIO, EXPANSION, AREA = (np.uint64(ROW * row) for row in range(3))
+# Of the lane: temperature of the supply over T_0, and area of the exhaust over that of the plant.
+VOLUME_RATIO, EXPANSION, AREA, INLET, EXHAUST = (np.uint64(ROW * row) for row in range(5))
 # Of chamber A, then of chamber B: volume beyond the plant's, m^3; pressure before a step that met the open
 # port's, else 0; temperature over T_0; its rate by stage.
-BEYOND, MET, T, RATE_T = (np.uint64(ROW * (3 + row)) for row in range(4))
+BEYOND, MET, T, RATE_T = (np.uint64(ROW * (5 + row)) for row in range(4))
 OFFSET_B = np.uint64(ROW * (3 + STAGES))
-ROWS = 3 + 2 * (3 + STAGES)
+ROWS = 5 + 2 * (3 + STAGES)
 
 # An explicit step that meets the open port's pressure is off by some (h K)^2; below this, over P_0, it stays.
 NEAR = 1e-3
@@ -105,6 +106,7 @@ def _step_across_port(
     offset: np.uint64,
     starts: tuple[np.uint64, ...],
     full: bool,
+    exhausts: bool,
     shared: tuple[float, ...],
     plant: Plant,
     h: float,
@@ -118,7 +120,7 @@ def _step_across_port(
     hardly change: d + h K sign(d) sqrt(|d|) = p_port - p_before - h b.
     """
     p_port, _, inward, outward, _, _, _ = shared
-    count, inlet = GROUP * starts[3], plant.conditions.T_in / plant.conditions.T_0
+    count = GROUP * starts[3]
     root = psi[0] / sqrt(p_port)
     for i in range(count):
         W[P + i] = p_port
@@ -135,7 +137,8 @@ def _step_across_port(
             energy = inward * (W[IN + i] + W[IN_T + i] * (root_T * root_T))
             if rest < 0:
                 energy = -outward * (W[OUT + i] * p_port * root_T)
-            hK = h * X[VOLUME_RATIO + i] * energy * root
+            area = X[EXHAUST + i] if exhausts else 1.0
+            hK = h * X[VOLUME_RATIO + i] * (area * energy) * root
             if hK * hK < NEAR:
                 X[T + offset + i] = X[RATE_T + offset + i]
                 continue
@@ -143,7 +146,7 @@ def _step_across_port(
             p = p_port - y * y if rest > 0 else p_port + y * y
             if full:
                 T_now, flow = root_T * root_T, (p - before) / h - b
-                T_flow = inlet if flow > 0 else T_now
+                T_flow = X[INLET + i] if flow > 0 else T_now
                 change = p - before - h * flow / (plant.gas.gamma * T_flow) * T_now  # as at a stage
                 mean = (p - before) / log(p / before) if abs(p - before) > EQUAL * p else p  # logarithmic
                 X[T + offset + i] = T_now * exp(change / mean + h * X[EXPANSION + i])
@@ -168,7 +171,7 @@ def _on_inputs(
     pressure: np.ndarray,
 ) -> None:
     c, s_sonic, count = plant.conditions, -log(plant.gas.critical_ratio), GROUP * starts[3]
-    gamma, inlet = plant.gas.gamma, c.T_in / c.T_0
+    gamma = plant.gas.gamma
     for k in range(len(u)):
         for j in range(STAGES):
             a_0, a_1 = h * A[j, 0], h * A[j, 1]
@@ -192,10 +195,13 @@ def _on_inputs(
                     for i in range(count):
                         W[ROOT_T + i] = sqrt(X[start + i] + (a_0 * X[first + i] + a_1 * X[second + i]))
                 write_rates(W, rate, starts, shared, supplied, psi, s_sonic)  # at rest, in the plant's volume
+                if sign * u[k, j] < 0:
+                    for i in range(count):
+                        W[rate + i] = W[HEAT + i] + X[EXHAUST + i] * (W[rate + i] - W[HEAT + i])
                 if full:
                     for i in range(count):
                         T_now, energy = W[ROOT_T + i] * W[ROOT_T + i], W[rate + i] - W[HEAT + i]
-                        T_flow = inlet if energy > 0 else T_now
+                        T_flow = X[INLET + i] if energy > 0 else T_now
                         X[rate_T + i] = (
                             X[VOLUME_RATIO + i] * energy / (gamma * T_flow) * T_now
                         )  # p dm/dt over m
@@ -230,7 +236,10 @@ def _on_inputs(
             if meeting > 0:
                 x = _write_geometry(motions, k, last, sign, chamber, plant, e_A, width, count, offset, X)
                 shared = shared_terms(sign * u[k, last], x, 0.0, chamber, supplied)
-                _step_across_port(W, X, now, offset, starts, full, shared, supplied, h, psi, s_sonic)
+                exhausts = sign * u[k, last] < 0
+                _step_across_port(
+                    W, X, now, offset, starts, full, exhausts, shared, supplied, h, psi, s_sonic
+                )
                 for i in range(count):  # rates of a stage that failed would stay in the sums of the next step
                     W[K_0 + r + i] = W[K_1 + r + i] = 0.0
                     X[RATE_T + offset + i] = X[RATE_T + offset + np.uint64(ROW) + i] = 0.0
@@ -252,6 +261,8 @@ def pressures_of_sets(
     start: np.ndarray,
     start_T: np.ndarray | None = None,
     P_s: np.ndarray | None = None,
+    T_in: np.ndarray | None = None,
+    exhaust: np.ndarray | None = None,
 ) -> np.ndarray:
     """Pressures of both chambers by several sets of parameters, Pa, on signals given at every stage.
 
@@ -278,7 +289,11 @@ def pressures_of_sets(
         chambers are replayed, else reduced models.
     P_s : numpy.ndarray, optional
         Supply pressure, Pa, at every stage, shape (steps, 3), in place of the plant's.
+    T_in, exhaust : numpy.ndarray, optional
+        Temperature of the supply, K, and ratio of the exhaust's area of each set, in place of the plant's.
     """
+    T_in = np.full(len(lanes), plant.conditions.T_in) if T_in is None else T_in
+    exhaust = np.full(len(lanes), plant.valve.exhaust) if exhaust is None else exhaust
     P_s = np.full(u.shape, plant.conditions.P_s) if P_s is None else P_s
     # Of one layout, since the kernel is compiled for each.
     u, motions, P_s = (np.ascontiguousarray(signal) for signal in (u, motions, P_s))
@@ -295,6 +310,12 @@ def pressures_of_sets(
         # No temperature of the full order follows from its pressure.
         starts = tuple(np.uint64(0) if need >= least else last for least in (9 if full else 1, 2, 3))
         X = np.zeros((ROWS, ROW))
+        X[int(INLET) // ROW, : len(rows)] = T_in[rows] / plant.conditions.T_0
+        X[int(EXHAUST) // ROW, : len(rows)] = exhaust[rows] / plant.valve.exhaust
+        # The flow's factor has the root of the plant's T_in as divisor.
+        root = np.sqrt(T_in / plant.conditions.T_in)[rows]
+        W[int(IN) : int(IN) + len(rows)] *= root
+        W[int(IN_T) : int(IN_T) + len(rows)] /= root
         for side, now in enumerate((P_A, P_B)):
             W[int(now) : int(now) + len(rows)] = start[rows, side] / plant.conditions.P_0
             beyond, first_T = ((int(row) + side * int(OFFSET_B)) // ROW for row in (BEYOND, T))

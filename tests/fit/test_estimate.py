@@ -17,8 +17,8 @@ from pneumo.fit import estimate as fit_estimate
 from pneumo.fit import parameter_intervals as fit_intervals
 from pneumo.fit.closed.thermal_time_constant import transient
 from pneumo.fit.estimate import estimate, split_of
-from pneumo.fit.fit_problem import FULL, Problem, replayed_pressures, si_value
-from pneumo.fit.least_squares import Fit, evaluate, fit
+from pneumo.fit.fit_problem import FULL, Problem, priors, replayed_pressures, si_value
+from pneumo.fit.least_squares import Fit, evaluate, fit, squares_at
 from pneumo.fit.parameter_intervals import HALF_WIDTH, covariances, parameter_interval, profile_interval
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.stage_signals import FEW_PAIRS, smoothing, stage_signals, with_added_noise
@@ -71,6 +71,19 @@ def test_parameters_become_lanes_dead_volumes_and_starts(model):
         start = np.array([[P_A, P_B]])
         one = pressures_of_sets(s.u, s.motion[None], lanes, V_d, own, s.h, s.stride, start)[0, 0]
         np.testing.assert_allclose(pressure, one, rtol=1e-9)  # the order of sums, in all steps
+
+
+def test_a_sum_of_squares_without_derivatives_is_that_with_them(known):
+    record = record_of(known)
+    noises = with_added_noise(record.part(0, split_of(record)), 1)
+    first = record.part(0, split_of(record))
+    problem = Problem(
+        FULL, known.configured, first, {}, noises, priors=priors(known.configured, first, accuracy(), 1e3)
+    )
+    theta = problem.guess() + 0.01
+    assert squares_at(problem, theta) == pytest.approx(evaluate(problem, theta).squares, rel=1e-12)
+    plain = problem._replace(noisy=None)
+    assert squares_at(plain, theta) == pytest.approx(evaluate(plain, theta).squares, rel=1e-12)
 
 
 @pytest.mark.parametrize("rough", [False, True])

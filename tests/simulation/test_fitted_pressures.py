@@ -170,3 +170,19 @@ def test_gas_that_enters_a_chamber_at_supply_pressure_brings_its_temperature(pla
         y = solve_ivp(rates, (first, end), y, "Radau", rtol=1e-9, atol=1e-4).y[:, -1]
         error = pressures[0, 0, 0, round(end / h)] - y[0]
         assert abs(error) < 100  # Pa; gas taken as cold as the chamber's: 1.4 kPa at the end
+
+
+@pytest.mark.parametrize("full", [True, False])
+def test_supply_temperature_and_exhaust_of_a_set_are_those_of_a_plant_that_has_them(plant, full):
+    u, motions = signals(5e-4)
+    u = np.where(np.arange(len(u))[:, None] % 200 < 100, 8.0, -8.0) + 0.0 * u  # chambers reach both ports
+    row = lane_array([lane(MODELS["M7"], 1.2, plant.gas.gamma)] * 2)
+    inputs, starts = (u, motions, row, V_D[:2]), (5e-4, 1, START[:2], START_T[:2] if full else None)
+    T_in, exhaust = np.array([330.0, 280.0]), np.array([0.7, 1.4])
+    together = pressures_of_sets(*inputs, plant, *starts, T_in=T_in, exhaust=exhaust)
+    for i in range(2):
+        conditions = plant.conditions._replace(T_in=T_in[i])
+        own = plant._replace(conditions=conditions, valve=plant.valve._replace(exhaust=exhaust[i]))
+        expected = pressures_of_sets(*inputs, own, *starts)[:, i]
+        np.testing.assert_allclose(together[:, i], expected, rtol=1e-10)
+    assert np.abs(together[:, 0] / pressures_of_sets(*inputs, plant, *starts)[:, 0] - 1).max() > 0.01
