@@ -160,6 +160,11 @@ def test_interval_contains_the_truth_and_is_open_where_the_record_is_blind(known
     assert not np.isfinite(parameter_interval(blind, shut, shut, i, covariances(shut))).any()
 
 
+def test_where_a_deviance_is_one_follows_from_a_parabola_at_the_best_and_an_exponential_farther_out():
+    assert fit_intervals.crossing(0.0, 0.0, 4.0, 16.0) == pytest.approx(1.0)
+    assert fit_intervals.crossing(1.0, np.exp(-1), 3.0, np.e) == pytest.approx(2.0)
+
+
 @pytest.mark.parametrize(
     "deviance",
     [
