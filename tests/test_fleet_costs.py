@@ -29,7 +29,7 @@ def law_fit():
         {"cylinders": n, "blocks": blocks, "blocks_kB": 40.0 * n + 150.0 * blocks, "index_kB": 100.0 + n}
         for n, blocks in ((5, 5), (10, 1), (110, 3))
     ]
-    return {"planned": PLANNED, "runs": runs((5, 1), (5, 5), (10, 1)), "sizes": sizes}
+    return {"planned": [*PLANNED], "runs": runs((5, 1), (5, 5), (10, 1)), "sizes": sizes}
 
 
 def test_the_law_recovers_what_runs_were_made_of(law_fit):
