@@ -10,6 +10,7 @@ from pneumo.configuration.schema import MOST_K_0_FACTOR, MOST_PERCENT, Configura
 from pneumo.errors import printable
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
 from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, QUANTITIES, of_group
+from pneumo.fit.wall_laws import LAWS_ALIKE
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
@@ -18,7 +19,6 @@ SUFFIX = "-fitted"
 # Section and key by parameter.
 KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
 DYNAMICS = "cylinders.valve_dynamics"
-LAWS_ALIKE = 0.01  # difference of k_0 by laws of the wall, up to which nothing is said
 ALIKE = 1e-9  # of rounding, below which two numbers are equal
 MOST_WITHIN = {  # that a configuration may say
     "k_0_factor": MOST_K_0_FACTOR,
@@ -77,7 +77,7 @@ def fitted_configuration(
     mean = fit.estimates(rig).get("k_0", Interval(np.nan, np.nan, np.nan))
     if abs(mean.value / estimates.get("k_0", mean).value - 1) > LAWS_ALIKE:
         notes.append(
-            f"  of likelier laws of the wall k_0 = {mean.value:.4g} W/K: this configuration has another"
+            f"  the fit's k_0 is {mean.value:.4g} W/K, by likelier laws of the wall; here is the full order's"
         )
     unknown = [
         _line(name, interval) for name, interval in estimates.items() if name in KEYS and name not in known

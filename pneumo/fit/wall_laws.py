@@ -21,7 +21,7 @@ WALL_LAWS: dict[Wall, str] = {
     "lambda_0 A_q": "in proportion to its area",
 }
 LAW_STEPS = 4  # near the minimum of a wall's law
-SAID = 0.01  # difference of k_0 between the mean and the full order's law, of which a note says
+LAWS_ALIKE = 0.01  # difference of k_0 between the mean over laws and one law, up to which nothing is said
 
 
 def wall_law_fits(problem: Problem, best: Fit) -> dict[Wall, Fit]:
@@ -61,11 +61,11 @@ def averaged_shift(problem: Problem, laws: np.ndarray, weights: np.ndarray) -> n
 def wall_law_notes(full: Estimate) -> list[str]:
     """Note on the wall's law where the estimate of k_0 is not that of the full order's law."""
     replayed = full.values["k_0"]
-    if not full.averaged or abs(full.averaged["k_0"] / replayed - 1) < SAID:
+    if not full.averaged or abs(full.averaged["k_0"] / replayed - 1) <= LAWS_ALIKE:
         return []
     best = max(full.laws, key=lambda law: full.laws[law])
     return [
-        f"a wall whose conductance is {WALL_LAWS[best]} follows the record best, and estimates are means over"
-        " laws of the wall by their likelihood; full's replays, and so `fitted.yaml`, take one"
-        f" {WALL_LAWS[FULL.wall]}, with k_0 = {replayed:.3g} W/K"
+        f"a wall whose conductance is {WALL_LAWS[best]} fits the record best; estimates are means over"
+        " laws of the wall, weighted by likelihood. Replays of the full order, and so `fitted.yaml`, have a"
+        f" conductance {WALL_LAWS[FULL.wall]}, with k_0 = {replayed:.3g} W/K"
     ]

@@ -200,5 +200,5 @@ def test_the_values_are_those_that_this_configuration_replays(mine, tmp_path):
     text = written(found(full=full._replace(averaged=VALUES | {"k_0": 0.4})), "mine", mine, TEMPLATE)
     _, result = read(text, tmp_path)
     assert result.experiments["open"].plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
-    assert "of likelier laws of the wall k_0 = 0.4 W/K" in text
+    assert "the fit's k_0 is 0.4 W/K, by likelier laws of the wall" in text
     assert "likelier" not in written(found(full=full), "mine", mine, TEMPLATE)

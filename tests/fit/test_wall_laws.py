@@ -45,7 +45,7 @@ def test_starts_are_those_of_the_replay(by_area):
 def test_a_note_says_the_law_and_what_is_written(by_area):
     replayed = by_area.replayed("full")["k_0"].value
     (note,) = [note for note in by_area.notes if "wall" in note]
-    assert note.startswith("a wall whose conductance is in proportion to its area follows")
+    assert note.startswith("a wall whose conductance is in proportion to its area fits")
     assert f"k_0 = {replayed:.3g} W/K" in note
 
 
