@@ -7,10 +7,10 @@ from scipy.integrate import RK45
 
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
-from pneumo.simulation import full_order
+from pneumo.simulation import full_order, signals, vectorised
 from pneumo.simulation.full_order import RAN, failure, record, run
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.replay import OK, replay, replay_by_reference
+from pneumo.simulation.replay import OK, replay, replay_by_reference, replay_in_parts
 from pneumo.simulation.runge_kutta import STAGES, C
 from pneumo.simulation.signals import stage_inputs
 from pneumo.simulation.tableau import EMBEDDED_DIFFERENCE
@@ -140,3 +140,32 @@ def test_each_error_is_judged_on_its_own_scale(state, monkeypatch):
     assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 7.0 / scale
     error[0] = 1.0  # m, over the stroke
     assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 1.0 / e.plant.cylinder.stroke
+
+
+@pytest.mark.parametrize("sampling", [INTERPOLATED, EXACT_SAMPLING])
+def test_pressures_of_halved_steps_are_handed_over_once(sampling, monkeypatch):
+    whole = record(coarse("E06", 10))
+    last = int(np.flatnonzero(whole.halvings)[-1]) + 1  # ends with a halved step, in a block that is not full
+    signals_of_run = {name: getattr(whole, name)[: last + 1] for name in ("states", "reference", "u")}
+    r = whole._replace(halvings=whole.halvings[:last], **signals_of_run)
+    shape = len(LANES), 2, len(r.states) - 1
+
+    def handed_over():
+        times, pressure = np.zeros((shape[0], shape[2])), np.empty(shape)
+
+        def take(lanes, first, P):
+            if first == 1:  # another kernel begins again
+                times[lanes] = 0
+            times[lanes, first - 1 : first - 1 + len(P)] += 1
+            pressure[lanes, :, first - 1 : first - 1 + len(P)] = P.T
+
+        replay_in_parts(r, LANES, sampling, take)
+        return times, pressure
+
+    times, expected = handed_over()
+    assert (times == 1).all()
+    for size in (1, last // 2 + 1):  # every step ends a block; the second of two blocks is not full
+        for module in (signals, vectorised):
+            monkeypatch.setattr(module, "BLOCK", size)
+        times, pressure = handed_over()
+        assert (times == 1).all() and np.array_equal(pressure, expected)
