@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.errors import InputError, printable
-from pneumo.fit.record.formats import plain_unit
+from pneumo.fit.record.text_table import plain_unit
 
 GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
 ANR = 1.185  # kg/m^3, air at the reference atmosphere of ISO 8778

@@ -12,7 +12,7 @@ import pytest
 from pneumo.errors import InputError
 from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit.mistaken_columns import check_columns
-from pneumo.fit.record import formats as record_formats
+from pneumo.fit.record import text_table
 from pneumo.fit.record.columns import ANR, UNITS, ZERO_CELSIUS, Column, read_mapping
 from pneumo.fit.record.measurement import read_measurement
 from pneumo.fit.record.ranges import above_supply, ranges_text
@@ -218,7 +218,7 @@ def test_wide_long_endless_and_huge_files_are_refused_before_they_are_read(tmp_p
         == "large.csv: not a readable CSV file (is too large: at most 200000000 bytes are read)"
     )
     long.write_text("t_s,u_V\n" + "0,0\n" * 30)
-    monkeypatch.setattr(record_formats, "MOST_ROWS", 20)
+    monkeypatch.setattr(text_table, "MOST_ROWS", 20)
     assert refusal(long) == "long.csv: 21 rows or more: must be at most 20"
     monkeypatch.undo()
     for name in ("dimension", "variables"):
