@@ -20,10 +20,11 @@ from pneumo.configuration.parameters import accuracy, load, study
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.equations.chamber_rate import model_row
-from pneumo.fit.estimate import MOST_STEPS, PART, fit_measurement, fitted_too, validation
+from pneumo.fit.estimate import MOST_STEPS, PART
 from pneumo.fit.fit_result import FitResult
 from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
 from pneumo.fit.fitted_yaml import fitted_configuration
+from pneumo.fit.measurement_fit import fit_measurement, fitted_too, validation
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.position_checks import position_shown
 from pneumo.fit.record.columns import Column

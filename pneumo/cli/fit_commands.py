@@ -116,9 +116,10 @@ def fit(
     from pneumo.errors import InputError
     from pneumo.fit.closed.closed_fit import fit_closed
     from pneumo.fit.closed.thermal_time_constant import FEWEST_SAMPLES, transient
-    from pneumo.fit.estimate import MOST_STEPS, fit_measurement, fitted_too, validation
+    from pneumo.fit.estimate import MOST_STEPS
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
+    from pneumo.fit.measurement_fit import fit_measurement, fitted_too, validation
     from pneumo.fit.mistaken_columns import check_columns
     from pneumo.fit.position_checks import position_shown
     from pneumo.fit.record.columns import read_mapping

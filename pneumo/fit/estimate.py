@@ -1,39 +1,23 @@
-"""Models fitted to a measurement: estimates, intervals, and the error of each on the part held out."""
+"""A model fitted to a record: its estimates, their intervals, and its error on the part held out."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import Accuracy, accuracy
-from pneumo.configuration.sampling import HELD, Sampling
-from pneumo.errors import InputError
+from pneumo.configuration.parameters import Accuracy
 from pneumo.fit.configured_quantities import changes_of, configured_shifts, misfit, parameter_shifts
 from pneumo.fit.fit_problem import (
     FULL,
     LIMITS,
     Prior,
     Problem,
-    offsets,
-    opened,
-    priors,
     replayed_pressures,
     si_value,
-    with_causes,
 )
-from pneumo.fit.fit_result import Estimate, FitResult, equally_good, fit_data, rms_of_chambers
-from pneumo.fit.fit_warnings import (
-    DISTRUST,
-    bounds_of_reduced,
-    disagreements,
-    doubtful,
-    early_notes,
-    fit_warnings,
-    undetermined_notes,
-)
-from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, REPORTED, STARTS, start_name
+from pneumo.fit.fit_result import Estimate, rms_of_chambers
+from pneumo.fit.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
 from pneumo.fit.least_squares import Fit, descend, fit
 from pneumo.fit.parameter_intervals import (
     HALF_WIDTH,
@@ -45,14 +29,11 @@ from pneumo.fit.parameter_intervals import (
     parameter_interval,
     remainder_shifts,
 )
-from pneumo.fit.position_checks import dead_volume_notes, position_shown, stop_warnings
-from pneumo.fit.record.measurement import Measurement
-from pneumo.fit.residuals import residuals, sensor_noise
+from pneumo.fit.residuals import residuals
 from pneumo.fit.sensor_offsets import SensorOffset, sensor_offsets
-from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
-from pneumo.fit.wall_laws import averaged_shift, likelihoods, wall_law_fits, wall_law_notes
-from pneumo.physics.models import MODELS, Model, Wall
-from pneumo.physics.valve_dynamics import ValveDynamics
+from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals
+from pneumo.fit.wall_laws import averaged_shift, likelihoods, wall_law_fits
+from pneumo.physics.models import Model, Wall
 
 PART = 0.6  # of the record that is fitted
 MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more and takes gigabytes
@@ -258,181 +239,7 @@ def error_line(name: str, estimate: Estimate) -> str:
     return f"{name}: rms {rms_of_chambers(estimate.held_out) / 1e3:.3g} kPa on the part held out"
 
 
-def fit_measurement(
-    measurement: Measurement,
-    plant: Plant,
-    models: Sequence[str],
-    *,
-    command: Sampling = HELD,
-    part: float = PART,
-    also: tuple[str, ...] = (),
-    known: Accuracy | None = None,
-    progress: Callable[[str], None] = lambda _text: None,
-) -> FitResult:
-    """Fit models to a measurement, the full order first where it can be fitted.
-
-    Parameters
-    ----------
-    command
-        Signal sampling of the command: `HELD` or `INTERPOLATED`.
-    part
-        Fraction of the record that is fitted.
-    also
-        Names of `ALSO` that are fitted without prior knowledge, with the full order; the reduced models then
-        get the corrected plant and pressures.
-    known
-        Accuracy of what is configured; by default that of `pneumo.configuration.parameters.accuracy`.
-    progress
-        Is called with a line after each model.
-
-    Raises
-    ------
-    InputError
-        If `also` names no cause, or the supply although it was measured, or without a fit of the full order.
-    """
-    m, plant = measurement, at_temperature(plant, measurement.T)
-    full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
-    _check_also(also, measurement, full)
-    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
-    split = split_of(record, part)
-    first = record.part(0, split)
-    noisy = with_added_noise(first)
-    few = noisy[: 2 * FEW_PAIRS]
-    long = long_notes(record, split, part)
-    for note in long:
-        progress(f"note: {note}")
-    estimates: dict[str, Estimate] = {}
-    known = known or accuracy(position_shown=position_shown(m, plant))
-    prior: Mapping[str, Prior] = NO_PRIORS
-    reported, off = (*REPORTED, *also), np.zeros((2, 1))
-    options: dict[str, Any] = {"intervals": reported, "part": part, "known": known}
-
-    def add(model: Model, plant: Plant, signals: StageSignals, motions: np.ndarray) -> None:
-        result = estimate(model, plant, signals, noisy=motions, **options)
-        # Every model keeps all pressures; of a long record in half the memory, to 0.03 Pa.
-        kept = (result.pressure + off).astype(np.float32 if long else np.float64)
-        estimates[model.name] = result._replace(pressure=kept)
-        progress(error_line(model.name, result))
-
-    corrected, behind = plant, record
-    if full:
-        prior = priors(plant, first, known, sensor_noise(first.P, first.P))
-        plain = Problem(FULL, plant, first, {}, also=also, priors=prior)
-        rough = best_start(plain)
-        noise = sensor_noise(first.P, rough.residual * plant.conditions.P_s)
-        prior = priors(plant, first, known, noise)
-        of_noise, _ = covariances(rough)
-        halves = remainder_shifts(rough), expected_shifts(of_noise)
-        remainder, expected = (dict(zip(plain.names, half.tolist(), strict=True)) for half in halves)
-        far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)
-        reported = tuple(dict.fromkeys((*reported, *prior)))
-        options |= {"intervals": () if far else reported}
-        options |= {"also": also, "prior": prior, "start": rough.theta}
-        add(FULL, plant, record, few)
-        values = estimates[FULL.name].values
-        # The reduced models get the valve's opening and the plant from the fit of the full order.
-        corrected, off = with_causes(plant, values), offsets(values)
-        behind = opened(record, values)
-        reference = (m.P if far else estimates[FULL.name].pressure) - off
-        options |= {"intervals": reported, "also": (), "prior": NO_PRIORS, "start": None}
-        options["reference"] = reference
-    for name in models:
-        add(MODELS[name], corrected, behind, noisy)
-    estimates = ranked(estimates)
-    judged = FULL if FULL.name in estimates else MODELS[next(iter(estimates))]
-    problem = Problem(
-        model=judged,
-        plant=plant,
-        signals=first,
-        fixed={},
-        noisy=few,
-        also=also,
-        priors=prior if judged is FULL else NO_PRIORS,
-    )
-    of_rig = stop_warnings(m, plant, known) + fit_warnings(problem, estimates[judged.name])
-    warnings = of_rig + disagreements(estimates)
-    if judged is FULL:
-        warnings += bounds_of_reduced(estimates, reported)
-    reduced = [name for name in equally_good(estimates) if name != FULL.name]
-    starts = [name for name in STARTS if any(name in one.values for one in estimates.values())]
-    return FitResult(
-        data=fit_data(measurement, estimates, (*reported, *starts)),
-        notes=(
-            *measurement.notes,
-            *long,
-            *undetermined_notes(problem, estimates[judged.name]),
-            *early_notes(problem, estimates[judged.name]),
-            *(wall_law_notes(estimates[judged.name]) if judged is FULL else ()),
-            *dead_volume_notes(m, plant, known),
-            *alike_notes(reduced),
-            *uncorrected_notes(estimates),
-        ),
-        warnings=tuple(warnings),
-        held_out_from=float(measurement.t[split]),
-        of_rig=tuple(of_rig),
-    )
-
-
-def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
-    """Note on a record that is longer than what is fitted of it."""
-    if split >= round(part * (record.P.shape[1] - 1)):
-        return []
-    fitted, rest = split * record.period, (record.P.shape[1] - 1 - split) * record.period
-    return [f"a long record: the first {fitted:.4g} s are fitted, the other {rest:.4g} s held out"]
-
-
-def uncorrected_notes(estimates: Mapping[str, Estimate]) -> list[str]:
-    """Note on models whose curvature, corrected for noise in the position, is not positive."""
-    names = [name for name, estimate in estimates.items() if estimate.uncorrected]
-    text = "the curvature corrected for noise in the position is not positive: intervals without that"
-    return [f"{', '.join(names)}: {text}"] if names else []
-
-
-def validation(
-    fitted: FitResult, measurement: Measurement, plant: Plant, *, command: Sampling = HELD
-) -> dict[str, np.ndarray]:
-    """Root mean square errors of fitted models on another record, Pa, by model: of both chambers.
-
-    Nothing but first pressures and temperatures is fitted there. `plant` is that which the fit began with.
-    """
-    m, plant = measurement, at_temperature(plant, measurement.T)
-    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
-    values = {
-        name: {p: i.value for p, i in fitted.replayed(name).items() if p not in STARTS}
-        for name in fitted.models
-    }
-    corrected, behind = plant, record
-    if FULL.name in values:
-        corrected, behind = with_causes(plant, values[FULL.name]), opened(record, values[FULL.name])
-    errors: dict[str, np.ndarray] = {}
-    for name, fixed in values.items():
-        full = name == FULL.name
-        model, of_model = (FULL, (plant, record)) if full else (MODELS[name], (corrected, behind))
-        problem = Problem(model, *of_model, fixed)
-        replayed = replayed_pressures(problem, first_pressures(problem)[None])[0, 0]
-        errors[name] = np.sqrt(np.mean((problem.signals.P - replayed) ** 2, axis=1))
-    return errors
-
-
 def alike_notes(alike: Sequence[str]) -> list[str]:
     """Note on models that a record does not distinguish, if there are several."""
     text = f"this record does not distinguish {'; '.join(alike)}: their errors on the part held out are alike"
     return [text] if len(alike) > 1 else []
-
-
-def fitted_too(also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics) -> tuple[str, ...]:
-    """Names of `ALSO` that a user asks for, each once, and the dead band where one is configured."""
-    configured = ("dead_band",) if dynamics.dead_band and measurement.m is None else ()
-    return tuple(dict.fromkeys((*also, *configured)))
-
-
-def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> None:
-    """Raise an `InputError` for a cause that cannot be fitted."""
-    for unknown in (name for name in also if name not in ALSO):
-        raise InputError(f"--also {unknown}: must be one of {', '.join(ALSO)}")
-    if "P_s" in also and measurement.P_s is not None:
-        raise InputError(f"--also P_s: {measurement.name} has the supply pressure as a column")
-    if also and not full:
-        raise InputError(
-            f"--also {also[0]}: needs the fit of the full order: the command u and a valve without leakage"
-        )

@@ -106,7 +106,7 @@ class FitResult:
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
 
     title: ClassVar = "Reduced models fitted to a measurement"
-    modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.estimate",)  # that made it
+    modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.measurement_fit",)  # that made it
 
     @property
     def models(self) -> list[str]:
@@ -245,7 +245,7 @@ class ClosedChambersResult(FitResult):
     P_0: float  # Pa, pressure at which k_0 is stated
 
     title: ClassVar = "Thermal laws fitted to closed chambers"
-    modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.estimate", "pneumo.fit.closed.closed_fit")
+    modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.measurement_fit", "pneumo.fit.closed.closed_fit")
 
     @property
     def model_of_rig(self) -> str:

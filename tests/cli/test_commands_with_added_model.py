@@ -6,7 +6,7 @@ import pytest
 from pneumo import MODELS, Model, linearise, recorded, replay, simulate
 from pneumo.equations.chamber_rate import model_row
 from pneumo.export import TARGETS, exported
-from pneumo.fit.estimate import fit_measurement
+from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.record.measurement import Measurement
 
 # Pages and figures read the table when they are imported: tests/publish.

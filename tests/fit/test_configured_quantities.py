@@ -7,10 +7,11 @@ from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.configuration.parameters import accuracy
 from pneumo.fit.configured_quantities import CHANGED, changes_of, misfit, shifts
-from pneumo.fit.estimate import estimate, fit_measurement, split_of
+from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem, priors
 from pneumo.fit.fitted_parameters import SHIFTING
 from pneumo.fit.least_squares import fit, without_spikes
+from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.parameter_intervals import inverse_curvature
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import quantum, sensor_noise

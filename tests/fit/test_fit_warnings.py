@@ -10,7 +10,7 @@ from benchmarks.fit_bench import believed_plant
 from pneumo import simulate
 from pneumo.configuration.parameters import DEAD_FRACTION, load, study
 from pneumo.errors import InputError
-from pneumo.fit.estimate import estimate, fit_measurement, split_of
+from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem
 from pneumo.fit.fit_result import Estimate, equally_good
 from pneumo.fit.fit_warnings import (
@@ -23,6 +23,7 @@ from pneumo.fit.fit_warnings import (
     undetermined_notes,
 )
 from pneumo.fit.fitted_parameters import ALSO, REPORTED
+from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual, block_means

@@ -6,9 +6,9 @@ import pytest
 
 from pneumo import simulate
 from pneumo.errors import InputError
-from pneumo.fit.estimate import fit_measurement
 from pneumo.fit.fit_problem import Problem, replayed_pressures
 from pneumo.fit.least_squares import fit
+from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.columns import ANR
 from pneumo.fit.record.measurement import Measurement, read_measurement

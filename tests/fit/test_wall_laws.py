@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
-from pneumo.fit.estimate import fit_measurement
 from pneumo.fit.fit_result import Estimate
+from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.wall_laws import WALL_LAWS, wall_law_notes
 
