@@ -12,7 +12,7 @@ from pneumo.simulation.full_order import RAN, failure, record, run
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay, replay_by_reference, replay_in_parts
 from pneumo.simulation.runge_kutta import STAGES, C
-from pneumo.simulation.signals import stage_inputs
+from pneumo.simulation.signals import EXACT, stage_inputs, study_sampling
 from pneumo.simulation.tableau import EMBEDDED_DIFFERENCE
 from pneumo.storage.layout import datum_dataset, recording_from
 
@@ -99,6 +99,16 @@ def test_parts_of_a_step_read_by_the_same_rule(sampling, read):
             np.testing.assert_allclose(inputs[:, 1], read(r.states[:, 0], k, at), rtol=1e-12)
             u = np.clip(read(r.u, k, at), -10, 10)
             np.testing.assert_allclose(inputs[:, 0], u, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("halvings", [0, 1])
+def test_exact_signals_end_where_the_next_recorded_step_begins(halvings):
+    e = lasting("E06", 0.2)
+    r = record(e)
+    parts = signals._inputs_of(r, study_sampling(EXACT, e), 0, np.full(e.steps, halvings, np.int8))
+    ends = parts[2**halvings - 1 :: 2**halvings, -1]
+    # Whole steps are the recorded ones; of halves the end differs by the error of a whole step.
+    np.testing.assert_allclose(ends[:, 1:], r.states[1:, :2], rtol=0, atol=1e-4 * halvings)
 
 
 @pytest.mark.parametrize("replayed", [replay, replay_by_reference])
