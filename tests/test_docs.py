@@ -111,7 +111,8 @@ def run_line(line: str, folder: Path) -> None:
 def run_block(block: Token, page: Path, folder: Path, names: dict) -> None:
     """Run one block; Python sees what the blocks above it on the page have defined."""
     if block.info == "python":
-        exec(compile(block.content, page.name, "exec"), names)  # noqa: S102 - the project's own pages
+        # In angle brackets: Hypothesis would look for the code in a file of that name.
+        exec(compile(block.content, f"<{page.name}>", "exec"), names)  # noqa: S102 - the project's own pages
     elif block.info == "sh":
         for line in filter(None, block.content.splitlines()):
             run_line(line, folder)
