@@ -14,6 +14,7 @@ from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem
 from pneumo.fit.fit_result import Estimate, equally_good
 from pneumo.fit.fit_warnings import (
+    _near,
     dead_volume_warnings,
     disagreements,
     doubtful,
@@ -232,3 +233,8 @@ def test_a_piston_that_waits_at_its_stops_with_an_open_valve_is_no_obstacle():
     assert (k_xu, V_d) == pytest.approx((rig.valve.k_xu, rig.cylinder.V_d_A), rel=0.02)
     assert found.data["rms_held_out"].sel(model="full").values == pytest.approx(1e3, rel=0.1)
     assert not any("not as assumed" in text for text in found.warnings)
+
+
+def test_an_event_is_near_for_so_many_samples_and_no_longer():
+    events = np.array([False, True, False, False, False])
+    assert _near(events, 2).tolist() == [False, True, True, True, False]

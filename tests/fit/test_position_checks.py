@@ -113,6 +113,13 @@ def test_dead_volumes_that_are_not_those_configured_are_said_in_millimetres(shif
     assert said in texts[0] if said else texts == []
 
 
+def test_both_dead_volumes_are_told_over_those_configured():
+    estimate = found(0.0, 0.0)
+    values = {"V_d_A": 2 * STATED.cylinder.V_d_A, "V_d_B": 5 * STATED.cylinder.V_d_B}
+    (text,) = stated_volume_warnings(STATED, estimate._replace(values=estimate.values | values))
+    assert text.startswith("the dead volumes of A and B are 2 and 5 times those configured")
+
+
 def test_a_dead_volume_that_the_record_hardly_knows_contradicts_nothing():
     assert stated_volume_warnings(STATED, found(-5e-3, 5e-3, half=2.0)) == []
     blank = found(-5e-3, 5e-3)._replace(low={}, high={})

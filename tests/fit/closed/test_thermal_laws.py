@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from pneumo.fit.closed import thermal_laws as laws
-from pneumo.fit.closed.thermal_laws import GAMMA, P_0, R_NITROGEN, T_WALL, fit_law
+from pneumo.fit.closed.thermal_laws import GAMMA, P_0, R_NITROGEN, T_WALL, ClosedRecord, fit_law
 
 DATA = Path(__file__).parents[3] / "data" / "mbari"
 H = 0.02  # s, as in the records
@@ -74,3 +74,15 @@ def test_records_travel_with_units_licence_and_provenance():
             assert "Apache-2.0" in data.attrs["license"] and "osrf/mbari_wec_gz" in data.attrs["source"]
     still = [laws.is_still(laws.read_closed_record(file)) for file in files]
     assert still == ["vented" in file.stem for file in files]
+
+
+def test_the_walls_area_is_that_of_both_ends_and_of_the_uncovered_bore():
+    bore, stroke = 0.1, 0.5
+    x = np.array([0.0, 0.25, 0.5])
+    record = ClosedRecord("r", np.arange(3.0), x, np.ones((2, 3)), (1e-2, 1e-2), bore, stroke)
+    ends, whole = np.pi / 2 * bore**2, np.pi * bore * stroke
+    middle = ends + whole / 2
+    np.testing.assert_allclose(
+        record.area_ratio[0], [ends / middle, 1.0, (ends + whole) / middle], rtol=1e-12
+    )
+    np.testing.assert_allclose(record.area_ratio[1], record.area_ratio[0, ::-1], rtol=1e-12)

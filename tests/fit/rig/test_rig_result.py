@@ -1,11 +1,13 @@
 """A rig's fit as it is shown: a run replayed by every model, and estimates that are not physical."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from pneumo.errors import InputError
 from pneumo.fit.rig.rig_file import rig
 from pneumo.fit.rig.rig_fit import judged_models, values_of
-from pneumo.fit.rig.rig_record import Points, vessel_run
+from pneumo.fit.rig.rig_record import Points, read_runs, vessel_run
 from pneumo.fit.rig.rig_replay import run_errors
 from pneumo.fit.rig.rig_result import MOST_SAMPLES, unphysical, with_replays
 
@@ -59,3 +61,21 @@ def test_long_runs_are_thinned_and_the_part_that_was_fitted_is_told():
     assert MOST_SAMPLES / 2 < shown.sizes["t"] <= MOST_SAMPLES
     assert shown.attrs["fitted_until"] == pytest.approx(36, abs=0.1)
     assert with_replays(result, made, [run, run]).attrs["fitted_until"] == 0
+
+
+@pytest.mark.parametrize("late", [0.0, 1e-3])
+def test_a_valves_record_is_read_where_its_samples_are_equally_spaced(late, tmp_path):
+    t = 1e-3 * np.arange(400)
+    on = (t > 0.05) & (t < 0.2)
+    t[200:] += late  # s, one sample that is a whole period late
+    columns = {"t_s": t, "u_V": 5.0 * on, "x_mm": np.full(400, 10.0), "P_A_bar": 1.0 + 2.0 * on}
+    file = tmp_path / "valve.csv"
+    pd.DataFrame(columns).to_csv(file, index=False)
+    valve = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
+    chamber = rig({"bore_mm": 25, "dead_volume_mL": 5} | valve, "test")
+    if late:
+        with pytest.raises(InputError, match=r"valve\.csv: t: samples must be equally spaced, within 2 %"):
+            read_runs(file, chamber)
+    else:
+        (pulse,) = read_runs(file, chamber)
+        assert pulse.P.values.max() == pytest.approx(3e5)

@@ -1,0 +1,23 @@
+"""Tables of text files, cell by cell."""
+
+from pathlib import Path
+
+import numpy as np
+
+from pneumo.fit.record.text_table import text_table
+
+LVM = (
+    "LabVIEW Measurement\t\nX_Columns\tOne\nMulti_Headings\tNo\nY_Unit_Label\tV\tmm\nX0\t0.5\t0.5\n"
+    "Delta_X\t0.002\t0.002\n***End_of_Header***\t\t\nX_Value\tu\tx\n"
+)
+
+
+def test_columns_without_a_name_are_counted_from_one():
+    table = text_table(Path("a.csv"), b"t_s,,u_V,u_V\n0,1,2,3\n1,4,5,6\n", set())
+    assert list(table.columns) == ["t_s", "column 2", "u_V", "u_V.4"]
+
+
+def test_labview_s_time_begins_at_X0_and_goes_on_by_Delta_X():
+    table = text_table(Path("a.lvm"), (LVM + "\t1\t10\n\t2\t20\n\t3\t30\n").encode(), set())
+    np.testing.assert_allclose(table.columns["X_Value"].astype(float), [0.5, 0.502, 0.504], rtol=1e-15)
+    assert table.units == {"X_Value": "s", "u": "V", "x": "mm"}
