@@ -52,7 +52,7 @@ else:
     __all__ = ["__version__", *sorted(_MODULE_OF)]
 
     class _Room(ModuleType):
-        """Room with the name of a public function, `pneumo.fit`: calling it calls the function."""
+        """Package with the name of a public function, such as `pneumo.fit`; calling it calls the function."""
 
         def __call__(self, *args: object, **kwargs: object) -> object:
             name = self.__name__.removeprefix("pneumo.")
@@ -60,7 +60,7 @@ else:
 
     class _Package(ModuleType):
         def __setattr__(self, name: str, value: object) -> None:
-            """Set an attribute; imports set rooms so."""
+            """Set an attribute; a package that an import sets under a public name becomes a `_Room`."""
             if name in _MODULE_OF and isinstance(value, ModuleType):
                 value.__class__ = _Room
             super().__setattr__(name, value)

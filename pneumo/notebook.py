@@ -155,7 +155,7 @@ def read_record(
     configuration
         Configuration or its file.
     cylinder
-        Its name in the configuration; may be left out if there is one.
+        Its name in the configuration; may be left out if there is only one.
     columns
         Column and unit of each quantity, if not as the headers name them.
     x_from
@@ -196,7 +196,7 @@ def fit(
     part
         Fraction of the record that is fitted; the rest is held out.
     also
-        What is fitted too, without prior knowledge: a row of the table in {doc}`fit`.
+        Names of quantities that are fitted too, without prior knowledge; the table is in {doc}`fit`.
     trust
         Skip the check for swapped or wrong columns.
 

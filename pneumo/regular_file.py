@@ -1,4 +1,4 @@
-"""The one way to a file that others may have made: regular, and of a size that is known before it is read."""
+"""Safe reading of files that others may have made: regular files only, their size checked before reading."""
 
 import errno
 import os
@@ -19,7 +19,7 @@ def _opened(path: str, flags: int) -> int:
 def regular_file(path: Path, largest: int) -> Generator[BinaryIO]:
     """Open a file to read it; OSError unless it is a regular file of at most `largest` bytes.
 
-    Errors of reading name the file too, which those of the system do not.
+    Errors while reading name the file too; those of the operating system do not.
     """
     with open(path, "rb", opener=_opened) as stream:
         status = os.fstat(stream.fileno())
@@ -33,7 +33,7 @@ def regular_file(path: Path, largest: int) -> Generator[BinaryIO]:
 
 @contextmanager
 def named(path: Path) -> Generator[None]:
-    """Add a file's name to an OSError that names none: of a failing disk, say."""
+    """Add a file's name to an OSError that has none, such as that of a failing disk."""
     try:
         yield
     except OSError as error:

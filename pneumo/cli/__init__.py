@@ -11,7 +11,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def main() -> None:
-    """Run the command line; Ctrl-C ends it with one line, while it still imports too."""
+    """Run the command line; Ctrl-C ends it with one line, also during imports."""
     try:
         from pneumo.cli.commands import main as run
 

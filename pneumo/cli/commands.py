@@ -1,4 +1,4 @@
-"""Command line: ``pneumo ...`` for a cylinder, ``pneumo paper ...`` for the reproduction; how errors end."""
+"""Command line: ``pneumo ...`` for a cylinder, ``pneumo paper ...`` for the reproduction; its error lines."""
 
 import os
 import sys

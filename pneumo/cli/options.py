@@ -44,7 +44,7 @@ Conductance = Annotated[
 ]
 Trust = Annotated[
     bool,
-    Option("--trust", help="accept a configuration whose piston cannot move, or moves faster than any does"),
+    Option("--trust", help="accept a configuration whose piston cannot move, or moves impossibly fast"),
 ]
 Threads = Annotated[int, Option(min=1, help="parallel runs; the result does not depend on it")]
 

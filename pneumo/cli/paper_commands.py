@@ -45,8 +45,8 @@ def verdict(
 ) -> None:
     """Judge every claim; print counts, then what is missed.
 
-    Counts are by kind of evidence: of items, and of facts (items that state the same fact count once). Items
-    come by size of deviation.
+    Counts are by kind of evidence: of items, and of facts (items that state the same fact count once). Missed
+    items are sorted by size of deviation.
     """
     from pneumo.errors import ResultError
     from pneumo.papers.known_papers import current_verdict

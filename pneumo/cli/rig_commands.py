@@ -12,7 +12,7 @@ from pneumo.cli.options import as_spelt, output_to
 def rig(
     context: typer.Context,
     file: Annotated[Path, Argument(help="YAML file of the rig: numbers, or [low, high] of what is fitted")],
-    record: Annotated[Path, Argument(help="record with t and P_A, of a chamber x and u, optionally T")],
+    record: Annotated[Path, Argument(help="record with t and P_A, for a chamber also x and u; optionally T")],
     columns: Annotated[
         Path | None,
         Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: bar(g)}` ..."),

@@ -41,7 +41,7 @@ class CylinderTable(NamedTuple):
     rows: dict[str, int]  # number by name, as in a spreadsheet: row 1 has the columns' names
 
     def part(self, names: Iterable[str]) -> "CylinderTable":
-        """Table with some of the rows."""
+        """Table with only the rows of the given names."""
         chosen = list(names)
         cylinders = {name: self.cylinders[name] for name in chosen}
         of_experiments = {name: self.of_experiments[name] for name in chosen}

@@ -151,7 +151,7 @@ class Accuracy(NamedTuple):
 def accuracy(configuration: Configuration | None = None, position_shown: bool = True) -> Accuracy:
     """Accuracy of the rig in SI units, as configured or by default.
 
-    `position_shown` says whether a record or configured dead volumes show a wrong zero or scale of x.
+    `position_shown` says whether a record or configured dead volumes would reveal a wrong zero or scale of x.
     """
     s = (configuration and configuration.accuracy) or AccuracySection()
     percent, mm = 1e-2, 1e-3
@@ -187,9 +187,9 @@ def _gas(section: GasSection, cylinder: CylinderSection) -> Gas:
 
 
 def _area_per_conductance(gas: Gas) -> float:
-    """Area, m^2, with the choked flow by eq (1) of a sonic conductance C of 1 dm^3/(s bar).
+    """Area, m^2, that has the same choked flow by eq (1) as a sonic conductance C of 1 dm^3/(s bar).
 
-    By ISO 6358 that flow is C rho_ref P_u sqrt(T_ref/T_u).
+    By ISO 6358 the choked flow of a conductance C is C rho_ref P_u sqrt(T_ref/T_u).
     """
     return SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / gas.sonic_coefficient
 

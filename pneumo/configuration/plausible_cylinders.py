@@ -1,7 +1,7 @@
 """Configurations whose piston cannot move, or that no cylinder would survive: wrong units and signs.
 
-Each of their numbers is in its own range; together they describe no actuator. No result depends on this
-module: it only refuses, and `--trust` skips it.
+In such a configuration each number is in its own range, but together they describe no actuator. No result
+depends on this module: it only refuses configurations, and `--trust` skips it.
 """
 
 from collections.abc import Iterator
@@ -52,7 +52,7 @@ def implausible(configuration: Configuration) -> Iterator[Implausible]:
 
 
 def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible]:
-    """Yield implausible values in a cylinder's section; their paths start in the section."""
+    """Yield implausible values in a cylinder's section; their paths are relative to the section."""
     for key in ("bore_mm", "stroke_mm"):
         value = getattr(section, key)
         if value < LEAST_MM:

@@ -1,7 +1,8 @@
 """Evaluation of functions written with ``if`` for floats on symbols, arrays and complex numbers.
 
-The physics decides with ``if`` (sonic or not, filling or emptying); a symbol cannot answer. So the function
-is run once for every combination of answers, and the results are put together as a tree of choices.
+The physics branches with ``if`` (sonic or not, filling or emptying), but a comparison of symbols or arrays is
+neither true nor false. So the function is run once for every combination of answers, and its results are
+returned as a tree of choices.
 """
 
 import operator
@@ -29,7 +30,7 @@ class Traced:
 
 
 def untraced(value: Any) -> Any:
-    """Value inside a `Traced`; of a tuple, a tuple of such values. Anything else is returned as it is."""
+    """Value inside a `Traced`, also inside (nested) tuples; anything else is returned as it is."""
     if type(value) is tuple:
         return tuple(untraced(inner) for inner in value)
     return value.value if isinstance(value, Traced) else value
@@ -57,7 +58,7 @@ for _name in ("lt", "le", "gt", "ge"):
 
 
 def _equal(left: Any, right: Any) -> Any:
-    """`left == right`; for symbols a relation, where SymPy's == would give True or False at once."""
+    """`left == right`; for symbols `sympy.Eq`, since their == returns True or False at once."""
     if hasattr(left, "free_symbols") or hasattr(right, "free_symbols"):
         return import_module("sympy").Eq(left, right)
     return left == right
@@ -81,10 +82,10 @@ class _Undecided(Exception):
 def choices(function: Callable[..., Any], *arguments: Any, answers: tuple[bool, ...] = ()) -> Any:
     """Results of a function on symbols or arrays, over all its branches, as a tree of `Choice`.
 
-    Without a comparison in the function it is the result alone. Numbers, strings and tuples are passed to the
-    function as they are, all else as `Traced`. `answers` fixes the outcomes of the first comparisons; it is
-    for the recursion. Branches that divide by the number zero are left out; `ZeroDivisionError` if every
-    branch does.
+    If the function compares nothing, its result is returned without a `Choice`. Numbers, strings and tuples
+    are passed to the function as they are, all else as `Traced`. `answers` fixes the outcomes of the first
+    comparisons; only the recursion uses it. Branches that divide by the number zero are left out;
+    `ZeroDivisionError` if every branch does.
     """
     remaining = iter(answers)
 
@@ -119,7 +120,7 @@ def joined_branches(node: Any, choose: Callable[[Any, Any, Any], Any]) -> Any:
 
 
 def complex_value(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Value of a function of complex numbers, in which comparisons compare real parts."""
+    """Value of a function of complex numbers; comparisons inside the function compare real parts."""
 
     def decide(compare: Callable[..., bool], left: complex, right: complex) -> bool:
         return compare(left.real, right.real)

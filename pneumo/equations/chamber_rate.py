@@ -28,7 +28,7 @@ def model_row(model: Model | str) -> Model:
 
 
 def model_and_index(model: Model | str, n: float | None) -> tuple[Model, float]:
-    """The named or given `Model`, and its polytropic index n; 1 where the model has none and n is None.
+    """The named or given `Model`, and n as a float; 1 if n is None and the model has no polytropic index.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """Equations of one chamber, of the piston and of its stops, in the order in which they are solved.
 
-Each names a function of `pneumo.physics` and its arguments. `pneumo.equations.system` solves them on numbers;
-here they become symbolic assignments, for the printers of `pneumo.export`. Only the order of the
-calls is repeated from `pneumo.simulation`; tests compare the two. SymPy, whose import takes 0.4 s, is loaded
-by the functions that need it.
+Each `Equation` names a function of `pneumo.physics` and its arguments. `pneumo.equations.system` evaluates
+the equations on numbers; this module makes symbolic assignments of them, for the printers of `pneumo.export`.
+Only the order of the calls is repeated from `pneumo.simulation`; tests compare the two. SymPy, whose import
+takes 0.4 s, is loaded by the functions that need it.
 """
 
 from collections.abc import Callable
@@ -137,7 +137,7 @@ def chamber_equations(
 
 
 def piston_equations(plant: Plant) -> list[Equation]:
-    """Equations of the piston, of (x, v, P_A, P_B, force)."""
+    """Equations of motion of the piston, eq (3), with the inputs (x, v, P_A, P_B, force)."""
     cylinder = plant.cylinder
     return [
         Equation(
@@ -156,7 +156,7 @@ def piston_equations(plant: Plant) -> list[Equation]:
 
 
 def stop_equations(plant: Plant) -> list[Equation]:
-    """Equation of the end stops: (x, v) after a step that began with velocity v_before."""
+    """Equation of the end stops: corrects (x, v) after a step that began with the velocity v_before."""
     return [
         Equation(
             ("x_after", "v_after"),
@@ -168,7 +168,7 @@ def stop_equations(plant: Plant) -> list[Equation]:
 
 
 def exact_numbers(value: Any) -> Any:
-    """Expression, tuple or `Choice` with floats made exact where they are multiples of 1/2, or sqrt(2)."""
+    """Expression, tuple or `Choice` in which multiples of 1/2, and sqrt(2), are exact instead of floats."""
     if isinstance(value, Choice):
         condition, yes, no = map(exact_numbers, value)
         return yes if yes == no else Choice(condition, yes, no)
@@ -223,7 +223,7 @@ def symbols_of_valve(dynamics: ValveDynamics) -> ValveDynamics:
 
 
 def statements(equations: list[Equation], wanted: set[str]) -> list[Statement]:
-    """Symbolic assignments that compute the wanted names, without those that nothing wanted depends on."""
+    """Symbolic assignments that compute the wanted names, in order, without those not needed for them."""
     needed, result = set(wanted), list[Statement]()
     for names, function, arguments, comment in reversed(equations):
         if needed & set(names):

@@ -84,7 +84,7 @@ class System(NamedTuple):
 
     @property
     def proportional(self) -> bool:
-        """Whether the valve's opening is its limited command, or there is no valve."""
+        """Whether the valve's opening equals the limited command; also true without a valve."""
         return not self.valve or self.dynamics.proportional
 
     def state(self, **quantities: float) -> list[float]:

@@ -201,7 +201,7 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
 
 
 def _binary(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
-    """Linux binary of the FMU, by its path there; empty on other systems and without gcc."""
+    """Linux binary of the FMU, by its path in the FMU; empty on other systems and without gcc."""
     machine = platform.machine()
     if sys.platform != "linux" or shutil.which(COMPILER) is None or (fmi == 2 and machine != "x86_64"):
         return {}

@@ -50,7 +50,8 @@ class Module(NamedTuple):
 def sources(plant: Plant, *n: float) -> tuple[dict[str, str], list[System]]:
     """C files of all models at n and of the full order, with and without piston, and their systems.
 
-    Runs of a study replay every model at each `n`, all else at the first.
+    With several n, the function that makes runs of a study replays every model at each of them; all other
+    functions use the first n.
     """
     systems = [system(model, n[0], plant) for model in MODELS.values()]
     systems.append(system(FULL_ORDER, None, plant, piston=True))

@@ -27,12 +27,12 @@ class ObserverNoise(NamedTuple):
     pressure: float  #: process noise of the rates, Pa/s^0.5
     x_deviation: float  #: standard deviation of a reading, m
     pressure_deviation: float  #: likewise, Pa
-    pressures: int  #: read: none, P_A, or both
+    pressures: int  #: number of pressures read: 0, 1 (P_A) or 2
     tuned: bool
 
     @property
     def readings(self) -> tuple[str, ...]:
-        """Names of the signals that the observer reads: x, and none, P_A or both pressures."""
+        """Names of the signals that the observer reads: x, and no pressure, P_A, or P_A and P_B."""
         return READINGS[: 1 + self.pressures]
 
     @property
@@ -58,7 +58,7 @@ def _kept() -> dict[str, Any]:
 def observer_noise(system: System, sensors: str) -> ObserverNoise:
     """Noise for an observer of a system, as tuned for docs/at-work.md.
 
-    `sensors` says how many pressures are measured: "none", "one" or "both"; `InputError` if it is another.
+    `sensors` says how many pressures are measured: "none", "one" or "both"; `InputError` for any other text.
     A model that was not tuned gets the process noise that is the default of `pneumo.ekf`.
     """
     if sensors not in SENSORS:

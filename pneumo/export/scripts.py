@@ -25,7 +25,7 @@ class _Python(PythonCodePrinter):
 
 
 def _lists(system: System) -> dict[str, str]:
-    """Lists of arguments and rates for the templates, of both chambers and of chamber A, B, or either."""
+    """Comma-separated arguments and rates, by key: of the whole system, of chamber A or B, and of either."""
     states = system.chamber_states
     return {
         "command": "u" if system.proportional else "u_valve",
@@ -69,7 +69,7 @@ end
 
 
 def _nested(value: Any, i: int, printer: CodePrinter) -> list[str]:
-    """Lines of CasADi's `if_else`, nested as the choices are, for value i of a statement with several."""
+    """Lines of nested `if_else` of CasADi for the i-th value of a statement with several values."""
     if not isinstance(value, Choice):
         return [str(printer.doprint(value[i] if isinstance(value, tuple) else value))]
     yes, no = _nested(value.yes, i, printer), _nested(value.no, i, printer)

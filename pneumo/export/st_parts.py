@@ -55,7 +55,7 @@ class Variable(NamedTuple):
 
     @property
     def declaration(self) -> str:
-        """Its declaration in Structured Text: name, type and initial value."""
+        """Declaration in Structured Text: name, type and initial value."""
         ranges = ", ".join(f"0..{last}" for last in self.last)
         kind = f"ARRAY[{ranges}] OF {self.type}" if self.last else self.type
         values = f"[{', '.join(self.initial)}]" if self.last else "".join(self.initial)
@@ -171,7 +171,7 @@ def numbers(values: Any, precision: str) -> tuple[str, ...]:
 
 
 class SystemText(NamedTuple):
-    """A system in Structured Text: what the block that steps it and its observer have in common."""
+    """Text of a system that the stepping block and the observer block have in common."""
 
     system: System
     precision: str
@@ -181,7 +181,7 @@ class SystemText(NamedTuple):
 
     @property
     def real(self) -> str:
-        """Type of its real numbers."""
+        """Name of the type of real numbers in Structured Text, from `TYPES`."""
         return TYPES[self.precision]
 
     def number(self, value: float) -> str:

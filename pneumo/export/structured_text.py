@@ -1,7 +1,7 @@
 """IEC 61131-3 Structured Text: a function block that steps, its test program, and both as PLCopen XML.
 
-Only what the second edition of the standard has: no methods and no types of its own, so one text serves
-every controller with function blocks.
+Only features of the second edition of the standard are used, neither methods nor user-defined types, so one
+text serves every controller with function blocks.
 """
 
 from importlib.metadata import version

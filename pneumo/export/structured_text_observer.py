@@ -23,7 +23,7 @@ def _call_cost(
 ) -> Cost:
     """Operations of one call of the observer, which corrects the estimate and predicts the next.
 
-    `states` counts all states, `per_chamber` those of one.
+    `states` counts all states, `per_chamber` those of one chamber.
     """
     probes, N, lower = per_chamber + 4, states, states * (states + 1) // 2
     rates = chamber.times(2 * probes).plus(piston.times(2)).plus(stops)

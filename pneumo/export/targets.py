@@ -1,4 +1,4 @@
-"""Files of an export: which there are for a target, and how they are written."""
+"""Files of an export: their names and content for each target, and how they are written."""
 
 from pathlib import Path
 from typing import Literal
@@ -50,8 +50,8 @@ def exported(
     precision : {"double", "float"}
         Type of numbers, in C and Structured Text only.
     valve, piston : bool
-        Whether the equations include the valve, else mass flows are inputs, and the piston by eq (3), else
-        position and velocity are inputs. In C, Structured Text and FMU only.
+        Whether the equations include the valve (without it, mass flows are inputs) and the piston by eq (3)
+        (without it, position and velocity are inputs). In C, Structured Text and FMU only.
     fmi : {2, 3}
         Version of the FMU.
     observer : {"none", "one", "both"}, optional
@@ -63,12 +63,12 @@ def exported(
     Raises
     ------
     InputError
-        If there is no such model or target, n or an option is bad, or a function cannot have the model's
-        name.
+        If there is no such model or target, n or an option is bad, or the model's name cannot be the
+        name of a function.
     """
     if observer is not None and not dynamics.proportional:
         raise InputError(
-            "--observer: not for a cylinder with valve_dynamics: its filter has no valve that lags"
+            "--observer: not for a cylinder with valve_dynamics: its filter models no lag or dead band"
         )
     moving = piston or observer is not None
     chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics)

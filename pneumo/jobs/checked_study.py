@@ -61,7 +61,7 @@ def checked_study(
 ) -> Study:
     """Return the study of a merged Snakemake configuration.
 
-    `trust` accepts one that is not plausible. If a value is invalid, ends the process with exit code 2 and
+    `trust` accepts an implausible study. If a value is invalid, ends the process with exit code 2 and
     one line on standard error, which names its source among the `files` and ``--config`` `options` of the
     command line.
     """

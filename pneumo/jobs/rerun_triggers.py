@@ -17,7 +17,7 @@ def code_behind(script: str, *modules: str) -> Callable[[object], str]:
 
     Snakemake sees edits of a script but not of what it imports; with the hash as a parameter it runs the rule
     again. `modules` are those that the script imports by name at run time. Snakemake calls the function with
-    the wildcards of each job that it plans; half of the rules are never planned.
+    the wildcards of each job that it plans; rules without such jobs, about half, are never hashed.
     """
 
     @cache

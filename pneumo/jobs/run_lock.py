@@ -25,10 +25,10 @@ DATED = ("paper", "pneumo", "workflow")  # folders of files whose times Snakemak
 
 
 def check_run_folder(checkout: Path) -> None:
-    """End the process with one line unless the study can run here, where Snakemake would end in a traceback.
+    """End the process with exit code 2 and one line on standard error if the study cannot run in this folder.
 
-    It runs in its `checkout` only, with room for Snakemake's own files in a ``.snakemake`` that this user can
-    write.
+    The folder must be its `checkout`, with a ``.snakemake`` that this user can write and with room for
+    Snakemake's own files. Without this check Snakemake would end in a traceback.
     """
     try:
         if not Path.cwd().samefile(checkout):
@@ -47,7 +47,7 @@ def check_run_folder(checkout: Path) -> None:
 
 
 def _refused(problem: str) -> int:
-    """Print the line, and return the exit code."""
+    """Print a problem as one line on standard error; return the exit code, 2."""
     print(as_lines(problem), file=sys.stderr)
     return 2
 
@@ -87,7 +87,7 @@ def take_run_lock(results: str) -> None:
 
 
 def is_dry_run(arguments: Sequence[str]) -> bool:
-    """Whether Snakemake's arguments ask for a plan only; when a Snakefile is read, it does not tell.
+    """Whether Snakemake's arguments ask for a plan only; while it reads a Snakefile, Snakemake does not say.
 
     Examples
     --------
@@ -98,10 +98,10 @@ def is_dry_run(arguments: Sequence[str]) -> bool:
 
 
 def set_damaged_aside(results: str) -> None:
-    """Rename results whose seal is missing or wrong, with a line for each, before a run is planned.
+    """Before a run is planned, rename results whose seal is missing or wrong; print a line for each.
 
-    Else the run would be planned with them, and a job that reads one would fail after Snakemake has removed
-    the job's good outputs.
+    Otherwise the run would be planned with these results, and a job that reads one of them would fail after
+    Snakemake has removed the job's good outputs.
     """
     for file in sealed_files(Path(results)):
         try:

@@ -24,9 +24,9 @@ def natural_modes(
 ) -> xr.Dataset:
     """Natural frequency, Hz, and damping ratio of the piston on the air of both chambers, valve closed.
 
-    The linear model is taken at rest, at every position x, m, and every pressure P_A = P, Pa, with the P_B
-    that balances P_A on the piston, and T = T_0. Coulomb friction is left out. Values are NaN where the
-    piston does not oscillate.
+    Returns `natural_frequency` and `damping` by (x, P). The linear model is taken at rest, at every position
+    x, m, and every pressure P_A = P, Pa, with the P_B that balances P_A on the piston, and T = T_0. Coulomb
+    friction is left out. Values are NaN where the piston does not oscillate.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def operating_range(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
 
 
 def stability_function(method: Tableau, z: np.ndarray) -> np.ndarray:
-    """Stability function of a Runge-Kutta method: factor of a mode with pole z / h in a step h."""
+    """Stability function of a Runge-Kutta method: factor of a mode with pole z / h over one step h."""
     stages, power, result = len(method.b), np.ones(len(method.b)), np.ones_like(z, dtype=complex)
     for k in range(1, stages + 1):
         result = result + (method.b @ power) * z**k

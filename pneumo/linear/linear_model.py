@@ -21,7 +21,7 @@ IMAGINARY_STEP = 1e-30  # small without loss, since a complex step takes no diff
 
 
 class Linear(NamedTuple):
-    """Matrices of dy/dt = A y + B w, states y and inputs w counted from the operating point."""
+    """Matrices of dy/dt = A y + B w; states y and inputs w are deviations from the operating point."""
 
     A: np.ndarray  #: shape (states, states)
     B: np.ndarray  #: shape (states, inputs)
@@ -113,8 +113,8 @@ def linearise(
     plant : Plant
         Gas, valve, conditions, cylinder and k_0.
     u : float
-        Command, V. Not 0: the valve's area, k_xu ``|u|``, has no derivative there. A valve with a lag has
-        already reached it.
+        Command, V. Not 0: the valve's area, k_xu ``|u|``, has no derivative there. The opening of a
+        valve with a lag is taken to have reached it.
     P_A, P_B : float
         Pressures, Pa. The point need not be an equilibrium.
     x, v : float

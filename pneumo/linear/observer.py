@@ -1,4 +1,4 @@
-"""Extended Kalman filter on measured signals: pressures, and where asked for k_0, from the position."""
+"""Extended Kalman filter that estimates the pressures, and on request k_0, from measured signals."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ FORCE_NOISE, PRESSURE_NOISE = 3e-4, 3e3  # process noise: s^0.5, over P_s A_A; P
 
 
 class Estimate(NamedTuple):
-    """Estimates of a filter at every sample, shape (samples,), after that sample's readings."""
+    """Estimates of a filter at every sample, corrected by that sample's readings; shape (samples,)."""
 
     t: np.ndarray  #: time, s
     x: np.ndarray  #: position, m
@@ -27,8 +27,8 @@ class Estimate(NamedTuple):
     T_A: np.ndarray  #: temperature in chamber A, K; NaN by a reduced model
     T_B: np.ndarray  #: temperature in chamber B, K; NaN by a reduced model
     k_0: np.ndarray  #: conductance of the wall, W/K; the plant's where it is not estimated
-    #: Standard deviations that the filter expects of (x, v, P_A, P_B, T_A, T_B, ln k_0), shape (samples, 7);
-    #: 0 for what is not estimated.
+    #: Standard deviations of the errors of (x, v, P_A, P_B, T_A, T_B, ln k_0), as the filter computes them,
+    #: shape (samples, 7); 0 for quantities that are not estimated.
     deviation: np.ndarray
 
 
@@ -64,7 +64,8 @@ def ekf(
     """Estimate both pressures by an extended Kalman filter from measured command, position and pressures.
 
     The filter's states are (x, v, P_A, P_B), with the full order also (T_A, T_B); it predicts them by eq (3)
-    and the model, with one step of the midpoint rule from sample to sample. The command is held meanwhile.
+    and the model, with one step of the midpoint rule from sample to sample. The command is held between
+    samples.
 
     Parameters
     ----------
@@ -98,8 +99,8 @@ def ekf(
     Returns
     -------
     Estimate
-        Estimates at every sample, corrected by its readings, with the standard deviations that the filter
-        expects of them.
+        Estimates at every sample, corrected by its readings, with the standard deviations of their errors as
+        the filter computes them.
 
     Raises
     ------

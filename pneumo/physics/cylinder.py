@@ -1,6 +1,7 @@
 """Cylinder: chamber volume, heat transfer area and Newton's law, section 2.2.
 
-A chamber sees the piston position that enlarges it: x for chamber A, -x for chamber B.
+Functions of one chamber take the piston position as positive where it enlarges that chamber: x for chamber A,
+-x for chamber B.
 """
 
 from enum import IntEnum
@@ -31,7 +32,7 @@ class Cylinder(NamedTuple):
 
 
 class Side(IntEnum):
-    """Side of the piston on which a chamber is; its value is the index of arrays by chamber."""
+    """Side of the piston, A or B; its value is the chamber's index in arrays, 0 or 1."""
 
     A = 0
     B = 1
@@ -55,7 +56,7 @@ def sign_of(side: int) -> float:
 
 
 def chamber_of(cylinder: Cylinder, side: int) -> Chamber:
-    """Geometry of the chamber on a `Side`; compiled code gives its index, 0 or 1."""
+    """Geometry of the chamber on a `Side`; compiled code passes the index, 0 or 1, instead."""
     return Chamber(cylinder.A_A, cylinder.V_d_A) if side == 0 else Chamber(cylinder.A_B, cylinder.V_d_B)
 
 
@@ -73,7 +74,7 @@ def heat_area(x: float, cylinder: Cylinder) -> float:
 
 
 def wetted_area(V: Real, bore: Real) -> Real:
-    """Heat transfer area, m^2, of a cylindrical space of volume V, m^3, and of the bore, m: eq (27) of 2007.
+    """Heat transfer area, m^2, of a cylindrical space of volume V, m^3, and a given bore, m: eq (27) of 2007.
 
     V includes the dead volume.
     """

@@ -1,7 +1,7 @@
 """The ten reduced-order models of section 3 as one table and one right-hand side.
 
-The models differ in six cells. All that uses models (replays, Table 1, property tests, exports) derives
-from `MODELS`; a new model is a new row.
+The models differ in six fields of `Model`. All that uses models (replays, Table 1, property tests, exports)
+derives from `MODELS`; a new model is a new row.
 """
 
 from typing import Literal, NamedTuple
@@ -121,8 +121,9 @@ def model_dP_dt(
     """Rate of pressure of a chamber by any reduced model, Pa/s.
 
     P in Pa, V in m^3, dV_dt in m^3/s, mass flows m_in and m_out in kg/s; all may be arrays or symbols. T, K,
-    is what `temperature` gives for P, also upstream of an outflow. `area_ratio` is A_q(x) / A_q(x_0); k_0 is
-    the thermal conductance of the wall at equilibrium, W/K; `lane` holds the coefficients of model and n.
+    is the result of `temperature` for P; outflow has this temperature too. `area_ratio` is A_q(x) / A_q(x_0);
+    k_0 is the thermal conductance of the wall at equilibrium, W/K; `lane` holds the coefficients of model and
+    n.
     """
     T_inlet = lane.mixing * T_in + (1 - lane.mixing) * T
     conductance = wall_conductance(k_0, area_ratio, P * T / (P_0 * T_0), lane.e_A, lane.e_PT)

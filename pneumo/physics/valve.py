@@ -109,7 +109,8 @@ def port_flows(
 ) -> tuple[float, float]:
     """Mass flows into and out of a chamber, kg/s, through one restriction; one of them is 0.
 
-    A_t is its area, m^2, P_port the pressure, Pa, on its other side; P and T are those of the chamber.
+    A_t is the area of the restriction, m^2, P_port the pressure on its other side, Pa; P, Pa, and T, K, are
+    those of the chamber.
     """
     if P_port >= P:
         if valve.laminar:
@@ -130,8 +131,8 @@ def chamber_flows(
     other restriction.
 
     The limited command u, V, is positive where it connects this chamber to the supply: the command itself for
-    chamber A, its negative for chamber B. Both flows are non-negative; at most one of them is positive where
-    the valve does not leak, or only `net_leak` passes.
+    chamber A, its negative for chamber B. Both flows are non-negative; at most one of them is positive,
+    except where the valve leaks without `Valve.net_leak`.
     """
     A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
     if u >= 0:

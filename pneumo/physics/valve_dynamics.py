@@ -1,22 +1,22 @@
 """A valve that follows its command: first-order lag, dead time, null offset and dead band.
 
-They are beside `Valve`, which is eq (2): the opening there is proportional to the command, at once.
+Not part of `Valve`, which is eq (2): there the opening is proportional to the command, without delay.
 """
 
 from typing import NamedTuple
 
 
 class ValveDynamics(NamedTuple):
-    """How the opening of a valve follows its command; by default at once, and in proportion."""
+    """How the opening of a valve follows its command; by default proportional, without delay."""
 
     lag: float = 0.0  #: time constant of the first-order lag, s
     dead_time: float = 0.0  #: time after which the valve sees its command, s; negative: before it was logged
     null: float = 0.0  #: command at which the valve is shut, V
-    dead_band: float = 0.0  #: further command to either side of that in which it stays shut, V
+    dead_band: float = 0.0  #: the valve stays shut for commands within this distance of `null`, V
 
     @property
     def proportional(self) -> bool:
-        """Whether the opening is the command, but for the dead time."""
+        """Whether the opening equals the limited command, apart from a dead time."""
         return not (self.lag or self.null or self.dead_band)
 
 

@@ -191,7 +191,7 @@ def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> s
 
 
 def _worst_by_run(cells: xr.Dataset, row: RobustModel) -> np.ndarray:
-    """Mean square error of a model in each run, Pa^2, in that case in which it is worst."""
+    """Mean square error of a model in each run, Pa^2, shape (run,), in the model's worst case."""
     case, full = int(np.argmax(row.every)), row.model == FULL_ORDER
     if case >= len(row.rms):
         mse = cells["mse_of_full_order_off_plant" if full else "mse_of_off_plant"]
@@ -218,9 +218,9 @@ def _over(upper: np.ndarray, lower: np.ndarray) -> Interval:
 
 
 def _more_seeds(tied: Sequence[Interval], runs: int, random: bool) -> int:
-    """Number of runs that may decide; 0 if no more are needed.
+    """Number of seeds for a repetition that may decide; 0 if none is needed, or after `MOST_SEEDS` runs.
 
-    Tied rows whose ratio to the chosen one is known within 10 % need none: any of them will do.
+    No repetition is needed if the ratio of each tied row to the chosen one is known to be within 10 % of 1.
     """
     if random and runs < 2:
         return FIRST_SEEDS
@@ -294,7 +294,7 @@ def _advice(
     tied: Sequence[str],
     more_seeds: int,
 ) -> list[str]:
-    """What would make the answer more certain, one line each."""
+    """Steps that would make the answer more certain, one line each."""
     first = ranking.rows[0]
     lines: list[str] = []
     names = ", ".join((chosen.model, *tied))

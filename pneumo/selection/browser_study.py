@@ -46,7 +46,7 @@ RUNS = 2  # of each experiment, at first: five take three times as long
 
 
 def _marked(text: str) -> tuple[str, dict[str, str]]:
-    """Template with a mark {{key}} for each field and for `seeds`, and what a mark replaces, by key."""
+    """Template in which a mark {{key}} replaces each field and `seeds`; and the text replaced, by key."""
     replaced = dict[str, str]()
     for key in (*(path[-1] for path in FIELDS), "seeds"):
         line = re.compile(rf"^( *)((?:#~ )?{key}: [^ \n]+)", re.MULTILINE)
@@ -122,7 +122,7 @@ def _layout() -> dict[str, Any]:
 
 
 def browser_study(folder: Path) -> str:
-    """HTML page in one file, put together from the files in `folder`; it asks for nothing.
+    """HTML page in one file, put together from the files in `folder`; it loads nothing else.
 
     `InputError` if clang or its linker is not installed.
     """

@@ -66,7 +66,7 @@ def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[
 def seeds_of(experiment: Experiment, count: int) -> list[int]:
     """Random seeds of an experiment's `count` runs: the configured one, then others derived from it.
 
-    A single one where the signal is not random. Consecutive seeds are avoided: for seeds 1, 2, 3 the states
+    A single seed if the signal is not random. Consecutive seeds are avoided: for seeds 1, 2, 3 the states
     of the generator are multiples of one another.
     """
     first = experiment.excitation.seed
@@ -196,9 +196,9 @@ def run_study(
 ) -> xr.Dataset:
     """Run every experiment of a study with several seeds, and replay every model at every n on each run.
 
-    A signal that is not random runs once. `known` has, by cylinder, the limits within which it is known,
-    from `known_within`; those of `KnownWithin` for cylinders that it lacks. `progress` is called after each
-    run with its simulated time, s.
+    An experiment whose signal is not random runs once. `known` has the limits within which each cylinder is
+    known, from `known_within`; other cylinders get the defaults of `KnownWithin`. `progress` is called after
+    each run with its simulated time, s.
 
     Returns the variables of `one_run` by (experiment, run, ...); with `traced`, pressures over time of each
     experiment's first run; by experiment, the limits, `time_constant`, s, and `duration`, s. The result
@@ -245,7 +245,7 @@ def run_study(
 
 
 def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Join results of `run_study` for several cylinders; a single run is repeated as often as others ran."""
+    """Join results of `run_study` for several cylinders; a single run is repeated where others have more."""
     runs = max(part.sizes["run"] for part in parts)
     parts = [part.isel(run=[0] * runs) if part.sizes["run"] == 1 else part for part in parts]
     return xr.concat(parts, "experiment", join="exact", compat="equals", combine_attrs="drop_conflicts")

@@ -1,6 +1,7 @@
 """Fleets: cylinders of a table, run and ranked block by block as by `pneumo study`.
 
-Cells are stored in four bytes; rankings are made from the stored cells, so that a later page has the same.
+Errors are stored as 4-byte floats, and rankings are made from these, so that a page made later has the same
+ranking.
 """
 
 import json

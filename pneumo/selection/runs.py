@@ -44,7 +44,7 @@ class Run(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """Pressures of a reduced model on a run, and their errors; pairs are of chambers A and B."""
+    """Pressures of a reduced model on a run, and their errors, each a pair: chamber A, chamber B."""
 
     t: np.ndarray  #: time, s
     P_A: np.ndarray  #: pressure by the model, Pa

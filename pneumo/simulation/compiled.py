@@ -1,10 +1,10 @@
 # pyright: standard
 """Compilation of functions by Numba, and the cache of their machine code.
 
-Numba's cache does not notice edits in imported functions. So the folder of a kernel's code carries a hash of
-its module and of every module that this one imports: a stale kernel cannot be loaded. Nor
-can one that is damaged or that another user may have written. Whatever is wrong with the folder costs a line
-on standard error and the time to compile again.
+Numba's cache does not notice edits in imported functions. So a kernel's folder is named by a hash of its
+module and of all modules that this one imports: a stale kernel is never loaded. Nor is machine code
+that is damaged or that another user may have written. One line on standard error then names the problem, and
+the kernel is compiled again; likewise if the folder cannot be read or written.
 """
 
 import os
@@ -41,16 +41,17 @@ def cache_folder(module: str) -> Path:
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Decorate a function that kernels call: the compiler puts its code in place of every call.
 
-    A call would copy the arguments, and a plant is some fifty numbers: that took half of a full-order step.
+    A call would copy the arguments, and a plant has some fifty numbers: copying took half the time of a
+    full-order step.
     """
     return register_jitable(forceinline=True, no_cfunc_wrapper=True)(function)
 
 
 def inlined_first(function: Callable[..., Any]) -> Any:
-    """Let kernels use a function; Numba puts its code in place of every call before it infers types.
+    """Decorate a function that kernels call: Numba puts its code in place of calls before type inference.
 
-    So it is compiled as a part of its caller only; with ``register_jitable(inline="always")`` Numba would
-    compile it on its own first, and throw that away.
+    The function is then compiled as a part of its callers only; with ``register_jitable(inline="always")``
+    Numba would first compile it alone, in vain.
     """
     return numba.njit(inline="always")(function)
 
@@ -81,7 +82,7 @@ def kernel(function: Callable[..., Any] | None = None, *, fastmath: Set[str] = f
 class KernelCache:
     """Machine code of a kernel on disk: a file for each signature and processor, with a SHA-256 in front.
 
-    Numba calls it in place of its own cache, which unpickles any file and fails where it cannot.
+    It replaces Numba's own cache, which unpickles any file, and fails if it cannot.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:

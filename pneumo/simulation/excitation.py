@@ -64,9 +64,9 @@ def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.nda
 def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[float, float]:
     """Reverse the open-loop command where the piston is beyond `Drive.x_reverse` and would be driven further.
 
-    From the reference drawn for the step that begins at x, m, and the sign of the sequence so far: the
-    reference to use and the sign of the sequence from now on. In closed loop, and where `command` reverses
-    the reference at every stage instead, both stay.
+    `reference`, V, is the one drawn for the step that begins at x, m; `sign` is the sign of the sequence so
+    far. Returns the reference to use and the sign of the sequence from now on. Both are returned unchanged in
+    closed loop, and where `command` reverses the reference at every stage instead.
     """
     if drive.closed_loop or (drive.each_stage and not drive.toggles):
         return reference, sign
@@ -77,10 +77,11 @@ def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[
 
 
 def reversed_late(u: np.ndarray, draws: np.ndarray, late: float) -> np.ndarray:
-    """Recorded command, V, if each of its reversals comes late by the fraction `late` of a sample, 0 to 1.
+    """Command as recorded, V, if each of its reversals is late by the fraction `late` of a sample, 0 to 1.
 
-    `u` is the command and `draws` the sequence before any reversal, V, both of shape (steps + 1,). A sample
-    just after a reversal is (1 - late) of the new sign and `late` of the old one; draws are on time.
+    `u` is the command and `draws` the sequence before any reversal, V, both of shape (steps + 1,). The
+    sample just after a reversal has the new sign with weight 1 - late and the old sign with weight late. New
+    draws are not late.
     """
     sign = np.sign(u * draws)
     before = np.concatenate([sign[:1], sign[:-1]])

@@ -1,10 +1,11 @@
 # pyright: basic
 """Pressures of both chambers by several sets of parameters at once, on signals given at every stage.
 
-A fit makes these replays hundreds of times. Sets are lanes of `pneumo.simulation.vectorised`, with its
-equations; each has its dead volumes. Sensors are off by a hundred pascal or more, so a third-order method
-is enough: steps of 1 ms are off by less than 1 Pa (paper/decisions/0056). Where a chamber meets the pressure
-of its open port, at which eq (1) has no slope, a step is implicit (paper/decisions/0058).
+A fit makes these replays hundreds of times. Each set of parameters is a lane, as in
+`pneumo.simulation.vectorised` and with the equations there, but has dead volumes of its own. Sensors have
+errors of a hundred pascal or more, so a third-order method is enough: its error with steps of 1 ms is below
+1 Pa (paper/decisions/0056). A step in which a chamber meets the pressure of its open port, where the slope of
+eq (1) is infinite, is implicit (paper/decisions/0058).
 """
 
 from math import exp, log, sqrt
@@ -76,8 +77,8 @@ def _write_geometry(
 ) -> float:
     """Write the rows `VOLUME_RATIO`, `EXPANSION` and `AREA` of the work array X for stage j of step k.
 
-    Each motion has `width` lanes of the `count`, the last one also those that fill a register. Returns the
-    piston position of the first motion, m, positive where it enlarges the chamber.
+    Of the `count` lanes, each motion has `width` in turn, and the last motion also the lanes of padding.
+    Returns the piston position of the first motion, m, positive where it enlarges the chamber.
     """
     x = sign * motions[0, k, j, 0]
     V, A_q = volume(x, chamber, plant.cylinder), heat_area(x, plant.cylinder)
@@ -113,11 +114,11 @@ def _step_across_port(
     psi: tuple[float, ...],
     s_sonic: float,
 ) -> None:
-    """Repeat a step by the implicit Euler method for sets of parameters that met the open port's pressure.
+    """Repeat a step by the implicit Euler method, for lanes whose pressure met that of the open port.
 
-    Their row `MET` of X holds the pressure before the step, over P_0; it is 0 for all others. Near the port's
-    pressure the flow's term in dp/dt is K sign(d) sqrt(|d|) with d = p_port - p, and the other terms, b,
-    hardly change: d + h K sign(d) sqrt(|d|) = p_port - p_before - h b.
+    For these lanes the row `MET` of X holds the pressure before the step, over P_0; for all others, 0. Near
+    the port's pressure the flow's term in dp/dt is K sign(d) sqrt(|d|) with d = p_port - p, and the other
+    terms, b, hardly change: d + h K sign(d) sqrt(|d|) = p_port - p_before - h b.
     """
     p_port, _, inward, outward, _, _, _ = shared
     count = GROUP * starts[3]
@@ -266,7 +267,7 @@ def pressures_of_sets(
 ) -> np.ndarray:
     """Pressures of both chambers by several sets of parameters, Pa, on signals given at every stage.
 
-    Their shape is (motion, set, chamber, stored steps); NaN after a pressure was not positive.
+    The result has shape (motion, set, chamber, stored steps); NaN after a pressure was not positive.
 
     Parameters
     ----------
@@ -281,16 +282,16 @@ def pressures_of_sets(
     V_d : numpy.ndarray
         Dead volumes, m^3, shape (set, chamber), in place of the plant's.
     plant : Plant
-        Without leak or laminar flow: its flow is a polynomial here.
+        Its valve must have neither leak nor laminar flow, since a polynomial replaces eq (1).
     h, stride : float, int
         Step, s, and steps between stored pressures.
     start, start_T : numpy.ndarray
-        Pressures, Pa, and temperatures, K, at first, shape (set, chamber). With temperatures the full-order
-        chambers are replayed, else reduced models.
+        Initial pressures, Pa, and temperatures, K, shape (set, chamber). With temperatures the full-order
+        chambers are replayed, without them reduced models.
     P_s : numpy.ndarray, optional
         Supply pressure, Pa, at every stage, shape (steps, 3), in place of the plant's.
     T_in, exhaust : numpy.ndarray, optional
-        Temperature of the supply, K, and ratio of the exhaust's area of each set, in place of the plant's.
+        Temperature of the supply, K, and `Valve.exhaust`, each of shape (set,), in place of the plant's.
     """
     T_in = np.full(len(lanes), plant.conditions.T_in) if T_in is None else T_in
     exhaust = np.full(len(lanes), plant.valve.exhaust) if exhaust is None else exhaust
@@ -381,7 +382,7 @@ def pressures_on_flows(
 
     `flow`, shape (steps, 3, 2), is the mass flow into chambers A and B, kg/s, at every stage; it is negative
     out of a chamber. `motion`, shape (steps, 3, 2), is one motion; the other parameters are those of
-    `pressures_of_sets`, with any number of sets. Returns shape (set, chamber, stored steps).
+    `pressures_of_sets`, with any number of sets. The result has shape (set, chamber, stored steps).
     """
     pressure = np.empty((len(lanes), 2, len(flow) // stride + 1))
     pressure[:, :, 0] = start

@@ -127,7 +127,7 @@ def run(
 
     It starts from the state y_0 and follows the reference of every step, shape (steps + 1,), m in closed loop
     or V in open loop, under an external force on the piston, N. A step that fails or whose error estimate
-    exceeds `STEP_TOLERANCE` is made again in two halves, then in four, up to 2**most_halvings parts.
+    exceeds `STEP_TOLERANCE` is repeated in two parts, then in four, up to 2**most_halvings parts.
     """
     steps, reference, sign = len(reference) - 1, reference.copy(), 1.0
     states, halvings = np.empty((steps + 1, 6)), np.zeros(steps, np.int8)
@@ -194,7 +194,7 @@ def command_series(states: np.ndarray, reference: np.ndarray, drive: Drive) -> n
 
 
 def recorded(experiment: Experiment, draws: np.ndarray) -> Recording:
-    """Run an experiment's full-order system from equilibrium and record it.
+    """Run an experiment's full-order system from equilibrium on a given reference and record it.
 
     `draws` is the reference before any reversal, m or V, shape (steps + 1,).
     """

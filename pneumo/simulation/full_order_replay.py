@@ -1,7 +1,7 @@
 # pyright: basic
 """Replay of the full-order chambers with parameters that differ from the run's: the full order as a model.
 
-Each row is one set of parameters, as each lane of the reduced models is one model at one n.
+A row is one set of parameters of the full order; it corresponds to a lane, one reduced model at one n.
 """
 
 from typing import Any, NamedTuple
@@ -67,8 +67,8 @@ def _row_step(
 ) -> float:
     """Advance y = (P, T) of one chamber in place by h s.
 
-    Returns the estimated error relative to P_0 or T_0, the larger; infinite where the step failed, 0 where it
-    is not to be `estimated`.
+    Returns the larger estimated error, of P over P_0 or of T over T_0; infinite where the step failed, 0
+    unless `estimated`.
     """
     _step(y, context, h, Y, K, y)
     if not (y[0] > 0 and y[1] > 0):
@@ -98,10 +98,11 @@ def _replay_rows(
     coarse: np.ndarray,
     squares: np.ndarray,
 ) -> int:
-    """Add squared errors of consecutive steps, as `pneumo.simulation.signals.replay_in_blocks` asks for them.
+    """Replay consecutive steps of all rows, and add their squared errors, Pa^2, to `squares`, (row, chamber).
 
-    States `before` and `after` the step have shape (row, chamber, 2); `coarse`, shape (row, chamber), tells
-    which of them have to be halved, and `squares` holds the sums.
+    This is `advance` of `pneumo.simulation.signals.replay_in_blocks`, and returns the number of steps done.
+    States (P, T) `before` and `after` a step have shape (row, chamber, 2); `coarse`, shape (row, chamber),
+    says for which of them the step has to be halved.
     """
     Y, K, error = np.empty((STAGES, 2)), np.empty((STAGES + 1, 2)), np.empty(2)
     place = 0

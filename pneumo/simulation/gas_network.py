@@ -5,7 +5,7 @@ A node is a volume of gas with one pressure and one temperature; a hose is a nod
 follows the full order, eqs (4) and (5), or one of the reduced models. Between nodes, and between a node and
 its surroundings of given pressure and temperature, gas flows through restrictions by eq (1) or ISO 6358.
 
-The study's own kernels know two chambers behind one servo-valve; they are not used here, and do not use this.
+The study's own kernels, for two chambers behind one servo-valve, neither use this module nor are used by it.
 """
 
 from collections.abc import Sequence
@@ -61,7 +61,7 @@ FULL, P_START, T_START, P_0, T_0, T_WALL, K_0, K_STORE, C_STORE, K_BACK = (
 class Link(NamedTuple):
     """A restriction between two ends, `first` and `second`.
 
-    An end is the index of a node or, from the number of nodes on, of one of the surroundings.
+    An end is the index of a node, or the number of nodes plus the index of one of the surroundings.
     """
 
     first: int
@@ -79,12 +79,12 @@ class Replayed(NamedTuple):
 
 
 def full_order_lane(gamma: float, e_A: float = 0.0, e_PT: float = 0.0) -> Lane:
-    """Coefficients of the full order, eq (4), where wall conductance goes with A_q^e_A (P T)^e_PT, eq (8)."""
+    """Coefficients of the full order, eq (4); wall conductance proportional to A_q^e_A (P T)^e_PT, eq (8)."""
     return Lane(gamma, gamma, gamma, 0.0, 1.0, 1.0, 1.0, e_A, e_PT)
 
 
 def law(model: Model | None, n: float, gamma: float) -> tuple[Lane, bool]:
-    """Fields `lane` and `full` of a `Node`: for a reduced model at n, or for the full order where None."""
+    """Fields `lane` and `full` of a `Node` by a reduced model at n, or by the full order if model is None."""
     return (full_order_lane(gamma), True) if model is None else (lane(model, n, gamma), False)
 
 
@@ -186,9 +186,9 @@ def fastest_rate(
     areas: np.ndarray,
     gas: Gas,
 ) -> float:
-    """Inverse of the longest step that is stable and accurate, 1/s; arguments as of `replay`.
+    """Inverse of the longest step that is stable and accurate, 1/s; parameters are those of `replay`.
 
-    From the smallest volumes and the largest areas, so that two samples that have them are enough.
+    It depends on V and `areas` only by each node's smallest volume and each link's largest area.
     """
     # Rates over the area of a node's restrictions per volume: the slope of the proportional flow, and the
     # relative change of pressure by a sonic flow at the largest pressure ratio.
@@ -223,7 +223,7 @@ def replay(
     Parameters
     ----------
     nodes
-        Volumes of gas, with their first pressures and temperatures.
+        Volumes of gas, with their initial pressures and temperatures.
     links
         Restrictions. Each end is an index of `nodes`, or ``len(nodes)`` plus an index of `surroundings`.
     surroundings

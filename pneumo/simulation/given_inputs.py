@@ -47,7 +47,7 @@ def pressures_on_inputs(
 ) -> np.ndarray:
     """Pressures of reduced models, Pa, on inputs given at every Runge-Kutta stage.
 
-    Their shape is (lane, chamber, stored steps), where a lane is one model at one n. They are NaN after a
+    The result has shape (lane, chamber, stored steps), where a lane is one model at one n; it is NaN after a
     pressure was not positive.
 
     Parameters
@@ -57,7 +57,7 @@ def pressures_on_inputs(
     lanes : numpy.ndarray
         Coefficients from `pneumo.physics.models.lane_array`, shape (lane, 9), at most `vectorised.ROW` lanes.
     plant : Plant
-        Without leak or laminar flow: its flow is a polynomial here.
+        Its valve must have neither leak nor laminar flow, since a polynomial replaces eq (1).
     h, stride : float, int
         Step, s, and steps between stored pressures.
     start : numpy.ndarray, optional
@@ -88,8 +88,8 @@ def joint_rates(y: np.ndarray, reference: float, lanes: np.ndarray, drive: Drive
     """Rates of the six full-order states and of both pressures of several reduced models, in one vector.
 
     y holds (x, v, P_A, T_A, P_B, T_B), then P_A and P_B of each row of `lanes` (coefficients from
-    `pneumo.physics.models.lane_array`): shape (6 + 2 lanes,). The reference now is in m in closed loop, V in
-    open loop.
+    `pneumo.physics.models.lane_array`): shape (6 + 2 lanes,). `reference` is its present value, m in closed
+    loop or V in open loop.
     """
     dy = np.empty_like(y)
     full_order_rates(y, 0, (reference, 0.0, drive, plant), dy)

@@ -1,7 +1,7 @@
 # pyright: basic
-"""Extended Kalman filter of the actuator by any model: motion, pressures, perhaps temperatures and k_0.
+"""Extended Kalman filter that estimates motion, pressures and, optionally, temperatures and k_0.
 
-Eq (3) and a reduced model or the full order; one step of the midpoint rule from sample to sample.
+It predicts by eq (3) and a reduced model or the full order, with one step of the midpoint rule per sample.
 """
 
 from math import exp, log

@@ -51,7 +51,7 @@ def polynomial(c: tuple[float, ...], x: float) -> float:
 def logarithm(x: float) -> float:
     """Natural logarithm of a positive, finite x; for any other x a finite number outside -700 ... 700.
 
-    It takes x = m 2^exponent apart and applies the polynomial `LOG` to z = (m - 1)/(m + 1).
+    It splits x into m 2^exponent and applies the polynomial `LOG` to z = (m - 1)/(m + 1).
     """
     bits = np.float64(x).view(np.int64) + (ONE - ROOT_HALF)
     exponent = np.int64((np.uint64(bits) >> np.uint64(52)) | LARGE_BITS).view(np.float64) - (LARGE + 1023.0)

@@ -93,9 +93,9 @@ _step, _estimate = dormand_prince(lane_rates), embedded_error(lane_rates)
 def lane_step(
     P: np.ndarray, context: Any, h: float, estimated: bool, Y: np.ndarray, K: np.ndarray, error: np.ndarray
 ) -> float:
-    """Advance a chamber's pressure P, shape (1,), by h s by a reduced model, in place; NaN unless positive.
+    """Advance a chamber's pressure P, shape (1,), in place by h s by a reduced model; NaN if not positive.
 
-    Returns the estimated error over P_0; infinite where the step failed, 0 where it is not to be `estimated`.
+    Returns the estimated error over P_0; infinite where the step failed, 0 unless `estimated`.
     """
     _step(P, context, h, Y, K, P)
     if not P[0] > 0:

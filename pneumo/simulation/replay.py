@@ -37,9 +37,9 @@ def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: 
     `pneumo.physics.models.lane_array`; `sampling` says how the signals are read; `stride` is the number of
     steps between stored pressures.
 
-    The vectorised kernel computes most lanes. The readable kernel computes those that the first cannot: an
-    unusual wall law or valve, or a pressure too far from P_0. Where the run itself failed, every lane has the
-    status "no full-order run" (`NO_RUN`).
+    The vectorised kernel computes most lanes. The readable kernel computes those that the vectorised one
+    cannot: an unusual wall law or valve, or a pressure too far from P_0. Where the run itself failed, every
+    lane has the status "no full-order run" (`NO_RUN`).
     """
     different, index = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1
     pressure = np.full((len(different), 2, (len(recording.states) - 1) // stride + 1), np.nan)
@@ -56,9 +56,9 @@ def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: 
 def replay_in_parts(
     recording: Recording, lanes: np.ndarray, sampling: Sampling, take: TakePressures, stride: int = 1
 ) -> Replayed:
-    """Replay as `replay`, and hand the stored pressures over in parts, which needs little memory.
+    """Replay as `replay` does, but pass the stored pressures to `take` in parts, to save memory.
 
-    The result has no pressures.
+    `pressure` of the result is empty.
     """
     shape = (len(lanes), 2)
     run_status, step = failure(recording.states)

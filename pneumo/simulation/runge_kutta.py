@@ -53,8 +53,8 @@ def embedded_error(rates: Callable[..., None]) -> Callable[..., None]:
     """Return a function for compiled code that estimates the error of a step made by `dormand_prince`.
 
     ``estimate(y_next, context, h, K, error)`` writes the fifth-order minus the fourth-order result into
-    `error`. It reads the six derivatives that the step left in K, shape (7, len(y)), and writes that at
-    y_next into the seventh row.
+    `error`. It reads the six derivatives that the step left in K, shape (7, len(y)), and writes the
+    derivative at y_next into the seventh row of K.
     """
 
     @inlined

@@ -127,7 +127,7 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
         return _without_times(equilibrium(plant)[np.newaxis], 0, TOO_SLOW)
 
     def until_near(start: np.ndarray, force: float, least: float) -> tuple[np.ndarray, bool]:
-        """States from `start` to the first instant near T_amb, after `least` s; whether there is one."""
+        """States from `start` until the air is near T_amb, after at least `least` s; whether it came near."""
         states, zeros = start[np.newaxis], np.zeros(round(window / h) + 1)
         while True:
             piece = run(states[-1], zeros, force, drive, plant, h, 0).states

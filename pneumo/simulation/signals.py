@@ -19,7 +19,7 @@ STUDY_SAMPLINGS = PUBLISHED, EXACT = "published", "exact"  # names of folders of
 
 
 def study_sampling(name: str, experiment: Experiment) -> Sampling:
-    """How an experiment's signals are sampled in the replays of results/`name`, "published" or "exact".
+    """`Sampling` of an experiment's signals in the replays of results/`name`, "published" or "exact".
 
     Raises
     ------
@@ -123,12 +123,12 @@ def replay_in_blocks(
     sampling: Sampling,
     advance: Callable[[int, np.ndarray, np.ndarray, bool], int],
 ) -> None:
-    """Replay a recording with stage inputs that one kernel computes, compiled once for all replays.
+    """Replay a recording in blocks of steps; one kernel, shared by all replays, computes the stage inputs.
 
     ``advance(first, inputs, halvings, again)`` replays consecutive steps from step `first` on. Each is halved
     as often as `halvings` says; `inputs`, shape (part, 7, 3), holds the `stage_inputs` of their parts. It
-    returns how many steps it has done: fewer than all where the next has to be halved once more. That step
-    alone is then replayed `again`.
+    returns how many steps it has done: fewer than all if the next one has to be halved once more. That step
+    alone is then passed with one more halving and `again` true.
     """
     steps = len(recording.states) - 1
     given = recording.halvings if sampling.exact else np.zeros(steps)

@@ -62,8 +62,9 @@ SIDE_B = np.uint64(ROW)  # from a row of chamber A to chamber B's, where they fo
 def shared_terms(u: float, x: float, v: float, chamber: Chamber, plant: Plant) -> tuple[float, ...]:
     """Terms of the pressure rate at one stage that are the same for all lanes of a chamber.
 
-    In units of P_0: pressure of the open port and its logarithm; factors of inflow, outflow and compression;
-    of wall heat with a constant conductance, and with one proportional to A_q. For chamber B, negate u, x, v.
+    Returns, in units of P_0: pressure of the open port and its logarithm; factors of inflow, outflow,
+    compression, wall heat with a constant conductance, and wall heat with a conductance proportional to A_q.
+    For chamber B, negate u, x, v.
     """
     c, inverse_V = plant.conditions, 1 / volume(x, chamber, plant.cylinder)
     throat = plant.gas.R * plant.valve.k_xu * abs(u) * inverse_V  # (2)
@@ -210,7 +211,7 @@ def estimate_errors(
 
 @register_jitable
 def store_accurate(W: np.ndarray, starts: tuple[np.uint64, ...], tolerance: float) -> bool:
-    """Store the pressures of all lanes that were still too coarse; return whether some still are.
+    """Store the pressures of all lanes that are not yet accurate; return whether some must be halved again.
 
     A lane is accurate, and not stored again, once its estimated error is at most `tolerance`.
     """
@@ -246,9 +247,11 @@ def _replay(
     psi: tuple[float, ...],
     pressure: np.ndarray,
 ) -> int:
-    """Advance W by consecutive steps, as `pneumo.simulation.signals.replay_in_blocks` asks for them.
+    """Replay consecutive steps of all lanes: write pressures, Pa, and add errors and squares to sums in W.
 
-    Step k leads from ``states[k]`` to ``states[k + 1]``, and its pressures are those of ``pressure[k]``.
+    This is `advance` of `pneumo.simulation.signals.replay_in_blocks`, and returns the number of steps done.
+    Step k leads from ``states[k]`` to ``states[k + 1]``; its pressures go into ``pressure[k]``, shape
+    (chamber, lane).
     """
     P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), GROUP * starts[3]
     place = 0
@@ -290,8 +293,8 @@ def _replay(
 def needs(lanes: np.ndarray) -> np.ndarray:
     """Terms of the pressure rate that each lane needs, as a number from 0 to 3.
 
-    0: no others; 1: temperature by eq (6); 2: that and wall heat; 3: both, with a wall conductance that
-    depends on the square root of P T.
+    0: no temperature and no wall heat; 1: temperature by eq (6); 2: that temperature and wall heat; 3: as 2,
+    with a wall conductance that depends on the square root of P T.
     """
     lane = Lane(*lanes.T)
     wall = np.where(lane.e_PT != 0, 3, 2)

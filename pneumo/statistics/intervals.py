@@ -37,11 +37,11 @@ class Interval(NamedTuple):
         return f"at most {high}" if np.isfinite(self.high) else "not determined"
 
     def scaled(self, factor: float) -> "Interval":
-        """Return estimate and ends times a factor, such as that of another unit."""
+        """Return estimate and ends times a factor, such as that of a change of unit."""
         return Interval(*(factor * value for value in self))
 
     def exponential(self) -> "Interval":
-        """Return exp of estimate and ends: from a mean of logarithms, the geometric mean."""
+        """Return exp of estimate and ends, which turns a mean of logarithms into a geometric mean."""
         return Interval(*(float(np.exp(value)) for value in self))
 
 

@@ -1,9 +1,8 @@
 """Worst-case ranking of the models for a cylinder that is not known exactly.
 
-A model and its n are chosen once, with the configured plant. The cylinder's k_0 may be the lowest or the
-highest of its range; so may, in every combination, its valve and its dead volumes, where their accuracy is
-given.
-Errors are root mean squares over both chambers, the experiments and the runs.
+A model and its n are chosen once, with the configured plant. Cases are the assumed k_0 and both ends of its
+range and, where the accuracy of valve or dead volumes is given, every combination of the ends of all three
+ranges. Errors are root mean squares over both chambers, the experiments and the runs.
 """
 
 from typing import NamedTuple

@@ -41,7 +41,7 @@ def unlike_list(folder: Path) -> list[str]:
 
 
 def made(file: Path, code_sha256: str) -> str:
-    """Say when and from which configuration a file of evidence was made.
+    """Text that says when and from which configuration a file of evidence was made.
 
     "by earlier code" is added if `code_sha256`, the hash of the code now, is not the one in the file.
     """

@@ -34,7 +34,7 @@ def status_attributes(meanings: Mapping[int, str], long_name: str) -> dict[str, 
 
 
 def described(dataset: xr.Dataset, about: Mapping[str, tuple[str, str]]) -> xr.Dataset:
-    """Copy of a dataset; `about` has the (unit, long name) that its variables get, by name."""
+    """Copy of a dataset whose variables get the (unit, long name) that `about` has for them, by name."""
     dataset = dataset.copy()
     for name, (unit, long_name) in about.items():
         dataset[name].attrs = {"units": unit, "long_name": long_name}
