@@ -1,7 +1,7 @@
-"""Shifts of fitted parameters by quantities that are configured and cannot be fitted.
+"""Shifts of fitted parameters caused by errors of quantities that are configured and cannot be fitted.
 
-A bore, or the zero of the position, that is off by its stated accuracy changes the replay or the measured
-signals. The least squares then move; here by the curvature at the optimum, to first order.
+A bore or a zero of the position that is off by its stated accuracy changes the replay or the measured
+signals, and so the minimum of the sum of squares. Its shift is computed to first order, from the curvature.
 """
 
 from collections.abc import Callable
@@ -78,15 +78,19 @@ CHANGED = dict(zip(UNFITTED, _CHANGES, strict=True))
 
 
 def shifts(changes: np.ndarray, J: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """Shifts of the parameters, on the scale of the search, by `changes`; shape (quantity, parameter).
+    """Shifts of the parameters caused by `changes` of the residual, shape (quantity, parameter).
 
-    J is the derivative of the pressures, in units of P_s, `inverse` that of the curvature.
+    They are on the scale of the search. `changes` are from `changes_of`; J is the derivative of the replayed
+    pressures in units of P_s, by (chamber, sample, parameter); `inverse` is the inverse of the curvature.
     """
     return changes.reshape(len(changes), J[..., 0].size) @ J.reshape(-1, len(inverse)) @ inverse
 
 
 def misfit(changes: np.ndarray, J: np.ndarray, inverse: np.ndarray) -> float:
-    """Residual that `changes` leave where the parameters shift, in units of P_s: standard deviation."""
+    """Standard deviation of the residual that `changes` leave once parameters have shifted, in units of P_s.
+
+    `changes`, J and `inverse` are those of `shifts`; the squares of all quantities' residuals add up.
+    """
     left = (
         changes.reshape(len(changes), J[..., 0].size)
         - shifts(changes, J, inverse) @ J.reshape(-1, len(inverse)).T
@@ -95,7 +99,7 @@ def misfit(changes: np.ndarray, J: np.ndarray, inverse: np.ndarray) -> float:
 
 
 def changes_of(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarray:
-    """Change of the residual by each of the `UNFITTED` that is off by its accuracy.
+    """Changes of the residual if a quantity is off by its accuracy, for each of `UNFITTED`.
 
     In units of P_s, at the optimum `theta`, shape (quantity, chamber, sample).
     """
@@ -112,7 +116,10 @@ def changes_of(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarr
 
 
 def prior_shifts(problem: Problem, inverse: np.ndarray, prior: np.ndarray, known: Accuracy) -> np.ndarray:
-    """Shifts of the parameters by each of `CONFIGURED`, whose prior is off by its accuracy."""
+    """Shifts of the parameters if the centre of a prior is off by its accuracy, for each of `CONFIGURED`.
+
+    On the scale of the search, shape (quantity, parameter); zero for a quantity that is not fitted.
+    """
     result = np.zeros((len(CONFIGURED), len(problem.names)))
     for row, name in enumerate(CONFIGURED):
         if name in problem.names:
@@ -122,7 +129,10 @@ def prior_shifts(problem: Problem, inverse: np.ndarray, prior: np.ndarray, known
 
 
 def configured_shifts(problem: Problem, best: Fit, changes: np.ndarray, known: Accuracy | None) -> np.ndarray:
-    """Shifts of the parameters by `SHIFTING`, each off by its accuracy, shape (quantity, parameter)."""
+    """Shifts of the parameters if a configured quantity is off by its accuracy, for each of `SHIFTING`.
+
+    On the scale of the search, shape (quantity, parameter); zero if `known` is None.
+    """
     if known is None:
         return np.zeros((len(SHIFTING), len(best.theta)))
     inverse = inverse_curvature(best)

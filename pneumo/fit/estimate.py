@@ -61,7 +61,7 @@ def estimate(
     Parameters
     ----------
     noisy : numpy.ndarray, optional
-        Motions of the part fitted from `with_added_noise`; without them nothing is corrected for noise.
+        Motions of the part fitted, from `with_added_noise`; without them no bias from noise is corrected.
     intervals
         Names of the parameters that get an interval.
     reference : numpy.ndarray, optional
@@ -95,7 +95,7 @@ def estimate(
         changes = changes_of(plain, best.theta, known)
 
     def judged(best: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Replayed pressures, shifts by what is configured, and covariances with these."""
+        """Replayed pressures, Pa; shifts from `configured_shifts`; both covariances, shifts included."""
         fitted = replayed_pressures(problem, best.theta[None])[0, 0]
         off = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
         moved = configured_shifts(problem, best, changes, known)
@@ -166,7 +166,10 @@ def estimate(
 
 
 def limited_ends(name: str, ends: tuple[float, float], lowest: float) -> tuple[float, float]:
-    """Ends of an interval; the lowest value of the search is that of a dead volume: none is below zero."""
+    """Ends of an interval; the lower end of a dead volume is at least the lower bound of the search.
+
+    A dead volume is never negative, so its interval has a lower end wherever it has an upper one.
+    """
     low, high = ends
     if PARAMETERS[name].group == "dead volume" and np.isfinite(high):
         return max(low, lowest), high
@@ -174,16 +177,16 @@ def limited_ends(name: str, ends: tuple[float, float], lowest: float) -> tuple[f
 
 
 def offsets_of(problem: Problem, best: Fit, changes: np.ndarray) -> dict[str, SensorOffset]:
-    """Offsets of the pressure sensors that are not fitted, by the name of their cause."""
+    """First-order offsets of the pressure sensors, by the name of their cause; fitted ones are left out."""
     names = [f"offset_{side}" for side in "AB"]
     found = sensor_offsets(best, changes, problem.plant.conditions.P_s)
     return {name: offset for name, offset in zip(names, found, strict=True) if name not in problem.also}
 
 
 def first_pressures(problem: Problem) -> np.ndarray:
-    """First pressures and temperatures, fitted where nothing else is, on the scale of the search.
+    """Fitted first pressures and temperatures of a problem without other parameters, on the search's scale.
 
-    Of a long record `MOST_STEPS` of the replay show them.
+    Each record is fitted alone, a long one over its first `MOST_STEPS` steps of the replay.
     """
     signals, found = problem.signals, dict[str, float]()
     for i, (first, last) in enumerate(signals.pieces):
@@ -195,9 +198,11 @@ def first_pressures(problem: Problem) -> np.ndarray:
 
 
 def best_start(problem: Problem) -> Fit:
-    """Plain fit of the full order, begun again with one configured quantity off where that is far nearer.
+    """Plain least-squares fit of the full order: the best of searches from several starts.
 
-    With a supply wrong by 1 bar, the search from the configured values ends in another minimum.
+    If the fit from the configured values leaves large residuals, the search is repeated for each configured
+    quantity, from values found with this quantity free: with a supply wrong by 1 bar, the search from the
+    configured values ends in another minimum.
     """
     first = fit(problem)
     if not any(residual.far_from_noise for residual in residuals(problem, first.theta)):

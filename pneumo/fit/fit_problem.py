@@ -71,10 +71,10 @@ class Prior(NamedTuple):
 
 
 def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -> dict[str, Prior]:
-    """Priors of the `CONFIGURED` parameters that can be fitted, by name.
+    """Priors by name, for the `CONFIGURED` parameters that the full order fits.
 
-    Those are fitted with the full order; b only of a valve by ISO 6358, the supply where it was not measured.
-    `noise`, Pa, is that of the pressure sensors, against which a prior is weighed.
+    They include b only for a valve by ISO 6358, and the supply pressure only where it was not measured. The
+    weight of a prior is (noise / (P_s deviation))^2, with the `noise` of the pressure sensors, Pa.
     """
     result: dict[str, Prior] = {}
     for name in CONFIGURED:
@@ -119,7 +119,11 @@ class Problem(NamedTuple):
         )
 
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances of the parameters from their priors' centres, and the weights of their squares."""
+        """Distances of the parameters from their priors' centres, and the weights of the squared distances.
+
+        Both have the shape (parameter,); the weight is zero for a parameter without a prior or named in
+        `also`.
+        """
         none = Prior(0.0, np.inf, 0.0)
         held = [self.priors.get(name, none) if name not in self.also else none for name in self.names]
         centre, _, weight = np.array(held).T
@@ -169,10 +173,10 @@ class Problem(NamedTuple):
 def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray | None = None) -> np.ndarray:
     """Pressures of a model with several sets of parameters, Pa, shape (motion, set, chamber, samples).
 
-    NaN where a replay left the positive numbers. `thetas`, shape (set, parameter), is on the scale of the
-    search; `motions`, shape (motion, steps, 3, 2), is by default the measured one. Lanes of one replay may
-    differ in k_xu and k_0, which are coefficients of a lane, in dead volumes, T_in, exhaust and starts; sets
-    that differ in `SHARED` parameters need another replay.
+    They are NaN after a pressure was not positive. `thetas`, shape (set, parameter), is on the scale of the
+    search; `motions`, shape (motion, steps, stages, 2), is by default the measured one. One replay takes all
+    sets that differ only in n, k_xu, k_0, dead volumes, T_in, exhaust, first pressures or first temperatures;
+    sets that differ in `SHARED` parameters need another replay.
     """
     signals, values = problem.signals, [problem.values(theta) for theta in thetas]
     motions = signals.motion[None] if motions is None else motions
@@ -186,7 +190,7 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray
 
 
 def _pressures_of_record(problem: Problem, values: list[dict[str, float]], motions: np.ndarray) -> np.ndarray:
-    """Pressures as `replayed_pressures` has them, of one record, from sets of values in SI units."""
+    """Pressures of one record, as from `replayed_pressures`, for sets of parameters in SI units."""
     signals = problem.signals
     lanes = lane_array([_lane(problem, value) for value in values])
     V_d, start = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("V_d", "start"))
@@ -226,7 +230,7 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]], motio
 
 
 def opened(signals: StageSignals, values: dict[str, float]) -> StageSignals:
-    """Signals of what is behind the valve and the sensors' offsets that were fitted, for a reduced model."""
+    """Signals for a reduced model: command behind the fitted valve, pressures less the fitted offsets."""
     u = np.empty_like(signals.u)
     for first, last in signals.pieces:
         steps = slice(first * signals.stride, (last + 1) * signals.stride)
@@ -250,10 +254,10 @@ def sagging_supply(signals: StageSignals, u: np.ndarray, plant: Plant, sag: floa
 
 
 def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) -> np.ndarray:
-    """Volume that leaks out of each chamber, m^3/s at the chamber's pressure, by (step, chamber).
+    """Volume flow that leaks out of each chamber, m^3/s at the chamber's pressure, by (step, chamber).
 
-    Past the piston, and through both paths of the valve: each a fraction of the configured valve's area. The
-    flows are those at the measured pressures and T_amb.
+    Gas leaks past the piston and through both paths of the valve; the area of each leak is a fraction of the
+    configured valve's. Flows are computed at the measured pressures and T_amb.
     """
     c, gas = plant.conditions, plant.gas
     steps = np.arange(len(signals.u)) / signals.stride
@@ -279,10 +283,10 @@ def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) 
 
 
 def with_leak(motions: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) -> tuple[np.ndarray, Plant]:
-    """Motions whose velocity is that of a piston which makes room as air leaks out of one chamber.
+    """Motions with a changed velocity that has the effect of a leak out of one chamber, and the plant.
 
-    Air that stays in a chamber expands into the room of air that leaves, as behind a moving piston: the rates
-    of pressure and temperature are the same. The position is not changed.
+    Air that leaks out lets the rest expand, as behind a moving piston: the rates of pressure and temperature
+    are the same. `leaked`, m^3/s, is from `leaked_volume`. Position and plant are not changed.
     """
     chamber, moved = chamber_of(plant.cylinder, side), motions.copy()
     moved[..., 1] += sign_of(side) * (leaked[:, side] / chamber.area)[:, None]
@@ -290,7 +294,11 @@ def with_leak(motions: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) 
 
 
 def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarray:
-    """Pressures, with samples along the last axis, earlier by the `skew` and behind a `filter`, both in s."""
+    """Replayed pressures as a logger records them, Pa, with samples along the last axis.
+
+    They are earlier by `skew` and behind a filter with the time constant `filter`, both in s, where `value`
+    has them.
+    """
     if skew := value.get("skew", 0.0):
         last = P.shape[-1] - 1
         at = np.clip(np.arange(last + 1) + skew / period, 0, last)
@@ -305,12 +313,12 @@ def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarr
 
 
 def offsets(value: dict[str, float]) -> np.ndarray:
-    """Offsets of the pressure sensors that were fitted, Pa, shape (chamber, 1)."""
+    """Fitted offsets of the pressure sensors, Pa, shape (chamber, 1); zero where none is fitted."""
     return np.array([[value.get(f"offset_{side}", 0.0)] for side in "AB"])
 
 
 def _lane(problem: Problem, value: dict[str, float]) -> Lane:
-    """Lane of the model with the values' n, k_xu over that of the plant, and k_0 over 1 W/K."""
+    """Lane of the model with n, k_xu as a multiple of the plant's, and k_0 as a multiple of 1 W/K."""
     row, k_xu = lane(problem.model, value.get("n", 1.0), problem.plant.gas.gamma), problem.plant.valve.k_xu
     return row._replace(
         flow_scale=value.get("k_xu", k_xu) / k_xu,  # 1 where flows were measured
@@ -332,7 +340,7 @@ def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
 def scaled_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
     """Replayed pressures in units of P_s, shape (motion, set, chamber, samples).
 
-    On the measured motion first, then on the noisy ones.
+    The first motion is the measured one; the others have added noise.
     """
     measured = problem.signals.motion[None]
     motions = measured if problem.noisy is None else np.concatenate([measured, problem.noisy])
@@ -342,9 +350,9 @@ def scaled_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
 def pressure_and_jacobian(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Replayed pressure in units of P_s, shape (motion, chamber, samples), and its derivative.
 
-    On the measured motion first, then on the noisy ones. The derivative, shape (motion, chamber, samples,
-    parameter), is by one-sided differences, away from the nearer bound. The pressure is NaN where the replay
-    left the positive numbers.
+    The first motion is the measured one; the others have added noise. The derivative, shape (motion, chamber,
+    samples, parameter), is by one-sided differences, away from the nearer bound. The pressure is NaN after it
+    was not positive.
     """
     low, high = problem.bounds()
     steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)

@@ -25,7 +25,7 @@ AS_GOOD = 1.05  # error on the part held out over the lowest, up to which models
 
 
 class FitWarning(str):
-    """Sentence of a warning, and the parameters that it concerns; without any, all of the rig."""
+    """Text of a warning, with the parameters that it concerns; without any, it concerns all of the rig."""
 
     __slots__ = ("parameters",)
     parameters: tuple[str, ...]
@@ -65,7 +65,7 @@ class Estimate(NamedTuple):
 
     @property
     def estimates(self) -> dict[str, float]:
-        """Estimates in SI units, whatever the wall's law."""
+        """Estimates in SI units: means over the wall's laws if these were averaged, else `values`."""
         return {**self.values, **self.averaged}
 
 
@@ -86,7 +86,10 @@ def first_words(text: str) -> str:
 
 
 def light(name: str, interval: Interval, doubted: bool) -> Light:
-    """Light of a parameter by its interval; a search that begins at zero needs no lower end."""
+    """Light of a parameter by the width of its interval; "green" only if the parameter is not `doubted`.
+
+    An interval with an open end is "red", but a search that begins at zero needs no lower end.
+    """
     search, (_, low, high) = PARAMETERS[name].search, interval
     if not np.isfinite(high) or not (np.isfinite(low) or search.low == 0):
         return "red"
@@ -117,7 +120,7 @@ class FitResult:
     def best_model(self) -> str:
         """Name of the best reduced model without a parameter on its bound: the one to replay or export.
 
-        Where every model has one on its bound, the best of all.
+        If every reduced model has a parameter on its bound, the best of them.
         """
         reduced = [name for name in self.models if name != FULL_ORDER]
         inside = [name for name in reduced if not self.on_bound(name)]
@@ -131,8 +134,8 @@ class FitResult:
     def model_of_rig(self) -> str:
         """Name of the model whose parameters a configuration gets.
 
-        It is the full order, or the best model where the full order has no intervals: parameters of a reduced
-        model also compensate for what that model lacks.
+        The full order if it has intervals, else `best_model`: parameters of a reduced model also compensate
+        for what that model lacks.
         """
         if FULL_ORDER not in self.models:
             return self.best_model
@@ -147,9 +150,10 @@ class FitResult:
         return {name: interval for name, interval in intervals.items() if np.isfinite(interval.value)}
 
     def replayed(self, model: str) -> dict[str, Interval]:
-        """Intervals as `estimates` has them, about the values with which the model is replayed.
+        """Values with which a model is replayed, with intervals, by parameter, in SI units.
 
-        They differ for the full order, which is replayed with one law of the wall.
+        The ends are those of `estimates`. The values differ from `estimates` for the full order, which is
+        replayed with one law of the wall.
         """
         values = self.data["replayed"].sel(model=model)
         return {
@@ -159,10 +163,10 @@ class FitResult:
 
     @property
     def lights(self) -> dict[str, Light]:
-        """Lights of the full order's parameters; none where it was not fitted.
+        """Lights of the full order's parameters, by name; empty if the full order was not fitted.
 
-        Red: the interval has an open end or says little. Yellow: it is wide, or a warning of the rig concerns
-        the parameter.
+        Red: the interval has an open end or is very wide. Yellow: it is wide, or a warning of the rig
+        concerns the parameter.
         """
         return {
             name: light(name, interval, bool(self._doubts(name))) for name, interval in self._rig().items()
@@ -183,7 +187,7 @@ class FitResult:
         return reasons
 
     def _rig(self) -> dict[str, Interval]:
-        """Estimates of the full order but for the first pressures and temperatures; none without it."""
+        """Estimates of the full order but first pressures and temperatures; empty if it was not fitted."""
         found = self.estimates(FULL_ORDER) if FULL_ORDER in self.models else {}
         return {name: interval for name, interval in found.items() if name not in STARTS}
 
@@ -229,7 +233,7 @@ class FitResult:
         return {"held_out_from": self.held_out_from} | texts
 
     def save(self, config_sha256: str, path: Path) -> None:
-        """Write the result as NetCDF, `notes` and `warnings` with a line for each."""
+        """Write the result as NetCDF; its attributes `notes` and `warnings` have a line for each text."""
         summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
         common = attributes(self.title, summary, config_sha256, code_hash(*self.modules))
         C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
@@ -249,7 +253,7 @@ class ClosedChambersResult(FitResult):
 
     @property
     def model_of_rig(self) -> str:
-        """Name of the best law that gives a k_0, or of the best law."""
+        """Name of the best law that gives a k_0; of the best law if none does."""
         return next((law for law in self.models if "k_0" in self.estimates(law)), self.best_model)
 
     def attributes(self) -> dict[str, Any]:
@@ -261,10 +265,10 @@ class ClosedChambersResult(FitResult):
 def fit_data(
     measurement: Measurement, estimates: Mapping[str, Estimate], parameters: Sequence[str]
 ) -> xr.Dataset:
-    """Dataset of several estimates, in their order.
+    """Dataset of several fitted models, in the order of `estimates`.
 
-    Estimates, intervals and shifts by (model, parameter), errors by (model, chamber), measured and replayed
-    pressures by (chamber, t) and (model, chamber, t).
+    Estimates and intervals are by (model, parameter), shifts by (model, parameter, quantity), errors by
+    (model, chamber), measured and replayed pressures by (chamber, t) and (model, chamber, t).
     """
 
     def values(field: str) -> np.ndarray:

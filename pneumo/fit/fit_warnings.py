@@ -39,7 +39,7 @@ CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
 
 
 def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
-    """Warnings of unexplained residuals and their likely cause, else of odd parameters."""
+    """Warnings of unexplained residuals and their likely cause; of odd parameters if no cause is found."""
     name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
     if name == FULL.name:
         least = ALLOWED * estimate.of_configuration
@@ -76,9 +76,9 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
 
 
 def offset_warnings(estimate: Estimate) -> list[str]:
-    """Warning of an offset of a pressure sensor, not fitted, that would move a parameter out of its interval.
+    """Warning of a pressure sensor's offset, not fitted, that would move a parameter out of its interval.
 
-    Offsets of which the record is about as sure are named together.
+    Offsets that the record shows with about the same certainty are named together.
     """
     sure: dict[str, float] = {}
     for name, offset in estimate.offsets.items():
@@ -110,8 +110,9 @@ def doubtful(
 ) -> bool:
     """Whether residuals that are not noise may move a parameter by more than `factor` times `TOLERATED`.
 
-    Residuals below `least`, Pa, are expected of a configuration within its accuracy, and so are shifts
-    within `expected`, the half of an interval from noise and configuration alone.
+    `remainder` has the shift of each parameter by such residuals, `expected` half of its interval from noise
+    and configuration alone, both on the scale of the search. Shifts below `expected` do not count, nor do
+    residuals below `least`, Pa, which a configuration within its accuracy can leave.
     """
     seen = any(residual.coloured > max(SEEN * residual.noise, least) for residual in split)
     return seen and any(
@@ -142,7 +143,11 @@ def remainder_warning(problem: Problem, estimate: Estimate, split: Sequence[Resi
 
 
 def place_of_misfit(problem: Problem, estimate: Estimate) -> str:
-    """Where most of the residual that is not noise is, if it is at a place that takes little of the time."""
+    """Text on where most of the residual that is not noise occurs; empty if no such place stands out.
+
+    Places are reversals of the command, stops, small commands and high pressures. One is named if most of the
+    residual is there, in a small part of the time.
+    """
     signals, samples = problem.signals, problem.signals.P.shape[1]
     length = max(1, round(BLOCK / signals.period))
     residual = signals.P - estimate.pressure[:, :samples]
@@ -168,7 +173,7 @@ def place_of_misfit(problem: Problem, estimate: Estimate) -> str:
 
 
 def _near(events: np.ndarray, samples: int) -> np.ndarray:
-    """Whether an event is at most so many samples before."""
+    """Whether an event is at a sample, or at most `samples` before it; by sample."""
     return np.convolve(events, np.ones(samples + 1))[: len(events)] > 0
 
 
@@ -184,9 +189,10 @@ def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[st
 
 
 def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
-    """The one of `CAUSES` that, fitted too, explains most of a full-order fit's residuals, if any does.
+    """Warning that names the cause which, fitted too, explains most of a full-order fit's residuals.
 
-    Causes that explain about as much are named together: the record cannot tell them apart.
+    Empty if no cause does. Causes that explain about as much are named together: the record does not
+    distinguish them.
     """
     before = _coloured(split)
     explained: dict[str, tuple[float, str]] = {}
@@ -281,7 +287,7 @@ def index_warnings(n: float, gamma: float, meaning: str) -> list[str]:
 
 
 def bounds_of_reduced(estimates: Mapping[str, Estimate], parameters: Sequence[str]) -> list[str]:
-    """Warnings of reduced models that rank above the first without a parameter on its bound."""
+    """Warnings of reduced models with a parameter on a bound that rank above the first one without."""
     result: list[str] = []
     for name in (name for name in estimates if name != FULL.name):
         reached = [p for p in estimates[name].at_bound if p in parameters]
@@ -293,7 +299,7 @@ def bounds_of_reduced(estimates: Mapping[str, Estimate], parameters: Sequence[st
 
 
 def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
-    """Warning of a dead volume, m3, that is far from the configured one, or from the default for it."""
+    """Warning of a dead volume, m3, far from the configured one, or else from the default."""
     ratio = volume / getattr(plant.cylinder, name)
     if 1 / UNLIKELY < ratio < UNLIKELY:
         return []
@@ -308,7 +314,7 @@ def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
 
 
 def apart(ends: Iterable[tuple[float, float]]) -> bool:
-    """Whether intervals, of which there is one at least, have no value in common; a NaN end is open."""
+    """Whether intervals, one or more, have no value in common; a NaN end is open."""
     low, high = np.array(list(ends)).T
     return bool(np.nan_to_num(low, nan=-np.inf).max() > np.nan_to_num(high, nan=np.inf).min())
 

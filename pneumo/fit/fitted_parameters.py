@@ -1,9 +1,9 @@
 """Table of the parameters of `pneumo fit`: one row each, for the fit, warnings, tables, files, help and docs.
 
 A row of the group "configured" is known within a stated accuracy, and is fitted within it. A row of the group
-"cause" is something that a user may have configured or connected wrongly. Rows of both that start at a field
-of the plant replace that field in the replay; the exception are the offsets of the pressure sensors, which
-`fit_problem.offsets` adds. The table imports no numerics: help texts read it too.
+"cause" is something that a user may have configured or connected wrongly. If the search of such a row starts
+at a field of the plant, the fitted value replaces that field in the replay; `pneumo.fit.fit_problem` applies
+the others, such as offsets of the pressure sensors. The table imports no numerics: help texts read it too.
 """
 
 from typing import Literal, NamedTuple
@@ -204,7 +204,7 @@ def of_group(*groups: str) -> tuple[str, ...]:
 
 
 def start_name(name: str, record: int) -> str:
-    """Name of a first pressure or temperature, such as start_A, of one of several records, from 0."""
+    """Name of a first pressure or temperature of a record, counted from 0: start_A, in record 1 start_2_A."""
     stem, side = name.rsplit("_", 1)
     return f"{stem}_{record + 1}_{side}" if record else name
 

@@ -1,4 +1,4 @@
-"""`fitted.yaml` of `pneumo fit`: a configuration whose cylinder has what the full order found."""
+"""`fitted.yaml` of `pneumo fit`: a configuration of one cylinder with its fitted parameters."""
 
 from typing import Any
 
@@ -49,9 +49,10 @@ def fitted_configuration(
 ) -> str:
     """Text of a configuration of one cylinder with the parameters of `fit.model_of_rig`.
 
-    They are those of its replays. The keys are those that the user gave. A parameter with an open interval
-    stays as configured, and a comment says so. Another comment has what the best reduced model needs for an
-    export. Of experiments that differed in k_0 the first of each loop and signal stays.
+    Parameters have the values of that model's replays. Keys are those that the user gave, and those of fitted
+    parameters. A parameter with an open interval stays as configured, and a comment says so. Another comment
+    has the options that export the best reduced model. Of experiments that differed only in k_0, the first of
+    each loop and signal is kept.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ def _best_model_lines(fit: FitResult) -> list[str]:
 def _put_values(
     content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant, period: float
 ) -> list[str]:
-    """Put the values found into their keys, but for k_0; return a note on each.
+    """Put the fitted values, except k_0, under their keys of the configuration; return notes on all values.
 
     `period` is the time between samples, s.
     """
@@ -154,9 +155,10 @@ def _put_values(
 
 
 def _known_within(known: dict[str, Interval]) -> tuple[dict[str, float], list[str]]:
-    """Accuracies of k_0, valve and dead volumes for `pneumo study`, by key, and notes on those cut.
+    """Accuracies of k_0, valve and dead volumes for `pneumo study`, by key, and notes on those limited.
 
-    They reach the farther end of the interval. An unknown one stays as configured.
+    Each accuracy reaches the farther end of the interval, up to `MOST_WITHIN`. A parameter that is not in
+    `known` gets none, so that its configured accuracy remains.
     """
     accuracies: dict[str, float] = {}
     if "k_0" in known:
@@ -182,7 +184,7 @@ def _known_within(known: dict[str, Interval]) -> tuple[dict[str, float], list[st
 def _experiments(
     content: dict[str, Any], configuration: Configuration, cylinder: str, k_0: Interval | None
 ) -> dict[str, Any]:
-    """Entries of the experiments on the cylinder that are to run, by name, with the k_0 that was found.
+    """Experiments that are to run with the cylinder, by name, with the fitted k_0 if there is one.
 
     With a k_0, experiments of one loop and signal that differed by k_0 alone become one.
     """

@@ -37,10 +37,11 @@ class Fit(NamedTuple):
 
 
 def without_spikes(J: np.ndarray) -> np.ndarray:
-    """Derivative by (motion, chamber, samples, parameter), limited about that of motions and neighbours.
+    """Derivative J, shape (motion, chamber, sample, parameter), with its spikes cut.
 
-    Where a chamber meets its port's pressure eq (1) has no slope, and the derivative of one sample may be
-    larger than that of all others together. J is changed in place.
+    Where the pressures of a chamber and its port are equal, eq (1) has no finite slope, and the derivative of
+    one sample may be larger than that of all others together. Each value is limited to a range about the
+    median of all motions and neighbouring samples. J is changed in place.
     """
     limit = SPIKE * np.percentile(np.abs(J[0]), USUAL_MAXIMUM, axis=1)
     # Only a derivative above half the limit can differ from its neighbours by more than the limit.
@@ -62,8 +63,8 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
 
         sum (measured - P + (mean P_b - P))^2  -  mean over b of  sum (P_b - mean P_b)^2.
 
-    `scatter` is the covariance of the slope over the P_b. It has pressure and derivative vary together,
-    which a first-order covariance of the pressure alone misses.
+    `scatter` is the covariance of the slope over the P_b. In it, pressure and derivative vary together, which
+    a first-order covariance of the pressure alone misses.
     """
     P, J = pressure_and_jacobian(problem, theta)
     J = without_spikes(J)
@@ -104,7 +105,7 @@ def evaluate(problem: Problem, theta: np.ndarray) -> Fit:
 
 
 def squares_at(problem: Problem, theta: np.ndarray) -> float:
-    """Corrected sum of squares as `evaluate` has it, without derivatives."""
+    """Corrected sum of squares, as from `evaluate`, computed without derivatives."""
     P, *noisy = scaled_pressures(problem, theta[None])[:, 0]
     excess = 0.0
     if noisy:
@@ -121,9 +122,12 @@ def squares_at(problem: Problem, theta: np.ndarray) -> float:
 def fit(problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.ndarray | None = None) -> Fit:
     """Fit a model: plain least squares first, then corrected for noise in the position.
 
-    The search begins at `start`, on its own scale, or at `Problem.guess`. Plain least squares ends after
-    `most` evaluations, or where the sum of squares or the parameters change by less than `tolerance`,
-    relative. `InputError` if the valve leaks or is partly laminar, which the replay of a fit does not model.
+    The correction needs `problem.noisy`; without it, the plain fit is returned.
+
+    The search begins at `start`, on the scale of the search, or at `Problem.guess`. Plain least squares ends
+    after `most` evaluations, or where the sum of squares or the parameters change by less than `tolerance`,
+    relative. `InputError` if no flows were measured and the valve leaks or is partly laminar, which the
+    replay of a fit does not model.
     """
     valve = problem.plant.valve
     if problem.signals.flow is None and (valve.leak or valve.laminar):
@@ -167,9 +171,9 @@ def descend(
 ) -> Fit:
     """Minimise the corrected sum of squares from `theta`, near its minimum (Levenberg and Marquardt).
 
-    The parameter with index `fixed` keeps its value; `most` is the largest number of steps. A change of the
-    sum of squares that is less than `negligible`, or than `SETTLED` says, ends the search. With a fixed
-    parameter, the derivatives of the result may be those of a step before.
+    The parameter with index `fixed` keeps its value; `most` is the largest number of steps. The search ends
+    when the sum of squares changes by less than `negligible`, or by less than `SETTLED` times the variance of
+    a residual. With a fixed parameter, the derivatives returned may be those of the step before.
     """
     # Where some parameters take replays of their own, or motions do, a sum alone is cheap beside derivatives.
     alone = fixed is not None and (problem.model.name == FULL_ORDER or problem.noisy is not None)

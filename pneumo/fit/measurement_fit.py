@@ -94,7 +94,8 @@ def fit_measurement(
     Raises
     ------
     InputError
-        If `also` names no cause, or the supply although it was measured, or without a fit of the full order.
+        If a name in `also` is not in `ALSO`, if it is the supply and that was measured, or if there are names
+        but the full order cannot be fitted.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     has_full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
@@ -175,10 +176,10 @@ def _full_order(
     part: float,
     long: bool,
 ) -> _FullOrder:
-    """Full order fitted to the first `part` of a record with these measured pressures, Pa.
+    """Full order fitted to the first `part` of a record with the pressures `measured`, Pa.
 
-    Where a fit that changes nothing that is configured is doubtful, no interval is computed, and the measured
-    pressures are the reference.
+    If the residuals of the first, plain fit make it `doubtful` by `DISTRUST`, no interval is computed, and
+    the measured pressures are the reference; else the replayed pressures are.
     """
     first = record.part(0, split_of(record, part))
     prior = priors(plant, first, known, sensor_noise(first.P, first.P))
@@ -216,7 +217,10 @@ def _full_order(
 
 
 def _kept(fitted: Estimate, off: np.ndarray, long: bool) -> Estimate:
-    """Estimate with the sensors' offsets in its pressures; of a long record in single precision (0.03 Pa)."""
+    """Estimate with the sensors' offsets `off`, Pa, added to its pressures.
+
+    Those of a long record are in single precision (0.03 Pa).
+    """
     return fitted._replace(pressure=(fitted.pressure + off).astype(np.float32 if long else np.float64))
 
 
@@ -238,9 +242,9 @@ def uncorrected_notes(estimates: Mapping[str, Estimate]) -> list[str]:
 def validation(
     fitted: FitResult, measurement: Measurement, plant: Plant, *, command: Sampling = HELD
 ) -> dict[str, np.ndarray]:
-    """Root mean square errors of fitted models on another record, Pa, by model: of both chambers.
+    """Root mean square errors of fitted models on another record, Pa, shape (chamber,), by model.
 
-    Nothing but first pressures and temperatures is fitted there. `plant` is that which the fit began with.
+    Only first pressures and temperatures are fitted there. `plant` is the one with which the fit began.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)

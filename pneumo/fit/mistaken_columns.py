@@ -47,7 +47,7 @@ def quick_fit_error(measurement: Measurement, plant: Plant, command: Sampling) -
 
 
 def mistake(measurement: Measurement, plant: Plant, *, command: Sampling = HELD) -> str:
-    """Sentence on the column with which, corrected, a model follows a measurement far better, or nothing."""
+    """Sentence on the likeliest mistake in the columns; empty if no correction makes the fit far better."""
     as_given = quick_fit_error(measurement, plant, command)
     candidates = corrected(measurement, plant.conditions.P_atm).items()
     error, best = min((quick_fit_error(right, plant, command), text) for text, right in candidates)

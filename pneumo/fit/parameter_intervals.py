@@ -35,9 +35,10 @@ MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of t
 
 
 def correlations(residual: np.ndarray) -> np.ndarray:
-    """Auto- and cross-covariance of both chambers' residuals, shape (chamber, samples), with a Parzen taper.
+    """Auto- and cross-covariance of the residuals of all chambers, with a Parzen taper.
 
-    Shape (chamber, chamber, 2 L + 1), for lags -L to L: mean of first(t) second(t + lag).
+    `residual` has the shape (chamber, samples), the result the shape (chamber, chamber, 2 L + 1), for lags -L
+    to L: the mean of first(t) second(t + lag).
     """
     samples = residual.shape[1]
     L = max(1, int(MEMORY * samples))
@@ -49,7 +50,10 @@ def correlations(residual: np.ndarray) -> np.ndarray:
 
 
 def residual_scatter(fit: Fit) -> np.ndarray:
-    """Covariance of the slope due to the residual, from its correlations: J' Gamma J."""
+    """Covariance of the slope due to correlated residuals, J' Gamma J, shape (parameter, parameter).
+
+    Gamma is the covariance of the residuals, from `correlations`.
+    """
     J, gamma = fit.jacobian, correlations(fit.residual)
     terms = [
         J[a].T @ fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
@@ -64,8 +68,9 @@ def covariances(fit: Fit, model_error: float = 0.0) -> np.ndarray:
 
     From noise: H^-1 (S + s^2 J'J) H^-1, where H is the curvature, S the scatter of the slope under added
     noise and s^2 the variance of the residual's white part. From the residual: H^-1 J' Gamma J H^-1, where
-    Gamma is its covariance. Both get a part for the model's own error, whose sum of squares is `model_error`:
-    model error is not noise, and an interval keeps each value whose added squares stay below it.
+    Gamma is the residual's covariance. Both include the model's own error, with the sum of squares
+    `model_error` in units of P_s^2: model error is not noise, so an interval keeps every value whose added
+    sum of squares stays below `model_error`.
     """
     J, inverse = fit.jacobian, inverse_curvature(fit)
     flat_J = J.reshape(-1, J.shape[2])
@@ -89,7 +94,7 @@ def correlation(both: np.ndarray) -> np.ndarray:
 
 
 def expected_shifts(covariance: np.ndarray) -> np.ndarray:
-    """Half-widths of intervals, on the scale of the search, by a covariance."""
+    """Half-widths of the parameters' intervals from a covariance, on the scale of the search."""
     return HALF_WIDTH * np.sqrt(np.diag(covariance))
 
 
@@ -102,9 +107,10 @@ def remainder_shifts(fit: Fit) -> np.ndarray:
 
 
 def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Covariance limited in every direction to half the distance between `Problem.bounds`.
+    """Covariance whose standard deviations are at most half the distance between `Problem.bounds`.
 
-    Without the limit, one flat direction would make every parameter with a small part in it uncertain.
+    The limit holds in every direction: without it, one flat direction would make every parameter with a small
+    part in it uncertain.
     """
     half = (bounds[1] - bounds[0]) / 2
     size, axes = np.linalg.eigh(covariance / np.outer(half, half))
@@ -112,7 +118,11 @@ def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
 
 
 def inverse_curvature(fit: Fit) -> np.ndarray:
-    """Inverse of the curvature, shape (parameter, parameter), with flat directions at `SMALLEST`."""
+    """Inverse of the curvature, shape (parameter, parameter), with eigenvalues limited for flat directions.
+
+    Eigenvalues are at least `SMALLEST` times the largest. The curvature is `plain_curvature` where the
+    corrected one is not `definite`.
+    """
     size, axes, scale = principal_curvatures(fit)
     if not definite(fit):
         size, axes, scale = principal_curvatures(fit._replace(curvature=plain_curvature(fit)))
@@ -126,13 +136,17 @@ def definite(fit: Fit) -> bool:
 
 
 def plain_curvature(fit: Fit) -> np.ndarray:
-    """Curvature without the correction for noise in the position, which is never negative."""
+    """Curvature without the correction for noise in the position; never negative."""
     J = fit.jacobian.reshape(-1, len(fit.theta))
     return J.T @ J + np.diag(fit.prior)
 
 
 def principal_curvatures(fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Eigenvalues and eigenvectors of the curvature in the parameters' natural units, and these units."""
+    """Eigenvalues and eigenvectors of the curvature for scaled parameters, and the scales, by parameter.
+
+    A parameter's scale is the root of its diagonal element of `plain_curvature`; each element of the
+    curvature is divided by the scales of both parameters.
+    """
     scale = np.sqrt(np.diag(plain_curvature(fit)))
     scale = np.maximum(scale, UNSEEN * scale.max())
     size, axes = np.linalg.eigh(fit.curvature / np.outer(scale, scale))
@@ -142,11 +156,12 @@ def principal_curvatures(fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def parameter_interval(
     problem: Problem, rough: Fit, best: Fit, index: int, both: np.ndarray
 ) -> tuple[float, float]:
-    """Interval of parameter `index`, from its standard error where that is small, else from the profile.
+    """Interval of parameter `index`, from its standard error if it is narrow, else from the profile.
 
-    Its ends are on the scale of the search, infinite where open. A parameter correlated with a loosely known
-    one gets the union of both intervals: the sum of squares has a curved valley there. `problem` has
-    `FEW_PAIRS` of noisy inputs, `rough` is its fit, `best` that with all; `both` is from `covariances`.
+    The ends are on the scale of the search, infinite where open. A parameter correlated with a loosely known
+    one gets the union of both intervals: the sum of squares has a curved valley there. `problem` has at most
+    `FEW_PAIRS` pairs of noisy motions, and `rough` is its fit; `best` is the fit with all pairs; `both` is
+    from `covariances`.
     """
     bounds = problem.bounds()
     low, high = bounds[:, index]
@@ -172,17 +187,18 @@ class Trial(NamedTuple):
 
 
 def profile_interval(problem: Problem, fit: Fit, index: int, variance: float) -> tuple[float, float]:
-    """Interval of parameter `index` from the profile of the sum of squares.
+    """Interval of parameter `index` from the profile of the sum of squares, on the scale of the search.
 
-    A value is inside as long as the lowest sum of squares with this value exceeds the minimum by no more
-    than `HALF_WIDTH` squared, in units in which the curvature is the inverse of the parameter's `variance`.
+    A value is inside as long as the lowest sum of squares with this value exceeds the minimum by no more than
+    `HALF_WIDTH` squared, in units in which the curvature is the inverse of the parameter's `variance`. An end
+    is infinite if the interval reaches a bound of the search.
     """
     allowed = HALF_WIDTH**2 * variance / inverse_curvature(fit)[index, index]
     low, high = (bound[index] for bound in problem.bounds())
     best = fit.theta[index]
 
     def end(sign: float, limit: float) -> float:
-        """Distance of an end, infinite where the profile allows `limit`."""
+        """Distance of an end from the best value; infinite if the interval reaches the distance `limit`."""
         inside, outside = Trial(0.0, LEAST, fit.theta), Trial(np.inf, np.inf, fit.theta)
         distance = min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE, limit)
         for _ in range(ROUNDS):

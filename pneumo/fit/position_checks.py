@@ -1,8 +1,8 @@
-"""Zero and scale of the position, and the stroke: what end stops and configured dead volumes say of them.
+"""Checks of zero and scale of the position, and of the stroke, by end stops and configured dead volumes.
 
-A replay takes a wrong zero or stroke with other dead volumes, a wrong scale with another valve and k_0 too
-(decision 90): residuals show none of them. A piston that rests on its stops does, and so do dead volumes
-that somebody measured.
+A fit compensates for a wrong zero or stroke by other dead volumes, and for a wrong scale by another valve and
+k_0 too (decision 90), so residuals show none of these errors. A piston that rests on its stops shows them,
+and so do dead volumes that somebody measured.
 """
 
 from typing import NamedTuple
@@ -37,7 +37,10 @@ class Stops(NamedTuple):
 
 
 def stops_of(record: Measurement, plant: Plant) -> Stops:
-    """Stops that a record shows, without force on them: buffers give way by a millimetre under pressure."""
+    """Positions of the stops that a record shows, m, extrapolated to zero force.
+
+    The correction is needed since buffers give way by a millimetre under pressure.
+    """
     c, x = plant.cylinder, record.x
     samples = max(2, round(RESTS / record.period))
     span = maximum_filter1d(x, samples) - minimum_filter1d(x, samples)
@@ -54,9 +57,9 @@ def stops_of(record: Measurement, plant: Plant) -> Stops:
 
 
 def contact(x: np.ndarray, force: np.ndarray) -> float:
-    """Position of a stop without force, from those of a piston that rests on it under several forces, N.
+    """Position of a stop without force, m, from positions x, m, of a resting piston and the forces on it, N.
 
-    Where these hardly differ, the stop is taken for rigid.
+    If the forces hardly differ, the stop is assumed to be rigid.
     """
     spread = float(force.std())
     if spread * len(x) ** 0.5 * GIVES < noise_of(x, x) * np.abs(force).max():
@@ -66,7 +69,7 @@ def contact(x: np.ndarray, force: np.ndarray) -> float:
 
 
 def stop_warnings(record: Measurement, plant: Plant, known: Accuracy) -> list[str]:
-    """Warning of stops that are not where they are configured, and of what that does to dead volumes."""
+    """Warning of stops that are not at their configured positions, with the effect on dead volumes."""
     c, found = plant.cylinder, stops_of(record, plant)
     off = np.array([found.low - c.x_min, found.high - c.x_max])
     if np.isnan(off).all():
@@ -87,7 +90,7 @@ def stop_warnings(record: Measurement, plant: Plant, known: Accuracy) -> list[st
 
 
 def stated_volume_warnings(plant: Plant, estimate: Estimate) -> list[str]:
-    """Warning of dead volumes that are not those configured, with what else would move them so."""
+    """Warning of fitted dead volumes that differ from the configured ones, with a possible reason."""
     ratios, odd = list[float](), False
     for side, _, configured in _sides(plant):
         name = f"V_d_{side}"
@@ -129,7 +132,10 @@ def stated(plant: Plant) -> bool:
 
 
 def reason_of(zero: float, longer: float, stroke: float) -> str:
-    """Errors of the position that explain a shift, or a change of length, m: those that are not small."""
+    """Text on errors of the position that explain an offset `zero` and a change of length `longer`, both m.
+
+    An error with less than `MAIN` of the effect of the larger one is left out.
+    """
     length, part = MM * abs(longer), 100 * abs(longer) / stroke
     long, large = ("short", "large") if longer > 0 else ("long", "small")
     texts = {
@@ -140,6 +146,6 @@ def reason_of(zero: float, longer: float, stroke: float) -> str:
 
 
 def _sides(plant: Plant) -> tuple[tuple[str, float, float], ...]:
-    """Chamber, its piston area, and its configured dead volume."""
+    """Chamber, its piston area, m^2, and its configured dead volume, m^3, for A and B."""
     c = plant.cylinder
     return ("A", c.A_A, c.V_d_A), ("B", c.A_B, c.V_d_B)

@@ -22,25 +22,28 @@ class Residual(NamedTuple):
 
     @property
     def unexplained(self) -> bool:
-        """Whether the sensor's noise does not explain it."""
+        """Whether noise does not explain the residual."""
         return self.coloured > COLOURED * self.noise
 
     @property
     def far_from_noise(self) -> bool:
-        """Whether it is so large that no interval would mean anything."""
+        """Whether the residual is so large that no interval would mean anything."""
         return self.coloured > FAR * self.noise
 
 
 def sensor_noise(P: np.ndarray, residual: np.ndarray) -> float:
-    """Standard deviation of the noise of both pressures P, Pa, from their residuals, by (chamber, sample)."""
+    """Standard deviation of the sensors' noise, Pa: root mean square of both chambers.
+
+    Measured pressures `P` and their residuals, Pa, have the shape (chamber, sample).
+    """
     return float(np.sqrt(np.mean([noise_of(*pair) ** 2 for pair in zip(P, residual, strict=True)])))
 
 
 def noise_of(P: np.ndarray, residual: np.ndarray) -> float:
     """Standard deviation of the noise of one pressure, Pa, from its residual.
 
-    White noise from the median of third differences, which neither slow errors nor those of single moments
-    change; not less than that of the steps in which P was quantised.
+    It is computed as of white noise, from the median of third differences, which neither slow errors nor
+    outliers change. It is at least that of rounding to the steps in which P was quantised.
     """
     white = float(np.median(np.abs(np.diff(residual, n=3)))) / THIRD_DIFFERENCE
     return max(white, quantum(P) / 12**0.5)
@@ -73,9 +76,9 @@ def residuals(problem: Problem, theta: np.ndarray) -> list[Residual]:
 def split_residuals(P: np.ndarray, residual: np.ndarray, period: float, noisy: np.ndarray) -> list[Residual]:
     """Residuals of measured pressures P, split into noise and the rest.
 
-    The mean square over blocks is compared with that of white noise and of replays with added noise.
-    `P` and `residual`, Pa, have the shape (chamber, sample); `noisy`, replays with noise added to the
-    position, (replay, chamber, sample), perhaps none.
+    The mean square of block means is compared with that of white noise and of replays with added noise. `P`
+    and `residual`, Pa, have the shape (chamber, sample); `noisy`, replays with noise added to the position,
+    (replay, chamber, sample), perhaps none.
     """
     length = max(1, round(BLOCK / period))
     spread = np.zeros(2)

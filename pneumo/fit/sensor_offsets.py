@@ -22,9 +22,9 @@ class SensorOffset(NamedTuple):
 
 
 def sensor_offsets(best: Fit, changes: np.ndarray, P_s: float) -> list[SensorOffset]:
-    """Offsets of both sensors, each alone, at the optimum of a fit.
+    """Offsets of both sensors, each found as if it alone were fitted too, at the optimum of a fit.
 
-    `changes` are those of the residual by what is configured, in units of P_s, as from `changes_of`.
+    `changes`, from `changes_of`, are those of the residual if a configured quantity is off, in units of P_s.
     """
     J, inverse = best.jacobian, inverse_curvature(best)
     flat_J, result = J.reshape(-1, J.shape[2]), list[SensorOffset]()

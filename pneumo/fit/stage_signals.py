@@ -50,7 +50,7 @@ class StageSignals(NamedTuple):
 
     @property
     def stride(self) -> int:
-        """Steps between samples."""
+        """Number of steps of the replay between two samples."""
         return round(self.period / self.h)
 
     def part(self, first: int, last: int) -> "StageSignals":
@@ -88,7 +88,10 @@ def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
 
 
 def _cross_validated(pieces: np.ndarray) -> tuple[float, float]:
-    """Weight with the lowest score, and variance of the noise, in the median of some pieces of a signal."""
+    """Weight with the lowest cross-validation score, and variance of the noise, by medians over pieces.
+
+    `pieces` of a signal have the shape (piece, sample); all get the same weight.
+    """
     count = pieces.shape[1]
     lines = np.linspace(pieces[:, 0], pieces[:, -1], count, axis=1)
     spectrum = dct(pieces - lines, norm="ortho")
@@ -108,7 +111,10 @@ def stage_times(steps: int, h: float) -> np.ndarray:
 
 
 def longest_step(plant: Plant, u: np.ndarray, x: np.ndarray) -> float:
-    """Step, s, in which the valve of a record fills its smallest chamber by `LARGEST_CHANGE` at most."""
+    """Longest step of a replay, s, in which the valve changes no pressure by more than `LARGEST_CHANGE`.
+
+    `LARGEST_CHANGE` is relative to P_s. The largest command and the smallest volume of the record decide.
+    """
     c, gas, valve = plant.conditions, plant.gas, plant.valve
     A_t = valve.k_xu * min(float(np.max(np.abs(u))), valve.u_max)
     V = min(
@@ -180,8 +186,8 @@ def stage_signals(
 def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> np.ndarray:
     """Motions with noise added to the smoothed position, which is then smoothed again.
 
-    There are two for each of the `pairs`, one with a noise and one with its negative: antithetic pairs cancel
-    odd-order terms. Each is shaped as `StageSignals.motion`.
+    There are two motions for each of the `pairs`, one with a noise and one with its negative: antithetic
+    pairs cancel odd-order terms. The shape is (motion, step, stage, 2), as of `StageSignals.motion`.
     """
     steps, stride = signals.motion[:, :, 0], signals.stride
     x = np.append(steps[::stride, 0], steps[-1, -1])

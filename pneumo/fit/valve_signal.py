@@ -9,7 +9,7 @@ INSTANT = 1e-9  # s, in place of a lag of zero
 
 
 def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null: float) -> np.ndarray:
-    """Command that the restrictions follow, V, as its mean over each step of `h` s; shape of `u`.
+    """Command behind dead time, lag and null offset, V, as its mean over each step of `h` s; shape of `u`.
 
     `u`, V, is the limited command's mean over each step. The valve sees it `dead_time` s later (negative:
     earlier), follows with the time constant `lag`, s, and is shut at the command `null`, V. Means over steps
@@ -29,9 +29,10 @@ def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null:
 
 
 def behind_valve(u: np.ndarray, h: float, valve: dict[str, float]) -> np.ndarray:
-    """`valve_signal` of a command at every stage, V, shape (steps, stages).
+    """Command behind the valve, V, shape (steps, stages): `valve_signal`, then hysteresis and dead band.
 
-    Behind it come the play `hysteresis` and the dead band, V to either side, where `valve` has them.
+    Hysteresis is a play. `hysteresis` and `dead_band`, V to either side, are zero where `valve` does not have
+    them.
     """
     dynamics = {name: valve[name] for name in ("dead_time", "lag", "null")}
     opening = valve_signal(u.mean(axis=1), h, **dynamics)

@@ -25,7 +25,7 @@ LAWS_ALIKE = 0.01  # difference of k_0 between the mean over laws and one law, u
 
 
 def wall_law_fits(problem: Problem, best: Fit) -> dict[Wall, Fit]:
-    """Fit of the full order's law of the wall, then those of other laws that fit as well.
+    """Fits by law of the wall: first the full order's law, then the other laws that fit about as well.
 
     The minimum of another law may be far along the valley of b, C and k_0.
     """
@@ -38,9 +38,10 @@ def wall_law_fits(problem: Problem, best: Fit) -> dict[Wall, Fit]:
 
 
 def likelihoods(fits: Sequence[Fit]) -> np.ndarray:
-    """Likelihoods of fits with white noise of the sensors, over their sum.
+    """Likelihoods of fits if the sensors' noise is white, divided by their sum.
 
-    Its variance is that of the best one's differences from sample to sample, which slow errors hardly change.
+    The noise's variance is from differences of the best fit's residual from sample to sample, which slow
+    errors hardly change.
     """
     squares = np.array([fitted.squares for fitted in fits])
     noise = float(np.mean(np.diff(fits[int(squares.argmin())].residual, axis=1) ** 2)) / 2
@@ -51,8 +52,8 @@ def likelihoods(fits: Sequence[Fit]) -> np.ndarray:
 def averaged_shift(problem: Problem, laws: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Shift of the parameters from the full order's law to the mean over laws, on the scale of the search.
 
-    `laws` has the shift to each, shape (law, parameter). First pressures and temperatures stay those of the
-    replay.
+    `laws` has the shift to each law, shape (law, parameter), `weights` are from `likelihoods`. First
+    pressures and temperatures do not shift.
     """
     start = np.array([name in STARTS for name in problem.names])
     return np.where(start, 0.0, weights @ laws)

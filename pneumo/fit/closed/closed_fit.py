@@ -1,9 +1,9 @@
 """Thermal laws fitted to a measurement of closed chambers, with a piston that moves or is held.
 
 Pressures give the gas's temperature only as a ratio to the wall's, which is measured or configured: all
-conductances are inversely proportional to that. `k_A` is the mean conductance in the part fitted, by the law
-itself; `k_0_A` is the law's conductance at P_0, T_0 and in mid-stroke, where configurations state it.
-The law "wall heat, area and root of PT" is that of the full order.
+conductances are inversely proportional to the wall's temperature. `k_A` is the mean conductance in the part
+fitted, by the law itself; `k_0_A` is the law's conductance at P_0, T_0 and in mid-stroke, where
+configurations state it. The law "wall heat, area and root of PT" is that of the full order.
 """
 
 from collections.abc import Callable, Sequence
@@ -91,14 +91,15 @@ def fit_closed(
     part
         Fraction of the record that is fitted; one run from the first sample predicts the rest.
     check
-        Whether to refuse chambers that look swapped.
+        Whether to refuse chambers that look swapped, and a command that is not about zero.
     progress
         Is called with a line after each law.
 
     Raises
     ------
     InputError
-        If no pressure changes beyond its noise and with the piston.
+        If no chamber can be fitted: its pressure must change beyond its noise, and follow the piston if that
+        moves. Also if `check` refuses the record.
     """
     plant = at_temperature(plant, measurement.T)
     record, noisy = closed_records(measurement, plant)
@@ -170,7 +171,7 @@ def _solved(problem: ClosedProblem, noisy_records: Sequence[ClosedRecord]) -> So
 
 
 def _estimate(solved: Solved) -> Estimate:
-    """Estimate of a law: reported parameters with intervals, and errors of both parts."""
+    """Estimate of a law: reported parameters with intervals, and errors on the parts fitted and held out."""
     problem, record = solved.problem, solved.problem.record
     values, (low, high) = problem.values(solved.optimum.x), _intervals(solved)
     # Fitted parameter, and factor from it, by reported name.
@@ -196,7 +197,10 @@ def _estimate(solved: Solved) -> Estimate:
 
 
 def _mean_conductances(solved: Solved, values: dict[str, float]) -> dict[str, float]:
-    """Ratio of the mean conductance to the fitted parameter, which is that at P_0, T_0, by chamber."""
+    """Ratio of the mean conductance to the fitted one, by chamber.
+
+    The fitted conductance holds at P_0, T_0 and in mid-stroke.
+    """
     problem, law, fitted = solved.problem, solved.problem.law, solved.problem.fitted
     record, P, V = problem.record, problem.replay(solved.optimum.x, fitted), problem.volumes(values)
     leaked = values.get("leak", 0.0) * record.h * np.cumsum(P[0] - P[1])

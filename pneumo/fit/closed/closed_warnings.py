@@ -39,7 +39,8 @@ def check_closed(
 ) -> tuple[list[int], list[str]]:
     """Sides, 0 or 1, of the chambers that can be fitted, and notes on the record.
 
-    `InputError` if there is none, or, with `check`, if chambers look swapped.
+    `InputError` if no chamber can be fitted; with `check`, also if the command is not about zero, or if
+    chambers look swapped.
     """
     chambers, notes, reasons = [], [], []
     driven = float(np.mean(np.abs(measurement.u) > SHUT * plant.valve.u_max))
@@ -80,8 +81,8 @@ def closed_warnings(
 ) -> list[str]:
     """Warnings of residuals of the best law, and of unlikely parameters.
 
-    The parameters are those of the best law with wall heat, and the n of the law with a free one.
-    `estimates` are by law, the best first, `residuals` by law and chamber.
+    The parameters are those of the best law with wall heat, and n of the law "free n". `estimates` are by
+    law, the best first, `residuals` by law and chamber.
     """
     best = next(iter(estimates))
     wall = next(estimate for law, estimate in estimates.items() if LAWS[law].explicit_heat)

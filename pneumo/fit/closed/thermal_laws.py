@@ -127,10 +127,10 @@ def closed_chambers(
 ) -> np.ndarray:
     """Pressures of both chambers, Pa, by (chamber, sample), by classical Runge-Kutta steps of `h` seconds.
 
-    P and `start` are the first pressures, and the first temperatures over that of the wall; volumes V and
+    P are the first pressures, Pa, `start` the first temperatures over that of the wall; volumes V, m^3, and
     `area_ratio` are by (chamber, sample). Conductances k, W/K, are stated in mid-stroke at a product P T of
-    `PT_0`; `leak` is the mass flow from A to B over P_A - P_B. A chamber that is not `closed` has the
-    `measured` pressure and the temperature of the wall.
+    `PT_0`; `leak` is the mass flow from A to B over P_A - P_B, kg/(s Pa). A chamber that is not `closed` has
+    the `measured` pressure and the temperature of the wall.
     """
     pressures = np.empty(V.shape)
     mass = P * V[:, 0] / (R * T_wall * start)

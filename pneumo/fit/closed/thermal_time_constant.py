@@ -46,7 +46,7 @@ class Exponential(NamedTuple):
 
 
 class Conductance(NamedTuple):
-    """Steps 2 to 7, in SI units."""
+    """Results of steps 2 to 7, in SI units."""
 
     m: Value  # kg, mass of air
     V_f: Value  # m^3, volume of the chamber when held

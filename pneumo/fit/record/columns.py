@@ -60,8 +60,9 @@ class Column(BaseModel):
     offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
 
     def factor_and_offset(self, path: Path, quantity: str, P_atm: float) -> tuple[float, float]:
-        """Factor and offset to SI; a unit that ends with `GAUGE` or g counts from the atmosphere, Pa.
+        """Factor and offset that convert the column's numbers to SI units.
 
+        A gauge pressure, with a unit that ends with `GAUGE` or g, gets the atmosphere `P_atm`, Pa, added.
         `InputError` if the quantity has no such unit.
         """
         unit, units = plain_unit(self.unit), UNITS[quantity]
@@ -143,7 +144,7 @@ def _foreign(header: str) -> tuple[str, str]:
 
 
 def _name_and_unit(name: str) -> tuple[str, str]:
-    """Quantity and unit of a header; `P_A` and `X_Value` have none."""
+    """Quantity and unit of a header; the unit is empty for a plain name such as `P_A` or `X_Value`."""
     match = HEADER.match(name)
     if match is None or name.strip() in UNITS or name.strip().lower() in TIME:
         return name.strip(), ""

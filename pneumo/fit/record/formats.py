@@ -54,7 +54,7 @@ def _of_longest(path: Path, signals: Mapping[str, Any], units: dict[str, str]) -
 
 
 def given_table(source: "pd.DataFrame | xr.Dataset") -> Table:
-    """Table from one in memory; the index of a data frame is a column if it has a name."""
+    """Table of a data frame or dataset in memory; the index of a data frame is a column if it has a name."""
     import xarray as xr
 
     if isinstance(source, xr.Dataset):
@@ -106,7 +106,7 @@ def _unpacked_size(path: Path) -> int:
 
 
 def _add_signals(name: str, value: Any, signals: dict[str, Any], units: dict[str, str]) -> None:
-    """Add the numeric vectors in a variable of MATLAB, by their own names; structs name their members.
+    """Add the numeric vectors in a variable of MATLAB to `signals`; those in structs have the members' names.
 
     A struct of Simulink's block To Workspace has time and signals, one of dSPACE X and Y with Name and Data.
     """
@@ -265,8 +265,8 @@ FORMATS = (
 def read_table(path: Path, known_units: set[str]) -> Table:
     """Table of a file in one of the `FORMATS`.
 
-    Of text, a row below the names is one of units where half of it is in `known_units`. `InputError` if the
-    file cannot be read, is too large, or is in an unsupported format.
+    In a text file, the row below the names has units if at least half of its fields are in `known_units`.
+    `InputError` if the file cannot be read, is too large, or is in an unsupported format.
     """
     suffix = path.suffix.lower()
     kind = next((form for form in FORMATS if suffix in form.suffixes), FORMATS[0])

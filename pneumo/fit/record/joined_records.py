@@ -12,15 +12,16 @@ SAME = 1e-3  # relative difference of two periods that counts as none
 
 
 def joined(records: Sequence[Measurement], part: float, most: int) -> tuple[Measurement, float]:
-    """Records one after another, and the fraction of all samples that is to be fitted.
+    """Several records as one measurement, and the fraction of all its samples that is to be fitted.
 
-    The first `part` of each comes first, at most `most` samples of all together, then the rest of each; so
-    that one cut parts both, the last record is whole in between. A single record is returned as it is.
+    The fitted parts of all records come first, then the rest of each, so that one cut separates them; the
+    last record is whole in between. A fitted part is the first `part` of a record; all fitted parts together
+    have at most `most` samples. A single record is returned as it is.
 
     Raises
     ------
     InputError
-        If there are too many, or if they differ in period or in what was measured.
+        If there are too many, if they differ in period or in what was measured, or if chambers were closed.
     """
     first, *others = records
     if not others:

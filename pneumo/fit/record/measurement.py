@@ -94,7 +94,7 @@ def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str
 
 
 def _seconds(column: pd.Series) -> np.ndarray | None:
-    """Seconds since the first of ISO time stamps, None where the column has others."""
+    """Seconds since the first of a column's ISO time stamps; None if its values are no time stamps."""
     if pd.api.types.is_datetime64_any_dtype(column):
         stamps = column
     elif pd.api.types.is_numeric_dtype(column) or str(column.iloc[0])[:10].count("-") != 2:

@@ -29,7 +29,11 @@ class Samples(NamedTuple):
     values: dict[str, np.ndarray]
 
     def refuse(self, bad: np.ndarray, quantity: str, problem: Callable[[int, int], str]) -> None:
-        """Raise an `InputError` if any sample is bad: `problem(first, more)` says why, `more` are as bad."""
+        """Raise an `InputError` that names the first bad sample, if any sample is bad.
+
+        `problem(first, more)` gives the reason: `first` is that sample's index, `more` the number of other
+        bad ones.
+        """
         indices = np.flatnonzero(bad)
         if len(indices):
             first = int(indices[0])
@@ -40,8 +44,8 @@ class Samples(NamedTuple):
 def check_time(samples: Samples, closed: bool = False) -> tuple[float, list[str]]:
     """Sampling period of the time column, s, and remarks.
 
-    `InputError` if time has gaps or goes back, or if no cylinder at work could be seen at such a period;
-    `closed` chambers change more slowly.
+    `InputError` if time has gaps or goes back, or if the period is too short or too long to show a cylinder
+    at work, or `closed` chambers, which change more slowly.
     """
     t = samples.values["t"]
     steps = np.diff(t, prepend=-np.inf)  # each sample's from the one before
@@ -76,7 +80,7 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool, closed: bool =
     """Notes on pressures, position and command.
 
     `InputError` if a pressure, position or temperature is impossible, or a signal is constant. In `closed`
-    chambers pressures may exceed the supply's, and all but time may be constant: the fit says what it needs.
+    chambers pressures may exceed the supply's, and signals may be constant: the fit itself checks them.
     """
     path, values = samples.path, samples.values
     c, half, u_max = plant.conditions, plant.cylinder.stroke / 2, plant.valve.u_max
@@ -167,7 +171,7 @@ def _check_supply(samples: Samples, P_s: float) -> str:
 def check_velocity(samples: Samples, period: float) -> list[str]:
     """Note on a measured velocity, if there is one; the fit uses the derivative of the position.
 
-    `InputError` if the velocity is far from that.
+    `InputError` if the velocity is far from that derivative.
     """
     if "v" not in samples.values:
         return []

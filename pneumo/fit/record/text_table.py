@@ -39,8 +39,8 @@ def plain_unit(text: str) -> str:
 def text_table(path: Path, content: bytes, known_units: set[str]) -> Table:
     """Table of a text file: its first run of numbers, with the names above it and perhaps units between.
 
-    A row below the names is one of units where half of it is in `known_units`. `InputError` if there are no
-    numbers in columns, no names above them, too many rows or columns, or if it is no text.
+    The row below the names has units if at least half of its fields are in `known_units`. `InputError` if
+    there are no numbers in columns, no names above them, too many rows or columns, or if the file is no text.
     """
     import numpy as np
     import pandas as pd
@@ -101,7 +101,7 @@ def _fields(line: str, separator: str) -> list[str]:
 
 
 def _first_sample(path: Path, lines: list[str]) -> _FirstSample:
-    """First line that is mostly numbers, split where that gives the most of them."""
+    """First line that is mostly numbers, with the separator that gives the most fields there."""
     ends = [index for index, line in enumerate(lines) if line.startswith(END_OF_HEADER)]
     for index, line in enumerate(lines):
         if ends and index < ends[-1]:
@@ -146,7 +146,7 @@ def _names(
 
 
 def _labview(path: Path, above: list[str], table: Table) -> Table:
-    """Table with the units of an .lvm file's header, and with time where there is no column of it."""
+    """Table with the units of an .lvm file's header, and with times from it if their column is empty."""
     import numpy as np
 
     header: dict[str, list[str]] = {}

@@ -36,9 +36,9 @@ def _braced(values: Sequence[float]) -> str:
 
 
 def rig_c(rig: Rig, model: str, values: Mapping[str, float], runs: Sequence[Run]) -> dict[str, str]:
-    """Files rig.c, rig.h and rig_test.c of a model with the given quantities, SI units, by their names.
+    """Texts of rig.c, rig.h and rig_test.c by name, for a model with the quantities `values`, SI units.
 
-    From the runs: the travel, and the position at which k_0 holds, where the first of them begins.
+    The runs give the travel and the position at which k_0 holds: where the first run begins.
     """
     travel, x_start = runs[0].travel, float(runs[0].x[0])
     points = Points(np.zeros(1), np.zeros(1))

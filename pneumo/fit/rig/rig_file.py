@@ -33,7 +33,7 @@ Ends = tuple[float, float]  # of a quantity; equal where it is known
 
 
 class Quantity(NamedTuple):
-    """Something that a rig may have; its key in the file is name_unit."""
+    """Quantity that a rig may have; its key in the file is name_unit."""
 
     unit: str
     low: float  # least allowed, in that unit
@@ -134,12 +134,12 @@ def key(name: str) -> str:
 
 
 def factor(name: str) -> float:
-    """Unit of a quantity's key in SI."""
+    """Factor from the unit of a quantity's key to SI units."""
     return UNITS[QUANTITIES[name].unit]
 
 
 class Rig(NamedTuple):
-    """What is known of a rig, in SI units."""
+    """Quantities of a rig, known or fitted, in SI units, with its gas and sensor."""
 
     gas: Gas
     sensor: str  # end of the hose at which the pressure is measured
@@ -150,7 +150,7 @@ class Rig(NamedTuple):
         return name in self.ends
 
     def changed(self, **ends: Ends | float) -> "Rig":
-        """The rig with other quantities, in SI units; a number is known."""
+        """The rig with other quantities, SI units: each two ends, or one number if the quantity is known."""
         pairs = {name: end if isinstance(end, tuple) else (end, end) for name, end in ends.items()}
         return self._replace(ends=self.ends | pairs)
 
@@ -217,7 +217,7 @@ def rig(content: Mapping[str, Any], source: str) -> Rig:
 
 
 def _ends(value: Any, quantity: Quantity, field: str) -> Ends:
-    """Both ends of a value, in the unit of its key."""
+    """Ends of a quantity, in the unit of its key; equal if the value in the file is one number."""
     pair = value if isinstance(value, list) else [value, value]
     numbers = [x for x in pair if isinstance(x, int | float) and not isinstance(x, bool) and -inf < x < inf]
     inside = all(quantity.low <= x <= quantity.high for x in numbers)

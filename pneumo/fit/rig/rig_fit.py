@@ -69,7 +69,7 @@ class RigProblem(NamedTuple):
         return {name: low for name, (low, _) in ends.items()} | fitted
 
     def residual(self, theta: np.ndarray) -> np.ndarray:
-        """Errors of all points over their scales."""
+        """Errors of all points, divided by `P_SCALE` or `T_SCALE`; `FAR` where there is no replay."""
         parts, values = list[np.ndarray](), self.values(theta)
         for run in self.runs:
             P, T = run_errors(self.rig, self.model, values, run)
@@ -78,7 +78,10 @@ class RigProblem(NamedTuple):
         return np.where(np.isfinite(all_errors), all_errors, FAR)
 
     def start(self, position: float) -> np.ndarray:
-        """Parameters at a position between their ends."""
+        """Parameters at a relative position, 0 to 1, between their ends.
+
+        The position is on a logarithmic scale where both ends are positive.
+        """
         theta = list[float]()
         for name in self.names:
             low, high = self.rig.ends[name]
@@ -116,8 +119,8 @@ def fit_rig(
 ) -> RigEstimate:
     """Estimate of a model from some runs; `near` are values from which the search begins.
 
-    Intervals are those of least squares with coloured residuals: as if there were as many points as the
-    residual has correlation times. They say nothing of an error of the model itself.
+    Intervals are those of least squares with correlated residuals: the number of points is divided by the
+    residual's correlation time. They do not include an error of the model itself.
     """
     problem = RigProblem(rig, model, runs, tuple(fitted_names(rig, model)), temperature)
     if not problem.names:
@@ -142,7 +145,7 @@ def fit_rig(
 
 
 def correlation_time(residual: np.ndarray) -> float:
-    """Samples within which residuals repeat each other: 1 for white noise."""
+    """Correlation time of residuals, in samples: 1 for white noise."""
     centred = residual - residual.mean()
     spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
     correlation = np.fft.irfft(spectrum)[: len(centred) // 2]
@@ -154,9 +157,9 @@ def correlation_time(residual: np.ndarray) -> float:
 
 
 def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
-    """Reasons not to believe a fit, a sentence each: a line behind the valve that the rig does not have.
+    """Warning of a hose between valve and chamber that the rig lacks, if it would lower the error much.
 
-    From the runs that were fitted and the lowest error of a model there, Pa.
+    `runs` are those that were fitted, `lowest` is the lowest error of a model there, Pa.
     """
     if not rig.has("valve_C_in") or rig.has("hose_volume"):
         return []
@@ -197,8 +200,9 @@ def judged(
 ) -> Judged:
     """Estimate of a model, and its error on points held out.
 
-    Of several runs the first part is fitted and the others are held out, of one with many points the first
-    part of these. Of a few points every second is held out, both ways; the estimate itself is from all.
+    Of several runs, the first are fitted and the others held out. Of a single run with many points, the later
+    ones are held out. Of one with few points, every second is held out, then the others; the estimate itself
+    is from all points.
     """
     left = list[np.ndarray]()
     used = fitted_runs(runs)

@@ -63,10 +63,10 @@ class Run(NamedTuple):
 
 
 def edges(P: np.ndarray) -> list[tuple[float, float]]:
-    """Positions at which pulses of a pressure begin and end, in samples, between which nothing is missing.
+    """Begin and end of each pulse of a pressure, as positions in samples; no sample may be missing.
 
     A pulse begins where the pressure leaves its lowest value, and ends where it last falls through `FALLEN`
-    of its largest. Both are linear between samples.
+    of its largest. Both are interpolated linearly between samples.
     """
     low, level = P.min(), RISEN * np.ptp(P)
     above = low + level < P
@@ -88,7 +88,7 @@ def edges(P: np.ndarray) -> list[tuple[float, float]]:
 
 
 def commanded(u: np.ndarray) -> list[tuple[float, float]]:
-    """Samples from which a two-state command is on, and from which it is off again."""
+    """First sample with a two-state command on, and first with it off again, for each pulse."""
     on = u > (u.min() + u.max()) / 2
     starts, ends = np.flatnonzero(on[1:] & ~on[:-1]) + 1, np.flatnonzero(on[:-1] & ~on[1:]) + 1
     return [(float(k), float(ends[ends > k][0])) for k in starts if (ends > k).any()]
@@ -103,8 +103,9 @@ def pulses(
 ) -> list[Run]:
     """Runs of a chamber that an on/off valve fills and vents, one for each pulse.
 
-    From time, s, uniform; position, m, which grows with the volume and is smoothed; absolute pressure, Pa;
-    a two-state command; and the pressure of the other chamber. Without command the edges of P are taken.
+    `t`, s, is uniform; `x`, m, grows with the volume and is smoothed here; P and P_B, Pa, are absolute
+    pressures, P_B of the other chamber; `u` is a two-state command. Without a command, the `edges` of P
+    replace it.
 
     Raises
     ------
@@ -154,7 +155,7 @@ def read_runs(
     mapping
         Column and unit of each quantity; by default as the file's header names them.
     from_edges
-        Whether the edges of the pressure stand for the valve's command.
+        Whether the edges of the pressure replace the valve's command.
 
     Raises
     ------

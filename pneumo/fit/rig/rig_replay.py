@@ -24,7 +24,7 @@ WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k", "k_0_B")
 
 
 def opening(t: np.ndarray, begin: float, lasts: float) -> np.ndarray:
-    """Fraction by which a valve has opened that begins at a time and takes another, s."""
+    """Fraction, 0 to 1, by which a valve is open that starts to open at `begin` and takes `lasts`, both s."""
     return np.clip((t - begin) / lasts, 0.0, 1.0)
 
 
@@ -80,7 +80,7 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> Netw
     surroundings = [(P_atm, T_amb), (v["P_s"], T_amb)] if has_valve else [(P_atm, T_amb)]
 
     def of(name: str, side: str) -> float:
-        """A quantity of a chamber; of B what is not named is as of A."""
+        """Quantity of a chamber; that of A where B has none of its own."""
         return v.get(name + side, v[name])
 
     nodes, volumes, ratios, links, areas = ([] for _ in range(5))
@@ -151,7 +151,7 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> Netw
 
 
 def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
-    """Pressures at the sensors and temperatures in the chamber."""
+    """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K."""
     of_rig = network(rig, model, values, run)
     nodes, links, surroundings, volumes, areas, ratios, chambers, sensor = of_rig
     states = replay(nodes, links, surroundings, volumes, areas, rig.gas, run.h, ratios)
@@ -189,7 +189,7 @@ def rms(values: np.ndarray) -> float:
 def run_errors(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> tuple[np.ndarray, np.ndarray]:
     """Errors of pressure, Pa, and temperature, K, at the points of a run; empty where none was measured.
 
-    Those of both chambers follow each other.
+    The pressure's errors are those of the first chamber, then those of the other.
     """
     replayed = replay_run(rig, model, values, run)
     P = [errors(*pair) for pair in zip(replayed.pressures, run.pressures, strict=True)]

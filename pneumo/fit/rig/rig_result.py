@@ -1,4 +1,4 @@
-"""A rig's fit for those who read it: a run as the models replay it, and whether estimates are physical."""
+"""Additions to the result of a rig's fit: a run as the models replay it, and unphysical estimates."""
 
 from collections.abc import Mapping, Sequence
 
@@ -15,12 +15,12 @@ C_D = (0.7, 0.9)  # of an orifice
 
 
 def physical_ends(rig: Rig) -> Mapping[str, Ends]:
-    """Ends between which a quantity has a physical meaning, SI units; others have none but the user's."""
+    """Ends between which a quantity is physically possible, SI units; others have the user's ends only."""
     return {"n": (1.0, rig.gas.gamma), "C_d": C_D}
 
 
 def unphysical(rig: Rig, result: xr.Dataset) -> dict[str, str]:
-    """Estimates without a physical meaning, a sentence for each model that has some."""
+    """Sentences on estimates outside their `physical_ends`, by model; models without any are missing."""
     sentences = dict[str, str]()
     for model in map(str, result["model"].values):
         outside = [
@@ -37,16 +37,17 @@ def unphysical(rig: Rig, result: xr.Dataset) -> dict[str, str]:
 
 
 def _thinned(points: Points) -> Points:
-    """At most `MOST_SAMPLES` of some points."""
+    """Every k-th of some points, so that at most `MOST_SAMPLES` remain."""
     return points.part(np.arange(len(points.t)) % max(1, -(-len(points.t) // MOST_SAMPLES)) == 0)
 
 
 def with_replays(result: xr.Dataset, rig: Rig, runs: Sequence[Run]) -> xr.Dataset:
     """The result of `judged_models` with the last run as it was measured and as the models replay it.
 
-    Pressures `measured_P`, Pa, and `replayed_P` by (chamber, t), the second by model too, and temperatures
-    `measured_T`, K, and `replayed_T` at `t_T`. The last run was fitted up to the attribute `fitted_until`, s:
-    not at all where there are several.
+    Pressures: `measured_P`, Pa, by (chamber, t) and `replayed_P`, Pa, by (model, chamber, t). Temperatures,
+    if measured: `measured_T`, K, by t_T and `replayed_T`, K, by (model, t_T). The attribute `fitted_until`,
+    s, is the time until which the last run was fitted: 0 if there are several runs, since the last is then
+    held out.
     """
     run, models = runs[-1], [str(name) for name in result["model"].values]
     measured = [_thinned(P) for P in run.pressures]
