@@ -19,8 +19,8 @@ PaperName = Literal["2006", "2007"]
 class KnownPaper(NamedTuple):
     """Module and files of a paper."""
 
-    module: str  # that defines it
-    results: str  # its folder in that of all results
+    module: str  # that defines the paper
+    results: str  # folder of its results, inside the folder of all results
     reads: Sequence[str]  # patterns of the files of results behind its verdict
 
 
@@ -38,7 +38,7 @@ KNOWN: dict[PaperName, KnownPaper] = {
 
 
 def paper(name: PaperName) -> "Paper":
-    """Return a paper's definition, with all that judging it needs."""
+    """Return a paper's definition: its files, computations, proofs and sources."""
     return resolve_name(f"{KNOWN[name].module}:PAPER_{name}")
 
 

@@ -1,4 +1,4 @@
-"""Labels for figures, tables and pages of the short names in results; which experiments figures show."""
+"""Labels that figures, tables and pages use for short names in results; experiments that figures show."""
 
 from collections.abc import Collection
 
@@ -27,5 +27,5 @@ AVERAGES = {"mean": "mean", "geometric": "geom. mean"}  # over experiments
 
 
 def shown(figure: str, experiments: Collection[str]) -> str:
-    """Experiment that a figure shows, of those of a study; a smaller study shows its first."""
+    """Name of the experiment that a figure shows; the first one if the study lacks the usual one."""
     return SHOWN[figure] if SHOWN[figure] in experiments else next(iter(experiments))

@@ -70,7 +70,7 @@ FULL_ORDER_LOOK = Look("#a3186b", "-", "H")
 ADDED_MODELS = [name for name in MODELS if name not in PAPER_LOOKS]
 
 DARK = "#161616"  # background of the pages' dark form
-CONTRAST = 4.5  # of a curve with it
+CONTRAST = 4.5  # lowest of a curve with `DARK`, by WCAG 2
 
 
 def luminance(color: str) -> float:
@@ -81,7 +81,7 @@ def luminance(color: str) -> float:
 
 
 def on_dark(color: str) -> str:
-    """Mix a colour with as much white as it needs to be seen on `DARK`."""
+    """Mix a colour #rrggbb with white until its contrast with `DARK` is at least `CONTRAST`."""
     channels = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
     for percent in range(0, 101, 5):
         mixed = "#" + "".join(f"{round(c + (255 - c) * percent / 100):02x}" for c in channels)

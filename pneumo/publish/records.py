@@ -35,7 +35,7 @@ def _is_number(text: str) -> bool:
 
 
 def data_table(cells: Sequence[tuple[Claim, Item]]) -> Table:
-    """One table: a row for each row in print, two columns for each column and unit.
+    """Content of one data file: a row per printed row; per column and unit, printed and reproduced values.
 
     Errors: of a printed number half a unit of its last digit, or two standard deviations of reading a figure;
     of a reproduced one the standard deviation over sets of seeds, where it is known. An interval is given by
@@ -59,7 +59,7 @@ def data_table(cells: Sequence[tuple[Claim, Item]]) -> Table:
 
 
 def _row_and_column(claim: Claim) -> tuple[str, str]:
-    """Place of a cell in its table, from "Table 9, typical, M8, sigma": its last word is the column."""
+    """Row and column of a cell, from its place, such as "Table 9, typical, M8, sigma"; the column is last."""
     row, _, column = claim.where.partition(", ")[2].rpartition(", ")
     return (row, column) if row else (column, claim.column)
 
@@ -81,7 +81,7 @@ def _value(cell: tuple[Claim, Item] | None, source: str) -> dict[str, Any]:
 def submission(
     tables: Mapping[str, Sequence[tuple[Claim, Item]]], titles: Mapping[str, str], about: str
 ) -> Iterator[dict[str, Any]]:
-    """Documents of ``submission.yaml``: what it is, then each table with its place in print and keywords."""
+    """Documents of ``submission.yaml``: `about`, then each table with its place in print and keywords."""
     yield {"comment": about}
     for name, cells in tables.items():
         place = cells[0][0].where.partition(",")[0]

@@ -107,7 +107,7 @@ def drawn_for(style: Style) -> Generator[None]:
 
 
 def fitting(number: int) -> int:
-    """How many of so many things side by side, such as columns of a legend, there is room for."""
+    """Number of things, such as columns of a legend, that fit side by side where `number` fit in print."""
     return max(1, int(number / _type_size.get()))
 
 

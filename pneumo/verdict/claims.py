@@ -65,7 +65,7 @@ class ToleranceClass(Entry):
 
 
 class Evidence(Entry):
-    """File in which an item can be seen, and where in it."""
+    """File that shows an item, and the place in the file."""
 
     path: str
     select: str
@@ -110,12 +110,12 @@ class Claim(Entry):
 
     @property
     def about_models(self) -> bool:
-        """Whether it is a statement about models, and not a cell of a table or a point of a figure."""
+        """Whether the claim is a statement about models, not a cell of a table or a point of a figure."""
         return self.models and not self.row
 
     @property
     def half_unit(self) -> float:
-        """Half a unit in the last printed digit; of a number read off a figure, two sigma of the reading."""
+        """Half a unit in the last printed digit, in `unit`; for a reading off a figure, two sigma of it."""
         if self.tolerance == READ_OFF:
             return 2 * (self.sigma or 0.0)
         return half_unit(self.printed, self.digits) * self.scale
@@ -152,7 +152,7 @@ def read_claims(folder: Path) -> Claims:
 def _cells_of_table(
     rule: Mapping[str, Any], classes: Mapping[str, ToleranceClass], folder: Path
 ) -> Iterator[dict[str, Any]]:
-    """Entries of the cells of one table or figure."""
+    """Entry of a `Claim` for each cell of one table or figure, made by a rule of ``claims.yaml``."""
     kind, word = ("table", "Table") if "table" in rule else ("figure", "Fig.")
     cells = read_cells(f"{kind}{rule[kind]}", folder)
     sigmas = {(cell["row"], cell.get("level")): cell for cell in cells if cell["column"] == "sigma"}
@@ -184,7 +184,7 @@ def _cells_of_table(
 
 
 def _fact(rule: Mapping[str, Any], cell: Mapping[str, str]) -> str:
-    """Name of the fact that a cell states with others; empty if it states one alone."""
+    """Name of the fact that several cells state, for one of them; empty if no other cell states it."""
     pattern = rule.get("fact", "")
     if not isinstance(pattern, str):
         pattern = pattern.get(cell["column"], "")
@@ -193,7 +193,7 @@ def _fact(rule: Mapping[str, Any], cell: Mapping[str, str]) -> str:
 
 
 def _filled(value: Any, names: Mapping[str, str]) -> Any:
-    """Fill in the names in braces of all texts in a value."""
+    """Replace names in braces by their values in `names`, in all texts inside a value."""
     if isinstance(value, dict):
         return {key: _filled(inner, names) for key, inner in value.items()}
     return value.format(**names) if isinstance(value, str) else value

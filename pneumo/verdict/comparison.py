@@ -29,7 +29,7 @@ class Comparison(NamedTuple):
 
 
 def _unit(claim: Claim, tolerance: ToleranceClass, swing: float | None) -> float:
-    """Unit of a class's limit, in the claim's unit."""
+    """Printed number, sigma or swing that a class's limit is a multiple of, in the claim's unit; else 1."""
     units = {"relative": abs(claim.value), "sigma": claim.sigma, "swing": swing}
     return units.get(tolerance.measure) or 1.0
 
@@ -37,8 +37,8 @@ def _unit(claim: Claim, tolerance: ToleranceClass, swing: float | None) -> float
 def largest_difference(claim: Claim, tolerance: ToleranceClass, swing: float | None = None) -> float:
     """Largest difference from the printed number at which an item is still close, in the claim's unit.
 
-    `swing` is the change during the run, in the same unit. Never more than the class allows; where the seeds
-    change the number, at most half a unit of its last digit plus a fraction of its deviation over seeds.
+    `swing` is the change during the run, in the same unit. The limit is that of the class; for a number that
+    seeds change, also half a unit of its last digit plus a fraction of its deviation over seeds, if lower.
     """
     largest = max(tolerance.limit * _unit(claim, tolerance, swing), tolerance.floor)
     if tolerance.seeds is not None and claim.seed_deviation is not None:
@@ -47,7 +47,7 @@ def largest_difference(claim: Claim, tolerance: ToleranceClass, swing: float | N
 
 
 def where_true(claim: Claim, tolerance: ToleranceClass) -> tuple[float, float]:
-    """Range of a statement's number, or of its margin, in which it is true."""
+    """Lowest and highest number, or margin, with which a statement is true."""
     if tolerance.measure == "truth":
         return 0.0, math.inf
     if tolerance.measure == "log10":
@@ -99,7 +99,8 @@ def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Compar
 def relative_deviation(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> float | None:
     """Deviation as a fraction of the printed number; None for statements.
 
-    Of a mean error, as a fraction of the standard deviation beside it; of a logarithm, of the number itself.
+    For a mean error, the fraction is of the printed standard deviation; for a printed log10, of the number
+    whose logarithm is printed.
     """
     if tolerance.measure in ("truth", "log10") or finding.holds is not None:
         return None
@@ -115,7 +116,7 @@ def relative_deviation(claim: Claim, tolerance: ToleranceClass, finding: Finding
 
 
 def _doubt(claim: Claim, tolerance: ToleranceClass) -> float:
-    """Fraction of the deviation over seeds; below it a margin is doubtful, and a step of n costs little."""
+    """Limit from the deviation over seeds: smaller margins are doubtful, and n of a smaller cost close."""
     return (tolerance.seeds or 0.0) * (claim.seed_deviation or 0.0)
 
 
@@ -129,10 +130,9 @@ def deviation_in_words(comparison: Comparison, tolerance: ToleranceClass) -> str
 
 
 def as_printed(value: float, claim: Claim, exact: bool) -> str:
-    """Value with the digits and the scale of the printed one.
+    """Value as text, with the digits and the scale of the printed number.
 
-    Where it would then look equal but is not (`exact` is false), or would be off by more than 1 %, it gets
-    more digits.
+    If it is not `exact`, it gets more digits until it differs from the print and is rounded by at most 1 %.
     """
     number = value / claim.scale
     mantissa, _, power = claim.printed.partition("e")

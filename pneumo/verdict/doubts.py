@@ -1,7 +1,7 @@
 """Doubts about what a paper prints: ``doubts.yaml``, whose head explains the keys.
 
-An erratum is proved by the paper's own numbers; a doubt is argued from the results. It is shown beside its
-items and changes no status.
+An erratum is proved by the paper's own numbers; a doubt is argued from the results. A doubt is shown beside
+its items and changes no status.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,7 +32,7 @@ class Doubt(Entry):
 
 
 def read_doubts(folder: Path, computations: Mapping[str, Computation], source: Any) -> dict[str, Doubt]:
-    """Read the doubts by name and run their arguments on a source; none if the paper has no such file.
+    """Read the doubts by name and run their arguments on the results, `source`; empty without a file.
 
     `PaperError` if an entry is wrong.
     """

@@ -1,4 +1,4 @@
-"""Entries of a paper's YAML files; an entry with an unknown, missing or wrong key is one message."""
+"""Entries of a paper's YAML files; an entry with an unknown, missing or wrong key raises one error."""
 
 from pathlib import Path
 from typing import Any, Self

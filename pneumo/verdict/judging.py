@@ -89,7 +89,7 @@ class Judge:
         return self.paper.pulls(self.sources) or {}
 
     def finding(self, claim: Claim, source: str) -> Finding:
-        """Run a claim's computation on a source; `MissingEvidence` if that lacks what it needs."""
+        """Run a claim's computation on a source; `MissingEvidence` if a result that it needs is missing."""
         try:
             finding = self.paper.computations[claim.compute](self.sources[source], **claim.arguments)
         except KeyError as error:
@@ -144,12 +144,15 @@ class Judge:
         }
 
     def _basis(self, claim: Claim, status: str) -> str:
-        """Kind of evidence: set-up where an item agrees, and agrees under every known mistake too."""
+        """Kind of evidence: ``set-up`` if the item agrees under every known mistake too, else the claim's."""
         agrees_always = status in AGREEING and self.losing.get(claim.id) == []
         return "set-up" if agrees_always and claim.basis in OF_RESULTS else claim.basis
 
     def _holds(self, claim: Claim, source: str) -> tuple[bool | None, str]:
-        """Whether a claim about models holds with the printed tables or exact signals, and the finding."""
+        """Whether a claim about models holds by `source`, "exact" or "printed", and the finding as text.
+
+        (None, "") for other claims, for numbers of printed tables by "printed", and without such a source.
+        """
         compared_with_itself = source == "printed" and claim.row != ""
         if not claim.models or compared_with_itself or source not in self.sources:
             return None, ""
@@ -163,7 +166,7 @@ class Judge:
     def _status(
         self, claim: Claim, finding: Finding, comparison: Comparison, refuted: str | None
     ) -> tuple[str, str]:
-        """Status and reason; `refuted` is what the paper's own tables say against the claim, if they do."""
+        """Status and reason; `refuted` is the finding of the paper's own tables if it refutes the claim."""
         deviation = deviation_in_words(comparison, self.claims.classes[claim.tolerance])
         if comparison.agreement == "exact":
             statement = finding.holds is not None or claim.tolerance == "decade" or claim.sense == "at_most"
@@ -188,7 +191,7 @@ class Judge:
         return "missed", f"{outside}; no erratum and no alternative assumption explains it"
 
     def _as_meant(self, claim: Claim) -> Claim:
-        """The claim with the number that a proved erratum puts in the printed one's place."""
+        """The claim with its printed number replaced by that of a proved erratum, if there is one."""
         erratum = self.errata[claim.erratum] if claim.erratum else None
         if erratum is None or not erratum.passes or claim.id not in erratum.values:
             return claim
@@ -256,7 +259,7 @@ def _reproduced(finding: Finding) -> float | list[float | None] | str | bool | N
 
 
 def counts(items: Sequence[Item]) -> dict[str, int]:
-    """Number of items, and of those of each status."""
+    """Number of all items, under ``items``, and of the items with each status."""
     statuses = [item["status"] for item in items]
     return {"items": len(items)} | {status: statuses.count(status) for status in STATUSES}
 

@@ -11,7 +11,7 @@ NO_MISTAKE = "none"  # name of the study as it is among the mistakes
 
 
 def losing_mistakes(agrees: xr.DataArray) -> dict[str, list[str]]:
-    """Mistakes under which an item no longer agrees, of each item that agrees without a mistake.
+    """For each item that agrees without a mistake: the mistakes under which it no longer agrees.
 
     `agrees` is true or false by (mistake, item), with `NO_MISTAKE` among the mistakes.
     """
@@ -22,10 +22,11 @@ def losing_mistakes(agrees: xr.DataArray) -> dict[str, list[str]]:
 
 
 def mistakes_table(agrees: xr.DataArray, basis: Mapping[str, str]) -> list[dict[str, Any]]:
-    """A row per mistake: `mistake`, the items `lost` and `won`, `net`, `of` how many that agree without it.
+    """One row per mistake, with the number of items that agree only without it, or only with it.
 
-    `agrees` is that of `losing_mistakes`; `basis`, the kind of evidence of each item that counts. A row also
-    has the number of items lost, by kind of evidence.
+    Keys: `mistake`; number of items `lost` and `won`; `net`, lost less won; `of`, number of items that agree
+    without a mistake; then the number lost of each kind of evidence. `agrees` is that of `losing_mistakes`;
+    `basis` is the kind of evidence of each item that counts.
     """
     agrees = agrees.sel(item=[name for name in agrees["item"].values.tolist() if name in basis])
     before, rows = agrees.sel(mistake=NO_MISTAKE), []

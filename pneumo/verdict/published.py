@@ -8,13 +8,13 @@ from pneumo.verdict import paper_file
 
 
 def read_cells(name: str, folder: Path) -> list[dict[str, str]]:
-    """Read what is published in a table or a figure, such as ``figure9``, every value a string."""
+    """Read the cells of a printed table or figure, such as ``figure9``; every value is a string."""
     with paper_file(folder, f"published/{name}.csv").open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
 
 
 def recorded(file: Path) -> dict[str, str]:
-    """Return the second column of a CSV file by the first; empty if there is no such file."""
+    """Return a CSV file of two columns as a dictionary, first to second; empty if there is no such file."""
     if not file.exists():
         return {}
     with file.open(encoding="utf-8", newline="") as lines:

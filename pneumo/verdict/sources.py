@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class MissingEvidence(LookupError):
-    """A claim cannot be judged: the study lacks what it needs, or the paper does not print it."""
+    """A claim cannot be judged: a result or a printed number that it needs is missing."""
 
 
 class Finding(NamedTuple):

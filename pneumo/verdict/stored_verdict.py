@@ -1,6 +1,6 @@
 """The verdict stored in a folder of results, if it was made from the files that are there now.
 
-Imports nothing slow: showing a stored verdict takes less time than importing what judges.
+Imports nothing slow: showing a stored verdict takes less time than the imports for judging.
 """
 
 import hashlib

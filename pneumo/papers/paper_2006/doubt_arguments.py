@@ -16,9 +16,10 @@ ALIKE = 0.01  # deviation of a settling time that counts as agreement: the class
 
 
 def columns_of_table_8(results: StudyResults) -> Finding:
-    """Whether M8's and M9's columns fit better exchanged: by their cells, and by the mean errors in Table 7.
+    """Whether the columns M8 and M9 of Table 8 agree better with the results if they are exchanged.
 
-    At the n in a model's own column its mean error over all experiments should be Table 7's.
+    Both must improve: how many n equal the reproduced best n, and how near the mean errors at these n, over
+    all experiments, are to Table 7.
     """
     printed, computed = table8().reset_coords(drop=True), results.statistics["best_n"]
     computed = computed.sel(experiment=printed["experiment"])
@@ -46,7 +47,10 @@ def columns_of_table_8(results: StudyResults) -> Finding:
 
 
 def row_of_M10(results: StudyResults) -> Finding:
-    """Whether M10's isothermal row of Table 9, and its 90 % percentile, are nearer to our M8 than our M10."""
+    """Whether M10's isothermal row of Table 9 and its 90 % percentile are nearer to the reproduced M8.
+
+    Nearer than to the reproduced M10: mean square error, mean error and percentile, all three.
+    """
     level = "isothermal"
     printed, upper = table9().sel(level=level, model="M10"), percentiles(11)["p90"]
     row = {name: float(printed[name]) for name in ("mse", "mean_error")}
@@ -69,7 +73,7 @@ def row_of_M10(results: StudyResults) -> Finding:
 
 
 def early_temperatures(results: StudyResults) -> Finding:
-    """Whether, of E's closed-loop temperatures, the two T_A of E04 and E08 alone are off by more than 1 %."""
+    """Whether, of E's closed-loop T_A and T_B settling times, only T_A of E04 and E08 is off by over 1 %."""
     printed: xr.DataArray = table5().reset_coords(drop=True)
     off = {
         f"{name} {quantity}": number_at(results.settling_times, experiment=name, quantity=quantity)

@@ -26,7 +26,7 @@ ROUNDING_OF_RATES = 1e-12  # relative; double precision after some ten operation
 
 
 class State(NamedTuple):
-    """A chamber at one instant, SI units, as `dP_dt` and `dT_dt` take it; heat flows from wall to air, W."""
+    """A chamber at one instant, SI units, in the argument order of `dP_dt`; heat from wall to air, W."""
 
     P: float
     T: float
@@ -67,7 +67,7 @@ def _nearly_equal(a: float, b: float, scale: float) -> bool:
 
 
 def _equal_rates(*rates: Callable[[State], tuple[float, float]], words: str = "20 states") -> Finding:
-    """Whether two rates of pressure, Pa/s, are equal but for rounding in twenty states."""
+    """Whether the two rates that each function returns, Pa/s, are equal but for rounding, in 20 states."""
     equal = [_nearly_equal(*pair(s), _size_of_terms(s)) for s in _twenty_states() for pair in rates]
     return Finding(holds=all(equal), shown=words)
 
@@ -76,7 +76,10 @@ def _equal_rates(*rates: Callable[[State], tuple[float, float]], words: str = "2
 
 
 def branches_meet(_: StudyResults) -> Finding:
-    """Whether sonic and subsonic flow of eq (1) agree at 0.5283, within half of the last digit of 0.0404."""
+    """Whether sonic and subsonic flow of eq (1) agree at the pressure ratio 0.5283.
+
+    To within half a unit in the last digit of 0.0404.
+    """
     gas = Gas(R, GAMMA, SONIC, CRITICAL)
     sonic = choked_flow(1e-6, P_S, T_AMB, gas)
     ratio = mass_flow(1e-6, P_S, (CRITICAL + 1e-9) * P_S, T_AMB, gas) / sonic
@@ -84,13 +87,13 @@ def branches_meet(_: StudyResults) -> Finding:
 
 
 def areas_as_printed(results: StudyResults) -> Finding:
-    """Whether eq (2) as printed gives no negative area."""
+    """Whether eq (2) as printed gives no negative valve area."""
     area = results.plant("D").valve.k_xu * -1.0
     return Finding(holds=area >= 0, shown=f"at u = -1 V cylinder D's valve has an area of {area:g} m^2")
 
 
 def half_bridge_ratios(air: float) -> tuple[float, float]:
-    """Root of eq (17) over P_s, with the exact coefficient and with 0.0404, for a gas constant of air."""
+    """P_0 / P_s by eq (17), with the exact coefficient and with 0.0404; `air`: gas constant, J/(kg K)."""
     exact, printed = exact_gas(air, GAMMA), Gas(air, GAMMA, SONIC, CRITICAL)
     return equilibrium_pressure(P_S, P_ATM, exact) / P_S, equilibrium_pressure(P_S, P_ATM, printed) / P_S
 
@@ -102,7 +105,10 @@ def half_bridge_ratio(_: StudyResults) -> Finding:
 
 
 def root_in_range(_: StudyResults, ranges: str) -> Finding:
-    """Whether the root of eq (17) lies in the first range of Appendix 2, or none lies in the two others."""
+    """Whether eq (17) has its root in the first range of Appendix 2, or none in the two others.
+
+    `ranges`: ``first`` or the others.
+    """
     gas = exact_gas(R, GAMMA)
     root = equilibrium_pressure(P_S, P_ATM, gas)
     if ranges == "first":
@@ -119,7 +125,7 @@ def sonic_factor_as_printed() -> float:
 
 
 def as_in_eq_1(factor: float) -> dict[str, Any]:
-    """Whether a printed sonic factor, s K^0.5/m, is the 0.0404 of eq (1), and its value in words."""
+    """Arguments of `Finding`: whether a sonic factor, s K^0.5/m, is the 0.0404 of eq (1); its value."""
     return {"holds": abs(factor - SONIC) <= 0.00005, "shown": f"it is {factor:.4f}"}
 
 
@@ -160,14 +166,17 @@ def wall_heat_rates(T: float, sign: float) -> dict[str, float]:
 
 
 def wall_heat_as_printed(_: StudyResults, unit: str) -> Finding:
-    """Whether wall heat, signed as printed, brings hot and cold air back to ambient temperature."""
+    """Whether wall heat, signed as printed, brings hot and cold air back to ambient temperature.
+
+    `unit` chooses the rate of `wall_heat_rates`.
+    """
     rates = {T: wall_heat_rates(T, -1.0)[unit] for T in (T_AMB - 20, T_AMB + 20)}
     holds = all(value * (T_AMB - T) > 0 for T, value in rates.items())
     return Finding(holds=holds, shown=", ".join(f"{v:+.3g} {unit} at {T:g} K" for T, v in rates.items()))
 
 
 def _eq_9(s: State, T: float, rate_T: float) -> float:
-    """Rate of pressure by eq (9), Pa/s, from temperature and its rate."""
+    """Rate of pressure by eq (9), Pa/s, from temperature, K, and its rate, K/s."""
     return -s.P / s.V * s.dV_dt + R / s.V * T * (s.m_in - s.m_out) + s.P / T * rate_T
 
 

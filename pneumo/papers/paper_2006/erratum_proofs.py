@@ -29,13 +29,13 @@ def wall_heat_sign() -> tuple[bool, str]:
 
 
 def eq5_factor_T() -> tuple[bool, str]:
-    """Mass and energy balance give eq (5) with the factor and not without."""
+    """Mass and energy balance give eq (5) with the factor T in its last term, not without."""
     printed, meant = equations.temperature_equation_fits(False), equations.temperature_equation_fits(True)
     return meant and not printed, "20 states: mass and energy balance are met with the factor T, not without"
 
 
 def n_step() -> tuple[bool, str]:
-    """Nine values from 1 to 1.4, and every n of Table 8, lie on a step of 0.05."""
+    """Nine values from 1 to 1.4, and every n of Table 8, fit a step of 0.05, not of 0.5."""
     values = [float(cell["printed"]) for cell in read_table(8)]
     printed, meant = (
         all(abs((n - 1) / step - round((n - 1) / step)) < 1e-9 for n in values) for step in (0.5, 0.05)
@@ -45,7 +45,7 @@ def n_step() -> tuple[bool, str]:
 
 
 def number_of_runs() -> tuple[bool, str]:
-    """Seven models of section 3 have an n; 912 counts six."""
+    """Seven models of section 3 have an n; the printed 912 runs count only six."""
     with_n = len(WITH_N)
     printed, meant = 16 * (6 * 9 + 3), 16 * (with_n * 9 + len(PAPER_MODELS) - with_n)
     words = f"{with_n} models have an n: 16 (6 x 9 + 3) = {printed}, 16 ({with_n} x 9 + 3) = {meant}"
@@ -60,7 +60,7 @@ def eq17_sonic() -> tuple[bool, str]:
 
 
 def P_0_ratio() -> tuple[bool, str]:
-    """The exact root rounds to 0.8075 for any R, the root with 0.0404 to 0.8076 for R = 287."""
+    """P_0 / P_s is 0.8075 by the exact law, for any R, and 0.8076 with 0.0404 and R = 287; not 0.8077."""
     half = half_unit("0.8077")
     ratios = {air: equations.half_bridge_ratios(air) for air in (286.9, 287.0, 287.1)}
     exact = [exact for exact, _ in ratios.values()]
@@ -71,7 +71,7 @@ def P_0_ratio() -> tuple[bool, str]:
 
 
 def P_s_condition() -> tuple[bool, str]:
-    """The exact root is the same from 2.344 P_atm on, and not below."""
+    """P_0 / P_s by the exact law is the same for every P_s from 2.344 P_atm on, and differs below."""
     gas = exact_gas(R, GAMMA)
     ratios = {r: equilibrium_pressure(r * P_ATM, P_ATM, gas) / (r * P_ATM) for r in (2.3, 2.344, 3.6)}
     words = ", ".join(f"{ratio:.6f} at {r:g} P_atm" for r, ratio in ratios.items())
@@ -115,7 +115,7 @@ def valve_units() -> tuple[bool, str]:
 
 
 def E04_P_B() -> tuple[bool, str]:
-    """Only this cell of Table 5 has not three decimals, and only its row does not fall as k_0 grows."""
+    """E04's P_B alone in Table 5 has not three decimals; its row alone does not fall as k_0 grows."""
     cells = read_table(5)
     odd = [f"{c['row']} {c['column']}" for c in cells if len(c["printed"].split(".")[1]) != 3]
     growing: dict[str, list[str]] = {}

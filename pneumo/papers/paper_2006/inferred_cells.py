@@ -1,8 +1,8 @@
 """Cells of the grid that a 10 per cent percentile of Fig. 11 implies, though no table prints them.
 
 Over the eight experiments of a level, the rule `linear` gives p10 = 0.3 of the smallest mean square error and
-0.7 of the second smallest. Where one of these two belongs to an experiment whose command is hardly ever
-reversed, and so does not depend on how reversals are recorded, the printed p10 implies the other.
+0.7 of the second smallest. Where one of these two is of an experiment in `HARDLY_REVERSED`, which does not
+depend on how reversals are recorded, the printed p10 implies the other.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ import xarray as xr
 from pneumo.papers.paper_2006.printed_tables import percentiles, table5, table9
 
 HARDLY_REVERSED = ("E05", "E09", "E13")  # at most four times a run
-SMALLEST = 0.3  # share of the smallest of eight errors in p10; the rest is the second smallest
+SMALLEST = 0.3  # fraction of the smallest of eight errors in p10; the rest is the second smallest
 
 
 def inferred_cells(mse: xr.DataArray) -> pd.DataFrame:

@@ -64,7 +64,7 @@ def spread(results: StudyResults, models: Sequence[str], level: str) -> Finding:
 
 
 def gain(results: StudyResults, better: Sequence[str], than: str, level: str) -> Finding:
-    """Largest reduction of mean square error against one model, decades."""
+    """Largest reduction of the mean square error of `than` by one of `better`, decades."""
     mse = _mse_by_model(results, level)
     largest = max(_decades(mse, than, model) for model in better)
     return Finding(largest, shown=_quotients(mse, [(model, than) for model in better]))
@@ -80,7 +80,7 @@ def best_models(results: StudyResults, models: Sequence[str], level: str) -> Fin
 
 
 def next_best(results: StudyResults, after: Sequence[str], claimed: str, level: str) -> Finding:
-    """Whether a model is the best of those left when some are taken away."""
+    """Whether `claimed` has the lowest mean square error of all models that are not in `after`."""
     mse = _mse_by_model(results, level)
     order = sorted(mse.keys() - after, key=mse.__getitem__)
     margin = min(_decades(mse, model, claimed) for model in order if model != claimed)
@@ -122,7 +122,7 @@ def walls_before_mixing(results: StudyResults, level: str) -> Finding:
 
 
 def simplest_of_the_best(results: StudyResults, claimed: str, level: str, apart: float) -> Finding:
-    """Whether a model is the simplest of those within `apart` decades of the lowest error."""
+    """Whether `claimed` has the fewest processes of the models within `apart` decades of the lowest MSE."""
     mse = _mse_by_model(results, level)
     best = min(mse, key=mse.__getitem__)
     alike = [model for model in mse if _decades(mse, model, best) <= apart]

@@ -62,7 +62,7 @@ def _rows(name: str, table: str, numbers: xr.Dataset) -> list[tuple[str, str, fl
 
 
 def _meant(numbers: pd.DataFrame) -> np.ndarray:
-    """Numbers as meant if two suspicions are right; NaN for those that are left out."""
+    """Printed numbers, shape (288,), both suspected misprints corrected; NaN if no number is known."""
     names, printed = numbers.index.astype(str), numbers["printed"].to_numpy()
     meant = np.where(names.str.startswith(LEFT_OUT), math.nan, printed)
     first, second = (np.flatnonzero(names.str.match(rf"T8\..*\.{model}$")) for model in EXCHANGED)
@@ -81,7 +81,7 @@ def _averages(mean_error: np.ndarray, mse: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _at(cells: np.ndarray, index: np.ndarray) -> np.ndarray:
-    """Cells of shape (..., n) at an index of n of shape (...)."""
+    """Values of cells, shape (..., n), at an index along n for each, shape (...)."""
     return np.take_along_axis(cells, index[..., np.newaxis], -1)[..., 0]
 
 
@@ -92,7 +92,7 @@ def numbers_of_tables(
     experiments: Sequence[str],
     levels: Mapping[str, Sequence[str]],
 ) -> np.ndarray:
-    """The numbers of `printed_numbers` from cells, shape (..., 288); NaN where a cell is.
+    """The 288 numbers of `printed_numbers` from cells: shape (..., 288); NaN cells give NaN, except an n.
 
     `mean_error`, Pa, and `mse`, Pa^2, are those of both chambers together, shape (..., experiment, model of
     the paper, n); `levels` has the names of each level's experiments.

@@ -99,9 +99,10 @@ def read_run(file: Path, e: Experiment) -> tuple[Recording, xr.Dataset]:
 
 
 def read_errors(file: Path, e: Experiment, n: tuple[float, ...]) -> xr.Dataset:
-    """A simulator's own replays of an experiment by (model, n, chamber); a model without n has any one n.
+    """Errors of a simulator's own replays of an experiment, Pa and Pa^2, by (model, n, chamber).
 
-    `ResultError` if a cell of the study is missing or there twice.
+    In the file a model without n has one row per chamber, at any n. `ResultError` if a cell of the study is
+    missing or there twice.
     """
     table = read_columns(file, ERRORS)
     parts = dict[str, xr.Dataset]()
@@ -138,7 +139,7 @@ class OtherResults(ComputedResults):
     """Results of another simulator: its runs, and replays on them."""
 
     def run(self, kind: str, experiment: str, /, *variables: str) -> xr.Dataset:
-        """Full-order run of one experiment; `MissingEvidence` if it was not given, as no settling run is."""
+        """Full-order run of one experiment; `MissingEvidence` if it was not given, and for settling runs."""
         if (kind, experiment) not in self.runs:
             raise MissingEvidence(f"no {kind} run of {experiment} was given")
         return super().run(kind, experiment, *variables)
@@ -148,8 +149,8 @@ def other_results(folder: Path, study: Study, report: Any = lambda _text: None) 
     """Results of another simulator from a folder of its runs, ``E01.csv`` or ``.nc`` and so on.
 
     Replays are those of ``E01_replays.csv`` or ``.nc`` where it is there, else pneumo replays its models on
-    the run, signals sampled as in the paper. `report` is told about each experiment. `ResultError` if there
-    is no run, or one cannot be used.
+    the run, signals sampled as in the paper. `report` is called with a line of text for each
+    experiment. `ResultError` if there is no run, or one cannot be used.
     """
     cells, runs = list[xr.Dataset](), dict[tuple[str, str], xr.Dataset]()
     for name, e in study.experiments.items():
@@ -163,7 +164,7 @@ def other_results(folder: Path, study: Study, report: Any = lambda _text: None) 
         else:
             cells.append(read_errors(replays, e, study.n))
         runs["datum", name] = run
-        report(f"{name}: {file.name}, {'its replays replays' if replays else 'replayed by pneumo'}")
+        report(f"{name}: {file.name}, {'its own replays' if replays else 'replayed by pneumo'}")
     if not cells:
         raise ResultError(f"{folder}: holds no run such as E01.csv or E01.nc")
     names = [name for _, name in runs]

@@ -1,4 +1,4 @@
-"""The paper of 2006: what `pneumo.verdict.judging` needs of it."""
+"""The paper of 2006: its files and functions, as `pneumo.verdict.judging` reads them."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -38,13 +38,13 @@ def about(sources: Sources) -> dict[str, Any]:
 
 
 def alternatives(results: Path, sources: Sources) -> xr.DataArray | None:
-    """Tables under each alternative assumption, from ``assumptions.nc``; None if not run."""
+    """Reproduced number of each item, by (alternative, item), from ``assumptions.nc``; None if not run."""
     toggled = evidence_file(results, "assumptions.nc", sources["published"].study.config_sha256)
     return read(toggled, "reproduced")["reproduced"] if toggled else None
 
 
 def power(results: Path, sources: Sources) -> xr.DataArray | None:
-    """Whether each item agrees under each known mistake, from ``power.nc``; None if not run."""
+    """Whether an item agrees, by (mistake, item), from ``power.nc``; None if not run."""
     file = evidence_file(results, "power.nc", sources["published"].study.config_sha256)
     return read(file, "agrees")["agrees"].astype(bool) if file else None
 

@@ -85,13 +85,16 @@ def percentiles(number: int) -> xr.Dataset:
 
 
 def with_percentiles(table: xr.Dataset, number: int) -> xr.Dataset:
-    """Table 7 or 9 with `p10` and `p90`, Pa2, as read off Fig. 9, 10 or 11; NaN for models without."""
+    """Table 7 or 9 with `p10` and `p90`, Pa2, read off Fig. 9, 10 or 11; NaN for models not drawn there."""
     values = percentiles(number)[["p10", "p90"]]
     return table.merge(values if "level" in table.dims else values.squeeze("level", drop=True), join="left")
 
 
 def traces_of_fig_7() -> dict[str, np.ndarray]:
-    """Time since release, s, and lower and upper bound of each curve, by panel: ``force``, ``x``, ``P_A``."""
+    """Curves of Fig. 7 by panel: ``force``, ``x``, ``P_A``.
+
+    Shape (3, points): time since release, s, and lower and upper bound, N, m or Pa.
+    """
     panels: dict[str, list[list[float]]] = {}
     for cell in read_cells("figure7_traces", PAPER_FOLDER):
         panels.setdefault(cell["row"], []).append([float(cell[name]) for name in ("t", "low", "high")])
@@ -99,7 +102,7 @@ def traces_of_fig_7() -> dict[str, np.ndarray]:
 
 
 def _array(cells: Sequence[Cell], keys: Mapping[str, str], digits: int | None = None) -> xr.DataArray:
-    """Put a complete table into an array; `keys` give each dimension's key in the cells, in their order."""
+    """Put a complete table, in order, into an array; `keys`: dimension -> key of a cell that labels it."""
     labels = {dim: list(dict.fromkeys(cell[key] for cell in cells)) for dim, key in keys.items()}
     expected = list(itertools.product(*labels.values()))
     present = [tuple(cell[key] for key in keys.values()) for cell in cells]

@@ -25,7 +25,7 @@ class StudyResults:
 
     def __init__(self, folder: Path, transport: str) -> None:
         self.folder, self.transport = folder, transport
-        self._read = lru_cache(maxsize=1)(read)  # most claims about runs ask for the one of the claim before
+        self._read = lru_cache(maxsize=1)(read)  # successive claims mostly read the same run
 
     @cached_property
     def study(self) -> Study:
@@ -67,7 +67,7 @@ class StudyResults:
         return None if over_seeds is None else TableLikelihood(over_seeds)
 
     def failures(self, kind: str) -> dict[str, str]:
-        """When and how each failed run of a kind, ``datum`` or ``settling``, ended, by experiment."""
+        """Text on how each failed run of a kind, ``datum`` or ``settling``, ended, by experiment."""
         settling = kind == "settling"
         table = read(self.folder / "settling.nc") if settling else self.statistics
         name = "settling run" if settling else "full-order run"
@@ -104,7 +104,7 @@ class StudyResults:
 
 
 class ComputedResults(StudyResults):
-    """Results of a study whose cells are in memory; what is not given is read from a folder."""
+    """Results of a study with its cells in memory; runs and times not given are read from a folder."""
 
     def __init__(
         self,
@@ -132,14 +132,14 @@ class ComputedResults(StudyResults):
 
 
 class PrintedTables(StudyResults):
-    """The paper's own Tables 5, 7, 8, 9 and Figs 9, 11 in place of results; parameters alone are read."""
+    """The paper's own Tables 5, 7, 8, 9 and Figs 9, 11 as results; the folder gives parameters only."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder, "printed")
 
     @cached_property
     def statistics(self) -> xr.Dataset:
-        """Tables 7 to 9 as printed, and what Figs 9 and 11 add to them."""
+        """Tables 7 to 9 as printed, with the percentiles and constant n read off Figs 9 and 11."""
         names = [name for name, *_ in STATISTICS.values()]
         parts = (table7().expand_dims(level=[OVERALL]), table9())
         numbers = [part[names].drop_vars(set(part.coords) - {"level", "model"}) for part in parts]

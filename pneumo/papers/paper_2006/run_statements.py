@@ -11,7 +11,10 @@ from pneumo.verdict.sources import Finding, MissingEvidence
 
 
 def swing(results: StudyResults, quantity: str, side: str) -> Finding:
-    """Largest excursion from equilibrium over both chambers, in each closed-loop experiment of cylinder D."""
+    """Range, over closed-loop experiments of cylinder D, of the largest excursion from equilibrium.
+
+    Over both chambers: of P, Pa, from P_0 or T, K, from T_amb; `side`: ``up`` or down.
+    """
     excursions: dict[str, float] = {}
     for name, experiment in results.experiments("D", closed_loop=True).items():
         values = results.run("datum", name, quantity)[quantity].values
@@ -65,7 +68,7 @@ def release_time(results: StudyResults, experiment: str) -> Finding:
 def value_after_release(
     results: StudyResults, experiment: str, quantity: str, chamber: str, after: float
 ) -> Finding:
-    """Value in a settling run `after` s from release, and its largest change until then."""
+    """Value in a settling run `after` s from release; as swing, the largest distance from it until then."""
     run = results.run("settling", experiment)
     start = float(run["release_time"])
     free = run[quantity].sel(chamber=chamber, t=slice(start, start + after + float(run["t"][1]) / 2))
@@ -89,7 +92,7 @@ def turning_points(values: np.ndarray, least: float) -> list[int]:
 
 
 def extremum(results: StudyResults, experiment: str, quantity: str, order: str, column: str) -> Finding:
-    """Value, or time since release, s, of an extremum of a settling run, counted from 1: Fig. 7."""
+    """Value, or time since release, s, of the `order`-th extremum (from 1) in a settling run: Fig. 7."""
     run = results.run("settling", experiment)
     free = run.sel(t=slice(float(run["release_time"]), None))
     name, _, chamber = quantity.partition("_")

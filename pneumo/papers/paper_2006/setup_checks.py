@@ -38,7 +38,7 @@ def number_of_runs(results: StudyResults) -> Finding:
 
 
 def simplest(_: StudyResults, models: Sequence[str], claimed: str) -> Finding:
-    """Whether a model has the fewest processes."""
+    """Whether `claimed` has fewer processes than each other one of `models`."""
     count = {model: processes(model) for model in models}
     words = ", ".join(f"{model} has {number}" for model, number in count.items())
     return Finding(holds=all(count[claimed] < count[m] for m in models if m != claimed), shown=words)

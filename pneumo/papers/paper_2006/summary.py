@@ -71,7 +71,7 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
 
 
 def fit(sources: Sources) -> dict[str, Any] | None:
-    """Agreement of Tables 7, 8, 9 and Figs 9, 11 on the scale of other seeds; None if these were not run.
+    """Agreement of Tables 7, 8, 9, Figs 9, 11 against the spread over seeds; None without other seeds.
 
     `tables`: chi-square of each, as meant and as printed, with its degrees of freedom; `seeds`: place of the
     paper's seeds among all sets; `mistakes`: rise of the chi-square of all tables by each known mistake.
@@ -101,7 +101,7 @@ def fit(sources: Sources) -> dict[str, Any] | None:
 
 
 def _rises(published: StudyResults, likelihood: TableLikelihood) -> dict[str, float | None]:
-    """Rise of the chi-square of all tables by each known mistake; empty if they were not run."""
+    """Rise of the chi-square of all tables by each known mistake; empty if mistakes were not run."""
     file = evidence_file(published.folder, "power.nc", published.study.config_sha256)
     numbers = read(file).get("number") if file else None
     if numbers is None:
@@ -113,7 +113,7 @@ def _rises(published: StudyResults, likelihood: TableLikelihood) -> dict[str, fl
 
 
 def wrong_row(sources: Sources) -> list[dict[str, Any]]:
-    """Numbers of M7 and M8 at the typical level, printed and computed; the paper's conclusions swap them."""
+    """Numbers of M7 and M8 at the typical level, printed and computed; the text quotes M8's for M7."""
     rows: list[dict[str, Any]] = []
     for name, model in itertools.product(ORIGINS, ("M7", "M8")):
         level = sources[name].statistics.sel(level="typical")
@@ -127,7 +127,7 @@ def wrong_row(sources: Sources) -> list[dict[str, Any]]:
 
 
 def transport(sources: Sources) -> list[dict[str, Any]]:
-    """Mean square errors of M5 to M10 by level, and quotients of pairs, for each signal sampling."""
+    """Mean square errors of M5 to M10, and quotients of pairs: by level, printed and with each sampling."""
     rows: list[dict[str, Any]] = []
     for level, name in itertools.product(LEVELS, ORIGINS):
         mse = sources[name].statistics["mse"].sel(level=level)
@@ -142,7 +142,7 @@ def transport(sources: Sources) -> list[dict[str, Any]]:
 
 
 def by_experiment(sources: Sources) -> dict[str, Any]:
-    """M8 over M7 in every experiment, each at its best n, for each signal sampling; with geometric mean."""
+    """MSE of M8 over M7's in each experiment, each at its best n, by sampling; and their geometric mean."""
     quotients: dict[str, Any] = {"experiments": EXPERIMENTS}
     for name in STUDY_SAMPLINGS:
         best: xr.DataArray = sources[name].cells["mse"].min("n").sel(experiment=EXPERIMENTS)

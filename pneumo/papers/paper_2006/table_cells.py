@@ -48,7 +48,7 @@ def settling_time(results: StudyResults, experiment: str, quantity: str) -> Find
 
 
 def ten_settling_times(results: StudyResults, experiment: str) -> Finding:
-    """Whether Table 6's duration is at least ten of the longest settling times."""
+    """Whether Table 6's duration is at least ten times the experiment's longest settling time."""
     (duration,) = (float(cell["printed"]) for cell in read_table(6) if cell["row"] == experiment)
     ratio = duration / number_at(results.settling_times.max("quantity"), experiment=experiment)
     return Finding(holds=ratio >= 10, shown=f"{duration:g} s are {ratio:.1f} settling times")
@@ -73,7 +73,7 @@ def best_index(results: StudyResults, experiment: str, model: str, printed: str)
 def _with_cost(
     n: float, results: StudyResults, errors: Callable[[xr.Dataset], xr.DataArray], printed: str
 ) -> Finding:
-    """Finding with the best n; its margin is ln of the error at the printed n over that at the best."""
+    """Finding with the best n; its margin is ln(MSE at the printed n / MSE at the best n)."""
     try:
         mse = errors(results.cells)
     except MissingEvidence:  # the printed tables, and runs of which only the tables are kept
@@ -83,7 +83,7 @@ def _with_cost(
 
 
 def constant_index(results: StudyResults, model: str, level: str, printed: str) -> Finding:
-    """The n that is best for a whole level, printed beside Fig. 11; of M1 and M3 their fixed index."""
+    """The n that is best for a whole level, printed beside Fig. 11; for a model without n, its index."""
     if not PAPER_MODELS[model].has_n:
         return Finding(lane(PAPER_MODELS[model], math.nan, GAMMA).n_V)
     n = number_at(results.statistics["constant_n"], level=level, model=model)

@@ -1,6 +1,6 @@
-"""How far the numbers of Tables 7, 8, 9 and Figs 9, 11 are from print, on the scale of other seeds.
+"""Deviation of the numbers of Tables 7, 8, 9 and Figs 9, 11 from print, against the spread over seeds.
 
-The covariance of the 288 numbers is that over the sets of seeds, with that of printing or reading:
+The covariance of the 288 numbers is that over the sets of seeds plus that of printing or reading:
 paper/decisions/0067.
 """
 
@@ -23,7 +23,7 @@ from pneumo.storage.kept_evidence import evidence_file
 def numbers_over_seeds(results: Path, study: Study) -> np.ndarray | None:
     """Numbers of the tables with each set of seeds, shape (seeds, 288), the study's own first.
 
-    From ``seed_sets.nc``; None if it was not made from this configuration, or has more experiments.
+    From ``seed_sets.nc``; None if it was made from another configuration, or has other experiments.
     """
     file = evidence_file(results, "seed_sets.nc", study.config_sha256)
     if file is None:
@@ -59,7 +59,7 @@ class TableLikelihood:
         self.covariance = seeds + np.diag(self.printed["variance"])
 
     def pulls(self, numbers: np.ndarray) -> dict[str, float]:
-        """Deviation of each number from print, as meant, in standard deviations, by item."""
+        """Deviation of each number from the printed one, as meant, in standard deviations, by item."""
         pulls = (numbers - self.printed["meant"].to_numpy()) / np.sqrt(np.diag(self.covariance))
         names = self.printed.index.tolist()
         return {name: pull for name, pull in zip(names, pulls.tolist(), strict=True) if math.isfinite(pull)}
@@ -69,13 +69,13 @@ class TableLikelihood:
         return np.flatnonzero(of_tables.to_numpy())
 
     def degrees_of_freedom(self, tables: Sequence[str], column: str = "meant") -> int:
-        """How many numbers of some tables are compared."""
+        """Count of the numbers that are compared in these tables."""
         return len(self._part(tables, column))
 
     def chi_square(self, numbers: np.ndarray, tables: Sequence[str], column: str = "meant") -> np.ndarray:
         """Chi-square of some tables, shape (...), from numbers of shape (..., 288).
 
-        `column` of `printed_numbers`: as ``printed``, or as ``meant`` if the suspected misprints are ones.
+        `column` of `printed_numbers`: ``printed``, or ``meant``, with suspected misprints corrected.
         """
         part = self._part(tables, column)
         deviations = numbers[..., part] - self.printed[column].to_numpy()[part]

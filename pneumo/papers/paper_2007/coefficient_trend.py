@@ -17,10 +17,11 @@ LENGTHS = np.geomspace(3e-3, 30e-3, 50)  # m
 
 
 def trend(results: Results) -> xr.Dataset:
-    """Measured `lambda_0` by `column`, with all that its inputs allow, and the catalogue's prediction.
+    """Heat transfer coefficients, W/(m^2 K), with their lengths V / A_q, m.
 
-    The prediction is by `length`, V / A_q. `quoted` is from `quoted_coefficient`; `studied` is the range of
-    2006 by `cylinder`, k_0 over the area in mid-stroke. W/(m^2 K), m.
+    Measured `lambda_0` by `column`, from `low` to `high` as the digits of its inputs allow; the catalogue's
+    prediction by `length`; `quoted` by the paper; `studied` in 2006: lowest and highest k_0 over the area in
+    mid-stroke, by (`cylinder`, `end`).
     """
     measured = {
         name: [results.printed[c, name].value for c in COLUMNS] for name in ("lambda_0", "V_f_over_A_q")
@@ -47,7 +48,7 @@ def trend(results: Results) -> xr.Dataset:
 
 
 def quoted_coefficient() -> dict[str, float]:
-    """Coefficient that the paper quotes for another cylinder, and what the catalogue predicts for it.
+    """Coefficient `lambda_0` that the paper quotes for another cylinder, and the catalogue's prediction.
 
     W/(m^2 K), at P_0 and T_0 by the square-root law; `length` is V / A_q with the piston at the end, m.
     """

@@ -49,7 +49,7 @@ def coefficient_falls(results: Results) -> Finding:
 
 
 def experiments_agree(results: Results, cylinder: str, quantity: str) -> Finding:
-    """A cylinder's second experiment over its first."""
+    """Ratio of a quantity in a cylinder's second experiment to that in its first."""
     first, second = (results.printed[f"{cylinder}{experiment}", quantity].value for experiment in "12")
     return Finding(second / first, shown=f"{first:g} and {second:g}")
 
@@ -60,7 +60,7 @@ def _conductivities(results: Results) -> dict[str, float]:
 
 
 def walls_resist_little(results: Results, at_most: float) -> Finding:
-    """Whether the resistance of each wall is at most a fraction of that of the air in it."""
+    """Whether each wall's thermal resistance is at most `at_most` of the resistance from air to wall."""
     fractions = {
         cylinder: max(results.printed[f"{cylinder}{e}", "lambda_0"].value for e in "12") * WALL / conductivity
         for cylinder, conductivity in _conductivities(results).items()
@@ -88,7 +88,7 @@ def room(results: Results, columns: Sequence[str]) -> Finding:
 
 
 def swept_within_stroke(results: Results, column: str) -> Finding:
-    """Whether a push ends nearer to the end than it began, and began within the stroke of Table 1."""
+    """Whether the piston ends a push nearer to the cover than it began, inside the stroke of Table 1."""
     S_f, S_i = (results.printed[column, name].value for name in ("S_f", "S_i"))
     stroke = 1e-3 * float(results.table_1[column[0], "stroke"])
     return Finding(holds=0 < S_f < S_i <= stroke, shown=f"{S_f:g} < {S_i:g} <= {stroke:g} m")

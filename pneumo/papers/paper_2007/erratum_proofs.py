@@ -53,7 +53,7 @@ def lambda_0_example() -> tuple[bool, str]:
 
 
 def errors_cancel() -> tuple[bool, str]:
-    """The printed k_0 is 7 % above the simulated one, by the printed A_q and the exact time constant."""
+    """The printed k_0 is 7 % above the simulated one, and the printed A_q 8 %."""
     simulated = example.LAMBDA_0 * example.WALL_AREA
     area = 4.08e-3 / example.WALL_AREA - 1
     k_0 = 0.107 / simulated - 1

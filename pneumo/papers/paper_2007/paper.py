@@ -1,4 +1,4 @@
-"""The paper of 2007: what `pneumo.verdict.judging` needs of it."""
+"""The paper of 2007: its files and functions, as `pneumo.verdict.judging` reads them."""
 
 from pathlib import Path
 from typing import Any

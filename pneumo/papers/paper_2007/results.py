@@ -17,7 +17,7 @@ from pneumo.storage.files import read
 INPUTS = ("P_i", "S_i", "S_f", "P_f", "delta_P", "tau", "T_av")  # of Tables 2 to 4
 C_V = (717.0, 718.0)  # J/(kg K): R / (gamma - 1) and textbooks; not printed
 MET = 1e-6  # of a half unit: what the search leaves; A2 is nearest to the limit, 5e-4 below
-MOST_DROPPED = 1  # cells without which a column may still follow
+MOST_DROPPED = 1  # cells that `left_over` tries to leave out
 CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=len(INPUTS) + 1)))
 QUANTITIES = ("m", "A_q", "V_d", "k_av", "P_av", "lambda_av", "lambda_0", "k_0", "V_f", "V_f_over_A_q")
 
@@ -48,10 +48,10 @@ class Results:
         return float(self.example[name][self.example.attrs["taken"]])
 
     def follows(self, column: str, moved: np.ndarray) -> dict[str, Any]:
-        """Tables 4 and 5 from Tables 2 and 3 with each input `moved` by some half units, shape (input, ...).
+        """Tables 4 and 5, SI units, computed from Tables 2 and 3 with each input `moved`, shape (input, ...).
 
-        The last row moves c_v within `C_V`. ``T_amb``, K, is the room temperature that T_av implies; T_av
-        then follows from it again.
+        `moved` is in half units of the last printed digit; its last row moves c_v, from -1 to 1 over `C_V`.
+        ``T_amb``, K, is the room temperature that T_av implies. Results have the shape (...).
         """
         given = [self.printed[column, name] for name in INPUTS]
         values = [number.value + number.half * u for number, u in zip(given, moved, strict=False)]
@@ -67,13 +67,16 @@ class Results:
     def allowed(self, column: str) -> dict[str, tuple[float, float]]:
         """Lowest and highest value of each quantity of `follows` that the digits of the inputs allow.
 
-        They are at the corners: every quantity is monotonic in each input (a test tries).
+        Found at the corners of the inputs: every quantity is monotonic in each input, as a test checks.
         """
         corners = self.follows(column, CORNERS.T)
         return {name: (float(np.min(values)), float(np.max(values))) for name, values in corners.items()}
 
     def left_over(self, column: str) -> tuple[str, ...]:
-        """Names of the fewest cells to leave out so that one set of inputs gives all others of a column."""
+        """Names of the fewest cells to leave out so that one set of inputs gives the rest of a column.
+
+        All cells if more than `MOST_DROPPED` would be left out.
+        """
         cells = [name for row, name in self.printed if row == column and name in QUANTITIES]
 
         def off(moved: np.ndarray, names: list[str]) -> np.ndarray:

@@ -78,7 +78,7 @@ def response(area: Area, push: float, window: float) -> tuple[np.ndarray, np.nda
 
 
 def estimated(t: np.ndarray, P: np.ndarray, final: str) -> tuple[Exponential, Conductance]:
-    """Regression, its final pressure fitted (``free``) or that of isothermal rest, and the seven steps."""
+    """Regression of P, `final` pressure fitted (``free``) or isothermal, and result of the seven steps."""
     isothermal = P_AMB * volume(STROKE / 2, CHAMBER, CYLINDER) / volume(0.0, CHAMBER, CYLINDER)
     fit = exponential(t, P, isothermal if final == "fixed" else None)
     gas = {"bore": BORE, "T_amb": T_AMB, "c_v": C_V, "R": R, "P_0": P_0, "T_0": T_0}
@@ -86,9 +86,9 @@ def estimated(t: np.ndarray, P: np.ndarray, final: str) -> tuple[Exponential, Co
 
 
 def example() -> xr.Dataset:
-    """Response and regression of the reading that is taken, by `t`, and the steps of every one, by `reading`.
+    """Response and regression of the reading `TAKEN`, by `t`; seven steps of every reading, by `reading`.
 
-    SI units; steps have the names of `seven_steps`.
+    SI units; variables of the steps have the names of `seven_steps`.
     """
     rows: dict[Reading, list[float]] = {}
     for area, push in itertools.product(AREAS, PUSHES):

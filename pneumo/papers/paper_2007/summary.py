@@ -17,9 +17,9 @@ from pneumo.verdict.published import half_unit
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
     """Agreement of the simulated example's readings with its printed numbers, and room temperatures.
 
-    `readings`: by area and final pressure, the most of `numbers` that any push and window meets, and the
-    range of tau; `taken`: the reading that is taken, and the relative errors of its area, k_0 and lambda_0;
-    `rooms`: the lowest and highest room temperature that each column's T_av allows, K.
+    `readings`: by area and final pressure, the most printed numbers, of `numbers`, that one push and window
+    reproduces, and the range of tau, s; `taken`: the reading `TAKEN`, and the relative errors of its area,
+    k_0 and lambda_0; `rooms`: the lowest and highest room temperature that each column's T_av allows, K.
     """
     results: Results = sources["results"]
     names = [name for name in STEPS if name not in ("T_av", "lambda_0")]  # which no reading gives

@@ -1,4 +1,4 @@
-"""Figures of alternative assumptions: their effect on the agreement with the tables, and on refinements."""
+"""Figures of alternative assumptions: effects on the agreement with tables and on gains of refinements."""
 
 import re
 from typing import Any
@@ -37,7 +37,7 @@ SAMPLED = {"linear": SAMPLING["linear"], "hold": SAMPLING["hold"], "next": "next
 
 
 def alternative_name(alternative: str) -> str:
-    """Return the name of an alternative in plain words, with its assumption where that is not clear.
+    """Return the name of an alternative in plain words, after its assumption where it is not clear alone.
 
     Examples
     --------

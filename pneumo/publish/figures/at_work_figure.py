@@ -1,4 +1,4 @@
-"""Figure of models at work: error of use over replay error, each over that of the best model."""
+"""Figure of models at work: error in use against replay error, both relative to the best model's."""
 
 import numpy as np
 import xarray as xr
@@ -19,7 +19,7 @@ TICKS = (1.0, 2.0, 5.0, 10.0, 20.0)
 
 
 def _over_best(cells: xr.Dataset, use: Use) -> tuple[xr.DataArray, xr.DataArray]:
-    """RMS replay error and error of use by model and plant, each over the lowest of the plant."""
+    """RMS replay error and error in `use` by model and plant, both relative to the plant's lowest."""
     replayed, used = cells["replay_error"].sel(loop=use.replayed), cells[use.error].sel(use.at)
     both = [(errors**2).mean("seed") ** 0.5 for errors in (replayed, used)]
     return both[0] / both[0].min("model"), both[1] / both[1].min("model")
@@ -27,7 +27,7 @@ def _over_best(cells: xr.Dataset, use: Use) -> tuple[xr.DataArray, xr.DataArray]
 
 @paper_style()
 def at_work_figure(at_work: xr.Dataset) -> Figure:
-    """Draw ``results/at_work.nc`` with the right k_0: a point for each plant and loop or sensors."""
+    """Draw ``results/at_work.nc`` with the right k_0: a point per model, plant, and loop or sensors."""
     cells = carried_at(at_work, 1.0)
     fig = new_figure(DOUBLE_MM, 70)
     axes = fig.subplots(1, len(PANELS), sharex=True, sharey=True)

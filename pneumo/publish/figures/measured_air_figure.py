@@ -49,7 +49,7 @@ def pulses_figure(air: xr.Dataset) -> Figure:
 
 @paper_style()
 def vessel_figure(air: xr.Dataset) -> Figure:
-    """Draw errors of pressure and the gas temperature of ``measured_air.nc``, of each run of a vessel."""
+    """Draw pressure errors and gas temperature of each vessel run in ``measured_air.nc``, a column each."""
     fig = new_figure(DOUBLE_MM, 100)
     names = [name for name in VESSELS if f"P_{name}" in air]
     axes = fig.subplots(2, len(names), sharex="col")

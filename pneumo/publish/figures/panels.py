@@ -58,14 +58,14 @@ def every_decade(axis: Axis) -> None:
 
 
 def fixed_ticks(axis: Axis, ticks: Sequence[float]) -> None:
-    """Put ticks at these places only, written without exponent; ticks between them have no label."""
+    """Label the axis at `ticks` only, without exponents; minor ticks have no label."""
     axis.set_major_locator(FixedLocator(ticks))
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
 
 
 def model_ticks(ax: Axes, models: Sequence[str]) -> None:
-    """Name the models below their places 0, 1, 2 ... on x."""
+    """Label the places 0, 1, 2 ... of the x axis with the models' names."""
     ax.set_xticks(np.arange(len(models)), [symbol(model) for model in models])
     ax.tick_params(axis="x", which="both", length=0)
     ax.set_xlim(-0.6, len(models) - 0.4)
@@ -86,7 +86,7 @@ def row_panel(ax: Axes, title: str) -> None:
 
 
 def name_rows(fig: Figure, ax: Axes, y: np.ndarray, names: Sequence[str], xlabel: str) -> None:
-    """Name the rows at y left of the first panel, and the common axis below; names stay inside the page."""
+    """Write row names at `y`, left of the first panel, inside the page; label the common x axis."""
     ax.set_yticks(y, names)
     fig.supxlabel(xlabel, fontsize=8.5)
     fig.set_layout_engine("constrained", w_pad=0.08)

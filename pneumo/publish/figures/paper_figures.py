@@ -147,7 +147,7 @@ def fig08(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
 def fig09(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
     """Fig. 9: MSE of all models but M4, average and 10 and 90 per cent percentiles.
 
-    The printed ones are Table 7 with the percentiles read off Fig. 9 as ``p10`` and ``p90``.
+    `table7` is the printed Table 7, with the percentiles read off Fig. 9 as ``p10`` and ``p90``.
     """
     fig = new_figure(DOUBLE_MM, 72)
     ax = fig.subplots()
@@ -158,7 +158,7 @@ def fig09(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
 
 @paper_style()
 def fig10(statistics: Mapping[str, xr.Dataset], table7: xr.Dataset) -> Figure:
-    """Fig. 10: average MSE and percentiles of the six best models and of added ones, linear."""
+    """Fig. 10: average MSE and percentiles of the six best models and added ones, on a linear axis."""
     fig = new_figure(SINGLE_MM, 66)
     ax = fig.subplots()
     tables = _tables(statistics, OVERALL, table7)

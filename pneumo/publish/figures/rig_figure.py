@@ -15,12 +15,12 @@ MOST_DRAWN = 3  # models whose curves are drawn
 
 
 def ranked(result: xr.Dataset) -> list[str]:
-    """Models by their error on what was held out."""
+    """Names of the models, lowest error on the part held out first."""
     return [str(name) for name in result["model"].values[np.argsort(result["held_out"].values)]]
 
 
 def _look(model: str) -> dict[str, Any]:
-    """Colour and line of a model."""
+    """Keywords for `Axes.plot`: colour, style and width of a model's line."""
     if model in MODEL_LOOKS:
         return MODEL_LOOKS[model].line() | {"lw": 0.9}
     line = {"adiabatic": ":", "eq (7)": "--"}.get(model.partition(", ")[2], "-")
@@ -31,7 +31,7 @@ def _look(model: str) -> dict[str, Any]:
 def rig_figure(result: xr.Dataset) -> Figure:
     """Draw a result with replays: pressures and errors of its best models, temperature, errors of all.
 
-    Drawn are the two best models and the last: what a poor model does to a pressure. Shaded: held out.
+    Curves: the two best models and, for comparison, the worst. Shaded: the part held out.
     """
     models = ranked(result)
     drawn = list(dict.fromkeys([*models[: MOST_DRAWN - 1], models[-1]]))
@@ -70,7 +70,7 @@ def rig_figure(result: xr.Dataset) -> Figure:
 
 
 def _errors(ax: Any, result: xr.Dataset, models: list[str]) -> None:
-    """Draw the errors of all models on what was fitted and what was held out."""
+    """Draw the errors of all models on the part fitted and on the part held out."""
     for place, model in enumerate(models):
         fitted, held_out = (result[name].sel(model=model).item() / KILO for name in ("fitted", "held_out"))
         color = ACCENT if place == 0 else INK

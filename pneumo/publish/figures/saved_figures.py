@@ -12,7 +12,7 @@ from pneumo.storage.files import open_grid, read, read_study
 def save_figures(results: Path, folder: Path) -> list[Path]:
     """Draw the figures of a study's `results` into a folder, each as SVG and PNG; return the paths.
 
-    `pneumo.publish.style.drawn_for` around it chooses the style.
+    The style is that of the `pneumo.publish.style.drawn_for` context around the call.
     """
     study = read_study(results / "parameters.json")
     settling, datum = (f"{shown(figure, study.experiments)}.nc" for figure in ("fig07", "traces"))

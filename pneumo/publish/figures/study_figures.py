@@ -49,7 +49,7 @@ def ranking_figure(ranking: Ranking) -> Figure:
 
 @paper_style()
 def regret_figure(answer: Answer) -> Figure:
-    """Draw each row's RMS error above the lowest one, over the cylinder's k_0."""
+    """Draw each contender's RMS error minus the lowest at the same k_0, against the cylinder's k_0."""
     fig = new_figure(DOUBLE_MM, 84)
     ax = fig.subplots()
     rows = [contender.row for contender in answer.contenders]

@@ -28,9 +28,9 @@ def time_traces(
 ) -> Figure:
     """Pressure of chamber A against time: datum and four models, residuals below; a column per sampling.
 
-    `datum` is of ``results/datum``, `replays` are the same experiment's of ``results/TRANSPORT/replay``, and
-    `statistics`, from ``results/TRANSPORT/statistics.nc``, have the best n. The window has a `start` and a
-    `length`, s; a run that ends earlier shows its last `length` seconds.
+    `datum` is the experiment's file in ``results/datum``. By sampling: `replays` are its files in
+    ``results/TRANSPORT/replay``; `statistics`, from ``results/TRANSPORT/statistics.nc``, have the best n. The
+    window begins at `start` and has a `length`, s; a run that ends earlier shows its last `length` seconds.
     """
     name = datum["experiment"].item()
     if datum["status"]:

@@ -54,7 +54,7 @@ def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
 
 
 class Regret(NamedTuple):
-    """What one model for the whole fleet costs: its worst RMS error over the lowest of each cylinder."""
+    """Cost of one model for the whole fleet: on each cylinder, its worst RMS error over the lowest one."""
 
     model: str
     median: float
@@ -65,7 +65,7 @@ class Regret(NamedTuple):
 
 
 def regrets(index: xr.Dataset) -> list[Regret]:
-    """Regret of the models, full order included, that ran on every cylinder; lowest nine-in-ten first."""
+    """Regret of the models, full order included, that ran on every cylinder; lowest `nine_in_ten` first."""
     full_order = index["worst_rms_of_full_order"].expand_dims(model=[FULL_ORDER])
     worst = xr.concat([index["worst_rms"], full_order], "model").transpose("cylinder", "model")
     worst = worst.isel(cylinder=np.isfinite(worst.values).any(axis=1))

@@ -36,7 +36,7 @@ def rounding_step(rms: float, largest: float) -> float:
 
 
 def rounded(values: np.ndarray, step: float) -> np.ndarray:
-    """Return values in steps, as 16-bit integers; `MISSING` where they are not finite."""
+    """Return values as multiples of `step`, 16-bit integers; `MISSING` where a value is not finite."""
     finite = np.isfinite(values)
     return np.where(finite, np.rint(np.where(finite, values, 0.0) / step), MISSING).astype(np.int16)
 

@@ -46,6 +46,6 @@ def axis_fraction(value: float, lowest: float, highest: float) -> float:
 
 
 def with_indices(text: str) -> Markup:
-    """Escape a text, set its indices, such as that of k_0, low, and its names in backticks as code."""
+    """Escape a text; set indices, as in k_0, as subscripts, and names in backticks as code."""
     text = re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text)))
     return Markup(re.sub(r"\b([A-Za-z]|λ)_([A-Za-z0-9]+)\b", r"\1<sub>\2</sub>", text))

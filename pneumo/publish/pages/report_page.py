@@ -75,8 +75,8 @@ def part(
 ) -> Part:
     """Return the data of one experiment for the page, from its files of results by sampling.
 
-    `datum` is of ``results/datum``, `mse` of ``results/TRANSPORT/replay``, `traces` of
-    ``results/TRANSPORT/traces``; `best_n` has the best n of each model.
+    `datum` is its file in ``results/datum``. By sampling: `mse` is from ``results/TRANSPORT/replay``,
+    `traces` from ``results/TRANSPORT/traces``; `best_n` is the best n of each model.
     """
     shown, edges = shown_steps(experiment), interval_edges(experiment)
     steps, packs = _signals(datum, shown, edges)
@@ -110,7 +110,7 @@ def part(
 
 
 def _signals(datum: xr.Dataset, shown: np.ndarray, edges: np.ndarray) -> tuple[list[float], dict[str, str]]:
-    """Return rounding steps and packs of u, x and both pressures: samples, and limits by interval."""
+    """Return rounding steps of u, x and both pressures, and two packs: samples, and limits by interval."""
     pressures = datum["P"].sel(chamber=CHAMBERS).values.T
     signals = [(datum[name].values, per_unit) for name, per_unit in SIGNALS.items()]
     signals += [(chamber, 1.0) for chamber in pressures]
@@ -127,8 +127,8 @@ def _signals(datum: xr.Dataset, shown: np.ndarray, edges: np.ndarray) -> tuple[l
 def _errors(cells: xr.Dataset, least: np.ndarray) -> tuple[list[float], dict[str, str]]:
     """Return rounding steps and packs of errors: samples, limits and mean squares by interval.
 
-    A group per model and chamber; a row per choice of n, one where the choices are the same. Limits have the
-    lowest and the highest error of each choice.
+    Packs have a group per model and chamber, with a row per choice of n, or one row if all choices are the
+    same. Limits have two rows per choice: the lowest and the highest error.
     """
     cells = cells.sel(model=list(MODELS), chamber=CHAMBERS)
     n = cells["n_shown"].transpose("model", "choice").values
@@ -152,7 +152,7 @@ def _errors(cells: xr.Dataset, least: np.ndarray) -> tuple[list[float], dict[str
 
 
 def answer(parts: Sequence[Part]) -> str:
-    """Which models are nearest to the full order, in two sentences; runs that failed do not count."""
+    """Two sentences: the models nearest to the full order, overall and by run; failed runs do not count."""
     cells = [part.facts["cells"]["exact"] for part in parts if not part.facts["failed"]]
     square: dict[str, list[float]] = {}
     for m, name in enumerate(MODELS):

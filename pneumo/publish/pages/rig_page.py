@@ -13,7 +13,10 @@ from pneumo.publish.text.terminal_tables import ON_BOUND, RIG_ERRORS, RIG_ESTIMA
 def rig_page(
     result: xr.Dataset, name: str, warnings: Sequence[str], unphysical: Mapping[str, str], several: bool
 ) -> str:
-    """Page of a result with replays for the record `name`, `several` runs or one; nothing from outside."""
+    """Return the self-contained page of a rig's fit, from a `result` with replays of the record `name`.
+
+    `unphysical` has a reason for each model that is not physical; `several`: the record has several runs.
+    """
     errors, estimates = rig_cells(result)
     models = ranked(result)
     bounds = {

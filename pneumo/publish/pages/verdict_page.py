@@ -32,7 +32,7 @@ BAND, LARGEST = 0.02, 0.1  # deviations of the shaded band and of the edges of t
 
 
 class Layout(Entry):
-    """How a table is laid out: texts in braces are filled with a cell's values in its file."""
+    """Layout of a table on the page; names in braces are columns of the table's CSV file."""
 
     caption: str
     row: str = "{row}"  # heading of a cell's row
@@ -67,7 +67,7 @@ class Point(NamedTuple):
     id: str
     x: float  # from 0 to 1 in its group, by printed number
     deviation: float  # as a fraction, at most `LARGEST`
-    beyond: bool  # whether it is larger
+    beyond: bool  # whether the deviation is larger than `LARGEST`
     size: str
     text: str
 
@@ -136,7 +136,7 @@ def deviation_text(item: Mapping[str, Any]) -> str:
 
 
 def _scatter(items: Sequence[Mapping[str, Any]], page: Page) -> list[tuple[str, int, list[Point]]]:
-    """Numbers of tables and figures over the printed ones: heading, how many are beyond the edges, points."""
+    """Deviations of numbers, by table or figure: heading, number of points beyond the edges, points."""
     groups: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
     for item in items:
         if item["row"] and item["relative"] is not None and item["basis"] != "set-up":

@@ -65,9 +65,9 @@ def misfit_text(fit: FitResult) -> str:
 
 
 def next_experiments(fit: FitResult) -> list[str]:
-    """At most `MOST_ADVICE` lines on what would settle most of the parameters with a wide or open interval.
+    """At most `MOST_ADVICE` lines of advice: those that would determine most parameters with wide intervals.
 
-    A light that only a warning colours wants no new record: its warning says what to do.
+    A parameter that is not green only because of a warning has no line: the warning says what to do.
     """
     settled: dict[str, dict[str, int]] = {}  # by advice: parameters, a red one counts twice
     for name, interval in fit.estimates(FULL_ORDER).items() if fit.lights else ():
@@ -92,7 +92,10 @@ def next_experiments(fit: FitResult) -> list[str]:
 
 
 def _moved_by(fit: FitResult, name: str) -> str:
-    """Name of the configured quantity that moves a parameter by much of its interval, or an empty text."""
+    """Configured quantity that moves a parameter most, or an empty text.
+
+    Empty if it moves the parameter by at most `OF_INTERVAL` of half the interval.
+    """
     cell = fit.data.sel(model=FULL_ORDER, parameter=name)
     if "moved_by" not in cell:
         return ""

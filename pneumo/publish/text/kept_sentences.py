@@ -1,4 +1,4 @@
-"""Sentences of today's advice that pages of an installed pneumo quote: it has no evidence beside it.
+"""Sentences of today's advice, for pages of an installed pneumo, which has no evidence beside it.
 
 `make numbers` writes them by `todays_answer.quoted`.
 """
@@ -15,7 +15,7 @@ class Quoted(NamedTuple):
     """Sentences of the answer for the pages of pneumo."""
 
     choice: str  #: which model to take, by what is known: two sentences
-    in_use: str  #: what that means in an observer and in a controller
+    in_use: str  #: errors of the full order in an observer and in a controller
 
 
 @cache

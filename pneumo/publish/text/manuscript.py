@@ -223,7 +223,7 @@ def _span(values: ArrayLike, digits: int = 2) -> dict[str, str]:
 
 
 def _floor(floor: xr.Dataset) -> dict[str, Any]:
-    """Theory and formula over the measured floor, for all experiments and times between samples."""
+    """Ratios of theory and formula to the measured floor, over all experiments and times between samples."""
     ms = 1e3 * floor["period"]
     linear = floor.sel(transport="linear")
     formula, at_1_ms = linear["formula"] / linear["measured"], linear["measured"].sel(period=1e-3)
@@ -240,7 +240,7 @@ def _floor(floor: xr.Dataset) -> dict[str, Any]:
 
 
 def _variants(variants: xr.Dataset) -> dict[str, Any]:
-    """Number of alternatives in which each refinement pays; exact signals, mean over experiments."""
+    """Number of alternatives under which each refinement pays; exact signals, mean over experiments."""
     ratios = variants.sel(transport=EXACT, criterion="mean")
     inlet = ratios["ratio"].sel(pair="M8/M7", alternative=["inlet.colder", "inlet.warmer"])
 
@@ -258,7 +258,7 @@ def _variants(variants: xr.Dataset) -> dict[str, Any]:
 
 
 def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
-    """Ratios over random cylinders, and fractions of them with their intervals."""
+    """Ratios of mean square errors over random cylinders, and fractions of the cylinders, with intervals."""
 
     def fraction(statement: str, loop: str) -> str:
         ends = runs["share"].sel(statement=statement, loop_of=loop).values

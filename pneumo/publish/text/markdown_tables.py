@@ -69,7 +69,7 @@ def assumptions_table(effects: pd.DataFrame) -> str:
 
 
 def variants_table(variants: xr.Dataset) -> str:
-    """Under how many alternatives in ``results/variants.nc`` a refinement pays; then every ratio."""
+    """Number of alternatives in ``results/variants.nc`` under which each refinement pays; every ratio."""
     levels, pairs = variants["level"].values, variants["pair"].values
     columns = list(itertools.product(pairs, levels))
     counts: list[list[str]] = []
@@ -109,7 +109,9 @@ def findings_table(findings: Mapping[str, Any], headlines: bool = True) -> str:
 
 
 def coverage_tables(intervals: pd.DataFrame, full_order: pd.DataFrame) -> str:
-    """Fraction of intervals of `pneumo fit` that contain the truth, by the fitted model or the full order.
+    """Two tables: fraction of intervals of `pneumo fit` that contain the truth, by parameter and by model.
+
+    In the first the records were made by the model that is fitted, in the second by the full order.
 
     From `intervals_that_hold` and `full_order_truth` of `pneumo.evidence.fit_coverage.interval_coverage`.
     """

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 def _table(
     title: str, heads: Iterable[str], rows: Iterable[Sequence[str]], bold: str = "", numbers: bool = False
 ) -> Table:
-    """Return a table; the row of the model `bold` is bold, with `numbers` all but models are at the right."""
+    """Return a table; the row of the model `bold` is bold; `numbers` aligns all but models right."""
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for head in heads:
         table.add_column(head, justify="right" if numbers and head != "model" else "left", no_wrap=True)
@@ -86,7 +86,7 @@ def gain_text(percent: Interval) -> str:
 
 
 def regime_text(experiment: Experiment) -> str:
-    """Groups of an experiment by which the map of regimes is drawn, in words."""
+    """Text with an experiment's groups `thermal` and `exchange`, the axes of the map of regimes."""
     groups = known_groups(experiment)
     return f"thermal {groups['thermal']:.3g}, exchange {groups['exchange']:.3g}"
 
@@ -239,7 +239,7 @@ def full_order_table(rows: Sequence[Sequence[str]]) -> Table:
 
 
 def validation_tables(errors: Mapping[str, np.ndarray]) -> list[Table]:
-    """Errors of fitted models on another record, Pa, by model and chamber; no table without them."""
+    """Table of RMS `errors` on another record: by fitted model, Pa, of chambers A and B; none if empty."""
     rows = [[name, *(f"{rms / KILO:.3g}" for rms in pair)] for name, pair in errors.items()]
     title = "Errors on the other record, of which only first pressures and temperatures were fitted"
     return [_table(title, ("model", "A (kPa)", "B (kPa)"), rows)] if rows else []

@@ -27,7 +27,7 @@ RECORDS = {  # of measured air with flow -> what was measured
 
 
 class Advice(NamedTuple):
-    """What to take in one situation, and what the evidence says of it."""
+    """Advice for one situation: the model to take, and the evidence for it."""
 
     case: str
     take: str
@@ -35,16 +35,17 @@ class Advice(NamedTuple):
 
 
 def full_over_beforehand(contest: xr.Dataset, valve_right: bool) -> xr.DataArray:
-    """Ratios of the full order with a constant k_0 to the choice beforehand, same knowledge.
+    """Mean square error of the full order, constant k_0, over that of the model chosen by a simulation.
 
-    By (case, part, bound): every k_0 told, up to 2.7 off, with the valve right or 3 % off.
+    By (case, part, bound): a case for each k_0 given to both, right or up to 2.7 times off, with the valve
+    right or 3 % off.
     """
     told = np.isclose(contest["case_valve"], 1.0) == valve_right
     return contest["full_quotient"].isel(case=np.flatnonzero((contest["full"].values == FULL) & told))
 
 
 def errors_of(contest: xr.Dataset, choice: str, valves: tuple[float, ...] = (1.0,)) -> np.ndarray:
-    """Geometric mean errors of a choice over the best's in hindsight, by each k_0 and valve told."""
+    """Geometric mean of a choice's MSE over the lowest in hindsight, one value per k_0 and valve given."""
     tried = (contest["choice"] == choice).values & np.isclose(
         contest["row_valve"].values[:, None], valves
     ).any(axis=1)
@@ -52,13 +53,13 @@ def errors_of(contest: xr.Dataset, choice: str, valves: tuple[float, ...] = (1.0
 
 
 def lost_by_valve(contest: xr.Dataset) -> tuple[str, str]:
-    """Errors with the valve told 3 % off over the best in hindsight: full order, choice of a simulation."""
+    """Ranges of MSE over the lowest in hindsight, valve 3 % off: full order, choice of a simulation."""
     full, chosen = (span_text(errors_of(contest, name, WRONG_VALVES), 1) for name in (FULL, BEFOREHAND))
     return full, chosen
 
 
 def lost_to_it(contest: xr.Dataset) -> str:
-    """Where the full order pays least although the valve is known: a third of the runs by `thermal`."""
+    """Text on the third of `thermal` and the k_0 where the full order pays least with the right valve."""
     ratios = full_over_beforehand(contest, True).sel(part=THIRDS)
     values = ratios.sel(bound="value").transpose("case", "part").values
     case, third = np.unravel_index(int(values.argmax()), values.shape)
@@ -117,14 +118,14 @@ def todays_answer(contest: xr.Dataset, air: xr.Dataset, partly_known: xr.Dataset
 
 
 def controllers(partly_known: xr.Dataset) -> str:
-    """Tracking errors with the full order over those with the best reduced model, k_0 right or wrong."""
+    """Range of tracking errors with the full order over the best reduced model's, k_0 right or wrong."""
     rows = [row.name for row in COMPARED if not row.estimates_k_0]
     ratios = partly_known["controller_over_reduced"].sel(part="all", bound="value", compared=rows)
     return span_text(ratios.values)
 
 
 def observers(partly_known: xr.Dataset) -> dict[str, str]:
-    """RMS errors of the full order's observers over those of the best reduced model told the same k_0."""
+    """Ranges of RMS errors of full-order observers over the best reduced model's, by what is known."""
     ratios = partly_known["observer_over_reduced"].sel(part="all", bound="value")
     known, unknown = ratios.sel(scale=ratios["scale"].min()), ratios.sel(scale=ratios["scale"].max())
     of_full = [row for row in COMPARED if row.model == FULL_ORDER]
