@@ -19,7 +19,7 @@ def for_each_experiment(
     threads: int,
     what: str | None = None,
 ) -> dict[str, Result]:
-    """Results of `work` for each experiment, by name; the longest run first.
+    """Results of `work` for each experiment, by name; the threads start with the longest run.
 
     Prints a line with `what`, if given, after each experiment.
     """

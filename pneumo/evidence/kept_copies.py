@@ -1,4 +1,4 @@
-"""Copies of evidence that are kept with the source: variables, digits, and how far other numbers are off."""
+"""Kept copies of evidence: their variables and digits, and the difference of numbers computed again."""
 
 import json
 from collections.abc import Iterator
@@ -45,15 +45,15 @@ NOTHING = 1e-12  # of the largest number of a variable: what a kept zero may be 
 
 
 def tolerance(name: str) -> float:
-    """Relative difference from a kept file that its digits explain."""
+    """Allowed relative difference from a kept file, by its name: `TOLERANCE` times 10^-digits."""
     return TOLERANCE * 10 ** -(COPIES.get(name, Copy()).digits or 15)
 
 
 def difference(kept: np.ndarray, again: np.ndarray) -> float:
-    """Largest difference of two arrays of one shape, over the kept number of the same place.
+    """Largest relative difference of two arrays: over the elements, |again - kept| / |kept|.
 
-    Infinite where only one is NaN, or where the kept one is zero and the other more than `NOTHING`; text and
-    whole numbers are equal, or infinitely different.
+    Infinite if the shapes differ, if only one of two elements is NaN, or if a kept element is zero and the
+    other exceeds `NOTHING` times the largest kept one. Of text and whole numbers: 0 if equal, else infinite.
     """
     if kept.shape != again.shape:
         return np.inf
@@ -83,7 +83,7 @@ def _numbers(content: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def differences(kept: Path, again: Path) -> dict[str, float]:
-    """`difference` of every variable of a kept file from another file; of findings, of every value."""
+    """`difference` between a kept file and another, by variable; in a JSON file, by path of each value."""
     if kept.suffix == ".json":
         old, new = (dict(_numbers(json.loads(read_json(file)))) for file in (kept, again))
         about = {"code_sha256", "config_sha256", "date_created"}
@@ -101,7 +101,7 @@ def differences(kept: Path, again: Path) -> dict[str, float]:
 
 
 def _of_values(old: np.ndarray, new: np.ndarray) -> float:
-    """`difference` of two values of a JSON text."""
+    """`difference` of two numbers of a JSON text; of other values, 0 if they are equal, else 1."""
     numeric = {old.dtype.kind, new.dtype.kind} <= {"f", "i"}
     return (
         difference(old.astype(float), new.astype(float))

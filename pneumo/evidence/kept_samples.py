@@ -71,7 +71,7 @@ def _paper() -> Study:
 
 
 def _of(file: str, what: str, kept: object, again: object, times: float = 1.0) -> Sample:
-    """Sample with the tolerance of a file's digits, or several times that."""
+    """Sample whose tolerance is `times` that of the digits of its file."""
     return Sample(what, np.asarray(kept), np.asarray(again), times * tolerance(file))
 
 
@@ -116,7 +116,7 @@ def _findings() -> Iterator[Sample]:
 
 
 def _cylinders() -> Iterator[Sample]:
-    """One cylinder run again, groups of some; comparisons and rule from the kept errors and groups."""
+    """One cylinder run again; groups of every `GROUPS`th cylinder; comparisons and rule from kept numbers."""
     file = "cylinders.nc"
     kept = read(KEPT / file)
     lowest = kept["lowest"].sel(cylinder=ANY_CYLINDER)
@@ -156,7 +156,7 @@ def _assumptions() -> Iterator[Sample]:
 
 
 def _open_loop() -> Iterator[Sample]:
-    """One experiment with the setups of lowest score, and that score from all of its cells."""
+    """One experiment with its setup of lowest score; that score again, from the kept cells."""
     file, paper, name = "open_loop.nc", _paper(), "E15"
     kept = read(KEPT / file)
     first = kept.sel(pair="1")
@@ -257,7 +257,7 @@ def _floor() -> Iterator[Sample]:
 
 
 def _error_budget() -> Iterator[Sample]:
-    """Best n and totals from the kept cells of the study's seeds; sums and orders from the parts."""
+    """Best n from the kept cells of the study's seeds; totals from their parts; orders from halved steps."""
     file = "error_budget.nc"
     kept = read(KEPT / file)
     every = [name for name, e in _paper().experiments.items() if e.steps <= INSTANTS]
@@ -353,9 +353,9 @@ def _measured_air() -> Iterator[Sample]:
 
 
 def _power() -> Iterator[Sample]:
-    """Errors and deviations of Table 7 under mistakes that need no run, from kept cells of the study's seeds.
+    """MSE and sigma of Table 7 under mistakes that need no run, from kept cells of the study's seeds.
 
-    Steps that are halved for the sets of seeds change some cells, and with them numbers of Tables 8 and 9.
+    Some of these cells were run with halved steps, which changes some numbers of Tables 8 and 9: left out.
     """
     file, paper = "power.nc", _paper()
     kept = read(KEPT / file)["number"]
@@ -395,7 +395,7 @@ SAMPLES: dict[str, Callable[[], Iterator[Sample]]] = {
 
 
 def of_this_study(file: str) -> bool:
-    """Whether a kept file was made from today's configuration of the paper, or from none."""
+    """Whether a kept file was made from today's configuration of the paper, or needs no configuration."""
     return evidence_file(KEPT, file, _paper().config_sha256) is not None
 
 
@@ -413,7 +413,7 @@ SCRIPTS = {"seed_sets.nc": "ensemble_block.py"}  # that compute a file's numbers
 
 
 def made_by_this_code(file: str) -> bool:
-    """Whether the code that makes a kept file is still the one that made it, by its hash."""
+    """Whether a kept file was made by the present code, by the hash of code that it stores."""
     if file == "identification.nc":
         code = code_hash("pneumo.evidence.identification.identify")
     else:

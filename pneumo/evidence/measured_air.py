@@ -67,18 +67,22 @@ def records(data: Path) -> dict[str, tuple[Rig, list[Run]]]:
 
 
 def nitrogen_points(data: Path, name: str) -> Points:
-    """Measured temperatures of the nitrogen's vessel: T, T_low, T_wall or T_outer."""
+    """Measured temperature of the vessel of nitrogen, K, by name: T, T_low, T_wall or T_outer."""
     with xr.open_dataset(data / "tank" / "nitrogen.nc", decode_times=False) as points:
         return Points(points[f"t_{name}"].values, points[name].values)
 
 
 def with_skin(rig: Rig, k: tuple[float, float] = SKIN_K, c: tuple[float, float] = SKIN_C) -> Rig:
-    """The rig whose gas is in touch with a skin of the wall only; the wall behind it stays as it is."""
+    """Return the rig with a skin of the wall between the gas and the rest of the wall.
+
+    The rest of the wall keeps its temperature. `k` and `c` are the bounds of a fit for the skin's
+    conductances, W/K, and heat capacity, J/K.
+    """
     return rig.changed(k_0=0.0, store_k=k, store_c=c, store_back=k)
 
 
 def as_store(skin: Mapping[str, float]) -> dict[str, float]:
-    """Values of a heat store beside the gas that responds as a given skin of the wall."""
+    """Parameters of a heat store beside the gas that has the same response as a skin of the wall."""
     k, back = skin["store_k"], skin["store_back"]
     both = max(k + back, LEAST_THROUGH)
     through = k * back / both
@@ -97,9 +101,10 @@ def as_skin(store: Mapping[str, float]) -> dict[str, float]:
 def measured_air(data: Path, progress: Callable[[str], None] = lambda _text: None) -> xr.Dataset:
     """Errors and estimates of every model on every record of the folder ``data``, by (case, model).
 
-    `other_P` and `other_T` are errors on the other run of the vessel of air, with the parameters of this one;
-    `T_wall_error` that of the skin's temperature on the wall's, which was measured around nitrogen. Of
-    `SHOWN`, a run that was not fitted (of the pulses) or was (of the vessels) is replayed.
+    `other_P`, Pa, and `other_T`, K, are errors on the other run of the vessel of air, with the parameters
+    fitted to this one. `T_wall_error`, K, is the error of the skin's temperature against that measured on
+    the wall of the vessel of nitrogen. The models of `SHOWN` also replay one run of each record: of the
+    pulses one that was not fitted, of the vessels the fitted one.
     """
     rigs = records(data)
     with_n = [name for name, model in MODELS.items() if model.has_n]
@@ -157,10 +162,11 @@ def spring_chamber(folder: Path, record: str, side: int) -> tuple[Rig, Run]:
 
 
 def gas_spring(folder: Path, progress: Callable[[str], None] = lambda _text: None) -> xr.Dataset:
-    """Each chamber of the closed gas spring by the full order, with each law of wall heat.
+    """Fit the full order, with each law of wall heat, to each closed chamber of the gas spring.
 
-    Errors `spring_fitted`, `spring_held_out`, Pa, conductance `spring_k` from the gas to what is beside it,
-    W/K, and heat capacity `spring_c`, J/K, by (record, chamber, wall). The first 60 % of a record are fitted.
+    By (record, chamber, wall): errors `spring_fitted` and `spring_held_out`, Pa; `spring_k`, conductance
+    from the gas to the wall or its skin, W/K; `spring_c`, heat capacity of the store or skin, J/K. The first
+    60 % of a record are fitted.
     """
     rows = list[list[list[tuple[float, ...]]]]()
     for record in SPRINGS:
@@ -201,7 +207,7 @@ def gas_spring(folder: Path, progress: Callable[[str], None] = lambda _text: Non
 
 
 def _on_other(part: xr.Dataset, rig: Rig, other: Rig, runs: list[Run]) -> xr.Dataset:
-    """Errors on the other run of the vessel; its pressures and temperature before it starts are its own."""
+    """Errors on the other run of the vessel, whose own start and surroundings are used."""
     columns = {
         name: float(np.mean(other.ends[name]))
         for name in ("P_start", "P_surroundings", "T_surroundings", "T_start")

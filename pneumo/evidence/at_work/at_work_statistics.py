@@ -1,4 +1,4 @@
-"""Whether the replay error ranks models as their use does, and the simplest model that is good enough."""
+"""Rank correlation of replay error and error in use, and the simplest model that is good enough for a use."""
 
 from typing import NamedTuple
 
@@ -16,10 +16,10 @@ COMPARED_FROM = "M2"  # M1 is left out of the answer whether the choice of a mod
 
 
 class Use(NamedTuple):
-    """One use of the models, an observer or a controller, and its error among the results."""
+    """A use of a model, in an observer or a controller, and where `plant_at_work` has its error."""
 
     error: str  # variable of `plant_at_work`
-    at: dict[str, str]  # its dimensions
+    at: dict[str, str]  # labels that select the error in that variable
     replayed: str  # loop of the runs whose replay errors it is compared with
 
     @property
@@ -40,7 +40,7 @@ USES = {
 
 
 def carried_at(cells: xr.Dataset, factor: float) -> xr.Dataset:
-    """Select the cells of each model once; models with wall heat use k_0 times `factor`."""
+    """Select cells by `model`: with k_0 times `factor` for models with wall heat, all for the others."""
     pairs = zip(cells["k_0_factor"].values, cells["model"].values, strict=True)
     chosen = [k == factor or MODELS[name].wall == "none" for k, name in pairs]
     cells = cells.isel(carried=np.flatnonzero(chosen)).swap_dims(carried="model")
@@ -48,7 +48,7 @@ def carried_at(cells: xr.Dataset, factor: float) -> xr.Dataset:
 
 
 def spearman(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Rank correlation along the first axis, without ties: shape of the other axes."""
+    """Rank correlation of two arrays along the first axis, shape of the other axes; assumes no ties."""
 
     def centred(values: np.ndarray) -> np.ndarray:
         ranks = values.argsort(axis=0).argsort(axis=0)
@@ -61,9 +61,10 @@ def spearman(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def correlations(
     replayed: np.ndarray, used: np.ndarray, paired: bool, rng: np.random.Generator
 ) -> np.ndarray:
-    """Rank correlation of RMS errors over the models: with all seeds, then with each resampling.
+    """Rank correlation of replay error and error in use over the models: with all seeds, then resampled.
 
-    Both are RMS errors of each run, shape (model, seed); `paired` says that both are of the same runs.
+    Shape (1 + `RESAMPLINGS`,). `replayed` and `used` are RMS errors of each run, shape (model, seed). If
+    `paired`, both are of the same runs, and each resampling draws the same seeds for both.
     """
     count = used.shape[1]
     all_seeds = np.arange(count)
@@ -88,7 +89,7 @@ def predicts(low: float) -> str:
 def losses(used: np.ndarray) -> np.ndarray:
     """Ratio of each model's error to the best model's, geometric mean and interval: shape (model, 3).
 
-    From errors of each run, shape (model, seed); the lowest is that of the lowest geometric mean.
+    `used` holds the error of each run, shape (model, seed); the best model has the lowest geometric mean.
     """
     logarithms = np.log(used)
     best = logarithms[logarithms.mean(axis=1).argmin()]
@@ -98,10 +99,10 @@ def losses(used: np.ndarray) -> np.ndarray:
 def at_work_statistics(cells: xr.Dataset) -> xr.Dataset:
     """Correlations and losses from the cells of all plants, joined along `plant`.
 
-    `correlation` of replay error and error of use by (use, factor, plant, bound), `mean_correlation` over the
-    plants; `loss` against the best model by (use, factor, plant, compared, bound); `cheapest`, the first
-    model whose whole interval of the loss is below `ENOUGH`; `hardly_matters`, whether all from
-    `COMPARED_FROM` on are.
+    `correlation` of replay error and error in use by (use, factor, plant, bound); `mean_correlation`, its
+    mean over the plants, by (use, factor, bound); `loss`, the error over that of the best model, by (use,
+    factor, plant, compared, bound). By (use, factor, plant): `cheapest`, the first model whose whole interval
+    of the loss is below `ENOUGH`; `hardly_matters`, whether this is so for every model from `COMPARED_FROM`.
     """
     rng = np.random.default_rng(RESAMPLING_SEED)
     factors = sorted(set(cells["k_0_factor"].values.tolist()))

@@ -1,6 +1,6 @@
-"""Filters of the models at work, and the observability of their states.
+"""Kalman filters that use a model, and the observability of their states.
 
-States (x, v, P_A, P_B) by eq (3) and a reduced model.
+The states are (x, v, P_A, P_B), with rates by eq (3) and a reduced model.
 """
 
 from typing import NamedTuple
@@ -18,12 +18,15 @@ STATES = 4
 
 
 def reduced(lane: Lane) -> FilterModel:
-    """Filter with a reduced model and no other state."""
+    """Filter model that uses a reduced model and does not estimate k_0."""
     return FilterModel(False, False, lane, FullRow())
 
 
 def filter_noise(force: float, pressure: float) -> Noise:
-    """Noise of a filter: process noise `force` and `pressure`, variances of readings from `sampled_plant`."""
+    """Noise of a filter: process noise `force`, N s^0.5, and `pressure`, Pa/s^0.5, as given.
+
+    The variances of the readings are those of the sensors in `sampled_plant`.
+    """
     return Noise(force, pressure, X_VARIANCE, PRESSURE_VARIANCE)
 
 
@@ -41,7 +44,8 @@ def observability(
 ) -> Observability:
     """Observability of (x, v, P_A, P_B) from x and no, one (P_A) or both pressures, by linear models.
 
-    They are linearised at six points: x = -0.3, 0, 0.3 strokes and u = -0.1, 0.1 u_max, at P_0 and 0.05 m/s.
+    The model is linearised at six points: x = -0.3, 0, 0.3 strokes and u = -0.1, 0.1 u_max, at P_0 and
+    0.05 m/s. The sensors are sampled every `h` s for `duration` s.
     """
     scale = np.array([plant.cylinder.stroke, 1.0, plant.conditions.P_0, plant.conditions.P_0])
     variance = np.array([X_VARIANCE, PRESSURE_VARIANCE, PRESSURE_VARIANCE])[: 1 + measured_pressures]

@@ -1,6 +1,6 @@
-"""Observers and controllers of a plant that they know in part only, with models and the full order.
+"""Observers and controllers that know their plant only in part, with reduced models and the full order.
 
-The experiment is that of paper/decisions/0076. A row is a model with the k_0 that it is told.
+The experiment is that of paper/decisions/0076. A row is a model together with the k_0 that it uses.
 """
 
 from collections.abc import Callable
@@ -59,7 +59,7 @@ class Row(NamedTuple):
     """A model in an observer or a controller."""
 
     model: str  #: a key of `MODELS`, or the full order
-    k_0_factor: float = 1.0  #: k_0 that it is told, or starts from, over the plant's
+    k_0_factor: float = 1.0  #: k_0 that the row uses, or starts from, over the plant's
     estimates_k_0: bool = False  #: whether ln k_0 is a state
 
     @property
@@ -71,7 +71,7 @@ class Row(NamedTuple):
         return self.model if self.k_0_factor == 1 else f"{self.model}, {told}"
 
     def lane(self, n: float, gamma: float) -> Lane:
-        """Coefficients of a reduced model at an index n, with this k_0."""
+        """Lane of the reduced model at the polytropic index n, with k_0 times `k_0_factor`."""
         row = lane(MODELS[self.model], n, gamma)
         return row._replace(wall_scale=self.k_0_factor * row.wall_scale)
 
@@ -102,7 +102,7 @@ VARIABLES = {  # dimensions, unit, long name
 
 
 class PartlyKnown(NamedTuple):
-    """A plant at work with its runs, and what of it no row knows."""
+    """Experiments of one plant in open and closed loop, and the properties of it that no row knows."""
 
     open_loop: Experiment
     closed_loop: Experiment
@@ -110,14 +110,17 @@ class PartlyKnown(NamedTuple):
     sagging: bool = False  #: whether the supply is a receiver; rows take P_s
 
     def at(self, experiment: Experiment) -> Experiment:
-        """The experiment on the true plant."""
+        """The experiment with the hidden Coulomb friction added to its plant."""
         c = experiment.plant.cylinder
         cylinder = c._replace(coulomb=c.coulomb + self.hidden_coulomb)
         return experiment._replace(plant=experiment.plant._replace(cylinder=cylinder))
 
 
 def told_plant(plant: Plant, scale: float, signs: np.ndarray) -> Plant:
-    """Plant with valve, dead volumes and viscous friction off by a scale of `OFF`, with these signs."""
+    """Plant as an observer or controller assumes it: valve, dead volumes and viscous friction are wrong.
+
+    Each of the four is multiplied by 1 + scale * `OFF` * sign; `signs` are -1 or 1, shape (4,).
+    """
     valve, dead_A, dead_B, viscous = (1 + scale * OFF * signs).tolist()
     c = plant.cylinder
     cylinder = c._replace(V_d_A=dead_A * c.V_d_A, V_d_B=dead_B * c.V_d_B, k_f=viscous * c.k_f)
@@ -125,7 +128,10 @@ def told_plant(plant: Plant, scale: float, signs: np.ndarray) -> Plant:
 
 
 def sagging_recording(experiment: Experiment, seed: int, steps: int) -> Recording:
-    """Run an experiment, sampled at its step, from a receiver that refills slowly; the plant has P_s."""
+    """Run an experiment, sampled at its step, with air from a receiver that refills slowly.
+
+    `seed` is that of the reference. The plant of the recording has the constant P_s.
+    """
     e, plant = experiment, experiment.plant
     gas, conditions, c = plant.gas, plant.conditions, plant.cylinder
     content = RECEIVER * c.A_A * c.stroke / 2 / (gas.R * conditions.T_in)  # kg/Pa
@@ -154,7 +160,7 @@ def sagging_recording(experiment: Experiment, seed: int, steps: int) -> Recordin
 
 
 class Told(NamedTuple):
-    """A run, and its plant as the rows are told it is."""
+    """A run, and its plant as an observer or controller assumes it."""
 
     run: ObserverRun
     plant: Plant
@@ -163,9 +169,10 @@ class Told(NamedTuple):
 def filter_errors(
     told: Told, model: FilterModel, sensors: str, force_noise: float, pressure_noise: float
 ) -> tuple[float, float]:
-    """Mean square error of the estimated pressures, Pa^2, after the first second, and exp(ln k_0) at the end.
+    """Mean square error of the estimated pressures, Pa^2, and the final estimate of k_0 over its start.
 
-    An estimate that is not finite counts as an error of P_0.
+    The first second of the run is left out of the error. An estimate that is not finite counts as an error of
+    P_0.
     """
     run, plant = told.run, told.run.recording.plant
     states, u, h = run.recording.states, run.recording.u, run.recording.h
@@ -179,25 +186,31 @@ def filter_errors(
 
 
 def tuned_noise(tuning: list[Told], model: FilterModel, sensors: str) -> tuple[float, float]:
-    """Process noise of force and pressures with the lowest mean square error over some runs."""
+    """Process noise with the lowest mean square error over the tuning runs.
+
+    Returns the noise of the force over its default, and that of the pressures, Pa/s^0.5.
+    """
     tried = list(product(FORCE_NOISES, PRESSURE_NOISES))
     squares = [np.mean([filter_errors(told, model, sensors, *pair)[0] for told in tuning]) for pair in tried]
     return tried[int(np.argmin(squares))]
 
 
 def seeds_of(plant: int, use: int) -> list[np.random.SeedSequence]:
-    """Seeds of tuning runs, then of judged runs; `use` is the loop, or 2 for controllers."""
+    """Seeds of tuning, then of judged runs; `use` is 0 (open loop), 1 (closed loop) or 2 (controllers)."""
     return np.random.SeedSequence([ROOT_SEED, plant, use]).spawn(TUNING_SEEDS + SEEDS)
 
 
 def signs_of(seed: np.random.SeedSequence) -> np.ndarray:
-    """Signs of what a row is told of the plant, drawn for a seed."""
+    """Signs, -1 or 1, of the errors that `told_plant` makes, drawn for a seed: shape (4,)."""
     other = np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, 0))
     return np.random.default_rng(other).choice([-1.0, 1.0], len(OFF))
 
 
 def chosen_n(runs: list[ObserverRun], grid: tuple[float, ...], gamma: float) -> np.ndarray:
-    """Index of each row with the lowest replay error over some runs; NaN for the full order."""
+    """Polytropic index with the lowest replay error over some runs, shape (row,).
+
+    It is NaN for the full order, which has none.
+    """
     reduced = [row for row in ROWS if row.model != FULL_ORDER]
     lanes = [row.lane(n, gamma) for row in reduced for n in grid]
     mse = np.mean([replay_errors(run, lanes) for run in runs], axis=0).reshape(len(reduced), len(grid))
@@ -238,7 +251,7 @@ def _observers(
 def _controllers(
     plant: PartlyKnown, n: np.ndarray, pressure_noise: np.ndarray, number: int
 ) -> dict[str, np.ndarray]:
-    """Results of the controllers by variable; NaN with a supply that sags, where none was run."""
+    """Results of the controllers by variable; NaN for a sagging supply, where controllers are not run."""
     experiment, seeds = plant.at(plant.closed_loop), seeds_of(number, 2)
     shape = len(CONTROL_SENSORS), len(CONTROL_SCALES), len(ROWS)
     errors, bandwidth = np.full((*shape, SEEDS), np.nan), np.full(shape, np.nan)

@@ -1,6 +1,6 @@
-"""Ratios of the full order, and of k_0 as a state, to the reduced models by how much of a plant is known.
+"""Ratios of errors: the full order over reduced models, and k_0 as a state over k_0 fixed.
 
-By the criterion of paper/decisions/0076: intervals over plants, of which `NEW` can be left out.
+The criterion is that of paper/decisions/0076: intervals over plants, with and without those in `NEW`.
 """
 
 import numpy as np
@@ -22,13 +22,13 @@ STATES = [row for row in ROWS if row.estimates_k_0]
 
 
 def _ratio(logarithms: np.ndarray) -> np.ndarray:
-    """Geometric mean over plants with its interval, and the median: shape (bound,)."""
+    """Geometric mean over plants with its interval, and the median, from logarithms: shape (bound,)."""
     known = logarithms[np.isfinite(logarithms)]
     return np.exp([*student_interval(known), np.median(known)])
 
 
 def _of_equal_knowledge(row: Row) -> list[int]:
-    """Places in `ROWS` of the reduced models that are told the same k_0, or need none."""
+    """Places in `ROWS` of the reduced models with the same fixed k_0 as a row, and of M6, which has none."""
     return [
         i
         for i, other in enumerate(ROWS)
@@ -39,7 +39,10 @@ def _of_equal_knowledge(row: Row) -> list[int]:
 
 
 def _compared(errors: xr.DataArray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
-    """Ratios over the best reduced model and over k_0 fixed, by all dimensions but plant, row and seed."""
+    """Dimensions and values of `over_reduced`, `best_reduced` and `over_fixed`, from errors of one use.
+
+    `partly_known_statistics` describes them; plant, row and seed are no longer among the dimensions.
+    """
     every: xr.DataArray = xr.apply_ufunc(np.log, errors)
     logs = every.mean("seed").transpose(..., "row", "plant")
     outer = tuple(map(str, logs.dims[:-2]))
@@ -67,12 +70,13 @@ def _compared(errors: xr.DataArray) -> dict[str, tuple[tuple[str, ...], np.ndarr
 
 
 def partly_known_statistics(cells: xr.Dataset) -> xr.Dataset:
-    """Ratios of errors by how much is known, from the cells of all plants joined along `plant`.
+    """Ratios of errors at each scale of wrong parameters, from the cells of all plants joined along `plant`.
 
-    `observer_` and `controller_` with: `over_reduced`, the error of each of `COMPARED` over that of the best
-    reduced model that is told the same k_0, whose place in `row` is `best_reduced`; `over_fixed`, a row with
-    k_0 as a state over the same with k_0 fixed. Geometric means over plants with 95 % intervals over plants,
-    and medians, by (..., part, bound). `observer_error` is the geometric mean over seeds and plants, Pa.
+    With the prefix `observer_` or `controller_`: `over_reduced`, the error of each of `COMPARED` over that of
+    the best reduced model with the same k_0; `best_reduced`, the place of that model in `row`; `over_fixed`,
+    the error of a row with k_0 as a state over that of the same row with k_0 fixed. Ratios are geometric
+    means over plants with 95 % intervals over plants, and medians, by (..., part, bound).
+    `mean_estimation_error`, Pa, and `mean_tracking_error`, m, are geometric means over seeds and plants.
     """
     variables: dict[str, tuple[tuple[str, ...], np.ndarray]] = {}
     for use, name in (("observer", "estimation_error"), ("controller", "tracking_error")):
@@ -95,5 +99,5 @@ def partly_known_statistics(cells: xr.Dataset) -> xr.Dataset:
 
 
 def pays(ratios: xr.DataArray) -> xr.DataArray:
-    """Whether a row pays: the upper end of its ratio is below `PAYS`; over all plants."""
+    """Whether each row pays: the upper end of its ratio over all plants is below `PAYS`."""
     return ratios.sel(bound="high", part="all", drop=True) < PAYS

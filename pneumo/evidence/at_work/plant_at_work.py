@@ -1,6 +1,6 @@
 """Reduced models in an observer and in a position controller, on one plant: paper/decisions/0049.
 
-Each model is tuned on runs of its own, then judged on others.
+Each model is tuned on some runs, then judged on others.
 """
 
 from collections.abc import Callable
@@ -85,7 +85,7 @@ class Carried(NamedTuple):
     k_0_factor: float  # 1 for models without wall heat
 
     def lane(self, n: float, gamma: float) -> Lane:
-        """Lane at an index n, with this k_0."""
+        """Lane of the model at the polytropic index n, with k_0 times `k_0_factor`."""
         row = lane(MODELS[self.model], n, gamma)
         return row._replace(wall_scale=self.k_0_factor * row.wall_scale)
 
@@ -145,7 +145,7 @@ def estimation_errors(run: ObserverRun, lane: Lane, sensors: str, pressure_noise
 
 
 def full_force(plant: Plant) -> float:
-    """Supply pressure on the piston of chamber A, N."""
+    """Force of the supply pressure on the piston area of chamber A, N."""
     return plant.conditions.P_s * plant.cylinder.A_A
 
 
@@ -184,7 +184,7 @@ def control_run(
 
 
 def _seeds(plant: int, use: int) -> tuple[list[np.random.SeedSequence], list[np.random.SeedSequence]]:
-    """Seeds of the tuning runs and of the judged runs; `use` is the loop, or 2 for controllers."""
+    """Seeds of tuning runs and of judged runs; `use` is 0 (open loop), 1 (closed loop) or 2 (controllers)."""
     every = np.random.SeedSequence([ROOT_SEED, plant, use]).spawn(TUNING_SEEDS + SEEDS)
     return every[:TUNING_SEEDS], every[TUNING_SEEDS:]
 
@@ -219,7 +219,7 @@ def _observers(
 
 
 def _judged(runs: list[ControlRun]) -> dict[str, np.ndarray]:
-    """Errors of one controller on the runs it is judged on, by variable name."""
+    """Errors, effort and air of one controller in its judged runs, by variable name."""
     parts, (names, ends) = np.array([run.by_part for run in runs]), zip(*PARTS.items(), strict=True)
     lengths = np.array([end - start for start, end in ends])
     follow = np.array([name in ("sine", "handling") for name in names])
@@ -276,7 +276,8 @@ def plant_at_work(
     """Errors of observers and controllers on one plant, with each model of `CARRIED`.
 
     Both experiments have the same plant; their drives and references make the observers' runs. `grid` holds
-    the polytropic indices that are tried; seeds are drawn from the number `plant`. Returns `VARIABLES`.
+    the polytropic indices that are tried; seeds are drawn from the number `plant`. Returns `VARIABLES`, and
+    `CONTROL_VARIABLES` with and without the prefix ``baseline_``.
     """
     loops, parts, lanes = {"open": open_loop, "closed": closed_loop}, [], list[Lane]()
     for i, (loop, experiment) in enumerate(loops.items()):

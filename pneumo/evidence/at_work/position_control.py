@@ -74,7 +74,7 @@ def minimum_jerk(t: np.ndarray, distance: float, duration: float) -> np.ndarray:
 
 
 def drawn_task(rng: np.random.Generator, plant: Plant, h: float) -> Task:
-    """Draw the sizes, way points and direction of the force of a task: paper/decisions/0049."""
+    """Draw a task: sizes of step and sine, way points, direction of the force; paper/decisions/0049."""
     c = plant.cylinder
     t = h * np.arange(round(DURATION / h) + 1)
     reference, force = np.zeros((len(t), 4)), np.zeros(len(t))
@@ -105,9 +105,10 @@ def third_derivative(y: np.ndarray, a: float, u: float, plant: Plant, model: Fil
 def linearising_command(
     y: np.ndarray, wanted: np.ndarray, integral: float, bandwidth: float, plant: Plant, model: FilterModel
 ) -> float:
-    """Command, V, not limited, that gives the error of position four poles at -bandwidth, by the model.
+    """Unlimited command, V, with which the model has all four poles of the position error at -bandwidth.
 
-    `wanted` holds the reference with three derivatives, `integral` that of reference less position, m s.
+    `bandwidth` is in rad/s. `wanted` holds the reference and its three derivatives; `integral` is that of
+    reference minus position, m s.
     """
     a = acceleration(y[1], y[2], y[3], 0.0, plant.cylinder)
     w, u_max = bandwidth, plant.valve.u_max
@@ -143,9 +144,9 @@ def controlled(
     first : numpy.ndarray
         First estimate of P_A and P_B, Pa.
     told : Plant
-        The plant as the observer is told it is.
+        The plant as the observer assumes it.
     smooth : Plant
-        The same without Coulomb friction, whose sign at rest is noise, for the control law.
+        `told` without Coulomb friction, for the control law: at rest the sign of the friction is noise.
     """
     samples, noise = len(task.force), controller.noise
     xs, us, air, integral, state = np.empty(samples), np.empty(samples), 0.0, 0.0, equilibrium_of(plant)

@@ -65,7 +65,10 @@ def _sampled(
 
 
 def sampled_recording(experiment: Experiment, seed: int, steps: int) -> Recording:
-    """Run an experiment with another seed under its controller, sampled at the experiment's step."""
+    """Run an experiment with another seed of its reference, and record it at every sample.
+
+    A sample is one step of the experiment: the position is read there, and the command held until the next.
+    """
     e = experiment
     reference = reference_series(e.drive, e.excitation._replace(seed=seed), steps)
     states, u, halvings = _sampled(equilibrium(e.plant), reference, e.drive, e.plant, e.h, e.most_halvings)

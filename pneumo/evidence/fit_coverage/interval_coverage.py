@@ -32,7 +32,10 @@ def true_parameters(known: SyntheticRecord) -> dict[str, float]:
 
 
 def fit_same_model(seed: int) -> xr.Dataset:
-    """Fit a case whose pressures come from the fitted model: `FITTED_MODELS` by turns."""
+    """Fit a model to a record that the same model made: one of `FITTED_MODELS`, in turn with the seed.
+
+    Returns `truth`, `estimate` and the interval's ends by parameter, and the properties of the record.
+    """
     name = FITTED_MODELS[seed % len(FITTED_MODELS)]
     known = synthetic_record(seed, name)
     begun = time.thread_time()
@@ -115,8 +118,9 @@ def _held(low: xr.DataArray, high: xr.DataArray, truth: xr.DataArray) -> dict[st
 def intervals_that_hold(cases: xr.Dataset) -> pd.DataFrame:
     """Count the 95 per cent intervals of `coverage` that contain the true value; an open end sets no limit.
 
-    By parameter: `held` of `cases`, with Clopper and Pearson's interval of the fraction, `low` to `high`, and
-    `closed_held` of the `closed` intervals, those with two ends.
+    By parameter: `cases`; `held`, the intervals that contain the true value; `low` and `high`, the ends of
+    Clopper and Pearson's interval of held / cases; `closed`, the intervals with two ends; `closed_held`, the
+    closed ones that contain the true value.
     """
     count, counts = cases.sizes["case"], _held(cases["low"], cases["high"], cases["truth"])
     ends = [fraction_interval(int(number), count) for number in counts["held"]]

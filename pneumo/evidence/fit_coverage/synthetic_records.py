@@ -81,7 +81,10 @@ def true_and_configured_plants(rng: np.random.Generator) -> tuple[Plant, Plant]:
 
 
 def controlled_run(rng: np.random.Generator, plant: Plant, period: float) -> tuple[np.ndarray, np.ndarray]:
-    """Run under the controller: states at every `TRUTH_STEP`, from rest on, and each sample's command, V."""
+    """Run under the controller from rest: states, shape (steps + 1, 6), and commands, V, shape (samples,).
+
+    States are at every `TRUTH_STEP`; a command holds for one sample, of `period` s.
+    """
     within, samples = round(period / TRUTH_STEP), round((WARM_UP + LENGTH) / period)
     stroke = plant.cylinder.stroke
     speed = plant.valve.k_xu * draw.U_MAX * 0.0404 * 287.0 * 293.15**0.5 / 0.8 / plant.cylinder.A_A
@@ -101,7 +104,7 @@ def controlled_run(rng: np.random.Generator, plant: Plant, period: float) -> tup
 
 
 def sensed(rng: np.random.Generator, signal: np.ndarray, scale: float, noise: float, bits: int) -> np.ndarray:
-    """Return a signal with white noise, quantised."""
+    """Return a signal with white noise, `noise` times full scale `scale`, quantised with `bits` bits."""
     step = scale / 2**bits
     return np.round((signal + rng.normal(0.0, noise * scale, signal.shape)) / step) * step
 

@@ -21,7 +21,7 @@ def log_noise(printed: np.ndarray, half_unit: np.ndarray, discrepancy: float) ->
 
 
 def widening(lowest: float, count: int, parameters: int) -> float:
-    """Factor by which deviances are divided: the lowest one per degree of freedom, at least 1.
+    """Factor by which deviances are divided: the lowest deviance over the degrees of freedom, at least 1.
 
     Intervals widen where the best fit misses by more than the noise model expects.
     """
@@ -31,10 +31,10 @@ def widening(lowest: float, count: int, parameters: int) -> float:
 def deviance_interval(
     values: np.ndarray, deviance: np.ndarray, threshold: float = THRESHOLD
 ) -> tuple[float, float]:
-    """Ends of the interval in which a profile lies below a threshold.
+    """Ends of the interval in which a profile of the deviance lies below a threshold.
 
-    Outermost crossings, interpolated linearly, over ascending values of the parameter; infinite where the
-    profile ends below the threshold. The profile is NaN where it was not followed.
+    An end is the outermost crossing, interpolated linearly, or infinite where the profile ends below the
+    threshold. `values` of the parameter ascend; `deviance` is NaN where the profile was not computed.
     """
     known = np.isfinite(deviance)
     x, y = np.asarray(values)[known], np.asarray(deviance)[known]

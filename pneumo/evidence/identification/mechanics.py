@@ -75,9 +75,10 @@ def settling_cells(
 
 
 def with_mechanics(experiment: Experiment, theta: np.ndarray, force: float = 1.0) -> Experiment:
-    """Return the experiment with M, k_f and stop, the exponentials of `theta`, and `force` times its push.
+    """Return the experiment with other mechanics, exp(`theta`), and its push force times `force`.
 
-    Leak and stop times of the closed loop stay as configured: the estimates are for these.
+    exp(`theta`) is M, kg, k_f, N s/m, and the distance of the stop from the centre over the half-stroke. Leak
+    and stop times of the closed loop stay as configured; the estimates are valid for these.
     """
     M, k_f, stop = np.exp(theta)
     cylinder, push = experiment.plant.cylinder._replace(M=M, k_f=k_f), experiment.push
@@ -97,14 +98,17 @@ def log_ratios(data: SettlingCells, theta: np.ndarray, force: float = 1.0) -> np
 
 
 def deviance(theta: np.ndarray, data: SettlingCells, force: float = 1.0) -> float:
-    """Sum of squares of the fitted cells, each over its noise."""
+    """Sum of squares of the fitted ln(reproduced / printed), each over its standard deviation."""
     return float(np.sum((log_ratios(data, theta, force) / data.sigma)[:, IS_FITTED] ** 2))
 
 
 def search_bounds(
     data: SettlingCells, seed: int, mapper: Mapper, population: int = 10, generations: int = 40
 ) -> Any:
-    """Search the wide bounds, then polish: theta as ``x``, its deviance ``fun``, evaluations ``nfev``."""
+    """Search the wide bounds, then polish; returns the optimum as SciPy does.
+
+    It has theta as ``x``, its deviance as ``fun`` and the number of evaluations as ``nfev``.
+    """
     optimum = differential_evolution(
         deviance,
         np.log(SEARCH_BOUNDS),
@@ -125,7 +129,10 @@ def search_bounds(
 
 
 def nearby(function: Callable[[np.ndarray], float], start: np.ndarray, size: float = NEAR) -> Any:
-    """Minimum that Nelder and Mead's search finds from a simplex of a given size, as SciPy returns it."""
+    """Minimum near `start` by Nelder and Mead's search, as SciPy returns it.
+
+    `size` is that of the first simplex.
+    """
     simplex = np.vstack([start, start + size * np.eye(len(start))])
     options = {"initial_simplex": simplex, "xatol": 2e-4, "fatol": 0.02, "maxfev": 25 * len(start)}
     return minimize(function, start, method="Nelder-Mead", options=options)
@@ -134,11 +141,11 @@ def nearby(function: Callable[[np.ndarray], float], start: np.ndarray, size: flo
 def mechanics_profiles(
     data: SettlingCells, best: Any, widen: float, mapper: Mapper
 ) -> tuple[np.ndarray, Any, int]:
-    """Profile of each parameter from the optimum `best`: lowest deviance over the others.
+    """Profile of each parameter from the optimum `best`: lowest deviance over the other parameters.
 
-    Profiles are followed further by the factor `widen`, from `widening`. Returns the curves, shape
-    (parameter, offset), NaN where not followed; the lowest point met, as from `search_bounds`; and the number
-    of evaluations.
+    A profile ends where the deviance exceeds the optimum's by `FOLLOWED` thresholds times `widen`, the factor
+    from `widening`. Returns the profiles, shape (parameter, offset), NaN beyond their ends; the point of
+    lowest deviance, as from `search_bounds`; and the number of evaluations.
     """
     stop_at = best.fun + FOLLOWED * THRESHOLD * widen
 
@@ -169,7 +176,10 @@ def mechanics_profiles(
 def mass_friction_region(
     data: SettlingCells, ln_M: np.ndarray, ln_ratio: np.ndarray, stops: tuple[float, float], mapper: Mapper
 ) -> tuple[np.ndarray, int]:
-    """Lowest deviance over ln(stop) between `stops` on a grid of ln(M) and ln(k_f / M)."""
+    """Lowest deviance over ln(stop), shape (ln_M, ln_ratio), and the number of evaluations.
+
+    `ln_ratio` is ln(k_f / M); ln(stop) is searched between the two `stops`.
+    """
 
     def row(M: float) -> tuple[list[float], int]:
         optima: list[Any] = [
@@ -188,7 +198,10 @@ def mass_friction_region(
 
 
 def correlation(ln_M: np.ndarray, ln_ratio: np.ndarray, deviances: np.ndarray) -> float:
-    """Correlation of ln(M) and ln(k_f) where likelihood is exp(-deviance / 2)."""
+    """Correlation of ln(M) and ln(k_f), with exp(-deviance / 2) as likelihood.
+
+    `deviances` is from `mass_friction_region`, on the grid of `ln_M` and of `ln_ratio`, ln(k_f / M).
+    """
     weights = np.exp(-(deviances - deviances.min()) / 2)
     x, ratio = np.meshgrid(ln_M, ln_ratio, indexing="ij")
     cov = np.cov(np.stack([x.ravel(), (x + ratio).ravel()]), aweights=weights.ravel())

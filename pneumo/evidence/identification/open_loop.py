@@ -57,7 +57,7 @@ def check_all_experiments(study: Study) -> None:
 
 
 def penalty(pair: Sequence[OpenLoopSetup]) -> float:
-    """Penalty of the choices of D and E: 2 ln(options) for each key, twice where they differ."""
+    """Penalty of the setups of D and E: 2 ln(number of options) of each key, twice that where they differ."""
     keys = zip(OPTIONS.values(), *pair, strict=True)
     return float(sum(2 * np.log(len(options)) * len({of_D, of_E}) for options, of_D, of_E in keys))
 
@@ -67,7 +67,10 @@ def _numbers(study: Study, mean_error: np.ndarray, mse: np.ndarray) -> np.ndarra
 
 
 def scores_by_criterion(likelihood: TableLikelihood, numbers: np.ndarray) -> np.ndarray:
-    """Chi-square by each of `CRITERIA`, shape (criterion, ...), from numbers of shape (..., 288)."""
+    """Chi-square by each of `CRITERIA`, shape (criterion, ...).
+
+    `numbers` are those of `numbers_of_tables`, shape (..., 288).
+    """
     return np.stack(
         [
             likelihood.chi_square(numbers, TABLES),
@@ -79,7 +82,11 @@ def scores_by_criterion(likelihood: TableLikelihood, numbers: np.ndarray) -> np.
 
 
 def misfits(likelihood: TableLikelihood, numbers: np.ndarray) -> list[float]:
-    """Rms deviation by table, of Tables 7 and 9 in ln of MSE; of Table 8 the cells as printed."""
+    """Misfit of each of `TABLES`.
+
+    Tables 7 and 9: rms deviation of ln(MSE). Table 8: number of cells that are as printed. Percentiles of the
+    figures: rms deviation of log10.
+    """
     values: list[float] = []
     off = numbers - likelihood.printed["printed"].to_numpy()
     for table in TABLES:
@@ -144,10 +151,11 @@ def choose_open_loop(
     Returns
     -------
     xarray.Dataset
-        ``score`` by (setup_D, setup_E), positions along ``setup``. By pair, the ledger, with the `BEST`
-        pairs, the best by each other criterion and the study's own: ``place``, ``setup_number``,
-        ``penalty``, ``scores`` by criterion, ``chi_square`` and ``misfit`` by table. ``mean_error`` and
-        ``mse`` of every cell with the best pair. ``seeds_chi_square`` of the seed sets, as printed.
+        ``score`` by (setup_D, setup_E), positions along ``setup``. For each ``pair`` of the ledger (the
+        `BEST` ones, the best by each other criterion, and the study's own): ``place``, ``setup_number``,
+        ``penalty``, ``scores`` by criterion, ``chi_square`` and ``misfit`` by table. ``mean_error``, Pa, and
+        ``mse``, Pa^2, of every cell with the best pair. ``seeds_chi_square`` of each seed set, against the
+        numbers as printed.
     """
     check_all_experiments(study)
     over_seeds = numbers_of_seed_sets(study, seed_sets)

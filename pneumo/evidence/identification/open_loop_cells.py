@@ -65,7 +65,7 @@ def draws_of(experiment: Experiment) -> np.ndarray:
 
 
 def reversals(recording: Recording, draws: np.ndarray) -> int:
-    """Number of times that the sign between the command and the sequence of draws changes in a run."""
+    """Number of reversals in a run: changes of sign of the product of command and draws."""
     return int(np.count_nonzero(np.diff(np.sign(recording.u * draws))))
 
 
@@ -80,7 +80,7 @@ def joined_cells(study: Study, experiment: Experiment, recording: Recording) -> 
 
 
 def open_loop_cells(study: Study, threads: int, progress: Callable[[str], None]) -> xr.Dataset:
-    """Errors of every cell of the study, with each of `SETUPS` in open loop, as they are in closed loop.
+    """Errors of every cell of the study: open loops with each of `SETUPS`, closed loops as configured.
 
     ``mean_error``, Pa, and ``mse``, Pa^2, of both chambers together by (open_loop, model, n, setup);
     ``closed_mean_error`` and ``closed_mse`` by (closed_loop, model, n); ``reversals`` in a run by (open_loop,
@@ -138,7 +138,7 @@ SETUP_LONG_NAMES = {  # (long name, unit)
 
 
 def setup_coordinates() -> dict[str, xr.Variable]:
-    """Coordinates along ``setup``: one for each key."""
+    """Coordinates along ``setup``: one for each field of `OpenLoopSetup`."""
     columns = dict(zip(OpenLoopSetup._fields, map(list, zip(*SETUPS, strict=True)), strict=True))
     described = {name: {"long_name": text, "units": unit} for name, (text, unit) in SETUP_LONG_NAMES.items()}
     for about in described.values():

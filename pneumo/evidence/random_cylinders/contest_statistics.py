@@ -1,4 +1,7 @@
-"""Tables of decision 75's contest: each choice's error over the best in hindsight, on the half held out."""
+"""Statistics of decision 75's contest on held-out cylinders: error of each choice over the best in hindsight.
+
+A choice is a model at an n; both come from the configuration, a rule, a simulation beforehand or hindsight.
+"""
 
 from collections.abc import Iterator, Mapping
 from itertools import product
@@ -27,39 +30,39 @@ Choices = dict[str, xr.DataArray]  # mean square error by (cylinder, loop), perh
 
 
 def model_cells(cells: xr.Dataset, model: str) -> xr.DataArray:
-    """Mean square errors of a model by n, and by k_0 told where it has one."""
+    """Mean square errors of a model, Pa^2, by n, and by `k_0_told` if the model has a k_0."""
     if model in WITHOUT_K_0:
         return cells["mse_without_k_0"].sel(model_without_k_0=model, drop=True)
     return cells["mse_with_k_0"].sel(model_with_k_0=model, drop=True)
 
 
 def best_in_hindsight(cells: xr.Dataset, models: tuple[str, ...] = REFINED_MODELS) -> xr.DataArray:
-    """Lowest mean square error of some models at the true k_0 and any n, by (cylinder, loop)."""
+    """Lowest mean square error of some models, Pa^2, at the true k_0 and any n, by (cylinder, loop)."""
     lowest = [model_cells(cells, model).min("n") for model in models]
     true = [each.sel(k_0_told=1.0, drop=True) if "k_0_told" in each.dims else each for each in lowest]
     return xr.concat(true, "model", coords="minimal", compat="override").min("model")
 
 
 def ruled_place(group: np.ndarray, a: float, b: float, c: float, grid: np.ndarray) -> np.ndarray:
-    """Place in an even grid of the n next to a - b/(1 + c group)."""
+    """Index in the even `grid` of the n nearest to a - b/(1 + c group), in the shape of `group`."""
     n = np.clip(a - b / (1 + c * group), grid[0], grid[-1])
     return np.rint((n - grid[0]) / (grid[1] - grid[0])).astype(int)
 
 
 def at_place(mse: xr.DataArray, place: xr.DataArray) -> xr.DataArray:
-    """Errors at a place in the grid of n for each run."""
+    """Mean square error of each run at its n, given by the index `place` in the grid of n."""
     return mse.isel(n=place).drop_vars("n", errors="ignore")
 
 
 def told_group(cells: xr.Dataset) -> xr.DataArray:
-    """`GROUP` by the k_0 that a row is told: a thermal time constant is inversely proportional to it."""
+    """`GROUP` at each assumed k_0: the thermal time constant is inversely proportional to k_0."""
     return cells[GROUP] / cells["k_0_told"]
 
 
 def fitted_rule(cells: xr.Dataset, model: str) -> tuple[float, float, float]:
-    """Rule's a, b, c of the least mean square of the logarithm of the error over the best's.
+    """Coefficients a, b, c of n = a - b/(1 + c group) for a model, fitted by least squares.
 
-    Only runs of the fitted half, at the true k_0.
+    The squares are those of ln(error over the best model's), of the fitted half's runs at the true k_0.
     """
     fitted = cells.sel(cylinder=cells["held_out"] == 0)
     mse = model_cells(fitted, model)
@@ -82,10 +85,11 @@ def choices(
     threshold: float,
     sides: tuple[str, str],
 ) -> Choices:
-    """Mean square error of every choice of decision 75.
+    """Mean square error of every choice of decision 75, Pa^2.
 
-    `rules` are a, b and c of n by model. `threshold` and `sides` are those of the rule of decision 57, model
-    below and from it on. `cells` are joined runs, of random cylinders or of the paper's experiments.
+    `rules` are a, b and c of n by model. `threshold` is that of the rule of decision 57, and `sides` are its
+    models below and from the threshold on. `cells` are joined runs, of random cylinders or of the paper's
+    experiments.
     """
     grid, group = cells["n"].values, told_group(cells)
     made: Choices = {}
@@ -125,14 +129,17 @@ def runs_counted(cells: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def mean_of_logs(logs: np.ndarray, counted: np.ndarray) -> np.ndarray:
-    """Geometric mean over runs with its interval over cylinders; both of shape (cylinder, loop)."""
+    """Geometric mean over the counted runs, with its interval over cylinders: shape (3,).
+
+    `logs`, of the errors, and `counted` have the shape (cylinder, loop).
+    """
     inside = counted & np.isfinite(logs)
     sums = np.where(inside, np.nan_to_num(logs), 0.0).sum(axis=1)
     return np.exp(quotient_interval(sums, inside.sum(axis=1)))
 
 
 def summaries(logs: np.ndarray, swing: np.ndarray, counted: np.ndarray) -> np.ndarray:
-    """`QUANTITIES` with an interval for the first, as one row: mean, low, high, and the others."""
+    """Values of `QUANTITIES` over the counted runs: mean, its interval (low, high), then the others."""
     values = np.where(np.isnan(logs), np.inf, logs)[counted]  # a failed replay is the worst
     rest = [np.quantile(values, 0.9), np.median(values)]
     within = (values <= np.log(1.1)).mean()
@@ -141,14 +148,17 @@ def summaries(logs: np.ndarray, swing: np.ndarray, counted: np.ndarray) -> np.nd
 
 
 def at_told(values: xr.DataArray, k_0: float, valve: float) -> xr.DataArray:
-    """Errors at a k_0 and a valve told; a choice that is told neither has them at any."""
+    """Errors at an assumed k_0 and valve coefficient (factors), as far as the choice depends on them."""
     for name, told in (("k_0_told", k_0), ("valve_told", valve)):
         values = values.sel({name: told}, drop=True) if name in values.dims else values
     return values
 
 
 def told_cases(values: xr.DataArray, cells: xr.Dataset) -> Iterator[tuple[float, float, xr.DataArray]]:
-    """Each k_0 and valve told at which a choice was tried; where it needs neither, at the true ones."""
+    """Cases of a choice: assumed k_0, assumed valve coefficient (factors), errors by (cylinder, loop).
+
+    If the choice does not depend on one of the two, that one is the true value: 1.
+    """
     k_values = cells["k_0_told"].values if "k_0_told" in values.dims else [1.0]
     valves = cells["valve_told"].values if "valve_told" in values.dims else [1.0]
     for k_0, valve in product(k_values, valves):
@@ -160,13 +170,13 @@ def told_cases(values: xr.DataArray, cells: xr.Dataset) -> Iterator[tuple[float,
 def contest_statistics(
     cells: xr.Dataset, paper: xr.Dataset, threshold: float, sides: tuple[str, str]
 ) -> xr.Dataset:
-    """Errors of every choice over the best in hindsight, and the full order's over the choice beforehand.
+    """Errors of every choice over the best in hindsight, and of the full order over the best of a simulation.
 
     From the blocks joined along `cylinder`, with `held_out`, and from the paper's runs by `experiment`. A row
-    is a choice at a k_0 and valve told. By (row, experiment): `paper_error`, of one run. By (row, part):
-    `error` with an interval over cylinders, `nine_tenths`, `within` (fraction within 10 %), `median`,
-    `of_swing` (geometric mean of RMS error over the run's standard deviation). By (case, part, bound):
-    `full_quotient`, the full order over `BEFOREHAND` with the same knowledge. `rule_n` by (ruled,
+    is a choice at an assumed k_0 and valve coefficient. By (row, experiment): `paper_error`, of one run. By
+    (row, part): `error` with an interval over cylinders, `nine_tenths`, `within` (fraction within 10 %),
+    `median`, `of_swing` (geometric mean of RMS error over the run's standard deviation). By (case, part,
+    bound): `full_quotient`, the full order over `BEFOREHAND` with the same assumptions. `rule_n` by (ruled,
     coefficient).
     """
     rules = {model: fitted_rule(cells, model) for model in RULED}
@@ -230,7 +240,7 @@ def contest_statistics(
 
 
 def row_of(contest: xr.Dataset, choice: str, k_0: float = 1.0, valve: float = 1.0) -> xr.Dataset | None:
-    """Row of a choice at the k_0 and the valve told; None where it was not tried."""
+    """Row of a choice at an assumed k_0 and valve coefficient (factors); None where it was not tried."""
     at = (contest["choice"] == choice) & np.isclose(contest["row_k_0"], k_0)
     places = np.flatnonzero(at & np.isclose(contest["row_valve"], valve))
     return contest.isel(row=int(places[0])) if len(places) else None

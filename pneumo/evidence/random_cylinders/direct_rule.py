@@ -18,7 +18,7 @@ PERCENTILES = np.arange(1, 100)
 
 
 def _halves(runs: xr.Dataset) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Dimensionless group, and ln of each model's error over the best; of runs fitted, then held out.
+    """Group and ln(error over the best model's) of the fitted runs, then of the held-out runs.
 
     Shapes (cylinder, loop) and (cylinder, loop, model); NaN where a run does not count.
     """
@@ -30,11 +30,12 @@ def _halves(runs: xr.Dataset) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def direct_rule(runs: xr.Dataset) -> xr.Dataset:
-    """Fit the rule and judge it, from `pneumo.evidence.random_cylinders.regimes.with_answers`.
+    """Fit the rule on one half of the cylinders, and judge it on the half held out.
 
-    Returns `rule_threshold`; `rule_model`, below and from it on; by (choice, bound) `rule_error`, the
-    geometric mean of the error over the best model's on the half held out; and `rule_quotient`, that of
-    the rule over that of always taking M8.
+    `runs` are from `pneumo.evidence.random_cylinders.regimes.with_answers`. Returns `rule_threshold`, of the
+    group; `rule_model`, the models below and from the threshold on; `rule_error` by (choice, bound), the
+    geometric mean of the error over the best model's on the half held out; and `rule_quotient`, the rule's
+    error over that of always taking M8.
     """
     (group, logs), (held_group, held_logs) = _halves(runs)
     counts = np.isfinite(logs[..., 0])

@@ -1,4 +1,4 @@
-"""The full order beside the reduced models on one run, with what each is told beforehand: decision 75."""
+"""Full order and reduced models on one run, with the k_0 and valve that each assumes: decision 75."""
 
 from typing import NamedTuple
 
@@ -41,23 +41,26 @@ RUN_VARIABLES = {  # dimensions, unit, long name
 
 
 class Told(NamedTuple):
-    """Factors by which k_0 and the valve's coefficient that a row is told differ from the cylinder's."""
+    """Assumed k_0 and valve coefficient of a row, as factors of the cylinder's."""
 
     k_0: float
     valve: float
 
     def plant(self, plant: Plant) -> Plant:
-        """Plant as it is configured."""
+        """Plant with the assumed k_0 and valve coefficient."""
         valve = plant.valve._replace(k_xu=self.valve * plant.valve.k_xu)
         return plant._replace(k_0=self.k_0 * plant.k_0, valve=valve)
 
     def lane(self, model: str, n: float, gamma: float) -> Lane:
-        """Model with the parameters told, for replays on a run of the cylinder."""
+        """Lane of a model at n with the assumed k_0 and valve coefficient.
+
+        It is for replays on a run of the true cylinder.
+        """
         row = lane(MODELS[model], n, gamma)
         return row._replace(wall_scale=self.k_0 * row.wall_scale, flow_scale=self.valve)
 
     def full_row(self, law: str) -> FullRow:
-        """The full order with the parameters told."""
+        """The full order with a wall law of `LAWS`, and the assumed k_0 and valve coefficient."""
         scale, e_A, e_PT = WALL_LAWS[LAWS[law]]
         return FullRow(self.k_0 * scale, self.valve, e_A, e_PT)
 
@@ -74,9 +77,9 @@ def _mse(recording: Recording, lanes: list[Lane]) -> np.ndarray:
 def simulated_choice(
     experiment: Experiment, told: Told, seed: int, grid: tuple[float, ...]
 ) -> tuple[str, dict[str, float]]:
-    """Best model of M5 to M10 and each one's n in a simulation of the cylinder as it is configured.
+    """Best model of M5 to M10, and the best n of each, in a simulation with the assumed parameters.
 
-    It knows `told` and the configuration, and no run of the cylinder itself; its seed is another.
+    The simulation has another `seed`; no run of the true cylinder is used.
     """
     steps = min(experiment.steps, MOST_SIMULATED_STEPS)
     other = experiment._replace(plant=told.plant(experiment.plant), steps=steps, pressure_stride=steps)
@@ -92,8 +95,8 @@ def simulated_choice(
 def contest_run(experiment: Experiment, seed: int, grid: tuple[float, ...] = GRID_N) -> xr.Dataset:
     """Errors of every row of decision 75 on one run, as `RUN_VARIABLES`.
 
-    The run is cut at `MOST_JUDGED_STEPS`; the simulations from which models and n are chosen beforehand have
-    the seed given.
+    The run is cut to at most `MOST_JUDGED_STEPS` steps. `seed` is that of the simulations from which models
+    and n are chosen beforehand.
     """
     steps = min(experiment.steps, MOST_JUDGED_STEPS)
     e = experiment._replace(steps=steps, pressure_stride=steps)

@@ -43,7 +43,7 @@ def log_uniform(low: float, high: float) -> Draw:
 
 
 def uniform(low: float, high: float) -> Draw:
-    """Return a draw that is uniform between two ends."""
+    """Return a function of a generator that draws uniformly, `low` to `high`."""
     return lambda rng: rng.uniform(low, high)
 
 

@@ -91,7 +91,7 @@ def compare_pairs(runs: xr.Dataset) -> xr.Dataset:
 
 
 def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
-    """Compare pairs in each third of the runs, sorted by one dimensionless group after another.
+    """Compare pairs of models in each third of the runs, sorted by each of the named dimensionless groups.
 
     By (group, third): `third_from` and `third_to`; by (group, third, pair, bound): `third_ratio`, geometric
     mean over runs, and `third_share`, the fraction of runs with a ratio below 1; intervals over cylinders.
@@ -125,7 +125,7 @@ def compare_by_thirds(runs: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
 
 
 def map_of_ratios(runs: xr.Dataset) -> xr.Dataset:
-    """Geometric mean ratios by two groups that are known before a run, of cylinders not held out.
+    """Geometric mean ratios of errors on a map of two dimensionless groups, from cylinders not held out.
 
     By (map_ratio_of, loop, thermal_bin, exchange_bin, bound): `map_ratio`, with Student's interval; NaN where
     fewer than `FEWEST` runs fall. `thermal_edge` and `exchange_edge` are the bins' ends.

@@ -1,7 +1,7 @@
 """Statistics over seed sets: Tables 7 to 9 with their spread, and which model beats which, by three criteria.
 
-Seed sets are independent repetitions of the whole study. Models are compared within each set, which removes
-what a set does to all of them alike.
+Seed sets are independent repetitions of the whole study. Models are compared within each set, so that the
+variation common to all models cancels.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -57,9 +57,9 @@ def tables_by_seeds(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -
 def scores_by_criterion(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
     """Score of each model by each criterion, lower is better, by (criterion, level, ..., model).
 
-    Pa^2, and ranks from 1 for the criterion "rank"; from errors, Pa^2, both chambers joined, by (...,
-    experiment, model, n). At a level each model has the one n of the lowest mean (or geometric mean) square
-    error; "overall" takes each experiment at its own best n, as Table 7 does.
+    Scores are in Pa^2; those of the criterion "rank" are ranks from 1. `mse`, Pa^2, is of both chambers
+    joined, by (..., experiment, model, n). At a level each model has the one n of the lowest mean (or
+    geometric mean) square error; "overall" takes each experiment at its own best n, as Table 7 does.
     """
     lowest = mse.min("n", skipna=False)
     scores = {OVERALL: _scores(lowest, _exp(_log(lowest).mean("experiment")))}
@@ -86,10 +86,10 @@ def _scores(mse: xr.DataArray, geometric: xr.DataArray) -> xr.DataArray:
 def beats(score: xr.DataArray) -> xr.Dataset:
     """How often a model beats another over seed sets, and whether that can be chance.
 
-    From `scores_by_criterion` by (seeds, ..., model); by (..., model, other): `probability`, the fraction
-    of seed sets in which `model` has the lower score, a tie counting half; `p_value` of the two-sided sign
-    test, ties left out, after Holm's correction over all pairs of models; `resolved`, whether that is below
-    0.05.
+    `score` is from `scores_by_criterion`, by (seeds, ..., model). Returns by (..., model, other):
+    `probability`, the fraction of seed sets in which `model` has the lower score, a tie counting half;
+    `p_value` of the two-sided sign test, ties left out, after Holm's correction over all pairs of models;
+    `resolved`, 1 where the p-value is below 0.05.
     """
     other = score.rename(model="other")
     wins, losses = (score < other).sum("seeds"), (score > other).sum("seeds")
@@ -115,11 +115,12 @@ def holm(p: np.ndarray) -> np.ndarray:
 
 
 def ratio_intervals(score: xr.DataArray) -> xr.Dataset:
-    """Ratios of mean square errors, by (seeds, ..., model), between the models of `MODEL_PAIRS`.
+    """Ratios of mean square errors between the models of `MODEL_PAIRS`, over seed sets.
 
-    By (ratio, ...): `value`, the geometric mean over seed sets, with its interval `low` to `high`;
-    `single_low` to `single_high`, between which one seed set falls in 95 per cent of cases; `resolvable`, the
-    smallest ratio above 1 that one seed set can tell from 1.
+    `score` holds the errors, Pa^2, by (seeds, ..., model). Returns by (ratio, ...): `value`, the geometric
+    mean over seed sets, with its interval `low` to `high`; `single_low` to `single_high`, between which one
+    seed set falls in 95 per cent of cases; `resolvable`, the smallest ratio above 1 that one seed set can
+    distinguish from 1.
     """
     logs = _log(pair_ratios(score, list(MODEL_PAIRS), "ratio"))
     count, spread = logs.sizes["seeds"], spread_over_seeds(logs)
@@ -132,13 +133,13 @@ def ratio_intervals(score: xr.DataArray) -> xr.Dataset:
 
 
 def ensemble_statistics(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
-    """All statistics of the ensemble, by (seeds, transport, experiment, model, n, chamber), in one dataset.
+    """All statistics of an ensemble, which is by (seeds, transport, experiment, model, n, chamber).
 
     ``table_mse``, ``table_mean_error``, ``table_std``, ``table_best_n``, ``table_constant_n`` with their
     `spread`; ``probability``, ``p_value``, ``resolved`` by (criterion, transport, level, model, other);
     ``ratio_...`` by (ratio, criterion, transport, level) and ``experiment_ratio_...`` by (ratio, transport,
-    experiment). ``seed_sets``, their number, and ``failed_sets`` by experiment, in how many something failed:
-    whatever a failed cell would enter is then NaN.
+    experiment). ``seed_sets``, their number, and ``failed_sets`` by experiment, the number of sets in which
+    a run or replay failed; a statistic that needs a failed cell is NaN.
     """
     mse = concatenated(ensemble)["mse"]
     tables, score = tables_by_seeds(ensemble, levels), scores_by_criterion(mse, levels)

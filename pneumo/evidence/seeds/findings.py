@@ -142,12 +142,12 @@ def findings(
 ) -> dict[str, Any]:
     """Judge every statement about models over the seed sets, with published and exact signals.
 
-    `sources` is what `over_seeds` returns, `results` the folder with ``parameters.json``, `turned` what turns
-    an answer, by statement: it then "depends". Returns ``claims``,
-    a list with the texts of a table's row (``claim``, ``source``, ``published``, ``exact``, ``interval``,
-    ``stands``, ``why``), the item's ``id``, whether it is a ``headline``, whether the paper's own tables
-    support it (``printed_stands``), and the ``numbers`` of both signal samplings; the number of
-    ``seed_sets``; ``note``; ``config_sha256``.
+    `sources` is from `over_seeds`; `results` is the folder with ``parameters.json``; `turned` lists, by
+    statement, the changes that turn its answer, which is then "depends". Returns ``claims``, a list with the
+    texts of a table's row (``claim``, ``source``, ``published``, ``exact``, ``interval``, ``stands``,
+    ``why``), the item's ``id``, whether it is a ``headline``, whether the paper's own tables support it
+    (``printed_stands``), and the ``numbers`` of both signal samplings; the number of ``seed_sets``; ``note``;
+    ``config_sha256``.
     """
     printed = PrintedTables(results)
     rows: list[dict[str, Any]] = []

@@ -11,9 +11,9 @@ from pneumo.verdict.sources import MissingEvidence
 
 
 def seed_deviations(claims: Claims, sources: Sequence[StudyResults]) -> dict[str, float]:
-    """Standard deviation over seed sets of each number whose class refers to it, by item.
+    """Standard deviation over seed sets of the number of each item whose tolerance class uses it, by item.
 
-    `sources` has the results of one seed set each; an item without a number in one of them has no deviation.
+    `sources` has the results of one seed set each; an item that lacks a number in any of them is left out.
     """
     deviations: dict[str, float] = {}
     for name, claim in claims.items.items():

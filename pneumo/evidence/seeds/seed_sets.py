@@ -53,7 +53,7 @@ def both_chambers(cells: xr.Dataset) -> xr.Dataset:
 
 
 def joined_seed_sets(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Join blocks of seed sets, from `both_chambers`, by (..., seeds): neighbours in a file compress best."""
+    """Join blocks of seed sets, from `both_chambers`, with seeds as last dimension: files compress best."""
     return xr.concat(blocks, "seeds").sortby("seeds").transpose(..., "seeds")
 
 

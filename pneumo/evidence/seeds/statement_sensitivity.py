@@ -1,4 +1,4 @@
-"""Whether a statement about models turns with the limit of its words, with one experiment, or like for like.
+"""Statements about models whose answer turns with another limit, without one experiment, or like for like.
 
 Statements are judged as in `findings`, with exact signals over all sets of seeds.
 """
@@ -30,7 +30,10 @@ def _without(study: Study, name: str) -> Study:
 
 
 def _like_for_like(results: list[ComputedResults], level: str) -> bool | None:
-    """Whether wall heat saves more than mixing where both steps start from the same models: M6 above M7."""
+    """Whether wall heat reduces the error more than mixing, both added to the same model: M6 above M7.
+
+    None if the interval over seed sets contains one half.
+    """
     by_model = [result.statistics["mse"].sel(level=level) for result in results]
     holds = sum(bool(mse.sel(model="M6") > mse.sel(model="M7")) for mse in by_model)
     share = fraction_interval(holds, len(results))
@@ -43,7 +46,7 @@ def dependences(
     claims: Claims,
     progress: Callable[[str], None] = lambda _text: None,
 ) -> dict[str, list[str]]:
-    """By statement about models, what turns its answer: a limit, an experiment left out, or like for like.
+    """Changes that turn the answer of each statement: another limit, one experiment left out, like for like.
 
     `cells` are the sets of seeds with exact signals. A statement that nothing turns has an empty list.
     """

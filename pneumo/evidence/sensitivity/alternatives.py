@@ -52,7 +52,7 @@ class Alternative(NamedTuple):
         return e.plant, e.drive, e.excitation, e.h, e.steps, e.most_halvings, self.record
 
     def has_other_runs(self, taken: "Alternative") -> bool:
-        """Whether its full-order run differs from that of `taken` in some experiment."""
+        """Whether the full-order run of some experiment differs from that of `taken`."""
         return any(self.run_key(name) != taken.run_key(name) for name in taken.study.experiments)
 
     def with_plants(self, change: Callable[[Plant], Plant]) -> "Alternative":
@@ -84,21 +84,24 @@ def _elliptic(plant: Plant) -> Plant:
 
 
 def first_draw_skipped(experiment: Experiment) -> Recording:
-    """Full-order run on the same random numbers without the first."""
+    """Full-order run whose reference leaves out the first random draw."""
     excitation = experiment.excitation
     series = reference_series(experiment.drive, excitation, experiment.steps + excitation.every)
     return recorded(experiment, series[excitation.every :])
 
 
 def leaking(experiment: Experiment) -> Recording:
-    """Full-order run through a valve that leaks; its replays get the tight valve."""
+    """Full-order run with a leaking valve; the recording has the tight valve, which the replays use."""
     plant = experiment.plant
     valve = plant.valve._replace(leak=experiment.push.leak, net_leak=True)
     return record(experiment._replace(plant=plant._replace(valve=valve)))._replace(plant=plant)
 
 
 def _judged_on_last_values(settling: Settling, h: float, quantities: str) -> np.ndarray:
-    """Settling times, s, with those of P or of T by their largest deviation from the last value."""
+    """Settling times, s; those of `quantities` (P or T) are judged on the last value.
+
+    Their settling band is relative to the largest deviation from the last value.
+    """
     times, free = settling.times.copy(), settling.states[settling.release_step :]
     for i, quantity in enumerate(QUANTITIES):
         if quantity.startswith(quantities):
@@ -108,7 +111,7 @@ def _judged_on_last_values(settling: Settling, h: float, quantities: str) -> np.
 
 
 def _near(within: float) -> Callable[["Alternative"], "Alternative"]:
-    """Settling runs released and ended when temperatures are back within so many K of T_amb."""
+    """Change: settling runs are released, and end, when temperatures are back within `within` K of T_amb."""
     return lambda taken: taken._replace(
         study=taken.study.changed(lambda e: e._replace(push=e.push._replace(near=within)))
     )
@@ -177,7 +180,7 @@ def ledger_alternatives(
 def grid_alternatives(
     configuration: Mapping[str, Any], folder: Path = PAPER_FOLDER
 ) -> dict[str, Alternative]:
-    """Every alternative with other full-order runs, of the ledger and of physics, after `AS_TAKEN`."""
+    """Alternatives with other full-order runs, of ``assumptions.yaml`` and of physics; first `AS_TAKEN`."""
     ledger = {name: each.with_halvings() for name, each in ledger_alternatives(configuration, folder).items()}
     taken = ledger[AS_TAKEN]
     alternatives = {n: each for n, each in ledger.items() if n == AS_TAKEN or each.has_other_runs(taken)}
@@ -190,7 +193,7 @@ def grid_alternatives(
 
 
 def reconfigured(configuration: Mapping[str, Any], change: Mapping[str, Any], source: str) -> Alternative:
-    """Study whose configuration has other values at some keys, such as ``supply.P_s_Pa``.
+    """Alternative whose configuration has other values at the keys of `change`, such as ``supply.P_s_Pa``.
 
     `PaperError` if a configuration cannot have the values; `source` says where they come from.
     """

@@ -80,10 +80,11 @@ def level_scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.D
 
 
 def refinement_ratios(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
-    """Ratios of the refinements, and the fraction of alternatives in which each refinement pays.
+    """Ratios of mean square error with a refinement to that without, and how often each refinement pays.
 
     `ratio` by (pair, level, criterion, alternative, transport); by (pair, level, criterion, transport)
-    `share`, the fraction of alternatives with a ratio below one, and `counted`, how many have a ratio.
+    `share`, the fraction of alternatives with a ratio below one, and `counted`, how many have a ratio. The
+    study as taken is not counted.
     """
     ratio = pair_ratios(level_scores(mse, levels), REFINEMENT_PAIRS, "pair")
     others = ratio.drop_sel(alternative=AS_TAKEN)

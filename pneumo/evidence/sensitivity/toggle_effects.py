@@ -19,18 +19,20 @@ def _rms_of_finite(values: np.ndarray) -> float:
 
 
 def toggle_effects(reproduced: xr.DataArray, claims: Claims) -> pd.DataFrame:
-    """Effect of each alternative on Tables 5, 7, 8 and 9, from what `toggled_tables` returns.
+    """Effect of each alternative on Tables 5, 7, 8 and 9, from the `reproduced` of `toggled_tables`.
 
-    One row per alternative. For tables 5, 7 and 9:
+    One row per alternative. For Tables 5, 7 and 9, here with the suffix of Table 5:
 
     - ``largest_5``, ``rms_5``: change of the logarithm of settling times or mean square errors against the
       study as taken
     - ``misfit_5``: root mean square of ln(reproduced / printed)
     - ``worse_5``: that misfit less the study's, over the same items
 
-    and ``changed_8``, ``exact_8``: cells of Table 8 that differ from the study's, that equal the print;
-    ``within_5``, ``inside``: cells of Table 5, and items of all four tables, within their tolerance;
-    ``no_number``: items without a number.
+    Numbers of cells or items:
+
+    - ``changed_8``, ``exact_8``: cells of Table 8 that differ from the study's; that equal the print
+    - ``within_5``, ``inside``: cells of Table 5, and items of all four tables, within their tolerance
+    - ``no_number``: items without a number
     """
     items = [claims.items[str(name)] for name in reproduced["item"].values]
     values = pd.DataFrame(reproduced.values, index=reproduced["alternative"].values.astype(str))

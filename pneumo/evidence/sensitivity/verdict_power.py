@@ -1,6 +1,6 @@
-"""Power of the verdict: the items that agree with the paper and no longer do when a known mistake is made.
+"""Power of the verdict: which items no longer agree with the paper when a known mistake is made.
 
-A mistake in what is run needs the study run again; one of bookkeeping changes the errors of all cells.
+A mistake in physics or set-up needs the study run again; one of bookkeeping changes the errors of all cells.
 """
 
 import math
@@ -38,18 +38,18 @@ LONG_NAMES = {
 
 
 class Rerun(NamedTuple):
-    """A mistake in what is run."""
+    """A mistake that needs the study run again."""
 
     change: Callable[[Alternative, Mapping[str, Any]], Alternative]  #: from the study and its configuration
 
 
 def _experiments(change: Callable[[Experiment], Experiment]) -> Rerun:
-    """Change every experiment."""
+    """Mistake that changes every experiment."""
     return Rerun(lambda taken, _: taken._replace(study=taken.study.changed(change)))
 
 
 def _cylinders(**factors: float) -> Rerun:
-    """Multiply properties of every cylinder."""
+    """Mistake that multiplies properties of every cylinder by factors."""
 
     def change(p: Plant) -> Plant:
         scaled = {name: factor * getattr(p.cylinder, name) for name, factor in factors.items()}
@@ -64,7 +64,7 @@ def _other_seeds(taken: Alternative, _: Mapping[str, Any]) -> Alternative:
 
 
 def _taken_from(dimension: str, sources: Mapping[str, str]) -> Callable[[xr.Dataset], xr.Dataset]:
-    """Give models, experiments or chambers the errors of others."""
+    """Mistake that gives each key of `sources` (a model, experiment or chamber) the errors of its value."""
 
     def change(grid: xr.Dataset) -> xr.Dataset:
         names = grid[dimension].values.tolist()
@@ -79,7 +79,10 @@ def _models(**sources: str) -> Callable[[xr.Dataset], xr.Dataset]:
 
 
 def _within_k_0(*order: int) -> Callable[[xr.Dataset], xr.Dataset]:
-    """Give the four experiments of each k_0 (D open, D closed, E open, E closed) the errors of others."""
+    """Mistake that permutes the errors of the four experiments of each k_0.
+
+    `order` has, for D open, D closed, E open and E closed, the position of the one whose errors it gets.
+    """
     fours = [EXPERIMENTS[first : first + 4] for first in range(0, len(EXPERIMENTS), 4)]
     sources = {name: four[i] for four in fours for name, i in zip(four, order, strict=True)}
     return _taken_from("experiment", sources)
@@ -182,9 +185,9 @@ def power(
 ) -> xr.Dataset:
     """Judge every item under every mistake of `MISTAKES`.
 
-    `agrees`, 1 where the item is exact or close, by (mistake, item), and `number`, those of
-    `numbers_of_tables`, by (mistake, of): from a folder of results and, for mistakes in what is run, from
-    runs with `configuration`, which `study` was made from.
+    Returns `agrees`, 1 where the item is exact or close, by (mistake, item), and `number`, the numbers of
+    `numbers_of_tables`, by (mistake, of). Errors are read from the folder `results`; for mistakes that need
+    it, the study is run again from `configuration`, from which `study` was made.
     """
     grid = open_grid(results / PUBLISHED).sel(experiment=list(study.experiments))[list(ERRORS)].load()
     agreeing = np.zeros((len(MISTAKES), len(claims.items)), dtype=np.int8)

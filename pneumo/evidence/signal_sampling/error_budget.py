@@ -101,7 +101,7 @@ def sampled_inputs(recording: Recording, every: int, interpolation: str) -> np.n
     """Limited command, position and velocity at every stage, shape (steps, 6, 3), from sampled signals.
 
     There are `every` steps between samples; `interpolation` is one of `INTERPOLATIONS`: last sample, straight
-    line, or interpolating cubic spline (not-a-knot). The limiter acts after it.
+    line, or interpolating cubic spline (not-a-knot). The command is limited after the interpolation.
     """
     steps, h, u_max = len(recording.states) - 1, recording.h, recording.plant.valve.u_max
     signals = np.column_stack([recording.u, recording.states[:, :2]])
@@ -175,10 +175,11 @@ def mean_square(series: np.ndarray) -> np.ndarray:
 
 
 def budget(experiment: Experiment, n: tuple[float, ...]) -> xr.Dataset:
-    """Error budget of every cell of one experiment: mean squares, Pa^2, by (model, n, chamber) and more.
+    """Error budget of every cell of one experiment: mean squares, Pa^2, by (model, n, chamber).
 
-    `BUDGET_LONG_NAMES` describes them; `model_error`, `transport_error`, `discretisation_error` and
-    `cross_term` add up to `total`.
+    `BUDGET_LONG_NAMES` describes the variables; `halving` is also by step, `sampled` also by (period,
+    interpolation). `model_error`, `transport_error`, `discretisation_error` and `cross_term` add up to
+    `total`.
     """
     lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
     stride, ends = -(-experiment.steps // SAMPLES), (HALVINGS[0], HALVINGS[-1])
@@ -217,7 +218,10 @@ def budget(experiment: Experiment, n: tuple[float, ...]) -> xr.Dataset:
 
 
 def observed_order(halving: xr.DataArray) -> xr.DataArray:
-    """Order of convergence, from halving the step: 5, the method's order, where everything is smooth."""
+    """Observed order of convergence by step, from mean squares of the change when the step is halved.
+
+    It is 5, the method's order, where everything is smooth.
+    """
     ratio = (halving / halving.shift(step=-1)).isel(step=slice(None, -1))
     return xr.apply_ufunc(np.log2, ratio) / 2
 
@@ -235,9 +239,9 @@ def told_apart(total: xr.DataArray, model_error: xr.DataArray) -> xr.DataArray:
 def budget_by_level(cells: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Budget by experiment and by level, joined over chambers, from cells of `budget` by experiment.
 
-    `told_apart` by (study, experiment, model, other), each model at its `best_n`; and every mean
-    square averaged over a level's experiments with each model at its one `constant_n`, prefixed ``level_``,
-    with `level_told_apart` by (study, level, model, other).
+    `told_apart` by (study, experiment, model, other) compares models at their `best_n`. With the prefix
+    ``level_``: every mean square averaged over a level's experiments, each model at the `constant_n` of the
+    level, and `level_told_apart` by (study, level, model, other). `order` is that of the levels' averages.
     """
     joined = cells.mean("chamber", skipna=False)
     study = xr.Variable("study", list(STUDY_SAMPLINGS))

@@ -43,9 +43,10 @@ SHIFTS = {
 
 
 def late_rest(recording: Recording, stride: int = 1) -> np.ndarray:
-    """Pressure error per second of delay, if all but the jumps is delayed, Pa/s, shape (chamber, samples).
+    """Pressure error per second of delay of all signals but the jumps: Pa/s, shape (chamber, samples).
 
-    A delay of the whole run causes the rate of its pressure; the error of the jumps is subtracted.
+    If the whole run is delayed, the error per second is the rate of pressure; the part of the jumps is
+    subtracted.
     """
     return pressure_rates(recording, stride) - jump_errors(recording, 1, False, 0.0, True, stride)
 
@@ -56,8 +57,8 @@ def predicted_error(
     """Full-order minus replayed pressure on sampled signals, Pa, shape (chamber, samples), without a replay.
 
     Linear theory along a full-order run, an error every `stride` steps. `period` is the time between samples,
-    s: a multiple of the run's step, and then jumps may fall between samples, or less, and then all fall on
-    samples. `sampling` is a key of `SHIFTS`; `late` is `late_rest` of the run, if known already.
+    s: if it is a multiple of the run's step, jumps may fall between samples; if it is less than the step, all
+    fall on samples. `sampling` is a key of `SHIFTS`; `late` is `late_rest` of the run, if known already.
     """
     shift = SHIFTS[sampling]
     every = max(1, round(period / recording.h))

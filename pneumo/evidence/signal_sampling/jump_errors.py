@@ -17,7 +17,7 @@ SMALL_P, SMALL_T = 1.0, 1e-3  # Pa and K; steps of the differences that linearis
 
 @inlined
 def opened(u: float, u_max: float) -> float:
-    """Integral over the command from 0 V to u of its positive part, limited to u_max, V^2."""
+    """Integral of the positive part of the limited command over the command, from 0 V to u, V^2."""
     if u <= 0:
         return 0.0
     return u * u / 2 if u < u_max else u_max * u - u_max * u_max / 2
@@ -35,10 +35,11 @@ def mean_of_ramp(u: float, w: float, u_max: float) -> tuple[float, float]:
 def jump_rates(
     u: float, w: float, linear: bool, late: float, f: float, state: ChamberState, plant: Plant
 ) -> tuple[float, float]:
-    """Error (dP, dT) caused by a jump of the command from u to w, per second between samples.
+    """Errors of pressure, Pa/s, and temperature, K/s, from a jump of the command, per second between samples.
 
-    The jump falls at fraction 0 < f <= 1 between two samples, which are interpolated linearly; or else it is
-    delayed by `late` intervals. Rates are linear in the area of each restriction: one area of each is enough.
+    The command jumps from u to w. If `linear`, the jump falls at the fraction 0 < f <= 1 between two samples
+    that are interpolated; else it is delayed by `late` times between samples. Rates are linear in the area of
+    each restriction: one area of each is enough.
     """
     u_max = plant.valve.u_max
     P_shut, T_shut = chamber_rates(0.0, *state, plant)
@@ -80,9 +81,9 @@ def jump_errors(
     """Pressure error that jumps of the command cause, per second between samples, Pa/s: linear theory.
 
     Shape (chamber, stored steps), an error every `stride` steps. `every` is the number of steps between
-    samples, which determines where between them a jump falls; the replay interpolates them linearly if
-    `linear`, else holds the one that is older than the last by `late` samples. If `uniform`, every jump, the
-    start from rest too, is instead delayed by one second.
+    samples; jumps may fall on or between them. If `linear`, the replay interpolates the samples linearly;
+    else it holds the sample that is `late` samples older than the last. If `uniform`, every jump, and the
+    start from rest, is delayed by one second instead.
     """
     states, reference, drive, plant = recording.states, recording.reference, recording.drive, recording.plant
     steps = len(states) - 1

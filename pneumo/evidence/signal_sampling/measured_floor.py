@@ -40,9 +40,9 @@ FLOOR_SOURCES = {
 def floors(
     e: Experiment, recording: Recording, periods: tuple[float, ...], between: bool = False
 ) -> np.ndarray:
-    """RMS error, Pa, of replays of the full order itself on sampled signals.
+    """RMS error of replays of the full order itself on sampled signals, Pa: measured, and by theory.
 
-    By (period between samples; `FLOOR_SOURCES`; `SWEPT`). `between` tells the formula that jumps of the
+    Shape (period between samples, `FLOOR_SOURCES`, `SWEPT`). `between` tells the formula that jumps of the
     signals may fall between samples.
     """
     full = recording.states[::FLOOR_REFINEMENT, [2, 4]].T
@@ -65,7 +65,7 @@ def floors(
 
 
 def reduced_floor(e: Experiment, recording: Recording, period: float) -> list[float]:
-    """RMS difference, Pa, between a reduced model's replays on exact and on sampled signals."""
+    """RMS difference between a reduced model's replays on exact and on sampled signals, Pa, by `SWEPT`."""
     lanes = lane_array([lane(MODELS[FLOOR_MODEL], FLOOR_N, e.plant.gas.gamma)])
     sampled = (theory.SHIFTS[name].sampling._replace(every=round(period / e.h)) for name in SWEPT)
     exact, *others = (
@@ -86,10 +86,10 @@ def own_floor(e: Experiment) -> tuple[float, float]:
 def measured_floor(experiment: Experiment) -> xr.Dataset:
     """Floor of one experiment by time between samples, rate of excitation and size of the valve.
 
-    RMS errors, Pa: `measured`, `predicted` and `formula` by (period, transport), the same with ``between_``
-    for jumps that do not fall on samples, by (rate, transport) with ``rate_`` and by (size, transport) with
-    ``size_``; `reduced` by transport at the study's own period; `own_measured` and `own_predicted` of the
-    published sampling. In all but these two, reversals are recorded when they happen.
+    RMS errors, Pa: `measured`, `predicted` and `formula` by (period, transport); the same with the prefix
+    ``between_`` for jumps that do not fall on samples, ``rate_`` by (rate, transport) and ``size_`` by (size,
+    transport); `reduced` by transport at the study's own period; `own_measured` and `own_predicted` of the
+    published sampling. In all but these last two, reversals are recorded without delay.
     """
     on_time = experiment._replace(drive=experiment.drive._replace(late=0.0))
     e, short = refined(on_time, FLOOR_REFINEMENT), refined(sliced(on_time, SWEEP), FLOOR_REFINEMENT)
