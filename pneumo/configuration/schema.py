@@ -320,9 +320,10 @@ class ExperimentSection(Section):
 class AccuracySection(Section):
     """How accurately the rig is known, for `pneumo fit`: limits of errors, as data sheets state them.
 
-    A limit is half of a 95 % interval. b, exhaust ratio, supply pressure and T_in are fitted within theirs;
-    the other quantities cannot be fitted, and widen the intervals of what is. The zero of x is good to
-    0.5 mm where stops or configured dead volumes show it, else to 5 mm, its scale for good to 0.1 %.
+    A limit is half of a 95 % interval. b, exhaust ratio, supply pressure and T_in are fitted within their
+    limits; the other quantities cannot be fitted, and widen the intervals of all estimates. By default, the
+    zero of x is known within 0.5 mm where stops or configured dead volumes show it, else within 5 mm; its
+    scale within 0.1 %.
     """
 
     b: Number = key_of("of the critical pressure ratio", 0.1, gt=0, le=1)
