@@ -49,7 +49,7 @@ class CylinderTable(NamedTuple):
 
     @property
     def source(self) -> tuple[str, dict[str, Any]]:
-        """File name, and content in the form of a configuration, for error messages."""
+        """Name of the table's file, and its rows as sections of a configuration, for error messages."""
         sections = {name: section | self.of_experiments[name] for name, section in self.cylinders.items()}
         return self.file, {"cylinders": sections}
 
@@ -198,9 +198,7 @@ def _add_row(table: CylinderTable, head: Sequence[str], number: int, cells: Sequ
     filled = {column: cell for column, cell in zip(head, cells, strict=False) if cell}
     name = filled.pop("name", "")
     if name in table.rows:
-        raise ConfigurationError(
-            f"{place}, column name = {shown(name)}: already the name of row {table.rows[name]}"
-        )
+        raise ConfigurationError(f"{place}, column name = {shown(name)}: duplicate of row {table.rows[name]}")
     section: dict[str, Any] = {}
     for column, cell in filled.items():
         *parents, key = column.split(".")

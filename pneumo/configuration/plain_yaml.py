@@ -84,5 +84,5 @@ def read_yaml(file: Path) -> dict[str, Any]:
         raise ConfigurationError(f"{name}: not valid YAML: {problem}") from None
     if not isinstance(result, dict):
         kind = type(result).__name__
-        raise ConfigurationError(f"{name}: must hold sections (key: value), holds {kind}")
+        raise ConfigurationError(f"{name}: must hold `key: value` pairs, but holds {kind}")
     return result

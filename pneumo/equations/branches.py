@@ -76,7 +76,7 @@ class Choice(NamedTuple):
 
 
 class _Undecided(Exception):
-    """Raised at a comparison of symbols or arrays that has no answer yet; its argument is the condition."""
+    """Raised where a function compares symbols or arrays; the exception's argument is the comparison."""
 
 
 def choices(function: Callable[..., Any], *arguments: Any, answers: tuple[bool, ...] = ()) -> Any:

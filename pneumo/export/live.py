@@ -48,10 +48,10 @@ class Module(NamedTuple):
 
 
 def sources(plant: Plant, *n: float) -> tuple[dict[str, str], list[System]]:
-    """C files of all models at n and of the full order, with and without piston, and their systems.
+    """C files of all reduced models, of the full order, and of the full order without piston; their systems.
 
-    With several n, the function that makes runs of a study replays every model at each of them; all other
-    functions use the first n.
+    The models have the polytropic index n. If several n are given, the C function for runs of a study
+    applies each of them to every model, and all other functions use the first.
     """
     systems = [system(model, n[0], plant) for model in MODELS.values()]
     systems.append(system(FULL_ORDER, None, plant, piston=True))

@@ -32,7 +32,7 @@ class Search(NamedTuple):
 
 
 class Parameter(NamedTuple):
-    """A parameter of a replay."""
+    """A number that a fit may vary: its quantity, how the search scales and bounds it, and its texts."""
 
     quantity: Quantity
     search: Search

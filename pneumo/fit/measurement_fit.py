@@ -225,7 +225,7 @@ def _kept(fitted: Estimate, off: np.ndarray, long: bool) -> Estimate:
 
 
 def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
-    """Note on a record that is longer than what is fitted of it."""
+    """Note, if the sample `split` at which the fit ends comes before the fraction `part` of the record."""
     if split >= round(part * (record.P.shape[1] - 1)):
         return []
     fitted, rest = split * record.period, (record.P.shape[1] - 1 - split) * record.period

@@ -166,9 +166,9 @@ def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> s
     Parameters
     ----------
     answer : Answer
-        With the chosen model.
+        Answer for one cylinder, with the chosen model.
     study : Study
-        Everything that the configuration holds, not only the cylinder of the answer.
+        All cylinders of the configuration: where there are several, the command names the one.
     files : sequence of str
         Names of the configuration files; empty if they are not known.
     """

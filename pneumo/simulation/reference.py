@@ -1,7 +1,7 @@
 # pyright: basic
-"""The readable replay: one lane (a model at one n) and one chamber at a time.
+"""Replay written to be read: one lane (a model at one n) and one chamber at a time.
 
-`pneumo.simulation.vectorised` computes the same some 25 times as fast.
+`pneumo.simulation.vectorised` computes the same about 25 times as fast.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""Comparison of a finding with a printed number or statement, and deviations in words.
+"""Computed numbers and truth values compared with printed ones; deviations expressed in words.
 
 The rules are in ``paper/decisions/0010-tolerance-classes.md`` and ``0039-tolerances-from-seeds.md``.
 """

@@ -85,7 +85,7 @@ class Judge:
 
     @cached_property
     def pulls(self) -> Mapping[str, float]:
-        """Deviation of items in standard deviations of seeds and printing together, by item."""
+        """Deviation of each item from its print, over the standard deviation of seeds and rounding."""
         return self.paper.pulls(self.sources) or {}
 
     def finding(self, claim: Claim, source: str) -> Finding:

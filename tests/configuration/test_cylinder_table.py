@@ -93,7 +93,7 @@ BORE = ROW.replace("40", "-40", 1)
         ([f"a,{ROW},1", f"b,{ROW},-1"], f"{HEAD},k_0_W_per_K", ["row 3, column k_0_W_per_K = -1"]),
         ([f"1,{ROW}"], HEAD, ["row 2, column name = '1': the name must be text of at most 40 letters"]),
         ([f",{ROW}"], HEAD, ["row 2, column name = ''"]),
-        ([f"a,{ROW}", f"a,{ROW}"], HEAD, ["row 3, column name = 'a': already the name of row 2"]),
+        ([f"a,{ROW}", f"a,{ROW}"], HEAD, ["row 3, column name = 'a': duplicate of row 2"]),
         ([f"a,{ROW},7"], HEAD, ["row 2: has 12 cells for 11 columns"]),
         ([f"a,{ROW},7"], f"{HEAD},bore_cm", ["row 1, column 'bore_cm': unknown", "bore_mm"]),
         ([f"a,{ROW},7"], f"{HEAD},bore_mm", ["row 1, column bore_mm: appears twice"]),

@@ -128,8 +128,8 @@ def test_the_last_file_that_sets_a_field_or_makes_a_conflict_is_named(tmp_path):
     [
         (b"n: [1.0\n", "not valid YAML: "),
         (b"\xff\xfe", "cannot be read: "),
-        (b"- 1\n", "must hold sections (key: value), holds list"),
-        (b"", "must hold sections (key: value), holds NoneType"),
+        (b"- 1\n", "must hold `key: value` pairs, but holds list"),
+        (b"", "must hold `key: value` pairs, but holds NoneType"),
         (None, "cannot be read: "),
     ],
 )

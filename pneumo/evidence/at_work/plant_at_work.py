@@ -116,9 +116,10 @@ def observer_run(
     seed: np.random.SeedSequence,
     recorded: Callable[[Experiment, int, int], Recording] = sampled_recording,
 ) -> ObserverRun:
-    """Run an experiment with a reference, sensor noise and first estimate drawn from a seed.
+    """Run of an experiment, with readings of its sensors and a first estimate of the pressures.
 
-    `recorded` returns the run, from the experiment, a seed and the number of steps.
+    The command's reference, the noise of the sensors and the error of the estimate are drawn from `seed`.
+    `recorded` makes the recording, from the experiment, a seed and the number of steps.
     """
     rng = np.random.default_rng(seed)
     steps = round(RUN / experiment.h)

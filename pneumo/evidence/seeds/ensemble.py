@@ -133,13 +133,15 @@ def ratio_intervals(score: xr.DataArray) -> xr.Dataset:
 
 
 def ensemble_statistics(ensemble: xr.Dataset, levels: Mapping[str, Sequence[str]]) -> xr.Dataset:
-    """All statistics of an ensemble, which is by (seeds, transport, experiment, model, n, chamber).
+    """All statistics over sets of seeds of an ensemble by (seeds, transport, experiment, model, n, chamber).
 
-    ``table_mse``, ``table_mean_error``, ``table_std``, ``table_best_n``, ``table_constant_n`` with their
-    `spread`; ``probability``, ``p_value``, ``resolved`` by (criterion, transport, level, model, other);
-    ``ratio_...`` by (ratio, criterion, transport, level) and ``experiment_ratio_...`` by (ratio, transport,
-    experiment). ``seed_sets``, their number, and ``failed_sets`` by experiment, the number of sets in which
-    a run or replay failed; a statistic that needs a failed cell is NaN.
+    The dimension transport is the signal sampling. Tables 7 to 9: ``table_mse``, ``table_mean_error``,
+    ``table_std``, ``table_best_n``, ``table_constant_n``, each with its `spread_over_seeds`. Pairs of models:
+    ``probability`` that a model has the lower error, its ``p_value``, and whether it is ``resolved``, by
+    (criterion, transport, level, model, other). Intervals of ratios of errors: ``ratio_...`` by (ratio,
+    criterion, transport, level), ``experiment_ratio_...`` by (ratio, transport, experiment). Counts:
+    ``seed_sets``, and by experiment ``failed_sets``, in which a run or replay failed. A statistic that needs
+    a failed cell is NaN.
     """
     mse = concatenated(ensemble)["mse"]
     tables, score = tables_by_seeds(ensemble, levels), scores_by_criterion(mse, levels)

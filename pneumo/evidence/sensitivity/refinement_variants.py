@@ -57,10 +57,11 @@ def errors_by_alternative(name: str, alternatives: Mapping[str, Alternative]) ->
 
 
 def level_scores(mse: xr.DataArray, levels: Mapping[str, Sequence[str]]) -> xr.DataArray:
-    """Average error of each model over the experiments of a level, at its best constant n there, Pa^2.
+    """Mean square error of each model, Pa^2, averaged over each level's experiments at the level's best n.
 
-    By (level, criterion, model, ...) from `mse` by (experiment, model, n, ...); overall, each model has its
-    best n in each experiment, as in Table 7. NaN for a level without experiments.
+    `mse` is by (experiment, model, n, ...), the result by (level, criterion, model, ...). The level "overall"
+    has all experiments, each model with its best n in each of them, as in Table 7. NaN for a level without
+    experiments.
     """
     logarithm = xr.DataArray(np.log(mse))
 

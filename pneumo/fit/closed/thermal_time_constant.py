@@ -111,7 +111,7 @@ def seven_steps(
     P_0: float,
     T_0: float,
 ) -> Conductance:
-    """Conductance of a chamber that was closed at P_i, compressed and held: steps 2 to 7.
+    """Conductance of a chamber that was closed at P_i, compressed and held: steps 2 to 7 of the 2007 method.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def seven_steps(
     swept_i, swept_f : float
         Volumes without the dead volume before and after the compression, m^3.
     fit : tuple of float
-        P_f, delta_P, Pa, and tau, s, of `exponential`.
+        P_f, Pa, delta_P, Pa, and tau, s, from `exponential` (step 1).
     bore, T_amb, c_v, R
         m, K, J/(kg K), J/(kg K).
     P_0, T_0

@@ -135,11 +135,11 @@ def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> 
             fits = 0.5 * c.P_atm < top * factor < OF_SUPPLY * c.P_s and low * factor > 0.5 * c.P_atm
             wrong = top > TOO_LARGE * c.P_s or top < c.P_atm / TOO_LARGE
             if factor != 1 and wrong and fits:
-                as_if = f"{unit} for Pa" if factor > 1 else f"Pa for {unit}"
+                right, wrong_unit = (unit, "Pa") if factor > 1 else ("Pa", unit)
                 raise InputError(
-                    f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, where {c.P_atm:.4g}"
-                    f" (atmosphere) to {c.P_s:.4g} (supply) are possible: is it {as_if}, a factor"
-                    f" of {max(factor, 1 / factor):g}?"
+                    f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, but only {c.P_atm:.4g}"
+                    f" (atmosphere) to {c.P_s:.4g} (supply) is possible: is its unit {right},"
+                    f" not {wrong_unit} (a factor of {max(factor, 1 / factor):g})?"
                 )
     rest = "must be absolute; a gauge's unit is written bar(g)"
     below = f"Pa is far below the atmosphere's {c.P_atm:.4g} Pa: {rest}"

@@ -223,7 +223,7 @@ def _ends(value: Any, quantity: Quantity, field: str) -> Ends:
     inside = all(quantity.low <= x <= quantity.high for x in numbers)
     if len(pair) != 2 or len(numbers) != 2 or not inside or numbers[0] > numbers[1]:
         raise ConfigurationError(
-            f"{field} = {shown(value)}: must be a number, or a list of two in ascending order between which"
-            f" it is fitted, at least {quantity.low:g} and at most {quantity.high:g}"
+            f"{field} = {shown(value)}: must be a number, or a list of two in ascending order, [low, high],"
+            f" to fit it between them; each at least {quantity.low:g} and at most {quantity.high:g}"
         )
     return float(numbers[0]), float(numbers[1])

@@ -101,11 +101,11 @@ def pulses(
     u: np.ndarray | None = None,
     P_B: np.ndarray | None = None,
 ) -> list[Run]:
-    """Runs of a chamber that an on/off valve fills and vents, one for each pulse.
+    """Measured pulses of a chamber that an on/off valve fills and vents, one `Run` each.
 
-    `t`, s, is uniform; `x`, m, grows with the volume and is smoothed here; P and P_B, Pa, are absolute
-    pressures, P_B of the other chamber; `u` is a two-state command. Without a command, the `edges` of P
-    replace it.
+    `t`, s, is uniform. The volume of the chamber grows with `x`, m, which is smoothed here. P, Pa, is the
+    absolute pressure in the chamber, P_B that in the other one. `u` is the two-state command of the valve;
+    without it, the valve opens and closes where P rises and falls (`edges`).
 
     Raises
     ------

@@ -48,9 +48,11 @@ def trend(results: Results) -> xr.Dataset:
 
 
 def quoted_coefficient() -> dict[str, float]:
-    """Coefficient `lambda_0` that the paper quotes for another cylinder, and the catalogue's prediction.
+    """Coefficient that the paper quotes for another cylinder, and the one predicted from its size.
 
-    W/(m^2 K), at P_0 and T_0 by the square-root law; `length` is V / A_q with the piston at the end, m.
+    ``lambda_0``, W/(m^2 K), is the quoted one, converted to P_0 and T_0: it grows with the root of P T.
+    ``predicted`` and ``highest``, W/(m^2 K), come from `pneumo.catalogue`, from the product of lambda_0 and
+    ``length``: V / A_q, m, with the piston at the end.
     """
     det = {c["column"]: float(c["printed"]) * float(c["scale"]) for c in read_cells("quoted", PAPER_FOLDER)}
     length = _length(det["bore"], det["stroke"])

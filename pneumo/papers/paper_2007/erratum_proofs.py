@@ -36,7 +36,7 @@ def room_temperature() -> tuple[bool, str]:
 
 
 def lambda_0_example() -> tuple[bool, str]:
-    """Step 7 on the printed means does not give the printed coefficient, whatever their last digits."""
+    """Whether step 7 of the method misses the printed lambda_0, for all values that round to its inputs."""
 
     def coefficient(sign: int) -> float:
         means = [PRINTED["P_av"] - sign * 50.0, PRINTED["T_av"] - sign * 0.005]

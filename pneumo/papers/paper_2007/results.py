@@ -48,10 +48,11 @@ class Results:
         return float(self.example[name][self.example.attrs["taken"]])
 
     def follows(self, column: str, moved: np.ndarray) -> dict[str, Any]:
-        """Tables 4 and 5, SI units, computed from Tables 2 and 3 with each input `moved`, shape (input, ...).
+        """Tables 4 and 5, SI units, computed from one column of Tables 2 and 3 with changed inputs.
 
-        `moved` is in half units of the last printed digit; its last row moves c_v, from -1 to 1 over `C_V`.
-        ``T_amb``, K, is the room temperature that T_av implies. Results have the shape (...).
+        `moved`, shape (input, ...), is the change of each input in half units of its last printed digit;
+        its last row is c_v, where -1 and 1 are the ends of `C_V`. Results have the shape (...); among them
+        is ``T_amb``, K, the room temperature that follows from the printed T_av.
         """
         given = [self.printed[column, name] for name in INPUTS]
         values = [number.value + number.half * u for number, u in zip(given, moved, strict=False)]
