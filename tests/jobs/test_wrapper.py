@@ -67,6 +67,7 @@ def test_every_rule_gives_its_script_what_it_takes(monkeypatch, tmp_path):
 
     write_table_template(tmp_path / "fleet.yaml")
     monkeypatch.chdir(SCRIPTS.parents[1])
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))  # for sources of Snakemake; HOME may be read-only
     monkeypatch.setattr(sys, "executable", sys.executable)  # the Snakefile quotes it
     rules = []
     for configs in ([tmp_path / "fleet.yaml"], []):  # that of a table has rules of its own
