@@ -198,5 +198,5 @@ def test_an_interval_ends_where_the_sum_of_squares_has_risen_by_what_is_allowed(
             return SimpleNamespace(cost=7.0 + allowed / 2 * (np.log(k_0 / best) / half) ** 2)
 
     end = closed_fit_module._end(Parabola(), SimpleNamespace(x=None, cost=7.0), "k_0", best, sign, allowed)
-    # A parabola is crossed exactly by the secant of its root: what is left is that of a few rounds.
-    assert end == pytest.approx(best * np.exp(sign * half), rel=1e-3)
+    # The secant of the root of a parabola crosses it at once: rounding is left.
+    assert end == pytest.approx(best * np.exp(sign * half), rel=1e-12)
