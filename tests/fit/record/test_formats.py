@@ -230,6 +230,7 @@ def matlab_73():
     with h5py.File(file, "w", userblock_size=512) as h5:
         for name, signal in frame().items():
             h5[name.replace(" [", "_").removesuffix("]")] = np.asarray(signal)[None]
+        h5["gain"] = np.array([[2.0]])  # a scalar, as MATLAB stores it
     return b"MATLAB 7.3 MAT-file".ljust(128) + file.getvalue()[128:]
 
 
@@ -265,6 +266,18 @@ def test_formats_of_other_libraries(tmp_path, kind):
     assert found.period == pytest.approx(PERIOD, rel=1e-9)
     np.testing.assert_allclose(found.x, known().x[:ROWS], rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(found.P, known().P[:, :ROWS], rtol=1e-12)
+
+
+def test_of_a_workbook_the_first_sheet_is_read(tmp_path):
+    pytest.importorskip("openpyxl")
+
+    def write(file):
+        with pd.ExcelWriter(file, engine="openpyxl") as book:
+            frame().to_excel(book, sheet_name="record", index=False)
+            pd.DataFrame({"a remark": ["bench 3"]}).to_excel(book, sheet_name="remarks", index=False)
+
+    found = read(tmp_path, "a.xlsx", in_memory(write))
+    np.testing.assert_allclose(found.x, known().x[:ROWS], rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize("kind", LIBRARIES)

@@ -100,6 +100,8 @@ def supply():
         (lambda: at(17, "off"), ["line 19", "column x", "'off'", "finite"]),
         (lambda: at(17, "inf"), ["line 19", "'inf'", "finite"]),
         (lambda: at(slice(17, 20), ""), ["line 19", "column x", "more than 2 missing", "cut the file"]),
+        (lambda: at(slice(0, 3), ""), ["line 2,", "column x", "more than 2 missing"]),
+        (lambda: at(slice(-3, None), ""), [f"line {len(known().u) - 1},", "column x", "more than 2 missing"]),
         (lambda: at(slice(0, None, 9), "nan"), ["line 2", "column x", "at most 1 %"]),
         (lambda: at(500, table()["t_s"][499], "t_s"), ["line 502", "must increase"]),
         (lambda: changed("t_s", table()["t_s"] + (np.arange(len(known().u)) > 499)), ["line 502", "gap"]),

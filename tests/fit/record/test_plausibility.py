@@ -1,0 +1,205 @@
+"""Checks of a record's columns on either side of what they allow, and the numbers in their messages."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumo.errors import InputError
+from pneumo.fit.record.plausibility import Samples, check_signals, check_time, check_velocity
+
+SAMPLES = 200
+T = 1e-3 * np.arange(SAMPLES)
+
+
+def samples(**values):
+    return Samples(Path("m.csv"), 2, values)
+
+
+def signals(plant, **changes):
+    """Signals of a piston in half of its stroke, between the atmosphere's pressure and the supply's."""
+    wave, c = np.sin(20 * T), plant.conditions
+    P = (c.P_atm + c.P_s) / 2 + 0.4 * (c.P_s - c.P_atm) * wave
+    return {"u": wave, "x": 0.5 * plant.cylinder.stroke / 2 * wave, "P_A": P, "P_B": P[::-1]} | changes
+
+
+def check(plant, from_end=False, closed=False, **changes):
+    return check_signals(samples(**signals(plant, **changes)), plant, from_end, closed)
+
+
+def refusal(call, *arguments, **options):
+    with pytest.raises(InputError) as error:
+        call(*arguments, **options)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def test_a_usual_record_has_no_notes(plant):
+    assert check(plant) == [] and check_time(samples(t=T)) == (pytest.approx(1e-3, rel=1e-12), [])
+
+
+@pytest.mark.parametrize(
+    ("closed", "allowed", "refused"),
+    [(False, (1.01e-5, 0.099), (0.99e-5, 0.101)), (True, (1.01e-5, 9.9), (0.99e-5, 10.1))],
+)
+def test_a_period_is_refused_outside_of_what_the_message_allows(closed, allowed, refused):
+    for period in allowed:
+        assert check_time(samples(t=1e3 * period * T), closed)[0] == pytest.approx(period, rel=1e-12)
+    for period in refused:
+        text = refusal(check_time, samples(t=1e3 * period * T), closed)
+        assert f"{period:.3g} s apart" in text
+        assert f"must be 1e-05 to {10 if closed else 0.1:g} s" in text
+
+
+def test_a_period_in_another_unit_is_asked_about_where_that_unit_would_be_right():
+    assert refusal(check_time, samples(t=1e3 * T)).endswith("; is t in ms?")  # 1 ms read as 1 s
+    assert refusal(check_time, samples(t=1e-3 * T)).endswith("; is t in s?")
+    assert refusal(check_time, samples(t=1e6 * T)).endswith("to 0.1 s")  # 1,000 s is no period in ms either
+
+
+def test_a_gap_is_more_than_two_missing_samples():
+    def without(*numbers):
+        return samples(t=np.delete(T, numbers))
+
+    assert "not uniform" in check_time(without(50, 51))[1][0]
+    text = refusal(check_time, without(50, 51, 52))
+    assert "line 52, column t: a gap of 0.004 s after t = 0.049 s" in text and "more gap" not in text
+    assert text.endswith("cut the file there and fit one part")
+    several = refusal(check_time, without(50, 51, 52, 100, 101, 102, 150, 151, 152))
+    assert several.endswith("cut the file there and fit one part; 2 more gaps")
+
+
+def test_an_uneven_time_is_noted_with_its_largest_deviation_in_periods():
+    late = np.where(np.arange(SAMPLES) == 100, 0.2e-3, 0.0)
+    period, (note,) = check_time(samples(t=T + late))
+    assert period == pytest.approx(1e-3, rel=1e-12)
+    assert "deviate by up to 0.2 periods of 0.001 s" in note
+    assert check_time(samples(t=T + 1e-3 * late))[1] == []  # 0.0002 of a period
+
+
+@pytest.mark.parametrize("from_end", [False, True])
+def test_a_position_outside_the_stroke_is_refused_with_the_span_in_its_own_coordinate(plant, from_end):
+    half = plant.cylinder.stroke / 2
+    span, shift = ((0, 2 * half), half) if from_end else ((-half, half), 0.0)
+    x = signals(plant)["x"]
+    beyond = np.where(np.arange(SAMPLES) == 17, 1.06 * half, x)
+    text = refusal(check, plant, from_end, x=beyond)
+    assert text.startswith(f"m.csv: line 19, column x: {1.06 * half + shift:.4g} m is outside the stroke")
+    low, high = re.search(r"the stroke, (\S+) to (\S+) m", text).groups()
+    assert (float(low), float(high)) == pytest.approx(span, rel=1e-5)
+    assert check(plant, from_end, x=np.where(np.arange(SAMPLES) == 17, 1.04 * half, x)) == []
+
+
+def test_a_position_outside_the_stroke_is_asked_about_its_origin_or_unit(plant):
+    half, x = plant.cylinder.stroke / 2, signals(plant)["x"]
+    assert refusal(check, plant, x=x + half).endswith("does it count from the end? --x-from end")
+    assert refusal(check, plant, x=1e3 * x).endswith("; is the unit right?")
+    assert refusal(check, plant, x=x - half).endswith(" m")
+
+
+def test_a_command_beyond_the_limiter_is_noted_with_its_part_of_the_time(plant):
+    u = signals(plant)["u"].copy()
+    u[:50] = 1.01 * plant.valve.u_max
+    (note,) = check(plant, u=u)
+    assert note == f"column u: beyond the limiter's {plant.valve.u_max:g} V in 25 % of samples; limited"
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_command_of_one_sign_is_refused_where_the_piston_goes_to_and_fro(plant, sign):
+    half, u = plant.cylinder.stroke / 2, 5 + signals(plant)["u"]
+    shown = sorted(sign * end for end in (u.min(), u.max()))
+    text = refusal(check, plant, u=sign * u)
+    assert f"column u: {shown[0]:.4g} to {shown[1]:.4g} V, of one sign" in text
+    middle = f"{sum(shown) / 2:.2g}"
+    assert f"shut at, say, {middle} V" in text and f"`offset: -{middle}`" in text
+    # One way, or within a tenth of half the stroke, one sign may be right.
+    assert check(plant, u=sign * u, x=np.linspace(-half, half, SAMPLES)) == []
+    assert check(plant, u=sign * u, x=0.05 * half * np.sin(200 * T)) == []
+    flows = {"m_A": signals(plant)["u"], "m_B": signals(plant)["u"]}
+    assert check(plant, u=sign * u, **flows) == []
+
+
+def test_each_constant_signal_is_refused_in_open_chambers_alone(plant):
+    for name in ("x", "P_A", "P_B", "u"):
+        still = {name: np.full(SAMPLES, signals(plant)[name][7])}
+        assert f"column {name}: " in refusal(check, plant, **still)
+        assert check(plant, closed=True, **still) == []
+    flows = {"m_A": signals(plant)["u"], "m_B": np.full(SAMPLES, 1e-5)}
+    assert "column m_B: 1e-05 in every sample" in refusal(check, plant, **flows)
+
+
+@pytest.mark.parametrize(("T_mean", "right"), [(199.0, False), (201.0, True), (399.0, True), (401.0, False)])
+def test_a_temperature_in_another_unit_is_refused(plant, T_mean, right):
+    T_amb = np.full(SAMPLES, T_mean)
+    if right:
+        assert check(plant, T=T_amb) == []
+    else:
+        assert f"column T: {T_mean:.4g} K on average: must lie between 200 and 400 K" in refusal(
+            check, plant, T=T_amb
+        )
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "right"),
+    [(0.41, 1.59, True), (0.39, 1.0, False), (1.0, 1.61, False)],  # of the configured supply
+)
+def test_a_measured_supply_is_refused_outside_of_what_the_message_allows(plant, low, high, right):
+    P_s = plant.conditions.P_s
+    measured = P_s * np.linspace(low, high, SAMPLES)
+    if right:
+        (note,) = check(plant, P_s=measured)
+        ends = f"{low * P_s / 1e3:.4g} to {high * P_s / 1e3:.4g} kPa"
+        assert note == f"column P_s: {ends}, in place of the configured {P_s / 1e3:.4g} kPa"
+    else:
+        text = refusal(check, plant, P_s=measured)
+        assert f"column P_s: {low * P_s:.4g} to {high * P_s:.4g} Pa: must lie between 0.4 and 1.6" in text
+
+
+def test_a_pressure_is_refused_far_above_the_supply_and_far_below_the_atmosphere(plant):
+    c, P = plant.conditions, signals(plant)["P_A"]
+    assert check(plant, P_A=P * 1.1 * c.P_s / P.max()) == []
+    high = P * 1.5 * c.P_s / P.max()
+    text = refusal(check, plant, P_A=high)
+    assert f"up to {np.percentile(high, 99):.4g} Pa, far above the supply's {c.P_s:.4g} Pa" in text
+    assert check(plant, closed=True, P_A=high) == []
+    low = P.copy()
+    low[3] = 0.49 * c.P_atm
+    text = refusal(check, plant, P_A=low)
+    assert text.startswith(f"m.csv: line 5, column P_A: {low[3]:.4g} Pa is far below the atmosphere's")
+    low[3] = 0.51 * c.P_atm
+    assert check(plant, P_A=low) == []
+    low[:20] = 0.8 * c.P_atm
+    (note,) = check(plant, P_A=low)
+    assert note.startswith(f"column P_A: down to {np.percentile(low, 1):.4g} Pa, below the atmosphere")
+
+
+@pytest.mark.parametrize(
+    ("scale", "named"),  # what the numbers are multiplied by, and the unit that they then have
+    [(1e-3, "kPa, not Pa (a factor of 1000)"), (1e-5, "bar, not Pa (a factor of 100000)")],
+)
+def test_a_pressure_in_another_unit_is_asked_about_with_the_factor(plant, scale, named):
+    text = refusal(check, plant, P_B=scale * signals(plant)["P_B"])
+    assert f"is its unit {named}?" in text
+    text = refusal(check, plant, P_B=signals(plant)["P_B"] / scale)
+    assert f"is its unit Pa, not {named.split(',')[0]} (a factor of {round(1 / scale)})?" in text
+
+
+def test_a_supply_below_the_atmosphere_is_refused(plant):
+    c = plant.conditions
+    wrong = plant._replace(conditions=c._replace(P_s=0.99 * c.P_atm))
+    P = c.P_atm * (1 + 0.01 * np.sin(20 * T))
+    assert "must exceed P_atm" in refusal(check, wrong, P_A=P, P_B=P[::-1])
+
+
+@pytest.mark.parametrize(("factor", "right"), [(0.7, False), (0.9, True), (1.15, True), (1.35, False)])
+def test_a_velocity_is_compared_with_the_derivative_of_x(factor, right):
+    x = 0.1 * np.sin(20 * T)
+    values = samples(x=x, v=factor * 2.0 * np.cos(20 * T))
+    if right:
+        # The difference over 20 ms ends half a millisecond before the mean of 20 velocities: 1e-4 at most.
+        (note,) = check_velocity(values, 1e-3)
+        assert float(note.split()[2]) == pytest.approx(factor, rel=6e-3)  # three digits are written
+    else:
+        assert "column v: " in refusal(check_velocity, values, 1e-3)
+    assert check_velocity(samples(x=x), 1e-3) == []
