@@ -9,9 +9,11 @@ from independent_rig import BORE, CLOSES, OF_B, OPENS, TRUTH, simulated
 from pneumo.evidence.measured_air import as_skin, as_store
 from pneumo.fit.rig.rig_file import key, rig
 from pneumo.fit.rig.rig_fit import (
+    RigEstimate,
     correlation_time,
     fit_rig,
     fitted_names,
+    fitted_runs,
     judged,
     rig_warnings,
 )
@@ -258,3 +260,58 @@ def test_white_residuals_have_no_memory_and_a_drift_has():
     assert correlation_time(noise) < 1.5
     # A moving mean of 20 samples repeats itself within 20.
     assert correlation_time(np.convolve(noise, np.ones(20) / 20, "valid")) == pytest.approx(20, rel=0.4)
+
+
+def test_the_first_quarter_of_several_runs_is_fitted_and_at_least_one():
+    assert [len(fitted_runs([tank(T=False)] * count)) for count in (2, 3, 8, 16)] == [1, 1, 2, 4]
+
+
+def test_runs_after_the_fitted_ones_are_held_out():
+    run = tank(T=False)
+    other = run._replace(P=run.P._replace(values=run.P.values + 5e3))
+    alone, result = (judged(rig(TANK, "test"), "full order", runs) for runs in ([run], [run, other, other]))
+    assert result.estimate.values == alone.estimate.values  # the first is fitted, as if alone
+    # It follows its own run to 10 Pa.
+    assert result.held_out == pytest.approx(5e3, abs=10) and np.isnan(result.T)
+
+
+def test_an_interval_is_that_of_least_squares_and_none_is_on_a_bound():
+    known = rig(TANK | {"k_0_W_per_K": 3}, "test")
+    t = np.linspace(0.2, 60, 400)
+    nothing = vessel_run(Points(t, np.zeros(400)))
+    exact = {name: low for name, (low, _) in known.ends.items()} | {"C_d": 0.8}
+
+    def replayed(C_d):
+        return run_errors(known, "full order", exact | {"C_d": C_d}, nothing)[0]
+
+    noise = np.random.default_rng(2).normal(0.0, 1e3, 400)
+    run = nothing._replace(P=Points(t, replayed(0.8) + noise))
+    estimate = fit_rig(known, "full order", [run])
+    found = estimate.values["C_d"]
+    residual = run.P.values - replayed(found)
+    by_C_d = (replayed(found + 1e-3) - replayed(found - 1e-3)) / 2e-3
+    freedom = len(t) / correlation_time(residual) - 1
+    half = 1.96 * np.sqrt(residual @ residual / freedom / (by_C_d @ by_C_d))
+    # The search has one-sided differences.
+    ends = estimate.low["C_d"], estimate.high["C_d"]
+    assert (found - ends[0], ends[1] - found) == pytest.approx((half, half), rel=1e-3)
+    bounded = fit_rig(rig(TANK | {"k_0_W_per_K": 3, "C_d": [0.5, 0.7]}, "test"), "full order", [run])
+    assert bounded.values["C_d"] == pytest.approx(0.7, rel=1e-3)
+    assert np.isnan([bounded.low["C_d"], bounded.high["C_d"]]).all()
+
+
+def test_a_hose_is_named_with_its_size_where_it_explains_most_of_the_error(monkeypatch):
+    values = {"hose_volume": 6e-6, "hose_C": 0.9e-8}
+
+    def fitted(rms):
+        return lambda *_: RigEstimate(values, tuple(values), {}, {}, rms)
+
+    without = rig(ABOUT, "test")
+    monkeypatch.setattr("pneumo.fit.rig.rig_fit.fit_rig", fitted(1e3))
+    (warning,) = rig_warnings(without, [], 2e3)
+    assert warning.startswith("a hose of 6 mL and 0.9 dm3/(s bar) between valve and chamber")
+    assert "from 2 to 1 kPa: add hose_volume_mL and hose_C_dm3_per_sbar" in warning
+    assert rig_warnings(without, [], 1.1e3) == []  # it helps little
+    # Nothing is tried where there is a hose, or no valve.
+    monkeypatch.setattr("pneumo.fit.rig.rig_fit.fit_rig", None)
+    assert rig_warnings(rig(ABOUT | HOSE, "test"), [], 2e3) == rig_warnings(rig(TANK, "test"), [], 2e3) == []
