@@ -1,13 +1,16 @@
-"""One step of the observers' filter, uncompiled: noise, stops, limits, the order of its rule."""
+"""One step of the observers' filter, uncompiled: rates, noise, stops, limits, the order of its rule."""
 
 import numpy as np
 import pytest
+from array_equations import array_rates
 from paper_study import STUDY
 
 from pneumo.evidence.at_work.observers import filter_noise, reduced
+from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.models import MODELS, lane
 from pneumo.simulation.full_order_replay import FullRow
 from pneumo.simulation.kalman_filter import SIZE, FilterModel, correct_all, first_estimate, predict
+from pneumo.simulation.reference import lane_rate
 
 pytestmark = pytest.mark.uncompiled
 
@@ -22,6 +25,9 @@ FILTERS = [
     for full in (False, True)
     for estimates_k_0 in (False, True)
 ]
+all_filters = pytest.mark.parametrize(
+    "model", FILTERS, ids=lambda model: f"full {model.full}, k_0 {model.estimates_k_0}"
+)
 
 
 def first_covariance():
@@ -37,11 +43,31 @@ def after(y, u=1.0, noise=SILENT, h=H, steps=1, model=MODEL):
     return y, covariance
 
 
-def test_noise_adds_its_variance():
+@all_filters
+@pytest.mark.parametrize("u", [1.0, -1.0])
+def test_the_estimate_moves_at_the_rates_of_the_readable_equations(model, u):
+    y, h = np.array([0.005, 0.1, 5.2e5, 4.7e5, 296.0, 290.0, 0.3]), 1e-7
+    rates = (after(y, u, h=h, model=model)[0] - y) / h
+    plant = PLANT._replace(k_0=PLANT.k_0 * (np.exp(0.3) if model.estimates_k_0 else 1.0))
+    by_chamber = [0, 1, 2, 4, 3, 5]  # the order of the full-order states
+    closed = CLOSED._replace(plant=plant)  # a reference whose error commands u
+    expected = array_rates(y[by_chamber], y[0] + u / CLOSED.drive.k_p, closed)[by_chamber]
+    if not model.full:
+        expected[2:] = 0.0  # temperatures rest
+        for side in Side:
+            of_chamber = (side.sign * value for value in (u, y[0], y[1]))
+            expected[2 + side] = lane_rate(*of_chamber, y[2 + side], chamber_of(CYLINDER, side), plant, LANE)
+    # A rate changes within a step by h / 2 over the shortest time in which it changes, a millisecond.
+    np.testing.assert_allclose(rates, [*expected, 0.0], rtol=5e-5)
+
+
+@all_filters
+def test_noise_adds_its_variance(model):
     start = [0.01, 0.2, 4e5, 5e5]
-    (_, silent), (_, noisy) = after(start), after(start, noise=filter_noise(2.0, 1e6))
-    added = np.diag([0.0, H * (2.0 / CYLINDER.M) ** 2, H * 1e12, H * 1e12, 0.0, 0.0, 0.0])
-    np.testing.assert_allclose(noisy - silent, added, rtol=1e-9, atol=1e-9)
+    silent, noisy = (after(start, noise=noise, model=model)[1] for noise in (SILENT, filter_noise(2.0, 1e6)))
+    T_noise = 1e6 * T_0 / C.P_0 if model.full else 0.0
+    added = H * np.square([0.0, 2.0 / CYLINDER.M, 1e6, 1e6, T_noise, T_noise, 0.0])
+    np.testing.assert_allclose(noisy - silent, np.diag(added), rtol=1e-9, atol=1e-9)
 
 
 def test_the_rule_is_of_second_order():
@@ -79,7 +105,7 @@ def test_each_pressure_that_is_measured_corrects_its_own(measured):
     assert y[2:4] == pytest.approx(expected, abs=150)  # the sensor's variance is a 400th of the first
 
 
-@pytest.mark.parametrize("model", FILTERS, ids=lambda m: f"full {m.full}, k_0 {m.estimates_k_0}")
+@all_filters
 def test_the_covariance_moves_by_differences_of_the_prediction(model):
     start = np.array([0.005, 0.1, 5.2e5, 4.7e5, 296.0, 290.0, 0.1])
     names = [s for s in range(SIZE) if s < 4 or (s < 6 and model.full) or (s == 6 and model.estimates_k_0)]
