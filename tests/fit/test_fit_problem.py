@@ -1,0 +1,137 @@
+"""Parameters of a fit on the scale of their search: bounds, priors, starts, and a supply that sags."""
+
+import numpy as np
+import pytest
+
+from pneumo.configuration.parameters import accuracy
+from pneumo.fit.fit_problem import (
+    FULL,
+    SUPPLY_LINE,
+    Problem,
+    opened,
+    priors,
+    sagging_supply,
+    search_value,
+    si_value,
+    with_causes,
+)
+from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES
+from pneumo.fit.stage_signals import stage_signals
+from pneumo.physics.models import MODELS
+
+SAMPLES = 2000  # of 1 ms
+
+
+def problem_of(plant, u=5.0, P=(3e5, 4e5), **changes):
+    P = np.broadcast_to(np.array(P)[:, None], (2, SAMPLES))
+    signals = stage_signals(1e-3, np.full(SAMPLES, u), np.zeros(SAMPLES), P, plant)
+    return Problem(FULL, plant, signals, {}, **changes)
+
+
+def test_every_search_can_take_its_start_and_its_bounds_on_its_scale(plant):
+    problem = problem_of(plant, also=CAUSES)
+    assert {*CAUSES} <= {*problem.names}
+    low, high = problem.bounds()
+    guess = problem.guess()
+    assert np.isfinite(low).all() and np.isfinite(high).all()
+    assert np.all((low < guess) & (guess < high))
+    for name in PARAMETERS:
+        assert si_value(name, search_value(name, 0.3)) == pytest.approx(0.3, rel=1e-12)
+        assert name in QUANTITIES
+
+
+def test_a_search_begins_at_the_configured_values_and_the_first_pressures(plant):
+    problem = problem_of(plant)
+    signals = problem.signals._replace(P=problem.signals.P + np.where(np.arange(SAMPLES) < 2, 0.0, 1e5))
+    values = problem._replace(signals=signals).values(problem._replace(signals=signals).guess())
+    assert (values["start_A"], values["start_B"]) == pytest.approx((3e5, 4e5), rel=1e-9)  # of the first 2 ms
+    assert (values["V_d_A"], values["k_xu"]) == pytest.approx(
+        (plant.cylinder.V_d_A, plant.valve.k_xu), rel=1e-9
+    )
+
+
+def test_a_parameter_on_a_bound_is_named_unless_it_begins_at_zero(plant):
+    problem = problem_of(plant, also=("sag",))
+    low, high = problem.bounds()
+    within = 0.5 * (low + high)
+    assert problem.at_bound(within) == ()
+    assert {*problem.at_bound(high)} == {*problem.names}
+    at_low = {*problem.at_bound(low)}
+    assert at_low == {*problem.names} - {"lag", "sag"} and "dead_time" in at_low
+    for part, reached in ((0.02, ()), (0.005, ("k_0",))):
+        theta = within.copy()
+        i = problem.names.index("k_0")
+        theta[i] = high[i] - part * (high[i] - low[i])
+        assert problem.at_bound(theta) == reached
+
+
+def test_a_prior_holds_its_parameter_unless_that_is_fitted_freely(plant):
+    known = accuracy()
+    prior = priors(plant, problem_of(plant).signals, known, 700.0)
+    assert "b" not in prior  # of a valve by ISO 6358 alone
+    elliptic = plant._replace(gas=plant.gas._replace(elliptic=True))
+    assert "b" in priors(elliptic, problem_of(plant).signals, known, 700.0)
+    measured = problem_of(plant).signals._replace(P_s=np.full(SAMPLES, 7e5))
+    assert "P_s" not in priors(plant, measured, known, 700.0)
+    P_s = prior["P_s"]
+    assert P_s.centre == np.log(plant.conditions.P_s)
+    assert 1.96 * P_s.deviation == pytest.approx(known.P_s, rel=1e-12)  # an accuracy is a 95 % interval
+    assert P_s.weight == pytest.approx((700.0 / plant.conditions.P_s / P_s.deviation) ** 2, rel=1e-12)
+
+    problem = problem_of(plant, priors=prior)
+    theta = problem.guess() + 0.1
+    distances, weights = problem.prior_terms(theta)
+    _, freed = problem._replace(also=("exhaust",)).prior_terms(theta)
+    for i, name in enumerate(problem.names):
+        if name not in prior:
+            assert weights[i] == 0
+        else:
+            assert weights[i] == prior[name].weight > 0
+            assert distances[i] == pytest.approx(theta[i] - prior[name].centre, rel=1e-12)
+        assert freed[i] == (0.0 if name == "exhaust" else weights[i])
+    assert problem._replace(also=("exhaust",)).names == problem.names
+
+
+def test_a_supply_sags_by_its_fraction_at_full_flow_after_its_time_constant(plant):
+    sag, P_s = 0.2, plant.conditions.P_s
+    b, u_max = plant.gas.critical_ratio, plant.valve.u_max
+
+    def supplied(u, P):
+        signals = problem_of(plant, u, P).signals
+        return sagging_supply(signals, signals.u, plant, sag), signals.h
+
+    choked, free = 0.5 * b * P_s, (0.5 + 0.5 * b) * P_s  # the second is half way from b to the supply
+    pressure, h = supplied(u_max, (choked, free))
+    np.testing.assert_array_equal(pressure, pressure[:, :1] * np.ones(3))
+    # 40 time constants after the flow began.
+    assert pressure[-1, 0] == pytest.approx((1 - sag) * P_s, rel=1e-9)
+    k = round(SUPPLY_LINE / h)
+    assert pressure[k - 1, 0] == pytest.approx(P_s * (1 - sag * (1 - np.exp(-1))), rel=1e-9)
+    for u, P, flow in (
+        (0.5 * u_max, (choked, free), 0.5),  # half open
+        (-u_max, (choked, free), 0.75**0.5),  # B is filled: an ellipse at half of its axis
+        (-u_max, (free, choked), 1.0),
+        (u_max, (P_s, choked), 0.0),  # no flow into a full chamber
+    ):
+        assert supplied(u, P)[0][-1, 0] == pytest.approx(P_s * (1 - sag * flow), rel=1e-9)
+
+
+def test_reduced_models_get_the_fitted_valve_and_pressures_without_offsets(plant):
+    signals = problem_of(plant).signals
+    valve = {"lag": 0.0, "dead_time": 0.0, "null": 0.5}
+    found = opened(signals, valve | {"offset_A": 8e3, "offset_B": -2e3})
+    np.testing.assert_allclose(found.u, signals.u - 0.5, atol=1e-5)  # a lag of none is 1 ns
+    np.testing.assert_allclose(signals.P - found.P, np.array([[8e3], [-2e3]]) * np.ones(SAMPLES), rtol=1e-9)
+
+
+def test_what_was_fitted_replaces_what_is_configured(plant):
+    changed = with_causes(plant, {"P_s": 6.5e5, "A_B": 1e-3, "skew": 1e-3, "k_0": 9.0})
+    expected = plant._replace(
+        conditions=plant.conditions._replace(P_s=6.5e5), cylinder=plant.cylinder._replace(A_B=1e-3)
+    )
+    assert changed == expected
+
+
+def test_a_reduced_model_has_no_valve_and_no_temperature(plant):
+    names = problem_of(plant)._replace(model=MODELS["M5"]).names
+    assert names == ("n", "k_xu", "V_d_A", "V_d_B", "start_A", "start_B")
