@@ -26,7 +26,10 @@ def test_pressures_behind_a_filter_follow_its_exact_response():
 
 def test_pressures_are_earlier_where_x_is_late():
     P = np.arange(20.0)[None]
-    np.testing.assert_allclose(as_logged(P, 1e-3, {"skew": 2.5e-3})[0, 5:10], P[0, 5:10] + 2.5)
+    late, early = (as_logged(P, 1e-3, {"skew": sign * 2.5e-3}) for sign in (1, -1))
+    # Before the first sample and after the last the pressure is taken to hold.
+    np.testing.assert_allclose(late, np.minimum(P + 2.5, 19.0))
+    np.testing.assert_allclose(early, np.maximum(P - 2.5, 0.0))
     np.testing.assert_array_equal(as_logged(P, 1e-3, {}), P)
 
 
