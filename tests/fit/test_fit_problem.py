@@ -38,6 +38,8 @@ def test_every_search_can_take_its_start_and_its_bounds_on_its_scale(plant):
     for name in PARAMETERS:
         assert si_value(name, search_value(name, 0.3)) == pytest.approx(0.3, rel=1e-12)
         assert name in QUANTITIES
+    for name in ("sag", "piston_leak", "valve_leak"):  # parts of a whole
+        assert 0 == PARAMETERS[name].search.low < PARAMETERS[name].search.high < 1
 
 
 def test_a_search_begins_at_the_configured_values_and_the_first_pressures(plant):

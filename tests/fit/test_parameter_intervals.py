@@ -118,11 +118,12 @@ def interval(monkeypatch):
 def test_a_narrow_interval_is_that_of_the_standard_error(interval):
     assert interval(0.99 * WIDE) == pytest.approx((0.5 - 0.99 * WIDE, 0.5 + 0.99 * WIDE), rel=1e-9)
     assert interval(0.1, other=2 * LOOSE) == pytest.approx((0.4, 0.6), rel=1e-9)
+    assert interval(0.15) == pytest.approx((0.35, 0.65), rel=1e-9)
 
 
 def test_a_wide_interval_is_that_of_the_profile_about_the_best(interval):
     by_profile = pytest.approx((-0.9 + 0.3, 1.1 + 0.3), rel=1e-9)  # shifted from the rough fit to the best
-    assert interval(1.01 * WIDE) == by_profile
+    assert interval(1.01 * WIDE) == by_profile == interval(0.7)  # a factor of 2 to either side is wide
     assert interval(0.1, bounds=(0.41, 9.0)) == (pytest.approx(-np.inf), pytest.approx(1.4))
     assert interval(0.1, bounds=(-9.0, 0.59)) == (pytest.approx(-0.6), pytest.approx(np.inf))
     assert interval(0.1, bounds=(0.39, 0.61)) == pytest.approx((0.4, 0.6), rel=1e-9)
@@ -140,6 +141,7 @@ def test_a_parameter_correlated_with_a_loose_one_has_both_intervals(interval):
     assert interval(0.1, other=2 * LOOSE, correlation=-0.9) == pytest.approx((-0.6, 1.4), rel=1e-9)
     assert interval(0.1, other=2 * LOOSE, correlation=0.4) == pytest.approx((0.4, 0.6), rel=1e-9)
     assert interval(0.1, other=0.5 * LOOSE, correlation=0.9) == pytest.approx((0.4, 0.6), rel=1e-9)
+    assert interval(0.1, other=1.5, correlation=0.9) == pytest.approx((-0.6, 1.4), rel=1e-9)
 
 
 def test_the_larger_of_two_covariances_counts():

@@ -8,6 +8,7 @@ import xarray as xr
 
 from pneumo.fit.closed import thermal_laws as laws
 from pneumo.fit.closed.thermal_laws import GAMMA, P_0, R_NITROGEN, T_WALL, ClosedRecord, fit_law
+from pneumo.fit.fit_result import Estimate
 
 DATA = Path(__file__).parents[3] / "data" / "mbari"
 H = 0.02  # s, as in the records
@@ -74,6 +75,40 @@ def test_records_travel_with_units_licence_and_provenance():
             assert "Apache-2.0" in data.attrs["license"] and "osrf/mbari_wec_gz" in data.attrs["source"]
     still = [laws.is_still(laws.read_closed_record(file)) for file in files]
     assert still == ["vented" in file.stem for file in files]
+
+
+def test_a_record_is_read_with_the_pistons_areas():
+    file = DATA / "friction.nc"
+    record = laws.read_closed_record(file)
+    with xr.open_dataset(file, decode_times=False) as data:
+        bore, rod = data.attrs["bore_m"], data.attrs["rod_m"]
+        assert (record.name, record.bore, record.stroke) == ("friction", bore, data.attrs["stroke_m"])
+        np.testing.assert_array_equal(record.P, [data["P_A"].values, data["P_B"].values])
+        np.testing.assert_array_equal(record.x, data["x"].values)
+    assert record.areas == pytest.approx((np.pi / 4 * bore**2, np.pi / 4 * (bore**2 - rod**2)), rel=1e-12)
+    assert record.h == pytest.approx(0.02, rel=1e-9)
+
+
+def test_laws_are_judged_without_and_with_leakage_on_the_part_held_out(monkeypatch):
+    t = H * np.arange(10_000)
+    record = ClosedRecord("r", t, 0 * t, np.ones((2, len(t))), (1e-2, 1e-2), 0.1, 0.5)
+
+    def fitted(_record, law, leaks):
+        error = (2.0 if leaks else 1.0) * (np.arange(len(t)) >= 6000)
+        values = {"leak": 3.0 if leaks else 0.0, "start_A": law.e_A}
+        rms = np.array([4.0, 5.0])
+        return Estimate(values, {}, {}, rms, 2 * rms, record.P + error)
+
+    monkeypatch.setattr(laws, "fit_law", fitted)
+    found = laws.judged(record)
+    assert found["value"].sel(parameter="leak").values.tolist() == [[0.0, 3.0]] * len(laws.LAWS)
+    assert found["value"].sel(parameter="start_A").values[-1].tolist() == [1.0, 1.0]
+    assert np.isnan(found["value"].sel(parameter="n")).all()
+    assert found["fitted_rms"].values[0].tolist() == [[4.0, 5.0]] * 2
+    assert found["held_out_rms"].values[0].tolist() == [[8.0, 10.0]] * 2
+    # Without leakage, from the first sample held out on, for 60 s.
+    assert (found["error"].values == 1.0).all()
+    np.testing.assert_allclose(found["t"], 0.1 * np.arange(600), atol=1e-9)
 
 
 def test_the_walls_area_is_that_of_both_ends_and_of_the_uncovered_bore():

@@ -184,6 +184,14 @@ def test_a_few_missing_samples_are_filled_and_said(tmp_path, monkeypatch):
     assert np.array_equal(signals.P[1], read(tmp_path, "b.csv", named(",", time="t_s") + rows()).P[1])
 
 
+def test_before_the_first_command_that_is_there_it_is_taken_to_hold(tmp_path):
+    table = pd.DataFrame({"t_s": TIME, **{f"{name}_{UNITS[name]}": v for name, v in signals().items()}})
+    table.loc[0, "u_V"] = np.nan
+    found = read(tmp_path, "a.csv", table.to_csv(index=False))
+    assert found.notes == ("column u: 1 of 120 samples missing, held",)
+    assert found.u[0] == found.u[1] == known().u[1]
+
+
 def test_stamps_of_ros_and_iso_are_seconds_from_the_first(tmp_path):
     iso = pd.Timestamp("2024-05-13T10:11:12") + pd.to_timedelta(TIME, unit="s")
     text = named(",", time="Time") + rows([stamp.isoformat() for stamp in iso])

@@ -125,6 +125,19 @@ def test_a_step_that_fails_leaves_the_state(tmp_path):
     assert list(state) == [1e5, 293.0, 293.0]
 
 
+def test_links_join_the_nodes_that_a_rig_has_side_by_side():
+    known = rig(EVERYTHING, "test")
+    of_rig = network(known, "M8", {name: low for name, (low, _) in known.ends.items()}, driven())
+    names = [*node_names(known), "ATMOSPHERE", "SOURCE"]
+    joined = {(names[link.first], names[link.second]) for link in of_rig.links}
+    expected = {("SOURCE", "SUPPLY")}
+    for side in "AB":
+        hose, silencer = f"HOSE_{side}", f"SILENCER_{side}"
+        expected |= {(hose, f"CHAMBER_{side}"), ("SUPPLY", hose), (hose, silencer), (silencer, "ATMOSPHERE")}
+    assert joined == expected and len(of_rig.links) == len(expected)
+    assert of_rig.surroundings == [(101325.0, 293.15), (6e5, 293.15)]
+
+
 def test_nodes_have_the_names_of_their_places():
     names = node_names(rig(EVERYTHING, "test"))
     assert names == ["CHAMBER_A", "CHAMBER_B", "HOSE_A", "HOSE_B", "SILENCER_A", "SILENCER_B", "SUPPLY"]

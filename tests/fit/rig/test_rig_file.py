@@ -3,7 +3,7 @@
 import pytest
 
 from pneumo.errors import ConfigurationError
-from pneumo.fit.rig.rig_file import QUANTITIES, TOGETHER, key, read_rig, rig
+from pneumo.fit.rig.rig_file import QUANTITIES, TOGETHER, _ends, key, read_rig, rig
 
 TANK = {"volume_L": 16, "orifice_mm": 2.7}
 VALVE = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
@@ -49,6 +49,32 @@ def test_a_mistake_is_one_line_that_names_field_value_and_what_is_allowed(conten
         rig(content, "rig.yaml")
     assert str(error.value).startswith("rig.yaml: ") and said in str(error.value)
     assert "\n" not in str(error.value)
+
+
+NONE_IS_POSSIBLE = {"rod", "k_0", "store_k", "store_c", "store_back", "hose_k", "T_lag"}
+
+
+def test_what_may_be_zero_or_negative_is_a_wall_a_rod_a_lag_or_a_delay():
+    for name, quantity in QUANTITIES.items():
+        assert quantity.low < quantity.high, name
+        assert quantity.default is None or quantity.low <= quantity.default <= quantity.high, name
+        if name.endswith("_delay"):
+            assert quantity.low == -quantity.high
+        elif name.removesuffix("_B") in NONE_IS_POSSIBLE:
+            assert quantity.low == 0, name
+        else:
+            assert quantity.low > 0, name
+
+
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_each_end_of_what_is_allowed_is_allowed_and_nothing_beyond(name):
+    quantity = QUANTITIES[name]
+    for end, beyond in ((quantity.low, -1e-9), (quantity.high, 1e-9)):
+        assert _ends(end, quantity, "field") == (end, end)
+        refused = end + beyond * max(abs(end), 1.0)
+        with pytest.raises(ConfigurationError) as error:
+            _ends(refused, quantity, "field")
+        assert f"each at least {quantity.low:g} and at most {quantity.high:g}" in str(error.value)
 
 
 def test_a_file_is_read(tmp_path):

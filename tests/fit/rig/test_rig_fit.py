@@ -275,6 +275,19 @@ def test_runs_after_the_fitted_ones_are_held_out():
     assert result.held_out == pytest.approx(5e3, abs=10) and np.isnan(result.T)
 
 
+def test_of_a_run_with_many_points_the_last_two_fifths_are_held_out():
+    known = rig(TANK | {"k_0_W_per_K": 3}, "test")
+    t = np.linspace(0.2, 60, 300)
+    nothing = vessel_run(Points(t, np.zeros(300)))
+    exact = {name: low for name, (low, _) in known.ends.items()} | {"C_d": 0.8}
+    P, _ = run_errors(known, "full order", exact, nothing)
+    run = nothing._replace(P=Points(t, P + np.where(t > 0.2 + 0.6 * np.ptp(t), 5e3, 0.0)))
+    result = judged(known, "full order", [run])
+    # What is left of the part fitted is where least squares ends.
+    assert result.estimate.values["C_d"] == pytest.approx(0.8, rel=1e-4)
+    assert result.held_out == pytest.approx(5e3, abs=10)
+
+
 def test_an_interval_is_that_of_least_squares_and_none_is_on_a_bound():
     known = rig(TANK | {"k_0_W_per_K": 3}, "test")
     t = np.linspace(0.2, 60, 400)

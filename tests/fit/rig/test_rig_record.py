@@ -83,8 +83,9 @@ def test_a_position_is_smoothed_and_counts_from_its_smallest():
 
 
 def test_a_vessels_run_lasts_as_long_as_its_last_point():
-    P, T_of_gas = Points(np.array([0.0, 3.0]), np.zeros(2)), Points(np.array([0.0, 4.5]), np.zeros(2))
+    P, T_of_gas = (Points(np.array([0.0, 0.1, end]), np.zeros(3)) for end in (3.0, 4.5))
     assert vessel_run(P).t[-1] == pytest.approx(3.0) and vessel_run(P, T_of_gas).t[-1] == pytest.approx(4.5)
+    assert vessel_run(T_of_gas, P).t[-1] == pytest.approx(4.5)
 
 
 def test_a_part_of_a_run_leaves_its_first_time_out_and_has_its_last():
