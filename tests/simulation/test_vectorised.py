@@ -202,6 +202,15 @@ def test_equal_pressures_give_no_flow():
     assert (abs(rates) < 1e-7 * full).all()
 
 
+@pytest.mark.parametrize("offset", range(8))
+def test_the_work_array_begins_at_a_cache_line_wherever_memory_is_given(monkeypatch, offset):
+    memory = np.zeros(int(fast.END) + 24)
+    start = -(memory.ctypes.data // 8) % 8 + offset  # offset doubles after a line of 64 bytes
+    monkeypatch.setattr(fast.np, "zeros", lambda size: memory[start : start + size])
+    W, _ = fast.work_array(LANES, E14.plant)
+    assert W.ctypes.data % 64 == 0 and len(W) == fast.END
+
+
 @pytest.mark.parametrize("seconds", in_brief([6.0, 60.0], [6.0]))
 @pytest.mark.parametrize("sampling", in_brief(SAMPLINGS, SAMPLINGS[:2]))
 def test_the_kernel_follows_all_lanes_of_the_whole_of_e14(monkeypatch, sampling, seconds):
