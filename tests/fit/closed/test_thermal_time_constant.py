@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from pneumo.fit.closed.thermal_time_constant import exponential, mean_pressure, seven_steps
+from pneumo.errors import InputError
+from pneumo.fit.closed.thermal_time_constant import exponential, mean_pressure, seven_steps, transient
+from pneumo.fit.record.measurement import Measurement
 from pneumo.papers.paper_2007 import simulated_example as example
 
 T = 1e-3 * np.arange(6001)
@@ -53,3 +55,42 @@ def test_means_over_the_settling_time_halve_the_error_of_final_values(window):
     truth = example.LAMBDA_0 * example.WALL_AREA
     at_end = steps.k_av * (example.P_0 * example.T_0 / (fit.P_f * example.T_AMB)) ** 0.5
     assert 0 < steps.k_0 / truth - 1 < 0.6 * (at_end / truth - 1)
+
+
+def decay(tau, span=3.0, change=5e4, noise=0.0, x=None, samples=601):
+    t = np.linspace(0.0, span, samples)
+    P = 2e5 + change * np.exp(-t / tau) + noise * np.random.default_rng(1).normal(size=samples)
+    x = np.zeros(samples) if x is None else x
+    return Measurement("m.csv", t[1], 0 * t, x, np.array([P, P]))
+
+
+def test_a_transient_that_does_not_settle_is_refused(plant):
+    assert transient(decay(2.9 * 3.0), plant, "A").tau == pytest.approx(2.9 * 3.0, rel=1e-4)
+    with pytest.raises(InputError, match=r"m\.csv: pressure B does not settle within the record's 3 s"):
+        transient(decay(3.1 * 3.0), plant, "B")
+
+
+def test_a_transient_within_its_noise_is_refused(plant):
+    assert transient(decay(0.5, change=2e3, noise=300.0), plant, "A").tau == pytest.approx(0.5, rel=0.3)
+    with pytest.raises(InputError, match=r"pressure A changes by .* Pa at a noise of \d+ Pa: too little"):
+        transient(decay(0.5, change=300.0, noise=300.0), plant, "A")
+
+
+def test_a_transient_needs_fifty_samples_after_its_begin(plant):
+    record = decay(0.5)
+    rest = transient(record, plant, "A", begin=1.0)
+    # What is left of an exponential is one with the same time constant.
+    assert rest.tau == pytest.approx(0.5, rel=1e-6) and rest.P_inf == pytest.approx(2e5, rel=1e-6)
+    assert transient(record, plant, "A", begin=2.755).tau == pytest.approx(0.5, rel=1e-3)
+    with pytest.raises(InputError, match=r"--closed-from 2\.76 s: leaves 49 samples: must be at least 50"):
+        transient(record, plant, "A", begin=2.76)
+
+
+def test_an_interval_of_a_time_constant_holds_the_truth_and_shrinks_with_the_noise(plant):
+    wide, narrow = (transient(decay(0.5, noise=noise), plant, "A") for noise in (500.0, 50.0))
+    for found in (wide, narrow):
+        assert found.tau_low < 0.5 < found.tau_high and found.k_0_low < found.k_0 < found.k_0_high
+        assert found.k_0 / found.k_0_low == pytest.approx(found.tau / found.tau_low, rel=1e-9)
+    ratio = np.log(wide.tau_high / wide.tau_low) / np.log(narrow.tau_high / narrow.tau_low)
+    assert ratio == pytest.approx(10.0, rel=0.05)  # the same noise, but for a curve that is not straight
+    assert (wide.rms, narrow.rms) == pytest.approx((500.0, 50.0), rel=0.1)  # 601 samples know it to 3 %
