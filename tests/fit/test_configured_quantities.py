@@ -6,10 +6,10 @@ import pytest
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.configuration.parameters import accuracy
-from pneumo.fit.configured_quantities import CHANGED, changes_of, misfit, shifts
+from pneumo.fit.configured_quantities import CHANGED, changes_of, misfit, prior_shifts, shifts
 from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem, priors
-from pneumo.fit.fitted_parameters import SHIFTING
+from pneumo.fit.fitted_parameters import CONFIGURED, SHIFTING
 from pneumo.fit.least_squares import fit, without_spikes
 from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.parameter_intervals import inverse_curvature
@@ -162,3 +162,51 @@ def test_a_quantised_signal_has_the_noise_of_its_steps():
     assert quantum(rounded) == pytest.approx(244.0) and quantum(P) == 0
     noise = sensor_noise(np.array([rounded, rounded]), np.array([rounded - P] * 2))
     assert noise == pytest.approx(244.0 / 12**0.5, rel=0.5)
+
+
+def test_each_quantity_is_changed_by_its_accuracy_and_nothing_else(problem):
+    problem = problem._replace(signals=problem.signals._replace(P_s=np.full_like(problem.signals.u, 7e5)))
+    known, plant, signals = accuracy(), problem.plant, problem.signals
+    c, air = plant.cylinder, plant.conditions
+    factor = 1 + known.bore
+    cylinders = {
+        "the bore": c._replace(bore=c.bore * factor, A_A=c.A_A * factor**2, A_B=c.A_B * factor**2),
+        "the stroke": c._replace(stroke=c.stroke + known.stroke),
+    }
+    surroundings = {
+        "T_amb": air._replace(T_amb=air.T_amb + known.T_amb),
+        "P_atm": air._replace(P_atm=air.P_atm * (1 + known.P_atm)),
+    }
+    gains = np.array([[1 + known.P_gain], [1.0]])
+    measured = {
+        "the zero of x": {"motion": signals.motion + np.array([known.x_zero, 0.0])},
+        "the scale of x": {"motion": signals.motion * (1 + known.x_scale)},
+        "the gain of P_A": {"P": signals.P * gains},
+        "the gain of P_B": {"P": signals.P * gains[::-1]},
+        "the gain of P_s": {"P_s": signals.P_s * (1 + known.P_gain)},
+    }
+    assert {*cylinders, *surroundings, *measured} == {*CHANGED}
+    for name, change in CHANGED.items():
+        changed = change(problem, known)
+        expected = plant._replace(cylinder=cylinders.get(name, c), conditions=surroundings.get(name, air))
+        assert changed.plant == expected, name
+        for field in ("u", "motion", "P", "P_s"):
+            right = measured.get(name, {}).get(field, getattr(signals, field))
+            np.testing.assert_allclose(getattr(changed.signals, field), right, rtol=1e-12, err_msg=name)
+
+
+def test_a_prior_that_is_off_shifts_parameters_as_a_fit_with_another_centre(problem, optimum):
+    known = type(accuracy())(*(0.1 * limit for limit in accuracy()))  # small, as above
+    inverse = inverse_curvature(optimum)
+    moved = prior_shifts(problem, inverse, optimum.prior, known)
+    for row, name in enumerate(CONFIGURED):
+        if name not in problem.priors:
+            continue
+        prior = problem.priors[name]
+        other = prior._replace(centre=prior.centre + getattr(known, name))
+        again = fit(
+            problem._replace(priors={**problem.priors, name: other}), tolerance=1e-8, start=optimum.theta
+        )
+        i = problem.names.index(name)
+        # First order, and searches that end where the sum of squares changes by 1e-8, as above.
+        assert moved[row, i] == pytest.approx(again.theta[i] - optimum.theta[i], rel=0.2, abs=2e-5), name
