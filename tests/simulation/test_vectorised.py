@@ -225,6 +225,13 @@ def test_other_experiments(name, sampling):
     assert_same(*both(record(lasting(name, 0.4)), sampling=sampling))
 
 
+def test_polytropic_indices_below_one():
+    n = np.linspace(0.8, 0.95, fast.WIDTH)  # a group of lanes of one model alone
+    lanes = [lane(model, value, 1.4) for model in MODELS.values() if model.has_n for value in n]
+    assert any(each.a < 0 and each.wall_scale == 0 for each in lanes)
+    assert_same(*both(lanes=lane_array(lanes)))
+
+
 @settings(max_examples=40)
 @given(plants(), st.integers(0, 2**32 - 1), st.booleans(), st.floats(0.0, 3.0), st.sampled_from([0, 3]))
 def test_any_plant_and_any_signals(plant, seed, exact, late, most):
