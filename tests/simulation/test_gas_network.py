@@ -12,7 +12,7 @@ from pneumo.physics.cylinder import Side, chamber_of, heat_area
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve import exact_gas
 from pneumo.simulation.full_order import chamber_rates
-from pneumo.simulation.gas_network import LAMINAR, Link, Node, full_order_lane, law, replay
+from pneumo.simulation.gas_network import LAMINAR, Link, Node, fastest_rate, full_order_lane, law, replay
 from pneumo.simulation.reference import lane_rate
 
 AIR = exact_gas(287.05, 1.4)
@@ -156,6 +156,64 @@ def test_a_wall_heats_up_to_its_temperature_in_the_time_of_its_conductance():
     expected = 293.0 + (T - 293.0) * np.exp(-k / capacity * H * np.arange(SAMPLES))
     np.testing.assert_allclose(r.T[0], expected, rtol=1e-9)
     np.testing.assert_allclose(r.P[0] / r.T[0], P / T, rtol=1e-9)
+
+
+HOT = (5e5, 400.0)  # as warm as the estimate of the fastest rate takes the gas
+IN, OUT = Link(1, 0), Link(0, 1)
+
+
+def hot_node(P=0.9999 * HOT[0], T=HOT[1], lane=FULL[0], **wall):
+    return Node(lane, True, P, T, *HOT, HOT[1], **wall)
+
+
+@pytest.mark.parametrize(
+    ("node", "links", "area", "decays"),
+    [
+        (hot_node(), [IN], 1e-6, "P"),
+        (hot_node(), [IN, OUT], 1e-6, "P"),  # both areas
+        (hot_node(), [OUT._replace(back=3.0)], 1e-6, "P"),  # the larger area of both directions
+        (hot_node(), [IN._replace(back=0.2)], 1e-6, "P"),
+        (hot_node(HOT[0], 399.0, k_0=3.0), [], 0.0, "T"),
+        (hot_node(HOT[0], 399.0, lane=FULL[0]._replace(wall_scale=2.0), k_0=3.0), [], 0.0, "T"),
+        (
+            hot_node(HOT[0], 399.0, k_store=4.0, c_store=1e6),
+            [],
+            0.0,
+            "T",
+        ),  # a store that keeps its temperature
+    ],
+)
+def test_the_longest_step_is_stable_and_not_much_shorter(node, links, area, decays):
+    V, areas, end = np.full((1, 2), 1e-4), np.full((len(links), 2), area), {"P": HOT[0], "T": HOT[1]}[decays]
+    fastest = fastest_rate([node], links, [HOT], V, areas, AIR)
+    h = 1e-3 / fastest  # so short that the decay is exponential
+    before, after = end - getattr(replay([node], links, [HOT], V, areas, AIR, h), decays)[0]
+    assert 2.0 < np.log(before / after) / h / fastest < 3.3  # where the method's steps cease to be stable
+
+
+def test_a_fast_store_shortens_the_step():
+    node, V, none = hot_node(k_store=1e-6, c_store=0.01, k_back=2.0), np.full((1, 2), 1e-4), np.empty((0, 2))
+    assert 2.0 < (2.0 / 0.01) / fastest_rate([node], [], [HOT], V, none, AIR) < 3.3
+
+
+def test_a_sonic_flow_changes_a_pressure_by_at_most_a_quarter_in_a_step():
+    node, V, area = hot_node(HOT[0] / 10), np.full((1, 2), 1e-4), np.full((1, 2), 1e-6)
+    fastest = fastest_rate([node], [IN], [HOT], V, area, AIR)
+    h = 1e-3 / fastest
+    before, after = replay([node], [IN], [HOT], V, area, AIR, h).P[0]
+    assert 0.2 < (after / before - 1) / h / fastest < 0.25 * 1.001
+
+
+@pytest.mark.parametrize("V", [(4e-4, 2e-4), (1e-4, 8e-4)])  # the fastest is the second node, or the first
+def test_the_longest_step_is_that_of_the_fastest_node_its_smallest_volume_and_largest_area(V):
+    links, A = [Link(0, 1), Link(1, 2)], np.array([2e-6, 3e-6])
+    moving = np.outer(V, [3.0, 1.0, 2.0]), np.outer(A, [1 / 3, 1.0, 0.5])
+    alone = [
+        fastest_rate([hot_node()], [IN], [HOT], np.array([[volume]]), np.array([[area]]), AIR)
+        for volume, area in zip(V, (A[0], A.sum()), strict=True)
+    ]
+    got = fastest_rate([hot_node()] * 2, links, [HOT], *moving, AIR)
+    assert got == pytest.approx(max(alone), rel=1e-12)
 
 
 def test_a_pressure_that_is_not_positive_ends_a_replay():
