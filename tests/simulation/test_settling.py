@@ -9,7 +9,7 @@ from paper_study import STUDY
 from pneumo.errors import RunError
 from pneumo.papers.paper_2006 import printed_tables as published
 from pneumo.simulation import settling
-from pneumo.simulation.full_order import equilibrium
+from pneumo.simulation.full_order import equilibrium, run
 from pneumo.simulation.settling import settle, settling_time, settling_times, thermal_time_constant
 
 H = 0.001
@@ -86,6 +86,9 @@ def test_course_of_a_run(name):
     assert release >= 1267 and not away_hold[-1]
     assert release == 1267 or away_hold[1267:-1].all()  # the first such instant
     assert free[1, 0] > e.push.x_stop  # released
+    valve = e.plant.valve._replace(leak=e.push.leak, net_leak=e.push.leak > 0)
+    plant = e.plant._replace(valve=valve, cylinder=e.plant.cylinder._replace(x_min=e.push.x_stop))
+    assert np.array_equal(free[:3], run(hold[-1], np.zeros(3), 0.0, e.drive, plant, e.h, 0).states)
     assert np.array_equal(result.times, settling_times(free, 293.0, e.h))
     if e.push.stop:
         assert len(free) - 1 == round(e.push.stop / e.h)
