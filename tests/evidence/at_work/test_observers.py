@@ -43,6 +43,15 @@ def after(y, u=1.0, noise=SILENT, h=H, steps=1, model=MODEL):
     return y, covariance
 
 
+def test_the_first_estimate_rests_with_known_position_and_pressures():
+    y, covariance = first_estimate(0.01, np.array([4e5, 5e5]), PLANT, SILENT)
+    assert y.tolist() == [0.01, 0.0, 4e5, 5e5, T_0, T_0, 0.0]
+    variances = np.diag(covariance)
+    assert np.array_equal(covariance, np.diag(variances)) and (variances > 0).all()
+    assert variances[0] == SILENT.x_variance
+    assert variances[2] == variances[3] and variances[4] == variances[5]
+
+
 @all_filters
 @pytest.mark.parametrize("u", [1.0, -1.0])
 def test_the_estimate_moves_at_the_rates_of_the_readable_equations(model, u):
