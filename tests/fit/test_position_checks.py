@@ -10,6 +10,7 @@ from pneumo.fit.fit_result import Estimate
 from pneumo.fit.position_checks import (
     dead_volume_notes,
     position_shown,
+    reason_of,
     stated,
     stated_volume_warnings,
     stop_warnings,
@@ -81,6 +82,40 @@ def test_dead_volumes_move_by_what_the_piston_displaces_in_per_cent():
     c = PLANT.cylinder
     said = [float(number) for number in re.findall(r"V_d of [AB] by (\d+) %", text)]
     assert said == pytest.approx([500e-3 * c.A_A / c.V_d_A, 500e-3 * c.A_B / c.V_d_B], abs=1.0)
+
+
+@pytest.mark.parametrize(("part", "shown"), [(0.45, False), (0.55, True)])
+def test_a_piston_rests_on_a_stop_under_half_of_the_largest_force(part, shown):
+    """The largest force is that of the supply over the atmosphere on the smaller area: decision 93."""
+    c, air = PLANT.cylinder, PLANT.conditions
+    force = part * (air.P_s - air.P_atm) * min(c.A_A, c.A_B)
+    record = moved(-HALF, HALF)
+    for end, x in ((0, "low"), (1, "high")):
+        sign = 1.0 if end else -1.0
+        P_A = (sign * force - c.load + c.A_B * 4e5) / c.A_A
+        P = np.array([np.full(len(record.x), P_A), np.full(len(record.x), 4e5)])
+        stops = stops_of(record._replace(P=P), PLANT)
+        assert np.isfinite(getattr(stops, x)) == shown
+        assert np.isnan(stops[1 - end])
+
+
+@pytest.mark.parametrize(("part", "odd"), [(0.14, False), (0.16, True), (-0.13, False), (-0.14, True)])
+def test_configured_dead_volumes_are_known_to_15_percent(part, odd):
+    """Within the logarithm of 1.15, to either side: decision 93."""
+    c = STATED.cylinder
+    values = {"V_d_A": (1 + part) * c.V_d_A, "V_d_B": c.V_d_B}
+    sure = found(0.0, 0.0, half=0.0)._replace(values=values, low=values, high=values)
+    assert bool(stated_volume_warnings(STATED, sure)) == odd
+
+
+def test_an_error_of_the_position_with_less_than_half_of_the_effect_is_not_named():
+    # A zero counts twice: it moves both stops, one volume up and the other down.
+    assert reason_of(1e-3, 0.9e-3, 0.1) == "a zero of x off by 1 mm"
+    assert reason_of(1e-3, 1.1e-3, 0.1) == (
+        "a zero of x off by 1 mm and a stroke 1.1 mm too short or an x 1.1 % too large"
+    )
+    assert reason_of(0.4e-3, 2e-3, 0.1) == "a stroke 2 mm too short or an x 2 % too large"
+    assert "a zero of x off by 0.6 mm and" in reason_of(0.6e-3, 2e-3, 0.1)
 
 
 def test_one_stop_alone_does_not_say_what_is_wrong():
