@@ -86,6 +86,29 @@ def test_a_sum_of_squares_without_derivatives_is_that_with_them(known):
     assert squares_at(plain, theta) == pytest.approx(evaluate(plain, theta).squares, rel=1e-12)
 
 
+def test_priors_are_rows_of_the_least_squares(known):
+    """A prior adds its weight to the curvature, and its weight times the distance to slope and sum."""
+    first = record_of(known).part(0, 200)
+    prior = priors(known.configured, first, accuracy(), 1e3)
+    held = Problem(FULL, known.configured, first, {}, priors=prior)
+    theta = held.guess() + 0.01
+    free = held._replace(priors={name: row._replace(weight=0.0) for name, row in prior.items()})
+    with_priors, without = evaluate(held, theta), evaluate(free, theta)
+    weights = np.array([prior[name].weight if name in prior else 0.0 for name in held.names])
+    distance = np.array(
+        [x - prior[n].centre if n in prior else 0.0 for n, x in zip(held.names, theta, strict=True)]
+    )
+    J = without.jacobian.reshape(-1, len(theta))
+    np.testing.assert_allclose(without.curvature, J.T @ J, rtol=1e-12, atol=1e-12 * np.max(J.T @ J))
+    added = with_priors.curvature - without.curvature
+    # What is left of large sums is their rounding.
+    np.testing.assert_allclose(added, np.diag(weights), rtol=1e-6, atol=1e-14 * np.max(J.T @ J))
+    np.testing.assert_allclose(without.slope - with_priors.slope, weights * distance, rtol=1e-6, atol=1e-12)
+    more = float(weights @ distance**2)
+    assert with_priors.squares - without.squares == pytest.approx(more, rel=1e-6, abs=1e-14)
+    np.testing.assert_array_equal(with_priors.prior, weights)
+
+
 @pytest.mark.parametrize("rough", [False, True])
 def test_noise_in_the_position_is_left_out_only_where_it_hardly_matters(rough, known, monkeypatch):
     noise = 1e-3 if rough else 1e-5  # m

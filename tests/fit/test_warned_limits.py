@@ -197,22 +197,21 @@ def test_what_is_configured_is_doubted_outside_its_accuracy_by_more_than_its_int
 
 
 def test_a_reduced_models_residual_is_said_in_kPa_by_chamber():
-    said = warnings.residual_warnings(
-        "M8", {"A": Residual(2345.0, 410.0, 1000.0), "B": Residual(2e3, 390.0, 1e3)}
-    )
-    assert len(said) == 1
-    assert said[0].startswith(
-        "P_A: M8 is off by 2.35 kPa rms, of which 0.41 kPa are not noise (sensor: 1 kPa)"
+    split = {"A": Residual(2345.5, 450.1, 1050.1), "B": Residual(2e3, 390.0, 1e3)}
+    (text,) = warnings.residual_warnings("M8", split)
+    assert text.startswith(
+        "P_A: M8 is off by 2.35 kPa rms, of which 0.45 kPa are not noise (sensor: 1.1 kPa)"
     )
 
 
 def test_the_full_orders_residual_is_said_with_its_effect(plant):
-    problem, split = problem_of(plant), [Residual(2345.0, 410.0, 1000.0), Residual(3e3, 390.0, 1e3)]
+    problem, split = problem_of(plant), [Residual(2350.1, 410.0, 1050.1), Residual(3e3, 390.0, 1e3)]
     remainder = {"k_0": np.log(1.2), "k_xu": np.log(1.01)}
     estimate = estimate_of({}, remainder=remainder)._replace(pressure=problem.signals.P - 10.0)
     text = warnings.remainder_warning(problem, estimate, split)
     assert (
-        "is off by 2.3 and 3 kPa rms, of which 0.41 and 0.39 kPa are not noise (sensors: 1 and 1 kPa)" in text
+        "is off by 2.4 and 3 kPa rms, of which 0.41 and 0.39 kPa are not noise (sensors: 1.1 and 1 kPa)"
+        in text
     )
     assert "this moves k_0 by 20 %, k_x k_u by 1 %, or more" in text
     far = estimate._replace(remainder={"k_0": 5.01 * 0.15})

@@ -51,6 +51,25 @@ def test_leakage_moves_gas_from_the_higher_pressure_and_loses_none():
     assert gas[-1] == pytest.approx(gas[0], rel=1e-6)  # all at the wall's temperature again
 
 
+def test_gas_leaks_from_an_open_chamber_at_its_pressure_between_samples():
+    """Chamber A keeps volume and temperature; B is open, and its pressure rises on a line."""
+    leak, count = 2e-8, 200
+    V, T_wall = VOLUMES[:, :1], T_WALL
+    still = np.repeat(V, count, axis=1)
+    t = H * np.arange(count)
+    measured = np.array([np.full(count, 8e5), 8e5 + 1e5 * t / t[1]])  # 1 bar in each sample
+    gas = (R_NITROGEN, GAMMA, T_wall, P_0 * T_wall)
+    motion = measured, (True, False), still, np.ones_like(still)
+    P = laws.closed_chambers(measured[:, 0], *motion, H, np.ones(2), 1.0, np.zeros(2), 0.0, 0.0, leak, *gas)
+    np.testing.assert_array_equal(P[1], measured[1])
+    # V / (R T) dP_A/dt = leak (P_B - P_A): behind a ramp by its slope times the time constant, less a decay.
+    tau = V[0, 0] / (R_NITROGEN * T_wall * leak)
+    expected = measured[1] - 1e5 / H * tau * (1 - np.exp(-t / tau))
+    # Steps of fourth order, a thousandth of the time constant or less.
+    assert H / tau < 2e-3
+    np.testing.assert_allclose(P[0], expected, rtol=1e-8)
+
+
 def test_a_fit_finds_what_made_the_record():
     volumes = np.array([0.024 + 0.0127 * X, 0.051 + 0.0115 * (2.0 - X)])
     P = run(k=(25.0, 60.0), volumes=volumes)

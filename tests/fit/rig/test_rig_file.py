@@ -38,6 +38,10 @@ def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both():
         (TANK | VALVE, "orifice_mm: conflicts with valve_C_in_dm3_per_sbar"),
         (CHAMBER | {"hose_volume_mL": 3}, "hose_C_dm3_per_sbar: missing"),
         (TANK | {"dead_volume_B_mL": 3}, "dead_volume_B_mL: needs bore_mm, which is missing"),
+        (
+            {"volume_L": 1, "valve_C_in_dm3_per_sbar": 1},
+            "valve_C_out_dm3_per_sbar: missing; valve_C_in_dm3_per_sbar, valve_C_out_dm3_per_sbar, P_s",
+        ),
         (CHAMBER | {"hose_b": 0.3}, "hose_b: needs hose_volume_mL, which is missing"),
         (TANK | {"supply_volume_L": 3, "regulator_C_dm3_per_sbar": 1}, "needs valve_C_in_dm3_per_sbar"),
         (CHAMBER | {"silencer_volume_mL": 3}, "silencer_C_dm3_per_sbar: missing"),
