@@ -203,3 +203,11 @@ def test_a_velocity_is_compared_with_the_derivative_of_x(factor, right):
     else:
         assert "column v: " in refusal(check_velocity, values, 1e-3)
     assert check_velocity(samples(x=x), 1e-3) == []
+
+
+def test_noise_in_the_position_hardly_changes_the_comparison_with_a_velocity():
+    """Noise of 1 mm is 1.4 m/s from sample to sample, as much as the motion, and 0.07 m/s over 20 ms."""
+    x = 0.1 * np.sin(20 * T) + np.random.default_rng(1).normal(0.0, 1e-3, SAMPLES)
+    (note,) = check_velocity(samples(x=x, v=2.0 * np.cos(20 * T)), 1e-3)
+    # 200 samples with 5 % of noise: the slope is known to a per cent or so, and a square of 5 % is its bias.
+    assert float(note.split()[2]) == pytest.approx(1.0, abs=0.05)
