@@ -56,3 +56,11 @@ def test_findings_are_compared_by_value(floor, tmp_path):
     kept.keep("findings.json")
     assert kept.main("compare", ["findings.json"]) == 0
     assert json.loads(read_json(tmp_path / "kept/findings.json"))["code_sha256"] == MADE["code_sha256"]
+
+
+@pytest.mark.parametrize(("off", "code"), [(5e-11, 0), (5e-10, 1)])
+def test_where_all_digits_are_kept_another_order_of_sums_is_allowed(floor, tmp_path, monkeypatch, off, code):
+    monkeypatch.setitem(kept.COPIES, "floor.nc", kept.Copy(digits=None))
+    kept.keep("floor.nc")
+    write(floor.assign(measured=floor["measured"] * (1 + off)), tmp_path / "results/floor.nc", MADE)
+    assert kept.main("compare", ["floor.nc"]) == code
