@@ -122,6 +122,8 @@ def test_its_test_program_goes_once_over_the_whole_travel_and_opens_the_valve_on
     pairs = re.findall(r"\{([-+.e\d]+), ([-+.e\d]+)\}", text)
     x, valve = np.array(pairs, dtype=float).T
     assert x.max() == 0.08 and valve.max() == 1.0
+    # A squared sine of pi moves by at most pi times its travel over the number of steps.
+    assert np.abs(np.diff(x)).max() <= 0.08 * np.pi / (len(x) - 1)
     for signal in (x, valve):
         turns = np.diff(np.sign(np.diff(signal))[np.diff(signal) != 0])
         assert np.count_nonzero(turns) == 1 and signal.min() >= 0
