@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from paper_study import lasting
 
-from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, INTERPOLATED
+from pneumo.configuration.sampling import EXACT_SAMPLING, HELD_TO_NEXT, INTERPOLATED, Sampling
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation import (
     chamber_replay,
@@ -64,8 +64,8 @@ def test_of_a_run(unwritten, most):
     assert unused == (set() if most else {(6,)})  # an error that nobody asks for
 
 
-@pytest.mark.parametrize("sampling", [EXACT_SAMPLING, INTERPOLATED, HELD])
-def test_of_the_stage_inputs(unwritten, recording, sampling):
+@pytest.mark.parametrize("sampling", [EXACT_SAMPLING, INTERPOLATED, HELD_TO_NEXT, Sampling(every=2)])
+def test_of_the_stage_inputs_up_to_the_last_sample(unwritten, recording, sampling):
     unused = unwritten([signals], signals._inputs_of, recording, sampling, 0, np.array([0, 1, 2]))
     assert unused == (set() if sampling.exact else {(6,), (STAGES + 1, 6)})  # nothing is integrated again
 

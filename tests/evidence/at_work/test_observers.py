@@ -9,7 +9,16 @@ from pneumo.evidence.at_work.observers import filter_noise, reduced
 from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.models import MODELS, lane
 from pneumo.simulation.full_order_replay import FullRow
-from pneumo.simulation.kalman_filter import SIZE, FilterModel, correct_all, first_estimate, predict
+from pneumo.simulation.kalman_filter import (
+    FIRST_LN_K_0,
+    FIRST_PRESSURE,
+    FIRST_TEMPERATURE,
+    SIZE,
+    FilterModel,
+    correct_all,
+    first_estimate,
+    predict,
+)
 from pneumo.simulation.reference import lane_rate
 
 pytestmark = pytest.mark.uncompiled
@@ -49,7 +58,8 @@ def test_the_first_estimate_rests_with_known_position_and_pressures():
     variances = np.diag(covariance)
     assert np.array_equal(covariance, np.diag(variances)) and (variances > 0).all()
     assert variances[0] == SILENT.x_variance
-    assert variances[2] == variances[3] and variances[4] == variances[5]
+    deviations = [FIRST_PRESSURE] * 2 + [FIRST_TEMPERATURE] * 2 + [FIRST_LN_K_0]
+    np.testing.assert_allclose(np.sqrt(variances[2:]), deviations, rtol=1e-15)  # a square and its root
 
 
 @all_filters
