@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 import xarray as xr
+from array_equations import array_rates
 from figure_checks import saved_whole
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,13 +14,15 @@ from paper_study import STUDY, lasting
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.errors import RunError
 from pneumo.evidence.signal_sampling import error_budget as b
-from pneumo.physics.models import MODELS
+from pneumo.physics.cylinder import Side, chamber_of
+from pneumo.physics.models import MODELS, Lane
 from pneumo.physics.valve import chamber_flows, laminar_factor
 from pneumo.publish.figures.budget_figure import error_budget_figure
 from pneumo.publish.figures.panels import symbol
 from pneumo.simulation.full_order import record
-from pneumo.simulation.given_inputs import pressures_on_inputs
+from pneumo.simulation.given_inputs import joint_rates, pressures_on_inputs
 from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.reference import lane_rate
 from pneumo.simulation.replay import replay, replay_by_reference
 from pneumo.simulation.signals import study_sampling
 from pneumo.storage.files import EXPERIMENT_LABELS
@@ -112,6 +115,20 @@ def test_a_stride_takes_every_so_many_pressures():
     inputs = b.sampled_inputs(record(e), 1, "linear")
     every, fifth = (pressures_on_inputs(inputs, LANES, e.plant, e.h, stride) for stride in (1, 5))
     np.testing.assert_array_equal(fifth, every[..., ::5])
+
+
+def test_joint_rates_are_those_of_the_run_and_of_each_lane():
+    e, y, reference = STUDY.experiments["E06"], np.array([0.01, 0.2, 5e5, 300.0, 4e5, 280.0]), 0.012
+    P = np.linspace(1.5e5, 6.5e5, 2 * len(LANES)).reshape(-1, 2)
+    rates = joint_rates(np.append(y, P), reference, LANES, e.drive, e.plant)
+    u = np.clip(e.drive.k_p * (reference - y[0]), -e.plant.valve.u_max, e.plant.valve.u_max)
+    of_lanes = np.empty_like(P)
+    for (i, row), side in itertools.product(enumerate(LANES), Side):
+        inputs, chamber = side.sign * np.array([u, *y[:2]]), chamber_of(e.plant.cylinder, side)
+        of_lanes[i, side] = lane_rate(*inputs, P[i, side], chamber, e.plant, Lane(*row))
+    # The same sums in another order.
+    np.testing.assert_allclose(rates[:6], array_rates(y, reference, e), rtol=1e-12)
+    np.testing.assert_allclose(rates[6:].reshape(-1, 2), of_lanes, rtol=1e-12)
 
 
 def test_hold_and_cubic_meet_the_samples():
