@@ -304,14 +304,14 @@ def test_more_lanes_than_the_work_array_holds_and_a_signal_that_is_not_a_number(
 def test_lanes_that_the_kernel_cannot_follow_are_run_by_the_reference(monkeypatch):
     # n = 50 has a = 0.98: the polynomial ends at 0.29 to 3.4 P_0, and chambers empty to 0.18 P_0. The others
     # have coefficients that no model has.
-    changes = {"e_A": 2.0}, {"e_PT": 0.3}, {"e_A": 0.0, "e_PT": 0.5}, {"a": 1e-4}
+    changes = {"e_A": 2.0}, {"e_A": -1.0, "e_PT": 0.0}, {"e_PT": 0.3}, {"e_A": 0.0, "e_PT": 0.5}, {"a": 1e-4}
     others = [lane(MODELS["M10"], 1.2, 1.4)._replace(**change) for change in changes]
     odd = lane_array([lane(MODELS["M6"], 50.0, 1.4), *others])
     lanes = np.concatenate([LANES[:30], odd, LANES[30:]])
     ours, theirs, handed = handed_over(monkeypatch, record(lasting("E06", 2.0)), lanes)
     assert sorted(handed) == sorted(map(tuple, odd))
     assert_same(ours, theirs)
-    np.testing.assert_array_equal(ours.pressure[30:35], theirs.pressure[30:35])
+    np.testing.assert_array_equal(ours.pressure[30:36], theirs.pressure[30:36])
 
 
 @pytest.mark.parametrize(("steps", "first", "v"), [(400, 200, 400.0), (200, 200, 4e4)])

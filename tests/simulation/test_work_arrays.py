@@ -13,6 +13,7 @@ from pneumo.configuration.sampling import EXACT_SAMPLING, HELD_TO_NEXT, INTERPOL
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation import (
     chamber_replay,
+    fitted_pressures,
     full_order,
     full_order_replay,
     gas_network,
@@ -86,6 +87,16 @@ def test_of_a_replay_of_the_full_order(unwritten, recording, monkeypatch, count)
     monkeypatch.setattr(full_order_replay, "replay_tolerance", lambda _: 0.0)
     modules, rows = [full_order_replay, signals], [full_order_replay.FullRow()] * count
     assert not unwritten(modules, full_order_replay.full_order_mse, recording, rows, EXACT_SAMPLING)
+
+
+@pytest.mark.parametrize("volts", [5.0, -5.0])
+def test_of_a_replay_of_sets(unwritten, volts):
+    u, motions = np.full((3, 3), volts), np.full((2, 3, 3, 2), [0.01, -0.1])  # every chamber meets its port
+    row = lane_array([lane(MODELS["M10"], 1.0, 1.4)._replace(a=0.0)] * 3)
+    V_d, start, start_T = np.full((3, 2), 1e-5), np.full((3, 2), 1.001e5), np.full((3, 2), 293.0)
+    start[:, int(volts > 0) :: 2] = PLANT.conditions.P_s - 100.0
+    arguments = u, motions, row, V_d, PLANT, E.h, 1, start, start_T
+    assert not unwritten([fitted_pressures], fitted_pressures.pressures_of_sets, *arguments)
 
 
 def test_of_a_network(unwritten):
