@@ -137,3 +137,14 @@ def test_what_was_fitted_replaces_what_is_configured(plant):
 def test_a_reduced_model_has_no_valve_and_no_temperature(plant):
     names = problem_of(plant)._replace(model=MODELS["M5"]).names
     assert names == ("n", "k_xu", "V_d_A", "V_d_B", "start_A", "start_B")
+
+
+def test_bounds_of_a_search_lie_as_far_on_either_side_of_what_is_configured():
+    for name, parameter in PARAMETERS.items():
+        search = parameter.search
+        low, high = search.low, search.high
+        if low < 0 and name != "dead_time":  # clocks are early by less than valves are late
+            assert low == -high and search.start == 0, name
+        elif low > 0 and isinstance(search.start, str) and "." in search.start and search.times:
+            # Of multiples of it one is the inverse of the other, to the digits that are written.
+            assert high == (round(1 / low) if low <= 0.5 else pytest.approx(1 / low, rel=0.021)), name

@@ -140,3 +140,23 @@ def test_the_walls_area_is_that_of_both_ends_and_of_the_uncovered_bore():
         record.area_ratio[0], [ends / middle, 1.0, (ends + whole) / middle], rtol=1e-12
     )
     np.testing.assert_allclose(record.area_ratio[1], record.area_ratio[0, ::-1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("start", [(1.2, 1.0), (1.0, 1.2)])
+@pytest.mark.parametrize("pressures", [(8e5, 3e5), (3e5, 8e5)])
+def test_gas_that_leaks_takes_its_own_enthalpy_along(start, pressures):
+    """Without wall heat and motion, the energy P V / (gamma - 1) of both chambers together is constant."""
+    still = np.repeat(VOLUMES[:, :1], 200, axis=1)
+    gas = (R_NITROGEN, GAMMA, T_WALL, P_0 * T_WALL)
+    motion = still, (True, True), still, np.ones_like(still)
+    law = GAMMA, np.zeros(2), 0.0, 0.0, 2e-7
+    P = laws.closed_chambers(np.array(pressures), *motion, H, np.array(start), *law, *gas)
+    assert np.abs(P[:, -1] - P[:, 0]).min() > 1e4
+    energy = (P * still).sum(axis=0)
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-12)
+
+
+def test_the_records_gas_is_nitrogen_and_conductances_hold_at_10_bar_and_20_degrees():
+    R = 8.314462618 / 28.0134e-3  # J/(kg K); five digits of it are written
+    assert pytest.approx(R, rel=3e-5) == R_NITROGEN
+    assert (GAMMA, P_0, T_WALL) == (7 / 5, 10e5, 20 + 273.15)

@@ -1,9 +1,11 @@
 """Files of a rig: units, bounds, and one clear line for each mistake."""
 
+from decimal import Decimal
+
 import pytest
 
 from pneumo.errors import ConfigurationError
-from pneumo.fit.rig.rig_file import QUANTITIES, TOGETHER, _ends, key, read_rig, rig
+from pneumo.fit.rig.rig_file import GASES, QUANTITIES, TOGETHER, _ends, key, read_rig, rig
 
 TANK = {"volume_L": 16, "orifice_mm": 2.7}
 VALVE = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
@@ -90,3 +92,27 @@ def test_quantities_that_are_given_together_can_be_absent():
     for names in TOGETHER:
         assert all(QUANTITIES[name].default is None for name in names)
     assert len({key(name) for name in QUANTITIES}) == len(QUANTITIES)
+
+
+def test_limits_are_powers_of_ten_but_for_500_bar_and_critical_ratios_below_1():
+    for name, quantity in QUANTITIES.items():
+        upper = (5,) if quantity.unit == "bar" else (9, 9) if name.endswith(("_b", "_b_out")) else (1,)
+        for end, digits in ((quantity.low, (1,)), (quantity.high, upper)):
+            assert end == 0 or Decimal(str(abs(end))).normalize().as_tuple().digits == digits, name
+
+
+def test_what_is_not_given_is_absent_neutral_or_a_room():
+    room = {"P_surroundings": 1.01325, "T_surroundings": 293.15}
+    factors = {"C_d", "hose_out_over_in"}
+    milliseconds = {"valve_opening", "valve_closing"}
+    for name, quantity in QUANTITIES.items():
+        if quantity.default is not None:
+            neutral = 1 if name in factors | milliseconds else 0
+            assert quantity.default == room.get(name, neutral), name
+
+
+@pytest.mark.parametrize(("gas", "kg_per_mol"), [("air", 28.9647e-3), ("nitrogen", 28.0134e-3)])
+def test_a_gas_has_the_constant_of_its_molar_mass_and_gamma_of_two_atoms(gas, kg_per_mol):
+    # Five digits are written.
+    R, gamma = GASES[gas].R, GASES[gas].gamma
+    assert (R, gamma) == (pytest.approx(8.314462618 / kg_per_mol, rel=3e-5), 7 / 5)
