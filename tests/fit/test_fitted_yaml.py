@@ -202,3 +202,20 @@ def test_the_values_are_those_that_this_configuration_replays(mine, tmp_path):
     assert result.experiments["open"].plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
     assert "the fit's k_0 is 0.4 W/K, by likelier laws of the wall" in text
     assert "likelier" not in written(found(full=full), "mine", mine, TEMPLATE)
+
+
+@pytest.mark.parametrize(
+    ("name", "ends", "kept"),
+    [
+        ("lag", (0.0, 5e-4), False),
+        ("lag", (1e-6, 5e-4), True),
+        ("null", (-0.1, 0.3), False),
+        ("null", (-0.3, -0.1), True),
+        ("dead_time", (-2e-4, 5e-4), False),
+    ],
+)
+def test_a_valves_parameter_that_may_be_zero_is_not_written(mine, tmp_path, name, ends, kept):
+    low, high = (VALUES | {name: end} for end in ends)
+    full = Estimate(VALUES | {name: sum(ends) / 2}, low, high, *[np.zeros(2)] * 3)
+    section = read(written(found(full=full), "mine", mine, TEMPLATE), tmp_path)[0].cylinders["mine"]
+    assert (section.valve_dynamics is not None) == kept

@@ -74,6 +74,16 @@ def test_records_that_cannot_be_fitted_together_are_refused(changes, words):
         joined([measured(1, 0.2)] * (MOST_RECORDS + 1), 0.6, 1000)
 
 
+def test_a_signal_that_one_record_alone_has_is_refused_in_either_order():
+    for name in ("m", "P_s"):
+        signal = np.zeros((2, 201) if name == "m" else 201)
+        column = {"m": "m_A"}.get(name, name)
+        pair = [measured(1, 0.2, "a.csv"), measured(2, 0.2, "b.csv", **{name: signal})]
+        for first, second in (pair, pair[::-1]):
+            with pytest.raises(InputError, match=f"{second.name}: column {column}: must be in all"):
+                joined([first, second], 0.6, 1000)
+
+
 @pytest.mark.parametrize("model", [FULL, MODELS["M8"]])
 def test_each_record_is_replayed_from_its_own_start_as_if_alone(model, plant):
     records = [measured(1), measured(2, 0.5)]

@@ -21,3 +21,11 @@ def test_labview_s_time_begins_at_X0_and_goes_on_by_Delta_X():
     table = text_table(Path("a.lvm"), (LVM + "\t1\t10\n\t2\t20\n\t3\t30\n").encode(), set())
     np.testing.assert_allclose(table.columns["X_Value"].astype(float), [0.5, 0.502, 0.504], rtol=1e-15)
     assert table.units == {"X_Value": "s", "u": "V", "x": "mm"}
+
+
+def test_labview_s_own_times_are_kept_and_samples_have_the_files_lines():
+    rows = "0.5\t1\t10\n0.6\t2\t20\n0.9\t3\t30\n"
+    table = text_table(Path("a.lvm"), (LVM + rows).encode(), set())
+    assert table.columns["X_Value"].tolist() == ["0.5", "0.6", "0.9"]
+    assert table.first_line == len(LVM.splitlines()) + 1
+    assert text_table(Path("a.csv"), b"t_s,u_V\n0,1\n1,4\n", set()).first_line == 2
