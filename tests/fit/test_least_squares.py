@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from pneumo.fit import least_squares
-from pneumo.fit.least_squares import SETTLED, Fit, descend, fit_with_one_fixed
+from pneumo.fit.least_squares import SETTLED, Fit, descend, fit_with_one_fixed, without_spikes
 
 rng = np.random.default_rng(7)
 J = rng.normal(size=(2, 50, 3)) * np.array([1.0, 5.0, 0.3])
@@ -103,3 +103,12 @@ def test_a_step_uphill_is_not_taken_and_the_next_is_shorter(monkeypatch):
     found = descend(problem, start, most=12)
     assert tried[1] > 1.0 and found.squares < linear(start).squares
     assert np.linalg.norm(found.theta - start) <= 1.0
+
+
+def test_noise_in_the_position_makes_no_larger_derivative_usual():
+    measured, noisy = np.ones((2, 1000, 1)), np.ones((2, 1000, 1))
+    noisy[:, 5::10] = 10.0
+    limited = without_spikes(np.stack([measured, noisy]))
+    np.testing.assert_array_equal(limited[0], measured)
+    # Three times the usual maximum of the measured motion, from the median of the neighbours.
+    np.testing.assert_array_equal(limited[1], np.minimum(noisy, 4.0))

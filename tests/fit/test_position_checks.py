@@ -8,6 +8,7 @@ import pytest
 from pneumo.configuration.parameters import accuracy, load, study
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.position_checks import (
+    contact,
     dead_volume_notes,
     position_shown,
     reason_of,
@@ -183,3 +184,11 @@ def test_a_position_that_nothing_shows_is_known_to_5_mm_unless_stated(tmp_path):
     stating = load(TEMPLATE, file)
     for known in (accuracy(stating), accuracy(stating, position_shown=False)):
         assert (known.x_zero, known.x_scale) == pytest.approx((2e-4, 3e-3))
+
+
+@pytest.mark.parametrize("gives", [1e-6, -1e-6])
+def test_no_stop_gives_way_against_the_force(gives):
+    force = np.linspace(200.0, 400.0, 401)
+    x = 0.08 + gives * force
+    expected = 0.08 if gives > 0 else np.median(x)
+    assert contact(x, force) == pytest.approx(expected, rel=1e-9)

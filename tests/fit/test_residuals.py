@@ -72,3 +72,10 @@ def test_a_signal_of_one_value_or_of_many_has_no_steps():
     assert quantum(np.full(50, 3.0)) == 0.0
     assert quantum(np.tile([1.0, 3.0, 5.0], 20)) == 2.0
     assert quantum(np.arange(60.0)) == 0.0  # every sample another value
+
+
+def test_steps_of_a_pressure_are_subtracted_by_their_variance():
+    still = np.full((2, SAMPLES), 4e5)
+    still[:, ::2] += 244.0
+    for side in split_residuals(still, np.full((2, SAMPLES), 300.0), PERIOD, NONE):
+        assert side.coloured == pytest.approx((300**2 - 244**2 / 12) ** 0.5, rel=1e-9)

@@ -58,6 +58,8 @@ def test_added_noise_is_as_large_as_the_measured(record):
     *_, found = record
     made = with_added_noise(found, 4, seed=1)
     assert len(made) == 8
+    # A noise and its negative: all pairs have one mean, to rounding of 0.05 m and 0.4 m/s.
+    np.testing.assert_allclose(made[::2] + made[1::2], np.array([made[0] + made[1]] * 4), rtol=0, atol=1e-14)
     for plus, minus in zip(made[::2], made[1::2], strict=True):
         middle = (plus + minus) / 2
         # Smoothing what is smooth changes it by far less than the noise.

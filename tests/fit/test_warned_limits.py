@@ -246,3 +246,20 @@ def test_intervals_that_touch_or_have_an_open_end_are_not_apart():
     assert warnings.apart([(1.0, 2.0), (2.01, 3.0)]) and not warnings.apart([(1.0, 2.0), (2.0, 3.0)])
     assert not warnings.apart([(1.0, np.nan), (2.0, 3.0)]) and not warnings.apart([(1.0, 2.0), (np.nan, 3.0)])
     assert not warnings.apart([(1.0, 2.0)])
+
+
+def test_reduced_models_on_a_bound_are_named_down_to_the_first_without():
+    def model(value, *reached):
+        return estimate_of({"k_0": value, "k_xu": 1e-6}, at_bound=reached)
+
+    fits = {
+        "full": model(9.0, "k_0"),
+        "M8": model(0.02, "k_0"),
+        "M9": model(0.5, "lag"),
+        "M7": model(1, "k_0"),
+    }
+    (text,) = warnings.bounds_of_reduced(fits, ("k_0", "k_xu"))
+    assert text == "M8: k_0 is on the bound of the search: 0.02 W K-1; not offered for a replay"
+    del fits["M9"], fits["full"]
+    assert [text[:3] for text in warnings.bounds_of_reduced(fits, ("k_0",))] == ["M8:", "M7:"]
+    assert warnings.bounds_of_reduced({"full": model(9.0), "M8": model(0.02, "k_0")}, ("k_0",)) != []
