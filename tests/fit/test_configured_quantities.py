@@ -210,3 +210,20 @@ def test_a_prior_that_is_off_shifts_parameters_as_a_fit_with_another_centre(prob
         i = problem.names.index(name)
         # First order, and searches that end where the sum of squares changes by 1e-8, as above.
         assert moved[row, i] == pytest.approx(again.theta[i] - optimum.theta[i], rel=0.2, abs=2e-5), name
+
+
+def test_priors_weigh_by_the_noise_of_the_sensors(columns, tmp_path_factory, monkeypatch):
+    class Found(Exception):
+        pass
+
+    def stopped(*_, prior, **__):
+        raise Found(prior)
+
+    monkeypatch.setattr("pneumo.fit.measurement_fit.estimate", stopped)
+    plant, P = plant_of(RIG, tmp_path_factory), np.array([columns["P_A"], columns["P_B"]])
+    with pytest.raises(Found) as found:
+        fit_measurement(Measurement("m", 1e-3, columns["u"], columns["x"], P), plant, [])
+    (prior,) = found.value.args
+    for _, deviation, weight in prior.values():
+        # 3,000 samples and third differences know a noise of 1 kPa to some 3 %.
+        assert weight**0.5 * deviation * plant.conditions.P_s == pytest.approx(1e3, rel=0.15)

@@ -18,7 +18,14 @@ from pneumo.fit import parameter_intervals as fit_intervals
 from pneumo.fit.closed.thermal_time_constant import transient
 from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem, priors, replayed_pressures, si_value
-from pneumo.fit.least_squares import Fit, evaluate, fit, squares_at
+from pneumo.fit.least_squares import (
+    Fit,
+    evaluate,
+    fit,
+    pressure_and_jacobian,
+    squares_at,
+    without_spikes,
+)
 from pneumo.fit.parameter_intervals import HALF_WIDTH, covariances, parameter_interval, profile_interval
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.stage_signals import FEW_PAIRS, smoothing, stage_signals, with_added_noise
@@ -319,3 +326,36 @@ def test_exact_signals_have_no_error_in_the_part_held_out(known):
     P = np.where(np.arange(1001) > split, wider, exact.P)
     changed = estimate(MODELS["M7"], known.configured, exact._replace(P=P), noisy=None, intervals=())
     assert np.all(changed.rms < 100.0) and np.all(changed.held_out > 1000.0)
+
+
+def test_slope_curvature_and_scatter_are_those_of_explicit_sums(known):
+    first = record_of(known).part(0, 150)
+    noisy = with_added_noise(first, 2)
+    middle = noisy.mean(axis=0)
+    noisy = middle + 10 * (noisy - middle)  # its effect counts beside what is measured
+    problem = Problem(MODELS["M7"], known.configured, first, {}, noisy)
+    theta = problem.guess() + MOVED
+    P, J = pressure_and_jacobian(problem, theta)
+    (P, *P_b), (J, *J_b) = P, without_spikes(J)
+    mean_P, mean_J = np.mean(P_b, axis=0), np.mean(J_b, axis=0)
+    residual = first.P / known.configured.conditions.P_s - (2 * P - mean_P)
+
+    def product(a, b):
+        return a.reshape(residual.size, -1).T @ b.reshape(residual.size, -1)
+
+    d, J_d = [P - mean_P for P in P_b], [J - mean_J for J in J_b]
+    squares = np.sum(residual**2) - np.mean([np.sum(one**2) for one in d])
+    slope = product(2 * J - mean_J, residual) + np.mean(
+        [product(*b) for b in zip(J_d, d, strict=True)], axis=0
+    )
+    curvature = product(2 * J - mean_J, 2 * J - mean_J) - np.mean([product(b, b) for b in J_d], axis=0)
+    scatter = np.cov([product(*b)[:, 0] for b in zip(J_b, d, strict=True)], rowvar=False)
+    found = evaluate(problem, theta)
+    assert found.squares == pytest.approx(squares, rel=1e-10)
+    for sums, expected in (
+        (found.slope, slope[:, 0]),
+        (found.curvature, curvature),
+        (found.scatter, scatter),
+    ):
+        # The order of sums.
+        np.testing.assert_allclose(sums, expected, rtol=1e-9, atol=1e-10 * np.abs(expected).max())

@@ -192,3 +192,21 @@ def test_no_stop_gives_way_against_the_force(gives):
     x = 0.08 + gives * force
     expected = 0.08 if gives > 0 else np.median(x)
     assert contact(x, force) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_piston_that_rests_elsewhere_under_force_is_on_no_stop():
+    """It is held up for 0.3 s at 4 mm or 60 mm from either end, longer than it rests on the stop."""
+    for inward in (4e-3, 60e-3):
+        record = moved(-HALF, HALF)
+        x = record.x.reshape(2, 1000).copy()
+        x[:, 500:800], x[:, :300] = -HALF + inward, HALF - inward
+        assert stops_of(record._replace(x=x.ravel()), PLANT) == pytest.approx((-HALF, HALF), abs=1e-5)
+
+
+@pytest.mark.parametrize("name", ["x_zero", "stroke", "x_scale"])
+def test_stops_may_be_off_by_twice_what_each_accuracy_allows(name):
+    """A zero counts whole, a stroke by half, a scale over half the stroke: decision 93."""
+    exact = accuracy()._replace(x_zero=0.0, stroke=0.0, x_scale=0.0)
+    known = exact._replace(**{name: {"x_zero": 1e-3, "stroke": 2e-3, "x_scale": 1e-3 / HALF}[name]})
+    for off, said in ((1.95e-3, False), (2.05e-3, True)):
+        assert bool(stop_warnings(moved(-HALF + off, HALF + off), PLANT, known)) == said

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_smoothing_spline
 
 from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.fit.stage_signals import stage_signals, with_added_noise
@@ -48,7 +49,15 @@ def test_a_spline_in_pieces_is_the_spline(record, plant, monkeypatch):
     _, u, x, whole = record
     monkeypatch.setattr("pneumo.fit.stage_signals.LONGEST_SPLINE", 90)
     monkeypatch.setattr("pneumo.fit.stage_signals.OVERLAP", 60)
+    lengths = []
+
+    def counted(t, x, lam):
+        lengths.append(len(t))
+        return make_smoothing_spline(t, x, lam=lam)
+
+    monkeypatch.setattr("pneumo.fit.stage_signals.make_smoothing_spline", counted)
     pieces = stage_signals(PERIOD, u, x, np.zeros((2, 400)), plant)
+    assert lengths == [151, 211, 211, 190, 100]  # a piece of 90 and 60 on either side, as far as there are
     # 60 samples beyond the end of a piece are as good as all: what is left is far below the noise of 0.2 mm.
     np.testing.assert_allclose(pieces.motion[..., 0], whole.motion[..., 0], rtol=0, atol=2e-7)
     np.testing.assert_allclose(pieces.motion[..., 1], whole.motion[..., 1], rtol=0, atol=2e-5)

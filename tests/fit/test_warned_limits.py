@@ -263,3 +263,24 @@ def test_reduced_models_on_a_bound_are_named_down_to_the_first_without():
     del fits["M9"], fits["full"]
     assert [text[:3] for text in warnings.bounds_of_reduced(fits, ("k_0",))] == ["M8:", "M7:"]
     assert warnings.bounds_of_reduced({"full": model(9.0), "M8": model(0.02, "k_0")}, ("k_0",)) != []
+
+
+# On either side of where two digits are rounded up: a factor of 1.001 would be seen.
+NEAR_1_KPA = [(994.9, "0.99"), (995.1, "1")]
+
+
+@pytest.mark.parametrize(("Pa", "kPa"), NEAR_1_KPA)
+def test_pressures_of_warnings_are_exact_to_their_last_digit(plant, tried, Pa, kPa):
+    (text,) = warnings.residual_warnings("M8", {"A": Residual(9970.0, Pa, Pa)})
+    assert f"off by 9.97 kPa rms, of which {kPa} kPa are not noise (sensor: {kPa} kPa)" in text
+    problem = problem_of(plant)
+    estimate = estimate_of({})._replace(pressure=problem.signals.P - 10.0)
+    text = warnings.remainder_warning(problem, estimate, [Residual(Pa, Pa, Pa)] * 2)
+    both = f"{kPa} and {kPa}"
+    assert f"off by {both} kPa rms, of which {both} kPa are not noise (sensors: {both} kPa)" in text
+    (text,) = tried(10 * Pa, {"skew": Pa}, 2e-3)
+    assert text.endswith(f"from {'9.9' if Pa < 995 else '10'} to {kPa} kPa rms")
+    usual = {name: si_value(name, x) for name, x in zip(problem.names, problem.guess(), strict=True)}
+    early = estimate_of(usual | {"dead_time": -1e-6 * Pa}, {}, {"dead_time": -5e-4})
+    (note,) = warnings.early_notes(problem, early)
+    assert note.startswith(f"the valve acts {kPa} ms before")

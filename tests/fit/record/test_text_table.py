@@ -3,7 +3,9 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from pneumo.errors import InputError
 from pneumo.fit.record.text_table import text_table
 
 LVM = (
@@ -29,3 +31,17 @@ def test_labview_s_own_times_are_kept_and_samples_have_the_files_lines():
     assert table.columns["X_Value"].tolist() == ["0.5", "0.6", "0.9"]
     assert table.first_line == len(LVM.splitlines()) + 1
     assert text_table(Path("a.csv"), b"t_s,u_V\n0,1\n1,4\n", set()).first_line == 2
+
+
+def test_a_single_row_above_the_numbers_has_names_even_if_they_are_units():
+    table = text_table(Path("a.csv"), b"s,V,mm\n0,1,2\n1,4,5\n", {"s", "V", "mm"})
+    assert list(table.columns) == ["s", "V", "mm"] and table.units == {}
+
+
+def test_the_first_sample_is_looked_for_within_200_lines():
+    def content(lines):
+        return ("# a bench\n" * (lines - 2) + "t_s,u_V\n0,1\n1,4\n").encode()
+
+    assert text_table(Path("a.csv"), content(200), set()).first_line == 200
+    with pytest.raises(InputError, match="no numbers in columns within the first 200 lines"):
+        text_table(Path("a.csv"), content(201), set())

@@ -13,6 +13,7 @@ from pneumo.fit.rig.rig_c import node_names, rig_c
 from pneumo.fit.rig.rig_file import rig
 from pneumo.fit.rig.rig_record import Points, Run, vessel_run
 from pneumo.fit.rig.rig_replay import network, opening, replay_run
+from pneumo.physics.valve import choked_flow
 from pneumo.simulation.gas_network import replay
 
 VALVE = {"valve_C_in_dm3_per_sbar": 1.2, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6, "valve_opening_ms": 5}
@@ -158,3 +159,13 @@ def test_nodes_have_the_names_of_their_places():
     names = node_names(rig(EVERYTHING, "test"))
     assert names == ["CHAMBER_A", "CHAMBER_B", "HOSE_A", "HOSE_B", "SILENCER_A", "SILENCER_B", "SUPPLY"]
     assert node_names(rig(VESSEL, "test")) == ["CHAMBER_A"]
+
+
+def test_a_sonic_conductance_gives_the_flow_of_iso_6358():
+    known = rig(CHAMBER, "test")
+    values = {name: low for name, (low, _) in known.ends.items()}
+    areas = network(known, "full order", values, driven()._replace(P_B=None)).areas.max(axis=1)
+    for area, C in zip(areas, (1.2e-8, 1e-8), strict=True):
+        flow = choked_flow(area, 6e5, 350.0, known.gas)
+        # Reference: 1.185 kg/m^3 at 20 degrees.
+        assert flow == pytest.approx(C * 1.185 * 6e5 * (293.15 / 350.0) ** 0.5, rel=1e-12)
