@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pneumo import simulate
 from pneumo.configuration.parameters import accuracy
 from pneumo.fit.fit_problem import (
     FULL,
@@ -10,6 +11,7 @@ from pneumo.fit.fit_problem import (
     Problem,
     opened,
     priors,
+    replayed_pressures,
     sagging_supply,
     search_value,
     si_value,
@@ -148,3 +150,19 @@ def test_bounds_of_a_search_lie_as_far_on_either_side_of_what_is_configured():
         elif low > 0 and isinstance(search.start, str) and "." in search.start and search.times:
             # Of multiples of it one is the inverse of the other, to the digits that are written.
             assert high == (round(1 / low) if low <= 0.5 else pytest.approx(1 / low, rel=0.021)), name
+
+
+def test_a_replay_of_the_full_order_follows_its_simulation(plant):
+    """The simulation has force balance and adaptive steps; the replay reads its position and command."""
+    ticks = np.arange(1200)
+    command = 0.8 * np.sign(np.sin(ticks / 150) + np.sin(ticks / 57)) + 0.3 * np.sin(ticks / 23)
+    run = simulate(plant, 1e-3, command=command)
+    P = np.array([run.P_A, run.P_B])
+    problem = Problem(FULL, plant, stage_signals(1e-3, run.u, run.x, P, plant), {})
+    c, air = plant.cylinder, plant.conditions
+    values = {"k_0": plant.k_0, "k_xu": plant.valve.k_xu, "V_d_A": c.V_d_A, "V_d_B": c.V_d_B}
+    values |= {"start_A": P[0, 0], "start_B": P[1, 0], "start_T_A": air.T_0, "start_T_B": air.T_0}
+    theta = problem.inner(values | dict.fromkeys(("lag", "dead_time", "null"), 0.0))
+    replayed = replayed_pressures(problem, theta[None])[0, 0]
+    # A spline through exact samples of the position leaves 1e-6 of a swing.
+    assert np.abs(replayed - P).max() < 1e-5 * np.ptp(P)
