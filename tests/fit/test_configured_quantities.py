@@ -6,7 +6,14 @@ import pytest
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.configuration.parameters import accuracy
-from pneumo.fit.configured_quantities import CHANGED, changes_of, misfit, prior_shifts, shifts
+from pneumo.fit.configured_quantities import (
+    CHANGED,
+    changes_of,
+    configured_shifts,
+    misfit,
+    prior_shifts,
+    shifts,
+)
 from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem, priors
 from pneumo.fit.fitted_parameters import CONFIGURED, SHIFTING
@@ -227,3 +234,14 @@ def test_priors_weigh_by_the_noise_of_the_sensors(columns, tmp_path_factory, mon
     for _, deviation, weight in prior.values():
         # 3,000 samples and third differences know a noise of 1 kPa to some 3 %.
         assert weight**0.5 * deviation * plant.conditions.P_s == pytest.approx(1e3, rel=0.15)
+
+
+def test_no_shift_is_larger_than_the_distance_of_the_bounds(problem, optimum):
+    changes = changes_of(problem, optimum.theta, accuracy())
+    low, high = problem.bounds()
+    usual, far, back = (configured_shifts(problem, optimum, f * changes, accuracy()) for f in (1, 1e9, -1e9))
+    sure = np.abs(usual[: len(changes)]) > 1e-6  # of both chambers and most quantities
+    assert sure.any(axis=0).all() and sure.any(axis=1).sum() >= 7
+    for found, sign in ((far, 1), (back, -1)):
+        expected = sign * np.sign(usual[: len(changes)]) * (high - low)
+        np.testing.assert_array_equal(found[: len(changes)][sure], expected[sure])

@@ -20,6 +20,7 @@ from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem, priors, replayed_pressures, si_value
 from pneumo.fit.least_squares import (
     Fit,
+    descend,
     evaluate,
     fit,
     pressure_and_jacobian,
@@ -122,6 +123,14 @@ def test_noise_in_the_position_is_left_out_only_where_it_hardly_matters(rough, k
     record = record_of(known, x=known.x + np.random.default_rng(5).normal(0.0, noise, len(known.x)))
     noises = with_added_noise(record.part(0, split_of(record)), FEW_PAIRS + 1)
 
+    noisy_of = []
+
+    def counted(problem, *rest, **options):
+        noisy_of.append(len(problem.noisy))
+        return descend(problem, *rest, **options)
+
+    monkeypatch.setattr(fit_estimate, "descend", counted)
+
     def found():
         given = {"noisy": noises, "intervals": ("k_xu",), "known": accuracy()}
         return estimate(MODELS["M7"], known.configured, record, **given)
@@ -129,6 +138,8 @@ def test_noise_in_the_position_is_left_out_only_where_it_hardly_matters(rough, k
     short = found()
     monkeypatch.setattr(fit_estimate, "SLIGHT", -1.0)  # never
     exact = found()
+    few = 2 * FEW_PAIRS  # then all, but where the noise hardly matters
+    assert noisy_of == ([few, few + 2] if rough else [few]) + [few, few + 2]
     if rough:  # there the shorter way is not taken
         assert short.values == exact.values and short.high == exact.high
         return

@@ -4,8 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from pneumo.configuration.parameters import accuracy
 from pneumo.evidence.fit_coverage.interval_coverage import true_parameters
 from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
+from pneumo.fit import measurement_fit
 from pneumo.fit.estimate import alike_notes, at_temperature, error_line, ranked, slight, split_of
 from pneumo.fit.fit_problem import FULL, Problem
 from pneumo.fit.fit_result import Estimate, FitResult, fit_data
@@ -144,3 +146,31 @@ def test_another_record_judges_the_fitted_models_by_their_own_starts():
     assert np.all((errors() > 0.9 * noise) & (errors() < 1.3 * noise))
     np.testing.assert_allclose(errors(start_A=1e5, start_B=9e5), errors(), rtol=1e-6)  # fitted there
     assert errors(k_xu=1.2 * true["k_xu"]).min() > 3 * noise
+
+
+def test_reduced_models_are_compared_with_pressures_without_the_sensors_offsets(plant, monkeypatch):
+    """With the replay of the full order, or with what was measured where that is far from noise."""
+    record = signals_of(plant, 401)
+    replayed, count = np.full(record.P.shape, 5e5), []
+
+    def fitted(*_, intervals, **__):
+        count.append(len(intervals))
+        valve = dict.fromkeys(("lag", "dead_time", "null"), 0.0)
+        return estimate_of(values=valve | {"offset_A": 8e3, "offset_B": -2e3})._replace(pressure=replayed)
+
+    def rough(problem):
+        return SimpleNamespace(theta=problem.guess(), residual=np.zeros(problem.signals.P.shape))
+
+    monkeypatch.setattr(measurement_fit, "best_start", rough)
+    monkeypatch.setattr(measurement_fit, "estimate", fitted)
+    monkeypatch.setattr(measurement_fit, "residuals", lambda *_: [])
+    monkeypatch.setattr(measurement_fit, "covariances", lambda rough: (rough, rough))
+    for name in ("remainder_shifts", "expected_shifts"):
+        monkeypatch.setattr(measurement_fit, name, lambda rough: 0 * rough.theta)
+    options = {"noisy": None, "also": (), "known": accuracy(), "part": 0.6, "long": False}
+    for far, pressure in ((False, replayed), (True, record.P)):
+        monkeypatch.setattr(measurement_fit, "doubtful", lambda *_, far=far: far)
+        found = measurement_fit._full_order(record, plant, record.P, **options)
+        np.testing.assert_array_equal(found.reference, pressure - np.array([[8e3], [-2e3]]))
+        np.testing.assert_array_equal(found.record.P, record.P - np.array([[8e3], [-2e3]]))
+    assert count[0] > 0 == count[1]

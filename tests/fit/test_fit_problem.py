@@ -166,3 +166,17 @@ def test_a_replay_of_the_full_order_follows_its_simulation(plant):
     replayed = replayed_pressures(problem, theta[None])[0, 0]
     # A spline through exact samples of the position leaves 1e-6 of a swing.
     assert np.abs(replayed - P).max() < 1e-5 * np.ptp(P)
+
+
+def test_shown_units_are_those_of_their_factors():
+    factors = {
+        "kPa": 1e-3,
+        "ms": 1e3,
+        "cm³": 1e6,
+        "mm²": 1e6,
+        "mm²/V": 1e6,
+        "%": 100,
+        "mg/(s bar)": 1e6 * 1e5,
+    }
+    for quantity in QUANTITIES.values():
+        assert quantity.factor == factors.get(quantity.shown_unit, 1), quantity.name

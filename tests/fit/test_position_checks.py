@@ -210,3 +210,15 @@ def test_stops_may_be_off_by_twice_what_each_accuracy_allows(name):
     known = exact._replace(**{name: {"x_zero": 1e-3, "stroke": 2e-3, "x_scale": 1e-3 / HALF}[name]})
     for off, said in ((1.95e-3, False), (2.05e-3, True)):
         assert bool(stop_warnings(moved(-HALF + off, HALF + off), PLANT, known)) == said
+
+
+def test_a_piston_that_rests_near_a_stop_without_force_does_not_show_it():
+    """It comes back by 1 mm as the pressures become equal, and stays there longer than it was pushed."""
+    record = moved(-HALF, HALF)
+    x, P = record.x.reshape(2, 2, 500).copy(), record.P.reshape(2, 2, 2, 500).copy()
+    for way, end in ((0, HALF), (1, -HALF)):
+        x[:, way, 100:200], x[:, way, 200:] = end, end - np.sign(end) * 1e-3
+        P[:, :, way, 200:] = 4e5
+    noise = np.random.default_rng(2).normal(0.0, 2e-5, 2000)
+    changed = record._replace(x=x.ravel() + noise, P=P.reshape(2, -1))
+    assert stops_of(changed, PLANT) == pytest.approx((-HALF, HALF), abs=1e-4)

@@ -74,6 +74,7 @@ def test_added_noise_is_as_large_as_the_measured(record):
         # Smoothing what is smooth changes it by far less than the noise.
         assert np.std((middle - found.motion)[:, :, 0]) < 0.3 * found.noise
         half = (plus - minus)[:, :, 0] / 2
+        assert abs(half.mean()) < 0.25 * found.noise  # 400 samples know their mean to a twentieth
         assert 0.05 * found.noise < np.std(half) < 0.8 * found.noise  # smoothed, too
         slope = np.gradient(half[:, 0], found.h)
         assert np.corrcoef(slope, (plus - minus)[:, 0, 1])[0, 1] > 0.99

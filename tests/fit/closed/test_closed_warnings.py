@@ -5,7 +5,7 @@ import pytest
 
 from pneumo.errors import InputError
 from pneumo.fit.closed.closed_fit import closed_records
-from pneumo.fit.closed.closed_warnings import check_closed, closed_warnings
+from pneumo.fit.closed.closed_warnings import OPEN, check_closed, closed_warnings
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual
@@ -108,3 +108,8 @@ def test_each_doubt_of_closed_chambers_is_said(plant):
     assert said(plant, k_0=(0.2, 0.24)) == []
     apart = said(plant, k_0=(0.2, 0.25))
     assert len(apart) == 1 and apart[0].startswith("the intervals of k_0 of A and of B do not overlap")
+
+
+@pytest.mark.parametrize(("part", "fitted"), [(0.97, [1]), (1.03, [0, 1])])
+def test_a_chamber_is_open_below_a_limit_of_the_exponent_of_its_volume(plant, part, fitted):
+    assert checked(plant, compressed(plant, (part * OPEN, 1.2)))[0] == fitted

@@ -192,3 +192,17 @@ def test_balances_are_those_of_an_independent_solver():
     P = laws.closed_chambers(first, V, (True, True), V, area, h, start, *law, *gas)
     # Steps of fourth order, a twentieth of the fastest time constant: (m c_v / k = 0.2 to 1 s).
     np.testing.assert_allclose(P, expected, rtol=1e-7)
+
+
+def test_a_law_without_wall_heat_is_replayed_as_a_polytrope_from_the_first_pressures():
+    record = ClosedRecord(
+        "r", T[:300], X[:300], np.repeat(FIRST[:, None], 300, 1), (0.0127, 0.0115), 0.127, 2.0
+    )
+    names = laws.fitted_names(laws.LAWS["free n"], leaks=False)
+    problem = laws.ClosedProblem(record, laws.LAWS["free n"], names, 180)
+    theta = np.array([2.0, 5.0, 1.1, 0.9, 1.25])  # over the scales
+    assert problem.values(theta) == dict(zip(names, (0.02, 0.05, 1.1, 0.9, 1.25), strict=True))
+    constant = problem.replay(theta, 300) * problem.volumes(problem.values(theta)) ** 1.25
+    # Fourth-order steps of 0.02 s, as above.
+    expected = (FIRST * [1.1, 0.9] * VOLUMES[:, 0] ** 1.25)[:, None]
+    np.testing.assert_allclose(constant, expected * np.ones(300), rtol=1e-6)

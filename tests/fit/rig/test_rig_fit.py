@@ -1,6 +1,7 @@
 """Fits to a rig: parameters of an independent simulation come back, and what a rig lacks is named."""
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from pneumo.evidence.measured_air import as_skin, as_store
 from pneumo.fit.rig.rig_file import key, rig
 from pneumo.fit.rig.rig_fit import (
     RigEstimate,
+    RigProblem,
     correlation_time,
     fit_rig,
     fitted_names,
@@ -328,3 +330,23 @@ def test_a_hose_is_named_with_its_size_where_it_explains_most_of_the_error(monke
     # Nothing is tried where there is a hose, or no valve.
     monkeypatch.setattr("pneumo.fit.rig.rig_fit.fit_rig", None)
     assert rig_warnings(rig(ABOUT | HOSE, "test"), [], 2e3) == rig_warnings(rig(TANK, "test"), [], 2e3) == []
+
+
+def test_a_search_begins_on_a_logarithmic_scale_or_near_another_fit_off_the_ends(monkeypatch):
+    known = rig(TANK | {"C_d": [0.1, 2.5], "T_lag_s": [0, 20]}, "test")
+    problem = RigProblem(known, "full order", [], ("C_d", "k_0", "T_lag"))
+    assert problem.values(problem.start(0.5))["C_d"] == pytest.approx((0.1 * 2.5) ** 0.5, rel=1e-12)
+    assert problem.values(problem.start(0.25))["T_lag"] == pytest.approx(5.0, rel=1e-12)  # from zero on
+    begun = []
+
+    def solved(_, theta):
+        begun.append(theta.tolist())
+        return SimpleNamespace(cost=len(begun))
+
+    monkeypatch.setattr(RigProblem, "_solved", solved)
+    assert problem.solve({"C_d": 2.5, "k_0": 0.0, "T_lag": 6.0}).cost == 1
+    assert begun == [pytest.approx([0.99, 0.01, 0.3]), problem.start(0.5).tolist()]
+
+
+def test_residuals_that_are_zero_or_few_have_no_memory():
+    assert correlation_time(np.zeros(20)) == correlation_time(np.ones(1)) == 1.0

@@ -58,6 +58,8 @@ def test_a_run_has_the_records_period_and_begins_and_ends_at_rest():
     np.testing.assert_array_equal(run.P.values, pulse(0.1)[90 : 90 + len(run.x)])
     # It ends a while after the pressure has come back to 1.5 % of its range, within one sample.
     assert run.P.t[-1] == pytest.approx(0.01 + 0.4 - RISEN * 0.1 + AFTER, abs=H)
+    calm = 300 + int(np.argmax(pulse(0.1)[300:] <= LOW + RISEN * (HIGH - LOW)))
+    assert len(run.x) == calm + 30 - 90 + 1
 
 
 def test_only_whole_pulses_are_runs():

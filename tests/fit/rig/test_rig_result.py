@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from pneumo.errors import InputError
 from pneumo.fit.rig.rig_file import rig
@@ -79,3 +80,11 @@ def test_a_valves_record_is_read_where_its_samples_are_equally_spaced(late, tmp_
     else:
         (pulse,) = read_runs(file, chamber)
         assert pulse.P.values.max() == pytest.approx(3e5)
+
+
+def test_estimates_are_read_back_in_SI_units_and_known_values_where_none_was_fitted():
+    made = rig(TANK | {"volume_L": [1, 20], "C_d": [0.1, 2]}, "test")
+    estimate = ("model", "parameter"), [[7.0, np.nan]]
+    result = xr.Dataset({"estimate": estimate}, {"model": ["M1"], "parameter": ["volume_L", "C_d"]})
+    values = values_of(result, made, "M1")
+    assert (values["volume"], values["C_d"], values["P_start"]) == pytest.approx((7e-3, 0.1, 8e5), rel=1e-12)
