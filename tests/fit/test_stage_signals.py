@@ -34,11 +34,13 @@ def test_stages_have_the_limited_command_or_a_linear_one_and_a_motion_with_its_d
     np.testing.assert_allclose(found.u[1::2, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)
 
 
-def test_steps_are_short_where_a_valve_fills_a_small_chamber_fast(plant):
-    u, x = np.full(50, 4.0), np.full(50, plant.cylinder.x_min)
+@pytest.mark.parametrize("side", ["A", "B"])
+def test_steps_are_short_where_a_valve_fills_a_small_chamber_fast(plant, side):
+    end = plant.cylinder.x_min if side == "A" else plant.cylinder.x_max
+    u, x, V_d = np.full(50, 4.0), np.full(50, end), getattr(plant.cylinder, f"V_d_{side}")
     large = plant._replace(valve=plant.valve._replace(k_xu=2e-6))
     c, gas, A_t = plant.conditions, plant.gas, 2e-6 * 4.0
-    rate = gas.gamma * gas.R * c.T_in**0.5 * gas.sonic_coefficient * c.P_s * A_t / plant.cylinder.V_d_A  # (4)
+    rate = gas.gamma * gas.R * c.T_in**0.5 * gas.sonic_coefficient * c.P_s * A_t / V_d  # (4)
     longest = 0.25 * c.P_s / rate
     found = stage_signals(PERIOD, u, x, np.zeros((2, 50)), large)
     assert found.h <= longest < found.h * (1 + 1 / (found.stride - 1))
