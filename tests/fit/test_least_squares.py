@@ -112,3 +112,12 @@ def test_noise_in_the_position_makes_no_larger_derivative_usual():
     np.testing.assert_array_equal(limited[0], measured)
     # Three times the usual maximum of the measured motion, from the median of the neighbours.
     np.testing.assert_array_equal(limited[1], np.minimum(noisy, 4.0))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_spike_of_the_other_sign_is_cut_though_smaller_than_three_times_the_usual(sign):
+    J = np.full((2, 2, 1000, 1), -sign)
+    J[1, :, 5::10] = 2.5 * sign
+    expected = J.copy()
+    expected[1, :, 5::10] = 2.0 * sign  # three from the median of the neighbours
+    np.testing.assert_array_equal(without_spikes(J), expected)
