@@ -44,16 +44,16 @@ def test_a_narrow_interval_is_that_of_the_standard_error(chambers):
     rows = len(chambers) * SAMPLES
     # The larger of two covariances, which 4,000 samples and their correlation know to some ten per cent.
     half = np.log(high["k_A"] / low["k_A"]) / 2
-    assert half == pytest.approx(half_of(rows), rel=0.3)
+    assert half == pytest.approx(half_of(rows), rel=0.1)
     assert low["k_A"] * high["k_A"] == pytest.approx(SCALES["k_A"] ** 2, rel=1e-9)  # symmetric in ln k
-    assert (high["leak"] - low["leak"]) / 2 == pytest.approx(SCALES["leak"] * half_of(rows), rel=0.3)
+    assert (high["leak"] - low["leak"]) / 2 == pytest.approx(SCALES["leak"] * half_of(rows), rel=0.1)
     assert (high["leak"] + low["leak"]) / 2 == pytest.approx(0.3 * SCALES["leak"], rel=1e-9)
 
 
 @pytest.mark.usefixtures("no_profile")
 def test_a_leak_is_not_below_zero_and_may_be_any_above():
     low, high = intervals(leak=0.0)
-    assert low["leak"] == 0.0 and high["leak"] == pytest.approx(SCALES["leak"] * half_of(), rel=0.3)
+    assert low["leak"] == 0.0 and high["leak"] == pytest.approx(SCALES["leak"] * half_of(), rel=0.1)
 
 
 def test_a_wide_interval_has_the_ends_of_the_profile(monkeypatch):
@@ -68,8 +68,8 @@ def test_a_wide_interval_has_the_ends_of_the_profile(monkeypatch):
     low, high = intervals(steep=(flat, 1.0))
     assert (low["k_A"], high["k_A"]) == pytest.approx((0.5 * np.exp(-0.5), 0.5 * np.exp(0.5)), rel=1e-12)
     assert [(name, best, sign) for name, best, sign, _ in told] == [("k_A", 1.0, -1.0), ("k_A", 1.0, 1.0)]
-    # The sum of squares rises by so many variances of the noise.
-    assert told[0][-1] == pytest.approx(HALF_WIDTH**2 * 1e-6, rel=0.6)
+    # The sum of squares rises by so many variances of the noise, known to twice that of a half-width.
+    assert told[0][-1] == pytest.approx(HALF_WIDTH**2 * 1e-6, rel=0.2)
     told.clear()
     intervals(steep=(half_of() / 0.15, 1.0))
     assert told == []
