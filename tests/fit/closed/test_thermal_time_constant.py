@@ -71,7 +71,8 @@ def test_a_transient_that_does_not_settle_is_refused(plant):
 
 
 def test_a_transient_within_its_noise_is_refused(plant):
-    assert transient(decay(0.5, change=2e3, noise=300.0), plant, "A").tau == pytest.approx(0.5, rel=0.3)
+    # Noise of 15 % of the change moves tau by 7 % here; twice that is allowed.
+    assert transient(decay(0.5, change=2e3, noise=300.0), plant, "A").tau == pytest.approx(0.5, rel=0.15)
     with pytest.raises(InputError, match=r"pressure A changes by .* Pa at a noise of \d+ Pa: too little"):
         transient(decay(0.5, change=300.0, noise=300.0), plant, "A")
 
