@@ -52,10 +52,25 @@ def test_a_period_is_refused_outside_of_what_the_message_allows(closed, allowed,
         assert f"must be 1e-05 to {10 if closed else 0.1:g} s" in text
 
 
+def test_a_period_may_be_as_short_or_long_as_the_message_says():
+    for closed, periods in ((False, (1e-5, 0.1)), (True, (1e-5, 10.0))):
+        assert [check_time(samples(t=np.array([0.0, h])), closed)[0] for h in periods] == [*periods]
+
+
+def test_time_may_begin_anywhere_and_must_increase():
+    assert check_time(samples(t=5.0 + T)) == (pytest.approx(1e-3, rel=1e-9), [])
+    for again in (0.03, 0.049):  # back, and the same time twice
+        t = np.where(np.arange(SAMPLES) == 50, again, T)
+        text = refusal(check_time, samples(t=t))
+        assert text == f"m.csv: line 52, column t: {again:g} s follows 0.049 s: time must increase"
+
+
 def test_a_period_in_another_unit_is_asked_about_where_that_unit_would_be_right():
     assert refusal(check_time, samples(t=1e3 * T)).endswith("; is t in ms?")  # 1 ms read as 1 s
     assert refusal(check_time, samples(t=1e-3 * T)).endswith("; is t in s?")
-    assert refusal(check_time, samples(t=1e6 * T)).endswith("to 0.1 s")  # 1,000 s is no period in ms either
+    # 1,000 s is no period in ms either, and 0.1 ns none in s.
+    assert refusal(check_time, samples(t=1e6 * T)).endswith("to 0.1 s")
+    assert refusal(check_time, samples(t=1e-7 * T)).endswith("to 0.1 s")
 
 
 def test_a_gap_is_more_than_two_missing_samples():
@@ -67,6 +82,7 @@ def test_a_gap_is_more_than_two_missing_samples():
     assert "line 52, column t: a gap of 0.004 s after t = 0.049 s" in text and "more gap" not in text
     assert text.endswith("cut the file there and fit one part")
     several = refusal(check_time, without(50, 51, 52, 100, 101, 102, 150, 151, 152))
+    assert several.startswith("m.csv: line 52,")
     assert several.endswith("cut the file there and fit one part; 2 more gaps")
 
 
@@ -94,15 +110,20 @@ def test_a_position_outside_the_stroke_is_refused_with_the_span_in_its_own_coord
 def test_a_position_outside_the_stroke_is_asked_about_its_origin_or_unit(plant):
     half, x = plant.cylinder.stroke / 2, signals(plant)["x"]
     assert refusal(check, plant, x=x + half).endswith("does it count from the end? --x-from end")
-    assert refusal(check, plant, x=1e3 * x).endswith("; is the unit right?")
+    for factor in (1e3, 10.0, 2.8):
+        assert refusal(check, plant, x=factor * x).endswith("; is the unit right?")
     assert refusal(check, plant, x=x - half).endswith(" m")
+    # The whole stroke from the end on, with a sensor that is a little off there, and motion about mid-stroke.
+    for low, high, asked in ((-0.05, 1.85, "--x-from end"), (-0.5, 1.2, " m")):
+        assert refusal(check, plant, x=half * np.linspace(low, high, SAMPLES)).endswith(asked)
 
 
 def test_a_command_beyond_the_limiter_is_noted_with_its_part_of_the_time(plant):
     u = signals(plant)["u"].copy()
-    u[:50] = 1.01 * plant.valve.u_max
+    u[:14] = 1.01 * plant.valve.u_max
     (note,) = check(plant, u=u)
-    assert note == f"column u: beyond the limiter's {plant.valve.u_max:g} V in 25 % of samples; limited"
+    assert note == f"column u: beyond the limiter's {plant.valve.u_max:g} V in 7 % of samples; limited"
+    assert check(plant, u=np.clip(u, -plant.valve.u_max, plant.valve.u_max)) == []
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -114,22 +135,26 @@ def test_a_command_of_one_sign_is_refused_where_the_piston_goes_to_and_fro(plant
     middle = f"{sum(shown) / 2:.2g}"
     assert f"shut at, say, {middle} V" in text and f"`offset: -{middle}`" in text
     # One way, or within a tenth of half the stroke, one sign may be right.
-    assert check(plant, u=sign * u, x=np.linspace(-half, half, SAMPLES)) == []
+    for direction in (1.0, -1.0):
+        assert check(plant, u=sign * u, x=direction * np.linspace(-half, half, SAMPLES)) == []
     assert check(plant, u=sign * u, x=0.05 * half * np.sin(200 * T)) == []
     flows = {"m_A": signals(plant)["u"], "m_B": signals(plant)["u"]}
     assert check(plant, u=sign * u, **flows) == []
+    # A command that reaches zero without crossing it has one sign, too.
+    assert "of one sign" in refusal(check, plant, u=sign * np.abs(signals(plant)["u"]))
 
 
 def test_each_constant_signal_is_refused_in_open_chambers_alone(plant):
     for name in ("x", "P_A", "P_B", "u"):
         still = {name: np.full(SAMPLES, signals(plant)[name][7])}
         assert f"column {name}: " in refusal(check, plant, **still)
+        assert f"column {name}: " in refusal(check_signals, samples(**signals(plant, **still)), plant, False)
         assert check(plant, closed=True, **still) == []
     flows = {"m_A": signals(plant)["u"], "m_B": np.full(SAMPLES, 1e-5)}
     assert "column m_B: 1e-05 in every sample" in refusal(check, plant, **flows)
 
 
-@pytest.mark.parametrize(("T_mean", "right"), [(199.0, False), (201.0, True), (399.0, True), (401.0, False)])
+@pytest.mark.parametrize(("T_mean", "right"), [(199.5, False), (200.5, True), (399.5, True), (400.5, False)])
 def test_a_temperature_in_another_unit_is_refused(plant, T_mean, right):
     T_amb = np.full(SAMPLES, T_mean)
     if right:
@@ -172,6 +197,47 @@ def test_a_pressure_is_refused_far_above_the_supply_and_far_below_the_atmosphere
     low[:20] = 0.8 * c.P_atm
     (note,) = check(plant, P_A=low)
     assert note.startswith(f"column P_A: down to {np.percentile(low, 1):.4g} Pa, below the atmosphere")
+    low[:20] = 0.95 * c.P_atm
+    assert check(plant, P_A=low) == []  # a sensor that is 5 kPa off
+
+
+def test_one_sample_in_a_hundred_may_be_odd_and_not_three_in_two_hundred(plant):
+    c = plant.conditions
+    P = np.where(np.arange(SAMPLES) < 1, 2 * c.P_s, signals(plant)["P_A"])
+    assert check(plant, P_A=P) == []
+    P[:3] = 2 * c.P_s
+    assert "far above" in refusal(check, plant, P_A=P)
+    P[:3] = 0.8 * c.P_atm
+    (note,) = check(plant, P_A=P)
+    assert "below the atmosphere" in note
+
+
+@pytest.mark.parametrize(
+    ("P_s", "low", "high", "said"),  # in Pa; half of the samples are low, half high
+    [
+        # In kPa: a chamber at the atmosphere by a sensor that reads 5 to 10 % less, one above the supply.
+        (7e5, 90.0, 95.0, "is its unit kPa, not Pa"),
+        (7e5, 120.0, 840.0, "is its unit kPa, not Pa"),
+        (7e5, 2.5e3, 7e3, "is its unit hPa, not Pa"),
+        # At 60 bar, a hundredth of some pressures is possible as well as these.
+        (6e6, 5.2e6, 5.8e6, ""),
+        (6e6, 6.0e6, 7.2e6, ""),
+        (6e6, 7.0e6, 1.5e7, "far above the supply's"),
+        (6e6, 7.0e6, 2.1e7, "is its unit Pa, not hPa"),
+        (6e6, 6.5e4, 7.0e4, "below the atmosphere: is it absolute"),
+        (6e6, 3.8e4, 4.0e4, "is far below the atmosphere's"),
+        (6e6, 2.8e4, 3.0e4, "is its unit hPa, not Pa"),
+    ],
+)
+def test_another_unit_is_asked_about_only_where_it_would_be_right(plant, P_s, low, high, said):
+    tested = plant._replace(conditions=plant.conditions._replace(P_s=P_s))
+    P = np.where(np.arange(SAMPLES) % 2, high, low)
+    columns = samples(**signals(tested, P_A=P))
+    try:
+        text = "; ".join(check_signals(columns, tested, False))
+    except InputError as error:
+        text = str(error)
+    assert said in text and bool(text) == bool(said)
 
 
 @pytest.mark.parametrize(
@@ -185,9 +251,10 @@ def test_a_pressure_in_another_unit_is_asked_about_with_the_factor(plant, scale,
     assert f"is its unit Pa, not {named.split(',')[0]} (a factor of {round(1 / scale)})?" in text
 
 
-def test_a_supply_below_the_atmosphere_is_refused(plant):
+@pytest.mark.parametrize("supply", [0.99, 1.0])  # over the atmosphere
+def test_a_supply_not_above_the_atmosphere_is_refused(plant, supply):
     c = plant.conditions
-    wrong = plant._replace(conditions=c._replace(P_s=0.99 * c.P_atm))
+    wrong = plant._replace(conditions=c._replace(P_s=supply * c.P_atm))
     P = c.P_atm * (1 + 0.01 * np.sin(20 * T))
     assert "must exceed P_atm" in refusal(check, wrong, P_A=P, P_B=P[::-1])
 
@@ -203,6 +270,14 @@ def test_a_velocity_is_compared_with_the_derivative_of_x(factor, right):
     else:
         assert "column v: " in refusal(check_velocity, values, 1e-3)
     assert check_velocity(samples(x=x), 1e-3) == []
+
+
+@pytest.mark.parametrize(("size", "period"), [(1e-4, 1e-3), (0.1, 0.05)])
+def test_slow_motion_and_long_periods_are_compared_with_a_velocity_too(size, period):
+    t = period * np.arange(SAMPLES)
+    (note,) = check_velocity(samples(x=size * np.sin(2 * t), v=2 * size * np.cos(2 * t)), period)
+    # Over a period h the mean of the velocity differs from the one at its begin by (w h)^2 / 12: 1e-3.
+    assert float(note.split()[2]) == pytest.approx(1.0, abs=5e-3)
 
 
 def test_noise_in_the_position_hardly_changes_the_comparison_with_a_velocity():
