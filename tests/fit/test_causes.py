@@ -9,7 +9,7 @@ from benchmarks.disturbances import DISTURBANCES
 from benchmarks.fit_bench import judged
 from pneumo.fit.fit_problem import as_logged
 from pneumo.fit.fitted_parameters import CAUSES
-from pneumo.fit.valve_signal import behind_valve
+from pneumo.fit.valve_signal import behind_valve, valve_signal
 
 VALVE = {"dead_time": 0.0, "lag": 0.0, "null": 0.0}
 
@@ -40,6 +40,17 @@ def test_a_valve_with_play_and_dead_band_opens_late():
     np.testing.assert_allclose(played, [0.0, 0.5, 1.5, 1.5, 0.5, -0.5], atol=1e-5)  # a lag of none is 1 ns
     banded = behind_valve(stages, 1e-3, VALVE | {"dead_band": 0.5})[:, 0]
     np.testing.assert_allclose(banded, [0.0, 0.5, 1.5, 1.0, 0.0, -0.5], atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("dead_time", "expected"),  # steps; means over each step of the command that many steps before
+    [(1.5, [1.0, 1.0, 1.5, 3.0]), (-1.5, [3.0, 3.5, 3.0, 3.0])],
+)
+def test_before_and_after_the_record_the_command_is_taken_to_hold(dead_time, expected):
+    u, h = np.array([1.0, 2.0, 4.0, 3.0]), 1e-3
+    shifted = valve_signal(u, h, dead_time=dead_time * h, lag=0.0, null=0.0)
+    np.testing.assert_allclose(shifted, expected, atol=1e-5)  # a lag of none is 1 ns
+    assert valve_signal(u, h, dead_time=0.0, lag=5 * h, null=0.0)[0] == u[0]  # at rest where it begins
 
 
 @pytest.mark.slow

@@ -84,6 +84,15 @@ def test_a_signal_that_one_record_alone_has_is_refused_in_either_order():
                 joined([first, second], 0.6, 1000)
 
 
+def test_as_many_records_as_are_allowed_have_the_mean_of_the_temperatures_that_were_measured():
+    record = measured(1, 0.2)
+    assert np.isnan(joined([record] * MOST_RECORDS, 0.6, 1000)[0].T)
+    some = [record._replace(T=290.0), record, record._replace(T=300.0)]
+    assert joined(some, 0.6, 1000)[0].T == 295.0
+    with pytest.raises(InputError, match="a.csv: is a record of closed chambers"):
+        joined([record._replace(name=name, closed=True) for name in ("a.csv", "b.csv")], 0.6, 1000)
+
+
 @pytest.mark.parametrize("model", [FULL, MODELS["M8"]])
 def test_each_record_is_replayed_from_its_own_start_as_if_alone(model, plant):
     records = [measured(1), measured(2, 0.5)]
