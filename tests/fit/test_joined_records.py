@@ -89,7 +89,7 @@ def test_as_many_records_as_are_allowed_have_the_mean_of_the_temperatures_that_w
     assert np.isnan(joined([record] * MOST_RECORDS, 0.6, 1000)[0].T)
     some = [record._replace(T=290.0), record, record._replace(T=300.0)]
     assert joined(some, 0.6, 1000)[0].T == 295.0
-    with pytest.raises(InputError, match="a.csv: is a record of closed chambers"):
+    with pytest.raises(InputError, match=r"a\.csv: is a record of closed chambers"):
         joined([record._replace(name=name, closed=True) for name in ("a.csv", "b.csv")], 0.6, 1000)
 
 

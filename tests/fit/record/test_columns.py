@@ -1,0 +1,81 @@
+"""Columns by header or mapping: units, and what is refused or proposed."""
+
+import numpy as np
+import pytest
+
+from pneumo.errors import InputError
+from pneumo.fit.record.columns import ANR, UNITS, Column, columns_by_header, proposed_mapping, read_mapping
+
+
+def test_air_of_the_reference_atmosphere_has_the_density_of_its_definition():
+    """ISO 8778: 100 kPa, 20 degC, 65 % relative humidity, of the 2.34 kPa at which water condenses."""
+    dry, damp = 100e3 - 0.65 * 2.34e3, 0.65 * 2.34e3
+    # The standard rounds to 1.185 kg/m^3, and the constants of air vary between tables.
+    assert pytest.approx((dry / 287.05 + damp / 461.5) / 293.15, rel=5e-3) == ANR
+
+
+def mapped(tmp_path, text):
+    file = tmp_path / "columns.yaml"
+    file.write_text(text, encoding="utf-8")
+    return read_mapping(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("P_C: {column: c1, unit: kPa}", "P_C"),
+        ("P_A: {column: c1}", "P_A.unit"),
+        ("P_A: {column: '', unit: kPa}", "P_A.column"),
+        (f"P_A: {{column: {'c' * 201}, unit: kPa}}", "P_A.column"),
+        (f"P_A: {{column: c1, unit: {'k' * 21}}}", "P_A.unit"),
+        ("P_A: {column: c1, unit: kPa, scale: .inf}", "P_A.scale"),
+        ("P_A: {column: c1, unit: kPa, offset: .nan}", "P_A.offset"),
+    ],
+)
+def test_an_entry_of_a_mapping_that_is_wrong_is_named(tmp_path, text, named):
+    with pytest.raises(InputError) as error:
+        mapped(tmp_path, text)
+    expected = f"{named}: must be one of {', '.join(UNITS)}, each with column and unit"
+    assert str(error.value) == f"{tmp_path}/columns.yaml: {expected}"
+
+
+@pytest.mark.parametrize(("column", "unit"), [("c", "k" * 20), ("c" * 200, "kPa")])
+def test_names_and_units_of_a_mapping_may_be_as_short_and_long_as_allowed(tmp_path, column, unit):
+    found = mapped(tmp_path, f"P_A: {{column: {column}, unit: {unit}}}")
+    assert found == {"P_A": Column(column=column, unit=unit)}
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit", "said"),
+    [
+        ("P_A", "bara", "unknown unit 'bara'; the units are Pa, hPa, kPa, bar, psi, MPa, mbar, bar(g)"),
+        ("t", "hours", "unknown unit 'hours'; the units are s, ms, us, ns, min"),
+        ("t", "", "no unit in the header; the units are s, ms, us, ns, min"),
+        ("x", "twentieths of an in.", "unknown unit 'twentieths of an in.'; the units are m, cm, mm, um, in"),
+    ],
+)
+def test_an_unknown_unit_is_named_with_those_of_the_quantity(tmp_path, quantity, unit, said):
+    column = Column(column="the third sensor's signal in port A", unit=unit)
+    with pytest.raises(InputError) as error:
+        column.factor_and_offset(tmp_path, quantity, 1e5)
+    assert str(error.value) == f"{tmp_path}: column the third ... signal in port A: {said}"
+
+
+def test_a_temperature_has_one_of_two_units():
+    assert Column(column="T", unit="K").factor_and_offset(None, "T", 1e5) == (1.0, 0.0)
+    assert Column(column="T", unit="[°C]").factor_and_offset(None, "T", 1e5) == (1.0, 273.15)
+
+
+def test_two_columns_of_one_quantity_are_refused_by_name():
+    with pytest.raises(InputError, match=r"columns 'P_A_kPa' and 'P_A \[bar\]': both are P_A"):
+        columns_by_header(["t_s", "P_A_kPa", "P_A [bar]"], {})
+    # Where there is t, a column named Time is another one.
+    assert columns_by_header(["t_s", "Time [ms]"], {}) == {"t": Column(column="t_s", unit="s")}
+
+
+def test_a_proposed_mapping_is_one_line_with_names_as_they_are():
+    name = "Größe Nummer " + " ".join(str(k) for k in range(60))  # 182 characters
+    known = {"x": Column(column=name, unit="mm")}
+    text = proposed_mapping([name, "Zeit"], {}, known, ["t", "x"])
+    assert text == f"{{x: {{column: {name}, unit: mm}}, t: {{column: Zeit, unit: s}}}}"
+    assert np.all([character.isprintable() for character in text])
