@@ -86,6 +86,38 @@ def test_where_the_law_is_wrong_no_profile_is_tried_and_an_end_below_zero_is_ope
     assert width[1] == pytest.approx(2 * 1e-3, rel=0.1) and width[1] > 10 * width[0]
 
 
+@pytest.mark.usefixtures("no_profile")
+@pytest.mark.parametrize("best", [0.5, 2.0])
+def test_a_narrow_interval_is_relative_to_its_best(best):
+    (low, high), (low_1, high_1) = intervals(k_A=best), intervals()
+    assert low["k_A"] * high["k_A"] == pytest.approx((best * SCALES["k_A"]) ** 2, rel=1e-9)
+    usual = np.log(high_1["k_A"] / low_1["k_A"])
+    assert np.log(high["k_A"] / low["k_A"]) == pytest.approx(usual / best, rel=1e-9)
+
+
+@pytest.mark.usefixtures("no_profile")
+@pytest.mark.parametrize(("half", "open_below"), [(0.7, False), (1.5, True)])
+def test_where_the_law_is_wrong_a_wide_interval_is_symmetric_and_open_below_zero(half, open_below):
+    """So far that the sum of squares rises by itself; the leak has the same half-width, times ten."""
+    far = NOISE @ NOISE
+    steep = np.sqrt(far / np.sum(COLUMNS**2, axis=0)) / half
+    low, high = intervals(far=True, steep=steep * [1.0, 0.1])
+    # The two columns are nearly not correlated; noise itself adds little.
+    assert high["k_A"] == pytest.approx(SCALES["k_A"] * (1 + half), rel=0.01)
+    assert np.isnan(low["k_A"]) == open_below
+    if not open_below:
+        assert low["k_A"] == pytest.approx(SCALES["k_A"] * (1 - half), rel=0.03)
+    assert low["leak"] == 0.0
+    assert high["leak"] == pytest.approx(SCALES["leak"] * (0.3 + 10 * half), rel=0.01)
+
+
+@pytest.mark.usefixtures("no_profile")
+def test_each_parameter_has_the_larger_of_its_own_two_standard_errors():
+    low, high = intervals(steep=(1.0, 0.01))
+    assert (high["leak"] - low["leak"]) / 2 == pytest.approx(100 * SCALES["leak"] * half_of(), rel=0.1)
+    assert np.log(high["k_A"] / low["k_A"]) / 2 == pytest.approx(half_of(), rel=0.1)
+
+
 def parabola(best, half):
     """Problem whose deviance is 1 at a logarithmic distance `half` from the best, with 0.5 allowed."""
 

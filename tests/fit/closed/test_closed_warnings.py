@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pneumo.errors import InputError
-from pneumo.fit.closed.closed_fit import closed_records
-from pneumo.fit.closed.closed_warnings import OPEN, check_closed, closed_warnings
+from pneumo.fit.closed.closed_warnings import BLOCKS, OPEN, VISIBLE, check_closed, closed_warnings
+from pneumo.fit.closed.thermal_laws import ClosedRecord
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual
@@ -26,7 +26,9 @@ def compressed(plant, n=(1.2, 1.2), part=0.5, **changes):
 
 
 def checked(plant, measurement, check=True):
-    return check_closed(closed_records(measurement, plant)[0], plant, measurement, check)
+    m, c = measurement, plant.cylinder
+    record = ClosedRecord(m.name, m.t, m.x + c.stroke / 2, m.P, (c.A_A, c.A_B), c.bore, c.stroke)
+    return check_closed(record, plant, measurement, check)
 
 
 def commanded(plant, part, seldom):
@@ -46,8 +48,9 @@ def test_a_command_is_refused_unless_it_is_small_or_short(plant):
     with pytest.raises(InputError, match=r"m\.csv: column u: beyond 2 % of u_max in 5 % of samples"):
         checked(plant, driven)
     assert checked(plant, driven, check=False)[0] == [0, 1]
-    flows = compressed(plant, m=np.full((2, SAMPLES), 1e-6))
-    assert "not zero" in checked(plant, flows)[1][0]
+    for signal in ({"u": -commanded(plant, 0.01, 1.0)}, {"m": np.full((2, SAMPLES), -1e-6)}):
+        assert "not zero" in checked(plant, compressed(plant, **signal))[1][0]
+    assert checked(plant, compressed(plant, m=np.zeros((2, SAMPLES))))[1] == []
 
 
 @pytest.mark.parametrize(("side", "name"), [(0, "P_A"), (1, "P_B")])
@@ -79,6 +82,28 @@ def test_a_pressure_within_its_noise_is_left_out_and_two_are_refused(plant):
         checked(plant, m._replace(P=np.array([noise, noise])))
 
 
+@pytest.mark.parametrize(("part", "fitted"), [(0.7, [1]), (1.4, [0, 1])])
+def test_a_pressure_changes_if_means_of_its_blocks_differ_by_ten_times_their_noise(plant, part, fitted):
+    m, noise = compressed(plant, part=0.0), np.random.default_rng(3).normal(0.0, 200.0, (2, SAMPLES))
+    # A mean of a block has the noise of one sample, over the root of the block's length.
+    drift = part * VISIBLE * 200.0 / np.sqrt(SAMPLES / BLOCKS)
+    ramp = np.linspace(0.0, 1.0, SAMPLES) * np.array([[drift], [1e5]])
+    assert checked(plant, m._replace(P=4e5 + ramp + noise))[0] == fitted
+
+
+def test_a_pressure_that_lags_its_volume_by_a_quarter_of_a_period_is_not_swapped(plant):
+    m = compressed(plant)
+    late = 4e5 * (1 + 0.2 * np.sin(2 * T + np.array([[np.pi / 2], [-np.pi / 2]])))
+    assert checked(plant, m._replace(P=late)) == ([0, 1], [])
+
+
+def test_of_a_piston_that_hardly_moves_a_pressure_need_not_follow(plant):
+    m = compressed(plant, part=0.02)
+    slow = 4e5 + 400.0 * np.linspace(0.0, 1.0, SAMPLES)  # a thousandth, of a volume that changes by some %
+    noise = np.random.default_rng(3).normal(0.0, 20.0, (2, SAMPLES))
+    assert checked(plant, m._replace(P=slow + noise)) == ([0, 1], [])
+
+
 def said(plant, ratio=1.0, factor=1.1, n=1.2, k_0=(0.2, 0.2), coloured=0.0):
     """Warnings of a law by the ratio of its V_d to the configured one and the factor of its intervals."""
     none = np.zeros((2, 0))
@@ -100,6 +125,10 @@ def test_each_doubt_of_closed_chambers_is_said(plant):
     # Three between both ends is vague: a factor of 1.7 to either side is not.
     assert said(plant, factor=1.7) == []
     assert [text[:31] for text in said(plant, factor=1.8)] == ["this record does not determine "] * 3
+    bounded, small = said(plant, ratio=0.01005)  # the search goes down to a hundredth
+    assert "dead volume of A is on the bound of the search" in bounded
+    assert small.startswith("fitted the dead volume of A is 0.01 times")
+    (small,) = said(plant, ratio=0.0102)
     (index,) = said(plant, n=1.5)
     assert index.startswith("n = 1.5 is outside 1 to 1.4: no n describes")
     (residual,) = said(plant, coloured=410.0)
